@@ -1,0 +1,144 @@
+"""Shift and integration: refocusing a calibrated raw image.
+
+`refocus` is the call for users; the modules hold the operator's forms (`operator`), its form
+as a switched filter (`switches`) and the hardware's arithmetic (`arithmetic`).
+"""
+
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+
+from plenofir.errors import InputError
+from plenofir.refocus.arithmetic import (
+    Arithmetic,
+    ExactArithmetic,
+    StoredProductArithmetic,
+    error_against_operator,
+)
+from plenofir.refocus.operator import (
+    Align,
+    Image,
+    gather_sums,
+    moving_sums,
+    output_offset,
+    refocus_sums,
+    scatter_sums,
+)
+from plenofir.refocus.shifts import focus_to_shift, parse_focus, shift_to_text
+from plenofir.refocus.switches import (
+    filter_lines,
+    output_delay,
+    switch_matrix,
+    tap_count,
+)
+
+__all__ = [
+    "Align",
+    "Arithmetic",
+    "ExactArithmetic",
+    "Image",
+    "StoredProductArithmetic",
+    "check_raw",
+    "error_against_operator",
+    "filter_lines",
+    "focus_to_shift",
+    "gather_sums",
+    "moving_sums",
+    "output_delay",
+    "output_offset",
+    "parse_focus",
+    "refocus",
+    "refocus_sums",
+    "scatter_sums",
+    "shift_to_text",
+    "switch_matrix",
+    "tap_count",
+]
+
+
+def check_raw(raw: Image, micro_image_size: int, *, where: str = "raw") -> None:
+    """Refuse what is no raw image of micro images of size M.
+
+    Parameters
+    ----------
+    raw
+        Candidate, expected shape (rows, columns) or (rows, columns, 3), uint8 or uint16.
+    micro_image_size
+        M in pixels.
+    where
+        Name used in the error message.
+
+    Raises
+    ------
+    InputError
+        If M, the type, the number of channels or the size is not supported.
+    """
+    if isinstance(micro_image_size, bool) or not isinstance(micro_image_size, (int, np.integer)):
+        raise InputError(
+            f"M = {micro_image_size!r} is no integer", where="M", expected="an integer, 1 or more"
+        )
+    if micro_image_size < 1:
+        raise InputError(
+            f"M = {micro_image_size} is too small", where="M", expected="an integer, 1 or more"
+        )
+    if raw.dtype not in (np.uint8, np.uint16):
+        raise InputError(
+            f"pixels of type {raw.dtype}", where=where, expected="8 or 16 bit unsigned integers"
+        )
+    if raw.ndim not in (2, 3) or (raw.ndim == 3 and raw.shape[2] != 3):
+        got = f"{raw.shape[2]} channels" if raw.ndim == 3 else f"{raw.ndim} dimensions"
+        raise InputError(got, where=where, expected="a grey (1 channel) or RGB (3 channels) image")
+    rows, columns = raw.shape[:2]
+    if min(rows, columns) < micro_image_size:
+        raise InputError(
+            f"{columns} x {rows} pixels are less than one micro image",
+            where=where,
+            expected=f"at least {micro_image_size} x {micro_image_size} pixels for "
+            f"M = {micro_image_size}",
+        )
+
+
+def refocus(
+    raw: Image,
+    M: int,  # noqa: N803  (the field's symbol, and part of the stable interface)
+    a: int | str | Fraction,
+    *,
+    align: Align = "centred",
+    interpolation: Literal["nearest"] = "nearest",
+) -> Image:
+    """Refocus a calibrated raw image: shift and integration (Eq. 6.1), correctly rounded.
+
+    Parameters
+    ----------
+    raw
+        Raw image, shape (rows, columns) or (rows, columns, 3), uint8 or uint16, made of micro
+        images of M x M pixels from the top left corner on. Sizes need not be multiples of M.
+    M
+        Micro image size in pixels, 1 or more.
+    a
+        Focus setting in micro lens pitches, a fraction whose denominator divides M: int,
+        `Fraction` or text such as ``"-3/5"``. Negative values lie beyond the main lens focus.
+    align
+        "centred": the picture stays put while focus is stepped. "causal": output pixel k is
+        S[k], as in the thesis's timing diagrams.
+    interpolation
+        "nearest": each micro image is repeated M times (Eq. 6.1).
+
+    Returns
+    -------
+    numpy.ndarray
+        round(S2 / M^2), halves up; size and type of `raw`.
+
+    Raises
+    ------
+    InputError
+        If the image, M or a is not supported.
+    """
+    check_raw(raw, M)
+    shift = focus_to_shift(a, M)
+    if align not in ("centred", "causal"):
+        raise InputError(f"{align!r}", where="align", expected="'centred' or 'causal'")
+    if interpolation != "nearest":
+        raise InputError(f"{interpolation!r}", where="interpolation", expected="'nearest'")
+    return ExactArithmetic().refocus(raw, M, shift, align=align)

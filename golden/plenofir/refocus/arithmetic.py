@@ -1,0 +1,241 @@
+"""Bit-true model of the hardware: the operator in the hardware's arithmetic.
+
+Two arithmetics exist. `ExactArithmetic` adds integers and divides once by M^2 at the end.
+`StoredProductArithmetic` multiplies by 1/M through a ROM before each dimension (section 6.2 of the
+thesis) with F fraction bits, and keeps G guard bits in the intermediate image; F = G = 0 is the
+thesis. Sums of rounded products can exceed full scale; they saturate.
+"""
+
+from fractions import Fraction
+from typing import Annotated, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from plenofir.refocus.operator import (
+    Align,
+    Image,
+    Sums,
+    divide_half_up,
+    gather_sums,
+    output_offset,
+    refocus_sums,
+)
+
+
+def scaled_quotient(values: Sums, scale_bits: int, divisor: int) -> Sums:
+    """Contents of a stored-product ROM.
+
+    Parameters
+    ----------
+    values
+        Pixel values.
+    scale_bits
+        Fraction bits of the product above those of the value.
+    divisor
+        M.
+
+    Returns
+    -------
+    Sums
+        round(value * 2**scale_bits / divisor), halves up.
+    """
+    return divide_half_up(values << scale_bits, divisor)
+
+
+def round_saturate(values: Sums, drop_bits: int, result_bits: int) -> Sums:
+    """Drop fraction bits with rounding (halves up) and limit to a width.
+
+    Parameters
+    ----------
+    values
+        Non-negative integers.
+    drop_bits
+        Number of bits to drop.
+    result_bits
+        Width of the result in bits.
+
+    Returns
+    -------
+    Sums
+        min(round(values / 2**drop_bits), 2**result_bits - 1).
+    """
+    return np.minimum(divide_half_up(values, 1 << drop_bits), (1 << result_bits) - 1)
+
+
+class ExactArithmetic(BaseModel):
+    """Integer sums and one correctly rounded division by M^2, halves up."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["exact"] = "exact"
+
+    def refocus(
+        self, raw: Image, micro_image_size: int, shift: int, *, align: Align = "centred"
+    ) -> Image:
+        """Refocus an image as the hardware does.
+
+        Parameters
+        ----------
+        raw
+            Raw image, shape (rows, columns[, channels]), uint8 or uint16.
+        micro_image_size
+            M in pixels.
+        shift
+            a' in pixels.
+        align
+            See `plenofir.refocus.operator.output_offset`.
+
+        Returns
+        -------
+        Image
+            Size and type of `raw`.
+        """
+        sums = refocus_sums(raw, micro_image_size, shift, align=align)
+        return divide_half_up(sums, micro_image_size**2).astype(raw.dtype)
+
+    def largest_sum(self, micro_image_size: int, pixel_bits: int) -> int:
+        """Largest number that the arithmetic's sums can reach.
+
+        Parameters
+        ----------
+        micro_image_size
+            M in pixels.
+        pixel_bits
+            Width of a pixel in bits.
+
+        Returns
+        -------
+        int
+            The largest sum of the column filter.
+        """
+        return micro_image_size**2 * (2**pixel_bits - 1)
+
+    def error_bound(self, micro_image_size: int, pixel_bits: int) -> Fraction:
+        """Largest possible distance from the real-valued operator, in grey levels.
+
+        Parameters
+        ----------
+        micro_image_size
+            M in pixels.
+        pixel_bits
+            Width of a pixel in bits.
+
+        Returns
+        -------
+        Fraction
+            Half a grey level (odd divisors stay below it).
+        """
+        return Fraction(micro_image_size**2 // 2, micro_image_size**2)
+
+
+class StoredProductArithmetic(BaseModel):
+    """Products from a ROM, rounded sums: the thesis's arithmetic for F = G = 0."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["stored"] = "stored"
+    fraction_bits: Annotated[int, Field(ge=0, le=12)] = 8
+    guard_bits: Annotated[int, Field(ge=0, le=12)] = 2
+
+    @model_validator(mode="after")
+    def _guard_bits_are_fraction_bits(self) -> "StoredProductArithmetic":
+        if self.guard_bits > self.fraction_bits:
+            raise ValueError("guard_bits must not exceed fraction_bits")
+        return self
+
+    def _products(self, micro_image_size: int, value_bits: int, scale_bits: int) -> Sums:
+        values = np.arange(1 << value_bits, dtype=np.int64)
+        return scaled_quotient(values, scale_bits, micro_image_size)
+
+    def refocus(
+        self, raw: Image, micro_image_size: int, shift: int, *, align: Align = "centred"
+    ) -> Image:
+        """Refocus an image as the hardware does.
+
+        Parameters and result as `ExactArithmetic.refocus`.
+        """
+        pixel_bits = 8 * raw.dtype.itemsize
+        middle_bits = pixel_bits + self.guard_bits
+        drop_bits = self.fraction_bits - self.guard_bits
+        offset = output_offset(micro_image_size, shift, align)
+
+        row_products = self._products(micro_image_size, pixel_bits, self.fraction_bits)[raw]
+        row_sums = gather_sums(row_products, micro_image_size, shift, axis=1, offset=offset)
+        middle = round_saturate(row_sums, drop_bits, middle_bits)
+
+        column_products = self._products(micro_image_size, middle_bits, drop_bits)[middle]
+        column_sums = gather_sums(column_products, micro_image_size, shift, axis=0, offset=offset)
+        return round_saturate(column_sums, self.fraction_bits, pixel_bits).astype(raw.dtype)
+
+    def largest_sum(self, micro_image_size: int, pixel_bits: int) -> int:
+        """Largest number that the arithmetic's sums can reach.
+
+        Parameters and result as `ExactArithmetic.largest_sum`.
+        """
+        rows = self._products(micro_image_size, pixel_bits, self.fraction_bits)
+        columns = self._products(
+            micro_image_size,
+            pixel_bits + self.guard_bits,
+            self.fraction_bits - self.guard_bits,
+        )
+        return micro_image_size * int(max(rows[-1], columns[-1]))
+
+    def error_bound(self, micro_image_size: int, pixel_bits: int) -> Fraction:
+        """Largest possible distance from the real-valued operator, in grey levels.
+
+        M rounded products are off by at most M times the worst product, the intermediate image
+        by half its last bit more (when bits are dropped); the columns average that error and add
+        their own. Saturation only reduces it, because the true value is within full scale.
+
+        Parameters and result as `ExactArithmetic.error_bound`.
+        """
+        m = micro_image_size
+        unit = Fraction(1, 1 << self.fraction_bits)
+
+        def worst_product(value_bits: int, scale_bits: int) -> Fraction:
+            scaled = np.arange(1 << value_bits, dtype=np.int64) << scale_bits
+            products = self._products(m, value_bits, scale_bits)
+            return Fraction(int(np.abs(products * m - scaled).max()), m)
+
+        def rounding(drop_bits: int, last_bit: Fraction) -> Fraction:
+            return last_bit / 2 if drop_bits > 0 else Fraction(0)
+
+        drop_bits = self.fraction_bits - self.guard_bits
+        rows = m * worst_product(pixel_bits, self.fraction_bits) * unit
+        rows += rounding(drop_bits, Fraction(1, 1 << self.guard_bits))
+        columns = m * worst_product(pixel_bits + self.guard_bits, drop_bits) * unit
+        columns += rounding(self.fraction_bits, Fraction(1))
+        return rows + columns
+
+
+Arithmetic = Annotated[ExactArithmetic | StoredProductArithmetic, Field(discriminator="kind")]
+
+
+def error_against_operator(
+    image: Image, raw: Image, micro_image_size: int, shift: int, *, align: Align = "centred"
+) -> npt.NDArray[np.float64]:
+    """Distance of a refocused image from the real-valued operator S2 / M^2.
+
+    Parameters
+    ----------
+    image
+        Refocused image.
+    raw
+        The raw image it was made from.
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    align
+        See `plenofir.refocus.operator.output_offset`.
+
+    Returns
+    -------
+    numpy.ndarray
+        image - S2 / M^2 in grey levels, shape of `image`.
+    """
+    sums = refocus_sums(raw, micro_image_size, shift, align=align)
+    area = micro_image_size**2
+    return (image.astype(np.int64) * area - sums) / area

@@ -1,0 +1,169 @@
+"""The refocusing operator in exact integers, in four equal forms.
+
+The sums of one dimension (design of the whole project; Eq. 6.1 of the thesis) are
+
+    S[k'] = sum over input pixels k and n = 0..M-1 with k' = k + n + (k mod M)(a' - 1)
+
+and the refocused image is S of the rows, then of the columns, divided by M^2. Outside the image the
+light field is zero.
+
+`gather_sums` is the reference; the others exist to be compared with it, and because each of
+them is what some hardware does.
+"""
+
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+Align = Literal["centred", "causal"]
+Image = npt.NDArray[np.integer]
+Sums = npt.NDArray[np.int64]
+
+
+def output_offset(micro_image_size: int, shift: int, align: Align) -> int:
+    """Index of S that output pixel 0 takes.
+
+    Parameters
+    ----------
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    align
+        "centred" keeps the picture in place while focus is stepped: floor((M-1) a' / 2), by
+        which the middle replica of a micro image's central pixel moves. "causal" takes S as
+        it is: 0.
+
+    Returns
+    -------
+    int
+        Offset in pixels.
+    """
+    if align == "centred":
+        return (micro_image_size - 1) * shift // 2
+    if align == "causal":
+        return 0
+    raise ValueError(f"align: {align!r}; expected 'centred' or 'causal'")
+
+
+def gather_sums(
+    samples: Image, micro_image_size: int, shift: int, *, axis: int, offset: int = 0
+) -> Sums:
+    """Sums of one dimension, written from the output's side: the reference.
+
+    S[k'] = sum over u = 0..M-1 of x[M floor((k' - u a') / M) + u]
+
+    Parameters
+    ----------
+    samples
+        Image or sums, any shape.
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    axis
+        Axis to sum along.
+    offset
+        Index of S that output 0 takes.
+
+    Returns
+    -------
+    Sums
+        S[offset] ... S[offset + K - 1] along the axis, shape of `samples`.
+    """
+    x = np.moveaxis(np.asarray(samples, dtype=np.int64), axis, 0)
+    length = x.shape[0]
+    k_out = np.arange(length) + offset
+    sums = np.zeros_like(x)
+    for u in range(micro_image_size):
+        k_in = micro_image_size * ((k_out - u * shift) // micro_image_size) + u
+        inside = (k_in >= 0) & (k_in < length)
+        sums[inside] += x[k_in[inside]]
+    return np.moveaxis(sums, 0, axis)
+
+
+def scatter_sums(
+    samples: Image, micro_image_size: int, shift: int, *, axis: int, offset: int = 0
+) -> Sums:
+    """Sums of one dimension as Eq. (6.1) states them: each pixel adds to M outputs.
+
+    Parameters and result as `gather_sums`.
+    """
+    x = np.moveaxis(np.asarray(samples, dtype=np.int64), axis, 0)
+    length = x.shape[0]
+    sums = np.zeros_like(x)
+    for k in range(length):
+        for n in range(micro_image_size):
+            k_out = k + n + (k % micro_image_size) * (shift - 1) - offset
+            if 0 <= k_out < length:
+                sums[k_out] += x[k]
+    return np.moveaxis(sums, 0, axis)
+
+
+def moving_sums(
+    samples: Image, micro_image_size: int, shift: int, *, axis: int, offset: int = 0
+) -> Sums:
+    """Sums of one dimension as a re-ordering followed by a moving sum.
+
+    y[k + u (a' - 1)] += x[k], u = k mod M; S = y convolved with a box of length M. The cost for
+    each output depends on neither M nor a'.
+
+    Parameters and result as `gather_sums`.
+    """
+    x = np.moveaxis(np.asarray(samples, dtype=np.int64), axis, 0)
+    length = x.shape[0]
+    k_in = np.arange(length)
+    target = k_in + (k_in % micro_image_size) * (shift - 1)
+    # y is kept from index `start` on, wide enough for the outputs' boxes and all targets.
+    start = min(int(target.min()), offset) - micro_image_size
+    stop = max(int(target.max()), offset + length) + 1
+    y = np.zeros((stop - start, *x.shape[1:]), dtype=np.int64)
+    np.add.at(y, target - start, x)
+    running = np.cumsum(y, axis=0)
+    k_out = k_in + offset - start
+    return np.moveaxis(running[k_out] - running[k_out - micro_image_size], 0, axis)
+
+
+def refocus_sums(
+    raw: Image, micro_image_size: int, shift: int, *, align: Align = "centred"
+) -> Sums:
+    """Sums of both dimensions, rows first: M^2 times the refocused image.
+
+    Parameters
+    ----------
+    raw
+        Raw image, shape (rows, columns) or (rows, columns, channels).
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    align
+        See `output_offset`.
+
+    Returns
+    -------
+    Sums
+        S2, shape of `raw`.
+    """
+    offset = output_offset(micro_image_size, shift, align)
+    along_rows = gather_sums(raw, micro_image_size, shift, axis=1, offset=offset)
+    return gather_sums(along_rows, micro_image_size, shift, axis=0, offset=offset)
+
+
+def divide_half_up(numerator: Sums, divisor: int) -> Sums:
+    """Divide and round to the nearest integer, halves up.
+
+    Parameters
+    ----------
+    numerator
+        Integers.
+    divisor
+        Positive integer.
+
+    Returns
+    -------
+    Sums
+        floor(numerator / divisor + 1/2).
+    """
+    return (2 * numerator + divisor) // (2 * divisor)

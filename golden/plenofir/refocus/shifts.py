@@ -1,0 +1,90 @@
+"""The focus setting a and the shift a' = a * M in pixels."""
+
+from fractions import Fraction
+
+from plenofir.errors import InputError
+
+
+def parse_focus(a: int | str | Fraction, *, where: str = "a") -> Fraction:
+    """Read a focus setting.
+
+    Parameters
+    ----------
+    a
+        An integer, a `Fraction`, or text such as ``"-3/5"`` or ``"1"``.
+    where
+        Name used in the error message.
+
+    Returns
+    -------
+    Fraction
+        The focus setting in units of the micro lens pitch.
+
+    Raises
+    ------
+    InputError
+        If `a` is not a rational number.
+    """
+    expected = "an integer or a fraction, such as -3/5 or 1"
+    if isinstance(a, bool) or not isinstance(a, (int, str, Fraction)):
+        raise InputError(f"{a!r} is no focus setting", where=where, expected=expected)
+    if isinstance(a, str) and any(c in a for c in ".eE_"):
+        raise InputError(f"{a!r} is no focus setting", where=where, expected=expected)
+    try:
+        return Fraction(a)
+    except (ValueError, ZeroDivisionError):
+        raise InputError(f"{a!r} is no focus setting", where=where, expected=expected) from None
+
+
+def focus_to_shift(
+    a: int | str | Fraction, micro_image_size: int, *, where: str = "a"
+) -> int:
+    """Convert a focus setting to a shift in pixels, a' = a * M (Eq. 6.1).
+
+    Parameters
+    ----------
+    a
+        Focus setting, a fraction whose denominator divides M.
+    micro_image_size
+        M in pixels.
+    where
+        Name used in the error message.
+
+    Returns
+    -------
+    int
+        a' in pixels.
+
+    Raises
+    ------
+    InputError
+        If a * M is not an integer.
+    """
+    focus = parse_focus(a, where=where)
+    shift = focus * micro_image_size
+    if shift.denominator != 1:
+        raise InputError(
+            f"{focus} is not on the grid of M = {micro_image_size}",
+            where=where,
+            expected=f"a fraction whose denominator divides {micro_image_size}",
+        )
+    return int(shift)
+
+
+def shift_to_text(shift: int, micro_image_size: int) -> str:
+    """Write a shift as a focus setting with denominator M, or as an integer.
+
+    Parameters
+    ----------
+    shift
+        a' in pixels.
+    micro_image_size
+        M in pixels.
+
+    Returns
+    -------
+    str
+        For instance ``"-3/5"`` or ``"1"``.
+    """
+    whole, rest = divmod(shift, micro_image_size)
+    return str(whole) if rest == 0 else f"{shift}/{micro_image_size}"

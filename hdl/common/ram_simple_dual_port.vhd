@@ -1,0 +1,74 @@
+-- Simple dual-port RAM: one write port, one read port, one clock.
+--
+-- The one place where block RAM is described; synthesis infers RAMB16BWER or RAMB8BWER from
+-- it, and the same description is the simulation model.
+--
+-- Latency: read data are valid READ_LATENCY clocks after the address (1: the RAM's own
+--   register, 2: its output register behind it, which block RAM needs at high clocks).
+-- Throughput: one read and one write each clock. A read of the word that is written in the
+--   same clock returns the old word.
+-- Ports: write_enable, write_address, write_data; read_address, read_data.
+-- Equation: read_data(t + READ_LATENCY) = memory(read_address(t)).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity ram_simple_dual_port is
+  generic (
+    WIDTH        : positive;
+    ADDRESS_BITS : positive;
+    READ_LATENCY : positive range 1 to 2
+  );
+  port (
+    clk           : in    std_logic;
+    write_enable  : in    std_logic;
+    write_address : in    unsigned(ADDRESS_BITS - 1 downto 0);
+    write_data    : in    std_logic_vector(WIDTH - 1 downto 0);
+    read_address  : in    unsigned(ADDRESS_BITS - 1 downto 0);
+    read_data     : out   std_logic_vector(WIDTH - 1 downto 0)
+  );
+end entity ram_simple_dual_port;
+
+architecture rtl of ram_simple_dual_port is
+
+  type memory_t is array (natural range 0 to 2 ** ADDRESS_BITS - 1) of std_logic_vector(WIDTH - 1 downto 0);
+
+  signal read_word : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
+
+begin
+
+  access_memory : process (clk) is
+
+    -- A variable, because simulators keep a driver for each bit of a signal.
+    variable memory : memory_t := (others => (others => '0'));
+
+  begin
+
+    if rising_edge(clk) then
+      read_word <= memory(to_integer(read_address));
+      if write_enable = '1' then
+        memory(to_integer(write_address)) := write_data;
+      end if;
+    end if;
+
+  end process access_memory;
+
+  no_output_register : if READ_LATENCY = 1 generate
+    read_data <= read_word;
+  end generate no_output_register;
+
+  output_register : if READ_LATENCY = 2 generate
+
+    register_word : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        read_data <= read_word;
+      end if;
+
+    end process register_word;
+
+  end generate output_register;
+
+end architecture rtl;

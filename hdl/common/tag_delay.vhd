@@ -1,0 +1,72 @@
+-- Delays side information by a number of enabled clocks.
+--
+-- Latency: LENGTH enabled clocks (0: a wire). Throughput: one tag each clock.
+-- Ports: enable moves the line on; tag in, delayed out. Reset clears bit 0 of every stored tag (a
+--   tag's valid bit by convention); the other bits need no reset and fit shift register LUTs.
+-- Equation: delayed(t) = tag(t - LENGTH), t counting enabled clocks.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity tag_delay is
+  generic (
+    WIDTH  : positive;
+    LENGTH : natural
+  );
+  port (
+    clk     : in    std_logic;
+    reset   : in    std_logic;
+    enable  : in    std_logic;
+    tag     : in    std_logic_vector(WIDTH - 1 downto 0);
+    delayed : out   std_logic_vector(WIDTH - 1 downto 0)
+  );
+end entity tag_delay;
+
+architecture rtl of tag_delay is
+
+begin
+
+  wire : if LENGTH = 0 generate
+    delayed <= tag;
+  end generate wire;
+
+  line : if LENGTH > 0 generate
+
+    type tags_t is array (1 to LENGTH) of std_logic_vector(WIDTH - 1 downto 0);
+
+    signal tags : tags_t := (others => (others => '0'));
+
+  begin
+
+    move : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if enable = '1' then
+          tags(1) <= tag;
+
+          for i in 2 to LENGTH loop
+
+            tags(i) <= tags(i - 1);
+
+          end loop;
+
+        end if;
+        if reset = '1' then
+
+          for i in 1 to LENGTH loop
+
+            tags(i)(0) <= '0';
+
+          end loop;
+
+        end if;
+      end if;
+
+    end process move;
+
+    delayed <= tags(LENGTH);
+
+  end generate line;
+
+end architecture rtl;

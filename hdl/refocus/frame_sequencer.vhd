@@ -1,0 +1,307 @@
+-- Turns an AXI4-Stream of video into the token stream that the filter stages work on: lines
+-- of exactly `columns` pixels, frames that begin with a start of frame, and the empty steps
+-- that drain the filters when no input follows.
+--
+-- Tokens. A pixel token carries an image pixel. A flush line is a line of zeros behind a frame;
+-- it pushes the column filter's tail out and yields no image line of its own. An empty token
+-- (strobe without pixel) pushes the row filter's tail out between two lines. Lines and frames that
+-- follow each other without a gap need neither.
+--
+-- Faults of the stream raise error flags, and the tokens stay well formed: a line that ends
+-- early is filled up with zeros, the excess of a long line is dropped, a frame that starts early
+-- cuts the one before it short at a whole line, pixels between frames are dropped.
+--
+-- Latency: 1 clock. Throughput: one token each clock while room = '1'.
+-- Ports: columns, rows: size of the frame, read with its first pixel (a change of columns waits
+--   until the frame before it has left the filters); s_axis_*: stream in; room: the stages may
+--   be given a token; token_*: see above, line_first/line_last mark the ends of a line,
+--   frame_first every token of a frame's first line, image is '0' in flush lines; error flags
+--   stay set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early,
+--   3 pixels without a start of frame, 4 frame size that the core does not support.
+-- Equation: the n-th pixel token of line l is pixel n of line l of the frame.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+
+entity frame_sequencer is
+  generic (
+    MAX_COLUMNS  : positive;
+    DATA_BITS    : positive;
+    -- Delay of the row filter in pixels and of the column filter in lines.
+    FILTER_DELAY : natural
+  );
+  port (
+    clk               : in    std_logic;
+    reset             : in    std_logic;
+    columns           : in    std_logic_vector(15 downto 0);
+    rows              : in    std_logic_vector(15 downto 0);
+    s_axis_tvalid     : in    std_logic;
+    s_axis_tready     : out   std_logic;
+    s_axis_tdata      : in    std_logic_vector(DATA_BITS - 1 downto 0);
+    s_axis_tuser      : in    std_logic;
+    s_axis_tlast      : in    std_logic;
+    room              : in    std_logic;
+    token_strobe      : out   std_logic;
+    token_pixel       : out   std_logic;
+    token_line_first  : out   std_logic;
+    token_line_last   : out   std_logic;
+    token_frame_first : out   std_logic;
+    token_image       : out   std_logic;
+    token_data        : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    error_flags       : out   std_logic_vector(4 downto 0);
+    error_clear       : in    std_logic
+  );
+end entity frame_sequencer;
+
+architecture rtl of frame_sequencer is
+
+  -- accept: pixels of the stream; fill: zeros up to the end of a broken line; drop: the excess of
+  -- a long line; flush: a flush line.
+  type state_t is (ACCEPT, FILL, DROP, FLUSH);
+
+  -- What this clock sends to the stages.
+  type send_t is (NOTHING, EMPTY, STREAM_PIXEL, ZERO_PIXEL, FLUSH_PIXEL);
+
+  constant LINE_EARLY  : natural := 0;
+  constant LINE_LATE   : natural := 1;
+  constant FRAME_EARLY : natural := 2;
+  constant FRAME_LATE  : natural := 3;
+  constant FRAME_SIZE  : natural := 4;
+
+  signal state           : state_t                      := ACCEPT;
+  signal send            : send_t;
+  signal take            : std_logic;
+  signal synchronised    : std_logic                    := '0';
+  signal frame_open      : std_logic                    := '0';
+  signal column          : unsigned(15 downto 0)        := (others => '0');
+  signal row             : unsigned(15 downto 0)        := (others => '0');
+  signal last_column     : unsigned(15 downto 0)        := (others => '0');
+  signal last_row        : unsigned(15 downto 0)        := (others => '0');
+  signal new_last_column : unsigned(15 downto 0);
+  signal new_last_row    : unsigned(15 downto 0);
+  signal size_supported  : std_logic;
+  signal starts_frame    : std_logic;
+  signal line_ends       : std_logic;
+  signal pixels_to_flush : natural range 0 to FILTER_DELAY := 0;
+  signal lines_to_flush  : natural range 0 to FILTER_DELAY := 0;
+  signal steps_missing   : natural range 0 to MIN_LINE_STEPS := 0;
+
+begin
+
+  new_last_column <= unsigned(columns) - 1;
+  new_last_row    <= unsigned(rows) - 1;
+  size_supported  <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
+                     '0';
+
+  -- What to do with this clock; `take` takes the pixel on offer, `send` says what becomes of it.
+  decide : process (state, frame_open, column, s_axis_tvalid, s_axis_tuser, room, size_supported, new_last_column,
+                    last_column, lines_to_flush, pixels_to_flush, steps_missing) is
+  begin
+
+    send         <= NOTHING;
+    take         <= '0';
+    starts_frame <= '0';
+
+    if room = '1' then
+
+      case state is
+
+        when FILL =>
+
+          send <= ZERO_PIXEL;
+
+        when FLUSH =>
+
+          send <= FLUSH_PIXEL;
+
+        when DROP =>
+
+          take <= s_axis_tvalid and not s_axis_tuser;
+
+        when ACCEPT =>
+
+          if steps_missing > 0 then
+            send <= EMPTY;
+          elsif s_axis_tvalid = '1' then
+            if frame_open = '1' then
+              -- A start of frame inside a frame waits for the end of the broken one.
+              if s_axis_tuser = '0' then
+                take <= '1';
+                send <= STREAM_PIXEL;
+              end if;
+            elsif s_axis_tuser = '0' or size_supported = '0' then
+              take <= '1';
+            elsif new_last_column /= last_column and lines_to_flush > 0 then
+              send <= FLUSH_PIXEL;
+            else
+              take         <= '1';
+              send         <= STREAM_PIXEL;
+              starts_frame <= '1';
+            end if;
+          elsif column = 0 then
+            if frame_open = '0' and lines_to_flush > 0 then
+              send <= FLUSH_PIXEL;
+            elsif pixels_to_flush > 0 then
+              send <= EMPTY;
+            end if;
+          end if;
+
+      end case;
+
+    end if;
+
+  end process decide;
+
+  s_axis_tready <= take;
+
+  line_ends <= '1' when (starts_frame = '1' and new_last_column = 0) or
+                        (starts_frame = '0' and column = last_column) else
+               '0';
+
+  follow : process (clk) is
+
+    variable image_token : boolean;
+    variable frame_ends  : boolean;
+
+  begin
+
+    if rising_edge(clk) then
+      image_token := send = STREAM_PIXEL or send = ZERO_PIXEL;
+
+      if error_clear = '1' then
+        error_flags <= (others => '0');
+      end if;
+
+      -- Position, and what remains to be flushed.
+      if starts_frame = '1' then
+        last_column  <= new_last_column;
+        last_row     <= new_last_row;
+        frame_open   <= '1';
+        synchronised <= '1';
+        frame_ends   := new_last_row = 0;
+      else
+        frame_ends := row = last_row;
+      end if;
+
+      if send = EMPTY then
+        if pixels_to_flush > 0 then
+          pixels_to_flush <= pixels_to_flush - 1;
+        end if;
+        if steps_missing > 0 then
+          steps_missing <= steps_missing - 1;
+        end if;
+      elsif send /= NOTHING then
+        pixels_to_flush <= FILTER_DELAY;
+        if image_token then
+          lines_to_flush <= FILTER_DELAY;
+        elsif column = 0 and lines_to_flush > 0 then
+          lines_to_flush <= lines_to_flush - 1;
+        end if;
+
+        if line_ends = '1' then
+          column <= (others => '0');
+          state  <= ACCEPT;
+          if column < MIN_LINE_STEPS - 1 then
+            steps_missing <= MIN_LINE_STEPS - 1 - to_integer(column(1 downto 0));
+          end if;
+          if image_token then
+            -- The filled-up line of a frame that was cut short is its last one.
+            if frame_ends or (frame_open = '0' and starts_frame = '0') then
+              frame_open <= '0';
+              row        <= (others => '0');
+            else
+              row <= row + 1;
+            end if;
+          end if;
+        else
+          column <= column + 1;
+          if send = FLUSH_PIXEL then
+            state <= FLUSH;
+          end if;
+        end if;
+      end if;
+
+      -- Faults of the stream.
+      if send = STREAM_PIXEL then
+        if s_axis_tlast = '1' and line_ends = '0' then
+          state             <= FILL;
+          error_flags(LINE_EARLY) <= '1';
+        elsif s_axis_tlast = '0' and line_ends = '1' then
+          state            <= DROP;
+          error_flags(LINE_LATE) <= '1';
+        end if;
+      elsif room = '1' and s_axis_tvalid = '1' then
+        if state = DROP then
+          if s_axis_tuser = '1' or s_axis_tlast = '1' then
+            state <= ACCEPT;
+          end if;
+        elsif state = ACCEPT and steps_missing = 0 then
+          if frame_open = '1' then
+            -- Only a start of frame is not taken inside a frame.
+            error_flags(FRAME_EARLY) <= '1';
+            frame_open         <= '0';
+            if column = 0 then
+              row <= (others => '0');
+            else
+              state <= FILL;
+            end if;
+          elsif take = '1' then
+            if s_axis_tuser = '1' then
+              error_flags(FRAME_SIZE) <= '1';
+            elsif synchronised = '1' then
+              error_flags(FRAME_LATE) <= '1';
+            end if;
+          end if;
+        end if;
+      end if;
+
+      -- The token.
+      token_strobe      <= '0';
+      token_pixel       <= '0';
+      token_line_first  <= '0';
+      token_line_last   <= '0';
+      token_frame_first <= '0';
+      token_image       <= '0';
+      token_data        <= (others => '0');
+
+      if send /= NOTHING then
+        token_strobe <= '1';
+      end if;
+      if send /= NOTHING and send /= EMPTY then
+        token_pixel     <= '1';
+        token_line_last <= line_ends;
+        if column = 0 then
+          token_line_first <= '1';
+        end if;
+        if image_token then
+          token_image <= '1';
+          if row = 0 then
+            token_frame_first <= '1';
+          end if;
+        end if;
+      end if;
+      if send = STREAM_PIXEL then
+        token_data <= s_axis_tdata;
+      end if;
+
+      if reset = '1' then
+        state           <= ACCEPT;
+        synchronised    <= '0';
+        frame_open      <= '0';
+        column          <= (others => '0');
+        row             <= (others => '0');
+        pixels_to_flush <= 0;
+        lines_to_flush  <= 0;
+        steps_missing   <= 0;
+        token_strobe    <= '0';
+        error_flags     <= (others => '0');
+      end if;
+    end if;
+
+  end process follow;
+
+end architecture rtl;
