@@ -2,7 +2,7 @@
 --
 -- Reads input.bin and writes output.bin in the working directory (32-bit little-endian words, one
 -- for each channel of each pixel, raster order), then clocks.txt: one "name value" pair a line.
--- Prints "line N" for each output line, so that a caller can show progress.
+
 --
 -- STALL_PERCENT > 0 stalls both sides at pseudo-random clocks (SEED); a new input pixel or
 -- output slot is then offered in that share of clocks fewer.
@@ -218,11 +218,6 @@ begin
         received := received + 1;
         last_out := clock;
         idle     := 0;
-        if received mod COLUMNS = 0 then
-          write(text_line, string'("line "));
-          write(text_line, received / COLUMNS);
-          writeline(output, text_line);
-        end if;
       end if;
 
       draw(stall);

@@ -1,0 +1,149 @@
+"""The command ``plenofir``."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from pydantic import ValidationError
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+from plenofir import __version__
+from plenofir.errors import InputError
+from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
+from plenofir.simulation.job import (
+    FLOWER,
+    FLOWER_FOCUS,
+    FLOWER_MICRO_IMAGE_SIZE,
+    SimulationJob,
+    report_summary,
+    run_job,
+)
+from plenofir.simulation.simulators import SimulationError
+
+EXIT_MISMATCH = 1
+EXIT_BAD_INPUT = 2
+EXIT_TOOL_FAILED = 3
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Real-time refocusing for standard plenoptic cameras.",
+)
+
+
+@app.callback(invoke_without_command=True)
+def _root(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    if version:
+        typer.echo(__version__)
+        raise typer.Exit
+
+
+def _integer(text: str, where: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(f"{text!r} is no integer", where=where, expected="an integer") from None
+
+
+def _arithmetic(name: str, fraction_bits: str, guard_bits: str) -> Arithmetic:
+    if name == "exact":
+        if fraction_bits or guard_bits:
+            raise InputError(
+                "exact arithmetic has no fraction or guard bits",
+                where="ARITH",
+                expected="ARITH=stored with FRACTION or GUARD",
+            )
+        return ExactArithmetic()
+    if name != "stored":
+        raise InputError(f"{name!r} is no arithmetic", where="ARITH", expected="exact or stored")
+    bits = {}
+    if fraction_bits:
+        bits["fraction_bits"] = _integer(fraction_bits, "FRACTION")
+    if guard_bits:
+        bits["guard_bits"] = _integer(guard_bits, "GUARD")
+    try:
+        return StoredProductArithmetic(**bits)
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = str(first["loc"][0]) if first["loc"] else "guard_bits"
+        raise InputError(
+            first["msg"],
+            where={"fraction_bits": "FRACTION", "guard_bits": "GUARD"}[field],
+            expected="0 <= GUARD <= FRACTION <= 12",
+        ) from None
+
+
+@app.command()
+def sim(
+    raw: Annotated[str, typer.Option(help="Raw image: 8 or 16 bit, grey or RGB.")] = str(FLOWER),
+    micro_image: Annotated[
+        str, typer.Option("--micro-image", "-M", help="M: micro image size in pixels.")
+    ] = str(FLOWER_MICRO_IMAGE_SIZE),
+    a: Annotated[
+        str, typer.Option("--a", "-a", help="Focus setting: a fraction, denominator M.")
+    ] = FLOWER_FOCUS,
+    out: Annotated[str, typer.Option(help="Folder for the results.")] = "build/sim",
+    arith: Annotated[str, typer.Option(help="exact, or stored (stored products).")] = "exact",
+    fraction: Annotated[
+        str, typer.Option(help="Stored products: fraction bits, 8 if not given.")
+    ] = "",
+    guard: Annotated[
+        str, typer.Option(help="Stored products: guard bits, 2 if not given.")
+    ] = "",
+    simulator: Annotated[str, typer.Option(help="ghdl or nvc.")] = "ghdl",
+    waves: Annotated[
+        str, typer.Option(help="1: write a waveform and a GTKWave save file.")
+    ] = "0",
+) -> None:
+    """Refocus a raw image in the VHDL core and compare it with the golden model."""
+    if waves not in ("", "0", "1"):
+        raise InputError(f"{waves!r}", where="WAVES", expected="0 or 1")
+    job = SimulationJob(
+        raw=Path(raw),
+        micro_image_size=_integer(micro_image, "M"),
+        focus=a,
+        out=Path(out),
+        arithmetic=_arithmetic(arith, fraction, guard),
+        simulator=simulator,
+        waves=waves == "1",
+    )
+    console = Console()
+    tasks: dict[str, TaskID] = {}
+    with Progress(
+        TextColumn("{task.description:<20}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeRemainingColumn(elapsed_when_finished=True),
+        console=console,
+    ) as bars:
+
+        def show(step: str, done: int, total: int) -> None:
+            if step not in tasks:
+                tasks[step] = bars.add_task(step, total=total)
+            bars.update(tasks[step], completed=done)
+
+        report = run_job(job, show)
+    for name, value in report_summary(report):
+        typer.echo(f"{name:<11} {value}")
+    typer.echo(f"{'files':<11} {job.out}/refocused.png, golden.png, diff.png, report.json")
+    if report.mismatches:
+        raise typer.Exit(EXIT_MISMATCH)
+
+
+def main() -> None:
+    """Run the command line; user errors become one line on standard error."""
+    try:
+        app()
+    except InputError as error:
+        typer.echo(f"plenofir: {error}", err=True)
+        sys.exit(EXIT_BAD_INPUT)
+    except SimulationError as error:
+        typer.echo(f"plenofir: simulation failed: {error}", err=True)
+        sys.exit(EXIT_TOOL_FAILED)
+    except KeyboardInterrupt:
+        sys.exit(130)

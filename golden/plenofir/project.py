@@ -1,0 +1,45 @@
+"""Where the parts of the repository are."""
+
+from pathlib import Path
+
+from plenofir.errors import InputError
+
+_ROOT = Path(__file__).resolve().parents[2]
+
+DATA = Path(__file__).resolve().parent / "data"
+"""Data files that the package ships."""
+
+
+def root() -> Path:
+    """Root of the repository that this package is installed from.
+
+    Returns
+    -------
+    Path
+        The folder with ``hdl/`` and ``tb/``.
+
+    Raises
+    ------
+    InputError
+        If the package was installed without the repository.
+    """
+    if not (_ROOT / "hdl" / "sources.txt").is_file():
+        raise InputError(
+            "the VHDL sources are missing",
+            where=str(_ROOT),
+            expected="plenofir installed from its repository (make venv)",
+        )
+    return _ROOT
+
+
+def hdl_sources() -> list[Path]:
+    """Synthesisable VHDL sources in the order of analysis.
+
+    Returns
+    -------
+    list of Path
+        What ``hdl/sources.txt`` lists.
+    """
+    folder = root() / "hdl"
+    lines = (folder / "sources.txt").read_text().splitlines()
+    return [folder / line for line in lines if line and not line.startswith("#")]

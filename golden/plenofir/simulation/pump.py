@@ -1,0 +1,155 @@
+"""Frames through the VHDL core by way of the file pump (``tb/pump/refocus_pump.vhd``)."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plenofir import project
+from plenofir.core import CoreConfiguration
+from plenofir.refocus.operator import Image
+from plenofir.simulation.simulators import SimulationError, Simulator
+
+TOP = "refocus_pump"
+
+# What a waveform of a whole frame shows: the stream, the tokens, and the sums of both stages.
+_CORE_SIGNALS = (
+    "clk reset s_axis_tvalid s_axis_tready s_axis_tdata s_axis_tuser s_axis_tlast "
+    "token_strobe token_tag token_data row_strobe row_tag row_sums "
+    "column_strobe column_line column_last column_sums "
+    "m_axis_tvalid m_axis_tready m_axis_tdata m_axis_tuser m_axis_tlast error_flags"
+).split()
+_STAGE_SIGNALS = "control/phase control/closed control/restart".split()
+WAVE_SIGNALS = (
+    *(f"/{TOP}/core/{name}" for name in _CORE_SIGNALS),
+    *(f"/{TOP}/core/{stage}_stage/{name}" for stage in ("row", "column") for name in _STAGE_SIGNALS),
+)
+
+
+@dataclass(frozen=True)
+class PumpResult:
+    """What came out of a simulation.
+
+    Attributes
+    ----------
+    frames
+        Shape of the frames that went in.
+    clocks
+        Clocks from the first pixel taken to the last pixel out.
+    input_clocks
+        Clocks from the first pixel taken to the last pixel taken.
+    latency_clocks
+        Clocks from the first pixel taken to the first pixel out.
+    seconds
+        Wall time of the run, without analysis.
+    """
+
+    frames: Image
+    clocks: int
+    input_clocks: int
+    latency_clocks: int
+    seconds: float
+
+
+def pump_sources() -> list[Path]:
+    """VHDL files of the pump and the core, in order of analysis.
+
+    Returns
+    -------
+    list of Path
+        Files.
+    """
+    return [*project.hdl_sources(), project.root() / "tb" / "pump" / "refocus_pump.vhd"]
+
+
+def run_pump(
+    simulator: Simulator,
+    configuration: CoreConfiguration,
+    frames: Image,
+    directory: Path,
+    *,
+    stall_percent: int = 0,
+    seed: int = 1,
+    waves: Path | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> PumpResult:
+    """Pump frames through the core, back to back.
+
+    Parameters
+    ----------
+    simulator
+        Simulator to use.
+    configuration
+        Generics of the core.
+    frames
+        Shape (frames, rows, columns) or (frames, rows, columns, channels).
+    directory
+        Empty directory for the library and the pump's files.
+    stall_percent
+        Share of clocks in which each side stalls at random.
+    seed
+        Seed of the stalls, 1 to 65535.
+    waves
+        FST file to write, or None.
+    progress
+        Called with the number of pixels that came out so far.
+
+    Returns
+    -------
+    PumpResult
+        Frames out and clock counts.
+
+    Raises
+    ------
+    SimulationError
+        If the simulator fails, or pixels are missing, too many or wrongly framed.
+    """
+    count, rows, columns = frames.shape[:3]
+    directory.mkdir(parents=True, exist_ok=True)
+    output = directory / "output.bin"
+    frames.astype("<i4").tofile(directory / "input.bin")
+    generics = {
+        **configuration.generics(),
+        "COLUMNS": columns,
+        "ROWS": rows,
+        "FRAMES": count,
+        "STALL_PERCENT": stall_percent,
+        "SEED": seed,
+    }
+
+    def poll() -> None:
+        if progress is not None and output.exists():
+            progress(output.stat().st_size // 4 // configuration.channels)
+
+    for command in simulator.build_commands(pump_sources(), TOP):
+        simulator.run(command, directory)
+    started = time.perf_counter()
+    simulator.run(
+        simulator.run_command(TOP, generics, waves=waves, wave_signals=WAVE_SIGNALS),
+        directory,
+        poll=poll,
+    )
+    seconds = time.perf_counter() - started
+
+    lines = (directory / "clocks.txt").read_text().splitlines()
+    counts = {name: int(value) for name, value in (line.split() for line in lines)}
+    words = np.fromfile(output, dtype="<i4")
+    if counts["received"] != count * rows * columns or words.size != frames.size:
+        raise SimulationError(
+            f"the core gave {counts['received']} pixels for {count * rows * columns} "
+            f"({counts['accepted']} taken)"
+        )
+    if counts["framing_errors"] or counts["error_flags"]:
+        raise SimulationError(
+            f"{counts['framing_errors']} pixels with wrong tuser or tlast, "
+            f"error flags {counts['error_flags']:05b}"
+        )
+    return PumpResult(
+        frames=words.reshape(frames.shape).astype(frames.dtype),
+        clocks=counts["clocks"],
+        input_clocks=counts["input_clocks"],
+        latency_clocks=counts["latency"],
+        seconds=seconds,
+    )

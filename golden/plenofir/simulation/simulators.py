@@ -1,0 +1,218 @@
+"""The VHDL simulators: how each analyses, elaborates and runs a design."""
+
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from plenofir.errors import InputError
+
+SimulatorName = Literal["ghdl", "nvc"]
+NVC_RELEASES = "https://github.com/nickg/nvc/releases"
+_NVC_OLDEST = (1, 8)
+_POLL_SECONDS = 0.1
+
+
+class SimulationError(RuntimeError):
+    """The simulator failed: a fault of the design or of the tools, not of the input."""
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """One installed simulator.
+
+    Attributes
+    ----------
+    name
+        "ghdl" or "nvc".
+    version
+        First line of what it says of itself.
+    environment
+        Variables that its commands need.
+    """
+
+    name: SimulatorName
+    version: str
+    environment: Mapping[str, str]
+
+    def build_commands(self, sources: Sequence[Path], top: str) -> list[list[str]]:
+        """Commands that analyse sources into a library in the working directory.
+
+        Parameters
+        ----------
+        sources
+            VHDL-93 files in order of analysis.
+        top
+            Entity that will be run.
+
+        Returns
+        -------
+        list of list of str
+            Commands.
+        """
+        files = [str(source) for source in sources]
+        if self.name == "nvc":
+            return [["nvc", "--std=1993", "-a", *files]]
+        return [["ghdl", "-a", "--std=93", *files], ["ghdl", "-e", "--std=93", top]]
+
+    def run_command(
+        self,
+        top: str,
+        generics: Mapping[str, int | bool],
+        *,
+        waves: Path | None = None,
+        wave_signals: Sequence[str] = (),
+    ) -> list[str]:
+        """Command that runs a built design.
+
+        Parameters
+        ----------
+        top
+            Entity to run.
+        generics
+            Its generics.
+        waves
+            FST file to write, or None.
+        wave_signals
+            Hierarchical names (``/top/instance/signal``) to write; all if empty.
+
+        Returns
+        -------
+        list of str
+            The command. Signal lists are passed in a file beside `waves`.
+        """
+        overrides = [f"-g{name}={_generic(value)}" for name, value in generics.items()]
+        if self.name == "nvc":
+            options = []
+            if waves is not None:
+                names = [signal.strip("/").replace("/", ":") for signal in wave_signals]
+                options = [f"--wave={waves}", "--format=fst"]
+                options += [f"--include=:{name}" for name in names]
+            return ["nvc", "--std=1993", "-e", *overrides, top, "-r", *options]
+        options = ["--ieee-asserts=disable-at-0"]
+        if waves is not None:
+            options.append(f"--fst={waves}")
+            if wave_signals:
+                selection = waves.with_suffix(".opt")
+                selection.write_text("\n".join(["$ version 1.1", *wave_signals, ""]))
+                options.append(f"--read-wave-opt={selection}")
+        return ["ghdl", "-r", "--std=93", top, *overrides, *options]
+
+    def run(
+        self, command: Sequence[str], directory: Path, *, poll: Callable[[], None] | None = None
+    ) -> None:
+        """Run one command, its output going to ``simulator.log``.
+
+        Parameters
+        ----------
+        command
+            What to run.
+        directory
+            Working directory.
+        poll
+            Called about ten times a second while it runs.
+
+        Raises
+        ------
+        SimulationError
+            If it fails; the message ends with the last lines it printed.
+        """
+        log = directory / "simulator.log"
+        with log.open("ab") as output:
+            process = subprocess.Popen(
+                command,
+                cwd=directory,
+                env={**os.environ, **self.environment},
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+            try:
+                while process.poll() is None:
+                    try:
+                        process.wait(_POLL_SECONDS)
+                    except subprocess.TimeoutExpired:
+                        if poll is not None:
+                            poll()
+            finally:
+                if process.poll() is None:
+                    process.kill()
+                    process.wait()
+        if process.returncode != 0:
+            tail = log.read_text(errors="replace").splitlines()[-15:]
+            raise SimulationError(
+                f"{' '.join(command[:2])} failed with status {process.returncode}:\n"
+                + "\n".join(tail)
+            )
+
+
+def _generic(value: int | bool) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _first_line(command: Sequence[str], environment: Mapping[str, str]) -> str:
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, env={**os.environ, **environment}, check=False
+        )
+    except OSError:
+        return ""
+    return done.stdout.splitlines()[0] if done.returncode == 0 and done.stdout else ""
+
+
+def ghdl_environment() -> dict[str, str]:
+    """Variables that choose the fastest installed GHDL back end.
+
+    Returns
+    -------
+    dict
+        ``GHDL_BACKEND`` for Debian's wrapper: LLVM where it is installed, unless the user chose.
+    """
+    if "GHDL_BACKEND" in os.environ or shutil.which("ghdl-llvm") is None:
+        return {}
+    return {"GHDL_BACKEND": "llvm"}
+
+
+def find_simulator(name: str) -> Simulator:
+    """Find an installed simulator.
+
+    Parameters
+    ----------
+    name
+        "ghdl" or "nvc".
+
+    Returns
+    -------
+    Simulator
+        The one on the PATH.
+
+    Raises
+    ------
+    InputError
+        If there is no such simulator, or it is not on the PATH or too old.
+    """
+    if name == "ghdl":
+        environment = ghdl_environment()
+        version = _first_line(["ghdl", "--version"], environment)
+        if not version:
+            raise InputError(
+                "ghdl is not on the PATH",
+                where="SIM",
+                expected="GHDL 2.0 or newer: apt-get install ghdl-llvm",
+            )
+        if environment or os.environ.get("GHDL_BACKEND") == "llvm":
+            version += " (LLVM)"
+        return Simulator("ghdl", version, environment)
+    if name == "nvc":
+        version = _first_line(["nvc", "--version"], {})
+        numbers = re.search(r"(\d+)\.(\d+)", version)
+        found = tuple(int(n) for n in numbers.groups()) if numbers else None
+        if found is None or found < _NVC_OLDEST:
+            what = "nvc is not on the PATH" if found is None else f"{version} is too old"
+            raise InputError(what, where="SIM", expected=f"NVC 1.8 or newer: {NVC_RELEASES}")
+        return Simulator("nvc", version, {})
+    raise InputError(f"{name!r} is no simulator", where="SIM", expected="ghdl or nvc")
