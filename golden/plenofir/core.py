@@ -19,7 +19,7 @@ MAX_PRODUCT_ADDRESS_BITS = 16
 
 # The column filter's read-modify-write loop takes this many clocks; shorter lines are
 # lengthened by empty steps (refocus_pkg.MIN_LINE_STEPS).
-_MIN_LINE_STEPS = 3
+MIN_LINE_STEPS = 4
 # Input FIFO 2, sequencer 1, row stage 3, column stage 3, output FIFO 2.
 _STAGE_CLOCKS = 11
 
@@ -86,7 +86,7 @@ class CoreConfiguration(BaseModel):
             Latency in clocks.
         """
         scaling = 3 if isinstance(self.arithmetic, ExactArithmetic) else 2
-        return self.delay * (max(columns, _MIN_LINE_STEPS) + 1) + _STAGE_CLOCKS + scaling
+        return self.delay * (max(columns, MIN_LINE_STEPS) + 1) + _STAGE_CLOCKS + scaling
 
     def generics(self) -> dict[str, int | bool]:
         """Generics of the entity ``raster_refocuser``.

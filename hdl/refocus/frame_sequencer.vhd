@@ -12,12 +12,12 @@
 -- cuts the one before it short at a whole line, pixels between frames are dropped.
 --
 -- Latency: 1 clock. Throughput: one token each clock while room = '1'.
--- Ports: columns, rows: size of the frame, read with its first pixel (a change of columns waits
---   until the frame before it has left the filters); s_axis_*: stream in; room: the stages may
---   be given a token; token_*: see above, line_first/line_last mark the ends of a line,
---   frame_first every token of a frame's first line, image is '0' in flush lines; error flags
---   stay set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early,
---   3 pixels without a start of frame, 4 frame size that the core does not support.
+-- Ports: columns, rows: size of the frame, read with its first pixel and kept stable until
+--   the frame has left the core; s_axis_*: stream in; room: the stages may be given a token;
+--   token_*: see above, line_first/line_last mark the ends of a line, frame_first every token of
+--   a frame's first line, image is '0' in flush lines; error flags stay set until error_clear:
+--   0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of
+--   frame, 4 frame size that the core does not support.
 -- Equation: the n-th pixel token of line l is pixel n of line l of the frame.
 
 library ieee;
@@ -98,8 +98,8 @@ begin
                      '0';
 
   -- What to do with this clock; `take` takes the pixel on offer, `send` says what becomes of it.
-  decide : process (state, frame_open, column, s_axis_tvalid, s_axis_tuser, room, size_supported, new_last_column,
-                    last_column, lines_to_flush, pixels_to_flush, steps_missing) is
+  decide : process (state, frame_open, column, s_axis_tvalid, s_axis_tuser, room, size_supported, lines_to_flush,
+                    pixels_to_flush, steps_missing) is
   begin
 
     send         <= NOTHING;
@@ -135,8 +135,6 @@ begin
               end if;
             elsif s_axis_tuser = '0' or size_supported = '0' then
               take <= '1';
-            elsif new_last_column /= last_column and lines_to_flush > 0 then
-              send <= FLUSH_PIXEL;
             else
               take         <= '1';
               send         <= STREAM_PIXEL;

@@ -57,7 +57,7 @@ package refocus_pkg is
 
   -- The shortest line that the column filter's read-modify-write loop takes, in pixels;
   -- the sequencer appends empty steps to shorter lines.
-  constant MIN_LINE_STEPS : positive := 3;
+  constant MIN_LINE_STEPS : positive := 4;
 
   -- Clocks from a token at a filter stage's input to its output.
   constant STAGE_LATENCY : positive := 3;

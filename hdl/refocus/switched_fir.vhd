@@ -7,8 +7,8 @@
 -- registers then are line buffers in block RAM.
 --
 -- Latency: 1 clock from data to sum. With DEPTH > 1 the slot is given 2 clocks before the data
---   that belong to it (the block RAM's read latency), and the same slot may come again 3
---   clocks later at the earliest.
+--   that belong to it (the block RAM's read latency), and the same slot may come again
+--   MIN_LINE_STEPS = 4 clocks later at the earliest (read 2, add 1, write 1).
 -- Throughput: one step of one stream each clock.
 -- Ports: slot names the stream; step takes data, with the switches `closed`; restart (first step
 --   of a line) drops the partial sums of taps 0 to TAPS-1-DELAY; sum is the last tap's.
@@ -114,49 +114,46 @@ begin
     -- The last tap's sum leaves the filter, so only the others are kept.
     constant WORD_BITS : positive := (TAPS - 1) * SUM_BITS;
 
-    signal slot_d1     : unsigned(slot'range);
-    signal slot_d2     : unsigned(slot'range);
-    signal held_word   : std_logic_vector(WORD_BITS - 1 downto 0);
-    signal next_word   : std_logic_vector(WORD_BITS - 1 downto 0);
-    signal last_sum    : partial_sum_t;
+    signal slot_d1      : unsigned(slot'range);
+    signal slot_d2      : unsigned(slot'range);
+    signal slot_d3      : unsigned(slot'range);
+    signal held_word    : std_logic_vector(WORD_BITS - 1 downto 0);
+    signal next_word    : std_logic_vector(WORD_BITS - 1 downto 0);
+    signal write_enable : std_logic := '0';
 
   begin
 
-    add : process (held_word, data, closed, restart) is
+    take_step : process (clk) is
 
       variable held      : partial_sums_t;
       variable next_sums : partial_sums_t;
 
     begin
 
-      for w in 0 to TAPS - 2 loop
-
-        held(w) := to_integer(unsigned(held_word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS)));
-
-      end loop;
-
-      held(TAPS - 1) := 0;
-      next_sums      := stepped(held, to_integer(unsigned(data)), closed, restart);
-
-      for w in 0 to TAPS - 2 loop
-
-        next_word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS) <=
-          std_logic_vector(to_unsigned(next_sums(w), SUM_BITS));
-
-      end loop;
-
-      last_sum <= next_sums(TAPS - 1);
-
-    end process add;
-
-    take_step : process (clk) is
-    begin
-
       if rising_edge(clk) then
-        slot_d1 <= slot;
-        slot_d2 <= slot_d1;
+        slot_d1      <= slot;
+        slot_d2      <= slot_d1;
+        slot_d3      <= slot_d2;
+        write_enable <= step;
         if step = '1' then
-          sum <= std_logic_vector(to_unsigned(last_sum, SUM_BITS));
+
+          for w in 0 to TAPS - 2 loop
+
+            held(w) := to_integer(unsigned(held_word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS)));
+
+          end loop;
+
+          held(TAPS - 1) := 0;
+          next_sums      := stepped(held, to_integer(unsigned(data)), closed, restart);
+
+          for w in 0 to TAPS - 2 loop
+
+            next_word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS) <=
+              std_logic_vector(to_unsigned(next_sums(w), SUM_BITS));
+
+          end loop;
+
+          sum <= std_logic_vector(to_unsigned(next_sums(TAPS - 1), SUM_BITS));
         end if;
       end if;
 
@@ -170,8 +167,8 @@ begin
       )
       port map (
         clk           => clk,
-        write_enable  => step,
-        write_address => slot_d2,
+        write_enable  => write_enable,
+        write_address => slot_d3,
         write_data    => next_word,
         read_address  => slot,
         read_data     => held_word

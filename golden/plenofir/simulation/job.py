@@ -17,9 +17,9 @@ from plenofir.errors import InputError
 from plenofir.images import read_image, write_png
 from plenofir.refocus import check_raw, error_against_operator, focus_to_shift, shift_to_text
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic
-from plenofir.simulation.gtkwave import write_save_file
 from plenofir.simulation.pump import WAVE_SIGNALS, run_pump
 from plenofir.simulation.simulators import find_simulator
+from plenofir.simulation.waves import write_save_file
 
 FLOWER = project.DATA / "flower_5x5.png"
 """The light field that is refocused when the user names none."""
@@ -252,7 +252,7 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
         write_png(results / "diff.png", difference_picture(refocused, golden))
         (results / "report.json").write_text(report.model_dump_json(indent=2) + "\n")
         if job.waves:
-            write_save_file(results / "refocused.gtkw", "refocused.fst", WAVE_SIGNALS)
+            write_save_file(results / "refocused.gtkw", results / "refocused.fst", WAVE_SIGNALS)
             (results / "refocused.opt").unlink(missing_ok=True)
         _publish(results, job.out)
     return report

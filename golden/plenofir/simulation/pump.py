@@ -11,20 +11,36 @@ from plenofir import project
 from plenofir.core import CoreConfiguration
 from plenofir.refocus.operator import Image
 from plenofir.simulation.simulators import SimulationError, Simulator
+from plenofir.simulation.waves import WaveSignal
 
 TOP = "refocus_pump"
 
-# What a waveform of a whole frame shows: the stream, the tokens, and the sums of both stages.
-_CORE_SIGNALS = (
-    "clk reset s_axis_tvalid s_axis_tready s_axis_tdata s_axis_tuser s_axis_tlast "
-    "token_strobe token_tag token_data row_strobe row_tag row_sums "
-    "column_strobe column_line column_last column_sums "
-    "m_axis_tvalid m_axis_tready m_axis_tdata m_axis_tuser m_axis_tlast error_flags"
-).split()
-_STAGE_SIGNALS = "control/phase control/closed control/restart".split()
-WAVE_SIGNALS = (
-    *(f"/{TOP}/core/{name}" for name in _CORE_SIGNALS),
-    *(f"/{TOP}/core/{stage}_stage/{name}" for stage in ("row", "column") for name in _STAGE_SIGNALS),
+# What a waveform of a whole frame shows: the streams, the tokens, and the sums of both stages.
+WAVE_SIGNALS = tuple(
+    WaveSignal(f"/{TOP}/{name}", kind)
+    for kind, scope, names in (
+        ("bit", "", "clk reset"),
+        ("bit", "", "s_axis_tvalid s_axis_tready"),
+        ("downto", "", "s_axis_tdata s_axis_tuser"),
+        ("bit", "", "s_axis_tlast"),
+        ("bit", "core/", "token_strobe"),
+        ("downto", "core/", "token_tag token_data"),
+        ("downto", "core/row_stage/control/", "phase"),
+        ("to", "core/row_stage/control/", "closed"),
+        ("bit", "core/row_stage/control/", "restart"),
+        ("bit", "core/", "row_strobe"),
+        ("downto", "core/", "row_tag row_sums"),
+        ("downto", "core/column_stage/control/", "phase"),
+        ("to", "core/column_stage/control/", "closed"),
+        ("bit", "core/column_stage/control/", "restart"),
+        ("bit", "core/", "column_strobe"),
+        ("downto", "core/", "column_line column_last column_sums"),
+        ("bit", "", "m_axis_tvalid m_axis_tready"),
+        ("downto", "", "m_axis_tdata m_axis_tuser"),
+        ("bit", "", "m_axis_tlast"),
+        ("downto", "", "error_flags"),
+    )
+    for name in (scope + signal for signal in names.split())
 )
 
 
@@ -127,7 +143,9 @@ def run_pump(
         simulator.run(command, directory)
     started = time.perf_counter()
     simulator.run(
-        simulator.run_command(TOP, generics, waves=waves, wave_signals=WAVE_SIGNALS),
+        simulator.run_command(
+            TOP, generics, waves=waves, wave_signals=[signal.path for signal in WAVE_SIGNALS]
+        ),
         directory,
         poll=poll,
     )

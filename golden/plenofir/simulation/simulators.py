@@ -13,6 +13,8 @@ from plenofir.errors import InputError
 
 SimulatorName = Literal["ghdl", "nvc"]
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"
+# Vectors are undefined at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
+GHDL_RUN_OPTIONS = ("--ieee-asserts=disable-at-0", "--max-stack-alloc=0")
 _NVC_OLDEST = (1, 8)
 _POLL_SECONDS = 0.1
 
@@ -93,7 +95,7 @@ class Simulator:
                 options = [f"--wave={waves}", "--format=fst"]
                 options += [f"--include=:{name}" for name in names]
             return ["nvc", "--std=1993", "-e", *overrides, top, "-r", *options]
-        options = ["--ieee-asserts=disable-at-0"]
+        options = [*GHDL_RUN_OPTIONS]
         if waves is not None:
             options.append(f"--fst={waves}")
             if wave_signals:

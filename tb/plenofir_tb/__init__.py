@@ -1,0 +1,1 @@
+"""What the testbenches share: stream driver and monitor, scoreboard, frames, runner."""

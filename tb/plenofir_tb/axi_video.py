@@ -1,0 +1,131 @@
+"""AXI4-Stream video: driver, monitor and stall patterns on cocotb-bus classes."""
+
+import random
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from cocotb.triggers import RisingEdge
+from cocotb_bus.drivers import BusDriver
+from cocotb_bus.monitors import BusMonitor
+
+SIGNALS = ["tvalid", "tready", "tdata", "tuser", "tlast"]
+StallPattern = Iterator[bool]
+Frame = npt.NDArray[np.integer]
+
+
+@dataclass(frozen=True)
+class Beat:
+    """One transfer: a pixel and its side band."""
+
+    data: int
+    start_of_frame: bool
+    end_of_line: bool
+
+
+def no_stalls() -> StallPattern:
+    """Never stall."""
+    while True:
+        yield False
+
+
+def random_stalls(rng: random.Random, share: float) -> StallPattern:
+    """Stall each clock with a probability."""
+    while True:
+        yield rng.random() < share
+
+
+def bursty_stalls(rng: random.Random, longest: int) -> StallPattern:
+    """Alternate between runs of stalls and runs of transfers of random lengths."""
+    while True:
+        for stalled in (True, False):
+            for _ in range(rng.randint(1, longest)):
+                yield stalled
+
+
+def stall_pattern(name: str, rng: random.Random) -> StallPattern:
+    """Stall pattern by name: none, some, many or bursts."""
+    patterns: dict[str, Callable[[], StallPattern]] = {
+        "none": no_stalls,
+        "some": lambda: random_stalls(rng, 0.2),
+        "many": lambda: random_stalls(rng, 0.7),
+        "bursts": lambda: bursty_stalls(rng, 25),
+    }
+    return patterns[name]()
+
+
+def pack_pixels(frame: Frame, pixel_bits: int) -> npt.NDArray[np.object_]:
+    """Pack channels into one number a pixel, channel 0 in the low bits."""
+    channels = frame.reshape(*frame.shape[:2], -1).astype(object)
+    return sum(channels[:, :, c] << (c * pixel_bits) for c in range(channels.shape[2]))
+
+
+def frame_beats(frame: Frame, pixel_bits: int) -> list[Beat]:
+    """Transfers of a well-formed frame."""
+    pixels = pack_pixels(frame, pixel_bits)
+    rows, columns = pixels.shape
+    return [
+        Beat(int(pixels[y, x]), y == 0 and x == 0, x == columns - 1)
+        for y in range(rows)
+        for x in range(columns)
+    ]
+
+
+class AxiVideoSource(BusDriver):
+    """Drives transfers, with stalls between them; counts the clocks in which it was refused."""
+
+    _signals = SIGNALS
+
+    def __init__(self, entity: Any, name: str, clock: Any) -> None:
+        super().__init__(entity, name, clock)
+        self.stalls: StallPattern = no_stalls()
+        self.refused_clocks = 0
+        self.bus.tvalid.value = 0
+        self.bus.tdata.value = 0
+        self.bus.tuser.value = 0
+        self.bus.tlast.value = 0
+
+    async def _driver_send(self, transaction: Iterable[Beat], sync: bool = True) -> None:
+        """Send transfers, one each clock unless a side stalls."""
+        edge = RisingEdge(self.clock)
+        bus = self.bus
+        if sync:
+            await edge
+        for beat in transaction:
+            while next(self.stalls):
+                await edge
+            bus.tvalid.value = 1
+            bus.tdata.value = beat.data
+            bus.tuser.value = int(beat.start_of_frame)
+            bus.tlast.value = int(beat.end_of_line)
+            await edge
+            while not int(bus.tready.value):
+                self.refused_clocks += 1
+                await edge
+            bus.tvalid.value = 0
+
+
+class AxiVideoSink(BusMonitor):
+    """Takes transfers, stalling now and then, and hands them on one by one."""
+
+    _signals = SIGNALS
+
+    def __init__(self, entity: Any, name: str, clock: Any) -> None:
+        self.stalls: StallPattern = no_stalls()
+        super().__init__(entity, name, clock)
+
+    async def _monitor_recv(self) -> None:
+        edge = RisingEdge(self.clock)
+        bus = self.bus
+        ready = False
+        bus.tready.value = 0
+        while True:
+            await edge
+            if ready and int(bus.tvalid.value):
+                self._recv(
+                    Beat(int(bus.tdata.value), bool(int(bus.tuser.value)), bool(int(bus.tlast.value)))
+                )
+            ready = not next(self.stalls)
+            bus.tready.value = int(ready)

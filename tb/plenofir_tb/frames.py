@@ -1,0 +1,113 @@
+"""Frames to test with, and what becomes of broken ones."""
+
+import random
+
+import numpy as np
+
+from plenofir_tb.axi_video import Beat, Frame
+
+KINDS = ("white", "black", "impulse", "gradient", "random")
+
+
+def make_frame(
+    kind: str, rows: int, columns: int, channels: int, pixel_bits: int, rng: random.Random
+) -> Frame:
+    """Make a test frame.
+
+    Parameters
+    ----------
+    kind
+        One of `KINDS`.
+    rows, columns, channels
+        Size; one channel gives shape (rows, columns).
+    pixel_bits
+        Width of a channel, 8 or 16.
+    rng
+        Source of randomness.
+
+    Returns
+    -------
+    Frame
+        uint8 or uint16.
+    """
+    shape = (rows, columns) if channels == 1 else (rows, columns, channels)
+    dtype = np.uint8 if pixel_bits <= 8 else np.uint16
+    largest = (1 << pixel_bits) - 1
+    if kind == "white":
+        return np.full(shape, largest, dtype)
+    if kind == "black":
+        return np.zeros(shape, dtype)
+    if kind == "impulse":
+        frame = np.zeros(shape, dtype)
+        frame[rng.randrange(rows), rng.randrange(columns)] = largest
+        return frame
+    if kind == "gradient":
+        ramp = np.arange(rows)[:, None] * 3 + np.arange(columns)[None, :] * 7
+        planes = [(ramp * (c + 1)) % (largest + 1) for c in range(channels)]
+        return np.stack(planes, axis=-1).reshape(shape).astype(dtype)
+    if kind == "random":
+        return np.random.default_rng(rng.randrange(1 << 32)).integers(
+            0, largest, shape, dtype, endpoint=True
+        )
+    raise ValueError(kind)
+
+
+def repaired_frames(
+    beats: list[Beat], columns: int, rows: int
+) -> tuple[list[list[list[int]]], set[str]]:
+    """What the frame sequencer makes of a possibly broken stream: the rules, in Python.
+
+    Parameters
+    ----------
+    beats
+        Transfers in order.
+    columns, rows
+        Expected frame size.
+
+    Returns
+    -------
+    tuple
+        Frames as lists of lines of packed pixels, all lines whole, frames that were cut short with
+        fewer lines; and the names of the faults: "line early", "line late", "frame early",
+        "frame late".
+    """
+    frames: list[list[list[int]]] = []
+    faults: set[str] = set()
+    lines: list[list[int]] | None = None
+    line: list[int] = []
+    dropping = False
+
+    def end_line() -> None:
+        nonlocal lines, line
+        assert lines is not None
+        lines.append(line + [0] * (columns - len(line)))
+        line = []
+        if len(lines) == rows:
+            lines = None
+
+    for beat in beats:
+        if beat.start_of_frame:
+            dropping = False
+            if lines is not None:
+                faults.add("frame early")
+                if line:
+                    end_line()
+            lines = []
+            frames.append(lines)
+        elif dropping:
+            dropping = not beat.end_of_line
+            continue
+        elif lines is None:
+            if frames:
+                faults.add("frame late")
+            continue
+        line.append(beat.data)
+        if len(line) == columns:
+            if not beat.end_of_line:
+                faults.add("line late")
+                dropping = True
+            end_line()
+        elif beat.end_of_line:
+            faults.add("line early")
+            end_line()
+    return frames, faults

@@ -1,0 +1,157 @@
+"""Building the VHDL and running cocotb testbenches on it, on whichever simulator is asked for.
+
+The simulator is chosen by the environment variable ``SIM`` (ghdl or nvc). A case that fails is run once
+more with the same seed and with waves on.
+"""
+
+import fcntl
+import hashlib
+import json
+import os
+import random
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cocotb_tools.check_results import get_results
+from cocotb_tools.runner import get_runner
+
+from plenofir import project
+from plenofir.simulation.simulators import GHDL_RUN_OPTIONS, find_simulator
+
+CASE_VARIABLE = "PLENOFIR_CASE"
+_BUILD = project.root() / "build" / "tb"
+
+
+def simulator_name() -> str:
+    """Name of the simulator that the tests run on."""
+    return os.environ.get("SIM") or "ghdl"
+
+
+def _build(top: str, sources: Sequence[Path]) -> Path:
+    """Analyse and elaborate once for each version of the sources; return the build folder."""
+    simulator = find_simulator(simulator_name())
+    os.environ.update(simulator.environment)
+    digest = hashlib.sha256(simulator.version.encode())
+    for source in sources:
+        digest.update(source.read_bytes())
+    name = f"{top}-{digest.hexdigest()[:12]}"
+    if simulator.name == "nvc":
+        # NVC elaborates with the generics of a run into the library: one library a worker.
+        name += "-" + os.environ.get("PYTEST_XDIST_WORKER", "main")
+    build = _BUILD / simulator.name / name
+    build.parent.mkdir(parents=True, exist_ok=True)
+    with (build.parent / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (build / "built").exists():
+            shutil.rmtree(build, ignore_errors=True)
+            standard = "--std=1993" if simulator.name == "nvc" else "--std=93"
+            get_runner(simulator.name).build(
+                sources=list(sources),
+                hdl_toplevel=top,
+                build_args=[standard],
+                build_dir=build,
+                log_file=build / "build.log",
+            )
+            (build / "built").touch()
+    return build
+
+
+def run_case(
+    top: str,
+    test_module: str,
+    *,
+    generics: Mapping[str, int | bool],
+    case: Mapping[str, Any] | None = None,
+    seed: int | None = None,
+) -> None:
+    """Run a cocotb module on an entity; fail the calling pytest test if any cocotb test fails.
+
+    Parameters
+    ----------
+    top
+        Entity under test.
+    test_module
+        Python module with the cocotb tests.
+    generics
+        Generics of the entity.
+    case
+        What the testbench is to do; it reads it with `read_case`.
+    seed
+        Seed of all random choices; drawn and printed if None.
+    """
+    build = _build(top, project.hdl_sources())
+    if seed is None:
+        seed = int(os.environ.get("SEED") or random.SystemRandom().randrange(1 << 31))
+    label = f"{top}-{hashlib.sha256(repr((test_module, generics, case)).encode()).hexdigest()[:10]}"
+    scratch = _BUILD / "cases" / f"{label}-{seed}"
+    shutil.rmtree(scratch, ignore_errors=True)
+    scratch.mkdir(parents=True)
+    standard = "--std=1993" if simulator_name() == "nvc" else "--std=93"
+    parameters = {k: str(v).lower() if isinstance(v, bool) else v for k, v in generics.items()}
+
+    def run(name: str, waves: bool) -> tuple[int, int, Path]:
+        log = scratch / f"{name}.log"
+        wave_file = scratch / f"{name}.fst"
+        options = []
+        if waves and simulator_name() == "ghdl":
+            options = [f"--fst={wave_file}"]
+        elif waves:
+            options = [f"--wave={wave_file}", "--format=fst"]
+        if simulator_name() == "ghdl":
+            options += GHDL_RUN_OPTIONS
+        results = get_runner(simulator_name()).test(
+            test_module=test_module,
+            hdl_toplevel=top,
+            hdl_toplevel_lang="vhdl",
+            parameters=parameters,
+            build_dir=build,
+            test_dir=build,
+            test_args=[standard] if simulator_name() == "ghdl" else [],
+            plusargs=options,
+            seed=seed,
+            extra_env={
+                CASE_VARIABLE: json.dumps({**(case or {}), "pictures": str(scratch / "pictures")}),
+                "COCOTB_LOG_LEVEL": "INFO",
+                "PYTHONPATH": os.pathsep.join([str(project.root() / "tb"), *_python_path()]),
+            },
+            results_xml=str(scratch / f"{name}.xml"),
+            log_file=log,
+        )
+        return (*get_results(results), log)
+
+    try:
+        tests, failed, log = run("run", waves=False)
+    except (RuntimeError, SystemExit):
+        tests, failed, log = 0, 1, scratch / "run.log"
+    if tests and not failed:
+        shutil.rmtree(scratch)
+        return
+    lines = log.read_text(errors="replace").splitlines() if log.exists() else []
+    errors = [line.strip() for line in lines if "AssertionError" in line or "error" in line.lower()]
+    try:
+        run("waves", waves=True)
+    except (RuntimeError, SystemExit):
+        pass
+    pytest.fail(
+        "\n".join(
+            [
+                f"{test_module} on {top}: {failed} of {tests} cocotb tests failed",
+                f"generics {dict(parameters)}",
+                f"rerun with SEED={seed}; log, waves and pictures in {scratch}",
+                *errors[:10],
+            ]
+        ),
+        pytrace=False,
+    )
+
+
+def _python_path() -> list[str]:
+    return [p for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p]
+
+
+def read_case() -> dict[str, Any]:
+    """What the running testbench is to do: the `case` given to `run_case`."""
+    return json.loads(os.environ[CASE_VARIABLE])

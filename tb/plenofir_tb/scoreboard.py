@@ -1,0 +1,94 @@
+"""Scoreboard that compares frames as they come out, pixel by pixel."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from cocotb_bus.scoreboard import Scoreboard
+
+from plenofir.compare import compare_frames, difference_picture
+from plenofir.images import write_png
+from plenofir_tb.axi_video import AxiVideoSink, Beat, Frame, frame_beats
+
+
+class FrameScoreboard(Scoreboard):
+    """Compares each transfer with the expected frames, and frames with pictures when they differ.
+
+    Parameters
+    ----------
+    dut
+        Entity under test.
+    sink
+        Where the frames come out.
+    pixel_bits
+        Width of a channel.
+    pictures
+        Folder for got, want and difference pictures of a wrong frame.
+    """
+
+    def __init__(self, dut: Any, sink: AxiVideoSink, pixel_bits: int, pictures: Path) -> None:
+        super().__init__(dut)
+        self.pixel_bits = pixel_bits
+        self.pictures = pictures
+        self.frames: list[Frame] = []
+        self.received: list[Beat] = []
+        self.frames_done = 0
+        # A function, so that transfers that nobody expects fail too.
+        self.add_interface(sink, [], compare_fn=self._take)
+
+    def expect(self, frame: Frame) -> None:
+        """Add a frame to those that must come out next."""
+        self.frames.append(frame)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether frames are still to come."""
+        return self.frames_done < len(self.frames)
+
+    def _take(self, beat: Beat) -> None:
+        if not self.waiting:
+            raise AssertionError(f"transfer {beat} after the last of {len(self.frames)} frames")
+        want = self.frames[self.frames_done]
+        rows, columns = want.shape[:2]
+        line, column = divmod(len(self.received), columns)
+        assert beat.end_of_line == (column == columns - 1), (
+            f"frame {self.frames_done}, line {line}, column {column}: tlast {beat.end_of_line}"
+        )
+        assert beat.start_of_frame == (line == 0 and column == 0), (
+            f"frame {self.frames_done}, line {line}, column {column}: tuser {beat.start_of_frame}"
+        )
+        self.received.append(beat)
+        if len(self.received) == rows * columns:
+            self._compare_frame(want)
+            self.received = []
+            self.frames_done += 1
+
+    def _compare_frame(self, want: Frame) -> None:
+        if [beat.data for beat in self.received] == [
+            beat.data for beat in frame_beats(want, self.pixel_bits)
+        ]:
+            return
+        mask = (1 << self.pixel_bits) - 1
+        channels = 1 if want.ndim == 2 else want.shape[2]
+        values = [(b.data >> (c * self.pixel_bits)) & mask for b in self.received for c in range(channels)]
+        got = np.array(values, dtype=want.dtype).reshape(want.shape)
+        self.pictures.mkdir(parents=True, exist_ok=True)
+        for name, picture in (
+            ("got", got),
+            ("want", want),
+            ("diff", difference_picture(got, want)),
+        ):
+            write_png(self.pictures / f"frame{self.frames_done}_{name}.png", picture)
+        comparison = compare_frames(got[np.newaxis], want[np.newaxis])
+        first = str(comparison.first).replace("frame 0", f"frame {self.frames_done}", 1)
+        raise AssertionError(
+            f"{comparison.mismatches} of {comparison.pixels} pixels differ, first: {first}; "
+            f"pictures in {self.pictures}"
+        )
+
+    @property
+    def result(self) -> None:
+        """Fail if frames are missing or incomplete."""
+        missing = len(self.frames) - self.frames_done
+        assert not missing, f"{missing} frames missing, {len(self.received)} pixels of the next one"
+        assert not self.received, f"{len(self.received)} pixels too many"

@@ -1,0 +1,275 @@
+"""cocotb tests of ``raster_refocuser``: every pixel of every frame against the bit-true model."""
+
+import logging
+import random
+from pathlib import Path
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import ClockCycles, RisingEdge
+
+from plenofir.core import MIN_LINE_STEPS, CoreConfiguration
+from plenofir_tb.axi_video import (
+    AxiVideoSink,
+    AxiVideoSource,
+    Beat,
+    Frame,
+    frame_beats,
+    stall_pattern,
+)
+from plenofir_tb.frames import KINDS, make_frame, repaired_frames
+from plenofir_tb.runner import read_case
+from plenofir_tb.scoreboard import FrameScoreboard
+
+ERROR_NAMES = ("line early", "line late", "frame early", "frame late", "size")
+# Clocks without any output after which frames count as lost.
+PATIENCE = 3000
+
+
+class Bench:
+    """Source, core, sink and scoreboard.
+
+    Parameters
+    ----------
+    dut
+        The core.
+    """
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.case = read_case()
+        self.core = CoreConfiguration.model_validate(self.case["core"])
+        self.rng = random.Random(cocotb.RANDOM_SEED)
+        Clock(dut.clk, 10, "ns").start()
+        logging.getLogger(f"cocotb.{dut._name}.m_axis").setLevel(logging.WARNING)
+        self.source = AxiVideoSource(dut, "s_axis", dut.clk)
+        self.sink = AxiVideoSink(dut, "m_axis", dut.clk)
+        self.scoreboard = FrameScoreboard(
+            dut, self.sink, self.core.pixel_bits, Path(self.case["pictures"])
+        )
+
+    async def reset(self, columns: int, rows: int) -> None:
+        """Reset the core and set the frame size."""
+        self.dut.reset.value = 1
+        self.dut.error_clear.value = 0
+        self.set_size(columns, rows)
+        await ClockCycles(self.dut.clk, 3)
+        self.dut.reset.value = 0
+        await RisingEdge(self.dut.clk)
+
+    def set_size(self, columns: int, rows: int) -> None:
+        """Set the size of the next frames."""
+        self.dut.columns.value = columns
+        self.dut.rows.value = rows
+
+    def stall(self, source: str, sink: str) -> None:
+        """Choose the stall patterns of both sides."""
+        self.source.stalls = stall_pattern(source, random.Random(self.rng.random()))
+        self.sink.stalls = stall_pattern(sink, random.Random(self.rng.random()))
+
+    def frame(self, kind: str, columns: int, rows: int) -> Frame:
+        """Make a frame for the core."""
+        return make_frame(kind, rows, columns, self.core.channels, self.core.pixel_bits, self.rng)
+
+    def golden(self, frame: Frame) -> Frame:
+        """What the core must make of a frame."""
+        core = self.core
+        return core.arithmetic.refocus(frame, core.micro_image_size, core.shift, align=core.align)
+
+    def send_frame(self, frame: Frame) -> None:
+        """Queue a frame and expect its refocused image."""
+        self.scoreboard.expect(self.golden(frame))
+        self.source.append(frame_beats(frame, self.core.pixel_bits))
+
+    async def drain(self) -> None:
+        """Wait until all expected frames are out, and a while longer for what must not come."""
+        quiet = 0
+        while self.scoreboard.waiting and quiet < PATIENCE:
+            before = len(self.scoreboard.received)
+            done = self.scoreboard.frames_done
+            await ClockCycles(self.dut.clk, 10)
+            same = (before, done) == (len(self.scoreboard.received), self.scoreboard.frames_done)
+            quiet = quiet + 10 if same else 0
+        await ClockCycles(self.dut.clk, 50)
+        self.scoreboard.result  # noqa: B018  (raises)
+
+    def errors(self) -> set[str]:
+        """Names of the error flags that are set."""
+        flags = int(self.dut.error_flags.value)
+        return {name for i, name in enumerate(ERROR_NAMES) if flags >> i & 1}
+
+    def random_size(self, *, full_rate: bool = False) -> tuple[int, int]:
+        """Columns and rows of a small frame, at least one micro image.
+
+        Lines of fewer than `MIN_LINE_STEPS` pixels are not taken at full rate.
+        """
+        smallest = self.core.micro_image_size
+        narrowest = max(smallest, MIN_LINE_STEPS) if full_rate else smallest
+        columns = self.rng.randint(narrowest, self.core.max_columns)
+        rows = self.rng.randint(smallest, 2 * smallest + 4)
+        return columns, rows
+
+
+@cocotb.test()
+async def frames_without_stalls(dut: Any) -> None:
+    """Back to back at full rate: never refused, and the latency is what the formula says."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size(full_rate=True)
+    await bench.reset(columns, rows)
+    bench.stall("none", "none")
+    clocks: list[int] = []
+
+    async def watch() -> None:
+        clock = 0
+        while len(clocks) < 2:
+            await RisingEdge(dut.clk)
+            clock += 1
+            if not clocks and int(dut.s_axis_tvalid.value) and int(dut.s_axis_tready.value):
+                clocks.append(clock)
+            if clocks and int(dut.m_axis_tvalid.value):
+                clocks.append(clock)
+
+    watcher = cocotb.start_soon(watch())
+    for kind in ("white", "gradient"):
+        bench.send_frame(bench.frame(kind, columns, rows))
+    await bench.drain()
+    await watcher
+    assert bench.source.refused_clocks == 0, f"refused for {bench.source.refused_clocks} clocks"
+    latency = clocks[1] - clocks[0]
+    want = bench.core.latency_clocks(columns)
+    assert latency == want, f"latency {latency} clocks, the formula says {want}"
+    assert not bench.errors()
+
+
+@cocotb.test()
+async def frames_with_stalls(dut: Any) -> None:
+    """Frames of all remaining kinds, back to back, with stalls on both sides."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size()
+    await bench.reset(columns, rows)
+    bench.stall("some", "some")
+    for kind in ("impulse", "black", "random"):
+        bench.send_frame(bench.frame(kind, columns, rows))
+    await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test(skip=not read_case()["thorough"])
+async def any_stalls_any_gaps(dut: Any) -> None:
+    """Several sizes, all stall patterns, with gaps between frames that cut flush lines short."""
+    bench = Bench(dut)
+    await bench.reset(*bench.random_size())
+    for stalls in (("none", "bursts"), ("bursts", "none"), ("many", "some"), ("some", "many")):
+        columns, rows = bench.random_size()
+        bench.set_size(columns, rows)
+        bench.stall(*stalls)
+        for _ in range(4):
+            bench.send_frame(bench.frame(bench.rng.choice(KINDS), columns, rows))
+            gap = bench.rng.choice([0, 1, 5, columns, 3 * columns])
+            await ClockCycles(dut.clk, bench.rng.randint(1, columns * rows) + gap)
+        await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test(skip=not read_case()["thorough"])
+async def gaps_never_refuse_the_source(dut: Any) -> None:
+    """A source that cannot wait is never refused, however its gaps fall on flush lines."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size(full_rate=True)
+    await bench.reset(columns, rows)
+    bench.stall("none", "none")
+    for gap in (1, 2, 3, columns // 2, columns, columns + 1):
+        frame = bench.frame("random", columns, rows)
+        bench.scoreboard.expect(bench.golden(frame))
+        await bench.source.send(frame_beats(frame, bench.core.pixel_bits), sync=False)
+        await ClockCycles(dut.clk, gap)
+    await bench.drain()
+    assert bench.source.refused_clocks == 0
+
+
+@cocotb.test(skip=not read_case()["thorough"])
+async def broken_frames(dut: Any) -> None:
+    """Lines and frames that end early or late: flags are raised, the next good frame is right."""
+    bench = Bench(dut)
+    rng = bench.rng
+    core = bench.core
+    for _ in range(6):
+        columns, rows = bench.random_size()
+        await bench.reset(columns, rows)
+        bench.stall(rng.choice(["none", "some"]), rng.choice(["none", "some"]))
+        good = bench.frame("random", columns, rows)
+        beats = frame_beats(good, core.pixel_bits)
+        for _ in range(3):
+            broken = frame_beats(bench.frame("random", columns, rows), core.pixel_bits)
+            fault = rng.choice(["drop", "repeat", "cut", "no last", "no start", "noise"])
+            at = rng.randrange(len(broken))
+            if fault == "drop":
+                del broken[at : at + rng.randint(1, 3)]
+            elif fault == "repeat":
+                extra = [Beat(b.data, False, b.end_of_line) for b in broken[at : at + columns]]
+                broken[at:at] = extra[: rng.randint(1, columns)]
+            elif fault == "cut":
+                broken = broken[: at + 1]
+            elif fault == "no last":
+                broken = [Beat(b.data, b.start_of_frame, False) for b in broken]
+            elif fault == "no start":
+                broken = [Beat(b.data, False, b.end_of_line) for b in broken]
+            else:
+                broken = [Beat(b.data, rng.random() < 0.05, rng.random() < 0.2) for b in broken]
+            beats += broken
+        beats += frame_beats(good, core.pixel_bits)
+        frames, faults = repaired_frames(beats, columns, rows)
+        mask = (1 << core.pixel_bits) - 1
+        for lines in frames:
+            packed = np.array(lines, dtype=object)
+            planes = [(packed >> (c * core.pixel_bits)) & mask for c in range(core.channels)]
+            frame = np.stack(planes, axis=-1).astype(good.dtype)
+            bench.scoreboard.expect(bench.golden(frame[:, :, 0] if core.channels == 1 else frame))
+        assert np.array_equal(bench.scoreboard.frames[-1], bench.golden(good))
+        bench.source.append(beats)
+        await bench.drain()
+        assert bench.errors() == faults, f"flags {bench.errors()}, faults {faults}"
+        dut.error_clear.value = 1
+        await ClockCycles(dut.clk, 2)
+        dut.error_clear.value = 0
+        await RisingEdge(dut.clk)
+        assert not bench.errors()
+
+
+@cocotb.test(skip=not read_case()["thorough"])
+async def reset_inside_a_frame(dut: Any) -> None:
+    """After a reset in mid-frame nothing of the old frame comes out."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size()
+    await bench.reset(columns, rows)
+    bench.stall("none", "none")
+    for _ in range(3):
+        beats = frame_beats(bench.frame("white", columns, rows), bench.core.pixel_bits)
+        sent = beats[: bench.rng.randint(1, len(beats))]
+        bench.sink.stalls = stall_pattern("none", bench.rng)
+        # The sink refuses everything until the reset, so that nothing of this frame gets out.
+        bench.sink.stalls = iter(lambda: True, False)
+        await bench.source.send(sent[: bench.core.max_columns], sync=True)
+        await ClockCycles(dut.clk, bench.rng.randint(1, 40))
+        await bench.reset(columns, rows)
+        bench.stall("none", "some")
+        bench.send_frame(bench.frame("random", columns, rows))
+        await bench.drain()
+        assert not bench.errors()
+
+
+@cocotb.test(skip=not read_case()["thorough"])
+async def unsupported_size(dut: Any) -> None:
+    """A frame of a size that the core was not built for is dropped and flagged."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size()
+    await bench.reset(bench.core.max_columns + 1, rows)
+    frame = bench.frame("random", columns, rows)
+    await bench.source.send(frame_beats(frame, bench.core.pixel_bits))
+    await ClockCycles(dut.clk, 50)
+    assert "size" in bench.errors()
+    bench.set_size(columns, rows)
+    bench.send_frame(frame)
+    await bench.drain()
