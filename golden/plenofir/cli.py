@@ -67,7 +67,7 @@ def _arithmetic(name: str, fraction_bits: str, guard_bits: str) -> Arithmetic:
     if guard_bits:
         bits["guard_bits"] = _integer(guard_bits, "GUARD")
     try:
-        return StoredProductArithmetic(**bits)
+        return StoredProductArithmetic.model_validate(bits)
     except ValidationError as error:
         first = error.errors()[0]
         field = str(first["loc"][0]) if first["loc"] else "guard_bits"
@@ -92,13 +92,9 @@ def sim(
     fraction: Annotated[
         str, typer.Option(help="Stored products: fraction bits, 8 if not given.")
     ] = "",
-    guard: Annotated[
-        str, typer.Option(help="Stored products: guard bits, 2 if not given.")
-    ] = "",
+    guard: Annotated[str, typer.Option(help="Stored products: guard bits, 2 if not given.")] = "",
     simulator: Annotated[str, typer.Option(help="ghdl or nvc.")] = "ghdl",
-    waves: Annotated[
-        str, typer.Option(help="1: write a waveform and a GTKWave save file.")
-    ] = "0",
+    waves: Annotated[str, typer.Option(help="1: write a waveform and a GTKWave save file.")] = "0",
 ) -> None:
     """Refocus a raw image in the VHDL core and compare it with the golden model."""
     if waves not in ("", "0", "1"):

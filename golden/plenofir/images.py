@@ -42,9 +42,7 @@ def read_image(path: Path) -> Image:
     try:
         image = iio.imread(path, plugin="opencv", flags=cv2.IMREAD_UNCHANGED)
     except (OSError, ValueError, cv2.error):
-        raise InputError(
-            "no image that can be read", where=str(path), expected=_EXPECTED
-        ) from None
+        raise InputError("no image that can be read", where=str(path), expected=_EXPECTED) from None
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(f"pixels of type {image.dtype}", where=str(path), expected=_EXPECTED)
     if image.ndim == 3 and image.shape[2] == 1:

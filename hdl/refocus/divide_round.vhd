@@ -106,10 +106,13 @@ architecture rtl of divide_round is
     for bit_index in EXPONENT downto 0 loop
 
       remainder := 2 * remainder;
+
       if bit_index = EXPONENT then
         remainder := 1;
       end if;
+
       quotient_so_far := shift_left(quotient_so_far, 1);
+
       if remainder >= DIVISOR then
         remainder          := remainder - DIVISOR;
         quotient_so_far(0) := '1';
@@ -143,8 +146,8 @@ architecture rtl of divide_round is
 
   end function width_of;
 
-  constant FACTOR_BITS : positive                            := width_of(reciprocal);
-  constant FACTOR      : unsigned(FACTOR_BITS - 1 downto 0)  := resize(reciprocal, FACTOR_BITS);
+  constant FACTOR_BITS : positive                           := width_of(reciprocal);
+  constant FACTOR      : unsigned(FACTOR_BITS - 1 downto 0) := resize(reciprocal, FACTOR_BITS);
 
   signal numerator : unsigned(NUMERATOR_BITS - 1 downto 0)               := (others => '0');
   signal product   : unsigned(NUMERATOR_BITS + FACTOR_BITS - 1 downto 0) := (others => '0');

@@ -29,8 +29,8 @@ use work.refocus_pkg.all;
 
 entity frame_sequencer is
   generic (
-    MAX_COLUMNS  : positive;
-    DATA_BITS    : positive;
+    MAX_COLUMNS : positive;
+    DATA_BITS   : positive;
     -- Delay of the row filter in pixels and of the column filter in lines.
     FILTER_DELAY : natural
   );
@@ -61,10 +61,10 @@ architecture rtl of frame_sequencer is
 
   -- accept: pixels of the stream; fill: zeros up to the end of a broken line; drop: the excess of
   -- a long line; flush: a flush line.
-  type state_t is (ACCEPT, FILL, DROP, FLUSH);
+  type state_t is (accept, fill, drop, flush);
 
   -- What this clock sends to the stages.
-  type send_t is (NOTHING, EMPTY, STREAM_PIXEL, ZERO_PIXEL, FLUSH_PIXEL);
+  type send_t is (nothing, empty, stream_pixel, zero_pixel, flush_pixel);
 
   constant LINE_EARLY  : natural := 0;
   constant LINE_LATE   : natural := 1;
@@ -72,22 +72,22 @@ architecture rtl of frame_sequencer is
   constant FRAME_LATE  : natural := 3;
   constant FRAME_SIZE  : natural := 4;
 
-  signal state           : state_t                      := ACCEPT;
+  signal state           : state_t                           := accept;
   signal send            : send_t;
   signal take            : std_logic;
-  signal synchronised    : std_logic                    := '0';
-  signal frame_open      : std_logic                    := '0';
-  signal column          : unsigned(15 downto 0)        := (others => '0');
-  signal row             : unsigned(15 downto 0)        := (others => '0');
-  signal last_column     : unsigned(15 downto 0)        := (others => '0');
-  signal last_row        : unsigned(15 downto 0)        := (others => '0');
+  signal synchronised    : std_logic                         := '0';
+  signal frame_open      : std_logic                         := '0';
+  signal column          : unsigned(15 downto 0)             := (others => '0');
+  signal row             : unsigned(15 downto 0)             := (others => '0');
+  signal last_column     : unsigned(15 downto 0)             := (others => '0');
+  signal last_row        : unsigned(15 downto 0)             := (others => '0');
   signal new_last_column : unsigned(15 downto 0);
   signal new_last_row    : unsigned(15 downto 0);
   signal size_supported  : std_logic;
   signal starts_frame    : std_logic;
   signal line_ends       : std_logic;
-  signal pixels_to_flush : natural range 0 to FILTER_DELAY := 0;
-  signal lines_to_flush  : natural range 0 to FILTER_DELAY := 0;
+  signal pixels_to_flush : natural range 0 to FILTER_DELAY   := 0;
+  signal lines_to_flush  : natural range 0 to FILTER_DELAY   := 0;
   signal steps_missing   : natural range 0 to MIN_LINE_STEPS := 0;
 
 begin
@@ -102,7 +102,7 @@ begin
                     pixels_to_flush, steps_missing) is
   begin
 
-    send         <= NOTHING;
+    send         <= nothing;
     take         <= '0';
     starts_frame <= '0';
 
@@ -110,41 +110,41 @@ begin
 
       case state is
 
-        when FILL =>
+        when fill =>
 
-          send <= ZERO_PIXEL;
+          send <= zero_pixel;
 
-        when FLUSH =>
+        when flush =>
 
-          send <= FLUSH_PIXEL;
+          send <= flush_pixel;
 
-        when DROP =>
+        when drop =>
 
           take <= s_axis_tvalid and not s_axis_tuser;
 
-        when ACCEPT =>
+        when accept =>
 
           if steps_missing > 0 then
-            send <= EMPTY;
+            send <= empty;
           elsif s_axis_tvalid = '1' then
             if frame_open = '1' then
               -- A start of frame inside a frame waits for the end of the broken one.
               if s_axis_tuser = '0' then
                 take <= '1';
-                send <= STREAM_PIXEL;
+                send <= stream_pixel;
               end if;
             elsif s_axis_tuser = '0' or size_supported = '0' then
               take <= '1';
             else
               take         <= '1';
-              send         <= STREAM_PIXEL;
+              send         <= stream_pixel;
               starts_frame <= '1';
             end if;
           elsif column = 0 then
             if frame_open = '0' and lines_to_flush > 0 then
-              send <= FLUSH_PIXEL;
+              send <= flush_pixel;
             elsif pixels_to_flush > 0 then
-              send <= EMPTY;
+              send <= empty;
             end if;
           end if;
 
@@ -168,7 +168,7 @@ begin
   begin
 
     if rising_edge(clk) then
-      image_token := send = STREAM_PIXEL or send = ZERO_PIXEL;
+      image_token := send = stream_pixel or send = zero_pixel;
 
       if error_clear = '1' then
         error_flags <= (others => '0');
@@ -185,14 +185,14 @@ begin
         frame_ends := row = last_row;
       end if;
 
-      if send = EMPTY then
+      if send = empty then
         if pixels_to_flush > 0 then
           pixels_to_flush <= pixels_to_flush - 1;
         end if;
         if steps_missing > 0 then
           steps_missing <= steps_missing - 1;
         end if;
-      elsif send /= NOTHING then
+      elsif send /= nothing then
         pixels_to_flush <= FILTER_DELAY;
         if image_token then
           lines_to_flush <= FILTER_DELAY;
@@ -202,7 +202,7 @@ begin
 
         if line_ends = '1' then
           column <= (others => '0');
-          state  <= ACCEPT;
+          state  <= accept;
           if column < MIN_LINE_STEPS - 1 then
             steps_missing <= MIN_LINE_STEPS - 1 - to_integer(column(1 downto 0));
           end if;
@@ -217,35 +217,35 @@ begin
           end if;
         else
           column <= column + 1;
-          if send = FLUSH_PIXEL then
-            state <= FLUSH;
+          if send = flush_pixel then
+            state <= flush;
           end if;
         end if;
       end if;
 
       -- Faults of the stream.
-      if send = STREAM_PIXEL then
+      if send = stream_pixel then
         if s_axis_tlast = '1' and line_ends = '0' then
-          state             <= FILL;
+          state                   <= fill;
           error_flags(LINE_EARLY) <= '1';
         elsif s_axis_tlast = '0' and line_ends = '1' then
-          state            <= DROP;
+          state                  <= drop;
           error_flags(LINE_LATE) <= '1';
         end if;
       elsif room = '1' and s_axis_tvalid = '1' then
-        if state = DROP then
+        if state = drop then
           if s_axis_tuser = '1' or s_axis_tlast = '1' then
-            state <= ACCEPT;
+            state <= accept;
           end if;
-        elsif state = ACCEPT and steps_missing = 0 then
+        elsif state = accept and steps_missing = 0 then
           if frame_open = '1' then
             -- Only a start of frame is not taken inside a frame.
             error_flags(FRAME_EARLY) <= '1';
-            frame_open         <= '0';
+            frame_open               <= '0';
             if column = 0 then
               row <= (others => '0');
             else
-              state <= FILL;
+              state <= fill;
             end if;
           elsif take = '1' then
             if s_axis_tuser = '1' then
@@ -266,10 +266,10 @@ begin
       token_image       <= '0';
       token_data        <= (others => '0');
 
-      if send /= NOTHING then
+      if send /= nothing then
         token_strobe <= '1';
       end if;
-      if send /= NOTHING and send /= EMPTY then
+      if send /= nothing and send /= empty then
         token_pixel     <= '1';
         token_line_last <= line_ends;
         if column = 0 then
@@ -282,12 +282,12 @@ begin
           end if;
         end if;
       end if;
-      if send = STREAM_PIXEL then
+      if send = stream_pixel then
         token_data <= s_axis_tdata;
       end if;
 
       if reset = '1' then
-        state           <= ACCEPT;
+        state           <= accept;
         synchronised    <= '0';
         frame_open      <= '0';
         column          <= (others => '0');

@@ -31,17 +31,17 @@ entity raster_refocuser is
     -- M: pixels a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
     -- a' = a * M: shift in pixels.
-    SHIFT            : integer range -4096 to 4096;
+    SHIFT : integer range -4096 to 4096;
     -- Whether the picture stays put while focus is stepped.
-    CENTRED          : boolean                  := true;
-    MAX_COLUMNS      : positive range 1 to 8192 := 2048;
-    CHANNELS         : positive range 1 to 3    := 1;
-    PIXEL_BITS       : positive range 1 to 16   := 8;
+    CENTRED     : boolean                  := true;
+    MAX_COLUMNS : positive range 1 to 8192 := 2048;
+    CHANNELS    : positive range 1 to 3    := 1;
+    PIXEL_BITS  : positive range 1 to 16   := 8;
     -- Exact sums and one division at the end, or stored products.
-    EXACT            : boolean                  := true;
+    EXACT : boolean := true;
     -- Stored products only: fraction bits F, guard bits G <= F of the intermediate image.
-    FRACTION_BITS    : natural range 0 to 12    := 0;
-    GUARD_BITS       : natural range 0 to 12    := 0
+    FRACTION_BITS : natural range 0 to 12 := 0;
+    GUARD_BITS    : natural range 0 to 12 := 0
   );
   port (
     clk           : in    std_logic;
@@ -86,16 +86,16 @@ architecture rtl of raster_refocuser is
   end function choose;
 
   constant PIXEL_MAX       : positive := 2 ** PIXEL_BITS - 1;
-  constant ROW_PRODUCT_MAX : positive :=
-    choose(EXACT, PIXEL_MAX, scaled_quotient(PIXEL_MAX, FRACTION_BITS, MICRO_IMAGE_SIZE));
+  constant ROW_ROM_MAX     : positive := scaled_quotient(PIXEL_MAX, FRACTION_BITS, MICRO_IMAGE_SIZE);
+  constant ROW_PRODUCT_MAX : positive := choose(EXACT, PIXEL_MAX, ROW_ROM_MAX);
   constant ROW_SUM_MAX     : positive := MICRO_IMAGE_SIZE * ROW_PRODUCT_MAX;
   -- The intermediate image: row sums, or pixels with guard bits.
   constant MIDDLE_BITS     : positive := choose(EXACT, bits_for(ROW_SUM_MAX), PIXEL_BITS + GUARD_BITS);
   constant MIDDLE_MAX      : positive := choose(EXACT, ROW_SUM_MAX, 2 ** MIDDLE_BITS - 1);
   constant DROP_BITS       : integer  := FRACTION_BITS - GUARD_BITS;
   constant COL_SCALE_BITS  : natural  := choose(EXACT, 0, DROP_BITS);
-  constant COL_PRODUCT_MAX : positive :=
-    choose(EXACT, MIDDLE_MAX, scaled_quotient(MIDDLE_MAX, COL_SCALE_BITS, MICRO_IMAGE_SIZE));
+  constant COL_ROM_MAX     : positive := scaled_quotient(MIDDLE_MAX, COL_SCALE_BITS, MICRO_IMAGE_SIZE);
+  constant COL_PRODUCT_MAX : positive := choose(EXACT, MIDDLE_MAX, COL_ROM_MAX);
   constant COL_SUM_MAX     : positive := MICRO_IMAGE_SIZE * COL_PRODUCT_MAX;
 
   constant ROW_SUM_BITS : positive := bits_for(ROW_SUM_MAX);

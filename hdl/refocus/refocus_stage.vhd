@@ -27,13 +27,13 @@ entity refocus_stage is
     DEPTH            : positive;
     CHANNELS         : positive;
     -- Width and largest value of the input; largest value of the products, and of their sums.
-    DATA_BITS        : positive;
-    STORED           : boolean;
-    SCALE_BITS       : natural;
-    PRODUCT_MAX      : natural;
-    SUM_MAX          : natural;
-    STEP_TAG_BITS    : positive;
-    TOKEN_TAG_BITS   : positive
+    DATA_BITS      : positive;
+    STORED         : boolean;
+    SCALE_BITS     : natural;
+    PRODUCT_MAX    : natural;
+    SUM_MAX        : natural;
+    STEP_TAG_BITS  : positive;
+    TOKEN_TAG_BITS : positive
   );
   port (
     clk           : in    std_logic;
@@ -59,20 +59,18 @@ architecture rtl of refocus_stage is
   constant SUM_BITS     : positive := bits_for(SUM_MAX);
   constant SLOT_BITS    : positive := bits_for(DEPTH - 1);
 
-  signal slot         : unsigned(SLOT_BITS - 1 downto 0);
-  signal slot_d1      : unsigned(SLOT_BITS - 1 downto 0)                    := (others => '0');
-  signal strobe_d1    : std_logic                                           := '0';
-  signal strobe_d2    : std_logic                                           := '0';
-  signal strobe_d3    : std_logic                                           := '0';
-  signal advance_d1   : std_logic                                           := '0';
-  signal advance_d2   : std_logic                                           := '0';
-  signal first_d1     : std_logic                                           := '0';
-  signal step_tag_d1  : std_logic_vector(STEP_TAG_BITS - 1 downto 0)        := (others => '0');
-  signal step_tag_d2  : std_logic_vector(STEP_TAG_BITS - 1 downto 0)        := (others => '0');
-  signal products_d1  : std_logic_vector(CHANNELS * PRODUCT_BITS - 1 downto 0);
-  signal products_d2  : std_logic_vector(CHANNELS * PRODUCT_BITS - 1 downto 0) := (others => '0');
-  signal closed       : std_logic_vector(0 to TAPS - 1);
-  signal restart      : std_logic;
+  signal slot        : unsigned(SLOT_BITS - 1 downto 0);
+  signal slot_d1     : unsigned(SLOT_BITS - 1 downto 0)             := (others => '0');
+  signal strobe_d1   : std_logic                                    := '0';
+  signal strobe_d2   : std_logic                                    := '0';
+  signal strobe_d3   : std_logic                                    := '0';
+  signal advance_d1  : std_logic                                    := '0';
+  signal advance_d2  : std_logic                                    := '0';
+  signal first_d1    : std_logic                                    := '0';
+  signal step_tag_d1 : std_logic_vector(STEP_TAG_BITS - 1 downto 0) := (others => '0');
+  signal step_tag_d2 : std_logic_vector(STEP_TAG_BITS - 1 downto 0) := (others => '0');
+  signal closed      : std_logic_vector(0 to TAPS - 1);
+  signal restart     : std_logic;
 
 begin
 
@@ -83,15 +81,14 @@ begin
   begin
 
     if rising_edge(clk) then
-      strobe_d1    <= strobe;
-      strobe_d2    <= strobe_d1;
-      strobe_d3    <= strobe_d2;
-      advance_d1   <= strobe and advance;
-      advance_d2   <= advance_d1;
-      first_d1     <= first;
-      step_tag_d1  <= step_tag;
-      step_tag_d2  <= step_tag_d1;
-      products_d2  <= products_d1;
+      strobe_d1   <= strobe;
+      strobe_d2   <= strobe_d1;
+      strobe_d3   <= strobe_d2;
+      advance_d1  <= strobe and advance;
+      advance_d2  <= advance_d1;
+      first_d1    <= first;
+      step_tag_d1 <= step_tag;
+      step_tag_d2 <= step_tag_d1;
       if strobe = '1' then
         slot_d1 <= slot;
       end if;
@@ -121,6 +118,14 @@ begin
 
   channel : for c in 0 to CHANNELS - 1 generate
 
+    signal value      : std_logic_vector(DATA_BITS - 1 downto 0);
+    signal product_d1 : std_logic_vector(PRODUCT_BITS - 1 downto 0);
+    signal product_d2 : std_logic_vector(PRODUCT_BITS - 1 downto 0) := (others => '0');
+
+  begin
+
+    value <= data((c + 1) * DATA_BITS - 1 downto c * DATA_BITS);
+
     stored_products : if STORED generate
 
       product_rom : entity work.stored_product
@@ -132,25 +137,33 @@ begin
         )
         port map (
           clk     => clk,
-          value   => data((c + 1) * DATA_BITS - 1 downto c * DATA_BITS),
-          product => products_d1((c + 1) * PRODUCT_BITS - 1 downto c * PRODUCT_BITS)
+          value   => value,
+          product => product_d1
         );
 
     end generate stored_products;
 
     plain_values : if not STORED generate
 
-      delay_data : process (clk) is
+      delay_value : process (clk) is
       begin
 
         if rising_edge(clk) then
-          products_d1((c + 1) * PRODUCT_BITS - 1 downto c * PRODUCT_BITS) <=
-            data((c + 1) * DATA_BITS - 1 downto c * DATA_BITS);
+          product_d1 <= value;
         end if;
 
-      end process delay_data;
+      end process delay_value;
 
     end generate plain_values;
+
+    delay_product : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        product_d2 <= product_d1;
+      end if;
+
+    end process delay_product;
 
     fir : entity work.switched_fir
       generic map (
@@ -166,7 +179,7 @@ begin
         step    => strobe_d2,
         restart => restart,
         closed  => closed,
-        data    => products_d2((c + 1) * PRODUCT_BITS - 1 downto c * PRODUCT_BITS),
+        data    => product_d2,
         sum     => out_sums((c + 1) * SUM_BITS - 1 downto c * SUM_BITS)
       );
 

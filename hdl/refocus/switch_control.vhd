@@ -62,9 +62,9 @@ architecture rtl of switch_control is
 
   constant FIRST_STEP : std_logic_vector(0 to TAPS - 1) := first_mask;
 
-  signal phase      : unsigned(PHASE_BITS - 1 downto 0)   := (others => '0');
+  signal phase      : unsigned(PHASE_BITS - 1 downto 0) := (others => '0');
   signal phase_next : unsigned(PHASE_BITS - 1 downto 0);
-  signal mask       : std_logic_vector(0 to TAPS - 1)     := (others => '1');
+  signal mask       : std_logic_vector(0 to TAPS - 1)   := (others => '1');
   signal switches   : std_logic_vector(0 to TAPS - 1);
 
 begin

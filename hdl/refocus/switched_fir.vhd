@@ -23,9 +23,9 @@ use work.refocus_pkg.all;
 
 entity switched_fir is
   generic (
-    TAPS    : positive;
-    DELAY   : natural;
-    DEPTH   : positive;
+    TAPS  : positive;
+    DELAY : natural;
+    DEPTH : positive;
     -- Largest input and largest sum: micro image size times the largest input.
     DATA_MAX : natural;
     SUM_MAX  : natural
@@ -112,20 +112,57 @@ begin
   line_buffers : if DEPTH > 1 and TAPS > 1 generate
 
     -- The last tap's sum leaves the filter, so only the others are kept.
-    constant WORD_BITS : positive := (TAPS - 1) * SUM_BITS;
+    subtype word_t is std_logic_vector((TAPS - 1) * SUM_BITS - 1 downto 0);
+
+    function packed (
+      sums : partial_sums_t
+    ) return word_t is
+
+      variable word : word_t;
+
+    begin
+
+      for w in 0 to TAPS - 2 loop
+
+        word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS) := std_logic_vector(to_unsigned(sums(w), SUM_BITS));
+
+      end loop;
+
+      return word;
+
+    end function packed;
+
+    function unpacked (
+      word : word_t
+    ) return partial_sums_t is
+
+      variable sums : partial_sums_t;
+
+    begin
+
+      for w in 0 to TAPS - 2 loop
+
+        sums(w) := to_integer(unsigned(word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS)));
+
+      end loop;
+
+      sums(TAPS - 1) := 0;
+
+      return sums;
+
+    end function unpacked;
 
     signal slot_d1      : unsigned(slot'range);
     signal slot_d2      : unsigned(slot'range);
     signal slot_d3      : unsigned(slot'range);
-    signal held_word    : std_logic_vector(WORD_BITS - 1 downto 0);
-    signal next_word    : std_logic_vector(WORD_BITS - 1 downto 0);
+    signal held_word    : word_t;
+    signal next_word    : word_t;
     signal write_enable : std_logic := '0';
 
   begin
 
     take_step : process (clk) is
 
-      variable held      : partial_sums_t;
       variable next_sums : partial_sums_t;
 
     begin
@@ -136,24 +173,9 @@ begin
         slot_d3      <= slot_d2;
         write_enable <= step;
         if step = '1' then
-
-          for w in 0 to TAPS - 2 loop
-
-            held(w) := to_integer(unsigned(held_word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS)));
-
-          end loop;
-
-          held(TAPS - 1) := 0;
-          next_sums      := stepped(held, to_integer(unsigned(data)), closed, restart);
-
-          for w in 0 to TAPS - 2 loop
-
-            next_word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS) <=
-              std_logic_vector(to_unsigned(next_sums(w), SUM_BITS));
-
-          end loop;
-
-          sum <= std_logic_vector(to_unsigned(next_sums(TAPS - 1), SUM_BITS));
+          next_sums := stepped(unpacked(held_word), to_integer(unsigned(data)), closed, restart);
+          next_word <= packed(next_sums);
+          sum       <= std_logic_vector(to_unsigned(next_sums(TAPS - 1), SUM_BITS));
         end if;
       end if;
 
@@ -161,7 +183,7 @@ begin
 
     partial_sums : entity work.ram_simple_dual_port
       generic map (
-        WIDTH        => WORD_BITS,
+        WIDTH        => word_t'length,
         ADDRESS_BITS => slot'length,
         READ_LATENCY => 2
       )

@@ -125,7 +125,9 @@ class AxiVideoSink(BusMonitor):
             await edge
             if ready and int(bus.tvalid.value):
                 self._recv(
-                    Beat(int(bus.tdata.value), bool(int(bus.tuser.value)), bool(int(bus.tlast.value)))
+                    Beat(
+                        int(bus.tdata.value), bool(int(bus.tuser.value)), bool(int(bus.tlast.value))
+                    )
                 )
             ready = not next(self.stalls)
             bus.tready.value = int(ready)

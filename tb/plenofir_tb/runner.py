@@ -1,9 +1,10 @@
-"""Building the VHDL and running cocotb testbenches on it, on whichever simulator is asked for.
+"""Building the VHDL and running cocotb testbenches on it, on whichever simulator is chosen.
 
-The simulator is chosen by the environment variable ``SIM`` (ghdl or nvc). A case that fails is run once
+The environment variable ``SIM`` (ghdl or nvc) chooses the simulator. A case that fails is run once
 more with the same seed and with waves on.
 """
 
+import contextlib
 import fcntl
 import hashlib
 import json
@@ -131,10 +132,8 @@ def run_case(
         return
     lines = log.read_text(errors="replace").splitlines() if log.exists() else []
     errors = [line.strip() for line in lines if "AssertionError" in line or "error" in line.lower()]
-    try:
+    with contextlib.suppress(RuntimeError, SystemExit):
         run("waves", waves=True)
-    except (RuntimeError, SystemExit):
-        pass
     pytest.fail(
         "\n".join(
             [

@@ -70,7 +70,9 @@ class FrameScoreboard(Scoreboard):
             return
         mask = (1 << self.pixel_bits) - 1
         channels = 1 if want.ndim == 2 else want.shape[2]
-        values = [(b.data >> (c * self.pixel_bits)) & mask for b in self.received for c in range(channels)]
+        values = [
+            (b.data >> (c * self.pixel_bits)) & mask for b in self.received for c in range(channels)
+        ]
         got = np.array(values, dtype=want.dtype).reshape(want.shape)
         self.pictures.mkdir(parents=True, exist_ok=True)
         for name, picture in (

@@ -38,26 +38,26 @@ architecture test of refocus_pump is
   constant CLOCK_PERIOD : time     := 10 ns;
   constant PIXELS       : positive := COLUMNS * ROWS * FRAMES;
   -- Clocks without a pixel on either side after which the core counts as hung.
-  constant IDLE_LIMIT   : positive := 100000;
+  constant IDLE_LIMIT : positive := 100000;
   -- Clocks after the last pixel in which no other may come.
-  constant SILENCE      : positive := 64;
+  constant SILENCE : positive := 64;
 
   type words_t is file of integer;
 
   subtype random_t is natural range 0 to 65535;
 
-  signal clk           : std_logic                                             := '0';
-  signal reset         : std_logic                                             := '1';
-  signal running       : boolean                                               := true;
+  signal clk           : std_logic                                            := '0';
+  signal reset         : std_logic                                            := '1';
+  signal running       : boolean                                              := true;
   signal columns_port  : std_logic_vector(15 downto 0);
   signal rows_port     : std_logic_vector(15 downto 0);
-  signal s_axis_tvalid : std_logic                                             := '0';
+  signal s_axis_tvalid : std_logic                                            := '0';
   signal s_axis_tready : std_logic;
   signal s_axis_tdata  : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0) := (others => '0');
-  signal s_axis_tuser  : std_logic_vector(0 downto 0)                          := "0";
-  signal s_axis_tlast  : std_logic                                             := '0';
+  signal s_axis_tuser  : std_logic_vector(0 downto 0)                         := "0";
+  signal s_axis_tlast  : std_logic                                            := '0';
   signal m_axis_tvalid : std_logic;
-  signal m_axis_tready : std_logic                                             := '0';
+  signal m_axis_tready : std_logic                                            := '0';
   signal m_axis_tdata  : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
   signal m_axis_tuser  : std_logic_vector(0 downto 0);
   signal m_axis_tlast  : std_logic;
@@ -109,6 +109,7 @@ begin
     file clocks_file : text open write_mode is "clocks.txt";
 
     variable word           : integer;
+    variable pixel          : std_logic_vector(PIXEL_BITS - 1 downto 0);
     variable text_line      : line;
     variable random         : random_t := SEED mod 65536;
     variable offered        : natural  := 0;
@@ -123,6 +124,7 @@ begin
     variable framing_errors : natural  := 0;
 
     -- Whether this clock stalls: a linear congruential generator, high bits.
+
     procedure draw (
       variable stall : out boolean
     ) is
@@ -184,8 +186,9 @@ begin
         for c in 0 to CHANNELS - 1 loop
 
           read(input_file, word);
-          s_axis_tdata((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <=
-            std_logic_vector(to_unsigned(word, PIXEL_BITS));
+          pixel := std_logic_vector(to_unsigned(word, PIXEL_BITS));
+
+          s_axis_tdata((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= pixel;
 
         end loop;
 

@@ -25,7 +25,7 @@ from plenofir_tb.scoreboard import FrameScoreboard
 
 ERROR_NAMES = ("line early", "line late", "frame early", "frame late", "size")
 # Clocks without any output after which frames count as lost.
-PATIENCE = 3000
+PATIENCE = 50_000
 
 
 class Bench:

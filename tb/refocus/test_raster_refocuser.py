@@ -29,17 +29,18 @@ def run_raster(core: CoreConfiguration, *, thorough: bool = False) -> None:
 
 @pytest.mark.parametrize("m", MICRO_IMAGE_SIZES)
 @pytest.mark.parametrize("shift", SHIFTS)
-def test_every_slice(m: int, shift: int) -> None:
-    # Exact and stored products, grey and RGB take turns along both axes of the grid.
-    index = MICRO_IMAGE_SIZES.index(m) + shift
-    stored = STORED_VARIANTS[(index // 2) % len(STORED_VARIANTS)]
+@pytest.mark.parametrize("kind", ["exact", "stored"])
+def test_every_slice(m: int, shift: int, kind: str) -> None:
+    # The variants of stored products, grey and RGB take turns along the grid.
+    turn = MICRO_IMAGE_SIZES.index(m) + shift
+    stored = STORED_VARIANTS[turn % len(STORED_VARIANTS)]
     run_raster(
         CoreConfiguration(
             micro_image_size=m,
             shift=shift,
             max_columns=2 * m + 5,
-            channels=3 if (index // 2) % 3 == 0 else 1,
-            arithmetic=ExactArithmetic() if index % 2 else stored,
+            channels=3 if (turn + (kind == "stored")) % 3 == 0 else 1,
+            arithmetic=ExactArithmetic() if kind == "exact" else stored,
         )
     )
 
@@ -68,8 +69,10 @@ def test_every_slice(m: int, shift: int) -> None:
         ),
         CoreConfiguration(micro_image_size=7, shift=1, max_columns=7),
     ],
-    ids=lambda core: f"M{core.micro_image_size}_shift{core.shift}_{core.arithmetic.kind}"
-    f"_{core.channels}x{core.pixel_bits}_{core.align}",
+    ids=lambda core: (
+        f"M{core.micro_image_size}_shift{core.shift}_{core.arithmetic.kind}"
+        f"_{core.channels}x{core.pixel_bits}_{core.align}"
+    ),
 )
 def test_stalls_gaps_faults(core: CoreConfiguration) -> None:
     run_raster(core, thorough=True)

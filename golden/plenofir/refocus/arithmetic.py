@@ -110,7 +110,7 @@ class ExactArithmetic(BaseModel):
         int
             The largest sum of the column filter.
         """
-        return micro_image_size**2 * (2**pixel_bits - 1)
+        return micro_image_size**2 * ((1 << pixel_bits) - 1)
 
     def error_bound(self, micro_image_size: int, pixel_bits: int) -> Fraction:
         """Largest possible distance from the real-valued operator, in grey levels.

@@ -36,9 +36,7 @@ def parse_focus(a: int | str | Fraction, *, where: str = "a") -> Fraction:
         raise InputError(f"{a!r} is no focus setting", where=where, expected=expected) from None
 
 
-def focus_to_shift(
-    a: int | str | Fraction, micro_image_size: int, *, where: str = "a"
-) -> int:
+def focus_to_shift(a: int | str | Fraction, micro_image_size: int, *, where: str = "a") -> int:
     """Convert a focus setting to a shift in pixels, a' = a * M (Eq. 6.1).
 
     Parameters

@@ -188,9 +188,7 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
     )
     configuration.check_limits()
     if rows > MAX_ROWS:
-        raise InputError(
-            f"{rows} rows", where=str(job.raw), expected=f"at most {MAX_ROWS} rows"
-        )
+        raise InputError(f"{rows} rows", where=str(job.raw), expected=f"at most {MAX_ROWS} rows")
     _check_out(job.out)
     simulator = find_simulator(job.simulator)
 

@@ -11,36 +11,38 @@ from plenofir import project
 from plenofir.core import CoreConfiguration
 from plenofir.refocus.operator import Image
 from plenofir.simulation.simulators import SimulationError, Simulator
-from plenofir.simulation.waves import WaveSignal
+from plenofir.simulation.waves import SignalKind, WaveSignal
 
 TOP = "refocus_pump"
 
 # What a waveform of a whole frame shows: the streams, the tokens, and the sums of both stages.
+_BIT: SignalKind = "bit"
+_DOWNTO: SignalKind = "downto"
+_TO: SignalKind = "to"
 WAVE_SIGNALS = tuple(
-    WaveSignal(f"/{TOP}/{name}", kind)
+    WaveSignal(f"/{TOP}/{scope}{name}", kind)
     for kind, scope, names in (
-        ("bit", "", "clk reset"),
-        ("bit", "", "s_axis_tvalid s_axis_tready"),
-        ("downto", "", "s_axis_tdata s_axis_tuser"),
-        ("bit", "", "s_axis_tlast"),
-        ("bit", "core/", "token_strobe"),
-        ("downto", "core/", "token_tag token_data"),
-        ("downto", "core/row_stage/control/", "phase"),
-        ("to", "core/row_stage/control/", "closed"),
-        ("bit", "core/row_stage/control/", "restart"),
-        ("bit", "core/", "row_strobe"),
-        ("downto", "core/", "row_tag row_sums"),
-        ("downto", "core/column_stage/control/", "phase"),
-        ("to", "core/column_stage/control/", "closed"),
-        ("bit", "core/column_stage/control/", "restart"),
-        ("bit", "core/", "column_strobe"),
-        ("downto", "core/", "column_line column_last column_sums"),
-        ("bit", "", "m_axis_tvalid m_axis_tready"),
-        ("downto", "", "m_axis_tdata m_axis_tuser"),
-        ("bit", "", "m_axis_tlast"),
-        ("downto", "", "error_flags"),
+        (_BIT, "", "clk reset s_axis_tvalid s_axis_tready"),
+        (_DOWNTO, "", "s_axis_tdata s_axis_tuser"),
+        (_BIT, "", "s_axis_tlast"),
+        (_BIT, "core/", "token_strobe"),
+        (_DOWNTO, "core/", "token_tag token_data"),
+        (_DOWNTO, "core/row_stage/control/", "phase"),
+        (_TO, "core/row_stage/control/", "closed"),
+        (_BIT, "core/row_stage/control/", "restart"),
+        (_BIT, "core/", "row_strobe"),
+        (_DOWNTO, "core/", "row_tag row_sums"),
+        (_DOWNTO, "core/column_stage/control/", "phase"),
+        (_TO, "core/column_stage/control/", "closed"),
+        (_BIT, "core/column_stage/control/", "restart"),
+        (_BIT, "core/", "column_strobe"),
+        (_DOWNTO, "core/", "column_line column_last column_sums"),
+        (_BIT, "", "m_axis_tvalid m_axis_tready"),
+        (_DOWNTO, "", "m_axis_tdata m_axis_tuser"),
+        (_BIT, "", "m_axis_tlast"),
+        (_DOWNTO, "", "error_flags"),
     )
-    for name in (scope + signal for signal in names.split())
+    for name in names.split()
 )
 
 

@@ -7,6 +7,8 @@ from typing import Literal
 
 import pywellen
 
+SignalKind = Literal["bit", "downto", "to"]
+
 
 @dataclass(frozen=True)
 class WaveSignal:
@@ -21,7 +23,7 @@ class WaveSignal:
     """
 
     path: str
-    kind: Literal["bit", "downto", "to"]
+    kind: SignalKind
 
 
 def write_save_file(path: Path, dump: Path, signals: Sequence[WaveSignal]) -> None:
@@ -37,8 +39,11 @@ def write_save_file(path: Path, dump: Path, signals: Sequence[WaveSignal]) -> No
     signals
         Signals to show; those that the simulator did not write are left out.
     """
-    widths = {name: var.bitwidth for var in pywellen.Waveform(str(dump)).all_vars()
-              if (name := var.full_name)}
+    widths = {
+        name: var.bitwidth
+        for var in pywellen.Waveform(str(dump)).all_vars()
+        if (name := var.full_name)
+    }
     lines = [f'[dumpfile] "{dump.name}"', "[timestart] 0", "*-22.0 0"]
     group = None
     for signal in signals:

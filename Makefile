@@ -1,0 +1,55 @@
+# plenofir: see README.md. `make sim` and `make test` set up everything they need.
+
+RAW ?=
+M ?=
+A ?=
+OUT ?= build/sim
+ARITH ?= exact
+FRACTION ?=
+GUARD ?=
+SIM ?= ghdl
+WAVES ?= 0
+JOBS ?= $(shell nproc)
+
+PYTHON := .venv/bin/python
+PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
+
+.PHONY: help sim test test-full golden lint docs bench venv simulator clean
+
+help: ## List the targets
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
+
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= OUT= ARITH= FRACTION= GUARD= SIM= WAVES=
+	@.venv/bin/plenofir sim $(if $(RAW),--raw "$(RAW)") $(if $(M),--micro-image="$(M)") $(if $(A),--a="$(A)") \
+		--out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
+		--simulator "$(SIM)" --waves "$(WAVES)"
+
+test: venv simulator lint ## Style, types, golden model, testbenches
+	@$(PYTEST) -m "not slow"
+
+test-full: venv simulator lint ## All of the above, and the long runs
+	@$(PYTEST)
+
+golden: venv ## Golden-model tests alone (no simulator needed)
+	@$(PYTEST) golden -m "not simulator"
+
+lint: venv ## Style of Python and VHDL, Python types
+	@$(PYTHON) -m ruff check --quiet golden tb scripts
+	@$(PYTHON) -m ruff format --quiet --check golden tb scripts
+	@$(PYTHON) -m mypy --no-error-summary
+	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb -name '*.vhd')
+
+bench: venv simulator ## Measure: forms of the golden model, simulators
+	@$(PYTHON) scripts/bench.py
+
+docs: venv ## Build docs/entities from the VHDL headers
+	@$(PYTHON) scripts/entity_docs.py
+
+venv: ## Create .venv
+	@scripts/setup.sh venv
+
+simulator:
+	@$(if $(filter nvc,$(SIM)),:,scripts/setup.sh ghdl)
+
+clean: ## Remove what was built (not .venv)
+	@rm -rf build

@@ -1,0 +1,68 @@
+#!/bin/sh
+# Sets up what the project needs: scripts/setup.sh venv | ghdl
+#
+#   venv  creates .venv with the pinned Python packages and the command plenofir
+#   ghdl  makes sure that a GHDL simulator is installed
+#
+# Debian packages that are missing are installed as root or through sudo. What cannot be installed
+# is named in one line, with the command that would install it, and the exit code is 2.
+set -eu
+
+cd "$(dirname "$0")/.."
+
+fail() {
+    echo "setup: $1" >&2
+    exit 2
+}
+
+# install_packages WHAT PACKAGE...: installs Debian packages, or says which are missing.
+install_packages() {
+    what=$1
+    shift
+    advice="$what is missing; install it with: sudo apt-get install $*"
+    command -v apt-get >/dev/null 2>&1 || fail "$what is missing and there is no apt-get; Debian's packages for it: $*"
+    if [ "$(id -u)" = 0 ]; then
+        as_root=env
+    elif command -v sudo >/dev/null 2>&1; then
+        as_root=sudo
+    else
+        fail "$advice"
+    fi
+    echo "setup: installing $*" >&2
+    log=$(mktemp)
+    if ! { $as_root apt-get update && $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "$@"; } >"$log" 2>&1 </dev/null; then
+        tail -n 5 "$log" >&2
+        rm -f "$log"
+        fail "$advice"
+    fi
+    rm -f "$log"
+}
+
+setup_venv() {
+    stamp=.venv/plenofir-$(cat scripts/requirements.txt pyproject.toml scripts/setup.sh | sha256sum | cut -c1-16)
+    [ -e "$stamp" ] && return
+    command -v python3 >/dev/null 2>&1 || install_packages "Python 3.11 or newer" python3 python3-venv
+    python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
+        fail "$(python3 --version) is too old; Python 3.11 or newer is needed: sudo apt-get install python3"
+    python3 -c 'import ensurepip, venv' 2>/dev/null || install_packages "Python's venv module" python3-venv
+    echo "setup: creating .venv (about a minute)" >&2
+    rm -rf .venv
+    python3 -m venv .venv || fail "python3 -m venv .venv failed"
+    PIP_DISABLE_PIP_VERSION_CHECK=1
+    export PIP_DISABLE_PIP_VERSION_CHECK
+    .venv/bin/python -m pip install --quiet --requirement scripts/requirements.txt ||
+        fail "Python packages could not be installed; try: .venv/bin/pip install -r scripts/requirements.txt"
+    .venv/bin/python -m pip install --quiet --no-deps --no-build-isolation --editable . ||
+        fail "plenofir could not be installed; try: .venv/bin/pip install --no-deps -e ."
+    touch "$stamp"
+}
+
+setup_ghdl() {
+    command -v ghdl >/dev/null 2>&1 || install_packages "GHDL" ghdl-llvm
+}
+
+case ${1:-} in
+venv) setup_venv ;;
+ghdl) setup_ghdl ;;
+*) fail "usage: scripts/setup.sh venv | ghdl" ;;
+esac
