@@ -31,7 +31,7 @@ test-full: venv simulator lint ## All of the above, and the long runs
 	@$(PYTEST)
 
 golden: venv ## Golden-model tests alone (no simulator needed)
-	@$(PYTEST) golden -m "not simulator"
+	@$(PYTEST) golden
 
 lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) -m ruff check --quiet golden tb scripts

@@ -6,24 +6,26 @@ more with the same seed and with waves on.
 
 import contextlib
 import fcntl
+import functools
 import hashlib
 import json
 import os
 import random
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 from cocotb_tools.check_results import get_results
-from cocotb_tools.runner import get_runner
+from cocotb_tools.runner import Runner, get_runner
 
 from plenofir import project
 from plenofir.simulation.simulators import GHDL_RUN_OPTIONS, find_simulator
 
 CASE_VARIABLE = "PLENOFIR_CASE"
 _BUILD = project.root() / "build" / "tb"
+_STANDARD = {"ghdl": "--std=93", "nvc": "--std=1993"}
 
 
 def simulator_name() -> str:
@@ -31,33 +33,37 @@ def simulator_name() -> str:
     return os.environ.get("SIM") or "ghdl"
 
 
-def _build(top: str, sources: Sequence[Path]) -> Path:
-    """Analyse and elaborate once for each version of the sources; return the build folder."""
+@functools.cache
+def _built(top: str) -> tuple[Runner, Path]:
+    """Analyse and elaborate the core's sources once for each version of them.
+
+    Returns the runner and its build folder. GHDL's build is shared by all workers; NVC's runner
+    needs to have built by itself, so each worker has a library of its own.
+    """
     simulator = find_simulator(simulator_name())
     os.environ.update(simulator.environment)
+    sources = project.hdl_sources()
     digest = hashlib.sha256(simulator.version.encode())
     for source in sources:
         digest.update(source.read_bytes())
-    name = f"{top}-{digest.hexdigest()[:12]}"
-    if simulator.name == "nvc":
-        # NVC elaborates with the generics of a run into the library: one library a worker.
-        name += "-" + os.environ.get("PYTEST_XDIST_WORKER", "main")
-    build = _BUILD / simulator.name / name
+    shared = simulator.name == "ghdl"
+    owner = "" if shared else "-" + os.environ.get("PYTEST_XDIST_WORKER", "main")
+    build = _BUILD / simulator.name / f"{top}-{digest.hexdigest()[:12]}{owner}"
     build.parent.mkdir(parents=True, exist_ok=True)
-    with (build.parent / f"{name}.lock").open("w") as lock:
+    runner = get_runner(simulator.name)
+    with build.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (build / "built").exists():
+        if not (shared and (build / "built").exists()):
             shutil.rmtree(build, ignore_errors=True)
-            standard = "--std=1993" if simulator.name == "nvc" else "--std=93"
-            get_runner(simulator.name).build(
-                sources=list(sources),
+            runner.build(
+                sources=sources,
                 hdl_toplevel=top,
-                build_args=[standard],
+                build_args=[_STANDARD[simulator.name]],
                 build_dir=build,
                 log_file=build / "build.log",
             )
             (build / "built").touch()
-    return build
+    return runner, build
 
 
 def run_case(
@@ -83,14 +89,13 @@ def run_case(
     seed
         Seed of all random choices; drawn and printed if None.
     """
-    build = _build(top, project.hdl_sources())
+    runner, build = _built(top)
     if seed is None:
         seed = int(os.environ.get("SEED") or random.SystemRandom().randrange(1 << 31))
     label = f"{top}-{hashlib.sha256(repr((test_module, generics, case)).encode()).hexdigest()[:10]}"
     scratch = _BUILD / "cases" / f"{label}-{seed}"
     shutil.rmtree(scratch, ignore_errors=True)
     scratch.mkdir(parents=True)
-    standard = "--std=1993" if simulator_name() == "nvc" else "--std=93"
     parameters = {k: str(v).lower() if isinstance(v, bool) else v for k, v in generics.items()}
 
     def run(name: str, waves: bool) -> tuple[int, int, Path]:
@@ -103,14 +108,14 @@ def run_case(
             options = [f"--wave={wave_file}", "--format=fst"]
         if simulator_name() == "ghdl":
             options += GHDL_RUN_OPTIONS
-        results = get_runner(simulator_name()).test(
+        results = runner.test(
             test_module=test_module,
             hdl_toplevel=top,
             hdl_toplevel_lang="vhdl",
             parameters=parameters,
             build_dir=build,
             test_dir=build,
-            test_args=[standard] if simulator_name() == "ghdl" else [],
+            test_args=[_STANDARD["ghdl"]] if simulator_name() == "ghdl" else [],
             plusargs=options,
             seed=seed,
             extra_env={

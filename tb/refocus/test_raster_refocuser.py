@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from plenofir.core import CoreConfiguration
+from plenofir.core import MIN_LINE_STEPS, CoreConfiguration
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import run_case
 
@@ -78,11 +78,14 @@ def test_stalls_gaps_faults(core: CoreConfiguration) -> None:
     run_raster(core, thorough=True)
 
 
-def test_random_configurations() -> None:
+@pytest.mark.parametrize(
+    "count", [3, *(pytest.param(10, marks=pytest.mark.slow, id=f"long{i}") for i in range(8))]
+)
+def test_random_configurations(count: int) -> None:
     seed = random.SystemRandom().randrange(1 << 31)
     print(f"configurations drawn with seed {seed}")
     rng = random.Random(seed)
-    for _ in range(3):
+    for _ in range(count):
         m = rng.randint(1, 9)
         guard = rng.randint(0, 4)
         arithmetic = rng.choice(
@@ -95,7 +98,7 @@ def test_random_configurations() -> None:
             CoreConfiguration(
                 micro_image_size=m,
                 shift=rng.randint(-12, 15),
-                max_columns=rng.randint(m, 3 * m + 8),
+                max_columns=rng.randint(max(m, MIN_LINE_STEPS), 3 * m + 8),
                 channels=rng.choice([1, 3]),
                 align=rng.choice(["centred", "causal"]),
                 arithmetic=arithmetic,

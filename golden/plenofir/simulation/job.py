@@ -1,6 +1,5 @@
 """The main job: one raw image through the VHDL core, beside the golden model, with a report."""
 
-import os
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -139,8 +138,13 @@ def _check_out(out: Path) -> None:
         existing = existing.parent
     if not existing.is_dir():
         raise InputError(f"{existing} is not a folder", where="OUT", expected=expected)
-    if not os.access(existing, os.W_OK | os.X_OK):
-        raise InputError(f"{existing} cannot be written", where="OUT", expected=expected)
+    try:
+        # A trial says more than the permission bits: root, read-only and full file systems.
+        with tempfile.TemporaryDirectory(dir=existing, prefix=".plenofir-"):
+            pass
+    except OSError as error:
+        what = f"{existing} cannot be written ({error.strerror})"
+        raise InputError(what, where="OUT", expected=expected) from None
     for name in ("refocused.png", "golden.png", "diff.png", "report.json"):
         if (out / name).is_dir():
             raise InputError(f"{out / name} is a folder", where="OUT", expected="a file or nothing")

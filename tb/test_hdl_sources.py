@@ -1,0 +1,82 @@
+"""What can be checked of the VHDL without running it: the standard, and that it synthesises."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from plenofir import project
+from plenofir.core import CoreConfiguration
+from plenofir.errors import InputError
+from plenofir.refocus import StoredProductArithmetic
+from plenofir.simulation.simulators import find_simulator
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Library with all synthesisable sources, analysed as strict VHDL-93."""
+    try:
+        find_simulator("ghdl")
+    except InputError as error:
+        pytest.skip(str(error))
+    folder = tmp_path_factory.mktemp("library")
+    sources = [str(path) for path in project.hdl_sources()]
+    done = subprocess.run(
+        ["ghdl", "-a", "--std=93", *sources],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.parametrize(
+    "core",
+    [
+        CoreConfiguration(micro_image_size=1, shift=0, max_columns=640),
+        CoreConfiguration(micro_image_size=2, shift=-2, max_columns=100, pixel_bits=16),
+        CoreConfiguration(micro_image_size=3, shift=2, max_columns=1280, channels=3),
+        CoreConfiguration(
+            micro_image_size=5,
+            shift=-3,
+            max_columns=640,
+            channels=3,
+            arithmetic=StoredProductArithmetic(),
+        ),
+        CoreConfiguration(micro_image_size=11, shift=1, max_columns=1280, align="causal"),
+    ],
+    ids=lambda core: f"M{core.micro_image_size}_shift{core.shift}_{core.arithmetic.kind}",
+)
+def test_core_synthesises(library: Path, core: CoreConfiguration) -> None:
+    # GHDL's synthesis refuses latches, several drivers of a signal, delays and dynamic loops.
+    generics = [f"-g{k}={str(v).lower()}" for k, v in core.generics().items()]
+    done = subprocess.run(
+        ["ghdl", "--synth", "--std=93", *generics, "--out=none", "raster_refocuser"],
+        cwd=library,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "latch" not in done.stderr
+
+
+def test_one_entity_a_file() -> None:
+    for path in project.hdl_sources():
+        words = [line.split() for line in path.read_text().lower().splitlines()]
+        units = [
+            w[1] for w in words if len(w) > 2 and w[0] in ("entity", "package") and w[2] == "is"
+        ]
+        assert units == [path.stem], path
+
+
+def test_every_entity_has_a_header() -> None:
+    for path in project.hdl_sources():
+        text = path.read_text()
+        assert text.startswith("-- "), path
+        if "\nentity " in text:
+            header = text[: text.index("\nlibrary ")]
+            for part in ("-- Latency:", "Throughput:", "-- Ports:", "-- Equation:"):
+                assert part in header, f"{path}: {part}"

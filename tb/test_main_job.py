@@ -1,0 +1,224 @@
+"""The main job: pump, command line, results, bad input."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plenofir import project
+from plenofir.core import CoreConfiguration
+from plenofir.images import read_image, write_png
+from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
+from plenofir.simulation.pump import run_pump
+from plenofir.simulation.simulators import find_simulator
+from plenofir_tb.runner import simulator_name
+
+PLENOFIR = str(Path(sys.executable).parent / "plenofir")
+
+
+def plenofir(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [PLENOFIR, "sim", "--simulator", simulator_name(), *arguments],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        check=False,
+    )
+
+
+def random_image(shape: tuple[int, ...], dtype: type = np.uint8, seed: int = 0) -> np.ndarray:
+    largest = np.iinfo(dtype).max
+    return np.random.default_rng(seed).integers(0, largest, shape, dtype, endpoint=True)
+
+
+@pytest.mark.parametrize("stall_percent", [0, 40])
+@pytest.mark.parametrize("arithmetic", [ExactArithmetic(), StoredProductArithmetic()])
+def test_pump_equals_golden_model(tmp_path: Path, arithmetic, stall_percent: int) -> None:
+    core = CoreConfiguration(
+        micro_image_size=5, shift=-3, max_columns=64, channels=3, arithmetic=arithmetic
+    )
+    frames = random_image((3, 33, 47, 3))
+    result = run_pump(
+        find_simulator(simulator_name()), core, frames, tmp_path, stall_percent=stall_percent
+    )
+    want = np.array([arithmetic.refocus(frame, 5, -3) for frame in frames])
+    assert np.array_equal(result.frames, want)
+    if stall_percent == 0:
+        assert result.input_clocks == 3 * 33 * 47
+        assert result.latency_clocks == core.latency_clocks(47)
+
+
+@pytest.mark.parametrize(
+    ("shape", "dtype", "m", "a"),
+    [
+        ((40, 50), np.uint8, 3, "2/3"),
+        ((31, 29, 3), np.uint8, 4, "-1/2"),
+        ((24, 36), np.uint16, 3, "1"),
+        ((25, 25, 3), np.uint16, 5, "6/5"),
+        ((1, 9), np.uint8, 1, "7"),
+    ],
+)
+def test_command_leaves_the_correctly_rounded_image(tmp_path: Path, shape, dtype, m, a) -> None:
+    raw = random_image(shape, dtype)
+    write_png(tmp_path / "raw.png", raw)
+    out = tmp_path / "new" / "out"
+    done = plenofir("--raw", str(tmp_path / "raw.png"), "-M", str(m), f"--a={a}", "--out", str(out))
+    assert done.returncode == 0, done.stderr
+    assert sorted(f.name for f in out.iterdir()) == [
+        "diff.png",
+        "golden.png",
+        "refocused.png",
+        "report.json",
+    ]
+    want = refocus(raw, m, a)
+    refocused = read_image(out / "refocused.png")
+    assert refocused.dtype == dtype
+    assert np.array_equal(refocused, want)
+    assert np.array_equal(read_image(out / "golden.png"), want)
+    assert not read_image(out / "diff.png").any()
+    report = json.loads((out / "report.json").read_text())
+    assert report["mismatches"] == 0
+    assert report["pixels_compared"] == shape[0] * shape[1]
+    assert report["largest_error"] <= report["error_bound"] <= 0.5
+    assert (report["M"], report["columns"], report["rows"]) == (m, shape[1], shape[0])
+
+
+def test_stored_products_by_command(tmp_path: Path) -> None:
+    raw = random_image((30, 40, 3))
+    write_png(tmp_path / "raw.png", raw)
+    done = plenofir(
+        *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--a", "2/3", "--out", str(tmp_path)),
+        *("--arith", "stored", "--fraction", "0", "--guard", "0"),
+    )
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert report["arithmetic"] == {"kind": "stored", "fraction_bits": 0, "guard_bits": 0}
+    assert 0.5 < report["largest_error"] <= report["error_bound"]
+    want = StoredProductArithmetic(fraction_bits=0, guard_bits=0).refocus(raw, 3, 2)
+    assert np.array_equal(read_image(tmp_path / "refocused.png"), want)
+
+
+def test_waves(tmp_path: Path) -> None:
+    import pywellen
+
+    write_png(tmp_path / "raw.png", random_image((12, 12)))
+    done = plenofir(
+        *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--a", "0", "--out", str(tmp_path)),
+        *("--waves", "1"),
+    )
+    assert done.returncode == 0, done.stderr
+    names = {var.full_name for var in pywellen.Waveform(str(tmp_path / "refocused.fst")).all_vars()}
+    assert any(name.endswith("column_stage.control.closed") for name in names)
+    saved = (tmp_path / "refocused.gtkw").read_text().splitlines()
+    shown = {line.partition("[")[0] for line in saved if line[0] not in "[@-*"}
+    assert shown <= names
+    assert len(shown) == 29
+
+
+def _mutant(tmp_path: Path, file: str, old: str, new: str) -> Path:
+    """Copy the sources with one of them changed; return the folder of the copy."""
+    for source in [*project.hdl_sources(), project.root() / "tb" / "pump" / "refocus_pump.vhd"]:
+        text = source.read_text()
+        if source.name == file:
+            assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in {file}"
+            text = text.replace(old, new)
+        (tmp_path / source.name).write_text(text)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("switch_control.vhd", "closed <= switches and mask;", "closed <= switches;"),
+        ("switched_fir.vhd", "at_first_step = '1' and", "false and"),
+        ("divide_round.vhd", "NUMERATOR_BITS) + HALF;", "NUMERATOR_BITS);"),
+    ],
+)
+def test_a_fault_in_the_core_is_found(tmp_path, monkeypatch, capsys, file, old, new) -> None:
+    """Exit code 1, the first wrong pixel named, and a difference picture that shows it."""
+    from plenofir import cli
+    from plenofir.simulation import pump
+
+    (tmp_path / "hdl").mkdir()
+    mutant = _mutant(tmp_path / "hdl", file, old, new)
+    original = pump.pump_sources()
+    monkeypatch.setattr(pump, "pump_sources", lambda: [mutant / p.name for p in original])
+    write_png(tmp_path / "raw.png", random_image((20, 24)))
+    arguments = ["plenofir", "sim", "--raw", str(tmp_path / "raw.png"), "-M", "3", "--a", "2/3"]
+    arguments += ["--out", str(tmp_path / "out"), "--simulator", simulator_name()]
+    monkeypatch.setattr(sys, "argv", arguments)
+    with pytest.raises(SystemExit) as exit_:
+        cli.main()
+    assert exit_.value.code == cli.EXIT_MISMATCH
+    assert "pixels differ; first: frame 0, line " in capsys.readouterr().out
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["mismatches"] > 0
+    assert read_image(tmp_path / "out" / "diff.png").any()
+
+
+@pytest.fixture(scope="module")
+def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("images")
+    write_png(folder / "grey.png", random_image((20, 20)))
+    write_png(folder / "rgb.png", random_image((20, 20, 3)))
+    write_png(folder / "alpha.png", random_image((20, 20, 4)))
+    write_png(folder / "deep.png", random_image((20, 20), np.uint16))
+    write_png(folder / "wide.png", random_image((8, 8200)))
+    (folder / "text.png").write_text("no image")
+    (folder / "cut.png").write_bytes((folder / "rgb.png").read_bytes()[:200])
+    (folder / "folder.png").mkdir()
+    (folder / "file").write_text("")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--raw", "none.png"], "no such file"),
+        (["--raw", "folder.png"], "no such file"),
+        (["--raw", "text.png"], "no image that can be read"),
+        (["--raw", "cut.png"], "no image that can be read"),
+        (["--raw", "alpha.png"], "4 channels"),
+        (["--raw", "grey.png", "-M", "21", "--a", "0"], "less than one micro image"),
+        (["--raw", "grey.png", "-M", "0"], "M = 0 is too small"),
+        (["--raw", "grey.png", "-M", "-3"], "M = -3 is too small"),
+        (["--raw", "grey.png", "-M", "five"], "'five' is no integer"),
+        (["--raw", "grey.png", "-M", "5", "--a", "1/2"], "not on the grid of M = 5"),
+        (["--raw", "grey.png", "--a", "0.2"], "no focus setting"),
+        (["--raw", "grey.png", "--a", "1/0"], "no focus setting"),
+        (["--raw", "grey.png", "--a", "100"], "taps"),
+        (["--raw", "grey.png", "--a", "99999"], "taps"),
+        (["--raw", "wide.png", "--a", "1"], "8192 columns"),
+        (["--raw", "grey.png", "--arith", "float"], "no arithmetic"),
+        (["--raw", "grey.png", "--arith", "stored", "--fraction", "13"], "FRACTION"),
+        (["--raw", "grey.png", "--arith", "stored", "--fraction", "1", "--guard", "2"], "GUARD"),
+        (["--raw", "grey.png", "--fraction", "3"], "exact arithmetic has no"),
+        (["--raw", "deep.png", "--arith", "stored"], "2^18 words"),
+        (["--raw", "grey.png", "--simulator", "isim"], "no simulator"),
+        (["--raw", "grey.png", "--waves", "maybe"], "WAVES"),
+        (["--raw", "grey.png", "--out", "file"], "not a folder"),
+        (["--raw", "grey.png", "--out", "file/below"], "not a folder"),
+        (["--raw", "grey.png", "--out", "/proc/plenofir"], "OUT"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(images: Path, arguments, message) -> None:
+    before = sorted(images.rglob("*"))
+    done = plenofir(*arguments, cwd=images)
+    assert done.returncode == 2, done.stderr
+    assert message in done.stderr
+    assert "expected" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "Traceback" not in done.stderr
+    assert sorted(images.rglob("*")) == before
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_folder_without_write_permission(images: Path, tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    done = plenofir("--raw", str(images / "grey.png"), "--out", str(tmp_path / "out"))
+    assert done.returncode == 2
+    assert "cannot be written" in done.stderr
