@@ -49,7 +49,7 @@ venv: ## Create .venv
 	@scripts/setup.sh venv
 
 simulator:
-	@$(if $(filter nvc,$(SIM)),:,scripts/setup.sh ghdl)
+	@$(if $(filter ghdl,$(SIM)),scripts/setup.sh ghdl,:)
 
 clean: ## Remove what was built (not .venv)
 	@rm -rf build

@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 from pydantic import ValidationError
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from plenofir import __version__
@@ -108,22 +107,25 @@ def sim(
         simulator=simulator,
         waves=waves == "1",
     )
-    console = Console()
-    tasks: dict[str, TaskID] = {}
-    with Progress(
+    bars = Progress(
         TextColumn("{task.description:<20}"),
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"),
         TimeRemainingColumn(elapsed_when_finished=True),
-        console=console,
-    ) as bars:
+    )
+    tasks: dict[str, TaskID] = {}
 
-        def show(step: str, done: int, total: int) -> None:
-            if step not in tasks:
-                tasks[step] = bars.add_task(step, total=total)
-            bars.update(tasks[step], completed=done)
+    def show(step: str, done: int, total: int) -> None:
+        bars.start()
+        if step not in tasks:
+            tasks[step] = bars.add_task(step, total=total)
+        bars.update(tasks[step], completed=done)
 
+    try:
         report = run_job(job, show)
+    finally:
+        if tasks:
+            bars.stop()
     for name, value in report_summary(report):
         typer.echo(f"{name:<11} {value}")
     typer.echo(f"{'files':<11} {job.out}/refocused.png, golden.png, diff.png, report.json")
