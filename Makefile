@@ -14,7 +14,7 @@ JOBS ?= $(shell nproc)
 PYTHON := .venv/bin/python
 PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help sim test test-full golden lint docs bench venv simulator clean
+.PHONY: help sim test test-full golden lint docs bench venv simulator libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -24,10 +24,10 @@ sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= OUT= ARITH=
 		--out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
 		--simulator "$(SIM)" --waves "$(WAVES)"
 
-test: venv simulator lint ## Style, types, golden model, testbenches
+test: venv simulator libpython lint ## Style, types, golden model, testbenches
 	@$(PYTEST) -m "not slow"
 
-test-full: venv simulator lint ## All of the above, and the long runs
+test-full: venv simulator libpython lint ## All of the above, and the long runs
 	@$(PYTEST)
 
 golden: venv ## Golden-model tests alone (no simulator needed)
@@ -47,6 +47,9 @@ docs: venv ## Build docs/entities from the VHDL headers
 
 venv: ## Create .venv
 	@scripts/setup.sh venv
+
+libpython: venv
+	@scripts/setup.sh libpython
 
 simulator:
 	@$(if $(filter ghdl,$(SIM)),scripts/setup.sh ghdl,:)

@@ -1,8 +1,9 @@
 #!/bin/sh
-# Sets up what the project needs: scripts/setup.sh venv | ghdl
+# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython
 #
-#   venv  creates .venv with the pinned Python packages and the command plenofir
-#   ghdl  makes sure that a GHDL simulator is installed
+#   venv       creates .venv with the pinned Python packages and the command plenofir
+#   ghdl       makes sure that a GHDL simulator is installed
+#   libpython  makes sure that Python's shared library is there, which cocotb loads into the simulator
 #
 # Debian packages that are missing are installed as root or through sudo. What cannot be installed
 # is named in one line, with the command that would install it, and the exit code is 2.
@@ -61,8 +62,20 @@ setup_ghdl() {
     command -v ghdl >/dev/null 2>&1 || install_packages "GHDL" ghdl-llvm
 }
 
+has_libpython() {
+    .venv/bin/python -c 'import find_libpython, sys; sys.exit(find_libpython.find_libpython() is None)'
+}
+
+setup_libpython() {
+    has_libpython && return
+    name=$(.venv/bin/python -c 'import sys; print("libpython%d.%d" % sys.version_info[:2])')
+    install_packages "Python's shared library" "$name"
+    has_libpython || fail "$(.venv/bin/python --version) was built without its shared library, which cocotb needs; use Debian's python3"
+}
+
 case ${1:-} in
 venv) setup_venv ;;
 ghdl) setup_ghdl ;;
-*) fail "usage: scripts/setup.sh venv | ghdl" ;;
+libpython) setup_libpython ;;
+*) fail "usage: scripts/setup.sh venv | ghdl | libpython" ;;
 esac
