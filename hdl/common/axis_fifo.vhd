@@ -12,7 +12,9 @@ use ieee.numeric_std.all;
 
 entity axis_fifo is
   generic (
-    WIDTH        : positive;
+    -- Bits of a word.
+    WIDTH : positive;
+    -- The buffer holds 2**ADDRESS_BITS words.
     ADDRESS_BITS : positive
   );
   port (

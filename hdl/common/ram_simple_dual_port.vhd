@@ -16,8 +16,11 @@ use ieee.numeric_std.all;
 
 entity ram_simple_dual_port is
   generic (
-    WIDTH        : positive;
+    -- Bits of a word.
+    WIDTH : positive;
+    -- The memory holds 2**ADDRESS_BITS words.
     ADDRESS_BITS : positive;
+    -- Clocks from address to data.
     READ_LATENCY : positive range 1 to 2
   );
   port (

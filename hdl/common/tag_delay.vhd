@@ -10,7 +10,9 @@ use ieee.std_logic_1164.all;
 
 entity tag_delay is
   generic (
-    WIDTH  : positive;
+    -- Bits of a tag.
+    WIDTH : positive;
+    -- Delay in enabled clocks.
     LENGTH : natural
   );
   port (

@@ -19,8 +19,11 @@ use work.refocus_pkg.all;
 
 entity divide_round is
   generic (
-    VALUE_MAX     : positive;
-    DIVISOR       : positive;
+    -- Largest input.
+    VALUE_MAX : positive;
+    -- Constant to divide by.
+    DIVISOR : positive;
+    -- Width of the quotient.
     QUOTIENT_BITS : positive
   );
   port (

@@ -29,8 +29,10 @@ use work.refocus_pkg.all;
 
 entity frame_sequencer is
   generic (
+    -- Longest line in pixels.
     MAX_COLUMNS : positive;
-    DATA_BITS   : positive;
+    -- Width of a pixel.
+    DATA_BITS : positive;
     -- Delay of the row filter in pixels and of the column filter in lines.
     FILTER_DELAY : natural
   );

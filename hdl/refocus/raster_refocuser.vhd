@@ -9,8 +9,9 @@
 -- the stages get a token, so no enable reaches the filters: the output FIFO has room for all
 -- tokens under way.
 --
--- Latency: output_delay lines and pixels, and 18 clocks (17 with exact arithmetic), from the first
---   pixel in to the first pixel out when nothing stalls; counted from pixel to pixel of the same index.
+-- Latency: D * (max(columns, 4) + 1) + 14 clocks (13 with stored products) from the first pixel in to
+--   the first pixel out when nothing stalls; D = output_delay: lines of the column filter and
+--   pixels of the row filter.
 -- Throughput: one pixel of all channels each clock.
 -- Ports: AXI4-Stream video, tuser(0) = start of frame, tlast = end of line, channel 0 in the low
 --   bits of tdata; columns, rows: frame size, read with the first pixel of a frame; error_flags
@@ -33,15 +34,19 @@ entity raster_refocuser is
     -- a' = a * M: shift in pixels.
     SHIFT : integer range -4096 to 4096;
     -- Whether the picture stays put while focus is stepped.
-    CENTRED     : boolean                  := true;
+    CENTRED : boolean := true;
+    -- Longest line in pixels; line buffers and input FIFO hold as many.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
-    CHANNELS    : positive range 1 to 3    := 1;
-    PIXEL_BITS  : positive range 1 to 16   := 8;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3 := 1;
+    -- Width of a channel; stored products take up to 16 - GUARD_BITS.
+    PIXEL_BITS : positive range 1 to 16 := 8;
     -- Exact sums and one division at the end, or stored products.
     EXACT : boolean := true;
-    -- Stored products only: fraction bits F, guard bits G <= F of the intermediate image.
+    -- Stored products only: fraction bits of the products, at least GUARD_BITS.
     FRACTION_BITS : natural range 0 to 12 := 0;
-    GUARD_BITS    : natural range 0 to 12 := 0
+    -- Stored products only: guard bits of the intermediate image.
+    GUARD_BITS : natural range 0 to 12 := 0
   );
   port (
     clk           : in    std_logic;

@@ -21,18 +21,29 @@ use work.refocus_pkg.all;
 
 entity refocus_stage is
   generic (
+    -- M.
     MICRO_IMAGE_SIZE : positive;
-    SHIFT            : integer;
-    CENTRED          : boolean;
-    DEPTH            : positive;
-    CHANNELS         : positive;
-    -- Width and largest value of the input; largest value of the products, and of their sums.
-    DATA_BITS      : positive;
-    STORED         : boolean;
-    SCALE_BITS     : natural;
-    PRODUCT_MAX    : natural;
-    SUM_MAX        : natural;
-    STEP_TAG_BITS  : positive;
+    -- a' in pixels.
+    SHIFT : integer;
+    -- As in raster_refocuser.
+    CENTRED : boolean;
+    -- Interleaved streams: 1 for rows, the longest line for columns.
+    DEPTH : positive;
+    -- Number of channels.
+    CHANNELS : positive;
+    -- Width of a channel of the input.
+    DATA_BITS : positive;
+    -- Whether the input is multiplied by stored products.
+    STORED : boolean;
+    -- Fraction bits of the products above those of the input.
+    SCALE_BITS : natural;
+    -- Largest input of the filters.
+    PRODUCT_MAX : natural;
+    -- Largest sum: M times the largest input.
+    SUM_MAX : natural;
+    -- Width of the side information of a step.
+    STEP_TAG_BITS : positive;
+    -- Width of the side information of a token.
     TOKEN_TAG_BITS : positive
   );
   port (

@@ -13,8 +13,11 @@ use work.refocus_pkg.all;
 
 entity round_saturate is
   generic (
-    VALUE_MAX   : natural;
-    DROP_BITS   : natural;
+    -- Largest input.
+    VALUE_MAX : natural;
+    -- Fraction bits to drop.
+    DROP_BITS : natural;
+    -- Width of the result.
     RESULT_BITS : positive
   );
   port (

@@ -14,10 +14,14 @@ use work.refocus_pkg.all;
 
 entity stored_product is
   generic (
-    VALUE_BITS   : positive range 1 to 16;
+    -- Width of the input; the ROM has 2**VALUE_BITS words.
+    VALUE_BITS : positive range 1 to 16;
+    -- Width of a product.
     PRODUCT_BITS : positive;
-    SCALE_BITS   : natural;
-    DIVISOR      : positive
+    -- Fraction bits of the product above those of the value.
+    SCALE_BITS : natural;
+    -- M.
+    DIVISOR : positive
   );
   port (
     clk     : in    std_logic;

@@ -21,10 +21,14 @@ use work.refocus_pkg.all;
 
 entity switch_control is
   generic (
+    -- M.
     MICRO_IMAGE_SIZE : positive;
-    SHIFT            : integer;
-    TAPS             : positive;
-    DELAY            : natural
+    -- a' in pixels.
+    SHIFT : integer;
+    -- tap_count of the two above.
+    TAPS : positive;
+    -- output_delay: steps from a pixel to the output of the same index.
+    DELAY : natural
   );
   port (
     clk     : in    std_logic;

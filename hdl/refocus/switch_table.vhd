@@ -15,9 +15,12 @@ use work.refocus_pkg.all;
 
 entity switch_table is
   generic (
+    -- M.
     MICRO_IMAGE_SIZE : positive;
-    SHIFT            : integer;
-    TAPS             : positive
+    -- a' in pixels.
+    SHIFT : integer;
+    -- tap_count of the two above.
+    TAPS : positive
   );
   port (
     clk    : in    std_logic;

@@ -23,12 +23,16 @@ use work.refocus_pkg.all;
 
 entity switched_fir is
   generic (
-    TAPS  : positive;
+    -- Number of taps.
+    TAPS : positive;
+    -- Steps from a pixel to the output of the same index.
     DELAY : natural;
+    -- Number of interleaved streams.
     DEPTH : positive;
-    -- Largest input and largest sum: micro image size times the largest input.
+    -- Largest input.
     DATA_MAX : natural;
-    SUM_MAX  : natural
+    -- Largest sum: M times the largest input.
+    SUM_MAX : natural
   );
   port (
     clk     : in    std_logic;
