@@ -38,12 +38,13 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) -m ruff format --quiet --check golden tb scripts
 	@$(PYTHON) -m mypy --no-error-summary
 	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb -name '*.vhd')
+	@$(PYTHON) scripts/build_docs.py --check
 
 bench: venv simulator ## Measure: forms of the golden model, simulators
 	@$(PYTHON) scripts/bench.py
 
-docs: venv ## Build docs/entities from the VHDL headers
-	@$(PYTHON) scripts/entity_docs.py
+docs: venv ## Build what the documentation takes from the sources
+	@$(PYTHON) scripts/build_docs.py
 
 venv: ## Create .venv
 	@scripts/setup.sh venv

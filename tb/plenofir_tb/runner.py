@@ -33,6 +33,11 @@ def simulator_name() -> str:
     return os.environ.get("SIM") or "ghdl"
 
 
+def draw_seed() -> int:
+    """Seed of all random choices: the environment variable ``SEED``, or a new one."""
+    return int(os.environ.get("SEED") or random.SystemRandom().randrange(1 << 31))
+
+
 @functools.cache
 def _built(top: str) -> tuple[Runner, Path]:
     """Analyse and elaborate the core's sources once for each version of them.
@@ -91,7 +96,7 @@ def run_case(
     """
     runner, build = _built(top)
     if seed is None:
-        seed = int(os.environ.get("SEED") or random.SystemRandom().randrange(1 << 31))
+        seed = draw_seed()
     label = f"{top}-{hashlib.sha256(repr((test_module, generics, case)).encode()).hexdigest()[:10]}"
     scratch = _BUILD / "cases" / f"{label}-{seed}"
     shutil.rmtree(scratch, ignore_errors=True)

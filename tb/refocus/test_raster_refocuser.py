@@ -6,7 +6,7 @@ import pytest
 
 from plenofir.core import MIN_LINE_STEPS, CoreConfiguration
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
-from plenofir_tb.runner import run_case
+from plenofir_tb.runner import draw_seed, run_case
 
 MICRO_IMAGE_SIZES = (1, 2, 3, 4, 5, 7, 11)
 SHIFTS = range(-5, 13)
@@ -82,7 +82,7 @@ def test_stalls_gaps_faults(core: CoreConfiguration) -> None:
     "count", [3, *(pytest.param(10, marks=pytest.mark.slow, id=f"long{i}") for i in range(8))]
 )
 def test_random_configurations(count: int) -> None:
-    seed = random.SystemRandom().randrange(1 << 31)
+    seed = draw_seed()
     print(f"configurations drawn with seed {seed}")
     rng = random.Random(seed)
     for _ in range(count):

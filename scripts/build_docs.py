@@ -1,6 +1,9 @@
-"""Write one page for each entity from its VHDL source: header, generics, ports.
+"""Build what the documentation takes from the sources.
 
-Usage: python scripts/entity_docs.py [--check]
+One page for each VHDL entity (header, generics, ports), and the table of error bounds in
+``docs/golden-model.md``.
+
+Usage: python scripts/build_docs.py [--check]
 
 With --check nothing is written; exit code 1 if a page is missing, stale or left over.
 """
@@ -11,8 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plenofir import project
+from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 
-PAGES = project.root() / "docs" / "entities"
+ENTITIES = project.root() / "docs" / "entities"
+GOLDEN_MODEL = project.root() / "docs" / "golden-model.md"
+BOUND_SIZES = (2, 3, 5, 7, 11)
+BOUND_WIDTHS = ((0, 0), (4, 2), (8, 2))
 SECTIONS = ("Latency", "Throughput", "Ports", "Equation")
 
 
@@ -123,22 +130,43 @@ def index(paths: list[Path]) -> str:
     return "\n".join([*lines, ""])
 
 
+def error_bounds(text: str) -> str:
+    """Put the table of error bounds between its marks in a page."""
+    arithmetics = [
+        *(StoredProductArithmetic(fraction_bits=f, guard_bits=g) for f, g in BOUND_WIDTHS),
+        ExactArithmetic(),
+    ]
+    heads = [f"F = {f}, G = {g}" for f, g in BOUND_WIDTHS]
+    lines = [f"| M | {' | '.join(heads)} | exact |", "| --- " * (len(arithmetics) + 1) + "|"]
+    for m in BOUND_SIZES:
+        bounds = [f"{float(arithmetic.error_bound(m, 8)):.3f}" for arithmetic in arithmetics]
+        lines.append(f"| {m} | {' | '.join(bounds)} |")
+    before, rest = text.split("<!-- bounds -->\n")
+    after = rest.split("<!-- end of bounds -->\n")[1]
+    table_text = "\n".join(lines)
+    return f"{before}<!-- bounds -->\n{table_text}\n<!-- end of bounds -->\n{after}"
+
+
 def main() -> int:
     """Write or check the pages."""
     paths = project.hdl_sources()
-    pages = {f"{path.stem}.md": page(path) for path in paths} | {"README.md": index(paths)}
-    if "--check" not in sys.argv[1:]:
-        PAGES.mkdir(parents=True, exist_ok=True)
-        for old in PAGES.glob("*.md"):
-            old.unlink()
-        for name, text in pages.items():
-            (PAGES / name).write_text(text)
-        return 0
-    present = {path.name: path.read_text() for path in PAGES.glob("*.md")}
-    stale = sorted(n for n in pages.keys() | present.keys() if pages.get(n) != present.get(n))
-    if stale:
-        print(f"docs/entities: stale, run make docs: {', '.join(stale)}", file=sys.stderr)
-    return 1 if stale else 0
+    pages = {ENTITIES / f"{path.stem}.md": page(path) for path in paths}
+    pages[ENTITIES / "README.md"] = index(paths)
+    pages[GOLDEN_MODEL] = error_bounds(GOLDEN_MODEL.read_text())
+    present = {*ENTITIES.glob("*.md"), GOLDEN_MODEL}
+    stale = {path for path in pages if path not in present or path.read_text() != pages[path]}
+    stale |= present - pages.keys()
+    if "--check" in sys.argv[1:]:
+        for path in sorted(stale):
+            print(f"{path.relative_to(project.root())} is stale; run make docs", file=sys.stderr)
+        return 1 if stale else 0
+    ENTITIES.mkdir(parents=True, exist_ok=True)
+    for path in stale:
+        if path in pages:
+            path.write_text(pages[path])
+        else:
+            path.unlink()
+    return 0
 
 
 if __name__ == "__main__":
