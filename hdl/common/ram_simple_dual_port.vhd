@@ -39,13 +39,13 @@ architecture rtl of ram_simple_dual_port is
 
   signal read_word : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
 
+  -- A shared variable, as in XST's templates for block RAM: simulators keep a driver for each bit
+  -- of a signal, which a memory of megabits cannot afford.
+  shared variable memory : memory_t := (others => (others => '0'));
+
 begin
 
   access_memory : process (clk) is
-
-    -- A variable, because simulators keep a driver for each bit of a signal.
-    variable memory : memory_t := (others => (others => '0'));
-
   begin
 
     if rising_edge(clk) then

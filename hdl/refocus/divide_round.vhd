@@ -79,17 +79,22 @@ architecture rtl of divide_round is
   end function is_exact;
 
   function smallest_exponent return natural is
+
+    variable exponent : natural;
+
   begin
 
-    for t in 0 to RECIPROCAL_BITS - 1 loop
+    exponent := RECIPROCAL_BITS - 1;
+
+    for t in natural range RECIPROCAL_BITS - 1 downto 0 loop
 
       if is_exact(t) then
-        return t;
+        exponent := t;
       end if;
 
     end loop;
 
-    return RECIPROCAL_BITS - 1;
+    return exponent;
 
   end function smallest_exponent;
 
@@ -135,17 +140,22 @@ architecture rtl of divide_round is
   function width_of (
     number : unsigned
   ) return positive is
+
+    variable width : positive;
+
   begin
 
-    for i in natural range number'length - 1 downto 1 loop
+    width := 1;
+
+    for i in natural range 0 to number'length - 1 loop
 
       if number(i) = '1' then
-        return i + 1;
+        width := i + 1;
       end if;
 
     end loop;
 
-    return 1;
+    return width;
 
   end function width_of;
 

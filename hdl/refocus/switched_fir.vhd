@@ -89,6 +89,48 @@ architecture rtl of switched_fir is
 
   end function stepped;
 
+  -- The sums that are kept from step to step, in one word: all but the last tap's, which leaves
+  -- the filter.
+  subtype word_t is std_logic_vector((TAPS - 1) * SUM_BITS - 1 downto 0);
+
+  function packed (
+    sums : partial_sums_t
+  ) return word_t is
+
+    variable word : word_t;
+
+  begin
+
+    for w in 0 to TAPS - 2 loop
+
+      word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS) := std_logic_vector(to_unsigned(sums(w), SUM_BITS));
+
+    end loop;
+
+    return word;
+
+  end function packed;
+
+  function unpacked (
+    word : word_t
+  ) return partial_sums_t is
+
+    variable sums : partial_sums_t;
+
+  begin
+
+    for w in 0 to TAPS - 2 loop
+
+      sums(w) := to_integer(unsigned(word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS)));
+
+    end loop;
+
+    sums(TAPS - 1) := 0;
+
+    return sums;
+
+  end function unpacked;
+
 begin
 
   -- DEPTH = 1, or a single tap, which holds nothing over from step to step.
@@ -114,47 +156,6 @@ begin
   end generate registers;
 
   line_buffers : if DEPTH > 1 and TAPS > 1 generate
-
-    -- The last tap's sum leaves the filter, so only the others are kept.
-    subtype word_t is std_logic_vector((TAPS - 1) * SUM_BITS - 1 downto 0);
-
-    function packed (
-      sums : partial_sums_t
-    ) return word_t is
-
-      variable word : word_t;
-
-    begin
-
-      for w in 0 to TAPS - 2 loop
-
-        word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS) := std_logic_vector(to_unsigned(sums(w), SUM_BITS));
-
-      end loop;
-
-      return word;
-
-    end function packed;
-
-    function unpacked (
-      word : word_t
-    ) return partial_sums_t is
-
-      variable sums : partial_sums_t;
-
-    begin
-
-      for w in 0 to TAPS - 2 loop
-
-        sums(w) := to_integer(unsigned(word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS)));
-
-      end loop;
-
-      sums(TAPS - 1) := 0;
-
-      return sums;
-
-    end function unpacked;
 
     signal slot_d1      : unsigned(slot'range);
     signal slot_d2      : unsigned(slot'range);
