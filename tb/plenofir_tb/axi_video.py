@@ -108,26 +108,32 @@ class AxiVideoSource(BusDriver):
 
 
 class AxiVideoSink(BusMonitor):
-    """Takes transfers, stalling now and then, and hands them on one by one."""
+    """Takes transfers, stalling now and then, and hands them on one by one.
+
+    What is on offer must stay on offer, unchanged, until it is taken.
+    """
 
     _signals = SIGNALS
 
-    def __init__(self, entity: Any, name: str, clock: Any) -> None:
+    def __init__(self, entity: Any, name: str, clock: Any, reset: Any) -> None:
         self.stalls: StallPattern = no_stalls()
-        super().__init__(entity, name, clock)
+        super().__init__(entity, name, clock, reset=reset)
 
     async def _monitor_recv(self) -> None:
         edge = RisingEdge(self.clock)
         bus = self.bus
         ready = False
+        refused: Beat | None = None
         bus.tready.value = 0
         while True:
             await edge
-            if ready and int(bus.tvalid.value):
-                self._recv(
-                    Beat(
-                        int(bus.tdata.value), bool(int(bus.tuser.value)), bool(int(bus.tlast.value))
-                    )
-                )
+            offer = None
+            if int(bus.tvalid.value):
+                sides = bool(int(bus.tuser.value)), bool(int(bus.tlast.value))
+                offer = Beat(int(bus.tdata.value), *sides)
+            assert self.in_reset or refused in (None, offer), f"{refused} became {offer}"
+            if ready and offer is not None:
+                self._recv(offer)
+            refused = None if ready or self.in_reset else offer
             ready = not next(self.stalls)
             bus.tready.value = int(ready)

@@ -45,7 +45,7 @@ class Bench:
         Clock(dut.clk, 10, "ns").start()
         logging.getLogger(f"cocotb.{dut._name}.m_axis").setLevel(logging.WARNING)
         self.source = AxiVideoSource(dut, "s_axis", dut.clk)
-        self.sink = AxiVideoSink(dut, "m_axis", dut.clk)
+        self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=dut.reset)
         self.scoreboard = FrameScoreboard(
             dut, self.sink, self.core.pixel_bits, Path(self.case["pictures"])
         )

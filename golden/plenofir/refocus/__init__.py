@@ -136,6 +136,7 @@ def refocus(
         If the image, M or a is not supported.
     """
     check_raw(raw, M)
+    M = int(M)  # noqa: N806
     shift = focus_to_shift(a, M)
     if align not in ("centred", "causal"):
         raise InputError(f"{align!r}", where="align", expected="'centred' or 'causal'")
