@@ -1,4 +1,4 @@
-"""Measure the golden model's forms and the simulators, each against the others in one run.
+"""Measure the ray model, the golden model's forms and the simulators, each in one run.
 
 Usage: python scripts/bench.py
 
@@ -20,6 +20,8 @@ from rich.table import Table
 
 from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
+from plenofir.rays import RayModel, load_camera
+from plenofir.rays.report import error_against_run_time
 from plenofir.refocus import (
     ExactArithmetic,
     StoredProductArithmetic,
@@ -104,7 +106,27 @@ def simulator_table() -> Table:
     return table
 
 
+def ray_model_table() -> Table:
+    """Time the ways of the ray model to the distance of a plane."""
+    table = Table(title="ray model: error against run time (f100, planes from 0.25 m to 100 m)")
+    for column in ("way", "largest relative error", "ns a plane, array", "us a call"):
+        table.add_column(column, justify="right")
+    for timing in track(error_against_run_time(), description="ray model"):
+        table.add_row(
+            timing.way,
+            f"{timing.error:.1e}",
+            f"{timing.nanoseconds:.0f}",
+            f"{timing.microseconds_single:.1f}",
+        )
+    model = RayModel.focused(load_camera("f193-mla2"), 3000.0, 13)
+    planes = np.linspace(-0.1, 3.0, 1_000_000)
+    seconds = median_seconds(partial(model.distance, planes), 9)
+    table.caption = f"a million planes at once: {seconds * 1e3:.1f} ms"
+    return table
+
+
 if __name__ == "__main__":
     console = Console()
+    console.print(ray_model_table())
     console.print(golden_table())
     console.print(simulator_table())

@@ -8,7 +8,8 @@ import typer
 from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from plenofir import __version__
+from plenofir import __version__, cli_rays
+from plenofir.cli_rays import integer
 from plenofir.errors import InputError
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.simulation.job import (
@@ -42,13 +43,6 @@ def _root(
         raise typer.Exit
 
 
-def _integer(text: str, where: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise InputError(f"{text!r} is no integer", where=where, expected="an integer") from None
-
-
 def _arithmetic(name: str, fraction_bits: str, guard_bits: str) -> Arithmetic:
     if name == "exact":
         if fraction_bits or guard_bits:
@@ -62,9 +56,9 @@ def _arithmetic(name: str, fraction_bits: str, guard_bits: str) -> Arithmetic:
         raise InputError(f"{name!r} is no arithmetic", where="ARITH", expected="exact or stored")
     bits = {}
     if fraction_bits:
-        bits["fraction_bits"] = _integer(fraction_bits, "FRACTION")
+        bits["fraction_bits"] = integer(fraction_bits, "FRACTION")
     if guard_bits:
-        bits["guard_bits"] = _integer(guard_bits, "GUARD")
+        bits["guard_bits"] = integer(guard_bits, "GUARD")
     try:
         return StoredProductArithmetic.model_validate(bits)
     except ValidationError as error:
@@ -100,7 +94,7 @@ def sim(
         raise InputError(f"{waves!r}", where="WAVES", expected="0 or 1")
     job = SimulationJob(
         raw=Path(raw),
-        micro_image_size=_integer(micro_image, "M"),
+        micro_image_size=integer(micro_image, "M"),
         focus=a,
         out=Path(out),
         arithmetic=_arithmetic(arith, fraction, guard),
@@ -131,6 +125,28 @@ def sim(
     typer.echo(f"{'files':<11} {job.out}/refocused.png, golden.png, diff.png, report.json")
     if report.mismatches:
         raise typer.Exit(EXIT_MISMATCH)
+
+
+cli_rays.register(app)
+report = typer.Typer(no_args_is_help=True, help="Write reports.")
+app.add_typer(report, name="report")
+
+
+@report.command("rays")
+def report_rays(
+    out: Annotated[str, typer.Option(help="Folder for the report.")] = "build/report-rays",
+) -> None:
+    """Validation and numerical stability of the ray model: Markdown with figures."""
+    from plenofir.rays.report import write_report
+
+    with Progress(TextColumn("{task.description:<30}"), BarColumn(), transient=True) as bars:
+        task = bars.add_task("report", total=None)
+
+        def show(step: str, done: int, total: int) -> None:
+            bars.update(task, description=step, completed=done, total=total)
+
+        path = write_report(Path(out), show)
+    typer.echo(f"report: {path}")
 
 
 def main() -> None:

@@ -1,0 +1,349 @@
+"""Refractive index of optical glass as a function of wavelength.
+
+Wavelengths are in nm throughout. The coefficients keep the units in which they are published: nm
+for Cauchy's equation (as the thesis prints it), micrometres for the Schott and Sellmeier formulas
+(as glass catalogues do). Indices are relative to air.
+"""
+
+from fractions import Fraction
+from functools import cached_property
+from typing import Annotated, Self
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+
+from plenofir.errors import InputError
+
+FloatArray = npt.NDArray[np.float64]
+
+D_LINE_NM = 587.5618
+F_LINE_NM = 486.1327
+C_LINE_NM = 656.2725
+
+_NM_PER_UM = 1000
+_SCHOTT_COEFFICIENTS = 6
+
+
+def _as_written(value: float) -> Fraction:
+    """The decimal number that a float was written as, exactly (2.5e-3 is 1/400)."""
+    return Fraction(repr(float(value)))
+
+
+def _checked_wavelengths(wavelength_nm: npt.ArrayLike) -> FloatArray:
+    wavelengths = np.asarray(wavelength_nm, dtype=np.float64)
+    if not np.all(np.isfinite(wavelengths) & (wavelengths > 0)):
+        raise InputError(
+            "not a wavelength", where="wavelength", expected="positive numbers of nanometres"
+        )
+    return wavelengths
+
+
+def _index_from_square(
+    squared: FloatArray, wavelength_nm: npt.ArrayLike, formula: str
+) -> FloatArray:
+    usable = np.isfinite(squared) & (squared > 0)
+    if not np.all(usable):
+        worst = np.broadcast_to(np.asarray(wavelength_nm, dtype=np.float64), squared.shape)[~usable]
+        raise InputError(
+            f"the {formula} formula has no real index at {worst.flat[0]:g} nm",
+            where="wavelength",
+            expected="a wavelength away from the glass's absorption bands",
+        )
+    return np.sqrt(squared)
+
+
+class _Formula(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Constant(_Formula):
+    """An index without dispersion.
+
+    Attributes
+    ----------
+    value
+        Refractive index.
+    """
+
+    value: Annotated[FiniteFloat, Field(gt=0)]
+
+    def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
+        """Refractive index.
+
+        Parameters
+        ----------
+        wavelength_nm
+            Wavelengths in nm, any shape.
+
+        Returns
+        -------
+        FloatArray
+            Indices, shape of `wavelength_nm`.
+
+        Raises
+        ------
+        InputError
+            If a wavelength is not positive.
+        """
+        return np.full_like(_checked_wavelengths(wavelength_nm), self.value)
+
+
+class Schott(_Formula):
+    """The Schott formula (thesis Eq. 5.4), wavelength in micrometres.
+
+    n^2 = G0 + G1 L^2 + G2 L^-2 + G3 L^-4 + G4 L^-6 + G5 L^-8
+
+    Attributes
+    ----------
+    coefficients
+        G0, G1 in um^-2, then G2 ... G5 in um^2 ... um^8.
+    """
+
+    coefficients: Annotated[
+        tuple[FiniteFloat, ...],
+        Field(min_length=_SCHOTT_COEFFICIENTS, max_length=_SCHOTT_COEFFICIENTS),
+    ]
+
+    def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
+        """Refractive index.
+
+        Parameters
+        ----------
+        wavelength_nm
+            Wavelengths in nm, any shape.
+
+        Returns
+        -------
+        FloatArray
+            Indices, shape of `wavelength_nm`.
+
+        Raises
+        ------
+        InputError
+            If a wavelength is not positive or the formula has no real index there.
+        """
+        squared_um = (_checked_wavelengths(wavelength_nm) / _NM_PER_UM) ** 2
+        g0, g1, *falling = self.coefficients
+        x = 1 / squared_um
+        tail = np.zeros_like(x)
+        for coefficient in reversed(falling):
+            tail = x * (coefficient + tail)
+        return _index_from_square(g0 + (g1 * squared_um + tail), wavelength_nm, "Schott")
+
+
+class Cauchy(_Formula):
+    """Cauchy's equation (thesis Eqs. 5.2 and 5.3), wavelength in nm.
+
+    n = G0 + G1 / L^2 + G2 / L^4 + ...
+
+    Attributes
+    ----------
+    coefficients
+        G0, then G1 in nm^2, G2 in nm^4 and so on.
+    """
+
+    coefficients: Annotated[tuple[FiniteFloat, ...], Field(min_length=1)]
+
+    def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
+        """Refractive index.
+
+        Parameters
+        ----------
+        wavelength_nm
+            Wavelengths in nm, any shape.
+
+        Returns
+        -------
+        FloatArray
+            Indices, shape of `wavelength_nm`.
+
+        Raises
+        ------
+        InputError
+            If a wavelength is not positive or the formula gives no positive index there.
+        """
+        wavelengths = _checked_wavelengths(wavelength_nm)
+        x = wavelengths**-2.0
+        index = np.full_like(x, self.coefficients[-1])
+        for coefficient in reversed(self.coefficients[:-1]):
+            index = coefficient + x * index
+        if not np.all(index > 0):
+            worst = wavelengths[~(index > 0)].flat[0]
+            raise InputError(
+                f"Cauchy's equation gives no positive index at {worst:g} nm",
+                where="wavelength",
+                expected="a wavelength in the range that the coefficients were fitted to",
+            )
+        return index
+
+    def to_schott(self) -> Schott:
+        """The same dispersion as Schott coefficients (thesis Eq. 5.5).
+
+        The square of a Cauchy equation of up to three terms has exactly the Schott formula's terms,
+        with G1 = 0: the conversion is an identity, not a fit. It is computed in exact rational
+        arithmetic from the decimal numbers that the coefficients were written as, so the only
+        rounding is that of each result to a double.
+
+        Returns
+        -------
+        Schott
+            Coefficients in micrometres.
+
+        Raises
+        ------
+        InputError
+            If there are more than three coefficients, whose square has terms that the Schott
+            formula lacks.
+        """
+        if len(self.coefficients) > 3:
+            raise InputError(
+                f"{len(self.coefficients)} coefficients of Cauchy's equation",
+                where="coefficients",
+                expected="at most 3: the square of more does not fit the Schott formula",
+            )
+        in_um = [
+            _as_written(g) / Fraction(_NM_PER_UM) ** (2 * power)
+            for power, g in enumerate(self.coefficients)
+        ]
+        a, b, c = in_um + [Fraction(0)] * (3 - len(in_um))
+        square = (a * a, Fraction(0), 2 * a * b, b * b + 2 * a * c, 2 * b * c, c * c)
+        return Schott(coefficients=tuple(float(g) for g in square))
+
+
+class Sellmeier(_Formula):
+    """The Sellmeier 1 formula (thesis Eq. 5.6), wavelength in micrometres.
+
+    n^2 = 1 + sum of B_k L^2 / (L^2 - C_k)
+
+    Attributes
+    ----------
+    strengths
+        B_k (the thesis's Upsilon), dimensionless.
+    resonances_um2
+        C_k (the thesis's Lambda) in um^2.
+    """
+
+    strengths: Annotated[tuple[FiniteFloat, ...], Field(min_length=1)]
+    resonances_um2: tuple[FiniteFloat, ...]
+
+    @model_validator(mode="after")
+    def _same_length(self) -> Self:
+        if len(self.strengths) != len(self.resonances_um2):
+            raise ValueError("as many resonances as strengths expected")
+        return self
+
+    @cached_property
+    def _combined(self) -> tuple[tuple[float, float, float, float | None], ...]:
+        """Terms (slope, offset, C_1, C_2): L^2 (slope L^2 - offset) / (L^2 - C_1) / (L^2 - C_2).
+
+        A term with a negative strength is joined with the positive one of the nearest resonance:
+        slope B_1 + B_2 and offset B_1 C_2 + B_2 C_1 are where the pair cancels, and they are
+        computed exactly from the coefficients as written. A term left alone has the offset 0 and no
+        C_2, and stands for slope L^2 / (L^2 - C_1).
+        """
+        terms = [
+            (_as_written(b), _as_written(c))
+            for b, c in zip(self.strengths, self.resonances_um2, strict=True)
+        ]
+        positive = [term for term in terms if term[0] >= 0]
+        combined: list[tuple[float, float, float, float | None]] = []
+        for b1, c1 in (term for term in terms if term[0] < 0):
+            if not positive:
+                combined.append((float(b1), 0.0, float(c1), None))
+                continue
+            partner = min(positive, key=lambda term: abs(term[1] - c1))
+            positive.remove(partner)
+            b2, c2 = partner
+            combined.append((float(b1 + b2), float(b1 * c2 + b2 * c1), float(c1), float(c2)))
+        combined += [(float(b), 0.0, float(c), None) for b, c in positive]
+        return tuple(combined)
+
+    def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
+        """Refractive index, without the cancellation between terms of opposite sign.
+
+        Coefficients fitted by software may hold two huge terms of nearly the same resonance that
+        cancel (thesis Eq. 5.7: 9e5 against an index of 1.5). They are evaluated as one fraction
+        whose small numerator is known exactly.
+
+        Parameters
+        ----------
+        wavelength_nm
+            Wavelengths in nm, any shape.
+
+        Returns
+        -------
+        FloatArray
+            Indices, shape of `wavelength_nm`.
+
+        Raises
+        ------
+        InputError
+            If a wavelength is not positive or the formula has no real index there.
+        """
+        squared_um = (_checked_wavelengths(wavelength_nm) / _NM_PER_UM) ** 2
+        total = np.zeros_like(squared_um)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for slope, offset, c1, c2 in self._combined:
+                if c2 is None:
+                    total = total + slope * (squared_um / (squared_um - c1))
+                else:
+                    total = total + (slope * squared_um - offset) * (
+                        squared_um / (squared_um - c1) / (squared_um - c2)
+                    )
+        return _index_from_square(1 + total, wavelength_nm, "Sellmeier")
+
+
+def naive_sellmeier_index(formula: Sellmeier, wavelength_nm: npt.ArrayLike) -> FloatArray:
+    """Refractive index by the Sellmeier formula term by term, kept to compare with.
+
+    Loses about as many digits as the terms are larger than their sum: some 6 of 16 for the
+    coefficients of thesis Eq. (5.7).
+
+    Parameters
+    ----------
+    formula
+        Coefficients.
+    wavelength_nm
+        Wavelengths in nm, any shape.
+
+    Returns
+    -------
+    FloatArray
+        Indices, shape of `wavelength_nm`.
+
+    Raises
+    ------
+    InputError
+        If a wavelength is not positive or the formula has no real index there.
+    """
+    squared_um = (_checked_wavelengths(wavelength_nm) / _NM_PER_UM) ** 2
+    squared_index = np.ones_like(squared_um)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for b, c in zip(formula.strengths, formula.resonances_um2, strict=True):
+            squared_index = squared_index + b * squared_um / (squared_um - c)
+    return _index_from_square(squared_index, wavelength_nm, "Sellmeier")
+
+
+Dispersion = Cauchy | Schott | Sellmeier | Constant
+
+MICRO_LENS_CAUCHY = Cauchy(coefficients=(1.5375, 8290.45, -2.11046e8))
+"""Substrate of the micro lens array as its maker states it (thesis Eq. 5.2)."""
+
+MICRO_LENS_SCHOTT = Schott(
+    coefficients=(
+        2.36390625,
+        0.0,
+        2.549313375e-2,
+        -5.802348887975e-4,
+        -3.4993326214e-6,
+        4.454041411599998e-8,
+    )
+)
+"""The substrate in Schott's form as printed (thesis Eq. 5.5)."""
+
+MICRO_LENS_SELLMEIER = Sellmeier(
+    strengths=(-8.86496761e5, 8.86498127e5, 4.54358371e3),
+    resonances_um2=(3.49477799e-2, 3.49477525e-2, 6.30419436e6),
+)
+"""The substrate as fitted by design software (thesis Eq. 5.7): two huge terms that cancel."""

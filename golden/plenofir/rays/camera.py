@@ -1,0 +1,158 @@
+"""What a plenoptic camera is described by: micro lenses, main lens, sensor.
+
+All lengths are in mm. A description is a small TOML file; those of some known cameras are shipped.
+"""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from plenofir import project
+from plenofir.errors import InputError
+
+CAMERAS = project.DATA / "cameras"
+
+Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+SignedLength = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class MicroLensArray(_Part):
+    """Micro lenses at one focal length from the sensor.
+
+    Attributes
+    ----------
+    focal_length_mm
+        f_s.
+    pitch_mm
+        p_M, distance between neighbouring micro lenses.
+    """
+
+    focal_length_mm: Length
+    pitch_mm: Length
+
+
+class MainLens(_Part):
+    """Paraxial data of the main lens.
+
+    Attributes
+    ----------
+    focal_length_mm
+        f_U.
+    principal_plane_separation_mm
+        H1H2 from the object-side to the image-side principal plane, negative when they are crossed.
+    exit_pupil_mm
+        d_A' from the micro lenses to the exit pupil with the lens focused to infinity.
+    front_vertex_mm
+        V1H1 from the front vertex to the object-side principal plane, if known. Planes nearer than
+        the front vertex lie inside the lens.
+    """
+
+    focal_length_mm: Length
+    principal_plane_separation_mm: SignedLength = 0.0
+    exit_pupil_mm: Length
+    front_vertex_mm: SignedLength | None = None
+
+
+class Sensor(_Part):
+    """Image sensor.
+
+    Attributes
+    ----------
+    pixel_pitch_mm
+        p_p.
+    columns, rows
+        Number of pixels, if known.
+    """
+
+    pixel_pitch_mm: Length
+    columns: Annotated[int, Field(ge=1)] | None = None
+    rows: Annotated[int, Field(ge=1)] | None = None
+
+
+class Camera(_Part):
+    """A standard plenoptic camera.
+
+    Attributes
+    ----------
+    name
+        Short name.
+    title
+        Description in a line.
+    main_lens, micro_lenses, sensor
+        Its parts.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    title: str = ""
+    main_lens: MainLens
+    micro_lenses: MicroLensArray
+    sensor: Sensor
+
+
+def camera_names() -> list[str]:
+    """Names of the shipped cameras.
+
+    Returns
+    -------
+    list of str
+        Names that `load_camera` takes.
+    """
+    return sorted(path.stem for path in CAMERAS.glob("*.toml"))
+
+
+def load_camera(source: str | Path) -> Camera:
+    """Load a shipped camera by name, or any camera from a file.
+
+    Parameters
+    ----------
+    source
+        Name (`camera_names`) or path of a TOML file.
+
+    Returns
+    -------
+    Camera
+        The camera.
+
+    Raises
+    ------
+    InputError
+        If there is no such camera, or the file is not valid: field, value and what is allowed.
+    """
+    shipped = CAMERAS / f"{source}.toml"
+    path = shipped if str(source) in camera_names() else Path(source)
+    if not path.is_file():
+        raise InputError(
+            "no such camera",
+            where=str(source),
+            expected=f"a TOML file, or one of {', '.join(camera_names())}",
+        )
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(
+            f"cannot be read ({error})", where=str(path), expected="a TOML camera file"
+        ) from None
+    try:
+        return Camera.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(str(part) for part in first["loc"])
+        value = "" if first["type"] == "missing" else f" = {first['input']!r}"
+        raise InputError(
+            f"{field}{value}", where=str(path), expected=_allowed(first["type"], first["msg"])
+        ) from None
+
+
+def _allowed(kind: str, message: str) -> str:
+    if kind == "missing":
+        return "this field"
+    if kind == "extra_forbidden":
+        return "no field of this name"
+    text = message.removeprefix("Input should be ").removeprefix("String should ")
+    return text[0].lower() + text[1:]

@@ -1,0 +1,233 @@
+"""The numeric tables of the thesis, with the digits as printed, to check the ray model against.
+
+The files and their format are described in ``data/thesis/README.md``.
+"""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from importlib import resources
+from typing import Any
+
+from plenofir.errors import InputError
+
+TABLES = tuple(f"5.{number}" for number in range(1, 14))
+
+_LABELS = frozenset({"lens", "mla", "object"})
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A number as printed.
+
+    Parameters
+    ----------
+    text
+        A decimal number, a fraction such as ``4/11``, or ``inf`` or ``-inf``.
+    """
+
+    text: str
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a number.
+
+        Raises
+        ------
+        ValueError
+            For such a text.
+        """
+        if math.isnan(self.value):
+            raise ValueError(f"not a number: {self.text!r}")
+
+    @property
+    def value(self) -> float:
+        """The number."""
+        return float(Fraction(self.text)) if "/" in self.text else float(self.text)
+
+    @property
+    def decimals(self) -> int:
+        """Digits after the decimal point."""
+        return len(self.text.partition(".")[2])
+
+    @property
+    def half_unit(self) -> float:
+        """Half a unit of the last digit; 0 for fractions and infinity, which are exact."""
+        if "/" in self.text or math.isinf(self.value):
+            return 0.0
+        return 0.5 * 10.0**-self.decimals
+
+    def agrees(self, number: float, slack: float = 0.0) -> bool:
+        """Whether a computed number agrees with the printed one.
+
+        Parameters
+        ----------
+        number
+            The computed number.
+        slack
+            What is allowed beyond rounding, in the unit of the table.
+
+        Returns
+        -------
+        bool
+            True within half a unit of the last digit and the slack.
+        """
+        if math.isinf(self.value) or math.isinf(number):
+            return self.value == number
+        rounding_of_floats = 1e-12 * abs(self.value)
+        return abs(number - self.value) <= self.half_unit + slack + rounding_of_floats
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Named values: a row of a table or the settings of a part.
+
+    Parameters
+    ----------
+    numbers
+        Name, which ends in the unit, to number. Cells without a value are absent.
+    labels
+        Names of the main lens, of the micro lens array, of the object.
+    erratum
+        What is wrong with the printed numbers.
+    """
+
+    numbers: Mapping[str, Printed]
+    labels: Mapping[str, str]
+    erratum: str | None = None
+
+    def __getitem__(self, name: str) -> float:
+        """Value of a number.
+
+        Parameters
+        ----------
+        name
+            Its name.
+
+        Returns
+        -------
+        float
+            Value.
+        """
+        return self.numbers[name].value
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a table.
+
+    Parameters
+    ----------
+    name
+        ``a``, ``b``, ``c``, or empty for a table without parts.
+    settings
+        What holds for all rows.
+    rows
+        The rows, from the top.
+    left_out
+        Which rows are missing.
+    erratum
+        What is wrong with the printed numbers of all rows.
+    """
+
+    name: str
+    settings: Cells
+    rows: tuple[Cells, ...]
+    left_out: str | None = None
+    erratum: str | None = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Parameters
+    ----------
+    number
+        Its number, such as ``5.5``.
+    topic
+        What it lists.
+    parts
+        Its parts, at least one.
+    """
+
+    number: str
+    topic: str
+    parts: tuple[Part, ...]
+
+    def part(self, name: str = "") -> Part:
+        """Part of a name.
+
+        Parameters
+        ----------
+        name
+            See `Part`.
+
+        Returns
+        -------
+        Part
+            The part.
+
+        Raises
+        ------
+        InputError
+            Where there is no such part.
+        """
+        for part in self.parts:
+            if part.name == name:
+                return part
+        names = ", ".join(repr(part.name) for part in self.parts)
+        raise InputError(f"no part {name!r}", where=f"table {self.number}", expected=names)
+
+
+def load_table(number: str) -> Table:
+    """Read a table.
+
+    Parameters
+    ----------
+    number
+        One of `TABLES`.
+
+    Returns
+    -------
+    Table
+        The table.
+
+    Raises
+    ------
+    InputError
+        For a number that is not one of `TABLES`.
+    """
+    if number not in TABLES:
+        raise InputError(f"no table {number!r}", where="table", expected=", ".join(TABLES))
+    folder = resources.files("plenofir").joinpath("data", "thesis")
+    file = folder.joinpath(f"table_{number.replace('.', '_')}.toml")
+    document = tomllib.loads(file.read_text(encoding="utf-8"))
+    return Table(
+        number=document["table"],
+        topic=document["topic"],
+        parts=tuple(_part(part) for part in document["parts"]),
+    )
+
+
+def _part(part: Mapping[str, Any]) -> Part:
+    return Part(
+        name=part["name"],
+        settings=_cells(part.get("settings", {})),
+        rows=tuple(_cells(row) for row in part.get("rows", ())),
+        left_out=part.get("left_out"),
+        erratum=part.get("erratum"),
+    )
+
+
+def _cells(cells: Mapping[str, str]) -> Cells:
+    return Cells(
+        numbers={
+            name: Printed(text)
+            for name, text in cells.items()
+            if name not in _LABELS and name != "erratum"
+        },
+        labels={name: text for name, text in cells.items() if name in _LABELS},
+        erratum=cells.get("erratum"),
+    )

@@ -1,0 +1,144 @@
+"""The commands of the ray model."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from plenofir.images import read_image
+
+PLENOFIR = str(Path(sys.executable).parent / "plenofir")
+
+
+def plenofir(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([PLENOFIR, *arguments], capture_output=True, text=True, check=False)
+
+
+def answer(*arguments: str):
+    done = plenofir(*arguments, "--json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_distance() -> None:
+    options = ("--camera", "f193-mla2", "--focus", "inf", "--micro-image", "13")
+    found = answer("distance", *options, "--a", "1", "--a", "0", "--a", "-2/13", "--a", "4")
+    assert found["camera"] == "f193-mla2"
+    first, second, third, fourth = found["planes"]
+    assert first["a"] == "1/1"
+    assert first["state"] == "real"
+    numbers = [first[key] for key in ("near_mm", "distance_mm", "far_mm")]
+    assert [round(n, 4) for n in numbers] == [838.1359, 962.7459, 1110.0123]
+    assert (second["state"], second["distance_mm"], second["far_mm"]) == ("infinity", None, None)
+    assert round(second["near_mm"], 4) == 11081.3953
+    assert third["a"] == "-2/13"
+    assert (third["state"], third["distance_mm"]) == ("beyond infinity", None)
+    assert (fourth["state"], fourth["near_state"]) == ("real", "inside lens")
+
+
+def test_baseline() -> None:
+    found = answer("baseline", "--camera", "f193-mla2", "--focus", "3000", "--gap", "6")
+    assert found["gap"] == 6
+    assert round(found["baseline_mm"], 4) == 4.2748
+    assert round(found["tilt_deg"], 4) == -0.0816
+    assert set(found) == {"gap", "baseline_mm", "tilt_deg", "entrance_pupil_mm"}
+    assert answer("baseline", "--camera", "f193-mla2", "--gap", "6")["tilt_deg"] == 0
+
+
+def test_depth() -> None:
+    options = ("--camera", "f197-mla2", "--gap", "4", "--disparity", "2", "--disparity", "0")
+    near, far = answer("depth", *options)["objects"]
+    assert round(near["depth_mm"]) == 2035
+    assert near["distance_mm"] > near["depth_mm"]
+    assert (far["state"], far["depth_mm"], far["distance_mm"]) == ("infinity", None, None)
+    per_view = answer(
+        "depth", "--camera", "f197-mla2", "--gap", "4", "--disparity", "0.5", "--per-view"
+    )
+    assert per_view["objects"][0]["depth_mm"] == pytest.approx(near["depth_mm"])
+
+
+def test_slices() -> None:
+    options = ("--camera", "f193-mla2", "--near", "500", "--far", "3000")
+    found = answer("slices", *options)
+    assert found["gaps"] == []
+    assert found["slices"][0]["far_mm"] >= 3000
+    assert found["slices"][-1]["near_mm"] <= 500
+    whole = answer("slices", *options, "--whole")
+    assert all(part["a"].endswith("/1") for part in whole["slices"])
+    assert whole["gaps"]
+
+
+def test_lens_and_cameras() -> None:
+    found = answer("lens", "f100")
+    assert round(found["focal_length_mm"], 4) == 99.5045
+    assert round(found["principal_plane_separation_mm"], 4) == -33.4236
+    assert "f193-mla2" in {camera["name"] for camera in answer("cameras")}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("distance", "--camera", "f90-mla2", "--focus", "3000", "--a", "2/3"),
+        ("baseline", "--camera", "f90-mla1"),
+        ("depth", "--camera", "f90-mla1", "--disparity", "1"),
+        ("slices", "--camera", "f90-mla2", "--near", "500", "--far", "inf"),
+        ("lens", "tronnier"),
+        ("cameras",),
+    ],
+)
+def test_tables(arguments: tuple[str, ...]) -> None:
+    done = plenofir(*arguments)
+    assert done.returncode == 0, done.stderr
+    assert "mm" in done.stdout
+
+
+def test_plot(tmp_path: Path) -> None:
+    path = tmp_path / "bench.png"
+    options = ("--camera", "f193-mla2", "--focus", "3000", "--a", "0", "--a", "1", "--a", "-2")
+    done = plenofir("distance", *options, "--plot", str(path))
+    assert done.returncode == 0, done.stderr
+    picture = read_image(path) if path.read_bytes()[25] == 2 else None
+    assert path.stat().st_size > 10_000 or picture is not None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("distance", "--camera", "f50", "--a", "1"), "no such camera"),
+        (("distance", "--camera", "f193-mla2", "--a", "x"), "--a"),
+        (
+            ("distance", "--camera", "f193-mla2", "--a", "1", "--focus", "100"),
+            "at least 707.6177 mm",
+        ),
+        (("distance", "--camera", "f193-mla2", "--a", "1", "--focus", "nan"), "--focus"),
+        (("distance", "--camera", "f193-mla2", "--a", "1", "--focus", "near"), "--focus"),
+        (("distance", "--camera", "f193-mla2", "--a", "1", "-M", "1"), "2 or more"),
+        (("distance", "--camera", "f193-mla2", "--a", "1", "-M", "x"), "--micro-image"),
+        (("distance", "--camera", "f193-mla2", "--a", "1", "--plot", "/none/x.png"), "/none/x.png"),
+        (("depth", "--camera", "f193-mla2", "--disparity", "1", "--gap", "0"), "gap"),
+        (("depth", "--camera", "f193-mla2", "--disparity", "inf"), "--disparity"),
+        (("slices", "--camera", "f193-mla2", "--near", "9", "--far", "5"), "near < far"),
+        (("lens", "none.csv"), "no such lens"),
+        (("report", "rays", "--out", "/proc/none"), "cannot be written"),
+    ],
+)
+def test_bad_input(arguments: tuple[str, ...], message: str) -> None:
+    done = plenofir(*arguments)
+    assert done.returncode == 2, done.stderr
+    assert message in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_report(tmp_path: Path) -> None:
+    done = plenofir("report", "rays", "--out", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "report.md").read_text()
+    for head in ("The thesis's predictions", "Real rays", "Numerical stability", "run time"):
+        assert head in text
+    assert "differs" not in text
+    for picture in ("real_rays.png", "stability.png", "run_time.png"):
+        assert picture in text
+        assert (tmp_path / picture).stat().st_size > 5000
