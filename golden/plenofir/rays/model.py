@@ -265,7 +265,7 @@ class RayModel:
         flat = values.ravel()
         mm = np.empty(flat.shape)
         states = np.full(flat.shape, _REAL, dtype=np.int8)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             for start in range(0, flat.size, _BLOCK):
                 part = slice(start, start + _BLOCK)
                 x = flat[part]

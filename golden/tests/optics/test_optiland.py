@@ -1,6 +1,7 @@
 """Cross-check of lenses and real rays with optiland, an independent optical design package.
 
-It is large and not a dependency: ``pip install -e .[optiland]`` brings it, without it these are skipped.
+It is large and not a dependency: ``pip install -e .[optiland]`` brings it, and without it these
+are skipped.
 """
 
 import numpy as np
