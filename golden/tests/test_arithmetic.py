@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -29,7 +29,6 @@ def test_exact_arithmetic_is_the_correctly_rounded_operator():
 
 
 @given(stored_arithmetics, st.integers(1, 12), st.integers(-9, 14), st.integers(0, 2**32 - 1))
-@settings(deadline=None)
 def test_stored_products_stay_within_their_bound(arithmetic, m, shift, seed):
     rng = np.random.default_rng(seed)
     raw = rng.integers(0, 256, (m + 9, m + 11), dtype=np.uint8)
@@ -42,7 +41,6 @@ def test_stored_products_stay_within_their_bound(arithmetic, m, shift, seed):
 
 
 @given(st.integers(1, 12), st.integers(-9, 14))
-@settings(deadline=None)
 def test_exact_arithmetic_stays_within_its_bound(m, shift):
     raw = np.random.default_rng(m).integers(0, 256, (m + 9, m + 11), dtype=np.uint8)
     error = error_against_operator(ExactArithmetic().refocus(raw, m, shift), raw, m, shift)
@@ -50,7 +48,6 @@ def test_exact_arithmetic_stays_within_its_bound(m, shift):
 
 
 @given(st.integers(1, 7), st.integers(-6, 9), st.integers(0, 2**32 - 1))
-@settings(deadline=None)
 def test_thesis_arithmetic_step_by_step(m, shift, seed):
     """F = G = 0 through the register-level filter: 8 bit products, 8 bit intermediate image."""
     raw = np.random.default_rng(seed).integers(0, 256, (m + 5, m + 4), dtype=np.uint8)

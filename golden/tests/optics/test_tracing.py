@@ -108,7 +108,7 @@ def oracle_trace(system, point, direction):
     return points, d
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     systems(),
     st.tuples(st.floats(-4, 4), st.floats(-4, 4), st.floats(-50, 0)),

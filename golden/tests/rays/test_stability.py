@@ -1,7 +1,7 @@
 """The ray model within 1e-12 of a high-precision oracle, however stiff the case."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from plenofir.rays import RayModel, State, load_camera
@@ -57,7 +57,6 @@ cameras = st.builds(
     st.floats(-30, 30),
     st.sampled_from([0, 1, -1]),
 )
-@settings(deadline=None)
 def test_any_camera(camera: Camera, beyond: float, size: int, a: float, border: int) -> None:
     lens = camera.main_lens
     f, separation = lens.focal_length_mm, lens.principal_plane_separation_mm
