@@ -103,7 +103,7 @@ def covering_slices(
     """Choose the fewest slices whose depths of field cover a range.
 
     From the far end on, each slice is the nearest-focused one whose depth of field still reaches
-    what is not covered yet. Behind a gap that the grid leaves goes on with the next slice.
+    what is not covered yet. Behind a gap that the grid leaves it goes on with the next slice.
 
     Parameters
     ----------
