@@ -117,7 +117,8 @@ class AxiVideoSink(BusMonitor):
 
     def __init__(self, entity: Any, name: str, clock: Any, reset: Any) -> None:
         self.stalls: StallPattern = no_stalls()
-        super().__init__(entity, name, clock, reset=reset)
+        self.reset = reset
+        super().__init__(entity, name, clock)
 
     async def _monitor_recv(self) -> None:
         edge = RisingEdge(self.clock)
@@ -128,12 +129,14 @@ class AxiVideoSink(BusMonitor):
         while True:
             await edge
             offer = None
-            if int(bus.tvalid.value):
+            # Before the first reset signals may be undefined.
+            if str(bus.tvalid.value) == "1":
                 sides = bool(int(bus.tuser.value)), bool(int(bus.tlast.value))
                 offer = Beat(int(bus.tdata.value), *sides)
-            assert self.in_reset or refused in (None, offer), f"{refused} became {offer}"
+            running = str(self.reset.value) == "0"
+            assert not running or refused in (None, offer), f"{refused} became {offer}"
             if ready and offer is not None:
                 self._recv(offer)
-            refused = None if ready or self.in_reset else offer
+            refused = offer if running and not ready else None
             ready = not next(self.stalls)
             bus.tready.value = int(ready)
