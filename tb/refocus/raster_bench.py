@@ -248,7 +248,6 @@ async def reset_inside_a_frame(dut: Any) -> None:
     for _ in range(3):
         beats = frame_beats(bench.frame("white", columns, rows), bench.core.pixel_bits)
         sent = beats[: bench.rng.randint(1, len(beats))]
-        bench.sink.stalls = stall_pattern("none", bench.rng)
         # The sink refuses everything until the reset, so that nothing of this frame gets out.
         bench.sink.stalls = iter(lambda: True, False)
         await bench.source.send(sent[: bench.core.max_columns], sync=True)

@@ -466,10 +466,9 @@ class RayModel:
         """
         lens = self.camera.main_lens
         with localcontext(CONTEXT):
-            f, pupil = exact(lens.focal_length_mm), exact(lens.exit_pupil_mm)
-            from_plane = f * (pupil - f) / pupil
-            separation = exact(lens.principal_plane_separation_mm)
-            return float(from_plane + f + self.extension + separation)
+            plane = exact(lens.focal_length_mm) + self.extension
+            plane += exact(lens.principal_plane_separation_mm)
+            return float(plane + self._entrance_pupil_from_plane)
 
     @property
     def entrance_pupil_from_vertex_mm(self) -> float | None:
@@ -477,8 +476,16 @@ class RayModel:
         lens = self.camera.main_lens
         if lens.front_vertex_mm is None:
             return None
-        f, pupil = lens.focal_length_mm, lens.exit_pupil_mm
-        return lens.front_vertex_mm - f * (pupil - f) / pupil
+        with localcontext(CONTEXT):
+            return float(exact(lens.front_vertex_mm) - self._entrance_pupil_from_plane)
+
+    @property
+    def _entrance_pupil_from_plane(self) -> Decimal:
+        """Distance from the object-side principal plane to the entrance pupil."""
+        lens = self.camera.main_lens
+        with localcontext(CONTEXT):
+            f, pupil = exact(lens.focal_length_mm), exact(lens.exit_pupil_mm)
+            return f * (pupil - f) / pupil
 
     def virtual_camera(self, i: npt.ArrayLike) -> Values:
         """Heights of virtual cameras on the entrance pupil (Eq. 3.54).
