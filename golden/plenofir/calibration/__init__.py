@@ -1,0 +1,26 @@
+"""Calibration: from a white image to micro image centres, from a raw capture to an aligned raster.
+
+`calibrate` finds the grid, `load_calibration` reads it back, `decode` resamples captures.
+"""
+
+from plenofir.calibration.calibrate import calibrate
+from plenofir.calibration.fit import Fit, fit_grid
+from plenofir.calibration.grid import Grid, Layout
+from plenofir.calibration.record import Calibration, load_calibration
+from plenofir.calibration.resample import decode, hexagonal_to_rectangular, raster_window
+from plenofir.calibration.text_method import TextCalibration, text_calibration
+
+__all__ = [
+    "Calibration",
+    "Fit",
+    "Grid",
+    "Layout",
+    "TextCalibration",
+    "calibrate",
+    "decode",
+    "fit_grid",
+    "hexagonal_to_rectangular",
+    "load_calibration",
+    "raster_window",
+    "text_calibration",
+]
