@@ -8,7 +8,7 @@ import typer
 from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from plenofir import __version__, cli_rays
+from plenofir import __version__, cli_lightfield, cli_rays
 from plenofir.cli_rays import integer
 from plenofir.errors import InputError
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
@@ -130,6 +130,7 @@ def sim(
 cli_rays.register(app)
 report = typer.Typer(no_args_is_help=True, help="Write reports.")
 app.add_typer(report, name="report")
+cli_lightfield.register(app, report)
 
 
 @report.command("rays")

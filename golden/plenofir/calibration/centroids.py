@@ -18,7 +18,8 @@ Image32 = npt.NDArray[np.float32]
 
 HALF_WIDTH = 0.6
 """Half width of the window in pitches."""
-_CORE_HALF_WIDTH = 0.35
+CORE_HALF_WIDTH = 0.35
+"""Half width of the window over the middle of a micro image, in pitches."""
 _BLOCK_PIXELS = 1 << 21
 _TRIAL = 0.05
 _TRIAL_LENSES = 1000
@@ -130,16 +131,21 @@ def core_brightness(image: Image32, positions: Floats, pitch: tuple[float, float
     Floats
         Shape (n,).
     """
-    return windowed_moments(image, positions, pitch, _CORE_HALF_WIDTH).sums
+    return windowed_moments(image, positions, pitch, CORE_HALF_WIDTH).sums
 
 
-def response(image: Image32, positions: Floats, pitch: tuple[float, float]) -> Floats:
+def response(
+    image: Image32,
+    positions: Floats,
+    pitch: tuple[float, float],
+    half_width: float = HALF_WIDTH,
+) -> Floats:
     """How far a window's centroid moves when the window moves by one pixel.
 
     Parameters
     ----------
-    image, positions, pitch
-        As in `windowed_moments`; positions one pixel farther from the borders.
+    image, positions, pitch, half_width
+        As in `windowed_moments`; positions a little farther from the borders.
 
     Returns
     -------
@@ -153,7 +159,7 @@ def response(image: Image32, positions: Floats, pitch: tuple[float, float]) -> F
     for axis in (0, 1):
         move = np.zeros(2)
         move[axis] = _TRIAL * pitch[axis]
-        ahead = windowed_moments(image, chosen + move, pitch).offsets[:, axis]
-        behind = windowed_moments(image, chosen - move, pitch).offsets[:, axis]
+        ahead = windowed_moments(image, chosen + move, pitch, half_width).offsets[:, axis]
+        behind = windowed_moments(image, chosen - move, pitch, half_width).offsets[:, axis]
         factors[axis] = np.median(behind - ahead) / (2 * move[axis])
     return factors

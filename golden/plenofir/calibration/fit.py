@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from plenofir.calibration.centroids import (
+    CORE_HALF_WIDTH,
     Image32,
+    Moments,
     core_brightness,
     reach,
     response,
@@ -25,7 +27,10 @@ from plenofir.calibration.spectrum import GRID_EXPECTED, first_guess
 from plenofir.errors import InputError
 
 _FIRST_RADIUS = 5.0
+# Pixels reach half a pixel beyond their centres; a little more for centres on the very border.
+_BORDER = 0.55
 _ORDER_LENSES = 4000
+_SLOPE_LENSES = 8000
 # Distortion of less than this many pixels (root mean square) is not modelled.
 _SMALLEST_DISTORTION = 0.015
 _GROWTH = 1.6
@@ -39,6 +44,8 @@ _DARK = 0.02
 _LARGEST_SCATTER = 0.12
 _FEWEST_USED = 0.5
 _WEAKEST_RESPONSE = 0.02
+# Response of the small window, as a share of what spots would give it, for an even middle.
+_EVEN_MIDDLE = 0.6
 
 
 @dataclass(frozen=True)
@@ -92,6 +99,25 @@ def shading_at(coefficients: Floats, positions: Floats, image_shape: tuple[int, 
     """
     order = next(n for n in range(20) if len(exponents(n)) == len(coefficients))
     return np.exp(polynomial_terms(_unit(positions, image_shape), order) @ coefficients)
+
+
+def within(centres: Floats, image_shape: tuple[int, int]) -> Flags:
+    """Whether centres lie in an image.
+
+    Parameters
+    ----------
+    centres
+        (y, x), shape (..., 2).
+    image_shape
+        Rows and columns of the image.
+
+    Returns
+    -------
+    Flags
+        Shape (...).
+    """
+    end = np.array(image_shape) - 1
+    return np.asarray(((centres >= -_BORDER) & (centres <= end + _BORDER)).all(axis=-1))
 
 
 def _unit(positions: Floats, image_shape: tuple[int, int]) -> Floats:
@@ -199,16 +225,10 @@ def _outline(low: Floats, high: Floats) -> Floats:
 
 def _extents(grid: Grid) -> tuple[float, float]:
     """Pitch along y and x for the windows: extent of a lens's cell."""
-    down, right = grid.vectors
+    down, right = grid.pitch
     if grid.layout == "hexagonal-rows":
-        pitch = float(np.hypot(*right))
-    elif grid.layout == "hexagonal-columns":
-        pitch = float(np.hypot(*down))
-    else:
-        tall = max(abs(down[0]), abs(right[0]))
-        wide = max(abs(down[1]), abs(right[1]))
-        return float(tall), float(wide)
-    return pitch, pitch
+        return right, right
+    return (down, down) if grid.layout == "hexagonal-columns" else (down, right)
 
 
 def _no_grid(what: str) -> InputError:
@@ -248,9 +268,42 @@ class _Fitter:
         offsets = moments.offsets
         if self.shading is not None:
             slope = _shading_slope(self.shading, centres, self.shape)
+            slope = slope + self.inner_slope(centres, moments, factors, slope)
             offsets = offsets - slope * moments.variances
         largest = np.array(pitch) / 2
         return centres + np.clip(offsets / factors, -largest, largest)
+
+    def inner_slope(
+        self, centres: Floats, moments: Moments, factors: Floats, shading: Floats
+    ) -> Floats:
+        """Slope of the light within micro images, besides that of the shading.
+
+        Light falls off with the angle to the axis, so micro images far from the middle are a little
+        brighter on one side, which moves their centroids but not their borders. The slope shows
+        in a small window over the middle, which does not reach the borders. A line over the
+        image is fitted to the slopes. Spots have no even middle: for them it is not known.
+        """
+        pitch = _extents(self.grid)
+        few = np.random.default_rng(2).permutation(len(centres))[:_SLOPE_LENSES]
+        core = windowed_moments(self.image, centres[few], pitch, CORE_HALF_WIDTH)
+        core_factors = response(self.image, centres[few], pitch, CORE_HALF_WIDTH)
+        # Both windows see the place d and the slope g: offset = factor d + variance g.
+        spread, core_spread = (np.median(m.variances, axis=0) for m in (moments, core))
+        known = factors * core_spread - core_factors * spread
+        result = np.zeros_like(centres)
+        terms = polynomial_terms(_unit(centres, self.shape), 1)
+        for axis in (0, 1):
+            if known[axis] < _EVEN_MIDDLE * factors[axis] * core_spread[axis]:
+                continue
+            slope = (
+                factors[axis] * core.offsets[:, axis]
+                - core_factors[axis] * (moments.offsets[few, axis])
+            )
+            slope = (slope / known[axis] - shading[few, axis])[:, np.newaxis]
+            coefficients, _, _ = robust_fit(terms[few], slope, 1e-9)
+            # Not the constant: the axis is in the middle, and sampling makes one of its own.
+            result[:, axis] = (terms[:, 1:] @ coefficients[1:])[:, 0]
+        return result
 
     def refine(self, radius: float, order: int | None, rounds: int) -> None:
         """Measure and fit the lenses within a radius."""
@@ -372,7 +425,7 @@ def _finish(fitter: _Fitter, used: int) -> Fit:
     end = np.array(shape) - 1.0
     t, s = _indices_within(fitter.grid, _outline(np.full(2, -0.5), end + 0.5))
     centres = fitter.grid.centres(t, s)
-    inside = np.asarray(((centres >= -0.5) & (centres <= end + 0.5)).all(axis=-1))
+    inside = within(centres, shape)
     rows, columns = np.nonzero(inside.any(axis=1))[0], np.nonzero(inside.any(axis=0))[0]
     part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
     grid = fitter.grid.moved(int(t[rows[0], 0]), int(s[0, columns[0]]))

@@ -3,6 +3,7 @@
 import numpy as np
 
 from plenofir.calibration.centroids import Image32
+from plenofir.calibration.grid import Floats
 from plenofir.errors import InputError
 from plenofir.refocus.operator import Image
 
@@ -12,7 +13,7 @@ _CLIPPED_SHARE = 0.5
 _SMALLEST = 12
 
 
-def grey(image: Image) -> Image32:
+def grey(image: Image | Floats) -> Image32:
     """Grey levels of an image (luminance of RGB, Rec. 709).
 
     Parameters

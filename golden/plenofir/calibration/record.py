@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from plenofir.calibration.fit import shading_at
+from plenofir.calibration.fit import shading_at, within
 from plenofir.calibration.grid import Flags, Floats, Grid
 from plenofir.errors import InputError
 
@@ -80,8 +80,7 @@ class Calibration(BaseModel):
     @cached_property
     def inside(self) -> Flags:
         """Whether a lens's centre lies in the image, shape (rows, columns)."""
-        end = np.array(self.image_shape) - 0.5
-        return np.asarray(((self.model_centres >= -0.5) & (self.model_centres <= end)).all(axis=-1))
+        return within(self.model_centres, self.image_shape)
 
     @cached_property
     def centres(self) -> Floats:

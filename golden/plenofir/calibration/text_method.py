@@ -27,9 +27,9 @@ class TextCalibration:
     row
         Indices into `centroids` of the central row, left to right.
     rotation_degrees
-        Angle of that row against the image's rows.
+        Angle of that row against the image's rows; nan if there is no row.
     pitch
-        Mean distance of centroids along that row in pixels.
+        Mean distance of centroids along that row in pixels; nan if there is no row.
     """
 
     centroids: Floats
@@ -188,11 +188,15 @@ def text_calibration(image: Image32) -> TextCalibration:
     """
     centroids, _ = region_centroids(binary(normalised(image)))
     row = central_row(centroids, (image.shape[0], image.shape[1]))
+    nothing = float("nan")
+    if len(row) < 2:
+        # Noise breaks regions up, and there is no row left.
+        return TextCalibration(centroids, row, nothing, nothing)
     _, slope = regression(centroids[row])
     steps = np.diff(centroids[row], axis=0)
     return TextCalibration(
         centroids=centroids,
         row=row,
         rotation_degrees=float(np.degrees(np.arctan(slope))),
-        pitch=float(np.hypot(*steps.T).mean()) if len(steps) else float("nan"),
+        pitch=float(np.hypot(*steps.T).mean()),
     )

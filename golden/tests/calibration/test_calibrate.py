@@ -147,7 +147,7 @@ def test_dark_frame_and_colours() -> None:
 
 
 def test_few_micro_images() -> None:
-    grid = regular_grid((300, 300), 60.0, layout="hexagonal-rows")
+    grid = regular_grid((300, 300), 60.0, layout="hexagonal-rows", offset=(3.0, 5.0))
     calibration = calibrate(white_image((300, 300), grid))
     assert errors(calibration, centres_within(grid, (300, 300))).max() < 0.2
 

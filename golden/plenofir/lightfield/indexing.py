@@ -1,0 +1,174 @@
+"""Raw image and 4-D light field are the same samples (Eqs. 3.46-3.49), seen without copying.
+
+A light field has the axes (t, s, v, u[, channels]): row and column of the micro lens, row and
+column of the pixel in its micro image. Pixel k of a raw line is pixel u = k mod M of micro image
+s = floor(k / M); the text counts u from the micro image's centre, i = u - c with c = (M - 1) / 2.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.errors import InputError
+from plenofir.refocus import check_raw
+from plenofir.refocus.operator import Image
+
+
+def raw_index(lens: npt.ArrayLike, offset: npt.ArrayLike, m: int) -> npt.NDArray[np.int64]:
+    """Pixel of the raw image from micro lens and offset (Eqs. 3.46, 3.48).
+
+    Parameters
+    ----------
+    lens
+        Micro lens j (or h).
+    offset
+        i (or g), counted from the micro image's centre; half-integers if M is even.
+    m
+        M.
+
+    Returns
+    -------
+    numpy.ndarray
+        k = j M + c + i.
+    """
+    pixel = np.asarray(lens) * m + (m - 1) / 2 + np.asarray(offset)
+    return np.asarray(np.rint(pixel), dtype=np.int64)
+
+
+def light_field_index(
+    pixel: npt.ArrayLike, m: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Micro lens and offset from a pixel of the raw image (Eqs. 3.47, 3.49).
+
+    Parameters
+    ----------
+    pixel
+        k (or l).
+    m
+        M.
+
+    Returns
+    -------
+    tuple
+        Micro lens j and offset i from the micro image's centre.
+    """
+    lens, place = np.divmod(np.asarray(pixel, dtype=np.int64), m)
+    return lens, place - (m - 1) / 2
+
+
+def light_field(raw: Image, m: int) -> Image:
+    """Light field of a raw image, as a view of the same memory.
+
+    Parameters
+    ----------
+    raw
+        Raw image, shape (rows, columns[, 3]); what is no whole micro image at the right and at the
+        bottom is left out.
+    m
+        M in pixels.
+
+    Returns
+    -------
+    Image
+        Shape (t, s, v, u[, 3]).
+
+    Raises
+    ------
+    InputError
+        If the image is no raw image of that M.
+    """
+    check_raw(raw, m)
+    rows, columns = raw.shape[0] // m, raw.shape[1] // m
+    blocks = raw[: rows * m, : columns * m].reshape(rows, m, columns, m, *raw.shape[2:])
+    return np.moveaxis(blocks, 2, 1)
+
+
+def raw_image(field: Image) -> Image:
+    """Raw image of a light field; a view where the light field is one of a raw image.
+
+    Parameters
+    ----------
+    field
+        Shape (t, s, v, u[, 3]) with as many pixel rows as columns in a micro image.
+
+    Returns
+    -------
+    Image
+        Shape (t M, s M[, 3]).
+
+    Raises
+    ------
+    InputError
+        If the micro images are not square.
+    """
+    if field.ndim not in (4, 5) or field.shape[2] != field.shape[3]:
+        raise InputError(
+            f"shape {field.shape}", where="light field", expected="(t, s, M, M) or (t, s, M, M, 3)"
+        )
+    t, s, m = field.shape[:3]
+    return np.moveaxis(field, 1, 2).reshape(t * m, s * m, *field.shape[4:])
+
+
+def sub_aperture(raw: Image, m: int, v: int, u: int) -> Image:
+    """Sub-aperture image: pixel (v, u) of all micro images (Eq. 3.45), as a view.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    m
+        M in pixels.
+    v, u
+        Pixel of the micro images, 0 to M - 1.
+
+    Returns
+    -------
+    Image
+        Shape (t, s[, 3]).
+
+    Raises
+    ------
+    InputError
+        If there is no such view.
+    """
+    if not (0 <= v < m and 0 <= u < m):
+        raise InputError(f"view ({v}, {u})", where="view", expected=f"numbers from 0 to {m - 1}")
+    return light_field(raw, m)[:, :, v, u]
+
+
+def views(raw: Image, m: int) -> Image:
+    """All sub-aperture images, as a view.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    m
+        M in pixels.
+
+    Returns
+    -------
+    Image
+        Shape (v, u, t, s[, 3]).
+    """
+    return np.moveaxis(light_field(raw, m), (2, 3), (0, 1))
+
+
+def compose(images: Image) -> Image:
+    """Raw image from its sub-aperture images: the inverse of `views`.
+
+    Parameters
+    ----------
+    images
+        Shape (v, u, t, s[, 3]) with as many rows of views as columns.
+
+    Returns
+    -------
+    Image
+        Shape (t M, s M[, 3]).
+
+    Raises
+    ------
+    InputError
+        If the views are not a square of views.
+    """
+    return raw_image(np.moveaxis(images, (0, 1), (2, 3)))

@@ -1,0 +1,95 @@
+"""Pictures of curves and maps."""
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure
+
+from plenofir.refocus.operator import Image
+
+Floats = npt.NDArray[np.float64]
+
+
+def figure_pixels(figure: Figure) -> Image:
+    """Draw a figure.
+
+    Parameters
+    ----------
+    figure
+        The figure; it is closed.
+
+    Returns
+    -------
+    Image
+        8 bit RGB.
+    """
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[:, :, :3].copy()  # type: ignore[attr-defined]
+    plt.close(figure)
+    return pixels
+
+
+def sharpness_picture(
+    settings: Sequence[float],
+    curves: Mapping[str, Floats],
+    predicted: Mapping[str, float] | None = None,
+) -> Image:
+    """Plot of sharpness over focus settings (Fig. 5.16).
+
+    Parameters
+    ----------
+    settings
+        Focus settings a.
+    curves
+        Sharpness for each object's name.
+    predicted
+        Where the ray model says that each object is sharpest.
+
+    Returns
+    -------
+    Image
+        8 bit RGB.
+    """
+    figure, axes = plt.subplots(figsize=(8, 4), constrained_layout=True)
+    for name, curve in curves.items():
+        (line,) = axes.plot(settings, curve, marker="o", markersize=3, label=name or None)
+        if predicted and name in predicted:
+            axes.axvline(predicted[name], color=line.get_color(), linestyle=":")
+    axes.set_xlabel("a")
+    axes.set_ylabel("sharpness S, largest = 1")
+    axes.grid(alpha=0.3)
+    if any(curves):
+        axes.legend(fontsize=8)
+    return figure_pixels(figure)
+
+
+def depth_picture(distance_mm: Floats) -> Image:
+    """Map of distances in colours, with a scale; grey where there is none.
+
+    Parameters
+    ----------
+    distance_mm
+        Shape (t, s), nan where unknown.
+
+    Returns
+    -------
+    Image
+        8 bit RGB.
+    """
+    rows, columns = distance_mm.shape
+    width = 8.0
+    height = min(max(width * rows / columns * 0.85, 2.0), 16.0)
+    figure, axes = plt.subplots(figsize=(width, height), constrained_layout=True)
+    known = distance_mm[~np.isnan(distance_mm)]
+    low, high = np.percentile(known, [2, 98]) if known.size else (0.0, 1.0)
+    colours = plt.get_cmap("viridis_r").with_extremes(bad="0.6")
+    shown = axes.imshow(distance_mm, cmap=colours, vmin=low, vmax=max(high, low + 1))
+    axes.set_axis_off()
+    figure.colorbar(shown, ax=axes, label="mm from the micro lenses")
+    return figure_pixels(figure)
