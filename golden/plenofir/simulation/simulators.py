@@ -64,7 +64,7 @@ class Simulator:
     def run_command(
         self,
         top: str,
-        generics: Mapping[str, int | bool],
+        generics: Mapping[str, int | bool | str],
         *,
         waves: Path | None = None,
         wave_signals: Sequence[str] = (),
@@ -100,7 +100,9 @@ class Simulator:
             options.append(f"--fst={waves}")
             if wave_signals:
                 selection = waves.with_suffix(".opt")
-                selection.write_text("\n".join(["$ version 1.1", *wave_signals, ""]))
+                # GHDL's own name of a generate region has no index.
+                names = [re.sub(r"\(\d+\)", "", signal) for signal in wave_signals]
+                selection.write_text("\n".join(["$ version 1.1", *names, ""]))
                 options.append(f"--read-wave-opt={selection}")
         return ["ghdl", "-r", "--std=93", top, *overrides, *options]
 
@@ -152,7 +154,7 @@ class Simulator:
             )
 
 
-def _generic(value: int | bool) -> str:
+def _generic(value: int | bool | str) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
