@@ -303,24 +303,6 @@ def slice_settings(first: str, last: str, step: str, m: int) -> list[Fraction]:
     return [Fraction(k, m) for k in shifts]
 
 
-def slice_name(a: Fraction, m: int) -> str:
-    """Name of a slice's file.
-
-    Parameters
-    ----------
-    a
-        Focus setting.
-    m
-        M in pixels.
-
-    Returns
-    -------
-    str
-        ``refocused_a-3_5.png`` for -3/5.
-    """
-    return f"refocused_a{int(a * m)}_{m}.png"
-
-
 def stack(
     raster: RasterArgument,
     micro_image: MicroImageOption,
@@ -336,13 +318,16 @@ def stack(
     """Refocus an aligned raw image to a stack of planes, and plot how sharp each is."""
     from plenofir.lightfield.pictures import sharpness_picture
     from plenofir.lightfield.stack import all_in_focus, focal_stack, sharpness_curve
+    from plenofir.simulation.job import picture_names
 
     raw, m = _raster(raster, micro_image)
     settings = slice_settings(first, last, step, m)
     _try_folder(Path(out), out)
     with _progress("refocusing") as show:
         slices = focal_stack(raw, m, settings, show)
-    files = {slice_name(a, m): image for a, image in zip(settings, slices, strict=True)}
+    # Two or more: even the only slice has its a in its name.
+    names = [picture_names(int(a * m), m, 2)[0] for a in settings]
+    files = dict(zip(names, slices, strict=True))
     # Near the borders views are missing.
     margin = ceil(max(abs(a) for a in settings) * (m - 1) / 2) * m
     if min(raw.shape[:2]) >= 2 * margin + 8 * m:

@@ -3,7 +3,7 @@
 `calibrate` finds the grid, `load_calibration` reads it back, `decode` resamples captures.
 """
 
-from plenofir.calibration.calibrate import calibrate
+from plenofir.calibration.calibrate import calibrate, calibration_of_grid
 from plenofir.calibration.fit import Fit, fit_grid
 from plenofir.calibration.grid import Grid, Layout
 from plenofir.calibration.record import Calibration, load_calibration
@@ -17,6 +17,7 @@ __all__ = [
     "Layout",
     "TextCalibration",
     "calibrate",
+    "calibration_of_grid",
     "decode",
     "fit_grid",
     "hexagonal_to_rectangular",

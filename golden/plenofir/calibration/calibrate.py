@@ -4,9 +4,9 @@ import numpy as np
 from scipy import ndimage
 
 from plenofir.calibration.centroids import Image32
-from plenofir.calibration.fit import Fit, fit_grid, shading_at
+from plenofir.calibration.fit import Fit, fit_grid, lens_indices, shading_at, within
 from plenofir.calibration.frames import clipped_share, grey, white_signal
-from plenofir.calibration.grid import Floats, Layout
+from plenofir.calibration.grid import Floats, Grid, Layout
 from plenofir.calibration.record import PROFILE_REACH, Calibration
 from plenofir.errors import InputError
 from plenofir.refocus.operator import Image
@@ -85,6 +85,37 @@ def calibrate(
         residual_px=fit.residual_px,
         used=fit.used,
         clipped_share=clipped_share(white),
+    )
+
+
+def calibration_of_grid(grid: Grid, image_shape: tuple[int, int]) -> Calibration:
+    """Calibration of a camera whose grid is known from elsewhere, without a white image.
+
+    Parameters
+    ----------
+    grid
+        The grid, whichever lens it counts from.
+    image_shape
+        Rows and columns of the raw image.
+
+    Returns
+    -------
+    Calibration
+        All lenses whose centres lie in the image; no vignetting.
+    """
+    t, s = lens_indices(grid, image_shape)
+    inside = within(grid.centres(t, s), image_shape)
+    if not inside.any():
+        raise InputError("no micro lens in the image", where="grid", expected="another grid")
+    rows, columns = np.nonzero(inside.any(axis=1))[0], np.nonzero(inside.any(axis=0))[0]
+    return Calibration(
+        image_shape=image_shape,
+        lenses=(int(rows[-1] - rows[0] + 1), int(columns[-1] - columns[0] + 1)),
+        grid=grid.moved(int(t[rows[0], 0]), int(s[0, columns[0]])),
+        shading=(0.0,),
+        profile=((1.0, 1.0), (1.0, 1.0)),
+        residual_px=0.0,
+        used=int(inside.sum()),
     )
 
 

@@ -28,7 +28,7 @@ from plenofir.errors import InputError
 
 _FIRST_RADIUS = 5.0
 # Pixels reach half a pixel beyond their centres; a little more for centres on the very border.
-_BORDER = 0.55
+_BORDER = 0.52
 _ORDER_LENSES = 4000
 _SLOPE_LENSES = 8000
 # Distortion of less than this many pixels (root mean square) is not modelled.
@@ -221,6 +221,25 @@ def _outline(low: Floats, high: Floats) -> Floats:
             points[:, 1 - axis] = low[1 - axis] + steps * (high - low)[1 - axis]
             sides.append(points)
     return np.concatenate(sides)
+
+
+def lens_indices(grid: Grid, image_shape: tuple[int, int]) -> tuple[Indices, Indices]:
+    """Rows and columns of all lenses that can lie in an image, and a few around it.
+
+    Parameters
+    ----------
+    grid
+        The grid.
+    image_shape
+        Rows and columns of the image.
+
+    Returns
+    -------
+    tuple of Indices
+        Rows and columns, shape (rows, columns).
+    """
+    end = np.array(image_shape) - 0.5
+    return _indices_within(grid, _outline(np.full(2, -0.5), end))
 
 
 def _extents(grid: Grid) -> tuple[float, float]:
@@ -422,8 +441,7 @@ def fit_grid(image: Image32, *, layout: Layout | None = None, order: int | None 
 def _finish(fitter: _Fitter, used: int) -> Fit:
     """Count lenses from the top left; tell which are there."""
     shape = fitter.shape
-    end = np.array(shape) - 1.0
-    t, s = _indices_within(fitter.grid, _outline(np.full(2, -0.5), end + 0.5))
+    t, s = lens_indices(fitter.grid, shape)
     centres = fitter.grid.centres(t, s)
     inside = within(centres, shape)
     rows, columns = np.nonzero(inside.any(axis=1))[0], np.nonzero(inside.any(axis=0))[0]

@@ -68,7 +68,12 @@ def test_centres(pitch, rotation, options) -> None:
     distance = errors(calibration, truth)
     assert distance.mean() < 0.006
     assert distance.max() < 0.02
-    assert (~np.isnan(calibration.centres[..., 0])).sum() == len(truth)
+    found = calibration.centres[~np.isnan(calibration.centres[..., 0])]
+    assert np.linalg.norm(grid.nearest(found)[2], axis=1).max() < 0.02
+    # Centres on the very border may count as inside.
+    inside = ((found >= -0.5) & (found <= np.array(SHAPE) - 0.5)).all(axis=1)
+    assert abs(inside.sum() - len(truth)) <= 1
+    assert len(found) - len(truth) <= 4
     assert calibration.missing == ()
     assert calibration.grid.layout == layout
     assert calibration.grid.order == 1

@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plenofir.calibration import Calibration, Grid, calibrate, decode, hexagonal_to_rectangular
+from plenofir.calibration import (
+    Calibration,
+    Grid,
+    calibrate,
+    calibration_of_grid,
+    decode,
+    hexagonal_to_rectangular,
+)
 from plenofir.calibration.resample import raster_window
 from plenofir.errors import InputError
 from plenofir.scene import regular_grid, white_image
@@ -14,16 +21,9 @@ SHAPE = (130, 170)
 
 
 def calibration_of(grid: Grid, lenses: tuple[int, int], first: tuple[int, int]) -> Calibration:
-    """Calibration with a known grid and even brightness."""
-    return Calibration(
-        image_shape=SHAPE,
-        lenses=lenses,
-        grid=grid.moved(*first),
-        shading=(0.0,),
-        profile=((1.0, 1.0), (1.0, 1.0)),
-        residual_px=0.0,
-        used=1,
-    )
+    """Part of a known grid."""
+    whole = calibration_of_grid(grid.moved(*first), SHAPE)
+    return whole.model_copy(update={"lenses": lenses, "grid": grid.moved(*first)})
 
 
 @settings(max_examples=30)
@@ -172,3 +172,15 @@ def test_bad_input(arguments, message) -> None:
     arguments = {"raw": np.zeros(SHAPE, np.uint16), **arguments}
     with pytest.raises(InputError, match=message):
         decode(arguments.pop("raw"), calibration, arguments.pop("m"), **arguments)
+
+
+@pytest.mark.parametrize("layout", ["rectangular", "hexagonal-rows", "hexagonal-columns"])
+def test_known_grid(layout) -> None:
+    """The lenses of a known grid are those that calibration finds."""
+    grid = regular_grid(SHAPE, 10.7, rotation_degrees=2, layout=layout)
+    known = calibration_of_grid(grid, SHAPE)
+    found = calibrate(white_image(SHAPE, grid, noise=0))
+    assert known.lenses == found.lenses
+    assert known.centres == pytest.approx(found.centres, abs=0.02, nan_ok=True)
+    with pytest.raises(InputError, match="no micro lens"):
+        calibration_of_grid(grid, (0, 0))
