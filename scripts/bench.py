@@ -1,4 +1,4 @@
-"""Measure the ray model, the golden model's forms and the simulators, each in one run.
+"""Measure ray model, calibration, golden model's forms and simulators, each in one run.
 
 Usage: python scripts/bench.py
 
@@ -18,6 +18,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from plenofir.calibration import calibrate, decode, text_calibration
+from plenofir.calibration.frames import grey
 from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
 from plenofir.rays import RayModel, load_camera
@@ -30,6 +32,7 @@ from plenofir.refocus import (
     output_offset,
 )
 from plenofir.refocus.operator import Image, Sums
+from plenofir.scene import regular_grid, white_image
 from plenofir.simulation.pump import run_pump
 from plenofir.simulation.simulators import find_simulator
 
@@ -125,8 +128,30 @@ def ray_model_table() -> Table:
     return table
 
 
+def calibration_table() -> Table:
+    """Time calibration by the grid fit and by the text's method, and decoding."""
+    table = Table(title="calibration, pitch 11.03, in multiples of the text's method")
+    for column in ("white image", "text's method / s", "grid fit", "decode", "decode, cubic"):
+        table.add_column(column, justify="right")
+    for size in track((1100, 3201), description="calibration"):
+        grid = regular_grid((size, size), 11.03, rotation_degrees=0.1)
+        white = white_image((size, size), grid)
+        calibration = calibrate(white)
+        text = median_seconds(partial(text_calibration, grey(white)), 3)
+        works = (
+            partial(calibrate, white),
+            partial(decode, white, calibration, 11),
+            partial(decode, white, calibration, 11, interpolation="cubic"),
+        )
+        ratios = [median_seconds(work, 3) / text for work in works]
+        cells = (f"{ratio:.1f}" for ratio in ratios)
+        table.add_row(f"{size} x {size}", f"{text:.2f}", *cells)
+    return table
+
+
 if __name__ == "__main__":
     console = Console()
     console.print(ray_model_table())
+    console.print(calibration_table())
     console.print(golden_table())
     console.print(simulator_table())
