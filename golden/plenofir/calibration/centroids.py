@@ -57,7 +57,8 @@ def reach(pitch: float) -> float:
     float
         Distance from the centre to the window's outermost pixel.
     """
-    return float(np.ceil(HALF_WIDTH * pitch))
+    # The trial moves of `response` included.
+    return float(np.ceil((HALF_WIDTH + _TRIAL) * pitch)) + 1
 
 
 def _window(distance: Floats, half_width: float) -> Floats:

@@ -263,6 +263,7 @@ class _Fitter:
         self.grid = grid
         self.shading: Floats | None = None
         self.scatter = 0.0
+        self.weights = np.empty(0)
 
     def lenses(self, radius: float, margin: float) -> tuple[Indices, Indices, Floats]:
         """Lenses in the box of a radius around the middle, and margin inside the image."""
@@ -328,8 +329,7 @@ class _Fitter:
         """Measure and fit the lenses within a radius."""
         for _ in range(rounds):
             pitch = _extents(self.grid)
-            margin = reach(max(pitch)) + 0.06 * max(pitch) + 1
-            t, s, centres = self.lenses(radius, margin)
+            t, s, centres = self.lenses(radius, reach(max(pitch)))
             if len(t) < 9:
                 raise _no_grid(f"{len(t)} whole micro images only")
             measured = self.measure(centres)
