@@ -9,23 +9,11 @@ from plenofir import project
 from plenofir.core import CoreConfiguration
 from plenofir.images import read_image
 from plenofir_tb import runner
+from plenofir_tb.faults import plant
 
 CORE = CoreConfiguration(micro_image_size=3, shift=-2, max_columns=20, channels=3)
 # Most of its frames have lines of fewer than MIN_LINE_STEPS pixels.
 NARROW = CoreConfiguration(micro_image_size=2, shift=-2, max_columns=4, channels=3)
-
-
-def plant(folder: Path, file: str, old: str, new: str) -> list[Path]:
-    """Copy the sources with one of them changed."""
-    copies = []
-    for source in project.hdl_sources():
-        text = source.read_text()
-        if source.name == file:
-            assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in {file}"
-            text = text.replace(old, new)
-        copies.append(folder / source.name)
-        copies[-1].write_text(text)
-    return copies
 
 
 @pytest.mark.parametrize(
@@ -47,7 +35,7 @@ def plant(folder: Path, file: str, old: str, new: str) -> list[Path]:
 )  # fmt: skip
 def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
     core = NARROW if "MIN_LINE_STEPS" in old else CORE
-    sources = plant(tmp_path, file, old, new)
+    sources = plant(tmp_path, project.hdl_sources(), file, old, new)
     monkeypatch.setattr(project, "hdl_sources", lambda: sources)
     runner._built.cache_clear()
     try:
