@@ -3,6 +3,9 @@
 RAW ?=
 M ?=
 A ?=
+SWEEP ?=
+IOTA ?= 1
+INTERPOLATION ?= nearest
 OUT ?= build/sim
 ARITH ?= exact
 FRACTION ?=
@@ -19,9 +22,9 @@ PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= OUT= ARITH= FRACTION= GUARD= SIM= WAVES=
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= SIM= WAVES=
 	@.venv/bin/plenofir sim $(if $(RAW),--raw "$(RAW)") $(if $(M),--micro-image="$(M)") $(if $(A),--a="$(A)") \
-		--out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
+		--sweep="$(SWEEP)" --iota="$(IOTA)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
 		--simulator "$(SIM)" --waves "$(WAVES)"
 
 test: venv simulator libpython lint ## Style, types, golden model, testbenches

@@ -5,8 +5,8 @@ import pytest
 
 from plenofir import project
 from plenofir.errors import InputError
-from plenofir.refocus import filter_lines, switch_matrix
-from plenofir.refocus.arithmetic import scaled_quotient
+from plenofir.refocus import FilterLayout, filter_lines
+from plenofir.refocus.arithmetic import round_saturate, scaled_quotient
 from plenofir.simulation.module_waves import (
     MICRO_IMAGE_SIZE,
     PIXELS,
@@ -29,9 +29,10 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> RowBench:
         pytest.skip(str(error))
 
 
-def golden_row(pixels, micro_image_size: int, shift: int) -> list[int]:
-    products = scaled_quotient(np.array(pixels, dtype=np.int64), 0, micro_image_size)
-    return [int(s) for s in next(filter_lines([products], micro_image_size, shift, align="causal"))]
+def golden_row(pixels, layout: FilterLayout) -> list[int]:
+    products = scaled_quotient(np.array(pixels, dtype=np.int64), 0, layout.micro_image_size)
+    sums = next(filter_lines([products], layout))
+    return round_saturate(sums, 0, 8).tolist()
 
 
 def test_the_drawings_are_those_of_a_new_simulation(bench: RowBench) -> None:
@@ -47,28 +48,36 @@ def test_the_drawings_are_those_of_a_new_simulation(bench: RowBench) -> None:
 
 @pytest.mark.parametrize("shift", SHIFTS)
 def test_what_a_diagram_shows(bench: RowBench, shift: int) -> None:
-    diagram = module_diagram(bench.run(shift=shift))
+    run = bench.run(shift=shift, hold=shift == 0)
+    layout = run.layout
+    # The matrices that the thesis prints: Eqs. (6.7), (6.8), (6.9).
+    assert layout.taps == (3, 3, 5)[shift]
     lanes: dict[str, dict] = {}
-    for entry in diagram["signal"]:
+    for entry in module_diagram(run)["signal"]:
         for lane in entry[1:] if isinstance(entry, list) else [entry]:
             lanes[lane["name"]] = lane
+    assert {len(lane["wave"]) for lane in lanes.values()} == {len(lanes["PCLK"]["wave"])}
     m = MICRO_IMAGE_SIZE
-    colours = "537" * (len(PIXELS) // m)
     assert lanes["E_fs[x_k]"]["data"] == [str(p) for p in PIXELS]
     assert lanes["E_fs[x_k] / 3"]["data"] == [str(p // m) for p in PIXELS]
     assert lanes["p"]["data"] == [str(k % m) for k in range(len(PIXELS))]
-    assert lanes["E'[x_k]"]["data"] == [str(s) for s in golden_row(PIXELS, m, shift)]
+    assert lanes["E'[x_k]"]["data"] == [str(s) for s in golden_row(PIXELS, layout)]
     for name in ("E_fs[x_k]", "E_fs[x_k] / 3", "p"):
-        assert lanes[name]["wave"].strip("x") == colours
-    begin = lanes["p"]["wave"].index("5")
-    for tap, column in enumerate(switch_matrix(m, shift).T):
+        assert lanes[name]["wave"].strip("x") == "537" * (len(PIXELS) // m)
+
+    def levels(name: str) -> str:
         drawn = ""
-        for state in lanes[f"S(p, {tap})"]["wave"]:
+        for state in lanes[name]["wave"]:
             drawn += drawn[-1] if state == "." else state
+        begin = lanes["p"]["wave"].index("5")
+        return drawn[begin : begin + len(PIXELS)]
+
+    for tap, column in enumerate(layout.switches[0].T):
         want = "".join(str(int(column[k % m])) for k in range(len(PIXELS)))
-        assert drawn[begin : begin + len(PIXELS)] == want
-    widths = {len(lane["wave"]) for lane in lanes.values()}
-    assert len(widths) == 1
+        assert levels(f"S(p, {tap})") == want
+    assert ("we" in lanes) == (shift == 0)
+    if shift == 0:
+        assert levels("we") == "001" * (len(PIXELS) // m)
 
 
 def test_times_of_the_simulation(bench: RowBench) -> None:
@@ -79,12 +88,16 @@ def test_times_of_the_simulation(bench: RowBench) -> None:
 
 
 @pytest.mark.parametrize(
-    ("micro_image_size", "shift"), [(3, 0), (3, 1), (3, 2), (3, -1), (5, 3), (2, 4), (1, 1)]
+    ("micro_image_size", "shift", "hold"),
+    [
+        *((3, 0, True), (3, 0, False), (3, 1, False), (3, 2, False)),
+        *((3, -1, False), (5, 3, False), (2, 4, True), (2, 3, False), (1, 1, False)),
+    ],
 )
-def test_any_row_equals_the_golden_model(bench: RowBench, micro_image_size, shift) -> None:
+def test_any_row_equals_the_golden_model(bench: RowBench, micro_image_size, shift, hold) -> None:
     seed = draw_seed()
     print(f"SEED={seed}")
     rng = np.random.default_rng(seed)
     pixels = rng.integers(0, 255, int(rng.integers(1, 40)), endpoint=True).tolist()
-    run = bench.run(pixels, micro_image_size, shift)
-    assert run.outputs == golden_row(pixels, micro_image_size, shift)
+    run = bench.run(pixels, micro_image_size, shift, hold=hold)
+    assert run.outputs == golden_row(pixels, run.layout)

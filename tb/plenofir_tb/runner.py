@@ -74,7 +74,7 @@ def run_case(
     top: str,
     test_module: str,
     *,
-    generics: Mapping[str, int | bool],
+    generics: Mapping[str, int | bool | str],
     case: Mapping[str, Any] | None = None,
     seed: int | None = None,
 ) -> None:

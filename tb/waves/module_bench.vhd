@@ -14,7 +14,8 @@ use work.refocus_pkg.all;
 entity module_bench is
   generic (
     MICRO_IMAGE_SIZE : positive := 3;
-    SHIFT            : integer  := 1;
+    SHIFTS           : string   := "1";
+    HOLD             : boolean  := false;
     PIXELS           : positive := 1;
     CLOCK_PERIOD_NS  : positive := 60
   );
@@ -39,7 +40,7 @@ architecture test of module_bench is
   signal first   : std_logic                                 := '0';
   -- Whether the step takes a pixel of the row.
   signal is_pixel      : std_logic_vector(0 downto 0) := "0";
-  signal out_sum       : std_logic_vector(bits_for(SUM_MAX) - 1 downto 0);
+  signal out_pixel     : std_logic_vector(PIXEL_BITS - 1 downto 0);
   signal out_strobe    : std_logic;
   signal out_is_pixel  : std_logic_vector(0 downto 0);
   signal out_token_tag : std_logic_vector(0 downto 0);
@@ -50,18 +51,23 @@ begin
   reset <= '0' after 2 * CLOCK_PERIOD;
   valid <= out_strobe and out_is_pixel(0);
 
-  module : entity work.refocus_stage
+  stage : entity work.refocus_stage
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFT            => SHIFT,
+      SHIFTS           => SHIFTS,
       CENTRED          => false,
+      HOLD             => HOLD,
+      MODULES          => 1,
       DEPTH            => 1,
-      CHANNELS         => 1,
+      LANES            => 1,
       DATA_BITS        => PIXEL_BITS,
       STORED           => true,
       SCALE_BITS       => 0,
       PRODUCT_MAX      => PRODUCT_MAX,
       SUM_MAX          => SUM_MAX,
+      DROP_BITS        => 0,
+      RESULT_BITS      => PIXEL_BITS,
+      BROADCAST_TAPS   => 0,
       STEP_TAG_BITS    => 1,
       TOKEN_TAG_BITS   => 1
     )
@@ -69,13 +75,15 @@ begin
       clk           => clk,
       reset         => reset,
       strobe        => strobe,
+      pixel         => '1',
       advance       => strobe,
       first         => first,
+      slice         => "0",
       data          => pixel,
       step_tag      => is_pixel,
       token_tag     => "0",
       out_strobe    => out_strobe,
-      out_sums      => out_sum,
+      out_data      => out_pixel,
       out_step_tag  => out_is_pixel,
       out_token_tag => out_token_tag
     );

@@ -18,11 +18,12 @@ import wavedrom
 
 from plenofir import project
 from plenofir.refocus.operator import gather_sums
-from plenofir.refocus.switches import tap_count
+from plenofir.refocus.switches import FilterLayout
 from plenofir.simulation.dumps import Dump, Value
 from plenofir.simulation.simulators import find_simulator
 
 TOP = "module_bench"
+_LANE = "stage.module[0].lane[0]"
 MICRO_IMAGE_SIZE = 3
 SHIFTS = (0, 1, 2)
 CLOCK_PERIOD_NS = 60
@@ -49,10 +50,8 @@ class RowRun:
 
     Attributes
     ----------
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
+    layout
+        Taps and switches of the filter.
     starts_ns
         Rising edge at which each cycle begins, in ns.
     signals
@@ -60,23 +59,21 @@ class RowRun:
         the edge that ends it; None if there is no value yet.
     """
 
-    micro_image_size: int
-    shift: int
+    layout: FilterLayout
     starts_ns: list[int]
     signals: dict[str, list[Value | None]]
 
     @property
     def outputs(self) -> list[Value | None]:
-        """The sums that are marked valid."""
-        sums, valid = self.signals["out_sum"], self.signals["valid"]
-        return [value for value, is_valid in zip(sums, valid, strict=True) if is_valid == 1]
+        """The output pixels that are marked valid."""
+        pixels, valid = self.signals["out_pixel"], self.signals["valid"]
+        return [value for value, is_valid in zip(pixels, valid, strict=True) if is_valid == 1]
 
     @property
     def taps(self) -> list[list[Value | None]]:
         """Partial sum of each tap, in each cycle."""
-        held = "module.channel[0].fir.registers.held[{}]"
-        count = tap_count(self.micro_image_size, self.shift)
-        return [self.signals[held.format(tap)] for tap in range(count)]
+        held = f"{_LANE}.fir.registers.held"
+        return [self.signals[f"{held}[{tap}]"] for tap in range(self.layout.taps)]
 
 
 class RowBench:
@@ -100,6 +97,8 @@ class RowBench:
         pixels: Sequence[int] = PIXELS,
         micro_image_size: int = MICRO_IMAGE_SIZE,
         shift: int = 1,
+        *,
+        hold: bool = False,
     ) -> RowRun:
         """Send a row through the module.
 
@@ -111,6 +110,8 @@ class RowBench:
             M in pixels.
         shift
             a' in pixels.
+        hold
+            Whether the first output of each micro image is held for the others.
 
         Returns
         -------
@@ -124,9 +125,10 @@ class RowBench:
         """
         np.array(pixels, dtype="<i4").tofile(self._directory / "input.bin")
         waves = self._directory / "row.ghw"
-        generics = {
+        generics: dict[str, int | bool | str] = {
             "MICRO_IMAGE_SIZE": micro_image_size,
-            "SHIFT": shift,
+            "SHIFTS": str(shift),
+            "HOLD": hold,
             "PIXELS": len(pixels),
             "CLOCK_PERIOD_NS": CLOCK_PERIOD_NS,
         }
@@ -142,7 +144,8 @@ class RowBench:
             for name, track in changes.items()
         }
         per_ns = round(1 / dump.tick / 10**9)
-        return RowRun(micro_image_size, shift, [int(t) // per_ns for t in edges[:-1]], signals)
+        layout = FilterLayout(micro_image_size, (shift,), "causal", hold)
+        return RowRun(layout, [int(t) // per_ns for t in edges[:-1]], signals)
 
 
 Cells = Mapping[int, tuple[str, str]]
@@ -226,19 +229,21 @@ def module_diagram(run: RowRun, marked: int = _MARKED_OUTPUT) -> WaveJson:
     dict
         WaveJSON, from the cycle before the first pixel on.
     """
-    signals, m, taps = run.signals, run.micro_image_size, run.taps
+    signals, m, taps = run.signals, run.layout.micro_image_size, run.taps
     cycles = range(signals["strobe"].index(1) - 1, len(run.starts_ns))
     # Zeros that push the last sums out are no part of the row.
     given = [i for i in cycles if signals["is_pixel"][i] == 1]
-    steps = [i for i in cycles if signals["module.strobe_d2"][i] == 1][: len(given)]
+    steps = [i for i in cycles if signals["stage.strobe_d2"][i] == 1][: len(given)]
     valid = [i for i in cycles if signals["valid"][i] == 1]
-    switches = _in_bits((signals["module.control.closed"][i] for i in cycles), len(taps))
+    switches = _in_bits((signals["stage.control.closed"][i] for i in cycles), len(taps))
     products = f"E_fs[x_k] / {m}"
 
+    we = _numbers(signals["stage.update"][i] for i in cycles)
+
     arrows = _Arrows()
-    # The partial sum leaves the last tap as the output; a cycle earlier it was one tap before.
-    path = [(f"w = {tap}", valid[marked] - len(taps) + 1 + tap) for tap in range(len(taps))]
-    adding = _pixels_of_output(marked, len(given), m, run.shift)
+    # The last tap's sum is the output one cycle later; each cycle earlier it was one tap before.
+    path = [(f"w = {tap}", valid[marked] - len(taps) + tap) for tap in range(len(taps))]
+    adding = _pixels_of_output(marked, len(given), m, run.layout.shifts[0])
     entries = {steps[pixel] + 1: (products, steps[pixel]) for pixel in adding}
     begun = [cell for cell in path if cell[1] >= min(entries)]
     for cell in begun:
@@ -246,7 +251,7 @@ def module_diagram(run: RowRun, marked: int = _MARKED_OUTPUT) -> WaveJson:
             arrows.add(entries[cell[1]], cell)
     for before, after in pairwise(begun):
         arrows.add(before, after)
-    arrows.add(begun[-1], ("E'[x_k]", valid[marked]), to_the_right=True)
+    arrows.add(begun[-1], ("E'[x_k]", valid[marked]))
 
     def lane(name: str, cells: Cells) -> WaveJson:
         return _cells(name, cycles, cells, node=arrows.nodes(name, cycles))
@@ -258,8 +263,8 @@ def module_diagram(run: RowRun, marked: int = _MARKED_OUTPUT) -> WaveJson:
     lanes: list[Any] = [
         {"name": "PCLK", "wave": "p" + "." * (len(cycles) - 1)},
         by_phase("E_fs[x_k]", "pixel", given),
-        by_phase(products, "module.channel[0].product_d2", steps),
-        by_phase("p", "module.control.phase", steps),
+        by_phase(products, f"{_LANE}.product_d2", steps),
+        by_phase("p", "stage.control.phase", steps),
         [
             "switches",
             *(_level(f"S(p, {w})", [row[w] for row in switches]) for w in range(len(taps))),
@@ -271,8 +276,9 @@ def module_diagram(run: RowRun, marked: int = _MARKED_OUTPUT) -> WaveJson:
                 for w, v in enumerate(taps)
             ),
         ],
+        *([_level("we", we)] if run.layout.hold else []),
         _level("valid", _numbers(signals["valid"][i] for i in cycles)),
-        lane("E'[x_k]", {i: (_RESULT, str(signals["out_sum"][i])) for i in valid}),
+        lane("E'[x_k]", {i: (_RESULT, str(signals["out_pixel"][i])) for i in valid}),
     ]
     return {"signal": lanes, "edge": arrows.edges}
 
@@ -306,7 +312,7 @@ def simulation_diagram(run: RowRun) -> WaveJson:
     def word(label: str, name: str) -> WaveJson:
         return _merged(label, _numbers(signals[name]))
 
-    closed = _in_bits(signals["module.control.closed"], len(run.taps))
+    closed = _in_bits(signals["stage.control.closed"], len(run.taps))
     closed = [_UNDEFINED if _UNDEFINED in row else row for row in closed]
     lanes: list[Any] = [
         _merged("t / ns", [str(t) for t in run.starts_ns]),
@@ -316,16 +322,16 @@ def simulation_diagram(run: RowRun) -> WaveJson:
         bit("first", "first"),
         word("pixel", "pixel"),
         [
-            "module",
-            word("product_d1", "module.channel[0].product_d1"),
-            word("product_d2", "module.channel[0].product_d2"),
-            word("phase", "module.control.phase"),
+            "stage",
+            word("product_d1", f"{_LANE}.product_d1"),
+            word("product_d2", f"{_LANE}.product_d2"),
+            word("phase", "stage.control.phase"),
             _merged("closed", closed),
-            bit("restart", "module.restart"),
+            bit("restart", "stage.restart"),
             *(_merged(f"held({t})", _numbers(values)) for t, values in enumerate(run.taps)),
         ],
         bit("valid", "valid"),
-        word("out_sum", "out_sum"),
+        word("out_pixel", "out_pixel"),
     ]
     return {"signal": lanes}
 
@@ -367,6 +373,7 @@ def timing_diagrams(bench: RowBench) -> dict[str, str]:
     dict
         Name of the file to SVG.
     """
-    runs = {shift: bench.run(shift=shift) for shift in SHIFTS}
+    # The thesis holds the output for a' = 0, which needs the fewest taps.
+    runs = {shift: bench.run(shift=shift, hold=shift == 0) for shift in SHIFTS}
     drawn = {f"module_a{shift}.svg": draw(module_diagram(run)) for shift, run in runs.items()}
     return {**drawn, "simulation_a1.svg": draw(simulation_diagram(runs[1]))}

@@ -65,7 +65,7 @@ class Simulator:
     def run_command(
         self,
         top: str,
-        generics: Mapping[str, int | bool],
+        generics: Mapping[str, int | bool | str],
         *,
         waves: Path | None = None,
         wave_signals: Sequence[str] = (),
@@ -101,7 +101,9 @@ class Simulator:
             options.append(f"--{_GHDL_WAVE_OPTIONS[waves.suffix]}={waves}")
             if wave_signals:
                 selection = waves.with_suffix(".opt")
-                selection.write_text("\n".join(["$ version 1.1", *wave_signals, ""]))
+                # GHDL's own name of a generate region has no index.
+                names = [re.sub(r"\(\d+\)", "", signal) for signal in wave_signals]
+                selection.write_text("\n".join(["$ version 1.1", *names, ""]))
                 options.append(f"--read-wave-opt={selection}")
         return ["ghdl", "-r", "--std=93", top, *overrides, *options]
 
@@ -153,7 +155,7 @@ class Simulator:
             )
 
 
-def _generic(value: int | bool) -> str:
+def _generic(value: int | bool | str) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
