@@ -21,7 +21,7 @@ PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 
 @dataclass
 class Vcd:
-    """A VCD file: signals with their width, and values by cycle.
+    """A VCD file: signals with their width (0: a real number), and values by cycle.
 
     The clock rises at 5, 15, 25 ... ns. Values change at 5, 15 ... too (a register), so value n
     is the one before edge n: the first is there from time 0 on.
@@ -43,8 +43,8 @@ class Vcd:
         for number, (name, width) in enumerate(zip(names, widths, strict=True)):
             path_parts = [*([self.top] if self.top else []), *name.split(".")]
             lines += [f"$scope module {scope} $end" for scope in path_parts[:-1]]
-            kind = "real" if width == 64 else "wire"
-            lines += [f"$var {kind} {width} s{number} {path_parts[-1]} $end"]
+            kind = "wire" if width else "real"
+            lines += [f"$var {kind} {width or 64} s{number} {path_parts[-1]} $end"]
             lines += ["$upscope $end" for _ in path_parts[:-1]]
         lines += ["$enddefinitions $end"]
         half = self.period // 2
@@ -182,6 +182,8 @@ def test_outer_signals_come_first_within_a_cycle(tmp_path: Path) -> None:
     a = Vcd({"out": (1, ["0", "0"]), "core.deep.out": (1, ["0", "0"])})
     b = Vcd({"core.deep.out": (1, ["0", "1"]), "out": (1, ["0", "1"])})
     assert [d.signal for d in compared(tmp_path, a, b).differences] == ["out", "core.deep.out"]
+    b.signals["out"] = (1, ["0", "0", "1"])
+    assert [d.signal for d in compared(tmp_path, a, b).differences] == ["core.deep.out", "out"]
 
 
 @pytest.mark.parametrize(
@@ -224,6 +226,15 @@ def test_bits_that_are_never_defined_are_named(tmp_path: Path) -> None:
     assert compared(tmp_path, bits("11", "u0"), bits("11", "x0")).never_defined == ()
 
 
+@pytest.mark.parametrize("width", [1, 62, 63, 64, 65])
+def test_signals_about_as_wide_as_a_machine_word(tmp_path: Path, width: int) -> None:
+    values = ["u" * width, "1" * width, "0" * width, "1" * width]
+    assert compared(tmp_path, bits(*values), bits(*values)).equal
+    for wrong in ("0" + "1" * (width - 1), "1" * (width - 1) + "0"):
+        found = compared(tmp_path, bits(*values), bits(*values[:3], wrong))
+        assert [d.cycle for d in found.differences] == [3]
+
+
 def test_wide_signals(tmp_path: Path) -> None:
     values = ["1" * 200, "u" + "01" * 99 + "1", "0" * 199 + "1"]
     other = [*values]
@@ -237,8 +248,8 @@ def test_wide_signals(tmp_path: Path) -> None:
 
 
 def test_reals(tmp_path: Path) -> None:
-    a = Vcd({"level": (64, ["r1.5", "r-2", "r3"])})
-    b = Vcd({"level": (64, ["r1.50", "r-2.0", "r3.25"])})
+    a = Vcd({"level": (0, ["r1.5", "r-2", "r3"])})
+    b = Vcd({"level": (0, ["r1.50", "r-2.0", "r3.25"])})
     found = compared(tmp_path, a, b)
     assert [str(d) for d in found.differences] == ["level, cycle 2, 25 ns: 3.0 in A, 3.25 in B"]
 
@@ -362,9 +373,10 @@ def test_choice_of_the_clock(tmp_path: Path) -> None:
     with_top = counter(clock="pclk", top="tb")
     assert compared(tmp_path, with_top, a, clock="tb.pclk").clock == "pclk"
     a.signals["core.fast.clk"] = (1, list("01010101"))
+    a.signals["core.fast.inside.clk"] = (1, list("01010101"))
     # The outermost clk; it rises at 5, 25, 45, 65 ns.
     found = compared(tmp_path, a, a)
-    assert (found.clock, found.samples, found.signals) == ("core.fast.clk", 4, 3)
+    assert (found.clock, found.samples, found.signals) == ("core.fast.clk", 4, 4)
     assert compared(tmp_path, a, a, clock="PCLK").samples == 8
     assert compared(tmp_path, a, a, clock=" Pclk ").clock == "pclk"
     assert compared(tmp_path, a, a, clock="fast.clk").clock == "core.fast.clk"
@@ -391,7 +403,7 @@ def test_any_single_change_is_found(tmp_path_factory: pytest.TempPathFactory, da
     tmp_path = tmp_path_factory.mktemp("dumps")
     seed = data.draw(st.integers(0, 2**31))
     rng = np.random.default_rng(seed)
-    widths = data.draw(st.lists(st.integers(1, 80).filter(lambda w: w != 64), min_size=1))
+    widths = data.draw(st.lists(st.integers(1, 80), min_size=1))
     cycles = data.draw(st.integers(1, 12))
 
     def word(width: int) -> str:
@@ -503,6 +515,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["a.vcd", "wide.vcd", "--signals", "lone"], "'lone' is only in wide.vcd"),
         (["a.vcd", "a.vcd", "--signals", "clk"], "besides the clock"),
         (["a.vcd", "a.vcd", "--clock", "mclk"], "'mclk': no such signal"),
+        (["wide.vcd", "a.vcd", "--clock", "lone"], "'lone' is only in wide.vcd"),
         (["a.vcd", "a.vcd", "--clock", "core.count"], "no rising edge"),
         (["a.vcd", "a.vcd", "--from", "12 parsecs"], "--from"),
         (["a.vcd", "a.vcd", "--to", "1.5"], "--to"),

@@ -47,7 +47,7 @@ NO_CLOCK = "none"
 _LEVELS = str.maketrans("lhuxzw-", "0100000")
 _DEFINED = str.maketrans("01lhuxzw-", "111100000")
 # Bits of the widest signal that fits a signed machine word.
-_WORD_BITS = 62
+_WORD_BITS = 63
 
 Bound = int | Fraction
 """One end of what is compared: a cycle, or a time in seconds."""
@@ -208,11 +208,12 @@ def compare_dumps(
         raise InputError(
             "no signal of one is in the other", where=f"{a}, {b}", expected="one design twice"
         )
-    clock_name = _clock_name(clock, pairs)
+    lone = {str(a): lone_a, str(b): lone_b}
+    clock_name = _clock_name(clock, pairs, lone)
     selected = [_pattern(text) for text in signals] or [re.compile("")]
     for text, pattern in zip(signals, selected, strict=False):
         if not any(_is_selected([pattern], n, p) for n, p in pairs.items()):
-            raise _no_such_signal(text, "--signals", pairs, {str(a): lone_a, str(b): lone_b})
+            raise _no_such_signal(text, "--signals", pairs, lone)
     chosen = {
         name: pair
         for name, pair in pairs.items()
@@ -338,7 +339,9 @@ def _no_such_signal(
     return InputError(f"{text!r}: no such signal", where=where, expected=hint)
 
 
-def _clock_name(clock: str, pairs: Mapping[str, Pair]) -> str | None:
+def _clock_name(
+    clock: str, pairs: Mapping[str, Pair], lone: Mapping[str, Mapping[str, DumpSignal]]
+) -> str | None:
     """Name of the clock: the outermost that fits."""
     if canonical_name(clock) == NO_CLOCK:
         return None
@@ -350,11 +353,10 @@ def _clock_name(clock: str, pairs: Mapping[str, Pair]) -> str | None:
     ]
     if not fitting:
         if clock:
-            raise _no_such_signal(clock, "--clock", pairs, {})
+            raise _no_such_signal(clock, "--clock", pairs, lone)
         return None
-    exact = [name for name in fitting if not name.endswith(f".{wanted}")]
     depth = min(name.count(".") for name in fitting)
-    outermost = exact or [name for name in fitting if name.count(".") == depth]
+    outermost = [name for name in fitting if name.count(".") == depth]
     if len(outermost) > 1:
         raise InputError(
             f"{len(outermost)} signals fit {wanted!r}",
