@@ -1,5 +1,7 @@
 """The timing diagrams are those of the present sources, and what they show is right."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from plenofir.errors import InputError
 from plenofir.refocus import FilterLayout, filter_lines
 from plenofir.refocus.arithmetic import round_saturate, scaled_quotient
 from plenofir.simulation.module_waves import (
+    MARKED_OUTPUT,
     MICRO_IMAGE_SIZE,
     PIXELS,
     SHIFTS,
@@ -27,6 +30,14 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> RowBench:
         return RowBench(tmp_path_factory.mktemp("bench"))
     except InputError as error:
         pytest.skip(str(error))
+
+
+def lanes_of(diagram: dict) -> dict[str, dict]:
+    lanes = {}
+    for entry in diagram["signal"]:
+        for lane in entry[1:] if isinstance(entry, list) else [entry]:
+            lanes[lane["name"]] = lane
+    return lanes
 
 
 def golden_row(pixels, layout: FilterLayout) -> list[int]:
@@ -52,10 +63,7 @@ def test_what_a_diagram_shows(bench: RowBench, shift: int) -> None:
     layout = run.layout
     # The matrices that the thesis prints: Eqs. (6.7), (6.8), (6.9).
     assert layout.taps == (3, 3, 5)[shift]
-    lanes: dict[str, dict] = {}
-    for entry in module_diagram(run)["signal"]:
-        for lane in entry[1:] if isinstance(entry, list) else [entry]:
-            lanes[lane["name"]] = lane
+    lanes = lanes_of(module_diagram(run))
     assert {len(lane["wave"]) for lane in lanes.values()} == {len(lanes["PCLK"]["wave"])}
     m = MICRO_IMAGE_SIZE
     assert lanes["E_fs[x_k]"]["data"] == [str(p) for p in PIXELS]
@@ -78,6 +86,29 @@ def test_what_a_diagram_shows(bench: RowBench, shift: int) -> None:
     assert ("we" in lanes) == (shift == 0)
     if shift == 0:
         assert levels("we") == "001" * (len(PIXELS) // m)
+
+
+@pytest.mark.parametrize("shift", SHIFTS)
+def test_arrows_follow_an_output(bench: RowBench, shift: int) -> None:
+    """Those that begin at products end at partial sums which grow by them, up to the output."""
+    diagram = module_diagram(bench.run(shift=shift, hold=shift == 0))
+    place: dict[str, tuple[str, int, int]] = {}
+    for name, lane in lanes_of(diagram).items():
+        texts = iter(lane.get("data", []))
+        values = [0 if c in "x." else int(next(texts)) for c in lane["wave"] if "data" in lane]
+        for cell, marks in enumerate(re.findall(r"<(.)\.\.(.)>|\.", lane.get("node", ""))):
+            place |= {mark: (name, cell, values[cell]) for mark in marks if mark not in ("", ".")}
+    grown: dict[tuple[str, int], int] = {}
+    sums: dict[tuple[str, int], int] = {}
+    for edge in diagram["edge"]:
+        (_, begin, value), (name, end, total) = place[edge[0]], place[edge[-1]]
+        assert end == begin + 1
+        grown[name, end] = grown.get((name, end), 0) + value
+        sums[name, end] = total
+    assert grown == sums
+    assert len(sums) > MICRO_IMAGE_SIZE
+    output = golden_row(PIXELS, bench.run(shift=shift).layout)[MARKED_OUTPUT]
+    assert [total for (name, _), total in sums.items() if name == "E'[x_k]"] == [output]
 
 
 def test_times_of_the_simulation(bench: RowBench) -> None:

@@ -1,7 +1,7 @@
 """Timing diagrams of the row module, drawn from its simulation (``tb/waves/module_bench.vhd``).
 
 They show what Figs. 6.3, 6.5, 6.7 (the filter for a' = 0, 1, 2) and 6.11 (its simulation) of the
-thesis show. Nothing in them is computed here: each value is read from the waveform.
+thesis show. Each value in them is read from the waveform.
 """
 
 import json
@@ -29,6 +29,9 @@ SHIFTS = (0, 1, 2)
 CLOCK_PERIOD_NS = 60
 # Multiples of M, so that the stored products are no rounded values.
 PIXELS = (30, 96, 150, 63, 201, 117, 240, 12, 84, 171, 45, 222)
+# The output that arrows lead to: the first of a micro image, as with a held output only that
+# one comes straight out of the taps.
+MARKED_OUTPUT = 6
 
 # WaveDrom's colours: by phase of the pixel (the micro image's centre is yellow), of interim
 # results and of results.
@@ -38,8 +41,6 @@ _RESULT = "9"
 _PLAIN = "2"
 _UNDEFINED = "x"
 _AS_BEFORE = "."
-# The output that arrows lead to.
-_MARKED_OUTPUT = 6
 
 WaveJson = dict[str, Any]
 
@@ -188,7 +189,7 @@ def _in_bits(values: Iterable[Value | None], width: int) -> list[str]:
 
 
 class _Arrows:
-    """Arrows between cells; they begin at the right of one."""
+    """Arrows from the right of one cell to the left of another."""
 
     def __init__(self) -> None:
         self.edges: list[str] = []
@@ -196,11 +197,9 @@ class _Arrows:
         # WaveDrom wants a letter at each end: those at the left and at the right of a cell.
         self._marks: dict[tuple[str, int], list[str]] = {}
 
-    def add(
-        self, start: tuple[str, int], end: tuple[str, int], *, to_the_right: bool = False
-    ) -> None:
-        """Draw one from a lane's cell to another's, to its left or its right."""
-        self.edges.append(f"{self._mark(start, 1)}->{self._mark(end, int(to_the_right))}")
+    def add(self, start: tuple[str, int], end: tuple[str, int]) -> None:
+        """Draw one; its ends are lane and cycle."""
+        self.edges.append(f"{self._mark(start, 1)}->{self._mark(end, 0)}")
 
     def _mark(self, cell: tuple[str, int], side: int) -> str:
         letters = self._marks.setdefault(cell, [".", "."])
@@ -214,20 +213,19 @@ class _Arrows:
         return "".join("." if cell is None else "<{}..{}>".format(*cell) for cell in cells)
 
 
-def module_diagram(run: RowRun, marked: int = _MARKED_OUTPUT) -> WaveJson:
+def module_diagram(run: RowRun) -> WaveJson:
     """Timing diagram in the terms of the thesis.
 
     Parameters
     ----------
     run
-        Simulation of a row.
-    marked
-        Output whose way through the filter is marked with arrows.
+        Simulation of a row of more than `MARKED_OUTPUT` pixels.
 
     Returns
     -------
     dict
-        WaveJSON, from the cycle before the first pixel on.
+        WaveJSON, from the cycle before the first pixel on, with arrows that follow one output
+        through the filter.
     """
     signals, m, taps = run.signals, run.layout.micro_image_size, run.taps
     cycles = range(signals["strobe"].index(1) - 1, len(run.starts_ns))
@@ -237,13 +235,12 @@ def module_diagram(run: RowRun, marked: int = _MARKED_OUTPUT) -> WaveJson:
     valid = [i for i in cycles if signals["valid"][i] == 1]
     switches = _in_bits((signals["stage.control.closed"][i] for i in cycles), len(taps))
     products = f"E_fs[x_k] / {m}"
-
     we = _numbers(signals["stage.update"][i] for i in cycles)
 
     arrows = _Arrows()
     # The last tap's sum is the output one cycle later; each cycle earlier it was one tap before.
-    path = [(f"w = {tap}", valid[marked] - len(taps) + tap) for tap in range(len(taps))]
-    adding = _pixels_of_output(marked, len(given), m, run.layout.shifts[0])
+    path = [(f"w = {tap}", valid[MARKED_OUTPUT] - len(taps) + tap) for tap in range(len(taps))]
+    adding = _pixels_of_output(MARKED_OUTPUT, len(given), m, run.layout.shifts[0])
     entries = {steps[pixel] + 1: (products, steps[pixel]) for pixel in adding}
     begun = [cell for cell in path if cell[1] >= min(entries)]
     for cell in begun:
@@ -251,7 +248,7 @@ def module_diagram(run: RowRun, marked: int = _MARKED_OUTPUT) -> WaveJson:
             arrows.add(entries[cell[1]], cell)
     for before, after in pairwise(begun):
         arrows.add(before, after)
-    arrows.add(begun[-1], ("E'[x_k]", valid[marked]))
+    arrows.add(begun[-1], ("E'[x_k]", valid[MARKED_OUTPUT]))
 
     def lane(name: str, cells: Cells) -> WaveJson:
         return _cells(name, cycles, cells, node=arrows.nodes(name, cycles))
