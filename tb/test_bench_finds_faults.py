@@ -9,6 +9,7 @@ from plenofir import project
 from plenofir.core import CoreConfiguration
 from plenofir.images import read_image
 from plenofir_tb import runner
+from plenofir_tb.faults import plant
 
 CORE = CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=20, channels=3)
 # Most of its frames have lines that are shorter than the line buffers' loop.
@@ -18,19 +19,6 @@ LINEAR = CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=20, ord
 ARRAY = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=24, parallel_rows=3)
 SLICES = CoreConfiguration(micro_image_size=3, shifts=(-2, 1, 3), max_columns=20)
 HOLD = CoreConfiguration(micro_image_size=3, shifts=(3,), max_columns=20, hold=True)
-
-
-def plant(folder: Path, file: str, old: str, new: str) -> list[Path]:
-    """Copy the sources with one of them changed."""
-    copies = []
-    for source in project.hdl_sources():
-        text = source.read_text()
-        if source.name == file:
-            assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in {file}"
-            text = text.replace(old, new)
-        copies.append(folder / source.name)
-        copies[-1].write_text(text)
-    return copies
 
 
 @pytest.mark.parametrize(
@@ -63,7 +51,7 @@ def plant(folder: Path, file: str, old: str, new: str) -> list[Path]:
     ],
 )  # fmt: skip
 def test_planted_fault_is_found(tmp_path, monkeypatch, core, file, old, new) -> None:
-    sources = plant(tmp_path, file, old, new)
+    sources = plant(tmp_path, project.hdl_sources(), file, old, new)
     monkeypatch.setattr(project, "hdl_sources", lambda: sources)
     runner._built.cache_clear()
     try:
