@@ -17,7 +17,7 @@ JOBS ?= $(shell nproc)
 PYTHON := .venv/bin/python
 PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help sim test test-full golden lint docs bench venv simulator libpython clean
+.PHONY: help sim test test-full golden lint docs waves bench venv simulator libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -48,6 +48,10 @@ bench: venv simulator ## Measure: ray model, calibration, forms of the golden mo
 
 docs: venv ## Build what the documentation takes from the sources
 	@$(PYTHON) scripts/build_docs.py
+
+waves: venv ## Draw the timing diagrams of docs/waves.md from simulations
+	@scripts/setup.sh ghdl
+	@$(PYTHON) scripts/draw_waves.py
 
 venv: ## Create .venv
 	@scripts/setup.sh venv

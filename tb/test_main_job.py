@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir import project
 from plenofir.core import CoreConfiguration
 from plenofir.images import read_image, write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir.simulation.pump import WAVE_SIGNALS, run_pump
 from plenofir.simulation.simulators import find_simulator
+from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 
 PLENOFIR = str(Path(sys.executable).parent / "plenofir")
@@ -138,17 +138,6 @@ def test_waves(tmp_path: Path) -> None:
     assert len(shown) == len(WAVE_SIGNALS)
 
 
-def _mutant(tmp_path: Path, file: str, old: str, new: str) -> Path:
-    """Copy the sources with one of them changed; return the folder of the copy."""
-    for source in [*project.hdl_sources(), project.root() / "tb" / "pump" / "refocus_pump.vhd"]:
-        text = source.read_text()
-        if source.name == file:
-            assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in {file}"
-            text = text.replace(old, new)
-        (tmp_path / source.name).write_text(text)
-    return tmp_path
-
-
 @pytest.mark.parametrize(
     ("file", "old", "new"),
     [
@@ -162,10 +151,8 @@ def test_a_fault_in_the_core_is_found(tmp_path, monkeypatch, capsys, file, old, 
     from plenofir import cli
     from plenofir.simulation import pump
 
-    (tmp_path / "hdl").mkdir()
-    mutant = _mutant(tmp_path / "hdl", file, old, new)
-    original = pump.pump_sources()
-    monkeypatch.setattr(pump, "pump_sources", lambda: [mutant / p.name for p in original])
+    sources = plant(tmp_path / "hdl", pump.pump_sources(), file, old, new)
+    monkeypatch.setattr(pump, "pump_sources", lambda: sources)
     write_png(tmp_path / "raw.png", random_image((20, 24)))
     arguments = ["plenofir", "sim", "--raw", str(tmp_path / "raw.png"), "-M", "3", "--a", "2/3"]
     arguments += ["--out", str(tmp_path / "out"), "--simulator", simulator_name()]

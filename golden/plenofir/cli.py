@@ -8,9 +8,9 @@ import typer
 from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from plenofir import __version__, cli_lightfield, cli_rays
+from plenofir import __version__, cli_lightfield, cli_rays, cli_waves
 from plenofir.cli_rays import integer
-from plenofir.errors import InputError
+from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError
 from plenofir.refocus import interpolation_order
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.simulation.job import (
@@ -22,10 +22,6 @@ from plenofir.simulation.job import (
     run_job,
 )
 from plenofir.simulation.simulators import SimulationError
-
-EXIT_MISMATCH = 1
-EXIT_BAD_INPUT = 2
-EXIT_TOOL_FAILED = 3
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -142,6 +138,7 @@ def sim(
 
 
 cli_rays.register(app)
+cli_waves.register(app)
 report = typer.Typer(no_args_is_help=True, help="Write reports.")
 app.add_typer(report, name="report")
 cli_lightfield.register(app, report)

@@ -225,7 +225,7 @@ async def gaps_never_refuse_the_source(dut: Any) -> None:
     columns, rows = bench.random_size(full_rate=True)
     await bench.reset(columns, rows)
     bench.stall("none", "none")
-    for gap in (1, 2, 3, columns // 2, columns, columns + 1):
+    for gap in (1, 2, 3, columns // 2, columns, columns + 1, 3 * columns):
         frame = bench.frame("random", columns, rows)
         bench.scoreboard.expect(bench.golden(frame))
         await bench.source.send(frame_beats(frame, bench.core.pixel_bits), sync=False)

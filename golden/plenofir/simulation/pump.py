@@ -116,7 +116,7 @@ def run_pump(
     seed
         Seed of the stalls, 1 to 65535.
     waves
-        FST file to write, or None.
+        Waveform file to write, or None; see `Simulator.run_command`.
     progress
         Called with the number of pixels that came out so far.
 

@@ -15,6 +15,7 @@ SimulatorName = Literal["ghdl", "nvc"]
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"
 # Vectors are undefined at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
 GHDL_RUN_OPTIONS = ("--ieee-asserts=disable-at-0", "--max-stack-alloc=0")
+_GHDL_WAVE_OPTIONS = {".fst": "fst", ".vcd": "vcd", ".ghw": "wave"}
 _NVC_OLDEST = (1, 8)
 _POLL_SECONDS = 0.1
 
@@ -78,7 +79,7 @@ class Simulator:
         generics
             Its generics.
         waves
-            FST file to write, or None.
+            Waveform file to write (``.fst``, ``.vcd``, for GHDL also ``.ghw``), or None.
         wave_signals
             Hierarchical names (``/top/instance/signal``) to write; all if empty.
 
@@ -92,12 +93,12 @@ class Simulator:
             options = []
             if waves is not None:
                 names = [signal.strip("/").replace("/", ":") for signal in wave_signals]
-                options = [f"--wave={waves}", "--format=fst"]
+                options = [f"--wave={waves}", f"--format={waves.suffix[1:]}"]
                 options += [f"--include=:{name}" for name in names]
             return ["nvc", "--std=1993", "-e", *overrides, top, "-r", *options]
         options = [*GHDL_RUN_OPTIONS]
         if waves is not None:
-            options.append(f"--fst={waves}")
+            options.append(f"--{_GHDL_WAVE_OPTIONS[waves.suffix]}={waves}")
             if wave_signals:
                 selection = waves.with_suffix(".opt")
                 # GHDL's own name of a generate region has no index.
