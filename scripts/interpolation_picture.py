@@ -1,6 +1,5 @@
 """Draw docs/images/interpolation.jpg: M = 3 nearest neighbour against M = 5 linear.
 
-
 The three planes go through the VHDL core twice, focused in front of them and behind them. The
 light field with M = 3 is made of the 3 x 3 central pixels of the 5 x 5 micro images.
 
