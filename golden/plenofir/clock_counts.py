@@ -91,7 +91,7 @@ def table(cases: tuple[ClockCase, ...]) -> str:
     ]
     for case in cases:
         core = case.core
-        whole = core.parallel_rows == case.rows
+        whole = core.parallel_rows == case.rows and core.shifts == (1,)
         lines.append(
             f"| {case.columns} x {case.rows} | {core.micro_image_size} | {core.shifts[0]}"
             f"{' (hold)' if core.hold else ''} | {core.parallel_rows} "

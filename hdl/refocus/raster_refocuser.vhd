@@ -15,8 +15,8 @@
 -- Latency: with PARALLEL_ROWS = 1, D * (max(columns, 4) + 1) + 5 + array_latency clocks from the first pixel in
 --   to the first pixel out when nothing stalls, D = total_delay (nearest neighbour: D * (columns + 1) + 14, stored
 --   products 13). With more, CoreConfiguration.latency_clocks of the Python package gives it.
--- Throughput: one pixel of all channels each clock (PARALLEL_ROWS > 1: columns a multiple of it, or
---   lines without a gap that complete no band).
+-- Throughput: one pixel of all channels each clock. With PARALLEL_ROWS > 1 and lines that are no multiple
+--   of it, up to PARALLEL_ROWS - 1 clocks are lost where two bands follow each other directly.
 -- Ports: AXI4-Stream video, tuser(0) = start of frame, tlast = end of line, tid = slice of the frame
 --   that comes out, channel 0 in the low bits of tdata; columns, rows: frame size, read with the first
 --   pixel of a frame; slice, sweep, sweep_frames as in slice_select, read with it too; error_flags
