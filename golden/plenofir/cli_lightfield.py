@@ -16,6 +16,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from plenofir.cli_rays import CameraOption, FocusOption, integer, number
 from plenofir.errors import InputError
 from plenofir.images import read_image, write_png
+from plenofir.output import check_folder
 from plenofir.refocus import check_raw, focus_to_shift, parse_focus, refocus
 from plenofir.refocus.operator import Image
 
@@ -52,24 +53,8 @@ def _check_file(out: str, suffixes: tuple[str, ...]) -> Path:
         raise InputError("no such kind of file", where=out, expected=" or ".join(suffixes))
     if path.is_dir():
         raise InputError("is a folder", where=out, expected="a file")
-    _try_folder(path.parent, out)
+    check_folder(path.parent, out)
     return path
-
-
-def _try_folder(folder: Path, where: str) -> None:
-    """Refuse a folder that cannot be written, whether it exists or not."""
-    existing = folder
-    while not existing.exists() and existing != existing.parent:
-        existing = existing.parent
-    try:
-        with tempfile.TemporaryDirectory(dir=existing, prefix=".plenofir-"):
-            pass
-    except OSError as error:
-        raise InputError(
-            f"{existing} cannot be written ({error.strerror})",
-            where=where,
-            expected="a folder that can be written",
-        ) from None
 
 
 def _publish(files: Mapping[str, Image | Floats], folder: Path) -> None:
@@ -226,7 +211,7 @@ def views(
     from plenofir.lightfield.indexing import views as all_views
 
     raw, m = _raster(raster, micro_image)
-    _try_folder(Path(out), out)
+    check_folder(Path(out), out)
     images = all_views(raw, m)
     files = {view_name(v, u, m): images[v, u] for v in range(m) for u in range(m)}
     _publish(files, Path(out))
@@ -322,7 +307,7 @@ def stack(
 
     raw, m = _raster(raster, micro_image)
     settings = slice_settings(first, last, step, m)
-    _try_folder(Path(out), out)
+    check_folder(Path(out), out)
     with _progress("refocusing") as show:
         slices = focal_stack(raw, m, settings, show)
     # Two or more: even the only slice has its a in its name.
@@ -367,7 +352,7 @@ def depth_map(
     raw, m = _raster(raster, micro_image)
     distance = number(focus, "--focus", allow_infinity=True)
     model = RayModel.focused(load_camera(camera), distance, m)
-    _try_folder(Path(out), out)
+    check_folder(Path(out), out)
     with _progress("matching") as show:
         found = measure(
             raw,

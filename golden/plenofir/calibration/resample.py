@@ -18,7 +18,7 @@ from scipy import interpolate, ndimage
 
 from plenofir.calibration.calibrate import unit_vectors
 from plenofir.calibration.centroids import Image32
-from plenofir.calibration.frames import check_same_size
+from plenofir.calibration.frames import check_same_size, grey
 from plenofir.calibration.grid import Floats
 from plenofir.calibration.record import PROFILE_REACH, Calibration
 from plenofir.errors import InputError
@@ -157,7 +157,7 @@ def decode(
         Dark frame; without one the calibration's dark level is subtracted.
     white
         White image, to divide by it pixel by pixel; without one the calibration's model of it is
-        used.
+        used. Each channel counts from its own brightest parts: vignetting goes, colours stay.
     interpolation
         "bilinear" or "cubic" (B-splines).
     scale
@@ -189,15 +189,19 @@ def decode(
         if image is not None:
             check_same_size(image, shape, name, "the calibration's white image")
     rows, columns = raster_window(calibration)
-    level: float | Image32 = calibration.dark_level
-    if dark is not None:
-        level = dark.astype(np.float32)
     order = _ORDERS[interpolation]
+    count = 1 if raw.ndim == 2 else raw.shape[2]
+    levels = [np.array(calibration.dark_level, dtype=np.float32)] * count
+    if dark is not None:
+        levels = _channels(dark, count)
+    sources = [_channels(raw, count), []]
+    if white is not None and devignette:
+        sources[1] = _channels(white, count)
+    # No white image, no channels.
     sources = [
-        _channels(raw, level),
-        _channels(white, level) if white is not None and devignette else [],
+        [image - level for image, level in zip(images, levels, strict=False)] for images in sources
     ]
-    top = float(np.percentile(sources[1][0], 99.5)) if sources[1] else 1.0
+    tops = [max(float(np.percentile(image, 99.5)), 1.0) for image in sources[1]]
     if order > 1:
         sources = [
             [ndimage.spline_filter(image, order, np.float32, "mirror") for image in images]
@@ -222,7 +226,7 @@ def decode(
         for channel, value in enumerate(values):
             if devignette:
                 if whites:
-                    light = whites[channel % len(whites)] / top
+                    light = whites[channel] / tops[channel]
                 else:
                     light = profile * brightness[part, np.newaxis, :, np.newaxis]
                 value = value / np.maximum(light, _DARKEST)
@@ -231,22 +235,16 @@ def decode(
             progress(part.stop, height)
     raster = _rectangular(result, calibration, rows, columns, order)
     limit = np.iinfo(raw.dtype).max
-    levels = np.clip(np.floor(raster + 0.5), 0, limit).astype(raw.dtype)
-    flat = levels.reshape(levels.shape[0] * m, levels.shape[2] * m, -1)
+    rounded = np.clip(np.floor(raster + 0.5), 0, limit).astype(raw.dtype)
+    flat = rounded.reshape(rounded.shape[0] * m, rounded.shape[2] * m, -1)
     return np.asarray(flat if raw.ndim == 3 else flat[:, :, 0])
 
 
-def _channels(image: Image | None, level: float | Image32) -> list[Image32]:
-    """Channels of an image above its dark level."""
-    if image is None:
-        return []
-    values = image.astype(np.float32)
-    if isinstance(level, np.ndarray) and level.ndim < values.ndim:
-        level = level[:, :, np.newaxis]
-    elif isinstance(level, np.ndarray) and level.ndim > values.ndim:
-        level = level.mean(axis=2)
-    values -= level
-    return [values] if values.ndim == 2 else [values[:, :, k] for k in range(values.shape[2])]
+def _channels(image: Image, count: int) -> list[Image32]:
+    """An image's channels: as many as the raw capture has, whether it is grey or not."""
+    if count == 1 or image.ndim == 2:
+        return [grey(image)] * count
+    return [image[:, :, k].astype(np.float32) for k in range(count)]
 
 
 def _rectangular(

@@ -13,7 +13,7 @@ from plenofir.calibration.centroids import Image32
 from plenofir.calibration.grid import Flags, Floats, Grid, Layout
 from plenofir.errors import InputError
 
-GRID_EXPECTED = "a white image: a regular grid of micro images, evenly lit, at least 4 x 4 of them"
+GRID_EXPECTED = "a white image: a regular grid of micro images, evenly lit, at least 5 x 5 of them"
 
 _CROP = 1024
 _PADDING = 2

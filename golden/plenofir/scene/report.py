@@ -1,9 +1,10 @@
 """The report on calibration, refocusing and depth: Markdown with figures."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import chain
 from math import inf
 from pathlib import Path
 
@@ -14,10 +15,12 @@ from scipy.spatial import cKDTree
 from plenofir.calibration import calibrate, decode, text_calibration
 from plenofir.calibration.frames import grey
 from plenofir.calibration.grid import Grid, Layout
+from plenofir.calibration.text_method import rotated
 from plenofir.errors import InputError
 from plenofir.images import read_image, write_png
 from plenofir.lightfield import fourier_slice, shifted_views
 from plenofir.lightfield.pictures import sharpness_picture
+from plenofir.output import check_folder
 from plenofir.project import DATA
 from plenofir.rays.report import table
 from plenofir.refocus import refocus
@@ -36,6 +39,9 @@ from plenofir.thesis_tables import load_table
 
 Floats = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
+
+_Truth = tuple[str, Image, Floats, float]
+"""Name, white image, true centres, pitch."""
 
 MICROSCOPE = DATA / "microscope"
 """Folder of the microscope capture: raw.png, white.png, dark.png."""
@@ -134,8 +140,8 @@ def tilted(shape: tuple[int, int], pitch: float) -> Grid:
     )
 
 
-def _white_images() -> Iterator[tuple[str, Image, Floats, float]]:
-    """Names, images, true centres and pitches."""
+def _white_images() -> Iterator[_Truth]:
+    """White images of several kinds."""
 
     def regular(
         name: str,
@@ -144,7 +150,7 @@ def _white_images() -> Iterator[tuple[str, Image, Floats, float]]:
         rotation: float = 0.1,
         layout: Layout = "rectangular",
         **options: float | str,
-    ) -> tuple[str, Image, Floats, float]:
+    ) -> _Truth:
         shape = size, size
         grid = regular_grid(shape, pitch, rotation_degrees=rotation, layout=layout)
         image = white_image(shape, grid, **options)  # type: ignore[arg-type]
@@ -162,7 +168,7 @@ def _white_images() -> Iterator[tuple[str, Image, Floats, float]]:
     yield regular("pitch 11, 3201 x 3201", 3201, 11.0, 0.0)
 
 
-def _spot_images(folder: Path) -> Iterator[tuple[str, Image, Floats, float]]:
+def _spot_images(folder: Path) -> Iterator[_Truth]:
     """Images NAME.png with true centres NAME.txt, one (y, x) a line."""
     files = sorted(folder.glob("*.txt"))
     if not files:
@@ -183,7 +189,7 @@ def _spot_images(folder: Path) -> Iterator[tuple[str, Image, Floats, float]]:
         yield f"{file.stem}.png, 1 % noise", noisy.astype(image.dtype), truth[inside], pitch
 
 
-def _accuracy_lines(spots: Path | None, tell: Callable[[], None]) -> list[str]:
+def _accuracy_lines(images: Iterable[_Truth], tell: Callable[[], None]) -> list[str]:
     lines = [
         "## Micro image centres",
         "",
@@ -193,7 +199,6 @@ def _accuracy_lines(spots: Path | None, tell: Callable[[], None]) -> list[str]:
         "",
     ]
     rows = []
-    images = list(_white_images()) if spots is None else [*_white_images(), *_spot_images(spots)]
     for name, image, truth, pitch in images:
         grid, text = both_methods(image, truth, pitch)
         rows.append(
@@ -220,19 +225,29 @@ def _rotation_lines(tell: Callable[[], None]) -> list[str]:
     lines = [
         "## Rotation",
         "",
-        "Error in degrees of the rotation from the central row (Eqs. 4.4-4.6) and from all lenses: "
-        "white images of 600 x 600 pixels, pitch 13.889, 1 % noise.",
+        "Error in degrees of the rotation from the central row (Eqs. 4.4-4.6) and from all lenses, "
+        "and how far the centre that is farthest off lies from its place when all are rotated back "
+        "by it (Eqs. 4.7-4.10): white images of 600 x 600 pixels, pitch 13.889, 1 % noise.",
         "",
     ]
     rows = []
     for degrees in (-3.0, -0.5, 0.05, 0.3, 1.0, 2.0):
         shape = 600, 600
-        image = white_image(shape, regular_grid(shape, 13.889, rotation_degrees=degrees))
-        found = calibrate(image).grid.rotation_degrees - degrees
-        text = text_calibration(grey(image)).rotation_degrees - degrees
-        rows.append([f"{degrees:g}", f"{abs(text):.5f}", f"{abs(found):.5f}"])
+        grid = regular_grid(shape, 13.889, rotation_degrees=degrees)
+        image = white_image(shape, grid)
+        truth = centres_within(grid, shape)
+        straight = rotated(truth, -degrees, shape)
+        row = [f"{degrees:g}"]
+        for found in (
+            text_calibration(grey(image)).rotation_degrees,
+            calibrate(image).grid.rotation_degrees,
+        ):
+            off = np.linalg.norm(rotated(truth, -found, shape) - straight, axis=1).max()
+            row += [f"{abs(found - degrees):.5f}", f"{off:.3f}"]
+        rows.append(row)
     tell()
-    return lines + table(["rotation", "central row", "all lenses"], rows)
+    heads = ["rotation", "central row", "farthest off / px", "all lenses", "farthest off / px"]
+    return lines + table(heads, rows)
 
 
 def _focus_rows(part: str, results: list[Focused], m: int) -> list[list[str]]:
@@ -435,25 +450,19 @@ def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
     InputError
         If the folder cannot be written, or the spot images cannot be read.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "report.md").touch()
-    except OSError as error:
-        raise InputError(
-            f"cannot be written ({error.strerror})",
-            where=str(folder),
-            expected="a folder that can be written",
-        ) from None
-    total = 8 + 1 + 6 + 1 + 1 + (0 if spots is None else len(list(spots.glob("*.txt"))))
+    own = [] if spots is None else list(_spot_images(spots))
+    check_folder(folder, str(folder))
+    folder.mkdir(parents=True, exist_ok=True)
+    total = 8 + len(own) + 1 + 6 + 1 + 1
     done = 0
 
     def tell() -> None:
         nonlocal done
         done += 1
-        progress(min(done, total), total)
+        progress(done, total)
 
     lines = ["# Calibration, focus and depth", ""]
-    lines += _accuracy_lines(spots, tell)
+    lines += _accuracy_lines(chain(_white_images(), own), tell)
     lines += _rotation_lines(tell)
     lines += _experiment_lines(folder, tell)
     lines += _method_lines(tell)

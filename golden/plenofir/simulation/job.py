@@ -14,6 +14,7 @@ from plenofir.compare import compare_frames, difference_picture
 from plenofir.core import MAX_ROWS, CoreConfiguration
 from plenofir.errors import InputError
 from plenofir.images import read_image, write_png
+from plenofir.output import check_folder
 from plenofir.refocus import check_raw, error_against_operator, focus_to_shift, shift_to_text
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic
 from plenofir.simulation.pump import WAVE_SIGNALS, run_pump
@@ -187,19 +188,7 @@ def picture_names(shift: int, micro_image_size: int, slices: int) -> tuple[str, 
 
 def _check_out(out: Path, names: Sequence[str]) -> None:
     """Refuse a result folder that cannot be written, before any work is done."""
-    expected = "a folder that can be written"
-    existing = out
-    while not existing.exists() and existing != existing.parent:
-        existing = existing.parent
-    if not existing.is_dir():
-        raise InputError(f"{existing} is not a folder", where="OUT", expected=expected)
-    try:
-        # A trial says more than the permission bits: root, read-only and full file systems.
-        with tempfile.TemporaryDirectory(dir=existing, prefix=".plenofir-"):
-            pass
-    except OSError as error:
-        what = f"{existing} cannot be written ({error.strerror})"
-        raise InputError(what, where="OUT", expected=expected) from None
+    check_folder(out, "OUT")
     for name in names:
         if (out / name).is_dir():
             raise InputError(f"{out / name} is a folder", where="OUT", expected="a file or nothing")

@@ -112,6 +112,31 @@ def test_tilt() -> None:
         calibrate(white_image(shape, grid), order=1)
 
 
+@pytest.mark.parametrize("bend", [-1.5, 1.5])
+def test_distortion(bend: float) -> None:
+    """Barrel and pincushion: the third order takes up what grows with the cube of the distance."""
+    shape = (400, 480)
+    flat = regular_grid(shape, 9.37, rotation_degrees=1.0)
+    # Scaled to 25 lenses: there, centres are off by `bend` pixels along the radius.
+    first, *steps = flat.coefficients
+    vectors = [(25 * y, 25 * x) for y, x in steps]
+    down, right = ((bend / 9.37 * y, bend / 9.37 * x) for y, x in steps)
+    grid = Grid(
+        layout="rectangular",
+        order=3,
+        middle=(0.0, 0.0),
+        scale=25.0,
+        coefficients=(first, *vectors, *[(0.0, 0.0)] * 3, down, right, down, right),
+    )
+    calibration = calibrate(white_image(shape, grid))
+    truth = centres_within(grid, shape)
+    assert calibration.grid.order == 3
+    assert errors(calibration, truth).mean() < 0.006
+    assert errors(calibration, truth).max() < 0.03
+    with_tilt_only = calibrate(white_image(shape, grid), order=2)
+    assert errors(with_tilt_only, truth).max() > 0.1
+
+
 def test_damaged_micro_images() -> None:
     """Missing, dim and merged micro images do not bend the grid."""
     grid = regular_grid(SHAPE, 11.03, rotation_degrees=1)
@@ -209,6 +234,7 @@ def bad_white(name: str) -> np.ndarray:
         "even": np.full(SHAPE, 100),
         "ramp": x * 255 // 600,
         "stripes": (127 + 100 * np.sin(x * 0.6)).astype(int),
+        "few": good[:44, :44],
         "small": good[:10, :10],
     }
     image = images[name]
@@ -226,6 +252,7 @@ def bad_white(name: str) -> np.ndarray:
         ("even", "grid"),
         ("ramp", "grid"),
         ("stripes", "grid"),
+        ("few", "at least 5 x 5 of them"),
         ("small", "10 x 10 pixels"),
     ],
 )

@@ -124,6 +124,15 @@ def test_dark_and_colours() -> None:
     assert raster.shape == (*plain.shape, 3)
     assert np.array_equal(raster[..., 0], plain)
     assert np.abs(raster[..., 1] - plain / 2).max() <= 2
+    # Own white and dark frames, grey or not: vignetting goes, colours stay.
+    colours = raster.reshape(-1, 3).mean(axis=0)
+    for own_dark in (None, np.zeros(shape, np.uint16), np.zeros((*shape, 3), np.uint16)):
+        for own_white in (white, colour):
+            even = decode(colour, calibration, 5, white=own_white, dark=own_dark)
+            assert even.reshape(-1, 3).mean(axis=0) == pytest.approx(colours, rel=0.02)
+            assert (even.std(axis=(0, 1)) < 0.002 * colours).all()
+            alone = decode(white, calibration, 5, white=own_white, dark=own_dark)
+            assert alone.std() < 0.002 * colours[0]
     byte = decode((white >> 8).astype(np.uint8), calibration, 5)
     assert byte.dtype == np.uint8
     # Lost low bits of the dark borders are brightened at most tenfold.

@@ -193,6 +193,10 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
     calibrate(white).save(folder / "calib.json")
     (folder / "views").mkdir()
     (folder / "text.json").write_text("{}")
+    for name, text in (("spots", "1 2\n3 4\n"), ("lines", "one two\n")):
+        (folder / name).mkdir()
+        (folder / name / "two.txt").write_text(text)
+    write_png(folder / "lines" / "two.png", white)
     return folder
 
 
@@ -221,7 +225,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("decode white.png --calib calib.json -M 5 --white small.png", "white image"),
         ("views white.png -M 0", "M = 0"),
         ("views white.png -M 200", "less than one micro image"),
-        ("views white.png -M 5 --out white.png/x", "cannot be written"),
+        ("views white.png -M 5 --out white.png/x", "white.png is not a folder"),
         ("compose views", "no image files"),
         ("compose none", "no such folder"),
         ("compose views --order up", "order"),
@@ -237,6 +241,9 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("depth-map white.png -M 5 --camera f197-mla2 --near x", "--near"),
         ("depth-map white.png -M 5 --camera f197-mla2 --near=-2", "search"),
         ("report calibration --out /proc/none", "cannot be written"),
+        ("report calibration --out r --spots none", "no NAME.txt"),
+        ("report calibration --out r --spots spots", "two.png: no such file"),
+        ("report calibration --out r --spots lines", "no centres"),
     ],
 )
 def test_bad_input(bad: Path, run, arguments: str, message: str) -> None:
