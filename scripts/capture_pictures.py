@@ -16,7 +16,6 @@ from skimage import data
 
 from plenofir import project
 from plenofir.calibration import calibrate, decode
-from plenofir.core import CoreConfiguration
 from plenofir.images import read_image, write_png
 from plenofir.lightfield import all_in_focus, depth_map, focal_stack, light_field, sub_aperture
 from plenofir.lightfield.pictures import figure_pixels
@@ -96,10 +95,11 @@ def depth_pictures() -> None:
 def sweep_picture(simulator: str) -> None:
     """Slices of a rendered capture out of the VHDL, and how sharp each object is in each."""
     scene = swept_scene()
-    core = CoreConfiguration(micro_image_size=M, shifts=SHIFTS, max_columns=scene.raster.shape[1])
     frames = np.repeat(scene.raster[np.newaxis], len(SHIFTS), axis=0)
     with tempfile.TemporaryDirectory() as folder:
-        result = run_pump(find_simulator(simulator), core, frames, Path(folder), sweep_frames=1)
+        result = run_pump(
+            find_simulator(simulator), scene.core, frames, Path(folder), sweep_frames=1
+        )
     figure = plt.figure(figsize=(11, 6.4), constrained_layout=True)
     grid = figure.add_gridspec(2, len(OBJECTS), height_ratios=(1, 1.5))
     for column, shift in enumerate(OBJECTS):

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.core import CoreConfiguration
 from plenofir.refocus import refocus
 from plenofir.scene.sweep import OBJECTS, SHIFTS, M, swept_scene
 from plenofir.simulation.pump import run_pump
@@ -18,11 +17,10 @@ def test_capture_swept_through_the_array(tmp_path: Path) -> None:
     # The ray model says in which slices the objects are sharp.
     predicted = M * scene.model.focus_setting(scene.distances_mm)
     assert predicted == pytest.approx(OBJECTS)
-    core = CoreConfiguration(
-        micro_image_size=M, shifts=SHIFTS, max_columns=scene.raster.shape[1], pixel_bits=8
-    )
     frames = np.repeat(scene.raster[np.newaxis], len(SHIFTS), axis=0)
-    result = run_pump(find_simulator(simulator_name()), core, frames, tmp_path, sweep_frames=1)
+    result = run_pump(
+        find_simulator(simulator_name()), scene.core, frames, tmp_path, sweep_frames=1
+    )
     assert result.slices == tuple(range(len(SHIFTS)))
     for shift, frame in zip(SHIFTS, result.frames, strict=True):
         assert np.array_equal(frame, refocus(scene.raster, M, f"{shift}/{M}"))

@@ -12,6 +12,7 @@ from math import inf
 import numpy as np
 
 from plenofir.calibration import calibrate, decode, raster_window
+from plenofir.core import CoreConfiguration
 from plenofir.lightfield import sharpness_curve
 from plenofir.lightfield.stack import Floats
 from plenofir.rays import RayModel, load_camera
@@ -24,6 +25,7 @@ SHIFTS = tuple(range(7))
 """Slices swept, a' = a M."""
 OBJECTS = (1, 3, 5)
 """a' of the slices in which the objects are sharp, left to right."""
+_PARALLEL_ROWS = 3
 _PITCH = 6.3
 _SIDE = 13
 _GAP = 2
@@ -51,6 +53,16 @@ class SweptScene:
     raster: Image
     distances_mm: tuple[float, ...]
     regions: tuple[tuple[slice, slice], ...]
+
+    @property
+    def core(self) -> CoreConfiguration:
+        """The module array that the raster is swept through."""
+        return CoreConfiguration(
+            micro_image_size=M,
+            shifts=SHIFTS,
+            max_columns=self.raster.shape[1],
+            parallel_rows=_PARALLEL_ROWS,
+        )
 
     def curves(self, frames: Image) -> list[Floats]:
         """Sharpness of each object in each frame of a sweep.
