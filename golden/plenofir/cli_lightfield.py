@@ -207,15 +207,14 @@ def views(
     out: Annotated[str, typer.Option(help="Folder for view_VV_UU.png.")] = "views",
 ) -> None:
     """Write the sub-aperture images of an aligned raw image."""
-    from plenofir.lightfield.folders import view_name
-    from plenofir.lightfield.indexing import views as all_views
+    from plenofir.lightfield.folders import named_views
 
     raw, m = _raster(raster, micro_image)
     check_folder(Path(out), out)
-    images = all_views(raw, m)
-    files = {view_name(v, u, m): images[v, u] for v in range(m) for u in range(m)}
+    files = named_views(raw, m)
     _publish(files, Path(out))
-    typer.echo(f"{out}: {m * m} views of {images.shape[3]} x {images.shape[2]} pixels")
+    rows, columns = raw.shape[0] // m, raw.shape[1] // m
+    typer.echo(f"{out}: {len(files)} views of {columns} x {rows} pixels")
 
 
 def compose(

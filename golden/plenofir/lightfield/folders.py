@@ -130,27 +130,30 @@ def read_views(
     return result
 
 
-def view_name(v: int, u: int, m: int) -> str:
-    """File name of a view.
+def named_views(raw: Image, m: int) -> dict[str, Image]:
+    """Views with the names of their files.
 
     Parameters
     ----------
-    v, u
-        Row and column of the view.
+    raw
+        Raw image.
     m
         M in pixels.
 
     Returns
     -------
-    str
-        ``view_VV_UU.png``.
+    dict
+        ``view_VV_UU.png`` to view, shape (t, s[, 3]); VV counts downwards, UU to the right.
     """
+    images = views(raw, m)
     digits = max(2, len(str(m - 1)))
-    return f"view_{v:0{digits}}_{u:0{digits}}.png"
+    return {
+        f"view_{v:0{digits}}_{u:0{digits}}.png": images[v, u] for v in range(m) for u in range(m)
+    }
 
 
 def write_views(raw: Image, m: int, folder: Path) -> list[Path]:
-    """Write the views of a raw image as ``view_VV_UU.png``.
+    """Write the views of a raw image, see `named_views`.
 
     Parameters
     ----------
@@ -164,13 +167,10 @@ def write_views(raw: Image, m: int, folder: Path) -> list[Path]:
     Returns
     -------
     list of Path
-        Files written; VV counts downwards, UU to the right.
+        Files written.
     """
-    images = views(raw, m)
     paths = []
-    for v in range(m):
-        for u in range(m):
-            path = folder / view_name(v, u, m)
-            write_png(path, np.ascontiguousarray(images[v, u]))
-            paths.append(path)
+    for name, image in named_views(raw, m).items():
+        write_png(folder / name, np.ascontiguousarray(image))
+        paths.append(folder / name)
     return paths
