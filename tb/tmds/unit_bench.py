@@ -34,10 +34,7 @@ def covering_bytes(rng: random.Random) -> list[int]:
     disparity = 0
     sent = []
     while any(todo.values()):
-        if todo[disparity]:
-            byte = todo[disparity].pop()
-        else:
-            byte = rng.randrange(256)
+        byte = todo[disparity].pop() if todo[disparity] else rng.randrange(256)
         sent.append(byte)
         disparity = tmds.encode_byte(byte, disparity)[1]
     return sent
@@ -209,7 +206,7 @@ async def every_skew(dut: Any) -> None:
 
 
 async def two_clocks(dut: Any, halves: int) -> None:
-    """clk and clk_x2 with their rising edges at the same moment, then half of clk_x2's."""
+    """Drive both clocks, the rising edges of clk together with every other one of clk_x2."""
     for _ in range(halves):
         dut.clk.value = 1
         dut.clk_x2.value = 1

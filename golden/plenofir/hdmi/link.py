@@ -241,18 +241,20 @@ class ReceivedFrame:
     pixels: Frame
 
 
-def split_frames(signals: RasterSignals) -> list[ReceivedFrame]:
+def split_frames(signals: RasterSignals, *, from_start: bool = False) -> list[ReceivedFrame]:
     """Cut a decoded signal into whole frames and measure the timing of each.
 
     Parameters
     ----------
     signals
         Decoded signal.
+    from_start
+        Whether the first active pixel is known to be the first one of a frame.
 
     Returns
     -------
     list of ReceivedFrame
-        Frames between two vertical syncs, in order.
+        Frames of which also the beginning of the next one is there, in order.
 
     Raises
     ------
@@ -272,7 +274,7 @@ def split_frames(signals: RasterSignals) -> list[ReceivedFrame]:
     line = int(steps.min())
     firsts = [0, *(int(i) + 1 for i in np.flatnonzero(steps > line))]
     frames = []
-    for begin, end in itertools.pairwise(firsts[1:]):
+    for begin, end in itertools.pairwise(firsts if from_start else firsts[1:]):
         frames.append(_measure(signals, rises[begin:end], falls[begin:end], line, int(rises[end])))
     return frames
 

@@ -1,0 +1,44 @@
+"""Video in, refocused video out."""
+
+import pytest
+
+from plenofir.hdmi.modes import VideoMode
+from plenofir.refocus import output_delay
+from plenofir_tb.runner import run_case
+from plenofir_tb.video import shrunken
+
+
+def run_video(m: int, shift: int, mode: VideoMode, *, thorough: bool = False) -> None:
+    run_case(
+        "refocus_video",
+        "video.video_bench",
+        generics={"MICRO_IMAGE_SIZE": m, "SHIFT": shift, "MAX_COLUMNS": 64},
+        case={
+            "m": m,
+            "shift": shift,
+            "max_columns": 64,
+            "mode": mode.model_dump(),
+            "thorough": thorough,
+        },
+    )
+
+
+def test_refocus_video() -> None:
+    run_video(3, 2, shrunken("mini"), thorough=True)
+
+
+@pytest.mark.parametrize(
+    ("m", "shift", "changes"),
+    [
+        # Flush lines in the vertical blanking, as many as fit, one more, and many more.
+        (5, -1, {"v_back": 6}),
+        (3, -2, {"v_front": 1, "v_sync": 1, "v_back": 2, "h_positive": False}),
+        (5, -2, {"v_back": 3, "h_back": 30}),
+        (5, -3, {"v_back": 2, "h_back": 40}),
+        (1, 0, {"v_positive": False}),
+    ],
+)
+def test_blanking(m: int, shift: int, changes: dict) -> None:
+    mode = shrunken("blanking", **changes)
+    assert output_delay(m, shift) >= 0
+    run_video(m, shift, mode)
