@@ -27,10 +27,10 @@ architecture rtl of synchroniser is
 
   -- No shift register LUTs, no merging of equal registers.
   attribute shreg_extract : string;
-  attribute shreg_extract of crossing_first  : signal is "no";
-  attribute shreg_extract of crossing_second : signal is "no";
+  attribute shreg_extract of crossing_first               : signal is "no";
+  attribute shreg_extract of crossing_second              : signal is "no";
   attribute equivalent_register_removal : string;
-  attribute equivalent_register_removal of crossing_first  : signal is "no";
+  attribute equivalent_register_removal of crossing_first : signal is "no";
 
 begin
 

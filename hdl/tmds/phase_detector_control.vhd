@@ -50,11 +50,11 @@ architecture rtl of phase_detector_control is
   -- track: follow the edges; again, again_done: calibrate the slave.
   type state_t is (settle, first, first_done, restart, track, again, again_done);
 
-  signal state    : state_t                          := settle;
-  signal clocks   : natural range 0 to TIMEOUT       := 0;
-  signal balance  : integer range -FILTER to FILTER  := 0;
-  signal may_step : std_logic                        := '0';
-  signal busy_now : std_logic                        := '1';
+  signal state    : state_t                         := settle;
+  signal clocks   : natural range 0 to TIMEOUT      := 0;
+  signal balance  : integer range -FILTER to FILTER := 0;
+  signal may_step : std_logic                       := '0';
+  signal busy_now : std_logic                       := '1';
 
 begin
 

@@ -5,10 +5,10 @@
 -- these marks lie apart, in two lines one after the other, sets the taps. Lines that do not agree
 -- with the taps in use count; the same deviation twice moves the taps.
 --
--- Latency: 1 clock for the channel that comes last. Throughput: one word of each channel each clock.
+-- Latency: 2 clocks for the channel that comes last. Throughput: one word of each channel each clock.
 -- Ports: words, tokens, aligned of the channels (channel 0 in the low bits); out_words: words of the
 --   same pixel; locked: the taps were confirmed within TIMEOUT words and all channels are aligned.
--- Equation: out_words(t) of channel c = words(t - 1 - tap(c)), tap(c) = last arrival - arrival(c).
+-- Equation: out_words(t) of channel c = words(t - 2 - tap(c)), tap(c) = last arrival - arrival(c).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -49,17 +49,16 @@ architecture rtl of tmds_deskew is
 
   type runs_t is array (0 to CHANNELS - 1) of natural range 0 to BEFORE_MARK;
 
-  signal lines     : lines_t                               := (others => (others => (others => '0')));
-  signal taps      : taps_t                                := (others => 0);
-  signal runs      : runs_t                                := (others => 0);
+  signal taps      : taps_t                                  := (others => 0);
+  signal runs      : runs_t                                  := (others => 0);
   signal marks     : std_logic_vector(CHANNELS - 1 downto 0);
   signal arrived   : std_logic_vector(CHANNELS - 1 downto 0) := (others => '0');
-  signal arrivals  : taps_t                                := (others => 0);
-  signal age       : tap_t                                 := 0;
-  signal candidate : taps_t                                := (others => 0);
-  signal measured  : std_logic                             := '0';
-  signal previous  : taps_t                                := (others => 0);
-  signal patience  : natural range 0 to TIMEOUT            := 0;
+  signal arrivals  : taps_t                                  := (others => 0);
+  signal age       : tap_t                                   := 0;
+  signal candidate : taps_t                                  := (others => 0);
+  signal measured  : std_logic                               := '0';
+  signal previous  : taps_t                                  := (others => 0);
+  signal patience  : natural range 0 to TIMEOUT              := 0;
 
 begin
 
@@ -68,31 +67,33 @@ begin
                 '0';
   end generate mark;
 
-  -- The delay lines: no reset, so that they fit shift registers.
+  -- The delay lines: no reset, so that they fit shift registers; variables, as simulators keep an
+  -- event for each bit of a signal.
   delay : process (clk) is
+
+    variable lines : lines_t := (others => (others => (others => '0')));
+
   begin
 
     if rising_edge(clk) then
 
       for c in 0 to CHANNELS - 1 loop
 
-        lines(c)(0) <= words(10 * c + 9 downto 10 * c);
+        out_words(10 * c + 9 downto 10 * c) <= lines(c)(taps(c));
 
-        for i in 1 to DEPTH - 1 loop
+        for i in DEPTH - 1 downto 1 loop
 
-          lines(c)(i) <= lines(c)(i - 1);
+          lines(c)(i) := lines(c)(i - 1);
 
         end loop;
+
+        lines(c)(0) := words(10 * c + 9 downto 10 * c);
 
       end loop;
 
     end if;
 
   end process delay;
-
-  tap : for c in 0 to CHANNELS - 1 generate
-    out_words(10 * c + 9 downto 10 * c) <= lines(c)(taps(c));
-  end generate tap;
 
   measure : process (clk) is
 

@@ -54,7 +54,8 @@ package body tmds_pkg is
   ) return std_logic is
   begin
 
-    if word = TOKEN_00 or word = TOKEN_01 or word = TOKEN_10 or word = TOKEN_11 then
+    -- The four tokens are one pattern of nine bits and its complement, with either tenth bit.
+    if word(8 downto 0) = TOKEN_00(8 downto 0) or word(8 downto 0) = TOKEN_01(8 downto 0) then
       return '1';
     end if;
 

@@ -153,12 +153,15 @@ package body video_pkg is
     timing.v_sync_end_column   := to_unsigned(h_active + h_front, COUNT_BITS);
     timing.h_sync_level        := '0';
     timing.v_sync_level        := '0';
+
     if h_positive then
       timing.h_sync_level := '1';
     end if;
+
     if v_positive then
       timing.v_sync_level := '1';
     end if;
+
     return timing;
 
   end function mode_timing;

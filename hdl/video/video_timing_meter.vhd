@@ -51,6 +51,8 @@ architecture rtl of video_timing_meter is
 
 begin
 
+  timing <= to_vector(previous);
+
   measure : process (clk) is
 
     variable rise      : boolean;
@@ -153,7 +155,6 @@ begin
 
         frame_start <= '1';
         previous    <= complete;
-        timing      <= to_vector(complete);
         stable      <= '0';
         if complete = previous and regular = '1' and not irregular then
           stable <= '1';

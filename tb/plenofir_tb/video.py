@@ -30,6 +30,20 @@ def shrunken(name: str, **changes: int | bool) -> VideoMode:
     return VideoMode.model_validate({**parts, **changes})
 
 
+# A thirty-second of 720p60, blanking included.
+MODE_720 = shrunken(
+    "720",
+    h_active=40,
+    h_front=3,
+    h_sync=2,
+    h_back=7,
+    v_active=22,
+    v_front=1,
+    v_sync=1,
+    v_back=2,
+)
+
+
 def measured(mode: VideoMode) -> VideoMode:
     """The mode as a sink measures it."""
     return mode.model_copy(update=MEASURED)

@@ -1,0 +1,45 @@
+"""The whole board, from serial bits to serial bits."""
+
+import pytest
+
+from plenofir_tb.runner import run_case
+from plenofir_tb.video import MODE_720
+
+M, SHIFT = 3, 2
+METER_WINDOW, BIT_CLOCKS = 1600, 10
+
+
+def run_chain(phases: list[int], *, shift: int = SHIFT) -> None:
+    run_case(
+        "hdmi_pump",
+        "hdmi.chain_bench",
+        generics={
+            "MICRO_IMAGE_SIZE": M,
+            "SHIFT": shift,
+            "MAX_COLUMNS": 64,
+            "METER_WINDOW": METER_WINDOW,
+            "BIT_CLOCKS": BIT_CLOCKS,
+            **{
+                f"PATTERN_{name.upper()}": getattr(MODE_720, name)
+                for name in ("h_active", "h_front", "h_sync", "h_back")
+                + ("v_active", "v_front", "v_sync", "v_back")
+            },
+        },
+        case={
+            "m": M,
+            "shift": shift,
+            "phases": phases,
+            "meter_window": METER_WINDOW,
+            "bit_clocks": BIT_CLOCKS,
+        },
+        board=True,
+    )
+
+
+def test_chain() -> None:
+    run_chain([0, 4])
+
+
+@pytest.mark.slow
+def test_all_phases() -> None:
+    run_chain([*range(10), *range(10)], shift=-2)
