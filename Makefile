@@ -39,11 +39,13 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) -m mypy --no-error-summary
 	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb -name '*.vhd')
 	@$(PYTHON) scripts/build_docs.py --check
+	@$(PYTHON) scripts/build_hdl.py --check
 
 bench: venv simulator ## Measure: ray model, forms of the golden model, simulators
 	@$(PYTHON) scripts/bench.py
 
 docs: venv ## Build what the documentation takes from the sources
+	@$(PYTHON) scripts/build_hdl.py
 	@$(PYTHON) scripts/build_docs.py
 
 venv: ## Create .venv

@@ -149,7 +149,7 @@ def error_bounds(text: str) -> str:
 
 def main() -> int:
     """Write or check the pages."""
-    paths = project.hdl_sources()
+    paths = project.board_sources()
     pages = {ENTITIES / f"{path.stem}.md": page(path) for path in paths}
     pages[ENTITIES / "README.md"] = index(paths)
     pages[GOLDEN_MODEL] = error_bounds(GOLDEN_MODEL.read_text())

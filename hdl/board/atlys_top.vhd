@@ -80,12 +80,22 @@ architecture rtl of atlys_top is
   constant WRONG_WORD : natural  := 4;
   constant ERRORS     : positive := 5;
 
-  constant PATTERN_TIMING : timing_t :=
-                                        mode_timing(PATTERN_H_ACTIVE, PATTERN_H_FRONT, PATTERN_H_SYNC, PATTERN_H_BACK, PATTERN_V_ACTIVE,
-                                                     PATTERN_V_FRONT, PATTERN_V_SYNC, PATTERN_V_BACK, false, false);
+  constant PATTERN_TIMING : timing_t := mode_timing
+                                        (
+                                          PATTERN_H_ACTIVE,
+                                          PATTERN_H_FRONT,
+                                          PATTERN_H_SYNC,
+                                          PATTERN_H_BACK,
+                                          PATTERN_V_ACTIVE,
+                                          PATTERN_V_FRONT,
+                                          PATTERN_V_SYNC,
+                                          PATTERN_V_BACK,
+                                          false,
+                                          false
+                                        );
 
-  constant STATUS : string :=
-                              "clock=# present=# running=# aligned=# following=# unsupported=# columns=# rows=# errors=# edid=#";
+  constant LINK_STATUS  : string := "clock=# present=# running=# aligned=# following=# unsupported=# ";
+  constant VIDEO_STATUS : string := "columns=# rows=# errors=# edid=#";
 
   constant FIELDS : positive := 10;
 
@@ -316,7 +326,7 @@ begin
   panel : entity work.board_control
     generic map (
       SLICES     => SLICES,
-      STATUS     => STATUS,
+      STATUS     => LINK_STATUS & VIDEO_STATUS,
       FIELDS     => FIELDS,
       BIT_CLOCKS => BIT_CLOCKS,
       STABLE     => BUTTON_STABLE

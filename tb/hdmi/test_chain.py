@@ -7,6 +7,7 @@ from plenofir_tb.video import MODE_720
 
 M, SHIFT = 3, 2
 METER_WINDOW, BIT_CLOCKS = 1600, 10
+PARTS = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
 
 
 def run_chain(phases: list[int], *, shift: int = SHIFT) -> None:
@@ -19,11 +20,7 @@ def run_chain(phases: list[int], *, shift: int = SHIFT) -> None:
             "MAX_COLUMNS": 64,
             "METER_WINDOW": METER_WINDOW,
             "BIT_CLOCKS": BIT_CLOCKS,
-            **{
-                f"PATTERN_{name.upper()}": getattr(MODE_720, name)
-                for name in ("h_active", "h_front", "h_sync", "h_back")
-                + ("v_active", "v_front", "v_sync", "v_back")
-            },
+            **{f"PATTERN_{name.upper()}": getattr(MODE_720, name) for name in PARTS},
         },
         case={
             "m": M,

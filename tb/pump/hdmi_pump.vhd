@@ -40,17 +40,17 @@ entity hdmi_pump is
     ALIGN_TIMEOUT    : positive := 8192
   );
   port (
-    start          : in    std_logic := '0';
+    start          : in    std_logic;
     done           : out   std_logic;
-    reset_n        : in    std_logic := '1';
-    uart_rx        : in    std_logic := '1';
+    reset_n        : in    std_logic;
+    uart_rx        : in    std_logic;
     uart_tx        : out   std_logic;
-    button_up      : in    std_logic := '0';
-    button_down    : in    std_logic := '0';
-    button_clear   : in    std_logic := '0';
-    switch_pattern : in    std_logic := '0';
-    switch_pass    : in    std_logic := '0';
-    switch_sweep   : in    std_logic := '0';
+    button_up      : in    std_logic;
+    button_down    : in    std_logic;
+    button_clear   : in    std_logic;
+    switch_pattern : in    std_logic;
+    switch_pass    : in    std_logic;
+    switch_sweep   : in    std_logic;
     led            : out   std_logic_vector(7 downto 0)
   );
 end entity hdmi_pump;
@@ -66,6 +66,20 @@ architecture test of hdmi_pump is
 
   subtype random_t is natural range 0 to 65535;
 
+  -- What the board gets: the ports, or with AUTO_START all at rest.
+
+  type to_board_t is record
+    reset_n        : std_logic;
+    uart_rx        : std_logic;
+    button_up      : std_logic;
+    button_down    : std_logic;
+    button_clear   : std_logic;
+    switch_pattern : std_logic;
+    switch_pass    : std_logic;
+    switch_sweep   : std_logic;
+  end record to_board_t;
+
+  signal to_board   : to_board_t;
   signal clk_100    : std_logic := '0';
   signal running    : boolean   := true;
   signal in_clk_p   : std_logic := '0';
@@ -92,6 +106,23 @@ begin
              '0';
 
   sda <= 'H';
+
+  to_board.reset_n        <= '1' when AUTO_START else
+                             reset_n;
+  to_board.uart_rx        <= '1' when AUTO_START else
+                             uart_rx;
+  to_board.button_up      <= '0' when AUTO_START else
+                             button_up;
+  to_board.button_down    <= '0' when AUTO_START else
+                             button_down;
+  to_board.button_clear   <= '0' when AUTO_START else
+                             button_clear;
+  to_board.switch_pattern <= '0' when AUTO_START else
+                             switch_pattern;
+  to_board.switch_pass    <= '0' when AUTO_START else
+                             switch_pass;
+  to_board.switch_sweep   <= '0' when AUTO_START else
+                             switch_sweep;
 
   done <= '1' when start = '1' and played and not playing and not captured else
           '0';
@@ -128,7 +159,7 @@ begin
     )
     port map (
       clk_100        => clk_100,
-      reset_n        => reset_n,
+      reset_n        => to_board.reset_n,
       in_clk_p       => pin_clk_p,
       in_clk_n       => pin_clk_n,
       in_data_p      => pin_data_p,
@@ -139,14 +170,14 @@ begin
       out_clk_n      => out_clk_n,
       out_data_p     => out_data_p,
       out_data_n     => out_data_n,
-      uart_rx        => uart_rx,
+      uart_rx        => to_board.uart_rx,
       uart_tx        => uart_tx,
-      button_up      => button_up,
-      button_down    => button_down,
-      button_clear   => button_clear,
-      switch_pattern => switch_pattern,
-      switch_pass    => switch_pass,
-      switch_sweep   => switch_sweep,
+      button_up      => to_board.button_up,
+      button_down    => to_board.button_down,
+      button_clear   => to_board.button_clear,
+      switch_pattern => to_board.switch_pattern,
+      switch_pass    => to_board.switch_pass,
+      switch_sweep   => to_board.switch_sweep,
       led            => led
     );
 

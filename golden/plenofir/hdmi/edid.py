@@ -143,10 +143,7 @@ def edid_package() -> str:
         ``hdl/board/edid_pkg.vhd``.
     """
     block = make_edid()
-    rows = [
-        "    " + ", ".join(f'x"{byte:02X}"' for byte in block[at : at + 8])
-        for at in range(0, EDID_BYTES, 8)
-    ]
+    rows = [f'    x"{byte:02X}"' for byte in block]
     return _TEMPLATE.format(
         modes=", ".join(mode.name for mode in MODES), rows=",\n".join(rows), last=EDID_BYTES - 1
     )

@@ -194,9 +194,9 @@ def settings_package() -> str:
     rows = []
     for address, (mask, value) in low.items():
         assert high[address][0] == mask
-        rows.append(
-            f'    (b"{address:05b}", x"{mask:04X}", x"{value:04X}", x"{high[address][1]:04X}")'
-        )
+        words = [f'x"{word:04X}"' for word in (mask, value, high[address][1])]
+        fields = ",\n".join(f"      {field}" for field in [f'b"{address:05b}"', *words])
+        rows.append(f"    (\n{fields}\n    )")
     return _TEMPLATE.format(count=len(rows) - 1, rows=",\n".join(rows))
 
 

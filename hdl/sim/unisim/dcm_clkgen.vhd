@@ -77,6 +77,7 @@ begin
     if period = 0 fs or clkin'last_event > STOPPED then
       wait until period /= 0 fs and clkin'event;
     end if;
+
     wait for period * CLKFX_DIVIDE / (2 * CLKFX_MULTIPLY);
     clock <= not clock;
 
