@@ -5,7 +5,7 @@ import pytest
 from plenofir.hdmi.modes import VideoMode
 from plenofir.refocus import output_delay
 from plenofir_tb.runner import run_case
-from plenofir_tb.video import shrunken
+from plenofir_tb.video import MODE_720, shrunken
 
 
 def run_video(m: int, shift: int, mode: VideoMode, *, thorough: bool = False) -> None:
@@ -39,6 +39,6 @@ def test_refocus_video() -> None:
     ],
 )
 def test_blanking(m: int, shift: int, changes: dict) -> None:
-    mode = shrunken("blanking", **changes)
+    mode = MODE_720.model_copy(update=changes)
     assert output_delay(m, shift) >= 0
     run_video(m, shift, mode)

@@ -97,16 +97,17 @@ def make_edid(modes: Sequence[VideoMode] = MODES, *, preferred: VideoMode = HD72
     """
     if preferred not in modes or len(modes) > 3:
         raise ValueError("one to three modes, the preferred one among them")
-    ordered = [preferred, *(mode for mode in modes if mode != preferred)]
+    # Behind the preferred mode those that have no other place in the block.
+    others = [mode for mode in modes if mode != preferred]
+    ordered = [preferred, *sorted(others, key=lambda mode: mode.name in _ESTABLISHED)]
     established = [0, 0, 0]
     for mode in modes:
         byte, bit = _ESTABLISHED.get(mode.name, (0, 0))
         established[byte] |= bit
-    # Two descriptors are timings, one the name, one the limits: a third mode must be an
-    # established one.
+    # Two descriptors are timings, one the name, one the limits.
     detailed = ordered[:2]
     if any(mode.name not in _ESTABLISHED for mode in ordered[2:]):
-        raise ValueError("a third mode must be 640x480p60 or 800x600p60")
+        raise ValueError("of three modes, one must be 640x480p60 or 800x600p60, not preferred")
     block = b"".join(
         [
             b"\x00\xff\xff\xff\xff\xff\xff\x00",
