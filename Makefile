@@ -3,6 +3,9 @@
 RAW ?=
 M ?=
 A ?=
+SWEEP ?=
+IOTA ?= 1
+INTERPOLATION ?= nearest
 OUT ?= build/sim
 ARITH ?= exact
 FRACTION ?=
@@ -14,14 +17,14 @@ JOBS ?= $(shell nproc)
 PYTHON := .venv/bin/python
 PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help sim test test-full golden lint docs bench venv simulator libpython clean
+.PHONY: help sim test test-full golden lint docs waves bench venv simulator libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= OUT= ARITH= FRACTION= GUARD= SIM= WAVES=
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= SIM= WAVES=
 	@.venv/bin/plenofir sim $(if $(RAW),--raw "$(RAW)") $(if $(M),--micro-image="$(M)") $(if $(A),--a="$(A)") \
-		--out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
+		--sweep="$(SWEEP)" --iota="$(IOTA)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
 		--simulator "$(SIM)" --waves "$(WAVES)"
 
 test: venv simulator libpython lint ## Style, types, golden model, testbenches
@@ -47,6 +50,10 @@ bench: venv simulator ## Measure: ray model, forms of the golden model, simulato
 docs: venv ## Build what the documentation takes from the sources
 	@$(PYTHON) scripts/build_hdl.py
 	@$(PYTHON) scripts/build_docs.py
+
+waves: venv ## Draw the timing diagrams of docs/waves.md from simulations
+	@scripts/setup.sh ghdl
+	@$(PYTHON) scripts/draw_waves.py
 
 venv: ## Create .venv
 	@scripts/setup.sh venv

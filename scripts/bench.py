@@ -87,7 +87,7 @@ def simulator_table() -> Table:
             continue
         for arithmetic in (ExactArithmetic(), StoredProductArithmetic()):
             core = CoreConfiguration(
-                micro_image_size=5, shift=-3, max_columns=320, channels=3, arithmetic=arithmetic
+                micro_image_size=5, shifts=(-3,), max_columns=320, channels=3, arithmetic=arithmetic
             )
             speeds = []
             for _ in track(range(3), description=f"{name}, {arithmetic.kind}"):

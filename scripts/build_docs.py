@@ -1,7 +1,7 @@
 """Build what the documentation takes from the sources.
 
-One page for each VHDL entity (header, generics, ports), and the table of error bounds in
-``docs/golden-model.md``.
+One page for each VHDL entity (header, generics, ports), the table of error bounds in
+``docs/golden-model.md`` and the clock counts in ``docs/module-array.md``.
 
 Usage: python scripts/build_docs.py [--check]
 
@@ -13,11 +13,12 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from plenofir import project
+from plenofir import clock_counts, project
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 
 ENTITIES = project.root() / "docs" / "entities"
 GOLDEN_MODEL = project.root() / "docs" / "golden-model.md"
+MODULE_ARRAY = project.root() / "docs" / "module-array.md"
 BOUND_SIZES = (2, 3, 5, 7, 11)
 BOUND_WIDTHS = ((0, 0), (4, 2), (8, 2))
 SECTIONS = ("Latency", "Throughput", "Ports", "Equation")
@@ -141,10 +142,20 @@ def error_bounds(text: str) -> str:
     for m in BOUND_SIZES:
         bounds = [f"{float(arithmetic.error_bound(m, 8)):.3f}" for arithmetic in arithmetics]
         lines.append(f"| {m} | {' | '.join(bounds)} |")
-    before, rest = text.split("<!-- bounds -->\n")
-    after = rest.split("<!-- end of bounds -->\n")[1]
-    table_text = "\n".join(lines)
-    return f"{before}<!-- bounds -->\n{table_text}\n<!-- end of bounds -->\n{after}"
+    return between_marks(text, "bounds", "\n".join(lines))
+
+
+def between_marks(text: str, name: str, content: str) -> str:
+    """Replace what stands between two marks of a page."""
+    before, rest = text.split(f"<!-- {name} -->\n")
+    after = rest.split(f"<!-- end of {name} -->\n")[1]
+    return f"{before}<!-- {name} -->\n{content}\n<!-- end of {name} -->\n{after}"
+
+
+def clock_tables(text: str) -> str:
+    """Put the clock counts of the module array between their marks in a page."""
+    text = between_marks(text, "simulated", clock_counts.table(clock_counts.SIMULATED))
+    return between_marks(text, "extrapolated", clock_counts.table(clock_counts.EXTRAPOLATED))
 
 
 def main() -> int:
@@ -153,7 +164,8 @@ def main() -> int:
     pages = {ENTITIES / f"{path.stem}.md": page(path) for path in paths}
     pages[ENTITIES / "README.md"] = index(paths)
     pages[GOLDEN_MODEL] = error_bounds(GOLDEN_MODEL.read_text())
-    present = {*ENTITIES.glob("*.md"), GOLDEN_MODEL}
+    pages[MODULE_ARRAY] = clock_tables(MODULE_ARRAY.read_text())
+    present = {*ENTITIES.glob("*.md"), GOLDEN_MODEL, MODULE_ARRAY}
     stale = {path for path in pages if path not in present or path.read_text() != pages[path]}
     stale |= present - pages.keys()
     if "--check" in sys.argv[1:]:

@@ -9,45 +9,49 @@ from plenofir import project
 from plenofir.core import CoreConfiguration
 from plenofir.images import read_image
 from plenofir_tb import runner
+from plenofir_tb.faults import plant
 
-CORE = CoreConfiguration(micro_image_size=3, shift=-2, max_columns=20, channels=3)
-# Most of its frames have lines of fewer than MIN_LINE_STEPS pixels.
-NARROW = CoreConfiguration(micro_image_size=2, shift=-2, max_columns=4, channels=3)
+CORE = CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=20, channels=3)
+# Most of its frames have lines that are shorter than the line buffers' loop.
+NARROW = CoreConfiguration(micro_image_size=2, shifts=(-2,), max_columns=4, channels=3)
 
-
-def plant(folder: Path, file: str, old: str, new: str) -> list[Path]:
-    """Copy the sources with one of them changed."""
-    copies = []
-    for source in project.hdl_sources():
-        text = source.read_text()
-        if source.name == file:
-            assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in {file}"
-            text = text.replace(old, new)
-        copies.append(folder / source.name)
-        copies[-1].write_text(text)
-    return copies
+LINEAR = CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=20, order=1)
+ARRAY = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=24, parallel_rows=3)
+SLICES = CoreConfiguration(micro_image_size=3, shifts=(-2, 1, 3), max_columns=20)
+HOLD = CoreConfiguration(micro_image_size=3, shifts=(3,), max_columns=20, hold=True)
 
 
 @pytest.mark.parametrize(
-    ("file", "old", "new"),
+    ("core", "file", "old", "new"),
     [
-        ("switch_control.vhd", "closed <= switches and mask;", "closed <= switches;"),
-        ("switched_fir.vhd", "at_first_step = '1' and", "false and"),
-        ("refocus_pkg.vhd", "MIN_LINE_STEPS : positive := 4", "MIN_LINE_STEPS : positive := 2"),
-        ("axis_fifo.vhd", "if read_next /= write_pointer then", "if stored /= 0 then"),
-        ("frame_sequencer.vhd", "lines_to_flush <= FILTER_DELAY;", "lines_to_flush <= 0;"),
-        ("frame_sequencer.vhd", "pixels_to_flush <= FILTER_DELAY;", "pixels_to_flush <= 0;"),
-        ("frame_sequencer.vhd", "if line_ends = '1' then\n          column <= (others => '0');",
+        (CORE, "switch_control.vhd", "switches and mask when live_held", "switches when live_held"),
+        (LINEAR, "switch_control.vhd", "when live_held = '1' else", "when true else"),
+        (CORE, "switched_fir.vhd", "at_first_step = '1' and", "false and"),
+        (NARROW, "refocus_pkg.vhd", "PARTIAL_SUM_LOOP : positive := 4",
+         "PARTIAL_SUM_LOOP : positive := 2"),
+        (CORE, "axis_fifo.vhd", "if read_next /= write_pointer then", "if stored /= 0 then"),
+        (CORE, "frame_sequencer.vhd", "bands_to_flush <= COLUMN_FLUSH;", "bands_to_flush <= 0;"),
+        (CORE, "frame_sequencer.vhd", "tokens_to_flush <= ROW_FLUSH;", "tokens_to_flush <= 0;"),
+        (CORE, "frame_sequencer.vhd",
+         "if line_ends = '1' then\n          column <= (others => '0');",
          "if line_ends = '1' and s_axis_tlast = '1' then\n          column <= (others => '0');"),
-        ("raster_refocuser.vhd", "2 ** OUTPUT_ADDRESS_BITS - TOKENS_UNDER_WAY",
-         "2 ** OUTPUT_ADDRESS_BITS"),
-        ("raster_refocuser.vhd", "bits_for(MAX_COLUMNS + 1)", "2"),
-        ("divide_round.vhd", "NUMERATOR_BITS) + HALF;", "NUMERATOR_BITS);"),
+        (CORE, "row_scatter.vhd", "2 ** ADDRESS_BITS - UNDER_WAY", "2 ** ADDRESS_BITS"),
+        (CORE, "raster_refocuser.vhd", "bits_for(MAX_COLUMNS + 2 * PARALLEL_ROWS - 1)", "2"),
+        (CORE, "divide_round.vhd", "NUMERATOR_BITS) + HALF;", "NUMERATOR_BITS);"),
+        (ARRAY, "lane_exchange.vhd", "source(i) <= earlier(i - 1);", "source(i) <= earlier(i);"),
+        (ARRAY, "refocus_stage.vhd", "when fresh_d2 = '1' else", "when true else"),
+        (ARRAY, "refocus_stage.vhd", "turn(m) <= turn_held(m - 1);", "turn(m) <= turn(0);"),
+        (ARRAY, "switched_fir.vhd", "next_word when resume_now = '1' else",
+         "next_word when false else"),
+        (ARRAY, "frame_sequencer.vhd", "if frame_open = '0' and band_row /= 0 then",
+         "if false then"),
+        (SLICES, "frame_sequencer.vhd", "        token_slice  <= slice;", ""),
+        (HOLD, "switched_fir.vhd", "next_word <= packed(next_sums);",
+         "next_word <= packed(stepped(held, pixels, closed_now, restart_now));"),
     ],
 )  # fmt: skip
-def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
-    core = NARROW if "MIN_LINE_STEPS" in old else CORE
-    sources = plant(tmp_path, file, old, new)
+def test_planted_fault_is_found(tmp_path, monkeypatch, core, file, old, new) -> None:
+    sources = plant(tmp_path, project.hdl_sources(), file, old, new)
     monkeypatch.setattr(project, "hdl_sources", lambda: sources)
     runner._built.cache_clear()
     try:
@@ -71,5 +75,5 @@ def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
     if pictures:
         assert {p.stem.split("_")[1] for p in pictures} == {"got", "want", "diff"}
         assert read_image(next(p for p in pictures if "diff" in p.name)).any()
-    if file in ("switch_control.vhd", "divide_round.vhd"):
+    if core is CORE and file in ("switch_control.vhd", "divide_round.vhd"):
         assert pixel, message

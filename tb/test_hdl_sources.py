@@ -35,19 +35,34 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     "core",
     [
-        CoreConfiguration(micro_image_size=1, shift=0, max_columns=640),
-        CoreConfiguration(micro_image_size=2, shift=-2, max_columns=100, pixel_bits=16),
-        CoreConfiguration(micro_image_size=3, shift=2, max_columns=1280, channels=3),
+        CoreConfiguration(micro_image_size=1, shifts=(0,), max_columns=640),
+        CoreConfiguration(micro_image_size=2, shifts=(-2,), max_columns=100, pixel_bits=16),
+        CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=1280, channels=3),
         CoreConfiguration(
             micro_image_size=5,
-            shift=-3,
+            shifts=(-3,),
             max_columns=640,
             channels=3,
             arithmetic=StoredProductArithmetic(),
         ),
-        CoreConfiguration(micro_image_size=11, shift=1, max_columns=1280, align="causal"),
+        CoreConfiguration(micro_image_size=11, shifts=(1,), max_columns=1280, align="causal"),
+        CoreConfiguration(
+            micro_image_size=3, shifts=(-2, 0, 3), max_columns=640, parallel_rows=3, order=1
+        ),
+        CoreConfiguration(
+            micro_image_size=5,
+            shifts=(-5, 0, 5),
+            max_columns=100,
+            hold=True,
+            broadcast_taps=8,
+            parallel_rows=2,
+            arithmetic=StoredProductArithmetic(),
+        ),
     ],
-    ids=lambda core: f"M{core.micro_image_size}_shift{core.shift}_{core.arithmetic.kind}",
+    ids=lambda core: (
+        f"M{core.micro_image_size}_shift{core.shifts[0]}_{core.arithmetic.kind}"
+        f"_rows{core.parallel_rows}"
+    ),
 )
 def test_core_synthesises(library: Path, core: CoreConfiguration) -> None:
     # GHDL's synthesis refuses latches, several drivers of a signal, delays and dynamic loops.

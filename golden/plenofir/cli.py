@@ -8,9 +8,10 @@ import typer
 from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from plenofir import __version__, cli_rays
+from plenofir import __version__, cli_rays, cli_waves
 from plenofir.cli_rays import integer
-from plenofir.errors import InputError
+from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError
+from plenofir.refocus import interpolation_order
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.simulation.job import (
     FLOWER,
@@ -21,10 +22,6 @@ from plenofir.simulation.job import (
     run_job,
 )
 from plenofir.simulation.simulators import SimulationError
-
-EXIT_MISMATCH = 1
-EXIT_BAD_INPUT = 2
-EXIT_TOOL_FAILED = 3
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -80,6 +77,13 @@ def sim(
     a: Annotated[
         str, typer.Option("--a", "-a", help="Focus setting: a fraction, denominator M.")
     ] = FLOWER_FOCUS,
+    sweep: Annotated[
+        str, typer.Option(help="Several focus settings, a frame each; instead of --a.")
+    ] = "",
+    iota: Annotated[str, typer.Option(help="Rows that are filtered at once.")] = "1",
+    interpolation: Annotated[
+        str, typer.Option(help="nearest, linear, or the order of a B-spline, 0 to 3.")
+    ] = "nearest",
     out: Annotated[str, typer.Option(help="Folder for the results.")] = "build/sim",
     arith: Annotated[str, typer.Option(help="exact, or stored (stored products).")] = "exact",
     fraction: Annotated[
@@ -92,10 +96,15 @@ def sim(
     """Refocus a raw image in the VHDL core and compare it with the golden model."""
     if waves not in ("", "0", "1"):
         raise InputError(f"{waves!r}", where="WAVES", expected="0 or 1")
+    rows = integer(iota, "IOTA")
+    if rows < 1:
+        raise InputError(f"{rows} rows at once", where="IOTA", expected="an integer, 1 or more")
     job = SimulationJob(
         raw=Path(raw),
         micro_image_size=integer(micro_image, "M"),
-        focus=a,
+        focus=tuple(sweep.replace(",", " ").split()) or (a,),
+        interpolation=interpolation_order(interpolation, where="INTERPOLATION"),
+        parallel_rows=rows,
         out=Path(out),
         arithmetic=_arithmetic(arith, fraction, guard),
         simulator=simulator,
@@ -122,12 +131,14 @@ def sim(
             bars.stop()
     for name, value in report_summary(report):
         typer.echo(f"{name:<11} {value}")
-    typer.echo(f"{'files':<11} {job.out}/refocused.png, golden.png, diff.png, report.json")
+    files = [name for slice_ in report.slices for name in slice_.pictures]
+    typer.echo(f"{'files':<11} {job.out}/{', '.join(files)}, report.json")
     if report.mismatches:
         raise typer.Exit(EXIT_MISMATCH)
 
 
 cli_rays.register(app)
+cli_waves.register(app)
 report = typer.Typer(no_args_is_help=True, help="Write reports.")
 app.add_typer(report, name="report")
 

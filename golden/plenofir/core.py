@@ -1,38 +1,42 @@
-"""What the raster refocuser can be built for: its generics, limits, resources and latency."""
+"""What the refocuser can be built for: its generics, limits, resources and latency."""
 
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.errors import InputError
+from plenofir.refocus import MAX_INTERPOLATION_ORDER
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.operator import Align
-from plenofir.refocus.switches import output_delay, tap_count
+from plenofir.refocus.switches import FilterLayout
 
 MAX_MICRO_IMAGE_SIZE = 128
 MAX_SHIFT = 4096
+MAX_SLICES = 256
 MAX_COLUMNS = 8192
 MAX_ROWS = 65535
 MAX_TAPS = 512
 MAX_LINE_BUFFER_BITS = 1 << 26
 MAX_PRODUCT_ADDRESS_BITS = 16
+MAX_PARALLEL_ROWS = 64
 
-# The column filter's read-modify-write loop takes this many clocks; shorter lines are
-# lengthened by empty steps (refocus_pkg.MIN_LINE_STEPS).
-MIN_LINE_STEPS = 4
-# Input FIFO 2, sequencer 1, row stage 3, column stage 3, output FIFO 2.
-_STAGE_CLOCKS = 11
+# The column filter's read-modify-write loop takes this many clocks (refocus_pkg.PARTIAL_SUM_LOOP).
+PARTIAL_SUM_LOOP = 4
+# divide_round.
+_DIVIDE_CLOCKS = 3
+# Input FIFO 2, sequencer 1, output FIFO 2.
+_STREAM_CLOCKS = 5
 
 
 class CoreConfiguration(BaseModel):
-    """Generics of the raster refocuser.
+    """Generics of the raster refocuser and of the module array in it.
 
     Attributes
     ----------
     micro_image_size
         M in pixels.
-    shift
-        a' in pixels.
+    shifts
+        The set of a' in pixels from which a slice is chosen at run time.
     max_columns
         Largest line length in pixels.
     channels
@@ -43,37 +47,86 @@ class CoreConfiguration(BaseModel):
         Exact or stored products.
     align
         See `plenofir.refocus.operator.output_offset`.
+    order
+        Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
+    hold
+        See `plenofir.refocus.switches.FilterLayout`.
+    parallel_rows
+        Degree of parallelism (iota in the thesis): rows that are filtered at once.
+    broadcast_taps
+        Taps that one latch of the broadcast net drives; 0 for no latches.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     micro_image_size: Annotated[int, Field(ge=1)]
-    shift: int
+    shifts: Annotated[tuple[int, ...], Field(min_length=1)]
     max_columns: Annotated[int, Field(ge=1)]
     channels: Annotated[int, Field(ge=1, le=3)] = 1
     pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
     arithmetic: Arithmetic = ExactArithmetic()
     align: Align = "centred"
+    order: Annotated[int, Field(ge=0, le=MAX_INTERPOLATION_ORDER)] = 0
+    hold: bool = False
+    parallel_rows: Annotated[int, Field(ge=1)] = 1
+    broadcast_taps: Annotated[int, Field(ge=0)] = 0
+
+    @property
+    def layout(self) -> FilterLayout:
+        """Taps and switches of the first filter of each dimension."""
+        return FilterLayout(self.micro_image_size, self.shifts, self.align, self.hold)
+
+    @property
+    def _box_layout(self) -> FilterLayout:
+        """Taps of the moving sums that interpolation appends."""
+        return FilterLayout(self.micro_image_size, (1,), self.align)
 
     @property
     def taps(self) -> int:
-        """Taps of each filter."""
-        return tap_count(self.micro_image_size, self.shift)
+        """Taps of all filters of a dimension."""
+        return self.layout.taps + self.order * self._box_layout.taps
 
     @property
     def delay(self) -> int:
-        """Delay of the row filter in pixels and of the column filter in lines."""
-        return output_delay(self.micro_image_size, self.shift, self.align)
+        """Delay of the row filters in pixels and of the column filters in lines."""
+        return self.layout.delay + self.order * self._box_layout.delay
+
+    @property
+    def column_depth(self) -> int:
+        """Columns whose partial sums a column module keeps."""
+        return -(-self.max_columns // self.parallel_rows)
 
     @property
     def line_buffer_bits(self) -> int:
         """Bits of partial sums that the column filters of all channels keep."""
-        depth = 1 << (self.max_columns - 1).bit_length()
-        largest = self.arithmetic.largest_sum(self.micro_image_size, self.pixel_bits)
-        return self.channels * (self.taps - 1) * largest.bit_length() * depth
+        if self.column_depth == 1:
+            return 0
+        words = self.parallel_rows << (self.column_depth - 1).bit_length()
+        bits = 0
+        for number in range(self.order + 1):
+            layout = self._box_layout if number else self.layout
+            kept = layout.taps if layout.hold else layout.taps - 1
+            bits += kept * self._column_sum_bits(number)
+        return self.channels * words * bits
 
-    def latency_clocks(self, columns: int) -> int:
-        """Clocks from the first pixel taken to the first pixel offered, nothing stalling.
+    def _column_sum_bits(self, number: int) -> int:
+        """Width of the sums of a column filter, counted from 0."""
+        if isinstance(self.arithmetic, ExactArithmetic):
+            largest = ((1 << self.pixel_bits) - 1) * self.micro_image_size ** (
+                self.order + 2 + number
+            )
+            return int(largest).bit_length()
+        return self.arithmetic.largest_sum(self.micro_image_size, self.pixel_bits).bit_length()
+
+    @property
+    def array_clocks(self) -> int:
+        """Clocks from a token at the module array's input to its output (array_latency)."""
+        stored = isinstance(self.arithmetic, StoredProductArithmetic)
+        stage = 3 + stored + (self.broadcast_taps > 0)
+        return 2 * (self.order + 1) * stage + (0 if stored else _DIVIDE_CLOCKS)
+
+    def band_steps(self, columns: int) -> int:
+        """Tokens from the beginning of a band to that of the next one at the earliest.
 
         Parameters
         ----------
@@ -83,12 +136,111 @@ class CoreConfiguration(BaseModel):
         Returns
         -------
         int
+            A multiple of `parallel_rows`, at least `columns`.
+        """
+        n = self.parallel_rows
+        least = n if self.max_columns <= n else n - 1 + PARTIAL_SUM_LOOP
+        return -(-max(columns, least) // n) * n
+
+    def array_latency_clocks(self, columns: int, *, deskew: bool = False) -> int:
+        """Clocks from the module array's first pixel in to its first pixel out.
+
+        Bands follow each other as soon as they may: floor(D/N) bands until the one that
+        holds the first line of the frame, D columns of the row filter, D mod N (the line's place
+        in its band) skew registers, and the pipeline.
+
+        Parameters
+        ----------
+        columns
+            Line length in pixels.
+        deskew
+            Whether the array delays all rows alike.
+
+        Returns
+        -------
+        int
             Latency in clocks.
         """
-        scaling = 3 if isinstance(self.arithmetic, ExactArithmetic) else 2
-        return self.delay * (max(columns, MIN_LINE_STEPS) + 1) + _STAGE_CLOCKS + scaling
+        bands, row = divmod(self.delay, self.parallel_rows)
+        skew = self.parallel_rows - 1 if deskew else row
+        return bands * self.band_steps(columns) + self.delay + skew + self.array_clocks
 
-    def generics(self) -> dict[str, int | bool]:
+    def array_frame_clocks(self, columns: int, rows: int) -> int:
+        """Clocks of the module array for each frame of a sequence.
+
+        Parameters
+        ----------
+        columns, rows
+            Frame size in pixels.
+
+        Returns
+        -------
+        int
+            Clocks from a frame to the next.
+        """
+        return -(-rows // self.parallel_rows) * self.band_steps(columns)
+
+    def array_first_frame_clocks(self, columns: int, rows: int) -> int:
+        """Clocks from the module array's first pixel in to the last pixel of the frame out.
+
+        Parameters
+        ----------
+        columns, rows
+            Frame size in pixels.
+
+        Returns
+        -------
+        int
+            Clocks, both ends included.
+        """
+        bands, row = divmod(rows - 1 + self.delay, self.parallel_rows)
+        tokens = bands * self.band_steps(columns) + columns - 1 + self.delay + row
+        return tokens + self.array_clocks + 1
+
+    def latency_clocks(self, columns: int, rows: int = MAX_ROWS, frames: int = 1) -> int:
+        """Clocks from the raster core's first pixel taken to its first pixel offered.
+
+        Nothing stalls, and frames follow each other without a gap.
+
+        Parameters
+        ----------
+        columns, rows
+            Frame size in pixels.
+        frames
+            Number of frames; empty bands follow the last.
+
+        Returns
+        -------
+        int
+            Latency in clocks.
+        """
+        bands, row = divmod(self.delay, self.parallel_rows)
+        start = self._band_start(bands, columns, rows, frames)
+        gather = 1 if self.parallel_rows > 1 else 0
+        return start + self.delay + row + self.array_clocks + _STREAM_CLOCKS + gather
+
+    def _band_start(self, band: int, columns: int, rows: int, frames: int) -> int:
+        """Clock at which the sequencer begins the line that completes a band."""
+        now = ready = 0
+        steps = self.band_steps(columns)
+        completed = 0
+        line = 0
+        while True:
+            place = line % rows
+            image = line < rows * frames
+            completes = (
+                not image or place % self.parallel_rows == self.parallel_rows - 1
+            ) or place == rows - 1
+            if completes:
+                now = max(now, ready)
+                if completed == band:
+                    return now
+                completed += 1
+                ready = now + steps
+            now += columns
+            line += 1
+
+    def generics(self) -> dict[str, int | bool | str]:
         """Generics of the entity ``raster_refocuser``.
 
         Returns
@@ -96,14 +248,18 @@ class CoreConfiguration(BaseModel):
         dict
             Name to value.
         """
-        values: dict[str, int | bool] = {
+        values: dict[str, int | bool | str] = {
             "MICRO_IMAGE_SIZE": self.micro_image_size,
-            "SHIFT": self.shift,
+            "SHIFTS": " ".join(str(shift) for shift in self.shifts),
             "CENTRED": self.align == "centred",
+            "INTERPOLATION_ORDER": self.order,
+            "HOLD": self.hold,
+            "PARALLEL_ROWS": self.parallel_rows,
             "MAX_COLUMNS": self.max_columns,
             "CHANNELS": self.channels,
             "PIXEL_BITS": self.pixel_bits,
             "EXACT": isinstance(self.arithmetic, ExactArithmetic),
+            "BROADCAST_TAPS": self.broadcast_taps,
         }
         if isinstance(self.arithmetic, StoredProductArithmetic):
             values["FRACTION_BITS"] = self.arithmetic.fraction_bits
@@ -122,19 +278,35 @@ class CoreConfiguration(BaseModel):
         def refuse(what: str, where: str, limit: str) -> InputError:
             return InputError(f"{what} exceeds the core's limit", where=where, expected=limit)
 
-        m, shift = self.micro_image_size, self.shift
+        m = self.micro_image_size
+        largest_shift = max(self.shifts, key=abs)
         if m > MAX_MICRO_IMAGE_SIZE:
             raise refuse(f"M = {m}", "M", f"M of at most {MAX_MICRO_IMAGE_SIZE}")
         if self.max_columns > MAX_COLUMNS:
             raise refuse(
                 f"a line of {self.max_columns} pixels", "raw", f"at most {MAX_COLUMNS} columns"
             )
-        if abs(shift) > MAX_SHIFT or self.taps > MAX_TAPS:
+        if len(self.shifts) > MAX_SLICES:
+            raise refuse(f"a set of {len(self.shifts)} slices", "SWEEP", f"at most {MAX_SLICES}")
+        if self.parallel_rows > MAX_PARALLEL_ROWS:
             raise refuse(
-                f"a filter of {self.taps} taps (M = {m}, a' = {shift})",
+                f"{self.parallel_rows} rows at once", "IOTA", f"at most {MAX_PARALLEL_ROWS}"
+            )
+        if abs(largest_shift) > MAX_SHIFT or self.taps > MAX_TAPS:
+            raise refuse(
+                f"a filter of {self.taps} taps (M = {m}, a' = {largest_shift})",
                 "A",
                 f"at most {MAX_TAPS} taps",
             )
+        if isinstance(self.arithmetic, ExactArithmetic):
+            largest = self.arithmetic.largest_sum(m, self.pixel_bits, self.order)
+            if largest + m ** (2 * self.order + 2) >= 1 << 31:
+                raise refuse(
+                    f"a sum of {largest.bit_length()} bits (M = {m}, interpolation of order "
+                    f"{self.order}, {self.pixel_bits} bit pixels)",
+                    "INTERPOLATION",
+                    "sums below 2^31: a lower order, or ARITH=stored",
+                )
         if isinstance(self.arithmetic, StoredProductArithmetic):
             address_bits = self.pixel_bits + self.arithmetic.guard_bits
             if address_bits > MAX_PRODUCT_ADDRESS_BITS:
@@ -145,6 +317,12 @@ class CoreConfiguration(BaseModel):
                     f"at most 2^{MAX_PRODUCT_ADDRESS_BITS} words: fewer guard bits, "
                     "or exact arithmetic",
                 )
+        if self.hold and not self.layout.can_hold:
+            raise InputError(
+                "the outputs of a micro image differ",
+                where="hold",
+                expected="integer a only (for even M, even a), or no hold",
+            )
         if self.line_buffer_bits > MAX_LINE_BUFFER_BITS:
             raise refuse(
                 f"{self.line_buffer_bits / 2**20:.1f} Mbit of line buffers "

@@ -1,4 +1,8 @@
-"""The one exception for input that the user can correct."""
+"""The one exception for input that the user can correct, and the exit codes of the commands."""
+
+EXIT_MISMATCH = 1
+EXIT_BAD_INPUT = 2
+EXIT_TOOL_FAILED = 3
 
 
 class InputError(ValueError):

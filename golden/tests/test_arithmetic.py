@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from plenofir.refocus import (
     ExactArithmetic,
+    FilterLayout,
     StoredProductArithmetic,
     error_against_operator,
     filter_lines,
@@ -57,7 +58,7 @@ def test_thesis_arithmetic_step_by_step(m, shift, seed):
 
     def one_dimension(image: np.ndarray) -> np.ndarray:
         products = np.vectorize(product)(image)
-        return np.minimum(np.array(list(filter_lines(products, m, shift))), 255)
+        return np.minimum(np.array(list(filter_lines(products, FilterLayout(m, (shift,))))), 255)
 
     want = one_dimension(one_dimension(raw).T).T
     arithmetic = StoredProductArithmetic(fraction_bits=0, guard_bits=0)

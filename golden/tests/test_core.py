@@ -7,20 +7,27 @@ import pytest
 from plenofir import core, project
 from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
-from plenofir.refocus import StoredProductArithmetic
+from plenofir.refocus import MAX_INTERPOLATION_ORDER, StoredProductArithmetic
 
 
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"micro_image_size": 129, "shift": 0, "max_columns": 200}, "at most 128"),
-        ({"micro_image_size": 5, "shift": 1, "max_columns": 8193}, "at most 8192 columns"),
-        ({"micro_image_size": 5, "shift": 200, "max_columns": 100}, "801 taps"),
-        ({"micro_image_size": 1, "shift": 5000, "max_columns": 100}, "a' = 5000"),
+        ({"micro_image_size": 129, "shifts": (0,), "max_columns": 200}, "at most 128"),
+        ({"micro_image_size": 5, "shifts": (1,), "max_columns": 8193}, "at most 8192 columns"),
+        ({"micro_image_size": 5, "shifts": (200,), "max_columns": 100}, "801 taps"),
+        ({"micro_image_size": 1, "shifts": (5000,), "max_columns": 100}, "a' = 5000"),
         (
-            {"micro_image_size": 11, "shift": 48, "max_columns": 8000, "channels": 3},
+            {"micro_image_size": 11, "shifts": (48,), "max_columns": 8000, "channels": 3},
             "Mbit of line buffers",
         ),
+        ({"micro_image_size": 1, "shifts": (0,) * 257, "max_columns": 8}, "set of 257"),
+        (
+            {"micro_image_size": 3, "shifts": (0,), "max_columns": 99, "parallel_rows": 65},
+            "at most 64",
+        ),
+        ({"micro_image_size": 11, "shifts": (0,), "max_columns": 99, "order": 3}, "sum of 36 bits"),
+        ({"micro_image_size": 3, "shifts": (0, 1), "max_columns": 99, "hold": True}, "integer a"),
     ],
 )
 def test_limits_are_named(fields, message):
@@ -32,7 +39,7 @@ def test_limits_are_named(fields, message):
 def test_wide_stored_products_are_refused():
     configuration = CoreConfiguration(
         micro_image_size=3,
-        shift=1,
+        shifts=(1,),
         max_columns=64,
         pixel_bits=16,
         arithmetic=StoredProductArithmetic(fraction_bits=8, guard_bits=2),
@@ -50,19 +57,19 @@ def test_vhdl_declares_the_same_limits():
         return int(found.group(1))
 
     assert upper_bound("MICRO_IMAGE_SIZE") == core.MAX_MICRO_IMAGE_SIZE
-    assert upper_bound("SHIFT") == core.MAX_SHIFT
     assert upper_bound("MAX_COLUMNS") == core.MAX_COLUMNS
+    assert upper_bound("INTERPOLATION_ORDER") == MAX_INTERPOLATION_ORDER
     package = (project.root() / "hdl" / "refocus" / "refocus_pkg.vhd").read_text()
-    found = re.search(r"MIN_LINE_STEPS : positive := (\d+)", package)
+    found = re.search(r"PARTIAL_SUM_LOOP : positive := (\d+)", package)
     assert found
-    assert int(found.group(1)) == core.MIN_LINE_STEPS
+    assert int(found.group(1)) == core.PARTIAL_SUM_LOOP
 
 
 def test_all_sums_within_the_limits_fit_a_vhdl_integer():
     for m in (1, 2, 3, 127, 128):
         for bits in (8, 16):
             configuration = CoreConfiguration(
-                micro_image_size=m, shift=1, max_columns=128, pixel_bits=bits
+                micro_image_size=m, shifts=(1,), max_columns=128, pixel_bits=bits
             )
             configuration.check_limits()
             assert configuration.arithmetic.largest_sum(m, bits) < 2**31

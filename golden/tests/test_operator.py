@@ -6,16 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plenofir.refocus import (
+    FilterLayout,
     filter_lines,
     gather_sums,
+    interpolated_sums,
     moving_sums,
-    output_delay,
     output_offset,
     refocus,
     refocus_sums,
     scatter_sums,
-    switch_matrix,
-    tap_count,
 )
 
 micro_image_sizes = st.integers(1, 13)
@@ -39,18 +38,75 @@ def test_gather_equals_scatter_and_moving_sum(m, shift, length, align, seed):
 
 @given(
     micro_image_sizes,
-    shifts,
+    st.lists(shifts, min_size=1, max_size=4),
     st.lists(st.integers(1, 40), min_size=1, max_size=4),
     alignments,
     seeds,
 )
-def test_switched_filter_equals_gather_with_lines_back_to_back(m, shift, lengths, align, seed):
+def test_switched_filter_equals_gather_with_lines_back_to_back(m, shifts_, lengths, align, seed):
+    """Any slice of the set for any line, lines of any length, no gap between them."""
     lines = [samples(seed + i, length) for i, length in enumerate(lengths)]
-    offset = output_offset(m, shift, align)
-    filtered = list(filter_lines(lines, m, shift, align=align))
+    slices = [(seed + 7 * i) % len(shifts_) for i in range(len(lines))]
+    layout = FilterLayout(m, tuple(shifts_), align)
+    filtered = list(filter_lines(lines, layout, slices))
     assert len(filtered) == len(lines)
-    for line, got in zip(lines, filtered, strict=True):
+    for line, slice_, got in zip(lines, slices, filtered, strict=True):
+        shift = shifts_[slice_]
+        offset = output_offset(m, shift, align)
         assert np.array_equal(got, gather_sums(line, m, shift, axis=0, offset=offset))
+
+
+@given(
+    micro_image_sizes,
+    st.lists(st.integers(-3, 3), min_size=1, max_size=3),
+    st.lists(st.integers(1, 40), min_size=1, max_size=4),
+    alignments,
+    seeds,
+)
+def test_hold_needs_fewer_taps_and_gives_the_same(m, planes, lengths, align, seed):
+    shifts_ = tuple(m * a * (1 if m % 2 else 2) for a in planes)
+    held = FilterLayout(m, shifts_, align, hold=True)
+    full = FilterLayout(m, shifts_, align)
+    assert held.can_hold
+    assert held.taps == full.taps - (m - 1)
+    assert held.delay == full.delay
+    assert held.switches.sum(axis=2).max() == 1
+    lines = [samples(seed + i, length) for i, length in enumerate(lengths)]
+    slices = [(seed + i) % len(shifts_) for i in range(len(lines))]
+    for got, want in zip(
+        filter_lines(lines, held, slices), filter_lines(lines, full, slices), strict=True
+    ):
+        assert np.array_equal(got, want)
+
+
+def test_hold_is_for_equal_outputs_only():
+    assert not FilterLayout(3, (1,)).can_hold
+    assert not FilterLayout(3, (0, 2)).can_hold
+    # M = 2, a = 1: the centred picture is shifted by half a micro image.
+    assert not FilterLayout(2, (2,)).can_hold
+    assert FilterLayout(2, (2,), "causal").can_hold
+
+
+@given(st.integers(1, 7), st.integers(-6, 8), st.integers(1, 3), st.integers(1, 40), seeds)
+def test_interpolation_is_a_moving_sum_of_the_sums(m, shift, order, length, seed):
+    x = samples(seed, length)
+    got = interpolated_sums(x, m, shift, axis=0, align="causal", order=order)
+    want = gather_sums(x, m, shift, axis=0)
+    for _ in range(order):
+        want = np.convolve(want, np.ones(m, dtype=np.int64))[:length]
+    assert np.array_equal(got, want)
+
+
+@pytest.mark.parametrize("m", [2, 3, 5])
+def test_linear_interpolation_has_a_triangle_for_kernel(m):
+    # One bright micro image: a point of the plane a = 0.
+    raw = np.zeros((m * 7, m * 7), dtype=np.uint8)
+    raw[3 * m : 4 * m, 3 * m : 4 * m] = 250
+    line = refocus(raw, m, 0, interpolation="linear").astype(float)[3 * m + m // 2]
+    triangle = np.convolve(np.ones(m), np.ones(m)) / m
+    peak = int(line.argmax())
+    got = line[peak - m + 1 : peak + m] / line.max()
+    assert np.allclose(got, triangle / triangle.max(), atol=0.01)
 
 
 @given(micro_image_sizes, shifts, seeds)
@@ -69,30 +125,40 @@ def test_sums_by_hand(m, shift, seed):
 
 
 def test_switch_rows_of_the_thesis():
-    # Eqs. (6.8) and (6.9).
-    assert switch_matrix(3, 1).astype(int).tolist() == [[1, 1, 1], [1, 1, 1], [1, 1, 1]]
-    assert switch_matrix(3, 2).astype(int).tolist() == [
+    # Eqs. (6.7), with the write enable, (6.8) and (6.9).
+    held = FilterLayout(3, (0,), "causal", hold=True)
+    assert held.switches[0].astype(int).tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    assert FilterLayout(3, (1,)).switches[0].all()
+    assert FilterLayout(3, (2,)).switches[0].astype(int).tolist() == [
         [0, 0, 1, 1, 1],
         [0, 1, 1, 1, 0],
         [1, 1, 1, 0, 0],
     ]
 
 
-@given(micro_image_sizes, shifts)
-def test_each_phase_closes_m_neighbouring_switches(m, shift):
-    switches = switch_matrix(m, shift)
-    assert switches.shape == (m, tap_count(m, shift))
-    for row in switches:
+@given(micro_image_sizes, st.lists(shifts, min_size=1, max_size=4), alignments)
+def test_each_phase_closes_m_neighbouring_switches(m, shifts_, align):
+    layout = FilterLayout(m, tuple(shifts_), align)
+    assert layout.switches.shape == (len(shifts_), m, layout.taps)
+    for row in layout.switches.reshape(-1, layout.taps):
         closed = np.flatnonzero(row)
         assert len(closed) == m
         assert closed[-1] - closed[0] == m - 1
     # No tap is needed before the first or behind the last that some phase closes.
-    assert switches.any(axis=0)[[0, -1]].all()
+    assert layout.switched[[0, -1]].all()
+    assert 0 <= layout.delay <= layout.taps - 1
 
 
-@given(micro_image_sizes, shifts, alignments)
-def test_delay_lies_within_the_filter(m, shift, align):
-    assert 0 <= output_delay(m, shift, align) <= tap_count(m, shift) - 1
+@given(micro_image_sizes, shifts)
+def test_one_slice_needs_the_taps_of_the_formula(m, shift):
+    assert FilterLayout(m, (shift,)).taps == m + (m - 1) * abs(shift - 1)
+
+
+@given(st.integers(1, 9), st.lists(shifts, min_size=1, max_size=4))
+def test_a_centred_set_needs_no_more_taps_than_its_largest(m, shifts_):
+    # Half a tap more where (M-1) a' is odd.
+    most = max(FilterLayout(m, (shift,)).taps for shift in shifts_)
+    assert most <= FilterLayout(m, tuple(shifts_)).taps <= most + 1
 
 
 @given(st.integers(1, 9), st.integers(-12, 15))

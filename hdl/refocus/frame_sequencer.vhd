@@ -2,10 +2,14 @@
 -- of exactly `columns` pixels, frames that begin with a start of frame, and the empty steps
 -- that drain the filters when no input follows.
 --
--- Tokens. A pixel token carries an image pixel. A flush line is a line of zeros behind a frame;
--- it pushes the column filter's tail out and yields no image line of its own. An empty token
--- (strobe without pixel) pushes the row filter's tail out between two lines. Lines and frames that
--- follow each other without a gap need neither.
+-- Bands. The filters take PARALLEL_ROWS lines at once: a band. The last line of a band, and the last
+-- line of a frame, completes it; the lines before are only stored (row_gather). With
+-- PARALLEL_ROWS = 1 every line is a band.
+--
+-- Tokens. A pixel token carries an image pixel. A flush line is a line of zeros behind a frame; it
+-- makes a band of its own, pushes the column filter's tail out and yields no image line of its own.
+-- An empty token (strobe without pixel) pushes the row filter's tail out between two lines. Lines and
+-- frames that follow each other without a gap need neither.
 --
 -- Faults of the stream raise error flags, and the tokens stay well formed: a line that ends
 -- early is filled up with zeros, the excess of a long line is dropped, a frame that starts early
@@ -13,11 +17,14 @@
 --
 -- Latency: 1 clock. Throughput: one token each clock while room = '1'.
 -- Ports: columns, rows: size of the frame, read with its first pixel and kept stable until
---   the frame has left the core; s_axis_*: stream in; room: the stages may be given a token;
---   token_*: see above, line_first/line_last mark the ends of a line, frame_first every token of
---   a frame's first line, image is '0' in flush lines; error flags stay set until error_clear:
---   0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of
---   frame, 4 frame size that the core does not support.
+--   the frame has left the core; slice is read with the first pixel of a frame (frame_start);
+--   s_axis_*: stream in; room: the stages may be given a token;
+--   calm: the lines before have left, so that a flush line does not pile its lines upon them; token_*: see above,
+--   line_first/line_last mark the ends of a line, row is its place in its band, band a line
+--   that completes one, frame_first lines of a frame's first band, slice that of the frame, image
+--   is '0' in flush lines; error flags stay set until error_clear: 0 line ended early, 1 line
+--   ended late, 2 frame started early, 3 pixels without a start of frame, 4 frame size that the
+--   core does not support.
 -- Equation: the n-th pixel token of line l is pixel n of line l of the frame.
 
 library ieee;
@@ -31,27 +38,39 @@ entity frame_sequencer is
   generic (
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
+    -- Lines that the filters take at once.
+    PARALLEL_ROWS : positive;
     -- Width of a pixel.
     DATA_BITS : positive;
-    -- Delay of the row filter in pixels and of the column filter in lines.
-    FILTER_DELAY : natural
+    -- Width of a slice.
+    SLICE_BITS : positive;
+    -- Tokens behind the last pixel that push everything out of the row filters.
+    ROW_FLUSH : natural;
+    -- Bands behind the last line that push everything out of the column filters.
+    COLUMN_FLUSH : natural
   );
   port (
     clk               : in    std_logic;
     reset             : in    std_logic;
     columns           : in    std_logic_vector(15 downto 0);
     rows              : in    std_logic_vector(15 downto 0);
+    slice             : in    unsigned(SLICE_BITS - 1 downto 0);
+    frame_start       : out   std_logic;
     s_axis_tvalid     : in    std_logic;
     s_axis_tready     : out   std_logic;
     s_axis_tdata      : in    std_logic_vector(DATA_BITS - 1 downto 0);
     s_axis_tuser      : in    std_logic;
     s_axis_tlast      : in    std_logic;
     room              : in    std_logic;
+    calm              : in    std_logic;
     token_strobe      : out   std_logic;
     token_pixel       : out   std_logic;
     token_line_first  : out   std_logic;
     token_line_last   : out   std_logic;
+    token_row         : out   natural range 0 to PARALLEL_ROWS - 1;
+    token_band        : out   std_logic;
     token_frame_first : out   std_logic;
+    token_slice       : out   unsigned(SLICE_BITS - 1 downto 0);
     token_image       : out   std_logic;
     token_data        : out   std_logic_vector(DATA_BITS - 1 downto 0);
     error_flags       : out   std_logic_vector(4 downto 0);
@@ -74,23 +93,35 @@ architecture rtl of frame_sequencer is
   constant FRAME_LATE  : natural := 3;
   constant FRAME_SIZE  : natural := 4;
 
-  signal state           : state_t                           := accept;
+  -- The shortest band in tokens; a multiple of PARALLEL_ROWS.
+  constant MIN_STEPS     : positive := min_line_steps(PARALLEL_ROWS, MAX_COLUMNS);
+  constant LAST_BAND_ROW : natural  := PARALLEL_ROWS - 1;
+
+  signal state           : state_t                          := accept;
   signal send            : send_t;
   signal take            : std_logic;
-  signal synchronised    : std_logic                         := '0';
-  signal frame_open      : std_logic                         := '0';
-  signal column          : unsigned(15 downto 0)             := (others => '0');
-  signal row             : unsigned(15 downto 0)             := (others => '0');
-  signal last_column     : unsigned(15 downto 0)             := (others => '0');
-  signal last_row        : unsigned(15 downto 0)             := (others => '0');
+  signal synchronised    : std_logic                        := '0';
+  signal frame_open      : std_logic                        := '0';
+  signal column          : unsigned(15 downto 0)            := (others => '0');
+  signal column_count    : natural range 0 to PARALLEL_ROWS - 1;
+  signal column_step     : std_logic;
+  signal column_restart  : std_logic;
+  signal row             : unsigned(15 downto 0)            := (others => '0');
+  signal last_column     : unsigned(15 downto 0)            := (others => '0');
+  signal last_row        : unsigned(15 downto 0)            := (others => '0');
   signal new_last_column : unsigned(15 downto 0);
   signal new_last_row    : unsigned(15 downto 0);
   signal size_supported  : std_logic;
   signal starts_frame    : std_logic;
   signal line_ends       : std_logic;
-  signal pixels_to_flush : natural range 0 to FILTER_DELAY   := 0;
-  signal lines_to_flush  : natural range 0 to FILTER_DELAY   := 0;
-  signal steps_missing   : natural range 0 to MIN_LINE_STEPS := 0;
+  signal band_row        : natural range 0 to PARALLEL_ROWS := 0;
+  signal completes_band  : std_logic;
+  signal completes_first : std_logic;
+  signal first_band      : std_logic                        := '0';
+  signal band_wait       : std_logic;
+  signal tokens_to_flush : natural range 0 to ROW_FLUSH     := 0;
+  signal bands_to_flush  : natural range 0 to COLUMN_FLUSH  := 0;
+  signal steps_missing   : natural range 0 to MIN_STEPS     := 0;
 
 begin
 
@@ -99,9 +130,20 @@ begin
   size_supported  <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                      '0';
 
+  -- Whether the line on hand, or the first line of a new frame, completes a band.
+  completes_band  <= '1' when band_row = LAST_BAND_ROW or row = last_row else
+                     '0';
+  completes_first <= '1' when LAST_BAND_ROW = 0 or new_last_row = 0 else
+                     '0';
+
+  -- No band may begin yet.
+  band_wait <= '1' when column = 0 and steps_missing > 0 else
+               '0';
+
   -- What to do with this clock; `take` takes the pixel on offer, `send` says what becomes of it.
-  decide : process (state, frame_open, column, s_axis_tvalid, s_axis_tuser, room, size_supported, lines_to_flush,
-                    pixels_to_flush, steps_missing) is
+  decide : process (state, frame_open, column, s_axis_tvalid, s_axis_tuser, room, calm, size_supported,
+                    bands_to_flush, tokens_to_flush, steps_missing, band_row, band_wait, completes_band,
+                    completes_first) is
   begin
 
     send         <= nothing;
@@ -126,26 +168,37 @@ begin
 
         when accept =>
 
-          if steps_missing > 0 then
-            send <= empty;
+          if frame_open = '0' and band_row /= 0 then
+            -- Lines of a frame that was cut short wait for the rest of their band.
+            if band_wait = '1' then
+              send <= empty;
+            else
+              send <= flush_pixel;
+            end if;
           elsif s_axis_tvalid = '1' then
             if frame_open = '1' then
               -- A start of frame inside a frame waits for the end of the broken one.
               if s_axis_tuser = '0' then
-                take <= '1';
-                send <= stream_pixel;
+                if band_wait = '1' and completes_band = '1' then
+                  send <= empty;
+                else
+                  take <= '1';
+                  send <= stream_pixel;
+                end if;
               end if;
             elsif s_axis_tuser = '0' or size_supported = '0' then
               take <= '1';
+            elsif band_wait = '1' and completes_first = '1' then
+              send <= empty;
             else
               take         <= '1';
               send         <= stream_pixel;
               starts_frame <= '1';
             end if;
           elsif column = 0 then
-            if frame_open = '0' and lines_to_flush > 0 then
+            if frame_open = '0' and bands_to_flush > 0 and band_wait = '0' and calm = '1' then
               send <= flush_pixel;
-            elsif pixels_to_flush > 0 then
+            elsif tokens_to_flush > 0 or steps_missing > 0 then
               send <= empty;
             end if;
           end if;
@@ -157,15 +210,34 @@ begin
   end process decide;
 
   s_axis_tready <= take;
+  frame_start   <= starts_frame;
 
   line_ends <= '1' when (starts_frame = '1' and new_last_column = 0) or
                         (starts_frame = '0' and column = last_column) else
                '0';
 
+  -- The column modulo PARALLEL_ROWS.
+  column_step    <= '0' when send = nothing or send = empty else
+                    '1';
+  column_restart <= '1' when column = 0 else
+                    '0';
+
+  count_columns : entity work.pixel_counter
+    generic map (
+      MODULUS => PARALLEL_ROWS
+    )
+    port map (
+      clk     => clk,
+      strobe  => column_step,
+      restart => column_restart,
+      count   => column_count
+    );
+
   follow : process (clk) is
 
     variable image_token : boolean;
     variable frame_ends  : boolean;
+    variable band_token  : std_logic;
 
   begin
 
@@ -181,32 +253,49 @@ begin
         last_column  <= new_last_column;
         last_row     <= new_last_row;
         frame_open   <= '1';
+        first_band   <= '1';
         synchronised <= '1';
+        token_slice  <= slice;
         frame_ends   := new_last_row = 0;
+        band_token   := completes_first;
       else
         frame_ends := row = last_row;
+        band_token := completes_band;
+      end if;
+
+      if send = flush_pixel then
+        band_token := '1';
+      end if;
+
+      if send /= nothing and steps_missing > 0 then
+        steps_missing <= steps_missing - 1;
       end if;
 
       if send = empty then
-        if pixels_to_flush > 0 then
-          pixels_to_flush <= pixels_to_flush - 1;
-        end if;
-        if steps_missing > 0 then
-          steps_missing <= steps_missing - 1;
+        if tokens_to_flush > 0 then
+          tokens_to_flush <= tokens_to_flush - 1;
         end if;
       elsif send /= nothing then
-        pixels_to_flush <= FILTER_DELAY;
+        tokens_to_flush <= ROW_FLUSH;
         if image_token then
-          lines_to_flush <= FILTER_DELAY;
-        elsif column = 0 and lines_to_flush > 0 then
-          lines_to_flush <= lines_to_flush - 1;
+          bands_to_flush <= COLUMN_FLUSH;
+        elsif column = 0 and band_row = 0 and bands_to_flush > 0 then
+          bands_to_flush <= bands_to_flush - 1;
         end if;
 
         if line_ends = '1' then
           column <= (others => '0');
           state  <= accept;
-          if column < MIN_LINE_STEPS - 1 then
-            steps_missing <= MIN_LINE_STEPS - 1 - to_integer(column(1 downto 0));
+          if band_token = '1' then
+            band_row   <= 0;
+            first_band <= '0';
+            if column < MIN_STEPS - 1 then
+              steps_missing <= MIN_STEPS - 1 - to_integer(column(bits_for(MIN_STEPS) - 1 downto 0));
+            else
+              steps_missing <= LAST_BAND_ROW - column_count;
+            end if;
+          else
+            band_row <= band_row + 1;
           end if;
           if image_token then
             -- The filled-up line of a frame that was cut short is its last one.
@@ -239,22 +328,19 @@ begin
           if s_axis_tuser = '1' or s_axis_tlast = '1' then
             state <= accept;
           end if;
-        elsif state = accept and steps_missing = 0 then
-          if frame_open = '1' then
-            -- Only a start of frame is not taken inside a frame.
-            error_flags(FRAME_EARLY) <= '1';
-            frame_open               <= '0';
-            if column = 0 then
-              row <= (others => '0');
-            else
-              state <= fill;
-            end if;
-          elsif take = '1' then
-            if s_axis_tuser = '1' then
-              error_flags(FRAME_SIZE) <= '1';
-            elsif synchronised = '1' then
-              error_flags(FRAME_LATE) <= '1';
-            end if;
+        elsif state = accept and frame_open = '1' and s_axis_tuser = '1' then
+          error_flags(FRAME_EARLY) <= '1';
+          frame_open               <= '0';
+          if column = 0 then
+            row <= (others => '0');
+          else
+            state <= fill;
+          end if;
+        elsif state = accept and take = '1' then
+          if s_axis_tuser = '1' then
+            error_flags(FRAME_SIZE) <= '1';
+          elsif synchronised = '1' then
+            error_flags(FRAME_LATE) <= '1';
           end if;
         end if;
       end if;
@@ -264,6 +350,8 @@ begin
       token_pixel       <= '0';
       token_line_first  <= '0';
       token_line_last   <= '0';
+      token_row         <= band_row;
+      token_band        <= '0';
       token_frame_first <= '0';
       token_image       <= '0';
       token_data        <= (others => '0');
@@ -272,16 +360,15 @@ begin
         token_strobe <= '1';
       end if;
       if send /= nothing and send /= empty then
-        token_pixel     <= '1';
-        token_line_last <= line_ends;
+        token_pixel       <= '1';
+        token_line_last   <= line_ends;
+        token_band        <= band_token;
+        token_frame_first <= starts_frame or first_band;
         if column = 0 then
           token_line_first <= '1';
         end if;
         if image_token then
           token_image <= '1';
-          if row = 0 then
-            token_frame_first <= '1';
-          end if;
         end if;
       end if;
       if send = stream_pixel then
@@ -292,10 +379,12 @@ begin
         state           <= accept;
         synchronised    <= '0';
         frame_open      <= '0';
+        first_band      <= '0';
         column          <= (others => '0');
         row             <= (others => '0');
-        pixels_to_flush <= 0;
-        lines_to_flush  <= 0;
+        band_row        <= 0;
+        tokens_to_flush <= 0;
+        bands_to_flush  <= 0;
         steps_missing   <= 0;
         token_strobe    <= '0';
         error_flags     <= (others => '0');

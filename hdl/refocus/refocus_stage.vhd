@@ -1,16 +1,26 @@
--- One dimension of the refocuser: stored products, switch control and one switched FIR filter
--- for each channel, with the side information delayed as the pixels are.
+-- One pass of the refocuser along one dimension: stored products, switch control, the switched
+-- FIR filters of all lanes, and the rounding behind them, with the side information delayed as
+-- the pixels are.
 --
--- The row stage (DEPTH = 1) takes a step for each token of the raster; the column stage (DEPTH =
--- columns) takes a step for each line, all slots of a line sharing the switch states.
+-- Rows (MODULES = 1, DEPTH = 1): every token is a step of all lanes; a lane is a channel of one of the
+-- rows that are filtered at once.
 --
--- Latency: STAGE_LATENCY = 3 clocks, and DELAY steps of the filter. Throughput: one token each clock.
--- Ports: strobe marks a token, advance the first token of a step (slot 0), first (with advance)
---   the first step of a line; data holds the channels, channel 0 in the low bits. step_tag is
---   read with advance and comes out DELAY steps later; its bit 0 is cleared by reset. token_tag
---   comes out with the token.
--- Equation: sums(step) = S(step - DELAY + output shift) of data (STORED = false) or of
---   round(data * 2**SCALE_BITS / M) (STORED = true).
+-- Columns (MODULES = N): a token brings the next of N rows to each of N modules; module m does what
+-- module 0 did m tokens earlier. A module takes N steps, one for each row, on a column, then
+-- turns to its next column, for which it has a slot of its own. The switches of the N rows,
+-- read in the first N tokens of a band, move from module to module with the columns, and from
+-- the last back to the first. With N = 1 this is a raster scan, and a step is a line.
+--
+-- Latency: stage_latency clocks (3, stored products 1 more, broadcast latches 1 more), and
+--   output_delay steps of the filter. Throughput: one token each clock.
+-- Ports: strobe marks a token, pixel one that belongs to a band of lines (others only move
+--   things on), advance the first token of a band, first a step that begins a line (for columns: a
+--   frame) and reads slice. first and step_tag are read at each of the first N tokens of a band, row
+--   by row; out_step_tag comes out in the same way, output_delay steps later; its bit 0 marks steps
+--   that hold image pixels (others add nothing) and is cleared by reset. token_tag comes out with the
+--   token. data and out_data: module 0, lane 0 in the low bits.
+-- Equation: out(step) = S(step - DELAY + output offset) of data (STORED = false) or of
+--   round(data * 2**SCALE_BITS / M), then rounded by DROP_BITS (STORED = true).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -23,24 +33,34 @@ entity refocus_stage is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
-    -- a' in pixels.
-    SHIFT : integer;
+    -- The set of a' in pixels.
+    SHIFTS : string;
     -- As in raster_refocuser.
     CENTRED : boolean;
-    -- Interleaved streams: 1 for rows, the longest line for columns.
+    -- As in raster_refocuser.
+    HOLD : boolean;
+    -- Filters that work one token behind each other: 1 for rows, the rows of a band for columns.
+    MODULES : positive;
+    -- Interleaved streams of a filter: 1 for rows, the columns of a module for columns.
     DEPTH : positive;
-    -- Number of channels.
-    CHANNELS : positive;
-    -- Width of a channel of the input.
+    -- Filters that work in step, in each module.
+    LANES : positive;
+    -- Width of a lane of the input.
     DATA_BITS : positive;
     -- Whether the input is multiplied by stored products.
     STORED : boolean;
-    -- Fraction bits of the products above those of the input.
+    -- Stored products: fraction bits of the products above those of the input.
     SCALE_BITS : natural;
     -- Largest input of the filters.
     PRODUCT_MAX : natural;
     -- Largest sum: M times the largest input.
     SUM_MAX : natural;
+    -- Stored products: fraction bits to drop from the sums.
+    DROP_BITS : natural;
+    -- Width of a lane of the output.
+    RESULT_BITS : positive;
+    -- As in raster_refocuser.
+    BROADCAST_TAPS : natural;
     -- Width of the side information of a step.
     STEP_TAG_BITS : positive;
     -- Width of the side information of a token.
@@ -50,13 +70,15 @@ entity refocus_stage is
     clk           : in    std_logic;
     reset         : in    std_logic;
     strobe        : in    std_logic;
+    pixel         : in    std_logic;
     advance       : in    std_logic;
     first         : in    std_logic;
-    data          : in    std_logic_vector(CHANNELS * DATA_BITS - 1 downto 0);
+    slice         : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    data          : in    std_logic_vector(MODULES * LANES * DATA_BITS - 1 downto 0);
     step_tag      : in    std_logic_vector(STEP_TAG_BITS - 1 downto 0);
     token_tag     : in    std_logic_vector(TOKEN_TAG_BITS - 1 downto 0);
     out_strobe    : out   std_logic;
-    out_sums      : out   std_logic_vector(CHANNELS * bits_for(SUM_MAX) - 1 downto 0);
+    out_data      : out   std_logic_vector(MODULES * LANES * RESULT_BITS - 1 downto 0);
     out_step_tag  : out   std_logic_vector(STEP_TAG_BITS - 1 downto 0);
     out_token_tag : out   std_logic_vector(TOKEN_TAG_BITS - 1 downto 0)
   );
@@ -64,29 +86,86 @@ end entity refocus_stage;
 
 architecture rtl of refocus_stage is
 
-  constant TAPS         : positive := tap_count(MICRO_IMAGE_SIZE, SHIFT);
-  constant DELAY        : natural  := output_delay(MICRO_IMAGE_SIZE, SHIFT, CENTRED);
+  constant TAPS         : positive := tap_count(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, HOLD);
+  constant DELAY        : natural  := output_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
   constant PRODUCT_BITS : positive := bits_for(PRODUCT_MAX);
   constant SUM_BITS     : positive := bits_for(SUM_MAX);
   constant SLOT_BITS    : positive := bits_for(DEPTH - 1);
+  constant LATENCY      : positive := stage_latency(STORED, BROADCAST_TAPS);
 
-  signal slot        : unsigned(SLOT_BITS - 1 downto 0);
-  signal slot_d1     : unsigned(SLOT_BITS - 1 downto 0)             := (others => '0');
-  signal strobe_d1   : std_logic                                    := '0';
-  signal strobe_d2   : std_logic                                    := '0';
-  signal strobe_d3   : std_logic                                    := '0';
-  signal advance_d1  : std_logic                                    := '0';
-  signal advance_d2  : std_logic                                    := '0';
-  signal first_d1    : std_logic                                    := '0';
-  signal step_tag_d1 : std_logic_vector(STEP_TAG_BITS - 1 downto 0) := (others => '0');
-  signal step_tag_d2 : std_logic_vector(STEP_TAG_BITS - 1 downto 0) := (others => '0');
-  signal closed      : std_logic_vector(0 to TAPS - 1);
-  signal restart     : std_logic;
+  -- What a module does with a token.
+  type turn_t is record
+    slot   : unsigned(SLOT_BITS - 1 downto 0);
+    resume : std_logic;
+    active : std_logic;
+  end record turn_t;
+
+  type turns_t is array (natural range 0 to MODULES - 1) of turn_t;
+
+  constant NO_TURN : turn_t := (slot => (others => '0'), resume => '0', active => '0');
+
+  -- Switch states of a row of the band, as they move from module to module.
+  constant SWITCH_BITS : positive := TAPS + 2;
+
+  subtype switches_t is std_logic_vector(SWITCH_BITS - 1 downto 0);
+
+  type switch_chain_t is array (natural range 0 to MODULES) of switches_t;
+
+  signal burst_step  : natural range 0 to MODULES - 1;
+  signal opening     : std_logic := '0';
+  signal fresh       : std_logic;
+  signal turn        : turns_t;
+  signal turn_d1     : turns_t   := (others => NO_TURN);
+  signal turn_d2     : turns_t   := (others => NO_TURN);
+  signal turn_held   : turns_t   := (others => NO_TURN);
+  signal strobe_d1   : std_logic := '0';
+  signal strobe_d2   : std_logic := '0';
+  signal fresh_d1    : std_logic := '0';
+  signal fresh_d2    : std_logic := '0';
+  signal first_d1    : std_logic := '0';
+  signal slice_d1    : unsigned(slice'range);
+  signal step_tag_d1 : std_logic_vector(STEP_TAG_BITS - 1 downto 0);
+  signal step_tag_d2 : std_logic_vector(STEP_TAG_BITS - 1 downto 0);
+  signal step_tag_d3 : std_logic_vector(STEP_TAG_BITS - 1 downto 0);
+
+  signal closed   : std_logic_vector(0 to TAPS - 1);
+  signal restart  : std_logic;
+  signal update   : std_logic;
+  signal switches : switch_chain_t := (others => (others => '0'));
+
+  signal strobe_tag     : std_logic_vector(0 downto 0);
+  signal out_strobe_tag : std_logic_vector(0 downto 0);
 
 begin
 
-  slot <= (others => '0') when advance = '1' or DEPTH = 1 else
-          slot_d1 + 1;
+  -- Module 0's turn: the place in its burst on a column, and the column.
+  count_steps : entity work.pixel_counter
+    generic map (
+      MODULUS => MODULES
+    )
+    port map (
+      clk     => clk,
+      strobe  => strobe,
+      restart => advance,
+      count   => burst_step
+    );
+
+  fresh <= strobe and (advance or opening);
+
+  turn(0).slot <= (others => '0') when advance = '1' or DEPTH = 1 else
+                  turn_held(0).slot + 1 when burst_step = 0 else
+                  turn_held(0).slot;
+
+  turn(0).resume <= '0' when burst_step = 0 else
+                    '1';
+
+  turn(0).active <= pixel when burst_step = 0 else
+                    turn_held(0).active;
+
+  -- The other modules follow, one token behind each other.
+  followers : for m in 1 to MODULES - 1 generate
+    turn(m) <= turn_held(m - 1);
+  end generate followers;
 
   delay_tokens : process (clk) is
   begin
@@ -94,19 +173,28 @@ begin
     if rising_edge(clk) then
       strobe_d1   <= strobe;
       strobe_d2   <= strobe_d1;
-      strobe_d3   <= strobe_d2;
-      advance_d1  <= strobe and advance;
-      advance_d2  <= advance_d1;
+      fresh_d1    <= fresh;
+      fresh_d2    <= fresh_d1;
       first_d1    <= first;
+      slice_d1    <= slice;
       step_tag_d1 <= step_tag;
       step_tag_d2 <= step_tag_d1;
+      turn_d1     <= turn;
+      turn_d2     <= turn_d1;
       if strobe = '1' then
-        slot_d1 <= slot;
+        turn_held <= turn;
+        if burst_step = MODULES - 1 then
+          opening <= '0';
+        elsif advance = '1' then
+          opening <= '1';
+        end if;
       end if;
       if reset = '1' then
         strobe_d1 <= '0';
         strobe_d2 <= '0';
-        strobe_d3 <= '0';
+        fresh_d1  <= '0';
+        fresh_d2  <= '0';
+        opening   <= '0';
       end if;
     end if;
 
@@ -115,89 +203,154 @@ begin
   control : entity work.switch_control
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFT            => SHIFT,
+      SHIFTS           => SHIFTS,
+      CENTRED          => CENTRED,
+      HOLD             => HOLD,
       TAPS             => TAPS,
       DELAY            => DELAY
     )
     port map (
       clk     => clk,
-      advance => advance_d1,
+      advance => fresh_d1,
       first   => first_d1,
+      live    => step_tag_d1(0),
+      slice   => slice_d1,
       closed  => closed,
-      restart => restart
+      restart => restart,
+      update  => update
     );
 
-  channel : for c in 0 to CHANNELS - 1 generate
+  -- One module: the control's outputs hold for the whole line.
+  one_module : if MODULES = 1 generate
+    switches(0) <= closed & restart & update;
+  end generate one_module;
 
-    signal value      : std_logic_vector(DATA_BITS - 1 downto 0);
-    signal product_d1 : std_logic_vector(PRODUCT_BITS - 1 downto 0);
-    signal product_d2 : std_logic_vector(PRODUCT_BITS - 1 downto 0) := (others => '0');
+  -- More: the switches of the band's rows go round.
+  many_modules : if MODULES > 1 generate
+
+    signal passed : switch_chain_t := (others => (others => '0'));
 
   begin
 
-    value <= data((c + 1) * DATA_BITS - 1 downto c * DATA_BITS);
+    switches(0) <= closed & restart & update when fresh_d2 = '1' else
+                   passed(MODULES);
 
-    stored_products : if STORED generate
-
-      product_rom : entity work.stored_product
-        generic map (
-          VALUE_BITS   => DATA_BITS,
-          PRODUCT_BITS => PRODUCT_BITS,
-          SCALE_BITS   => SCALE_BITS,
-          DIVISOR      => MICRO_IMAGE_SIZE
-        )
-        port map (
-          clk     => clk,
-          value   => value,
-          product => product_d1
-        );
-
-    end generate stored_products;
-
-    plain_values : if not STORED generate
-
-      delay_value : process (clk) is
-      begin
-
-        if rising_edge(clk) then
-          product_d1 <= value;
-        end if;
-
-      end process delay_value;
-
-    end generate plain_values;
-
-    delay_product : process (clk) is
+    pass_on : process (clk) is
     begin
 
       if rising_edge(clk) then
-        product_d2 <= product_d1;
+        if strobe_d2 = '1' then
+          passed(1 to MODULES) <= switches(0 to MODULES - 1);
+        end if;
       end if;
 
-    end process delay_product;
+    end process pass_on;
 
-    fir : entity work.switched_fir
-      generic map (
-        TAPS     => TAPS,
-        DELAY    => DELAY,
-        DEPTH    => DEPTH,
-        DATA_MAX => PRODUCT_MAX,
-        SUM_MAX  => SUM_MAX
-      )
-      port map (
-        clk     => clk,
-        slot    => slot,
-        step    => strobe_d2,
-        restart => restart,
-        closed  => closed,
-        data    => product_d2,
-        sum     => out_sums((c + 1) * SUM_BITS - 1 downto c * SUM_BITS)
-      );
+    follower : for m in 1 to MODULES - 1 generate
+      switches(m) <= passed(m);
+    end generate follower;
 
-  end generate channel;
+  end generate many_modules;
 
-  out_strobe <= strobe_d3;
+  module : for m in 0 to MODULES - 1 generate
 
+    signal step : std_logic;
+
+  begin
+
+    step <= strobe_d2 and turn_d2(m).active;
+
+    lane : for i in m * LANES to m * LANES + LANES - 1 generate
+
+      signal value      : std_logic_vector(DATA_BITS - 1 downto 0);
+      signal product_d1 : std_logic_vector(PRODUCT_BITS - 1 downto 0);
+      signal product_d2 : std_logic_vector(PRODUCT_BITS - 1 downto 0) := (others => '0');
+      signal sum        : std_logic_vector(SUM_BITS - 1 downto 0);
+
+    begin
+
+      value <= data((i + 1) * DATA_BITS - 1 downto i * DATA_BITS);
+
+      stored_products : if STORED generate
+
+        product_rom : entity work.stored_product
+          generic map (
+            VALUE_BITS   => DATA_BITS,
+            PRODUCT_BITS => PRODUCT_BITS,
+            SCALE_BITS   => SCALE_BITS,
+            DIVISOR      => MICRO_IMAGE_SIZE
+          )
+          port map (
+            clk     => clk,
+            value   => value,
+            product => product_d1
+          );
+
+        round_sum : entity work.round_saturate
+          generic map (
+            VALUE_MAX   => SUM_MAX,
+            DROP_BITS   => DROP_BITS,
+            RESULT_BITS => RESULT_BITS
+          )
+          port map (
+            clk    => clk,
+            value  => sum,
+            result => out_data((i + 1) * RESULT_BITS - 1 downto i * RESULT_BITS)
+          );
+
+      end generate stored_products;
+
+      plain_values : if not STORED generate
+
+        delay_value : process (clk) is
+        begin
+
+          if rising_edge(clk) then
+            product_d1 <= value;
+          end if;
+
+        end process delay_value;
+
+        out_data((i + 1) * RESULT_BITS - 1 downto i * RESULT_BITS) <= sum;
+
+      end generate plain_values;
+
+      delay_product : process (clk) is
+      begin
+
+        if rising_edge(clk) then
+          product_d2 <= product_d1;
+        end if;
+
+      end process delay_product;
+
+      fir : entity work.switched_fir
+        generic map (
+          TAPS           => TAPS,
+          DELAY          => DELAY,
+          DEPTH          => DEPTH,
+          HOLD           => HOLD,
+          DATA_MAX       => PRODUCT_MAX,
+          SUM_MAX        => SUM_MAX,
+          BROADCAST_TAPS => BROADCAST_TAPS
+        )
+        port map (
+          clk     => clk,
+          slot    => turn(m).slot,
+          step    => step,
+          resume  => turn_d2(m).resume,
+          restart => switches(m)(1),
+          update  => switches(m)(0),
+          closed  => switches(m)(SWITCH_BITS - 1 downto 2),
+          data    => product_d2,
+          sum     => sum
+        );
+
+    end generate lane;
+
+  end generate module;
+
+  -- Side information.
   step_tags : entity work.tag_delay
     generic map (
       WIDTH  => STEP_TAG_BITS,
@@ -206,15 +359,45 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => advance_d2,
+      enable  => fresh_d2,
       tag     => step_tag_d2,
+      delayed => step_tag_d3
+    );
+
+  later_step_tags : entity work.tag_delay
+    generic map (
+      WIDTH  => STEP_TAG_BITS,
+      LENGTH => LATENCY - 3
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => step_tag_d3,
       delayed => out_step_tag
     );
+
+  strobe_tag(0) <= strobe_d2;
+
+  strobes : entity work.tag_delay
+    generic map (
+      WIDTH  => 1,
+      LENGTH => LATENCY - 2
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => strobe_tag,
+      delayed => out_strobe_tag
+    );
+
+  out_strobe <= out_strobe_tag(0);
 
   token_tags : entity work.tag_delay
     generic map (
       WIDTH  => TOKEN_TAG_BITS,
-      LENGTH => STAGE_LATENCY
+      LENGTH => LATENCY
     )
     port map (
       clk     => clk,

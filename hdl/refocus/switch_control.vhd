@@ -8,9 +8,10 @@
 --
 -- Latency: 1 clock after advance; the outputs hold until the next advance.
 -- Throughput: one step each clock.
--- Ports: advance begins a step, first marks the first step of a line; closed are the switches,
---   restart marks the first step.
--- Equation: closed(w) = table(phase)(w) and (w <= position + TAPS-1-DELAY).
+-- Ports: advance begins a step, first marks the first step of a line and reads slice, live the
+--   steps that add anything at all; closed are the switches, restart marks the first step, update
+--   (hold only) the steps whose output is new, where the others repeat it.
+-- Equation: closed(w) = live and table(slice, phase)(w) and (w <= position + TAPS-1-DELAY).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -23,19 +24,26 @@ entity switch_control is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
-    -- a' in pixels.
-    SHIFT : integer;
-    -- tap_count of the two above.
+    -- The set of a' in pixels.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean;
+    -- As in raster_refocuser.
+    HOLD : boolean;
+    -- tap_count of the above.
     TAPS : positive;
-    -- output_delay: steps from a pixel to the output of the same index.
+    -- output_delay of the above: steps from a pixel to the output of the same index.
     DELAY : natural
   );
   port (
     clk     : in    std_logic;
     advance : in    std_logic;
     first   : in    std_logic;
+    live    : in    std_logic;
+    slice   : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
     closed  : out   std_logic_vector(0 to TAPS - 1);
-    restart : out   std_logic
+    restart : out   std_logic;
+    update  : out   std_logic
   );
 end entity switch_control;
 
@@ -68,7 +76,10 @@ architecture rtl of switch_control is
 
   signal phase      : unsigned(PHASE_BITS - 1 downto 0) := (others => '0');
   signal phase_next : unsigned(PHASE_BITS - 1 downto 0);
+  signal slice_held : unsigned(slice'range)             := (others => '0');
+  signal slice_next : unsigned(slice'range);
   signal mask       : std_logic_vector(0 to TAPS - 1)   := (others => '1');
+  signal live_held  : std_logic                         := '0';
   signal switches   : std_logic_vector(0 to TAPS - 1);
 
 begin
@@ -76,13 +87,18 @@ begin
   phase_next <= (others => '0') when first = '1' or phase = MICRO_IMAGE_SIZE - 1 else
                 phase + 1;
 
+  slice_next <= slice when first = '1' else
+                slice_held;
+
   step : process (clk) is
   begin
 
     if rising_edge(clk) then
       if advance = '1' then
-        phase   <= phase_next;
-        restart <= first;
+        phase      <= phase_next;
+        slice_held <= slice_next;
+        restart    <= first;
+        live_held  <= live;
         if first = '1' then
           mask <= FIRST_STEP;
         else
@@ -102,16 +118,52 @@ begin
   rows : entity work.switch_table
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFT            => SHIFT,
+      SHIFTS           => SHIFTS,
+      CENTRED          => CENTRED,
+      HOLD             => HOLD,
       TAPS             => TAPS
     )
     port map (
       clk    => clk,
       enable => advance,
+      slice  => slice_next,
       phase  => phase_next,
       closed => switches
     );
 
-  closed <= switches and mask;
+  closed <= switches and mask when live_held = '1' else
+            (others => '0');
+
+  -- The output of step t is new where t is a multiple of M.
+  hold_output : if HOLD generate
+
+    signal at_phase_0 : std_logic_vector(0 downto 0);
+    signal new_output : std_logic_vector(0 downto 0);
+
+  begin
+
+    at_phase_0(0) <= '1' when phase_next = 0 else
+                     '0';
+
+    delay_update : entity work.tag_delay
+      generic map (
+        WIDTH  => 1,
+        LENGTH => DELAY + 1
+      )
+      port map (
+        clk     => clk,
+        reset   => '0',
+        enable  => advance,
+        tag     => at_phase_0,
+        delayed => new_output
+      );
+
+    update <= new_output(0);
+
+  end generate hold_output;
+
+  every_output : if not HOLD generate
+    update <= '1';
+  end generate every_output;
 
 end architecture rtl;

@@ -1,10 +1,12 @@
--- Switch table: a ROM with one row of switch states for each phase of a micro image.
+-- Switch table: a ROM with one row of switch states for each slice and each phase of a micro image.
+--
+-- Only taps that some slice closes have a column in the ROM; the other switches are open for good.
 --
 -- Latency: 1 clock after enable. Throughput: one row each clock.
--- Ports: enable loads the row of phase; closed(w) = '1' closes the switch of tap w, and holds
---   until the next enable.
--- Equation: closed(w) = 1 for the M neighbouring taps whose delay TAPS-1-w lies in
---   phase*(SHIFT-1) + origin + (0 .. M-1).
+-- Ports: enable loads the row of phase in slice; closed(w) = '1' closes the switch of tap w, and
+--   holds until the next enable.
+-- Equation: closed(w) = 1 for the neighbouring taps (M, with hold 1) whose delay TAPS-1-w begins at
+--   phase*(shift-1) + origin of the slice.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -17,14 +19,19 @@ entity switch_table is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
-    -- a' in pixels.
-    SHIFT : integer;
-    -- tap_count of the two above.
+    -- The set of a' in pixels.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean;
+    -- As in raster_refocuser.
+    HOLD : boolean;
+    -- tap_count of the above.
     TAPS : positive
   );
   port (
     clk    : in    std_logic;
     enable : in    std_logic;
+    slice  : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
     phase  : in    unsigned(bits_for(MICRO_IMAGE_SIZE - 1) - 1 downto 0);
     closed : out   std_logic_vector(0 to TAPS - 1)
   );
@@ -32,8 +39,63 @@ end entity switch_table;
 
 architecture rtl of switch_table is
 
+  -- Columns of the ROM: the switched taps, from tap 0 on.
+  subtype taps_t is std_logic_vector(0 to TAPS - 1);
+
+  function switched_taps return taps_t is
+
+    variable taps_used : taps_t;
+
+  begin
+
+    taps_used := (others => '0');
+
+    for w in 0 to TAPS - 1 loop
+
+      if is_switched(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, HOLD, w) then
+        taps_used(w) := '1';
+      end if;
+
+    end loop;
+
+    return taps_used;
+
+  end function switched_taps;
+
+  constant SWITCHED : taps_t := switched_taps;
+
+  -- Column of the tap at a place: the number of switched taps before it.
+  function column_of (
+    place : natural
+  ) return natural is
+
+    variable count : natural;
+
+  begin
+
+    count := 0;
+
+    for w in natural range 0 to TAPS - 1 loop
+
+      if w < place and SWITCHED(w) = '1' then
+        count := count + 1;
+      end if;
+
+    end loop;
+
+    return count;
+
+  end function column_of;
+
+  constant COLUMNS : positive := column_of(TAPS);
+
+  constant PHASE_BITS : positive := bits_for(MICRO_IMAGE_SIZE - 1);
+  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
+
+  subtype row_t is std_logic_vector(0 to COLUMNS - 1);
+
   -- A power of two rows, so that every address exists.
-  type rows_t is array (natural range 0 to 2 ** phase'length - 1) of std_logic_vector(0 to TAPS - 1);
+  type rows_t is array (natural range 0 to 2 ** (SLICE_BITS + PHASE_BITS) - 1) of row_t;
 
   function all_rows return rows_t is
 
@@ -43,13 +105,17 @@ architecture rtl of switch_table is
 
     rows := (others => (others => '0'));
 
-    for p in 0 to MICRO_IMAGE_SIZE - 1 loop
+    for s in 0 to slice_count(SHIFTS) - 1 loop
 
-      for w in 0 to TAPS - 1 loop
+      for p in 0 to MICRO_IMAGE_SIZE - 1 loop
 
-        if is_closed(MICRO_IMAGE_SIZE, SHIFT, p, w) then
-          rows(p)(w) := '1';
-        end if;
+        for w in 0 to TAPS - 1 loop
+
+          if is_closed(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, HOLD, s, p, w) then
+            rows(s * 2 ** PHASE_BITS + p)(column_of(w)) := '1';
+          end if;
+
+        end loop;
 
       end loop;
 
@@ -61,6 +127,26 @@ architecture rtl of switch_table is
 
   constant ROWS : rows_t := all_rows;
 
+  -- A table of many slices goes into block RAM.
+  function preferred_style return string is
+  begin
+
+    if slice_count(SHIFTS) > 1 then
+      return "block";
+    end if;
+
+    return "auto";
+
+  end function preferred_style;
+
+  constant STYLE : string := preferred_style;
+
+  attribute rom_style : string;
+
+  signal row : row_t;
+
+  attribute rom_style of row : signal is STYLE;
+
 begin
 
   look_up : process (clk) is
@@ -68,10 +154,22 @@ begin
 
     if rising_edge(clk) then
       if enable = '1' then
-        closed <= ROWS(to_integer(phase));
+        row <= ROWS(to_integer(slice & phase));
       end if;
     end if;
 
   end process look_up;
+
+  tap : for w in 0 to TAPS - 1 generate
+
+    switch : if SWITCHED(w) = '1' generate
+      closed(w) <= row(column_of(w));
+    end generate switch;
+
+    no_switch : if SWITCHED(w) = '0' generate
+      closed(w) <= '0';
+    end generate no_switch;
+
+  end generate tap;
 
 end architecture rtl;

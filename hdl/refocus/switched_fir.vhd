@@ -4,14 +4,22 @@
 -- its switch is closed and passes the partial sum on where it is open. Each register of the
 -- filter is a memory of DEPTH words, so that one filter serves DEPTH interleaved streams:
 -- DEPTH = 1 filters a row, DEPTH = columns of a frame filters every column of a raster scan, its
--- registers then are line buffers in block RAM.
+-- registers then are line buffers in block RAM. A filter may take several steps of a stream
+-- at once before it turns to the next (the module array's columns do); only the first of
+-- them reads the memory.
 --
--- Latency: 1 clock from data to sum. With DEPTH > 1 the slot is given 2 clocks before the data
---   that belong to it (the block RAM's read latency), and the same slot may come again
---   MIN_LINE_STEPS = 4 clocks later at the earliest (read 2, add 1, write 1).
+-- With HOLD the output of the last tap is kept until the next update (the write enable of
+-- the thesis).
+--
+-- With BROADCAST_TAPS > 0 latches split the broadcast net: each drives that many taps.
+--
+-- Latency: 1 clock from data to sum, 2 with BROADCAST_TAPS > 0. With DEPTH > 1 the slot is given 2 clocks
+--   before the data that belong to it (the block RAM's read latency), and the same slot may
+--   be read again PARTIAL_SUM_LOOP = 4 clocks later at the earliest.
 -- Throughput: one step of one stream each clock.
--- Ports: slot names the stream; step takes data, with the switches `closed`; restart (first step
---   of a line) drops the partial sums of taps 0 to TAPS-1-DELAY; sum is the last tap's.
+-- Ports: slot names the stream; step takes data, with the switches `closed`; resume goes on with
+--   the stream of the last step; restart (first step of a line) drops the partial sums of taps
+--   0 to TAPS-1-DELAY; update (hold only) lets a new output through; sum is the last tap's.
 -- Equation: r(w) <= (r(w-1) unless dropped, r(-1) = 0) + (data where closed(w)); sum = r(TAPS-1).
 
 library ieee;
@@ -29,16 +37,22 @@ entity switched_fir is
     DELAY : natural;
     -- Number of interleaved streams.
     DEPTH : positive;
+    -- Whether outputs are held between updates.
+    HOLD : boolean;
     -- Largest input.
     DATA_MAX : natural;
     -- Largest sum: M times the largest input.
-    SUM_MAX : natural
+    SUM_MAX : natural;
+    -- Taps that one latch of the input drives; 0: no latches.
+    BROADCAST_TAPS : natural
   );
   port (
     clk     : in    std_logic;
     slot    : in    unsigned(bits_for(DEPTH - 1) - 1 downto 0);
     step    : in    std_logic;
+    resume  : in    std_logic;
     restart : in    std_logic;
+    update  : in    std_logic;
     closed  : in    std_logic_vector(0 to TAPS - 1);
     data    : in    std_logic_vector(bits_for(DATA_MAX) - 1 downto 0);
     sum     : out   std_logic_vector(bits_for(SUM_MAX) - 1 downto 0)
@@ -47,17 +61,25 @@ end entity switched_fir;
 
 architecture rtl of switched_fir is
 
-  constant SUM_BITS : positive := bits_for(SUM_MAX);
+  constant DATA_BITS : positive := bits_for(DATA_MAX);
+  constant SUM_BITS  : positive := bits_for(SUM_MAX);
+
+  -- Latches of the input, each the source of a group of neighbouring taps.
+  constant GROUP_TAPS : positive := choose(BROADCAST_TAPS = 0 or BROADCAST_TAPS > TAPS, TAPS, BROADCAST_TAPS);
+  constant GROUPS     : positive := (TAPS + GROUP_TAPS - 1) / GROUP_TAPS;
 
   subtype partial_sum_t is natural range 0 to SUM_MAX;
 
   -- Partial sums at the outputs of the taps.
-  type partial_sums_t is array (0 to TAPS - 1) of partial_sum_t;
+  type partial_sums_t is array (natural range 0 to TAPS - 1) of partial_sum_t;
+
+  -- The input as each group of taps gets it.
+  type broadcast_t is array (natural range 0 to GROUPS - 1) of std_logic_vector(DATA_BITS - 1 downto 0);
 
   -- One step of one stream: from the partial sums before it to those after it.
   function stepped (
     held          : partial_sums_t;
-    pixel         : partial_sum_t;
+    pixels        : broadcast_t;
     switches      : std_logic_vector(0 to TAPS - 1);
     at_first_step : std_logic
   ) return partial_sums_t is
@@ -78,7 +100,7 @@ architecture rtl of switched_fir is
       end if;
 
       if switches(w) = '1' then
-        next_sums(w) := carried + pixel;
+        next_sums(w) := carried + to_integer(unsigned(pixels(w / GROUP_TAPS)));
       else
         next_sums(w) := carried;
       end if;
@@ -89,9 +111,11 @@ architecture rtl of switched_fir is
 
   end function stepped;
 
-  -- The sums that are kept from step to step, in one word: all but the last tap's, which leaves
-  -- the filter.
-  subtype word_t is std_logic_vector((TAPS - 1) * SUM_BITS - 1 downto 0);
+  -- What is kept of a stream from step to step: the sums of all taps but the last, whose sum
+  -- leaves the filter; with HOLD, the output takes its place.
+  constant KEPT : natural := choose(HOLD, TAPS, TAPS - 1);
+
+  subtype word_t is std_logic_vector(KEPT * SUM_BITS - 1 downto 0);
 
   function packed (
     sums : partial_sums_t
@@ -101,7 +125,7 @@ architecture rtl of switched_fir is
 
   begin
 
-    for w in 0 to TAPS - 2 loop
+    for w in 0 to KEPT - 1 loop
 
       word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS) := std_logic_vector(to_unsigned(sums(w), SUM_BITS));
 
@@ -119,50 +143,74 @@ architecture rtl of switched_fir is
 
   begin
 
-    for w in 0 to TAPS - 2 loop
+    sums(TAPS - 1) := 0;
+
+    for w in 0 to KEPT - 1 loop
 
       sums(w) := to_integer(unsigned(word((w + 1) * SUM_BITS - 1 downto w * SUM_BITS)));
 
     end loop;
 
-    sums(TAPS - 1) := 0;
-
     return sums;
 
   end function unpacked;
 
+  signal slot_now    : unsigned(slot'range);
+  signal step_now    : std_logic;
+  signal resume_now  : std_logic;
+  signal restart_now : std_logic;
+  signal update_now  : std_logic;
+  signal closed_now  : std_logic_vector(0 to TAPS - 1);
+  signal pixels      : broadcast_t;
+
 begin
 
-  -- DEPTH = 1, or a single tap, which holds nothing over from step to step.
-  registers : if DEPTH = 1 or TAPS = 1 generate
+  direct : if BROADCAST_TAPS = 0 generate
+    slot_now    <= slot;
+    step_now    <= step;
+    resume_now  <= resume;
+    restart_now <= restart;
+    update_now  <= update;
+    closed_now  <= closed;
+    pixels(0)   <= data;
+  end generate direct;
 
-    signal held : partial_sums_t := (others => 0);
+  latched : if BROADCAST_TAPS > 0 generate
+
+    -- Copies of one register, which synthesis must not merge.
+    signal copies : broadcast_t;
+
+    attribute keep                         : string;
+    attribute equivalent_register_removal  : string;
+
+    attribute keep of copies                        : signal is "true";
+    attribute equivalent_register_removal of copies : signal is "no";
 
   begin
 
-    take_step : process (clk) is
+    latch_input : process (clk) is
     begin
 
       if rising_edge(clk) then
-        if step = '1' then
-          held <= stepped(held, to_integer(unsigned(data)), closed, restart);
-        end if;
+        slot_now    <= slot;
+        step_now    <= step;
+        resume_now  <= resume;
+        restart_now <= restart;
+        update_now  <= update;
+        closed_now  <= closed;
+        copies      <= (others => data);
       end if;
 
-    end process take_step;
+    end process latch_input;
 
-    sum <= std_logic_vector(to_unsigned(held(TAPS - 1), SUM_BITS));
+    pixels <= copies;
 
-  end generate registers;
+  end generate latched;
 
-  line_buffers : if DEPTH > 1 and TAPS > 1 generate
+  -- DEPTH = 1, or nothing to hold over from step to step.
+  registers : if DEPTH = 1 or KEPT = 0 generate
 
-    signal slot_d1      : unsigned(slot'range);
-    signal slot_d2      : unsigned(slot'range);
-    signal slot_d3      : unsigned(slot'range);
-    signal held_word    : word_t;
-    signal next_word    : word_t;
-    signal write_enable : std_logic := '0';
+    signal held : partial_sums_t := (others => 0);
 
   begin
 
@@ -173,12 +221,54 @@ begin
     begin
 
       if rising_edge(clk) then
-        slot_d1      <= slot;
+        if step_now = '1' then
+          next_sums := stepped(held, pixels, closed_now, restart_now);
+          if HOLD and update_now = '0' then
+            next_sums(TAPS - 1) := held(TAPS - 1);
+          end if;
+          held <= next_sums;
+        end if;
+      end if;
+
+    end process take_step;
+
+    sum <= std_logic_vector(to_unsigned(held(TAPS - 1), SUM_BITS));
+
+  end generate registers;
+
+  line_buffers : if DEPTH > 1 and KEPT > 0 generate
+
+    signal slot_d1      : unsigned(slot'range);
+    signal slot_d2      : unsigned(slot'range);
+    signal slot_d3      : unsigned(slot'range);
+    signal read_word    : word_t;
+    signal held_word    : word_t;
+    signal next_word    : word_t;
+    signal write_enable : std_logic := '0';
+
+  begin
+
+    held_word <= next_word when resume_now = '1' else
+                 read_word;
+
+    take_step : process (clk) is
+
+      variable held      : partial_sums_t;
+      variable next_sums : partial_sums_t;
+
+    begin
+
+      if rising_edge(clk) then
+        slot_d1      <= slot_now;
         slot_d2      <= slot_d1;
         slot_d3      <= slot_d2;
-        write_enable <= step;
-        if step = '1' then
-          next_sums := stepped(unpacked(held_word), to_integer(unsigned(data)), closed, restart);
+        write_enable <= step_now;
+        if step_now = '1' then
+          held      := unpacked(held_word);
+          next_sums := stepped(held, pixels, closed_now, restart_now);
+          if HOLD and update_now = '0' then
+            next_sums(TAPS - 1) := held(TAPS - 1);
+          end if;
           next_word <= packed(next_sums);
           sum       <= std_logic_vector(to_unsigned(next_sums(TAPS - 1), SUM_BITS));
         end if;
@@ -197,8 +287,8 @@ begin
         write_enable  => write_enable,
         write_address => slot_d3,
         write_data    => next_word,
-        read_address  => slot,
-        read_data     => held_word
+        read_address  => slot_now,
+        read_data     => read_word
       );
 
   end generate line_buffers;

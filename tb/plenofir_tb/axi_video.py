@@ -3,7 +3,7 @@
 import random
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,11 +18,12 @@ Frame = npt.NDArray[np.integer]
 
 @dataclass(frozen=True)
 class Beat:
-    """One transfer: a pixel and its side band."""
+    """One transfer: a pixel and its side band; the slice comes out only."""
 
     data: int
     start_of_frame: bool
     end_of_line: bool
+    slice: int = 0
 
 
 def no_stalls() -> StallPattern:
@@ -114,6 +115,7 @@ class AxiVideoSink(BusMonitor):
     """
 
     _signals = SIGNALS
+    _optional_signals: ClassVar = ["tid"]
 
     def __init__(self, entity: Any, name: str, clock: Any, reset: Any) -> None:
         self.stalls: StallPattern = no_stalls()
@@ -132,7 +134,8 @@ class AxiVideoSink(BusMonitor):
             # Before the first reset signals may be undefined.
             if str(bus.tvalid.value) == "1":
                 sides = bool(int(bus.tuser.value)), bool(int(bus.tlast.value))
-                offer = Beat(int(bus.tdata.value), *sides)
+                slice_ = int(bus.tid.value) if hasattr(bus, "tid") else 0
+                offer = Beat(int(bus.tdata.value), *sides, slice_)
             running = str(self.reset.value) == "0"
             assert not running or refused in (None, offer), f"{refused} became {offer}"
             if ready and offer is not None:

@@ -93,7 +93,7 @@ def run_case(
     top: str,
     test_module: str,
     *,
-    generics: Mapping[str, int | bool],
+    generics: Mapping[str, int | bool | str],
     case: Mapping[str, Any] | None = None,
     seed: int | None = None,
     board: bool = False,

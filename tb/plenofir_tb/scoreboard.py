@@ -31,14 +31,16 @@ class FrameScoreboard(Scoreboard):
         self.pixel_bits = pixel_bits
         self.pictures = pictures
         self.frames: list[Frame] = []
+        self.slices: list[int] = []
         self.received: list[Beat] = []
         self.frames_done = 0
         # A function, so that transfers that nobody expects fail too.
         self.add_interface(sink, [], compare_fn=self._take)
 
-    def expect(self, frame: Frame) -> None:
-        """Add a frame to those that must come out next."""
+    def expect(self, frame: Frame, slice_: int = 0) -> None:
+        """Add a frame, refocused to a slice, to those that must come out next."""
         self.frames.append(frame)
+        self.slices.append(slice_)
 
     @property
     def waiting(self) -> bool:
@@ -56,6 +58,10 @@ class FrameScoreboard(Scoreboard):
         )
         assert beat.start_of_frame == (line == 0 and column == 0), (
             f"frame {self.frames_done}, line {line}, column {column}: tuser {beat.start_of_frame}"
+        )
+        assert beat.slice == self.slices[self.frames_done], (
+            f"frame {self.frames_done}, line {line}, column {column}: slice {beat.slice}, "
+            f"want {self.slices[self.frames_done]}"
         )
         self.received.append(beat)
         if len(self.received) == rows * columns:

@@ -2,7 +2,9 @@
 --
 -- Reads input.bin and writes output.bin in the working directory (32-bit little-endian words, one
 -- for each channel of each pixel, raster order), then clocks.txt: one "name value" pair a line.
-
+--
+-- SWEEP_FRAMES > 0 sweeps through the slices, a new one every so many frames; else the first of
+-- the set is used. "slice" lines in clocks.txt tell the slice of each frame that came out.
 --
 -- STALL_PERCENT > 0 stalls both sides at pseudo-random clocks (SEED); a new input pixel or
 -- output slot is then offered in that share of clocks fewer.
@@ -16,20 +18,25 @@ use std.textio.all;
 
 entity refocus_pump is
   generic (
-    MICRO_IMAGE_SIZE : positive := 1;
-    SHIFT            : integer  := 0;
-    CENTRED          : boolean  := true;
-    MAX_COLUMNS      : positive := 2048;
-    CHANNELS         : positive := 1;
-    PIXEL_BITS       : positive := 8;
-    EXACT            : boolean  := true;
-    FRACTION_BITS    : natural  := 0;
-    GUARD_BITS       : natural  := 0;
-    COLUMNS          : positive := 1;
-    ROWS             : positive := 1;
-    FRAMES           : positive := 1;
-    STALL_PERCENT    : natural  := 0;
-    SEED             : positive := 1
+    MICRO_IMAGE_SIZE    : positive := 1;
+    SHIFTS              : string   := "0";
+    CENTRED             : boolean  := true;
+    INTERPOLATION_ORDER : natural  := 0;
+    HOLD                : boolean  := false;
+    PARALLEL_ROWS       : positive := 1;
+    MAX_COLUMNS         : positive := 2048;
+    CHANNELS            : positive := 1;
+    PIXEL_BITS          : positive := 8;
+    EXACT               : boolean  := true;
+    FRACTION_BITS       : natural  := 0;
+    GUARD_BITS          : natural  := 0;
+    BROADCAST_TAPS      : natural  := 0;
+    COLUMNS             : positive := 1;
+    ROWS                : positive := 1;
+    FRAMES              : positive := 1;
+    SWEEP_FRAMES        : natural  := 0;
+    STALL_PERCENT       : natural  := 0;
+    SEED                : positive := 1
   );
 end entity refocus_pump;
 
@@ -51,6 +58,8 @@ architecture test of refocus_pump is
   signal running       : boolean                                              := true;
   signal columns_port  : std_logic_vector(15 downto 0);
   signal rows_port     : std_logic_vector(15 downto 0);
+  signal sweep         : std_logic;
+  signal sweep_port    : std_logic_vector(7 downto 0);
   signal s_axis_tvalid : std_logic                                            := '0';
   signal s_axis_tready : std_logic;
   signal s_axis_tdata  : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0) := (others => '0');
@@ -60,6 +69,7 @@ architecture test of refocus_pump is
   signal m_axis_tready : std_logic                                            := '0';
   signal m_axis_tdata  : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
   signal m_axis_tuser  : std_logic_vector(0 downto 0);
+  signal m_axis_tid    : std_logic_vector(7 downto 0);
   signal m_axis_tlast  : std_logic;
   signal error_flags   : std_logic_vector(4 downto 0);
 
@@ -71,23 +81,34 @@ begin
   columns_port <= std_logic_vector(to_unsigned(COLUMNS, 16));
   rows_port    <= std_logic_vector(to_unsigned(ROWS, 16));
 
+  sweep      <= '1' when SWEEP_FRAMES > 0 else
+                '0';
+  sweep_port <= std_logic_vector(to_unsigned(SWEEP_FRAMES, 8));
+
   core : entity work.raster_refocuser
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFT            => SHIFT,
-      CENTRED          => CENTRED,
-      MAX_COLUMNS      => MAX_COLUMNS,
-      CHANNELS         => CHANNELS,
-      PIXEL_BITS       => PIXEL_BITS,
-      EXACT            => EXACT,
-      FRACTION_BITS    => FRACTION_BITS,
-      GUARD_BITS       => GUARD_BITS
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      CENTRED             => CENTRED,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      PARALLEL_ROWS       => PARALLEL_ROWS,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      CHANNELS            => CHANNELS,
+      PIXEL_BITS          => PIXEL_BITS,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      BROADCAST_TAPS      => BROADCAST_TAPS
     )
     port map (
       clk           => clk,
       reset         => reset,
       columns       => columns_port,
       rows          => rows_port,
+      slice         => (others => '0'),
+      sweep         => sweep,
+      sweep_frames  => sweep_port,
       s_axis_tvalid => s_axis_tvalid,
       s_axis_tready => s_axis_tready,
       s_axis_tdata  => s_axis_tdata,
@@ -97,6 +118,7 @@ begin
       m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
       m_axis_tuser  => m_axis_tuser,
+      m_axis_tid    => m_axis_tid,
       m_axis_tlast  => m_axis_tlast,
       error_flags   => error_flags,
       error_clear   => '0'
@@ -122,6 +144,7 @@ begin
     variable last_out       : natural  := 0;
     variable accepted       : natural  := 0;
     variable framing_errors : natural  := 0;
+    variable frame_slice    : natural  := 0;
 
     -- Whether this clock stalls: a linear congruential generator, high bits.
 
@@ -218,6 +241,12 @@ begin
         end loop;
 
         check_framing(received mod COLUMNS, (received / COLUMNS) mod ROWS);
+        if received mod (COLUMNS * ROWS) = 0 then
+          frame_slice := to_integer(unsigned(m_axis_tid));
+          write_count("slice", frame_slice);
+        elsif frame_slice /= to_integer(unsigned(m_axis_tid)) then
+          framing_errors := framing_errors + 1;
+        end if;
         received := received + 1;
         last_out := clock;
         idle     := 0;

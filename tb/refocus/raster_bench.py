@@ -10,7 +10,7 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
 
-from plenofir.core import MIN_LINE_STEPS, CoreConfiguration
+from plenofir.core import CoreConfiguration
 from plenofir_tb.axi_video import (
     AxiVideoSink,
     AxiVideoSource,
@@ -22,6 +22,7 @@ from plenofir_tb.axi_video import (
 from plenofir_tb.frames import KINDS, make_frame, repaired_frames
 from plenofir_tb.runner import read_case
 from plenofir_tb.scoreboard import FrameScoreboard
+from plenofir_tb.slices import SliceModel
 
 ERROR_NAMES = ("line early", "line late", "frame early", "frame late", "size")
 # Clocks without any output after which frames count as lost.
@@ -54,6 +55,9 @@ class Bench:
         """Reset the core and set the frame size."""
         self.dut.reset.value = 1
         self.dut.error_clear.value = 0
+        self.dut.slice.value = 0
+        self.dut.sweep.value = 0
+        self.dut.sweep_frames.value = 0
         self.set_size(columns, rows)
         await ClockCycles(self.dut.clk, 3)
         self.dut.reset.value = 0
@@ -73,10 +77,12 @@ class Bench:
         """Make a frame for the core."""
         return make_frame(kind, rows, columns, self.core.channels, self.core.pixel_bits, self.rng)
 
-    def golden(self, frame: Frame) -> Frame:
+    def golden(self, frame: Frame, slice_: int = 0) -> Frame:
         """What the core must make of a frame."""
         core = self.core
-        return core.arithmetic.refocus(frame, core.micro_image_size, core.shift, align=core.align)
+        return core.arithmetic.refocus(
+            frame, core.micro_image_size, core.shifts[slice_], align=core.align, order=core.order
+        )
 
     def send_frame(self, frame: Frame) -> None:
         """Queue a frame and expect its refocused image."""
@@ -103,13 +109,13 @@ class Bench:
     def random_size(self, *, full_rate: bool = False) -> tuple[int, int]:
         """Columns and rows of a small frame, at least one micro image.
 
-        Lines of fewer than `MIN_LINE_STEPS` pixels are not taken at full rate.
+        Lines that are taken at full rate need no empty steps behind them.
         """
-        smallest = self.core.micro_image_size
-        narrowest = max(smallest, MIN_LINE_STEPS) if full_rate else smallest
-        columns = self.rng.randint(narrowest, self.core.max_columns)
-        rows = self.rng.randint(smallest, 2 * smallest + 4)
-        return columns, rows
+        m = self.core.micro_image_size
+        sizes = range(m, self.core.max_columns + 1)
+        if full_rate:
+            sizes = [k for k in sizes if self.core.band_steps(k) == k] or sizes
+        return self.rng.choice(sizes), self.rng.randint(m, 2 * m + 4)
 
 
 @cocotb.test()
@@ -138,7 +144,7 @@ async def frames_without_stalls(dut: Any) -> None:
     await watcher
     assert bench.source.refused_clocks == 0, f"refused for {bench.source.refused_clocks} clocks"
     latency = clocks[1] - clocks[0]
-    want = bench.core.latency_clocks(columns)
+    want = bench.core.latency_clocks(columns, rows, frames=2)
     assert latency == want, f"latency {latency} clocks, the formula says {want}"
     assert not bench.errors()
 
@@ -152,6 +158,45 @@ async def frames_with_stalls(dut: Any) -> None:
     bench.stall("some", "some")
     for kind in ("impulse", "black", "random"):
         bench.send_frame(bench.frame(kind, columns, rows))
+    await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test(skip=len(read_case()["core"]["shifts"]) == 1)
+async def slices_change_while_video_runs(dut: Any) -> None:
+    """Slices chosen and swept at random clocks: each frame is of the one that was due."""
+    bench = Bench(dut)
+    rng = bench.rng
+    await bench.reset(*bench.random_size())
+    columns, rows = int(dut.columns.value), int(dut.rows.value)
+    frames = [bench.frame("random", columns, rows) for _ in range(10)]
+    model = SliceModel(len(bench.core.shifts))
+    started = 0
+
+    async def watch_starts() -> None:
+        nonlocal started
+        while started < len(frames):
+            await RisingEdge(dut.clk)
+            if int(dut.frame_start.value):
+                slice_ = model.next_frame(
+                    int(dut.slice.value), int(dut.sweep.value), int(dut.sweep_frames.value)
+                )
+                bench.scoreboard.expect(bench.golden(frames[started], slice_), slice_)
+                started += 1
+
+    async def turn_knobs() -> None:
+        while True:
+            await ClockCycles(dut.clk, rng.randint(1, columns * rows))
+            dut.slice.value = rng.choice([*range(len(bench.core.shifts)), rng.randrange(256)])
+            dut.sweep.value = int(rng.random() < 0.5)
+            dut.sweep_frames.value = rng.randrange(4)
+
+    watcher = cocotb.start_soon(watch_starts())
+    cocotb.start_soon(turn_knobs())
+    bench.stall(*rng.choice([("none", "none"), ("some", "some"), ("none", "bursts")]))
+    for frame in frames:
+        bench.source.append(frame_beats(frame, bench.core.pixel_bits))
+    await watcher
     await bench.drain()
     assert not bench.errors()
 
@@ -180,7 +225,7 @@ async def gaps_never_refuse_the_source(dut: Any) -> None:
     columns, rows = bench.random_size(full_rate=True)
     await bench.reset(columns, rows)
     bench.stall("none", "none")
-    for gap in (1, 2, 3, columns // 2, columns, columns + 1):
+    for gap in (1, 2, 3, columns // 2, columns, columns + 1, 3 * columns):
         frame = bench.frame("random", columns, rows)
         bench.scoreboard.expect(bench.golden(frame))
         await bench.source.send(frame_beats(frame, bench.core.pixel_bits), sync=False)

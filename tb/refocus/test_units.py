@@ -1,8 +1,10 @@
 """The parts of the refocuser, each on its own."""
 
+from dataclasses import asdict
+
 import pytest
 
-from plenofir.refocus import output_delay, tap_count
+from plenofir.refocus import FilterLayout
 from plenofir_tb.runner import run_case
 
 
@@ -54,33 +56,89 @@ def test_stored_product(value_bits: int, scale_bits: int, divisor: int) -> None:
     )
 
 
-@pytest.mark.parametrize("m", [1, 2, 3, 5, 8])
-@pytest.mark.parametrize("shift", [-5, -1, 0, 1, 2, 7])
-def test_switch_table(m: int, shift: int) -> None:
-    run_unit(
-        "switch_table",
-        {"MICRO_IMAGE_SIZE": m, "SHIFT": shift, "TAPS": tap_count(m, shift)},
-        m=m,
-        shift=shift,
-    )
+def geometry(layout: FilterLayout) -> dict[str, int | bool | str]:
+    """Generics that describe a filter."""
+    return {
+        "MICRO_IMAGE_SIZE": layout.micro_image_size,
+        "SHIFTS": " ".join(map(str, layout.shifts)),
+        "CENTRED": layout.align == "centred",
+        "HOLD": layout.hold,
+        "TAPS": layout.taps,
+    }
 
 
+LAYOUTS = [
+    *(FilterLayout(m, (shift,)) for m in (1, 2, 3, 5, 8) for shift in (-5, 0, 1, 7)),
+    FilterLayout(3, (-4, 5, 1), "causal"),
+    FilterLayout(4, (0, -7, 3, 12, 1)),
+    FilterLayout(3, (6, 5)),
+    FilterLayout(3, (0,), hold=True),
+    FilterLayout(5, (-10, 5, 0), hold=True),
+]
+
+
+def layout_name(layout: FilterLayout) -> str:
+    shifts = "_".join(map(str, layout.shifts))
+    return f"M{layout.micro_image_size}_{shifts}_{layout.align}{'_hold' * layout.hold}"
+
+
+@pytest.mark.parametrize("layout", LAYOUTS, ids=layout_name)
+def test_switch_table(layout: FilterLayout) -> None:
+    run_unit("switch_table", geometry(layout), layout=asdict(layout))
+
+
+@pytest.mark.parametrize("broadcast_taps", [0, 2])
 @pytest.mark.parametrize("depth", [1, 2, 3, 7])
-@pytest.mark.parametrize(("m", "shift"), [(3, 2), (3, 0), (4, -3), (1, 5)])
-def test_switched_fir(m: int, shift: int, depth: int) -> None:
+@pytest.mark.parametrize(
+    "layout",
+    [
+        FilterLayout(3, (2,)),
+        FilterLayout(3, (0, 4)),
+        FilterLayout(4, (-3,)),
+        FilterLayout(1, (5,)),
+        FilterLayout(3, (0, -6), hold=True),
+    ],
+    ids=layout_name,
+)
+def test_switched_fir(layout: FilterLayout, depth: int, broadcast_taps: int) -> None:
     run_unit(
         "switched_fir",
         {
-            "TAPS": tap_count(m, shift),
-            "DELAY": output_delay(m, shift),
+            "TAPS": layout.taps,
+            "DELAY": layout.delay,
             "DEPTH": depth,
+            "HOLD": layout.hold,
             "DATA_MAX": 255,
-            "SUM_MAX": 255 * m,
+            "SUM_MAX": 255 * layout.micro_image_size,
+            "BROADCAST_TAPS": broadcast_taps,
         },
-        m=m,
-        shift=shift,
+        layout=asdict(layout),
         depth=depth,
+        latency=2 if broadcast_taps else 1,
     )
+
+
+@pytest.mark.parametrize("modulus", [1, 2, 5])
+def test_pixel_counter(modulus: int) -> None:
+    run_unit("pixel_counter", {"MODULUS": modulus}, modulus=modulus)
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize("lanes", [1, 4])
+def test_lane_skew(lanes: int, backwards: bool) -> None:
+    generics = {"LANES": lanes, "WIDTH": 5, "REVERSED": backwards}
+    run_unit("lane_skew", generics, lanes=lanes, backwards=backwards)
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 5])
+def test_lane_exchange(lanes: int) -> None:
+    run_unit("lane_exchange", {"LANES": lanes, "WIDTH": 4}, lanes=lanes)
+
+
+@pytest.mark.parametrize("slices", [1, 2, 3, 256])
+def test_slice_select(slices: int) -> None:
+    generics = {"SLICES": slices, "SLICE_BITS": max((slices - 1).bit_length(), 1)}
+    run_unit("slice_select", generics, slices=slices)
 
 
 @pytest.mark.parametrize(("width", "address_bits"), [(8, 1), (26, 3), (10, 5)])

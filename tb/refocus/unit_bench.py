@@ -9,8 +9,9 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 
-from plenofir.refocus import filter_lines, output_delay, switch_matrix
+from plenofir.refocus import FilterLayout, filter_lines
 from plenofir_tb.runner import read_case
+from plenofir_tb.slices import SliceModel
 
 CASE = read_case()
 
@@ -71,61 +72,78 @@ async def every_product(dut: Any) -> None:
     assert got == [int(v * scale + Fraction(1, 2)) for v in values]
 
 
+def case_layout() -> FilterLayout:
+    """Read the filter of the case."""
+    fields = dict(CASE["layout"])
+    return FilterLayout(**{**fields, "shifts": tuple(fields["shifts"])})
+
+
 @for_entity("switch_table")
 async def every_row(dut: Any) -> None:
     """All rows equal the golden model's switch matrix, leftmost switch first."""
     Clock(dut.clk, 10, "ns").start()
-    matrix = switch_matrix(CASE["m"], CASE["shift"])
+    switches = case_layout().switches
     await FallingEdge(dut.clk)
     dut.enable.value = 1
-    for phase, row in enumerate(matrix):
-        dut.phase.value = phase
-        await FallingEdge(dut.clk)
-        assert str(dut.closed.value) == "".join("01"[int(closed)] for closed in row)
+    for slice_, matrix in enumerate(switches):
+        dut.slice.value = slice_
+        for phase, row in enumerate(matrix):
+            dut.phase.value = phase
+            await FallingEdge(dut.clk)
+            assert str(dut.closed.value) == "".join("01"[int(closed)] for closed in row)
     dut.enable.value = 0
     dut.phase.value = 0
+    dut.slice.value = 0
     await FallingEdge(dut.clk)
-    assert str(dut.closed.value) == "".join("01"[int(closed)] for closed in matrix[-1])
+    assert str(dut.closed.value) == "".join("01"[int(closed)] for closed in switches[-1][-1])
 
 
 @for_entity("switched_fir")
 async def interleaved_streams(dut: Any) -> None:
-    """DEPTH independent streams through one filter: each as if it had a filter of its own."""
-    m, shift, depth = CASE["m"], CASE["shift"], CASE["depth"]
+    """DEPTH independent streams through one filter: each as if it had a filter of its own.
+
+    Each stream takes a few steps at once, as the columns of the module array do.
+    """
+    layout, depth, latency = case_layout(), CASE["depth"], CASE["latency"]
+    m, taps, delay = layout.micro_image_size, layout.taps, layout.delay
     rng = np.random.default_rng(cocotb.RANDOM_SEED)
+    burst = int(rng.integers(1, 4))
     length, lines = 3 * m + 2, 3
+    slices = [int(s) for s in rng.integers(len(layout.shifts), size=lines)]
     streams = rng.integers(0, 256, (depth, lines, length))
-    want = np.array([np.concatenate(list(filter_lines(s, m, shift))) for s in streams])
-    switches = switch_matrix(m, shift)
-    taps = switches.shape[1]
-    delay = output_delay(m, shift)
+    want = np.array([np.concatenate(list(filter_lines(s, layout, slices))) for s in streams])
 
     Clock(dut.clk, 10, "ns").start()
     dut.step.value = 0
     # One entry a clock: slot, whether it steps, and what it does. Idle clocks are thrown in.
-    schedule: list[tuple[int, bool, int, str, int, int]] = []
-    for step in range(lines * length + delay):
-        line, position = divmod(step, length)
-        inside = line < lines
-        mask = [w <= position + taps - 1 - delay for w in range(taps)]
-        closed = [
-            inside and bool(c) and b for c, b in zip(switches[position % m], mask, strict=True)
-        ]
-        row = "".join("01"[int(c)] for c in closed)
+    idle = (0, False, 0, "0" * taps, 0, 0, 0, 0)
+    schedule: list[tuple[int, bool, int, str, int, int, int, int]] = []
+    total_steps = lines * length + delay
+    for start in range(0, total_steps, burst):
         for slot in range(depth):
-            while rng.random() < 0.2:
-                schedule.append((int(rng.integers(depth)), False, 0, row, 0, step))
-            data = int(streams[slot, line, position]) if inside else 0
-            schedule.append((slot, True, data, row, int(position == 0 and inside), step))
-        # The same slot may come again only after the read-modify-write loop.
-        schedule += [(0, False, 0, row, 0, step)] * max(0, 4 - depth)
+            for step in range(start, min(start + burst, total_steps)):
+                line, position = divmod(step, length)
+                inside = line < lines
+                first = int(position == 0 and inside)
+                mask = [w <= position + taps - 1 - delay for w in range(taps)]
+                switches = layout.switches[slices[line] if inside else 0][position % m]
+                closed = [inside and bool(c) and b for c, b in zip(switches, mask, strict=True)]
+                row = "".join("01"[int(c)] for c in closed)
+                # The output of this step is that of the pixel `delay` steps ago.
+                update = int(step >= delay and (step - delay) % length % m == 0)
+                data = int(streams[slot, line, position]) if inside else 0
+                while rng.random() < 0.2:
+                    schedule.append((*idle[:1], False, 0, row, 0, 0, 0, step))
+                schedule.append((slot, True, data, row, first, int(step > start), update, step))
+        # The same slot may be read again only after the read-modify-write loop.
+        schedule += [idle] * 4
     got: list[list[int]] = [[] for _ in range(depth)]
     read_ahead = 2 if depth > 1 else 0
     total = len(schedule)
-    for clock in range(total + read_ahead + 1):
+    for clock in range(total + read_ahead + latency):
         await FallingEdge(dut.clk)
-        done = clock - read_ahead - 1
-        if done >= 0 and schedule[done][1] and schedule[done][5] >= delay:
+        done = clock - read_ahead - latency
+        if done >= 0 and schedule[done][1] and schedule[done][7] >= delay:
             got[schedule[done][0]].append(int(dut.sum.value))
         if clock < total:
             dut.slot.value = schedule[clock][0]
@@ -136,7 +154,103 @@ async def interleaved_streams(dut: Any) -> None:
             dut.data.value = schedule[now][2]
             dut.closed.value = cocotb.types.LogicArray(schedule[now][3])
             dut.restart.value = schedule[now][4]
+            dut.resume.value = schedule[now][5]
+            dut.update.value = schedule[now][6]
     assert np.array_equal(np.array(got), want)
+
+
+@for_entity("pixel_counter")
+async def counts_tokens(dut: Any) -> None:
+    """Counts strobes, from 0 at a restart."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    Clock(dut.clk, 10, "ns").start()
+    count = 0
+    for token in range(300):
+        strobe = rng.random() < 0.7 or token == 0
+        restart = token == 0 or rng.random() < 0.05
+        await FallingEdge(dut.clk)
+        dut.strobe.value = int(strobe)
+        dut.restart.value = int(restart)
+        await RisingEdge(dut.clk)
+        if strobe:
+            count = 0 if restart else (count + 1) % CASE["modulus"]
+            assert int(dut.count.value) == count
+
+
+@for_entity("lane_skew")
+async def lanes_come_later(dut: Any) -> None:
+    """Lane i comes i tokens later, or LANES-1-i."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    lanes = CASE["lanes"]
+    delays = [lanes - 1 - i if CASE["backwards"] else i for i in range(lanes)]
+    Clock(dut.clk, 10, "ns").start()
+    dut.reset.value = 0
+    tokens: list[list[int]] = []
+    for _ in range(300):
+        words = [rng.randrange(32) for _ in range(lanes)]
+        enable = rng.random() < 0.7
+        await FallingEdge(dut.clk)
+        dut.enable.value = int(enable)
+        dut.data_in.value = sum(word << 5 * i for i, word in enumerate(words))
+        await RisingEdge(dut.clk)
+        if not enable:
+            continue
+        tokens.append(words)
+        if len(tokens) >= lanes:
+            got = int(dut.data_out.value)
+            for i, delay in enumerate(delays):
+                assert got >> 5 * i & 31 == tokens[-1 - delay][i]
+
+
+@for_entity("lane_exchange")
+async def lanes_follow_the_counter(dut: Any) -> None:
+    """Lane i takes from the lane that the counter named i tokens ago."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    lanes = CASE["lanes"]
+    Clock(dut.clk, 10, "ns").start()
+    counts: list[int] = []
+    for _ in range(300):
+        words = [rng.randrange(16) for _ in range(lanes)]
+        strobe = rng.random() < 0.7
+        count = rng.randrange(lanes)
+        await FallingEdge(dut.clk)
+        dut.strobe.value = int(strobe)
+        dut.count.value = count
+        dut.data_in.value = sum(word << 4 * i for i, word in enumerate(words))
+        await RisingEdge(dut.clk)
+        if not strobe:
+            continue
+        counts.append(count)
+        if len(counts) >= lanes:
+            got = int(dut.data_out.value)
+            for i in range(lanes):
+                assert got >> 4 * i & 15 == words[counts[-1 - i]]
+
+
+@for_entity("slice_select")
+async def slices_of_frames(dut: Any) -> None:
+    """Chosen and swept slices equal the rules."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    model = SliceModel(CASE["slices"])
+    Clock(dut.clk, 10, "ns").start()
+    dut.reset.value = 1
+    dut.frame_start.value = 0
+    dut.sweep.value = 0
+    dut.slice.value = 0
+    await FallingEdge(dut.clk)
+    await FallingEdge(dut.clk)
+    dut.reset.value = 0
+    knobs = (0, 0, 0)
+    for _ in range(1500):
+        if rng.random() < 0.03:
+            knobs = (rng.randrange(256), int(rng.random() < 0.8), rng.randrange(5))
+        start = rng.random() < 0.5
+        dut.slice.value, dut.sweep.value, dut.sweep_frames.value = knobs
+        dut.frame_start.value = int(start)
+        await RisingEdge(dut.clk)
+        if start:
+            assert int(dut.selected.value) == model.next_frame(*knobs)
+        await FallingEdge(dut.clk)
 
 
 @for_entity("axis_fifo")

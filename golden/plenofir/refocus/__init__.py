@@ -20,23 +20,25 @@ from plenofir.refocus.operator import (
     Align,
     Image,
     gather_sums,
+    interpolated_sums,
     moving_sums,
     output_offset,
     refocus_sums,
     scatter_sums,
 )
 from plenofir.refocus.shifts import focus_to_shift, parse_focus, shift_to_text
-from plenofir.refocus.switches import (
-    filter_lines,
-    output_delay,
-    switch_matrix,
-    tap_count,
-)
+from plenofir.refocus.switches import FilterLayout, filter_lines
+
+Interpolation = Literal["nearest", "linear"] | int
+"""How micro images are interpolated: by name, or the order of the B-spline (0 to 3)."""
+MAX_INTERPOLATION_ORDER = 3
 
 __all__ = [
+    "MAX_INTERPOLATION_ORDER",
     "Align",
     "Arithmetic",
     "ExactArithmetic",
+    "FilterLayout",
     "Image",
     "StoredProductArithmetic",
     "check_raw",
@@ -44,16 +46,15 @@ __all__ = [
     "filter_lines",
     "focus_to_shift",
     "gather_sums",
+    "interpolated_sums",
+    "interpolation_order",
     "moving_sums",
-    "output_delay",
     "output_offset",
     "parse_focus",
     "refocus",
     "refocus_sums",
     "scatter_sums",
     "shift_to_text",
-    "switch_matrix",
-    "tap_count",
 ]
 
 
@@ -99,13 +100,46 @@ def check_raw(raw: Image, micro_image_size: int, *, where: str = "raw") -> None:
         )
 
 
+def interpolation_order(interpolation: Interpolation | str, *, where: str = "interpolation") -> int:
+    """Order of an interpolation.
+
+    Parameters
+    ----------
+    interpolation
+        "nearest", "linear", or a number from 0 to 3, as a number or as text.
+    where
+        Name used in the error message.
+
+    Returns
+    -------
+    int
+        0 for nearest neighbour, 1 for linear, the number itself otherwise.
+
+    Raises
+    ------
+    InputError
+        If there is no such interpolation.
+    """
+    names = {"nearest": 0, "linear": 1}
+    if isinstance(interpolation, str) and interpolation in names:
+        return names[interpolation]
+    orders = [str(order) for order in range(MAX_INTERPOLATION_ORDER + 1)]
+    if str(interpolation) in orders:
+        return int(interpolation)
+    raise InputError(
+        f"{interpolation!r}",
+        where=where,
+        expected=f"nearest, linear, or an order from 0 to {MAX_INTERPOLATION_ORDER}",
+    )
+
+
 def refocus(
     raw: Image,
     M: int,  # noqa: N803  (the field's symbol, and part of the stable interface)
     a: int | str | Fraction,
     *,
     align: Align = "centred",
-    interpolation: Literal["nearest"] = "nearest",
+    interpolation: Interpolation = "nearest",
 ) -> Image:
     """Refocus a calibrated raw image: shift and integration (Eq. 6.1), correctly rounded.
 
@@ -123,12 +157,13 @@ def refocus(
         "centred": the picture stays put while focus is stepped. "causal": output pixel k is
         S[k], as in the thesis's timing diagrams.
     interpolation
-        "nearest": each micro image is repeated M times (Eq. 6.1).
+        "nearest": each micro image is repeated M times (Eq. 6.1). "linear": whole micro images
+        are interpolated linearly. A number: B-spline of that order (0 nearest, 1 linear, up to 3).
 
     Returns
     -------
     numpy.ndarray
-        round(S2 / M^2), halves up; size and type of `raw`.
+        round(S2 / M^2), halves up (order n: round(S2 / M^(2 + 2n))); size and type of `raw`.
 
     Raises
     ------
@@ -140,6 +175,5 @@ def refocus(
     shift = focus_to_shift(a, M)
     if align not in ("centred", "causal"):
         raise InputError(f"{align!r}", where="align", expected="'centred' or 'causal'")
-    if interpolation != "nearest":
-        raise InputError(f"{interpolation!r}", where="interpolation", expected="'nearest'")
-    return ExactArithmetic().refocus(raw, M, shift, align=align)
+    order = interpolation_order(interpolation)
+    return ExactArithmetic().refocus(raw, M, shift, align=align, order=order)

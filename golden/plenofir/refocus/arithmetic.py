@@ -65,14 +65,20 @@ def round_saturate(values: Sums, drop_bits: int, result_bits: int) -> Sums:
 
 
 class ExactArithmetic(BaseModel):
-    """Integer sums and one correctly rounded division by M^2, halves up."""
+    """Integer sums and one correctly rounded division by M^(2 + 2 order), halves up."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: Literal["exact"] = "exact"
 
     def refocus(
-        self, raw: Image, micro_image_size: int, shift: int, *, align: Align = "centred"
+        self,
+        raw: Image,
+        micro_image_size: int,
+        shift: int,
+        *,
+        align: Align = "centred",
+        order: int = 0,
     ) -> Image:
         """Refocus an image as the hardware does.
 
@@ -86,16 +92,18 @@ class ExactArithmetic(BaseModel):
             a' in pixels.
         align
             See `plenofir.refocus.operator.output_offset`.
+        order
+            Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
 
         Returns
         -------
         Image
             Size and type of `raw`.
         """
-        sums = refocus_sums(raw, micro_image_size, shift, align=align)
-        return divide_half_up(sums, micro_image_size**2).astype(raw.dtype)
+        sums = refocus_sums(raw, micro_image_size, shift, align=align, order=order)
+        return divide_half_up(sums, micro_image_size ** (2 * (order + 1))).astype(raw.dtype)
 
-    def largest_sum(self, micro_image_size: int, pixel_bits: int) -> int:
+    def largest_sum(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> int:
         """Largest number that the arithmetic's sums can reach.
 
         Parameters
@@ -104,15 +112,17 @@ class ExactArithmetic(BaseModel):
             M in pixels.
         pixel_bits
             Width of a pixel in bits.
+        order
+            Order of the interpolation.
 
         Returns
         -------
         int
-            The largest sum of the column filter.
+            The largest sum of the last column filter.
         """
-        return micro_image_size**2 * ((1 << pixel_bits) - 1)
+        return int(micro_image_size ** (2 * (order + 1)) * ((1 << pixel_bits) - 1))
 
-    def error_bound(self, micro_image_size: int, pixel_bits: int) -> Fraction:
+    def error_bound(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> Fraction:
         """Largest possible distance from the real-valued operator, in grey levels.
 
         Parameters
@@ -121,13 +131,16 @@ class ExactArithmetic(BaseModel):
             M in pixels.
         pixel_bits
             Width of a pixel in bits.
+        order
+            Order of the interpolation.
 
         Returns
         -------
         Fraction
             Half a grey level (odd divisors stay below it).
         """
-        return Fraction(micro_image_size**2 // 2, micro_image_size**2)
+        divisor = micro_image_size ** (2 * (order + 1))
+        return Fraction(divisor // 2, divisor)
 
 
 class StoredProductArithmetic(BaseModel):
@@ -150,7 +163,13 @@ class StoredProductArithmetic(BaseModel):
         return scaled_quotient(values, scale_bits, micro_image_size)
 
     def refocus(
-        self, raw: Image, micro_image_size: int, shift: int, *, align: Align = "centred"
+        self,
+        raw: Image,
+        micro_image_size: int,
+        shift: int,
+        *,
+        align: Align = "centred",
+        order: int = 0,
     ) -> Image:
         """Refocus an image as the hardware does.
 
@@ -159,17 +178,26 @@ class StoredProductArithmetic(BaseModel):
         pixel_bits = 8 * raw.dtype.itemsize
         middle_bits = pixel_bits + self.guard_bits
         drop_bits = self.fraction_bits - self.guard_bits
-        offset = output_offset(micro_image_size, shift, align)
+        passes = [(axis, s) for axis in (1, 0) for s in (shift, *[1] * order)]
+        first, last = 0, len(passes) - 1
 
-        row_products = self._products(micro_image_size, pixel_bits, self.fraction_bits)[raw]
-        row_sums = gather_sums(row_products, micro_image_size, shift, axis=1, offset=offset)
-        middle = round_saturate(row_sums, drop_bits, middle_bits)
+        image: Sums = raw.astype(np.int64)
+        for number, (axis, pass_shift) in enumerate(passes):
+            products = (
+                self._products(micro_image_size, pixel_bits, self.fraction_bits)
+                if number == first
+                else self._products(micro_image_size, middle_bits, drop_bits)
+            )[image]
+            offset = output_offset(micro_image_size, pass_shift, align)
+            sums = gather_sums(products, micro_image_size, pass_shift, axis=axis, offset=offset)
+            image = (
+                round_saturate(sums, self.fraction_bits, pixel_bits)
+                if number == last
+                else round_saturate(sums, drop_bits, middle_bits)
+            )
+        return image.astype(raw.dtype)
 
-        column_products = self._products(micro_image_size, middle_bits, drop_bits)[middle]
-        column_sums = gather_sums(column_products, micro_image_size, shift, axis=0, offset=offset)
-        return round_saturate(column_sums, self.fraction_bits, pixel_bits).astype(raw.dtype)
-
-    def largest_sum(self, micro_image_size: int, pixel_bits: int) -> int:
+    def largest_sum(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> int:
         """Largest number that the arithmetic's sums can reach.
 
         Parameters and result as `ExactArithmetic.largest_sum`.
@@ -182,12 +210,12 @@ class StoredProductArithmetic(BaseModel):
         )
         return micro_image_size * int(max(rows[-1], columns[-1]))
 
-    def error_bound(self, micro_image_size: int, pixel_bits: int) -> Fraction:
+    def error_bound(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> Fraction:
         """Largest possible distance from the real-valued operator, in grey levels.
 
         M rounded products are off by at most M times the worst product, the intermediate image
-        by half its last bit more (when bits are dropped); the columns average that error and add
-        their own. Saturation only reduces it, because the true value is within full scale.
+        by half its last bit more (when bits are dropped); each later pass averages that error and
+        adds its own. Saturation only reduces it, because the true value is within full scale.
 
         Parameters and result as `ExactArithmetic.error_bound`.
         """
@@ -203,20 +231,30 @@ class StoredProductArithmetic(BaseModel):
             return last_bit / 2 if drop_bits > 0 else Fraction(0)
 
         drop_bits = self.fraction_bits - self.guard_bits
-        rows = m * worst_product(pixel_bits, self.fraction_bits) * unit
-        rows += rounding(drop_bits, Fraction(1, 1 << self.guard_bits))
-        columns = m * worst_product(pixel_bits + self.guard_bits, drop_bits) * unit
-        columns += rounding(self.fraction_bits, Fraction(1))
-        return rows + columns
+        first_pass = m * worst_product(pixel_bits, self.fraction_bits) * unit
+        later_pass = m * worst_product(pixel_bits + self.guard_bits, drop_bits) * unit
+        between = rounding(drop_bits, Fraction(1, 1 << self.guard_bits))
+        later_passes = 2 * order + 1
+        return (
+            first_pass
+            + later_passes * (between + later_pass)
+            + rounding(self.fraction_bits, Fraction(1))
+        )
 
 
 Arithmetic = Annotated[ExactArithmetic | StoredProductArithmetic, Field(discriminator="kind")]
 
 
 def error_against_operator(
-    image: Image, raw: Image, micro_image_size: int, shift: int, *, align: Align = "centred"
+    image: Image,
+    raw: Image,
+    micro_image_size: int,
+    shift: int,
+    *,
+    align: Align = "centred",
+    order: int = 0,
 ) -> npt.NDArray[np.float64]:
-    """Distance of a refocused image from the real-valued operator S2 / M^2.
+    """Distance of a refocused image from the real-valued operator, S2 / M^2 without interpolation.
 
     Parameters
     ----------
@@ -230,12 +268,14 @@ def error_against_operator(
         a' in pixels.
     align
         See `plenofir.refocus.operator.output_offset`.
+    order
+        Order of the interpolation.
 
     Returns
     -------
     numpy.ndarray
-        image - S2 / M^2 in grey levels, shape of `image`.
+        image - S2 / M^(2 + 2 order) in grey levels, shape of `image`.
     """
-    sums = refocus_sums(raw, micro_image_size, shift, align=align)
-    area = micro_image_size**2
-    return (image.astype(np.int64) * area - sums) / area
+    sums = refocus_sums(raw, micro_image_size, shift, align=align, order=order)
+    divisor = int(micro_image_size ** (2 * (order + 1)))
+    return (image.astype(np.int64) * divisor - sums) / divisor

@@ -125,10 +125,52 @@ def moving_sums(
     return np.moveaxis(running[k_out] - running[k_out - micro_image_size], 0, axis)
 
 
-def refocus_sums(
-    raw: Image, micro_image_size: int, shift: int, *, align: Align = "centred"
+def interpolated_sums(
+    samples: Image,
+    micro_image_size: int,
+    shift: int,
+    *,
+    axis: int,
+    align: Align = "centred",
+    order: int = 0,
 ) -> Sums:
-    """Sums of both dimensions, rows first: M^2 times the refocused image.
+    """Sums of one dimension with interpolation of whole micro images.
+
+    The operator with a', then ``order`` times the operator with a' = 1, a moving sum over M
+    pixels: the kernel is a box for order 0 (nearest neighbour), a triangle for order 1 (linear),
+    a B-spline of the order in general. Each of them works on an image of the input's size.
+
+    Parameters
+    ----------
+    samples
+        Image or sums, any shape.
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    axis
+        Axis to sum along.
+    align
+        See `output_offset`.
+    order
+        Order of the interpolation.
+
+    Returns
+    -------
+    Sums
+        M^order times the interpolated sums, shape of `samples`.
+    """
+    sums: Sums = np.asarray(samples, dtype=np.int64)
+    for pass_shift in (shift, *[1] * order):
+        offset = output_offset(micro_image_size, pass_shift, align)
+        sums = gather_sums(sums, micro_image_size, pass_shift, axis=axis, offset=offset)
+    return sums
+
+
+def refocus_sums(
+    raw: Image, micro_image_size: int, shift: int, *, align: Align = "centred", order: int = 0
+) -> Sums:
+    """Sums of both dimensions, rows first: M^(2 + 2 order) times the refocused image.
 
     Parameters
     ----------
@@ -140,15 +182,16 @@ def refocus_sums(
         a' in pixels.
     align
         See `output_offset`.
+    order
+        Order of the interpolation, see `interpolated_sums`.
 
     Returns
     -------
     Sums
         S2, shape of `raw`.
     """
-    offset = output_offset(micro_image_size, shift, align)
-    along_rows = gather_sums(raw, micro_image_size, shift, axis=1, offset=offset)
-    return gather_sums(along_rows, micro_image_size, shift, axis=0, offset=offset)
+    rows = interpolated_sums(raw, micro_image_size, shift, axis=1, align=align, order=order)
+    return interpolated_sums(rows, micro_image_size, shift, axis=0, align=align, order=order)
 
 
 def divide_half_up(numerator: Sums, divisor: int) -> Sums:

@@ -2,9 +2,15 @@
 
 The pixel is broadcast to W taps; tap w delays it by W-1-w steps. A pixel of phase p = k mod M is
 added by the M neighbouring taps whose delay lies in p (a'-1) + o .. p (a'-1) + o + M-1.
+
+One filter serves a set of shifts, from which a slice is chosen while it runs. All slices have the
+output delay of the slice that needs most, so that a tap's place tells the output that its partial
+sum belongs to, whatever the slice.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -14,138 +20,141 @@ from plenofir.refocus.operator import Align, output_offset
 SwitchMatrix = npt.NDArray[np.bool_]
 
 
-def tap_count(micro_image_size: int, shift: int) -> int:
-    """Number of taps W = M + (M-1) |a' - 1|.
-
-    Parameters
-    ----------
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-
-    Returns
-    -------
-    int
-        W.
-    """
-    return micro_image_size + (micro_image_size - 1) * abs(shift - 1)
-
-
-def tap_origin(micro_image_size: int, shift: int) -> int:
-    """Delay o of the tap that yields S[k] at step k, so that no tap needs a negative delay.
-
-    Parameters
-    ----------
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-
-    Returns
-    -------
-    int
-        o in steps: 0 for a' >= 1, (M-1)(1-a') otherwise.
-    """
+def _tap_origin(micro_image_size: int, shift: int) -> int:
+    """Delay o of the tap that yields S[k] at step k in a filter for one shift alone."""
     return 0 if shift >= 1 else (micro_image_size - 1) * (1 - shift)
 
 
-def output_delay(micro_image_size: int, shift: int, align: Align = "centred") -> int:
-    """Steps from a pixel to the output of the same index.
+def _own_delay(micro_image_size: int, shift: int, align: Align) -> int:
+    """Output delay of a filter for one shift alone."""
+    return _tap_origin(micro_image_size, shift) + output_offset(micro_image_size, shift, align)
 
-    Parameters
+
+@dataclass(frozen=True)
+class FilterLayout:
+    """Taps and switches of a filter for a set of shifts.
+
+    Attributes
     ----------
     micro_image_size
         M in pixels.
-    shift
-        a' in pixels.
+    shifts
+        The set of a' in pixels; a slice is an index into it.
     align
         See `plenofir.refocus.operator.output_offset`.
-
-    Returns
-    -------
-    int
-        Delay in steps: pixels for the row filter, lines for the column filter.
+    hold
+        Whether the first output of each micro image is computed and held for the others (the write
+        enable of Eq. 6.7). A phase then closes one switch instead of M.
     """
-    return tap_origin(micro_image_size, shift) + output_offset(micro_image_size, shift, align)
 
+    micro_image_size: int
+    shifts: tuple[int, ...]
+    align: Align = "centred"
+    hold: bool = False
 
-def switch_matrix(micro_image_size: int, shift: int) -> SwitchMatrix:
-    """Switch states S(a, w, p), Eqs. (6.8) and (6.9).
+    @property
+    def _width(self) -> int:
+        """Switches that a phase closes."""
+        return 1 if self.hold else self.micro_image_size
 
-    Parameters
-    ----------
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
+    @property
+    def delay(self) -> int:
+        """Steps from a pixel to the output of the same index (rows: pixels, columns: lines)."""
+        return max(_own_delay(self.micro_image_size, shift, self.align) for shift in self.shifts)
 
-    Returns
-    -------
-    SwitchMatrix
-        Shape (M, W), one row for each phase; true is closed.
-    """
-    taps = tap_count(micro_image_size, shift)
-    phase = np.arange(micro_image_size)[:, None]
-    delay = taps - 1 - np.arange(taps)[None, :]
-    first = phase * (shift - 1) + tap_origin(micro_image_size, shift)
-    return (delay >= first) & (delay < first + micro_image_size)
+    @property
+    def taps(self) -> int:
+        """Number of taps W, for one shift M + (M-1) |a'-1|; with hold M-1 less."""
+        m = self.micro_image_size
+        behind = (
+            self._width + (m - 1) * abs(shift - 1) - _own_delay(m, shift, self.align)
+            for shift in self.shifts
+        )
+        return self.delay + max(behind)
+
+    @property
+    def can_hold(self) -> bool:
+        """Whether the M outputs of every micro image are equal in all slices."""
+        m = self.micro_image_size
+        return all(
+            shift % m == 0 and output_offset(m, shift, self.align) % m == 0 for shift in self.shifts
+        )
+
+    @cached_property
+    def switches(self) -> SwitchMatrix:
+        """Switch states S(a, w, p), Eqs. (6.7) to (6.9): shape (slices, M, W), true is closed."""
+        m = self.micro_image_size
+        phase = np.arange(m)[None, :, None]
+        shift = np.array(self.shifts)[:, None, None]
+        origin = [
+            _tap_origin(m, s) + self.delay - _own_delay(m, s, self.align) for s in self.shifts
+        ]
+        first = phase * (shift - 1) + np.array(origin)[:, None, None]
+        delay = self.taps - 1 - np.arange(self.taps)[None, None, :]
+        closed: SwitchMatrix = (delay >= first) & (delay < first + self._width)
+        return closed
+
+    @property
+    def switched(self) -> npt.NDArray[np.bool_]:
+        """Taps that some slice closes, shape (W,); the others have neither switch nor adder."""
+        used: npt.NDArray[np.bool_] = np.any(self.switches, axis=(0, 1))
+        return used
 
 
 def filter_lines(
     lines: Iterable[npt.NDArray[np.integer]],
-    micro_image_size: int,
-    shift: int,
-    *,
-    align: Align = "centred",
+    layout: FilterLayout,
+    slices: Sequence[int] | None = None,
 ) -> Iterator[npt.NDArray[np.int64]]:
     """Run lines through one FIR filter, one after the other without a gap.
 
     This is the filter register by register, with the moving mask that keeps neighbouring lines
-    apart. Lines of zeros behind the last one push its tail out.
+    apart. Empty steps behind the last line push its tail out.
 
     Parameters
     ----------
     lines
         Lines of samples, each of shape (K,), lengths may differ.
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    align
-        See `plenofir.refocus.operator.output_offset`.
+    layout
+        Taps and switches.
+    slices
+        Slice of each line; the first of the set if None.
 
     Yields
     ------
     numpy.ndarray
         One line of sums for each line in, same length.
     """
-    taps = tap_count(micro_image_size, shift)
-    delay = output_delay(micro_image_size, shift, align)
-    switches = switch_matrix(micro_image_size, shift)
+    taps, delay = layout.taps, layout.delay
     own_at_first_step = np.arange(taps) <= taps - 1 - delay
 
     held = np.zeros(taps, dtype=np.int64)
     lengths: list[int] = []
+    updates: list[bool] = []
     outputs: list[int] = []
 
-    def step(sample: int, phase: int, mask: npt.NDArray[np.bool_], restart: bool) -> None:
+    def step(sample: int, closed: npt.NDArray[np.bool_], restart: bool, update: bool) -> None:
         nonlocal held
         carried = np.concatenate(([0], held[:-1]))
         if restart:
             carried[own_at_first_step] = 0
-        held = carried + np.where(switches[phase] & mask, sample, 0)
+        updates.append(update)
+        result = carried + np.where(closed, sample, 0)
+        if layout.hold and len(updates) > delay and not updates[-1 - delay]:
+            result[-1] = held[-1]
+        held = result
         outputs.append(int(held[-1]))
 
-    for line in lines:
+    for number, line in enumerate(lines):
         lengths.append(len(line))
+        switches = layout.switches[0 if slices is None else slices[number]]
         mask = own_at_first_step.copy()
         for position, sample in enumerate(line):
-            step(int(sample), position % micro_image_size, mask, position == 0)
+            phase = position % layout.micro_image_size
+            step(int(sample), switches[phase] & mask, position == 0, phase == 0)
             mask = np.concatenate(([True], mask[:-1]))
-    nothing_closed = np.zeros(taps, dtype=bool)
     for _ in range(delay):
-        step(0, 0, nothing_closed, False)
+        step(0, np.zeros(taps, dtype=bool), False, False)
 
     start = delay
     for length in lengths:

@@ -2,7 +2,7 @@
 
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from plenofir.images import read_image, write_png
 from plenofir.refocus import check_raw, error_against_operator, focus_to_shift, shift_to_text
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic
 from plenofir.simulation.pump import WAVE_SIGNALS, run_pump
-from plenofir.simulation.simulators import find_simulator
+from plenofir.simulation.simulators import SimulationError, find_simulator
 from plenofir.simulation.waves import write_save_file
 
 FLOWER = project.DATA / "flower_5x5.png"
@@ -39,7 +39,12 @@ class SimulationJob(BaseModel):
     micro_image_size
         M in pixels.
     focus
-        a, a fraction whose denominator divides M.
+        The set of a, fractions whose denominators divide M; more than one makes a sweep, a frame
+        for each.
+    interpolation
+        Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
+    parallel_rows
+        Rows that are filtered at once (iota).
     out
         Folder for the results.
     arithmetic
@@ -54,11 +59,43 @@ class SimulationJob(BaseModel):
 
     raw: Path = FLOWER
     micro_image_size: int = FLOWER_MICRO_IMAGE_SIZE
-    focus: str = FLOWER_FOCUS
+    focus: tuple[str, ...] = (FLOWER_FOCUS,)
+    interpolation: int = 0
+    parallel_rows: int = 1
     out: Path
     arithmetic: Arithmetic = ExactArithmetic()
     simulator: str = "ghdl"
     waves: bool = False
+
+
+class SliceReport(BaseModel):
+    """What ``report.json`` holds of each slice.
+
+    Attributes
+    ----------
+    a
+        Focus setting.
+    shift
+        a' = a M in pixels.
+    pictures
+        Files of the refocused picture, the golden one and their difference.
+    mismatches
+        Pixels that differ in any channel.
+    first_mismatch
+        Where the first one is, or None.
+    largest_error, rms_error
+        Distance of the VHDL's image from the exact real-valued operator, in grey levels.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    a: str
+    shift: int
+    pictures: tuple[str, str, str]
+    mismatches: int
+    first_mismatch: str | None
+    largest_error: float
+    rms_error: float
 
 
 class Report(BaseModel):
@@ -70,18 +107,18 @@ class Report(BaseModel):
         Name of the raw image file.
     M
         Micro image size in pixels.
-    a
-        Focus setting.
-    shift
-        a' = a M in pixels.
+    slices
+        One entry for each focus setting.
     columns, rows, channels, pixel_bits
         Size of the image.
+    parallel_rows
+        Rows that are filtered at once.
+    interpolation
+        Order of the interpolation.
     pixels_compared
-        Pixels compared with the bit-true golden model.
+        Pixels compared with the bit-true golden model, in all slices.
     mismatches
         Pixels that differ in any channel.
-    first_mismatch
-        Where the first one is, or None.
     clocks
         Clocks from the first pixel in to the last pixel out.
     clocks_per_pixel
@@ -94,12 +131,10 @@ class Report(BaseModel):
         Its version.
     arithmetic
         Arithmetic of the core.
-    largest_error, rms_error
-        Distance of the VHDL's image from the exact real-valued operator, in grey levels.
     error_bound
         What the arithmetic guarantees for the largest error.
     taps
-        Taps of each filter.
+        Taps of the filters of each dimension.
     line_buffer_bits
         Bits of the column filters' line buffers.
     """
@@ -108,29 +143,49 @@ class Report(BaseModel):
 
     raw: str
     M: int
-    a: str
-    shift: int
+    slices: tuple[SliceReport, ...]
     columns: int
     rows: int
     channels: int
     pixel_bits: int
+    parallel_rows: int
+    interpolation: int
     pixels_compared: int
     mismatches: int
-    first_mismatch: str | None
     clocks: int
     clocks_per_pixel: float
     latency_clocks: int
     simulated_clocks_per_second: int
     simulator: str
     arithmetic: Arithmetic
-    largest_error: float
-    rms_error: float
     error_bound: float
     taps: int
     line_buffer_bits: int
 
 
-def _check_out(out: Path) -> None:
+def picture_names(shift: int, micro_image_size: int, slices: int) -> tuple[str, str, str]:
+    """File names of a slice's pictures.
+
+    Parameters
+    ----------
+    shift
+        a' in pixels.
+    micro_image_size
+        M in pixels.
+    slices
+        Number of slices of the job; the names of a single one do not tell which it is.
+
+    Returns
+    -------
+    tuple of str
+        Refocused, golden and difference picture. A fraction's stroke becomes an underscore.
+    """
+    text = shift_to_text(shift, micro_image_size).replace("/", "_")
+    suffix = f"_{text}" if slices > 1 else ""
+    return f"refocused{suffix}.png", f"golden{suffix}.png", f"diff{suffix}.png"
+
+
+def _check_out(out: Path, names: Sequence[str]) -> None:
     """Refuse a result folder that cannot be written, before any work is done."""
     expected = "a folder that can be written"
     existing = out
@@ -145,7 +200,7 @@ def _check_out(out: Path) -> None:
     except OSError as error:
         what = f"{existing} cannot be written ({error.strerror})"
         raise InputError(what, where="OUT", expected=expected) from None
-    for name in ("refocused.png", "golden.png", "diff.png", "report.json"):
+    for name in names:
         if (out / name).is_dir():
             raise InputError(f"{out / name} is a folder", where="OUT", expected="a file or nothing")
 
@@ -153,8 +208,9 @@ def _check_out(out: Path) -> None:
 def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
     """Refocus a raw image in the VHDL core and in the golden model, and compare them.
 
-    Leaves ``refocused.png``, ``golden.png``, ``diff.png``, ``report.json`` in ``job.out``, and
-    with waves ``refocused.fst`` and ``refocused.gtkw``. All appear at the end or not at all.
+    Leaves ``refocused.png``, ``golden.png``, ``diff.png``, ``report.json`` in ``job.out`` (of a
+    sweep three pictures for each slice, the slice in the name), and with waves
+    ``refocused.fst`` and ``refocused.gtkw``. All appear at the end or not at all.
 
     Parameters
     ----------
@@ -178,80 +234,107 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
     m = job.micro_image_size
     if m < 1:
         raise InputError(f"M = {m} is too small", where="M", expected="an integer, 1 or more")
-    shift = focus_to_shift(job.focus, m, where="A")
+    where = "A" if len(job.focus) == 1 else "SWEEP"
+    shifts = tuple(focus_to_shift(focus, m, where=where) for focus in job.focus)
+    for number, shift in enumerate(shifts):
+        if shift in shifts[:number]:
+            raise InputError(
+                f"{shift_to_text(shift, m)} stands in it twice", where=where, expected="each a once"
+            )
     raw = read_image(job.raw)
     check_raw(raw, m, where=str(job.raw))
     rows, columns = raw.shape[:2]
     configuration = CoreConfiguration(
         micro_image_size=m,
-        shift=shift,
+        shifts=shifts,
         max_columns=columns,
         channels=1 if raw.ndim == 2 else 3,
         pixel_bits=8 * raw.dtype.itemsize,
         arithmetic=job.arithmetic,
+        order=job.interpolation,
+        parallel_rows=job.parallel_rows,
     )
     configuration.check_limits()
     if rows > MAX_ROWS:
         raise InputError(f"{rows} rows", where=str(job.raw), expected=f"at most {MAX_ROWS} rows")
-    _check_out(job.out)
+    pictures = [picture_names(shift, m, len(shifts)) for shift in shifts]
+    _check_out(job.out, ["report.json", *(name for names in pictures for name in names)])
     simulator = find_simulator(job.simulator)
 
     def tell(step: str, done: int, total: int) -> None:
         if progress is not None:
             progress(step, done, total)
 
-    pixels = rows * columns
+    pixels = rows * columns * len(shifts)
     work_root = project.root() / "build" / "work"
     work_root.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=work_root, prefix="sim-") as work_name:
         work = Path(work_name)
         results = work / "results"
         results.mkdir()
-        tell("golden model", 0, 1)
-        golden = job.arithmetic.refocus(raw, m, shift)
-        tell("golden model", 1, 1)
+        golden = []
+        for done, shift in enumerate(shifts):
+            tell("golden model", done, len(shifts))
+            golden.append(job.arithmetic.refocus(raw, m, shift, order=job.interpolation))
+        tell("golden model", len(shifts), len(shifts))
         step = f"VHDL core in {simulator.name.upper()}"
         tell(step, 0, pixels)
         result = run_pump(
             simulator,
             configuration,
-            raw[np.newaxis],
+            np.stack([raw] * len(shifts)),
             work / "pump",
+            sweep_frames=1 if len(shifts) > 1 else 0,
             waves=results / "refocused.fst" if job.waves else None,
             progress=lambda done: tell(step, done, pixels),
         )
         tell(step, pixels, pixels)
+        if result.slices != tuple(range(len(shifts))):
+            raise SimulationError(f"the core swept through the slices {result.slices}")
 
-        refocused = result.frames[0]
-        comparison = compare_frames(result.frames, golden[np.newaxis])
-        error = error_against_operator(refocused, raw, m, shift)
+        slices = []
+        for number, (shift, names) in enumerate(zip(shifts, pictures, strict=True)):
+            refocused = result.frames[number]
+            comparison = compare_frames(refocused[np.newaxis], golden[number][np.newaxis])
+            error = error_against_operator(refocused, raw, m, shift, order=job.interpolation)
+            slices.append(
+                SliceReport(
+                    a=shift_to_text(shift, m),
+                    shift=shift,
+                    pictures=names,
+                    mismatches=comparison.mismatches,
+                    first_mismatch=comparison.first,
+                    largest_error=float(np.abs(error).max()),
+                    rms_error=float(np.sqrt(np.mean(error**2))),
+                )
+            )
+            write_png(results / names[0], refocused)
+            write_png(results / names[1], golden[number])
+            write_png(results / names[2], difference_picture(refocused, golden[number]))
         report = Report(
             raw=job.raw.name,
             M=m,
-            a=shift_to_text(shift, m),
-            shift=shift,
+            slices=tuple(slices),
             columns=columns,
             rows=rows,
             channels=configuration.channels,
             pixel_bits=configuration.pixel_bits,
-            pixels_compared=comparison.pixels,
-            mismatches=comparison.mismatches,
-            first_mismatch=comparison.first,
+            parallel_rows=job.parallel_rows,
+            interpolation=job.interpolation,
+            pixels_compared=pixels,
+            mismatches=sum(slice_.mismatches for slice_ in slices),
             clocks=result.clocks,
             clocks_per_pixel=round(result.input_clocks / pixels, 6),
             latency_clocks=result.latency_clocks,
             simulated_clocks_per_second=round(result.clocks / result.seconds),
             simulator=simulator.version,
             arithmetic=job.arithmetic,
-            largest_error=float(np.abs(error).max()),
-            rms_error=float(np.sqrt(np.mean(error**2))),
-            error_bound=float(job.arithmetic.error_bound(m, configuration.pixel_bits)),
+            error_bound=float(
+                job.arithmetic.error_bound(m, configuration.pixel_bits, job.interpolation)
+            ),
             taps=configuration.taps,
             line_buffer_bits=configuration.line_buffer_bits,
         )
-        write_png(results / "refocused.png", refocused)
-        write_png(results / "golden.png", golden)
-        write_png(results / "diff.png", difference_picture(refocused, golden))
         (results / "report.json").write_text(report.model_dump_json(indent=2) + "\n")
         if job.waves:
             write_save_file(results / "refocused.gtkw", results / "refocused.fst", WAVE_SIGNALS)
@@ -290,22 +373,27 @@ def report_summary(report: Report) -> list[tuple[str, Any]]:
     list of tuple
         Name and value of each line.
     """
+    wrong = next((s for s in report.slices if s.mismatches), None)
     agree = (
         f"all {report.pixels_compared} pixels equal the golden model"
-        if report.mismatches == 0
+        if wrong is None
         else f"{report.mismatches} of {report.pixels_compared} pixels differ; "
-        f"first: {report.first_mismatch}"
+        f"first: a = {wrong.a}, {wrong.first_mismatch}"
     )
     depth = f"{report.channels} x {report.pixel_bits} bit"
+    focus = " ".join(slice_.a for slice_ in report.slices)
+    at_once = f", {report.parallel_rows} rows at once" if report.parallel_rows > 1 else ""
+    order = f", interpolation of order {report.interpolation}" if report.interpolation else ""
+    largest = max(slice_.largest_error for slice_ in report.slices)
+    rms = max(slice_.rms_error for slice_ in report.slices)
     return [
         ("image", f"{report.raw}, {report.columns} x {report.rows}, {depth}"),
-        ("focus", f"M = {report.M}, a = {report.a}, {report.taps} taps"),
+        ("focus", f"M = {report.M}, a = {focus}, {report.taps} taps{at_once}{order}"),
         ("arithmetic", report.arithmetic.kind),
         ("result", agree),
         (
             "error",
-            f"largest {report.largest_error:.4f}, RMS {report.rms_error:.4f} grey levels "
-            f"(bound {report.error_bound:.4f})",
+            f"largest {largest:.4f}, RMS {rms:.4f} grey levels (bound {report.error_bound:.4f})",
         ),
         (
             "clocks",

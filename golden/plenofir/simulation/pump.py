@@ -19,26 +19,26 @@ TOP = "refocus_pump"
 _BIT: SignalKind = "bit"
 _DOWNTO: SignalKind = "downto"
 _TO: SignalKind = "to"
+_ARRAY = "core/modules/"
 WAVE_SIGNALS = tuple(
     WaveSignal(f"/{TOP}/{scope}{name}", kind)
     for kind, scope, names in (
         (_BIT, "", "clk reset s_axis_tvalid s_axis_tready"),
         (_DOWNTO, "", "s_axis_tdata s_axis_tuser"),
         (_BIT, "", "s_axis_tlast"),
-        (_BIT, "core/", "token_strobe"),
-        (_DOWNTO, "core/", "token_tag token_data"),
-        (_DOWNTO, "core/row_stage/control/", "phase"),
-        (_TO, "core/row_stage/control/", "closed"),
-        (_BIT, "core/row_stage/control/", "restart"),
-        (_BIT, "core/", "row_strobe"),
-        (_DOWNTO, "core/", "row_tag row_sums"),
-        (_DOWNTO, "core/column_stage/control/", "phase"),
-        (_TO, "core/column_stage/control/", "closed"),
-        (_BIT, "core/column_stage/control/", "restart"),
-        (_BIT, "core/", "column_strobe"),
-        (_DOWNTO, "core/", "column_line column_last column_sums"),
+        (_BIT, "core/", "token_strobe token_pixel token_line_first token_line_last"),
+        (_DOWNTO, "core/", "token_slice token_data"),
+        (_DOWNTO, f"{_ARRAY}row_pass(0)/stage/control/", "phase"),
+        (_TO, f"{_ARRAY}row_pass(0)/stage/control/", "closed"),
+        (_BIT, f"{_ARRAY}row_pass(0)/stage/control/", "restart"),
+        (_DOWNTO, _ARRAY, "skewed_data"),
+        (_DOWNTO, f"{_ARRAY}column_pass(0)/stage/control/", "phase"),
+        (_TO, f"{_ARRAY}column_pass(0)/stage/control/", "closed"),
+        (_BIT, f"{_ARRAY}column_pass(0)/stage/control/", "restart"),
+        (_DOWNTO, _ARRAY, "row_sums"),
+        (_DOWNTO, "core/", "row_valid row_skip"),
         (_BIT, "", "m_axis_tvalid m_axis_tready"),
-        (_DOWNTO, "", "m_axis_tdata m_axis_tuser"),
+        (_DOWNTO, "", "m_axis_tdata m_axis_tuser m_axis_tid"),
         (_BIT, "", "m_axis_tlast"),
         (_DOWNTO, "", "error_flags"),
     )
@@ -60,6 +60,8 @@ class PumpResult:
         Clocks from the first pixel taken to the last pixel taken.
     latency_clocks
         Clocks from the first pixel taken to the first pixel out.
+    slices
+        Slice of each frame, an index into the configuration's shifts.
     seconds
         Wall time of the run, without analysis.
     """
@@ -68,6 +70,7 @@ class PumpResult:
     clocks: int
     input_clocks: int
     latency_clocks: int
+    slices: tuple[int, ...]
     seconds: float
 
 
@@ -88,6 +91,7 @@ def run_pump(
     frames: Image,
     directory: Path,
     *,
+    sweep_frames: int = 0,
     stall_percent: int = 0,
     seed: int = 1,
     waves: Path | None = None,
@@ -105,12 +109,14 @@ def run_pump(
         Shape (frames, rows, columns) or (frames, rows, columns, channels).
     directory
         Empty directory for the library and the pump's files.
+    sweep_frames
+        Number of frames for each slice of a sweep; 0 uses the first slice throughout.
     stall_percent
         Share of clocks in which each side stalls at random.
     seed
         Seed of the stalls, 1 to 65535.
     waves
-        FST file to write, or None.
+        Waveform file to write, or None; see `Simulator.run_command`.
     progress
         Called with the number of pixels that came out so far.
 
@@ -133,6 +139,7 @@ def run_pump(
         "COLUMNS": columns,
         "ROWS": rows,
         "FRAMES": count,
+        "SWEEP_FRAMES": sweep_frames,
         "STALL_PERCENT": stall_percent,
         "SEED": seed,
     }
@@ -154,7 +161,8 @@ def run_pump(
     seconds = time.perf_counter() - started
 
     lines = (directory / "clocks.txt").read_text().splitlines()
-    counts = {name: int(value) for name, value in (line.split() for line in lines)}
+    pairs = [(name, int(value)) for name, value in (line.split() for line in lines)]
+    counts = dict(pairs)
     words = np.fromfile(output, dtype="<i4")
     if counts["received"] != count * rows * columns or words.size != frames.size:
         raise SimulationError(
@@ -171,5 +179,6 @@ def run_pump(
         clocks=counts["clocks"],
         input_clocks=counts["input_clocks"],
         latency_clocks=counts["latency"],
+        slices=tuple(value for name, value in pairs if name == "slice"),
         seconds=seconds,
     )

@@ -15,6 +15,7 @@ SimulatorName = Literal["ghdl", "nvc"]
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"
 # Vectors are undefined at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
 GHDL_RUN_OPTIONS = ("--ieee-asserts=disable-at-0", "--max-stack-alloc=0")
+_GHDL_WAVE_OPTIONS = {".fst": "fst", ".vcd": "vcd", ".ghw": "wave"}
 _NVC_OLDEST = (1, 8)
 _POLL_SECONDS = 0.1
 
@@ -64,7 +65,7 @@ class Simulator:
     def run_command(
         self,
         top: str,
-        generics: Mapping[str, int | bool],
+        generics: Mapping[str, int | bool | str],
         *,
         waves: Path | None = None,
         wave_signals: Sequence[str] = (),
@@ -78,7 +79,7 @@ class Simulator:
         generics
             Its generics.
         waves
-            FST file to write, or None.
+            Waveform file to write (``.fst``, ``.vcd``, for GHDL also ``.ghw``), or None.
         wave_signals
             Hierarchical names (``/top/instance/signal``) to write; all if empty.
 
@@ -92,15 +93,17 @@ class Simulator:
             options = []
             if waves is not None:
                 names = [signal.strip("/").replace("/", ":") for signal in wave_signals]
-                options = [f"--wave={waves}", "--format=fst"]
+                options = [f"--wave={waves}", f"--format={waves.suffix[1:]}"]
                 options += [f"--include=:{name}" for name in names]
             return ["nvc", "--std=1993", "-e", *overrides, top, "-r", *options]
         options = [*GHDL_RUN_OPTIONS]
         if waves is not None:
-            options.append(f"--fst={waves}")
+            options.append(f"--{_GHDL_WAVE_OPTIONS[waves.suffix]}={waves}")
             if wave_signals:
                 selection = waves.with_suffix(".opt")
-                selection.write_text("\n".join(["$ version 1.1", *wave_signals, ""]))
+                # GHDL's own name of a generate region has no index.
+                names = [re.sub(r"\(\d+\)", "", signal) for signal in wave_signals]
+                selection.write_text("\n".join(["$ version 1.1", *names, ""]))
                 options.append(f"--read-wave-opt={selection}")
         return ["ghdl", "-r", "--std=93", top, *overrides, *options]
 
@@ -152,7 +155,7 @@ class Simulator:
             )
 
 
-def _generic(value: int | bool) -> str:
+def _generic(value: int | bool | str) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

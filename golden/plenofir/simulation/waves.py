@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import pywellen
+from plenofir.simulation.dumps import Dump
 
 SignalKind = Literal["bit", "downto", "to"]
 
@@ -39,11 +39,7 @@ def write_save_file(path: Path, dump: Path, signals: Sequence[WaveSignal]) -> No
     signals
         Signals to show; those that the simulator did not write are left out.
     """
-    widths = {
-        name: var.bitwidth
-        for var in pywellen.Waveform(str(dump)).all_vars()
-        if (name := var.full_name)
-    }
+    widths = {signal.name: signal.width for signal in Dump(dump).signals}
     lines = [f'[dumpfile] "{dump.name}"', "[timestart] 0", "*-22.0 0"]
     group = None
     for signal in signals:

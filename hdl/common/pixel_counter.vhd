@@ -1,0 +1,56 @@
+-- Counts tokens modulo a constant, from a token on that begins anew.
+--
+-- Latency: 0 clocks: count is that of the token on hand. Throughput: one token each clock.
+-- Ports: strobe marks a token, restart (with strobe) the one that counts as 0.
+-- Equation: count = (tokens since the one with restart) mod MODULUS.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity pixel_counter is
+  generic (
+    -- What it counts to.
+    MODULUS : positive
+  );
+  port (
+    clk     : in    std_logic;
+    strobe  : in    std_logic;
+    restart : in    std_logic;
+    count   : out   natural range 0 to MODULUS - 1
+  );
+end entity pixel_counter;
+
+architecture rtl of pixel_counter is
+
+begin
+
+  one : if MODULUS = 1 generate
+    count <= 0;
+  end generate one;
+
+  many : if MODULUS > 1 generate
+
+    signal count_now : natural range 0 to MODULUS - 1;
+    signal count_d1  : natural range 0 to MODULUS - 1 := 0;
+
+  begin
+
+    count_now <= 0 when restart = '1' or count_d1 = MODULUS - 1 else
+                 count_d1 + 1;
+
+    count <= count_now;
+
+    follow : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if strobe = '1' then
+          count_d1 <= count_now;
+        end if;
+      end if;
+
+    end process follow;
+
+  end generate many;
+
+end architecture rtl;

@@ -1,0 +1,70 @@
+-- Hands the pixels of N skewed rows to the column modules whose turn it is, and those of N modules back
+-- to the rows.
+--
+-- Rows that are skewed by one token each reach a column one after the other; the pixels of column k
+-- all belong to module k mod N. Row r works on the column that row 0 had r tokens before, and module m
+-- takes the row that module 0 took m tokens before. So with c the pixel counter of row 0 and module 0,
+-- module m takes from row c(m tokens ago) - the demultiplexers of the thesis - and row r takes from
+-- module c(r tokens ago): one and the same circuit.
+--
+-- Latency: 0 clocks. Throughput: one word of each lane each clock.
+-- Ports: strobe marks a token, count is the pixel counter; lane 0 lies in the low bits of data_in and
+--   data_out.
+-- Equation: data_out(lane i, token t) = data_in(lane count(t - i), token t).
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity lane_exchange is
+  generic (
+    -- N.
+    LANES : positive;
+    -- Bits of a lane.
+    WIDTH : positive
+  );
+  port (
+    clk      : in    std_logic;
+    strobe   : in    std_logic;
+    count    : in    natural range 0 to LANES - 1;
+    data_in  : in    std_logic_vector(LANES * WIDTH - 1 downto 0);
+    data_out : out   std_logic_vector(LANES * WIDTH - 1 downto 0)
+  );
+end entity lane_exchange;
+
+architecture rtl of lane_exchange is
+
+  type lanes_t is array (natural range 0 to LANES - 1) of std_logic_vector(WIDTH - 1 downto 0);
+
+  type counts_t is array (natural range 0 to LANES - 1) of natural range 0 to LANES - 1;
+
+  signal lanes_in : lanes_t;
+  signal source   : counts_t;
+  signal earlier  : counts_t := (others => 0);
+
+begin
+
+  source(0) <= count;
+
+  follow : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if strobe = '1' then
+        earlier <= source;
+      end if;
+    end if;
+
+  end process follow;
+
+  lane : for i in 0 to LANES - 1 generate
+    lanes_in(i) <= data_in((i + 1) * WIDTH - 1 downto i * WIDTH);
+
+    data_out((i + 1) * WIDTH - 1 downto i * WIDTH) <= lanes_in(source(i));
+
+    follower : if i > 0 generate
+      source(i) <= earlier(i - 1);
+    end generate follower;
+
+  end generate lane;
+
+end architecture rtl;

@@ -1,0 +1,52 @@
+-- Skew registers: delays each of N lanes by one token more than its neighbour.
+--
+-- Latency: lane i comes i tokens later (REVERSED: LANES-1-i tokens). Throughput: one word of each lane each clock.
+-- Ports: enable marks a token; lane 0 lies in the low bits of data_in and data_out.
+-- Equation: data_out(lane i, token t) = data_in(lane i, token t - i).
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.refocus_pkg.all;
+
+entity lane_skew is
+  generic (
+    -- N.
+    LANES : positive;
+    -- Bits of a lane.
+    WIDTH : positive;
+    -- Whether the last lane is the one without delay.
+    REVERSED : boolean
+  );
+  port (
+    clk      : in    std_logic;
+    reset    : in    std_logic;
+    enable   : in    std_logic;
+    data_in  : in    std_logic_vector(LANES * WIDTH - 1 downto 0);
+    data_out : out   std_logic_vector(LANES * WIDTH - 1 downto 0)
+  );
+end entity lane_skew;
+
+architecture rtl of lane_skew is
+
+begin
+
+  lane : for i in 0 to LANES - 1 generate
+
+    delay : entity work.tag_delay
+      generic map (
+        WIDTH  => WIDTH,
+        LENGTH => choose(REVERSED, LANES - 1 - i, i)
+      )
+      port map (
+        clk     => clk,
+        reset   => reset,
+        enable  => enable,
+        tag     => data_in((i + 1) * WIDTH - 1 downto i * WIDTH),
+        delayed => data_out((i + 1) * WIDTH - 1 downto i * WIDTH)
+      );
+
+  end generate lane;
+
+end architecture rtl;

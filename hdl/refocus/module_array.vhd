@@ -1,0 +1,611 @@
+-- The 2-D module array: N rows of an image at once through N row modules and N column modules.
+--
+-- Row modules filter the rows of a band in step. Skew registers delay row r by r tokens, so that a
+-- column's pixels come one after the other; a pixel counter and demultiplexers hand column k to
+-- column module k mod N, which takes the N pixels in N tokens and turns to its next column.
+-- Each column module keeps the partial sums of its columns, a column in N, in line buffers of its own. Behind
+-- them the rows are put together again, and each is delayed by one token more than the row above it;
+-- DESKEW delays them all alike.
+--
+-- With N = 1 this is the filter of a raster scan. With N = rows of the frame, a frame is one band.
+--
+-- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear).
+--
+-- Bands. A band is N lines of the image; its columns come as pixel tokens, one after the other or
+-- with idle clocks and empty tokens (strobe without pixel) in between. The next band may begin
+-- min_line_steps tokens later, and after a multiple of N (empty tokens make up for it).
+-- Bands of zeros without image lines behind a frame push its last lines out, empty tokens the last
+-- pixels of a band.
+--
+-- Output lines are total_delay lines behind: band b gives the lines N*b - total_delay and following, as
+-- far as they are image lines; a frame begins at the top of a band.
+--
+-- Latency: floor(D/N) bands and D + D mod N tokens (with DESKEW D + N - 1), D = total_delay, and array_latency
+--   clocks, from the first pixel in to the first pixel out.
+-- Throughput: N pixels of all channels each clock.
+-- Ports: in_strobe marks a token, in_pixel a pixel token, in_band_first and in_band_last the ends
+--   of a band, in_frame_first the first band of a frame, in_slice (read at its first token) the slice
+--   of the frame, in_image the rows that are image lines (held through a band), in_data the pixels, row 0
+--   in the low bits. out_valid marks pixels of image lines, out_skip (at the first column) rows without
+--   an image line, out_start the first pixel of a frame, out_last the last of a line, out_slice the slice.
+-- Equation: out(k) = round(S2(k) / M**(2 + 2n)) of rows, then columns (EXACT), or stored products as
+--   in raster_refocuser.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+
+entity module_array is
+  generic (
+    -- As in raster_refocuser.
+    MICRO_IMAGE_SIZE : positive range 1 to 128;
+    -- As in raster_refocuser.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean := true;
+    -- As in raster_refocuser.
+    INTERPOLATION_ORDER : natural range 0 to 3 := 0;
+    -- As in raster_refocuser.
+    HOLD : boolean := false;
+    -- N: rows that are filtered at once.
+    PARALLEL_ROWS : positive := 1;
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive := 2048;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3 := 1;
+    -- Width of a channel.
+    PIXEL_BITS : positive range 1 to 16 := 8;
+    -- As in raster_refocuser.
+    EXACT : boolean := true;
+    -- As in raster_refocuser.
+    FRACTION_BITS : natural range 0 to 12 := 0;
+    -- As in raster_refocuser.
+    GUARD_BITS : natural range 0 to 12 := 0;
+    -- As in raster_refocuser.
+    BROADCAST_TAPS : natural := 0;
+    -- Whether all rows of a column come out with the same token.
+    DESKEW : boolean := false
+  );
+  port (
+    clk            : in    std_logic;
+    reset          : in    std_logic;
+    in_strobe      : in    std_logic;
+    in_pixel       : in    std_logic;
+    in_band_first  : in    std_logic;
+    in_band_last   : in    std_logic;
+    in_frame_first : in    std_logic;
+    in_slice       : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    in_image       : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+    in_data        : in    std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0);
+    out_valid      : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+    out_skip       : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+    out_start      : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+    out_last       : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+    out_slice      : out   std_logic_vector(PARALLEL_ROWS * bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    out_data       : out   std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0)
+  );
+end entity module_array;
+
+architecture rtl of module_array is
+
+  constant STORED     : boolean  := not EXACT;
+  constant PASSES     : positive := INTERPOLATION_ORDER + 1;
+  constant SLICE_BITS : positive := in_slice'length;
+  -- Filters that work in step in a row stage, and streams of a column module.
+  constant ROW_LANES : positive := PARALLEL_ROWS * CHANNELS;
+  constant DEPTH     : positive := (MAX_COLUMNS + PARALLEL_ROWS - 1) / PARALLEL_ROWS;
+
+  constant PIXEL_MAX   : positive := 2 ** PIXEL_BITS - 1;
+  constant MIDDLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
+  constant MIDDLE_MAX  : positive := 2 ** MIDDLE_BITS - 1;
+  constant DROP_BITS   : natural  := choose(EXACT, 0, FRACTION_BITS - GUARD_BITS);
+
+  -- Passes are numbered from 0, rows first, then columns. The largest input of the filters of a pass: exact
+  -- sums grow by M with each pass, stored products work on the intermediate image.
+
+  function product_max (
+    pass : natural
+  ) return positive is
+  begin
+
+    if EXACT then
+      return PIXEL_MAX * MICRO_IMAGE_SIZE ** pass;
+    elsif pass = 0 then
+      return scaled_quotient(PIXEL_MAX, FRACTION_BITS, MICRO_IMAGE_SIZE);
+    end if;
+
+    return scaled_quotient(MIDDLE_MAX, DROP_BITS, MICRO_IMAGE_SIZE);
+
+  end function product_max;
+
+  -- Width of a lane in front of a pass (behind the pass before it).
+
+  function value_bits (
+    pass : natural
+  ) return positive is
+  begin
+
+    if EXACT then
+      return bits_for(PIXEL_MAX * MICRO_IMAGE_SIZE ** pass);
+    elsif pass = 0 or pass = 2 * PASSES then
+      return PIXEL_BITS;
+    end if;
+
+    return MIDDLE_BITS;
+
+  end function value_bits;
+
+  constant ROW_SUM_BITS    : positive := value_bits(PASSES);
+  constant RESULT_SUM_BITS : positive := value_bits(2 * PASSES);
+
+  -- Side information of a token; bit 0 is the one that reset clears.
+  constant PIXEL       : natural := 0;
+  constant BAND_FIRST  : natural := 1;
+  constant BAND_LAST   : natural := 2;
+  constant FRAME_FIRST : natural := 3;
+  constant SLICE_LOW   : natural := 4;
+  constant IMAGE_LOW   : natural := SLICE_LOW + SLICE_BITS;
+
+  subtype token_tag_t is std_logic_vector(IMAGE_LOW + PARALLEL_ROWS - 1 downto 0);
+
+  subtype slice_field is natural range SLICE_LOW + SLICE_BITS - 1 downto SLICE_LOW;
+
+  subtype image_field is natural range IMAGE_LOW + PARALLEL_ROWS - 1 downto IMAGE_LOW;
+
+  -- Side information of a column.
+  subtype column_tag_t is std_logic_vector(BAND_LAST downto 0);
+
+  -- Side information of a line.
+  constant LINE_IMAGE       : natural := 0;
+  constant LINE_FRAME_FIRST : natural := 1;
+  constant LINE_SLICE_LOW   : natural := 2;
+
+  subtype line_tag_t is std_logic_vector(LINE_SLICE_LOW + SLICE_BITS - 1 downto 0);
+
+  -- A result pixel with its side information: used marks pixels of image lines, and with skip the first
+  -- column of other rows. Bit 0 is the one that reset clears.
+  constant RESULT_USED      : natural := 0;
+  constant RESULT_SKIP      : natural := 1;
+  constant RESULT_LAST      : natural := 2;
+  constant RESULT_START     : natural := 3;
+  constant RESULT_SLICE_LOW : natural := 4;
+  constant RESULT_DATA_LOW  : natural := RESULT_SLICE_LOW + SLICE_BITS;
+  constant RESULT_BITS      : natural := RESULT_DATA_LOW + CHANNELS * RESULT_SUM_BITS;
+
+  subtype result_t is std_logic_vector(RESULT_BITS - 1 downto 0);
+
+  -- What passes from one stage to the next; lanes take the low bits.
+  type row_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
+
+  type row_tags_t is array (natural range 0 to PASSES) of token_tag_t;
+
+  constant COLUMN_WIDTH : positive := choose(EXACT, RESULT_SUM_BITS, MIDDLE_BITS);
+
+  type column_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * COLUMN_WIDTH - 1 downto 0);
+
+  type column_tags_t is array (natural range 0 to PASSES) of column_tag_t;
+
+  type line_tags_t is array (natural range 0 to PASSES) of line_tag_t;
+
+  signal row_strobe : std_logic_vector(0 to PASSES);
+  signal row_data   : row_data_t;
+  signal row_tags   : row_tags_t;
+
+  signal skewed_data  : std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
+  signal demuxed_data : std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
+  signal band_starts  : std_logic;
+  signal count        : natural range 0 to PARALLEL_ROWS - 1;
+  signal band_tag     : token_tag_t;
+  signal band_held    : token_tag_t;
+  signal image_rows   : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+
+  signal column_strobe : std_logic_vector(0 to PASSES);
+  signal column_data   : column_data_t;
+  signal column_tags   : column_tags_t;
+  signal line_tags     : line_tags_t;
+
+  signal out_starts : std_logic;
+  signal out_count  : natural range 0 to PARALLEL_ROWS - 1;
+  signal sums       : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
+  signal row_sums   : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
+  signal raw_tags   : std_logic_vector(PARALLEL_ROWS * column_tag_t'length - 1 downto 0);
+  signal skew_tags  : std_logic_vector(PARALLEL_ROWS * column_tag_t'length - 1 downto 0);
+  signal results    : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
+  signal aligned    : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
+
+begin
+
+  assert slice_count(SHIFTS) >= 1
+    report "module_array: SHIFTS names no slice"
+    severity failure;
+
+  assert not HOLD or can_hold(MICRO_IMAGE_SIZE, SHIFTS, CENTRED)
+    report "module_array: HOLD needs outputs that are equal throughout a micro image"
+    severity failure;
+
+  assert EXACT or GUARD_BITS <= FRACTION_BITS
+    report "module_array: GUARD_BITS exceeds FRACTION_BITS"
+    severity failure;
+
+  assert EXACT or PIXEL_BITS + GUARD_BITS <= 16
+    report "module_array: PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
+    severity failure;
+
+  -- Row modules: every token is a step.
+  row_strobe(0)            <= in_strobe;
+  row_tags(0)(PIXEL)       <= in_pixel;
+  row_tags(0)(BAND_FIRST)  <= in_band_first;
+  row_tags(0)(BAND_LAST)   <= in_band_last;
+  row_tags(0)(FRAME_FIRST) <= in_frame_first;
+  row_tags(0)(slice_field) <= std_logic_vector(in_slice);
+  row_tags(0)(image_field) <= in_image;
+
+  row_data(0)(ROW_LANES * PIXEL_BITS - 1 downto 0) <= in_data;
+
+  row_pass : for i in 0 to PASSES - 1 generate
+
+    constant STAGE_SHIFTS : string := pass_shifts(SHIFTS, i);
+
+    signal slice : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
+
+  begin
+
+    first_pass : if i = 0 generate
+      slice <= unsigned(row_tags(i)(slice_field));
+    end generate first_pass;
+
+    later_pass : if i > 0 generate
+      slice <= (others => '0');
+    end generate later_pass;
+
+    stage : entity work.refocus_stage
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SHIFTS           => STAGE_SHIFTS,
+        CENTRED          => CENTRED,
+        HOLD             => HOLD and i = 0,
+        MODULES          => 1,
+        DEPTH            => 1,
+        LANES            => ROW_LANES,
+        DATA_BITS        => value_bits(i),
+        STORED           => STORED,
+        SCALE_BITS       => choose(i = 0, FRACTION_BITS, DROP_BITS),
+        PRODUCT_MAX      => product_max(i),
+        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(i),
+        DROP_BITS        => DROP_BITS,
+        RESULT_BITS      => value_bits(i + 1),
+        BROADCAST_TAPS   => BROADCAST_TAPS,
+        STEP_TAG_BITS    => token_tag_t'length,
+        TOKEN_TAG_BITS   => 1
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        strobe        => row_strobe(i),
+        pixel         => '1',
+        advance       => '1',
+        first         => row_tags(i)(BAND_FIRST),
+        slice         => slice,
+        data          => row_data(i)(ROW_LANES * value_bits(i) - 1 downto 0),
+        step_tag      => row_tags(i),
+        token_tag     => "0",
+        out_strobe    => row_strobe(i + 1),
+        out_data      => row_data(i + 1)(ROW_LANES * value_bits(i + 1) - 1 downto 0),
+        out_step_tag  => row_tags(i + 1),
+        out_token_tag => open
+      );
+
+  end generate row_pass;
+
+  -- Skew registers, pixel counter, demultiplexers.
+  skew_rows : entity work.lane_skew
+    generic map (
+      LANES    => PARALLEL_ROWS,
+      WIDTH    => CHANNELS * ROW_SUM_BITS,
+      REVERSED => false
+    )
+    port map (
+      clk      => clk,
+      reset    => '0',
+      enable   => row_strobe(PASSES),
+      data_in  => row_data(PASSES),
+      data_out => skewed_data
+    );
+
+  band_starts <= row_tags(PASSES)(PIXEL) and row_tags(PASSES)(BAND_FIRST);
+
+  count_pixels : entity work.pixel_counter
+    generic map (
+      MODULUS => PARALLEL_ROWS
+    )
+    port map (
+      clk     => clk,
+      strobe  => row_strobe(PASSES),
+      restart => band_starts,
+      count   => count
+    );
+
+  demultiplex : entity work.lane_exchange
+    generic map (
+      LANES => PARALLEL_ROWS,
+      WIDTH => CHANNELS * ROW_SUM_BITS
+    )
+    port map (
+      clk      => clk,
+      strobe   => row_strobe(PASSES),
+      count    => count,
+      data_in  => skewed_data,
+      data_out => demuxed_data
+    );
+
+  -- The lines of a band, one with each of its first tokens.
+  band_tag <= row_tags(PASSES) when band_starts = '1' else
+              band_held;
+
+  hold_band : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if row_strobe(PASSES) = '1' then
+        band_held <= band_tag;
+      end if;
+    end if;
+
+  end process hold_band;
+
+  image_rows <= band_tag(image_field);
+
+  line_tags(0)(LINE_IMAGE)       <= image_rows(count);
+  line_tags(0)(LINE_FRAME_FIRST) <= band_starts and row_tags(PASSES)(FRAME_FIRST);
+
+  line_tags(0)(LINE_SLICE_LOW + SLICE_BITS - 1 downto LINE_SLICE_LOW) <= band_tag(slice_field);
+
+  -- Column modules: every line is a step.
+  column_strobe(0) <= row_strobe(PASSES);
+  column_tags(0)   <= row_tags(PASSES)(column_tag_t'range);
+
+  column_data(0)(ROW_LANES * ROW_SUM_BITS - 1 downto 0) <= demuxed_data;
+
+  column_pass : for i in 0 to PASSES - 1 generate
+
+    constant STAGE_SHIFTS : string  := pass_shifts(SHIFTS, i);
+    constant LAST_PASS    : boolean := i = PASSES - 1;
+
+    signal slice   : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
+    signal advance : std_logic;
+
+  begin
+
+    first_pass : if i = 0 generate
+      slice <= unsigned(line_tags(i)(LINE_SLICE_LOW + SLICE_BITS - 1 downto LINE_SLICE_LOW));
+    end generate first_pass;
+
+    later_pass : if i > 0 generate
+      slice <= (others => '0');
+    end generate later_pass;
+
+    advance <= column_tags(i)(PIXEL) and column_tags(i)(BAND_FIRST);
+
+    stage : entity work.refocus_stage
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SHIFTS           => STAGE_SHIFTS,
+        CENTRED          => CENTRED,
+        HOLD             => HOLD and i = 0,
+        MODULES          => PARALLEL_ROWS,
+        DEPTH            => DEPTH,
+        LANES            => CHANNELS,
+        DATA_BITS        => value_bits(PASSES + i),
+        STORED           => STORED,
+        SCALE_BITS       => DROP_BITS,
+        PRODUCT_MAX      => product_max(PASSES + i),
+        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(PASSES + i),
+        DROP_BITS        => choose(LAST_PASS, FRACTION_BITS, DROP_BITS),
+        RESULT_BITS      => value_bits(PASSES + i + 1),
+        BROADCAST_TAPS   => BROADCAST_TAPS,
+        STEP_TAG_BITS    => line_tag_t'length,
+        TOKEN_TAG_BITS   => column_tag_t'length
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        strobe        => column_strobe(i),
+        pixel         => column_tags(i)(PIXEL),
+        advance       => advance,
+        first         => line_tags(i)(LINE_FRAME_FIRST),
+        slice         => slice,
+        data          => column_data(i)(ROW_LANES * value_bits(PASSES + i) - 1 downto 0),
+        step_tag      => line_tags(i),
+        token_tag     => column_tags(i),
+        out_strobe    => column_strobe(i + 1),
+        out_data      => column_data(i + 1)(ROW_LANES * value_bits(PASSES + i + 1) - 1 downto 0),
+        out_step_tag  => line_tags(i + 1),
+        out_token_tag => column_tags(i + 1)
+      );
+
+  end generate column_pass;
+
+  -- From modules back to rows, which stay skewed.
+  out_starts <= column_tags(PASSES)(PIXEL) and column_tags(PASSES)(BAND_FIRST);
+
+  count_results : entity work.pixel_counter
+    generic map (
+      MODULUS => PARALLEL_ROWS
+    )
+    port map (
+      clk     => clk,
+      strobe  => column_strobe(PASSES),
+      restart => out_starts,
+      count   => out_count
+    );
+
+  sums <= column_data(PASSES)(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
+
+  multiplex : entity work.lane_exchange
+    generic map (
+      LANES => PARALLEL_ROWS,
+      WIDTH => CHANNELS * RESULT_SUM_BITS
+    )
+    port map (
+      clk      => clk,
+      strobe   => column_strobe(PASSES),
+      count    => out_count,
+      data_in  => sums,
+      data_out => row_sums
+    );
+
+  every_row_tag : for r in 0 to PARALLEL_ROWS - 1 generate
+    raw_tags((r + 1) * column_tag_t'length - 1 downto r * column_tag_t'length) <= column_tags(PASSES);
+  end generate every_row_tag;
+
+  skew_tags_of_rows : entity work.lane_skew
+    generic map (
+      LANES    => PARALLEL_ROWS,
+      WIDTH    => column_tag_t'length,
+      REVERSED => false
+    )
+    port map (
+      clk      => clk,
+      reset    => reset,
+      enable   => column_strobe(PASSES),
+      data_in  => raw_tags,
+      data_out => skew_tags
+    );
+
+  row_result : for r in 0 to PARALLEL_ROWS - 1 generate
+
+    signal column_tag : column_tag_t;
+    signal begins     : std_logic;
+    signal line_held  : line_tag_t := (others => '0');
+    signal line_now   : line_tag_t;
+    signal result     : result_t;
+
+  begin
+
+    column_tag <= skew_tags((r + 1) * column_tag_t'length - 1 downto r * column_tag_t'length);
+    begins     <= column_tag(PIXEL) and column_tag(BAND_FIRST);
+    line_now   <= line_tags(PASSES) when begins = '1' else
+                  line_held;
+
+    hold_line : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if column_strobe(PASSES) = '1' then
+          line_held <= line_now;
+        end if;
+      end if;
+
+    end process hold_line;
+
+    result(RESULT_USED)  <= column_tag(PIXEL) and (line_now(LINE_IMAGE) or column_tag(BAND_FIRST));
+    result(RESULT_SKIP)  <= not line_now(LINE_IMAGE);
+    result(RESULT_LAST)  <= column_tag(BAND_LAST);
+    result(RESULT_START) <= begins and line_now(LINE_FRAME_FIRST);
+
+    result(RESULT_DATA_LOW - 1 downto RESULT_SLICE_LOW) <= line_now(line_tag_t'high downto LINE_SLICE_LOW);
+    result(RESULT_BITS - 1 downto RESULT_DATA_LOW)      <= row_sums((r + 1) * CHANNELS * RESULT_SUM_BITS - 1 downto
+                                                                    r * CHANNELS * RESULT_SUM_BITS);
+
+    results((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS) <= result;
+
+  end generate row_result;
+
+  skewed_results : if not DESKEW generate
+    aligned <= results;
+  end generate skewed_results;
+
+  deskewed_results : if DESKEW generate
+
+    deskew_rows : entity work.lane_skew
+      generic map (
+        LANES    => PARALLEL_ROWS,
+        WIDTH    => RESULT_BITS,
+        REVERSED => true
+      )
+      port map (
+        clk      => clk,
+        reset    => reset,
+        enable   => column_strobe(PASSES),
+        data_in  => results,
+        data_out => aligned
+      );
+
+  end generate deskewed_results;
+
+  -- Scaling to pixels.
+  scale_row : for r in 0 to PARALLEL_ROWS - 1 generate
+
+    constant TAG_BITS : positive := RESULT_DATA_LOW;
+
+    signal result : result_t;
+    signal tag    : std_logic_vector(TAG_BITS - 1 downto 0);
+    signal scaled : std_logic_vector(TAG_BITS - 1 downto 0);
+
+  begin
+
+    result <= aligned((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS);
+
+    tag(RESULT_USED) <= result(RESULT_USED) and column_strobe(PASSES);
+
+    tag(TAG_BITS - 1 downto RESULT_SKIP) <= result(TAG_BITS - 1 downto RESULT_SKIP);
+
+    delay_tags : entity work.tag_delay
+      generic map (
+        WIDTH  => TAG_BITS,
+        LENGTH => choose(EXACT, DIVIDE_LATENCY, 0)
+      )
+      port map (
+        clk     => clk,
+        reset   => reset,
+        enable  => '1',
+        tag     => tag,
+        delayed => scaled
+      );
+
+    out_valid(r) <= scaled(RESULT_USED) and not scaled(RESULT_SKIP);
+    out_skip(r)  <= scaled(RESULT_USED) and scaled(RESULT_SKIP);
+    out_last(r)  <= scaled(RESULT_LAST);
+    out_start(r) <= scaled(RESULT_START);
+
+    out_slice((r + 1) * SLICE_BITS - 1 downto r * SLICE_BITS) <= scaled(TAG_BITS - 1 downto RESULT_SLICE_LOW);
+
+    channel : for c in 0 to CHANNELS - 1 generate
+
+      constant LOW   : natural := RESULT_DATA_LOW + c * RESULT_SUM_BITS;
+      constant PLACE : natural := (r * CHANNELS + c) * PIXEL_BITS;
+
+      signal value : std_logic_vector(PIXEL_BITS - 1 downto 0);
+
+    begin
+
+      exact_result : if EXACT generate
+
+        divide : entity work.divide_round
+          generic map (
+            VALUE_MAX     => PIXEL_MAX * MICRO_IMAGE_SIZE ** (2 * PASSES),
+            DIVISOR       => MICRO_IMAGE_SIZE ** (2 * PASSES),
+            QUOTIENT_BITS => PIXEL_BITS
+          )
+          port map (
+            clk      => clk,
+            value    => result(LOW + RESULT_SUM_BITS - 1 downto LOW),
+            quotient => value
+          );
+
+      end generate exact_result;
+
+      stored_result : if STORED generate
+        value <= result(LOW + RESULT_SUM_BITS - 1 downto LOW);
+      end generate stored_result;
+
+      out_data(PLACE + PIXEL_BITS - 1 downto PLACE) <= value;
+
+    end generate channel;
+
+  end generate scale_row;
+
+end architecture rtl;

@@ -1,0 +1,159 @@
+-- Turns bands of parallel rows back into a raster: row buffers behind the module array.
+--
+-- Each row has a FIFO. They are read line by line, from the first row of a band to the last. A
+-- row that holds no image line leaves one word that says so, and is passed over.
+--
+-- Latency: 2 clocks from a pixel to its offer when its turn has come. Throughput: one pixel each clock; a
+--   row without an image line costs 1 clock.
+-- Ports: row_valid marks pixels of image lines, row_skip rows of a band without one (once for each
+--   band); row_words is what goes with the pixels, row 0 in the low bits, bit LAST_BIT of a word
+--   marks the end of a line; m_axis_*: the words in raster order; room: all FIFOs can take the
+--   tokens that are under way; calm: what came in has gone out, but for a few pixels.
+-- Equation: the n-th line out is the n-th image line of the bands, counted row by row.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+
+entity row_scatter is
+  generic (
+    -- Rows of a band.
+    PARALLEL_ROWS : positive;
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive;
+    -- Bits of a word.
+    WIDTH : positive;
+    -- Bit of a word that marks the end of a line.
+    LAST_BIT : natural;
+    -- Words that may still come when room falls.
+    UNDER_WAY : positive
+  );
+  port (
+    clk           : in    std_logic;
+    reset         : in    std_logic;
+    row_valid     : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+    row_skip      : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+    row_words     : in    std_logic_vector(PARALLEL_ROWS * WIDTH - 1 downto 0);
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(WIDTH - 1 downto 0);
+    room          : out   std_logic;
+    calm          : out   std_logic
+  );
+end entity row_scatter;
+
+architecture rtl of row_scatter is
+
+  -- Without parallel rows a line leaves as it comes, and rows without an image line leave nothing. Else a
+  -- line waits for those of the rows before it, which may lag by a token each.
+  constant LINE_WORDS   : natural  := choose(PARALLEL_ROWS = 1, 0, MAX_COLUMNS + PARALLEL_ROWS);
+  constant CAPACITY     : positive := LINE_WORDS + 2 * UNDER_WAY;
+  constant ADDRESS_BITS : positive := bits_for(CAPACITY - 1);
+  constant ROOM_LEVEL   : positive := 2 ** ADDRESS_BITS - UNDER_WAY;
+
+  -- A word and whether it stands for a row without an image line.
+  subtype entry_t is std_logic_vector(WIDTH downto 0);
+
+  type entries_t is array (natural range 0 to PARALLEL_ROWS - 1) of entry_t;
+
+  constant ALL_ROWS : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '1');
+
+  signal row      : natural range 0 to PARALLEL_ROWS             := 0;
+  signal entries  : entries_t;
+  signal on_offer : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  signal take     : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  signal has_room : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
+  signal is_calm  : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
+  signal entry    : entry_t;
+  signal offered  : std_logic;
+  signal taken    : std_logic;
+
+begin
+
+  fifo : for r in 0 to PARALLEL_ROWS - 1 generate
+
+    signal write : std_logic;
+    signal word  : entry_t;
+    signal level : unsigned(ADDRESS_BITS downto 0);
+
+  begin
+
+    write <= row_valid(r) when PARALLEL_ROWS = 1 else
+             row_valid(r) or row_skip(r);
+    word  <= row_skip(r) & row_words((r + 1) * WIDTH - 1 downto r * WIDTH);
+
+    words : entity work.axis_fifo
+      generic map (
+        WIDTH        => WIDTH + 1,
+        ADDRESS_BITS => ADDRESS_BITS
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        s_axis_tvalid => write,
+        s_axis_tready => open,
+        s_axis_tdata  => word,
+        m_axis_tvalid => on_offer(r),
+        m_axis_tready => take(r),
+        m_axis_tdata  => entries(r),
+        level         => level
+      );
+
+    take(r) <= taken when row = r else
+               '0';
+
+    watch_room : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if level < ROOM_LEVEL then
+          has_room(r) <= '1';
+        else
+          has_room(r) <= '0';
+        end if;
+        if level < UNDER_WAY then
+          is_calm(r) <= '1';
+        else
+          is_calm(r) <= '0';
+        end if;
+        if reset = '1' then
+          has_room(r) <= '0';
+        end if;
+      end if;
+
+    end process watch_room;
+
+  end generate fifo;
+
+  room          <= '1' when has_room = ALL_ROWS else
+                   '0';
+  calm          <= '1' when is_calm = ALL_ROWS else
+                   '0';
+  entry         <= entries(row);
+  offered       <= on_offer(row);
+  taken         <= offered and (m_axis_tready or entry(WIDTH));
+  m_axis_tvalid <= offered and not entry(WIDTH);
+  m_axis_tdata  <= entry(WIDTH - 1 downto 0);
+
+  next_row : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if taken = '1' and (entry(LAST_BIT) = '1' or entry(WIDTH) = '1') then
+        if row = PARALLEL_ROWS - 1 then
+          row <= 0;
+        else
+          row <= row + 1;
+        end if;
+      end if;
+      if reset = '1' then
+        row <= 0;
+      end if;
+    end if;
+
+  end process next_row;
+
+end architecture rtl;

@@ -1,0 +1,139 @@
+-- One row of pixels through the row module, for its timing diagrams.
+--
+-- Reads input.bin in the working directory: one 32-bit little-endian word for each of PIXELS pixels. A
+-- pixel goes in with each clock; pixels of value 0, which are no part of the row, push the last sums
+-- out. The simulation ends when as many sums as pixels have come out.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+
+entity module_bench is
+  generic (
+    MICRO_IMAGE_SIZE : positive := 3;
+    SHIFTS           : string   := "1";
+    HOLD             : boolean  := false;
+    PIXELS           : positive := 1;
+    CLOCK_PERIOD_NS  : positive := 60
+  );
+end entity module_bench;
+
+architecture test of module_bench is
+
+  constant CLOCK_PERIOD : time     := CLOCK_PERIOD_NS * 1 ns;
+  constant PIXEL_MAX    : positive := 255;
+  constant PIXEL_BITS   : positive := bits_for(PIXEL_MAX);
+  -- The text's arithmetic: products are rounded to whole grey levels.
+  constant PRODUCT_MAX : natural  := scaled_quotient(PIXEL_MAX, 0, MICRO_IMAGE_SIZE);
+  constant SUM_MAX     : positive := MICRO_IMAGE_SIZE * PRODUCT_MAX;
+
+  type words_t is file of integer;
+
+  signal clk     : std_logic                                 := '0';
+  signal reset   : std_logic                                 := '1';
+  signal running : boolean                                   := true;
+  signal pixel   : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
+  signal strobe  : std_logic                                 := '0';
+  signal first   : std_logic                                 := '0';
+  -- Whether the step takes a pixel of the row.
+  signal is_pixel      : std_logic_vector(0 downto 0) := "0";
+  signal out_pixel     : std_logic_vector(PIXEL_BITS - 1 downto 0);
+  signal out_strobe    : std_logic;
+  signal out_is_pixel  : std_logic_vector(0 downto 0);
+  signal out_token_tag : std_logic_vector(0 downto 0);
+  signal valid         : std_logic;
+
+begin
+
+  reset <= '0' after 2 * CLOCK_PERIOD;
+  valid <= out_strobe and out_is_pixel(0);
+
+  stage : entity work.refocus_stage
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      SHIFTS           => SHIFTS,
+      CENTRED          => false,
+      HOLD             => HOLD,
+      MODULES          => 1,
+      DEPTH            => 1,
+      LANES            => 1,
+      DATA_BITS        => PIXEL_BITS,
+      STORED           => true,
+      SCALE_BITS       => 0,
+      PRODUCT_MAX      => PRODUCT_MAX,
+      SUM_MAX          => SUM_MAX,
+      DROP_BITS        => 0,
+      RESULT_BITS      => PIXEL_BITS,
+      BROADCAST_TAPS   => 0,
+      STEP_TAG_BITS    => 1,
+      TOKEN_TAG_BITS   => 1
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      strobe        => strobe,
+      pixel         => '1',
+      advance       => strobe,
+      first         => first,
+      slice         => "0",
+      data          => pixel,
+      step_tag      => is_pixel,
+      token_tag     => "0",
+      out_strobe    => out_strobe,
+      out_data      => out_pixel,
+      out_step_tag  => out_is_pixel,
+      out_token_tag => out_token_tag
+    );
+
+  -- No pulse of no width at the end, as stopping a concurrent assignment would leave.
+  pixel_clock : process is
+  begin
+
+    while running loop
+
+      wait for CLOCK_PERIOD / 2;
+      clk <= '1';
+      wait for CLOCK_PERIOD / 2;
+      clk <= '0';
+
+    end loop;
+
+    wait;
+
+  end process pixel_clock;
+
+  drive : process (clk) is
+
+    file     input_file : words_t open read_mode is "input.bin";
+    variable word       : integer;
+    variable given      : natural := 0;
+    variable received   : natural := 0;
+
+  begin
+
+    if rising_edge(clk) and reset = '0' then
+      word     := 0;
+      is_pixel <= "0";
+      if given < PIXELS then
+        read(input_file, word);
+        is_pixel <= "1";
+      end if;
+      pixel  <= std_logic_vector(to_unsigned(word, PIXEL_BITS));
+      strobe <= '1';
+      first  <= '0';
+      if given = 0 then
+        first <= '1';
+      end if;
+      given := given + 1;
+      if valid = '1' then
+        received := received + 1;
+      end if;
+      running <= received < PIXELS;
+    end if;
+
+  end process drive;
+
+end architecture test;
