@@ -11,6 +11,7 @@ ARITH ?= exact
 FRACTION ?=
 GUARD ?=
 SIM ?= ghdl
+CHAIN ?= core
 WAVES ?= 0
 JOBS ?= $(shell nproc)
 
@@ -22,10 +23,10 @@ PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= SIM= WAVES=
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES=
 	@.venv/bin/plenofir sim $(if $(RAW),--raw "$(RAW)") $(if $(M),--micro-image="$(M)") $(if $(A),--a="$(A)") \
 		--sweep="$(SWEEP)" --iota="$(IOTA)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
-		--simulator "$(SIM)" --waves "$(WAVES)"
+		--chain "$(CHAIN)" --simulator "$(SIM)" --waves "$(WAVES)"
 
 test: venv simulator libpython lint ## Style, types, golden model, testbenches
 	@$(PYTEST) -m "not slow"

@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast, get_args
 
 import typer
 from pydantic import ValidationError
@@ -17,6 +17,7 @@ from plenofir.simulation.job import (
     FLOWER,
     FLOWER_FOCUS,
     FLOWER_MICRO_IMAGE_SIZE,
+    Chain,
     SimulationJob,
     report_summary,
     run_job,
@@ -91,11 +92,16 @@ def sim(
     ] = "",
     guard: Annotated[str, typer.Option(help="Stored products: guard bits, 2 if not given.")] = "",
     simulator: Annotated[str, typer.Option(help="ghdl or nvc.")] = "ghdl",
+    chain: Annotated[
+        str, typer.Option(help="core, or hdmi: the whole board, from serial bits to serial bits.")
+    ] = "core",
     waves: Annotated[str, typer.Option(help="1: write a waveform and a GTKWave save file.")] = "0",
 ) -> None:
     """Refocus a raw image in the VHDL core and compare it with the golden model."""
     if waves not in ("", "0", "1"):
         raise InputError(f"{waves!r}", where="WAVES", expected="0 or 1")
+    if chain not in get_args(Chain):
+        raise InputError(f"{chain!r}", where="CHAIN", expected="core or hdmi")
     rows = integer(iota, "IOTA")
     if rows < 1:
         raise InputError(f"{rows} rows at once", where="IOTA", expected="an integer, 1 or more")
@@ -109,6 +115,7 @@ def sim(
         arithmetic=_arithmetic(arith, fraction, guard),
         simulator=simulator,
         waves=waves == "1",
+        chain=cast(Chain, chain),
     )
     bars = Progress(
         TextColumn("{task.description:<20}"),

@@ -48,6 +48,8 @@ entity atlys_top is
     LOCK_TIMEOUT  : positive := 1000000;
     BUTTON_STABLE : positive := 1000000;
     BIT_CLOCKS    : positive := 868;
+    -- Frames for each slice of a sweep by the switch: half a second.
+    SWITCH_FRAMES : positive range 1 to 255 := 30;
     -- Words without control tokens after which a channel is lost.
     ALIGN_TIMEOUT : positive := 8192
   );
@@ -334,11 +336,12 @@ begin
 
   panel : entity work.board_control
     generic map (
-      SLICES     => SLICES,
-      STATUS     => LINK_STATUS & VIDEO_STATUS,
-      FIELDS     => FIELDS,
-      BIT_CLOCKS => BIT_CLOCKS,
-      STABLE     => BUTTON_STABLE
+      SLICES        => SLICES,
+      STATUS        => LINK_STATUS & VIDEO_STATUS,
+      FIELDS        => FIELDS,
+      BIT_CLOCKS    => BIT_CLOCKS,
+      STABLE        => BUTTON_STABLE,
+      SWITCH_FRAMES => SWITCH_FRAMES
     )
     port map (
       clk            => clk_100,

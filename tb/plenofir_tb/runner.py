@@ -11,24 +11,19 @@ import json
 import os
 import random
 import shutil
-import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from cocotb_tools.runner import Runner, get_runner
+from cocotb_tools.runner import Nvc, Runner, get_runner
 
 from plenofir import project
-from plenofir.simulation.simulators import GHDL_RUN_OPTIONS, find_simulator
+from plenofir.simulation.simulators import GHDL_RUN_OPTIONS, NVC_RELAXED, find_simulator
 
 CASE_VARIABLE = "PLENOFIR_CASE"
 _BUILD = project.root() / "build" / "tb"
-_STANDARD = {"ghdl": "--std=93", "nvc": "--std=1993"}
-# The board binds Xilinx's components to models in another library, which VHDL-93 does not do by
-# itself: VHDL-2002 does (5.2.2), and the relaxed rules keep the shared variables of VHDL-93.
-_BOARD_OPTIONS = {"ghdl": ["--std=02", "-frelaxed"], "nvc": ["--std=2002", "--relaxed"]}
 
 
 def simulator_name() -> str:
@@ -41,9 +36,13 @@ def draw_seed() -> int:
     return int(os.environ.get("SEED") or random.SystemRandom().randrange(1 << 31))
 
 
-def _options(board: bool) -> list[str]:
-    """What the simulator is told at analysis, elaboration and run."""
-    return _BOARD_OPTIONS[simulator_name()] if board else [_STANDARD[simulator_name()]]
+class _RelaxedNvc(Nvc):
+    """NVC that takes the shared variables of VHDL-93 in a design of a later standard."""
+
+    def _build_command(self) -> list[list[str]]:
+        command = super()._build_command()[0]
+        place = command.index("-a") + 1
+        return [[*command[:place], *NVC_RELAXED, *command[place:]]]
 
 
 @functools.cache
@@ -67,21 +66,19 @@ def _built(top: str, board: bool = False) -> tuple[Runner, Path]:
     owner = "" if shared else "-" + os.environ.get("PYTEST_XDIST_WORKER", "main")
     build = _BUILD / simulator.name / f"{top}-{digest.hexdigest()[:12]}{owner}"
     build.parent.mkdir(parents=True, exist_ok=True)
-    runner = get_runner(simulator.name)
+    runner = _RelaxedNvc() if board and simulator.name == "nvc" else get_runner(simulator.name)
     with build.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (shared and (build / "built").exists()):
             shutil.rmtree(build, ignore_errors=True)
             if models:
                 build.mkdir()
-                command = [simulator.name, *_options(board), "--work=unisim", "-a"]
-                if simulator.name == "ghdl":
-                    command = ["ghdl", "-a", *_options(board), "--work=unisim"]
-                subprocess.run([*command, *map(str, models)], cwd=build, check=True)
+                for command in simulator.model_commands(models):
+                    simulator.run(command, build)
             runner.build(
                 sources=sources,
                 hdl_toplevel=top,
-                build_args=_options(board),
+                build_args=simulator.global_options(board=board),
                 build_dir=build,
                 log_file=build / "build.log",
             )
@@ -131,6 +128,10 @@ def run_case(
         for item in build.iterdir():
             (work / item.name).symlink_to(item)
 
+    standard = (
+        find_simulator("ghdl").global_options(board=board) if simulator_name() == "ghdl" else []
+    )
+
     def passes(name: str, waves: bool) -> bool:
         wave_file = scratch / f"{name}.fst"
         options = []
@@ -148,7 +149,7 @@ def run_case(
                 parameters=parameters,
                 build_dir=work,
                 test_dir=work,
-                test_args=_options(board) if simulator_name() == "ghdl" else [],
+                test_args=standard,
                 plusargs=options,
                 seed=seed,
                 extra_env={

@@ -1,7 +1,8 @@
 -- Sends serial TMDS bits from a file into the board's top level and writes the bits that come out
 -- into another.
 --
--- With `start` (or at once, AUTO_START) input.bin in the working directory is played, and output.bin is
+-- With `start` (or at once, AUTO_START, the sweep switch as SWEEP says) input.bin in the working directory is
+-- played, and output.bin is
 -- written until it ends; `done` follows. Both hold 32-bit little-endian words, one for each pixel clock: ten
 -- bits of channel 0 in bits 0 to 9, channel 1 in 10 to 19, channel 2 in 20 to 29; what is sent
 -- first is lowest. The output is sampled as a monitor does it, in tenths of its own clock lane, so its
@@ -19,25 +20,32 @@ use ieee.numeric_std.all;
 
 entity hdmi_pump is
   generic (
-    AUTO_START       : boolean  := false;
-    SEED             : positive := 1;
-    MICRO_IMAGE_SIZE : positive := 3;
-    SHIFTS           : string   := "2";
-    MAX_COLUMNS      : positive := 64;
-    EXACT            : boolean  := true;
-    PATTERN_H_ACTIVE : positive := 64;
-    PATTERN_H_FRONT  : positive := 6;
-    PATTERN_H_SYNC   : positive := 4;
-    PATTERN_H_BACK   : positive := 11;
-    PATTERN_V_ACTIVE : positive := 36;
-    PATTERN_V_FRONT  : positive := 1;
-    PATTERN_V_SYNC   : positive := 2;
-    PATTERN_V_BACK   : positive := 4;
-    METER_WINDOW     : positive := 16000;
-    LOCK_TIMEOUT     : positive := 20000;
-    BUTTON_STABLE    : positive := 10;
-    BIT_CLOCKS       : positive := 10;
-    ALIGN_TIMEOUT    : positive := 8192
+    AUTO_START          : boolean  := false;
+    SWEEP               : boolean  := false;
+    SEED                : positive := 1;
+    MICRO_IMAGE_SIZE    : positive := 3;
+    SHIFTS              : string   := "2";
+    MAX_COLUMNS         : positive := 64;
+    EXACT               : boolean  := true;
+    FRACTION_BITS       : natural  := 0;
+    GUARD_BITS          : natural  := 0;
+    INTERPOLATION_ORDER : natural  := 0;
+    HOLD                : boolean  := false;
+    BROADCAST_TAPS      : natural  := 0;
+    PATTERN_H_ACTIVE    : positive := 64;
+    PATTERN_H_FRONT     : positive := 6;
+    PATTERN_H_SYNC      : positive := 4;
+    PATTERN_H_BACK      : positive := 11;
+    PATTERN_V_ACTIVE    : positive := 36;
+    PATTERN_V_FRONT     : positive := 1;
+    PATTERN_V_SYNC      : positive := 2;
+    PATTERN_V_BACK      : positive := 4;
+    METER_WINDOW        : positive := 16000;
+    LOCK_TIMEOUT        : positive := 20000;
+    BUTTON_STABLE       : positive := 10;
+    BIT_CLOCKS          : positive := 10;
+    SWITCH_FRAMES       : positive := 1;
+    ALIGN_TIMEOUT       : positive := 8192
   );
   port (
     start          : in    std_logic;
@@ -121,7 +129,8 @@ begin
                              switch_pattern;
   to_board.switch_pass    <= '0' when AUTO_START else
                              switch_pass;
-  to_board.switch_sweep   <= '0' when AUTO_START else
+  to_board.switch_sweep   <= '1' when AUTO_START and SWEEP else
+                             '0' when AUTO_START else
                              switch_sweep;
 
   done <= '1' when start = '1' and played and not playing and not captured else
@@ -139,23 +148,29 @@ begin
 
   board : entity work.atlys_top
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      MAX_COLUMNS      => MAX_COLUMNS,
-      EXACT            => EXACT,
-      PATTERN_H_ACTIVE => PATTERN_H_ACTIVE,
-      PATTERN_H_FRONT  => PATTERN_H_FRONT,
-      PATTERN_H_SYNC   => PATTERN_H_SYNC,
-      PATTERN_H_BACK   => PATTERN_H_BACK,
-      PATTERN_V_ACTIVE => PATTERN_V_ACTIVE,
-      PATTERN_V_FRONT  => PATTERN_V_FRONT,
-      PATTERN_V_SYNC   => PATTERN_V_SYNC,
-      PATTERN_V_BACK   => PATTERN_V_BACK,
-      METER_WINDOW     => METER_WINDOW,
-      LOCK_TIMEOUT     => LOCK_TIMEOUT,
-      BUTTON_STABLE    => BUTTON_STABLE,
-      BIT_CLOCKS       => BIT_CLOCKS,
-      ALIGN_TIMEOUT    => ALIGN_TIMEOUT
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      BROADCAST_TAPS      => BROADCAST_TAPS,
+      PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
+      PATTERN_H_FRONT     => PATTERN_H_FRONT,
+      PATTERN_H_SYNC      => PATTERN_H_SYNC,
+      PATTERN_H_BACK      => PATTERN_H_BACK,
+      PATTERN_V_ACTIVE    => PATTERN_V_ACTIVE,
+      PATTERN_V_FRONT     => PATTERN_V_FRONT,
+      PATTERN_V_SYNC      => PATTERN_V_SYNC,
+      PATTERN_V_BACK      => PATTERN_V_BACK,
+      METER_WINDOW        => METER_WINDOW,
+      LOCK_TIMEOUT        => LOCK_TIMEOUT,
+      BUTTON_STABLE       => BUTTON_STABLE,
+      BIT_CLOCKS          => BIT_CLOCKS,
+      SWITCH_FRAMES       => SWITCH_FRAMES,
+      ALIGN_TIMEOUT       => ALIGN_TIMEOUT
     )
     port map (
       clk_100        => clk_100,

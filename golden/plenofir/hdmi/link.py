@@ -230,6 +230,8 @@ class ReceivedFrame:
     ----------
     start
         Index of its first active pixel in the decoded signal.
+    to_end
+        Pixels from there to the end of the signal.
     mode
         Its timing, named "measured", the pixel clock being unknown (1).
     pixels
@@ -237,6 +239,7 @@ class ReceivedFrame:
     """
 
     start: int
+    to_end: int
     mode: VideoMode
     pixels: Frame
 
@@ -323,7 +326,7 @@ def _measure(
         v_positive=v_level,
     )
     pixels = signals.pixels[start : start + total].reshape(-1, line, 3)[:rows, :width]
-    return ReceivedFrame(start, mode, pixels.copy())
+    return ReceivedFrame(start, len(signals.active) - start, mode, pixels.copy())
 
 
 def _pulse(levels: Flags) -> tuple[bool, int, int]:
@@ -335,13 +338,15 @@ def _pulse(levels: Flags) -> tuple[bool, int, int]:
     return bool(level), int(places[0]), len(places)
 
 
-def decode_frames(packed: Packed) -> list[ReceivedFrame]:
+def decode_frames(packed: Packed, *, from_start: bool = False) -> list[ReceivedFrame]:
     """Find all whole frames in sampled bits.
 
     Parameters
     ----------
     packed
         Ten sampled bits of each channel in each number, at any phase.
+    from_start
+        As in `split_frames`.
 
     Returns
     -------
@@ -353,4 +358,4 @@ def decode_frames(packed: Packed) -> list[ReceivedFrame]:
     LinkError
         If the signal is no picture.
     """
-    return split_frames(decode_signals(packed))
+    return split_frames(decode_signals(packed), from_start=from_start)
