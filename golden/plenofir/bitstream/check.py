@@ -152,22 +152,24 @@ def check_clocks(constraints: Constraints, netlist: Netlist, top_text: str) -> l
         *(name for parts in constraints.unions.values() for name in parts),
     } - known:
         out.append(f"group {group} is not declared")
-    periods = {
-        ("", net): period
-        for group, period in constraints.periods.items()
-        for net in constraints.members(group)
-    }
-    timed = {clock for net in periods for clock in netlist.reach(net, through_synthesizers=True)}
+    # The tools derive no period behind a PLL or DCM from a group that is in other constraints too.
+    shared = {name for pair in constraints.ignored for name in pair}
+    shared |= {name for parts in constraints.unions.values() for name in parts}
+    timed: dict[Net, float] = {}
+    for group, period in constraints.periods.items():
+        for net in constraints.members(group):
+            derived = netlist.reach(("", net), through_synthesizers=group not in shared)
+            timed |= dict.fromkeys(derived, period)
     out += [
         f"clock {_text(clock)} has no period"
         for clock in sorted(netlist.clock_nets)
         if clock not in timed
     ]
-    for _, net in periods:
+    for net in (net for group in constraints.periods for net in constraints.members(group)):
         ball = constraints.pins.get(net, {}).get("LOC")
         if ball in pins() and not pins()[str(ball)].is_clock:
             out.append(f"clock {net}: ball {ball} ({pins()[str(ball)].name}) is no clock input")
-    out += _check_synthesizers(netlist, periods)
+    out += _check_synthesizers(netlist, timed)
     out += _check_crossings(constraints, netlist)
     return out
 
@@ -176,7 +178,7 @@ def _text(net: Net) -> str:
     return "/".join(part for part in net if part)
 
 
-def _check_synthesizers(netlist: Netlist, periods: Mapping[Net, float]) -> list[str]:
+def _check_synthesizers(netlist: Netlist, timed: Mapping[Net, float]) -> list[str]:
     """A PLL's or DCM's own idea of its input's period is that of the constraint."""
     out = []
     for kind, port, generic in (
@@ -185,15 +187,9 @@ def _check_synthesizers(netlist: Netlist, periods: Mapping[Net, float]) -> list[
     ):
         for place in netlist.all_of(kind):
             told = float(place.instance.generics[generic])
-            source = netlist.port(place, port)
-            reaching = {
-                period
-                for net, period in periods.items()
-                if source in netlist.reach(net, through_synthesizers=True)
-            }
-            if reaching and told not in reaching:
-                of = ", ".join(f"{period:g}" for period in sorted(reaching))
-                out.append(f"{place.path}: {generic} is {told:g} ns, the constraint {of} ns")
+            period = timed.get(netlist.port(place, port))
+            if period is not None and told != period:
+                out.append(f"{place.path}: {generic} is {told:g} ns, the constraint {period:g} ns")
     return out
 
 
@@ -371,8 +367,8 @@ def elaborate(sources: Sequence[Path], folder: Path) -> tuple[list[str], Counter
         )
         if done.returncode != 0:
             lines = (done.stderr + done.stdout).splitlines()
-            errors = [line for line in lines if "error" in line.lower()] or lines
-            errors = [line for line in errors if "warning" not in line] or errors
+            placed = re.compile(r"\S+:\d+:\d+:(?!warning:|note:)|.*:error: ")
+            errors = [line for line in lines if placed.match(line)] or lines
             return [errors[0] if errors else f"{' '.join(step[:2])} failed"], Counter()
     names = {path.stem for path in project.unisim_sources()} - {"vcomponents"}
     found = re.findall(r"-(\w+) \[entity\]", done.stdout)

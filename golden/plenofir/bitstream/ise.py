@@ -272,7 +272,7 @@ def check_fit(core: CoreConfiguration) -> None:
             f"{needed} block RAMs for {core.taps - 1} lines of partial sums, "
             f"{core.max_columns} columns",
             where="M, A, MAX_COLUMNS",
-            expected=f"at most {there}: smaller M or |a|, fewer columns, or ARITH=stored with few bits",
+            expected=f"at most {there}: smaller M or |a|, fewer columns, or ARITH=stored",
         )
 
 
