@@ -18,18 +18,22 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.refocus_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
 
 entity atlys_top is
   generic (
     -- As in raster_refocuser.
-    MICRO_IMAGE_SIZE : positive := 5;
-    SHIFT            : integer  := -3;
-    MAX_COLUMNS      : positive := 1280;
-    EXACT            : boolean  := false;
-    FRACTION_BITS    : natural  := 4;
-    GUARD_BITS       : natural  := 2;
+    MICRO_IMAGE_SIZE    : positive := 5;
+    SHIFTS              : string   := "-3";
+    INTERPOLATION_ORDER : natural  := 0;
+    HOLD                : boolean  := false;
+    MAX_COLUMNS         : positive := 1280;
+    EXACT               : boolean  := false;
+    FRACTION_BITS       : natural  := 4;
+    GUARD_BITS          : natural  := 2;
+    BROADCAST_TAPS      : natural  := 0;
     -- Test pattern: 640x480p60.
     PATTERN_H_ACTIVE : positive := 640;
     PATTERN_H_FRONT  : positive := 16;
@@ -74,7 +78,12 @@ end entity atlys_top;
 
 architecture rtl of atlys_top is
 
-  constant SLICES : positive := 1;
+  constant SLICES : positive := slice_count(SHIFTS);
+
+  -- Depths of the test pattern: first, middle and last slice; of one slice alone, also those that it blurs.
+  constant LEFT_SHIFT   : integer := slice_shift(SHIFTS, 0);
+  constant MIDDLE_SHIFT : integer := choose(SLICES > 2, slice_shift(SHIFTS, SLICES / 2), 0);
+  constant RIGHT_SHIFT  : integer := choose(SLICES > 1, slice_shift(SHIFTS, SLICES - 1), -LEFT_SHIFT);
 
   -- Errors: of refocus_video, then words that no encoder sends.
   constant WRONG_WORD : natural  := 4;
@@ -619,9 +628,9 @@ begin
   test_pattern : entity work.light_field_pattern
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      LEFT_SHIFT       => SHIFT,
-      MIDDLE_SHIFT     => 0,
-      RIGHT_SHIFT      => -SHIFT,
+      LEFT_SHIFT       => LEFT_SHIFT,
+      MIDDLE_SHIFT     => MIDDLE_SHIFT,
+      RIGHT_SHIFT      => RIGHT_SHIFT,
       MIDDLE_BEGIN     => PATTERN_H_ACTIVE / 3,
       RIGHT_BEGIN      => 2 * PATTERN_H_ACTIVE / 3
     )
@@ -659,17 +668,23 @@ begin
 
   video : entity work.refocus_video
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFT            => SHIFT,
-      MAX_COLUMNS      => MAX_COLUMNS,
-      EXACT            => EXACT,
-      FRACTION_BITS    => FRACTION_BITS,
-      GUARD_BITS       => GUARD_BITS
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      BROADCAST_TAPS      => BROADCAST_TAPS
     )
     port map (
       clk          => clk,
       reset        => pixel_reset,
       pass_through => pixel_settings(17),
+      slice        => pixel_settings(7 downto 0),
+      sweep        => pixel_settings(16),
+      sweep_frames => pixel_settings(15 downto 8),
       in_active    => video_active,
       in_h_sync    => video_h_sync,
       in_v_sync    => video_v_sync,

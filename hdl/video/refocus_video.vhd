@@ -10,9 +10,11 @@
 -- arrives meanwhile waits in the refocuser's input FIFO (a line), which empties again in the
 -- horizontal blanking.
 --
--- Latency: D lines and D + 19 pixels, D = output delay of the refocuser; 1 clock passed through.
+-- Latency: D lines and D + 19 pixels with exact sums of nearest neighbours, D = total_delay of the
+--   refocuser (in general D + PIPELINE + 5 pixels), the same for all slices; 1 clock passed through.
 -- Throughput: one pixel each clock.
--- Ports: in_*, out_*: video, pixel with red in the low bits; following: input understood and
+-- Ports: slice, sweep, sweep_frames: as in raster_refocuser, in effect with the next frame; in_*, out_*:
+--   video, pixel with red in the low bits; following: input understood and
 --   refocused; unsupported: stable timing that cannot be followed; timing: see video_pkg; errors:
 --   each set for a clock: 0 a pixel was lost at the refocuser's input, 1 a pixel was missing at its
 --   output, 2 a frame began elsewhere, 3 any of the refocuser's error flags.
@@ -29,17 +31,23 @@ use work.video_pkg.all;
 entity refocus_video is
   generic (
     -- As in raster_refocuser.
-    MICRO_IMAGE_SIZE : positive;
-    SHIFT            : integer;
-    MAX_COLUMNS      : positive;
-    EXACT            : boolean := true;
-    FRACTION_BITS    : natural := 8;
-    GUARD_BITS       : natural := 2
+    MICRO_IMAGE_SIZE    : positive;
+    SHIFTS              : string;
+    INTERPOLATION_ORDER : natural := 0;
+    HOLD                : boolean := false;
+    MAX_COLUMNS         : positive;
+    EXACT               : boolean := true;
+    FRACTION_BITS       : natural := 8;
+    GUARD_BITS          : natural := 2;
+    BROADCAST_TAPS      : natural := 0
   );
   port (
     clk          : in    std_logic;
     reset        : in    std_logic;
     pass_through : in    std_logic;
+    slice        : in    std_logic_vector(7 downto 0);
+    sweep        : in    std_logic;
+    sweep_frames : in    std_logic_vector(7 downto 0);
     in_active    : in    std_logic;
     in_h_sync    : in    std_logic;
     in_v_sync    : in    std_logic;
@@ -57,9 +65,9 @@ end entity refocus_video;
 
 architecture rtl of refocus_video is
 
-  constant DELAY : natural := output_delay(MICRO_IMAGE_SIZE, SHIFT, true);
-  -- The refocuser's pipeline with exact arithmetic; one clock more than with stored products.
-  constant PIPELINE : positive := 14;
+  constant DELAY : natural := total_delay(MICRO_IMAGE_SIZE, SHIFTS, true, INTERPOLATION_ORDER);
+  -- Clocks of the refocuser without its line buffers.
+  constant PIPELINE : positive := 5 + array_latency(not EXACT, BROADCAST_TAPS, INTERPOLATION_ORDER);
 
   signal followed       : std_logic;
   signal too_large      : std_logic;
@@ -127,20 +135,26 @@ begin
 
   refocuser : entity work.raster_refocuser
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFT            => SHIFT,
-      MAX_COLUMNS      => MAX_COLUMNS,
-      CHANNELS         => 3,
-      PIXEL_BITS       => 8,
-      EXACT            => EXACT,
-      FRACTION_BITS    => FRACTION_BITS,
-      GUARD_BITS       => GUARD_BITS
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      CHANNELS            => 3,
+      PIXEL_BITS          => 8,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      BROADCAST_TAPS      => BROADCAST_TAPS
     )
     port map (
       clk           => clk,
       reset         => core_reset,
       columns       => columns,
       rows          => rows,
+      slice         => slice,
+      sweep         => sweep,
+      sweep_frames  => sweep_frames,
       s_axis_tvalid => raw_valid,
       s_axis_tready => raw_ready,
       s_axis_tdata  => raw_data,
@@ -150,6 +164,7 @@ begin
       m_axis_tready => refocused_take,
       m_axis_tdata  => refocused_data,
       m_axis_tuser  => refocused_user,
+      m_axis_tid    => open,
       m_axis_tlast  => open,
       error_flags   => core_errors,
       error_clear   => '1'

@@ -62,9 +62,9 @@ class Bench:
         shape = (count, mode.v_active, mode.h_active, 3)
         return list(self.rng.integers(0, 256, shape, np.uint8))
 
-    def golden(self, picture: np.ndarray) -> np.ndarray:
+    def golden(self, picture: np.ndarray, slice_: int = 0) -> np.ndarray:
         """What the board must make of a picture."""
-        return ExactArithmetic().refocus(picture, CASE["m"], CASE["shift"])
+        return ExactArithmetic().refocus(picture, CASE["m"], CASE["shifts"][slice_])
 
     def led(self) -> int:
         """Light-emitting diodes, LED 0 in bit 0."""
@@ -281,6 +281,48 @@ async def commands_and_status(dut: Any) -> None:
     assert await ask(dut, "x") == "error"
     assert await ask(dut, "s") == "error"
     assert await ask(dut, "s 256") == "error"
+    assert await ask(dut, f"s {len(CASE['shifts'])}") == "error"
+
+
+async def press(button: Any) -> None:
+    """Press and release a button."""
+    for level in (1, 0):
+        button.value = level
+        await Timer(2, "us")
+
+
+@cocotb.test()
+async def focus_is_stepped(dut: Any) -> None:
+    """Slices by buttons, around both ends, by the serial port, and in a sweep; no frame is lost."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    await bench.relock(MODE_720, [])
+    slices = len(CASE["shifts"])
+    shown = 0
+    steps = [(dut.button_down, -1), (dut.button_up, 1), (dut.button_up, 1)] if slices > 1 else []
+    for button, step in steps:
+        await press(button)
+        shown = (shown + step) % slices
+        assert bench.led() >> 6 == shown & 3
+        frames = bench.pictures(MODE_720, 5)
+        taken = await bench.link.play([encode_frames(MODE_720, frames)])
+        got = last_frames(taken, MODE_720.h_total)
+        # The pump's blanking tears the raster; the last frame has not come out as a whole.
+        want = bench.golden(frames[-2], shown)
+        assert np.array_equal(got[-1].pixels, want)
+        assert not np.array_equal(want, bench.golden(frames[-2], (shown + 1) % slices))
+    assert await ask(dut, "s 0") == "ok"
+    assert bench.led() >> 6 == 0
+    assert await ask(dut, "w 1") == "ok"
+    frames = bench.pictures(MODE_720, slices + 5)
+    taken = await bench.link.play([encode_frames(MODE_720, frames)])
+    got = last_frames(taken, MODE_720.h_total)[-slices:]
+    order = []
+    for frame, picture in zip(got, frames[-slices - 1 :], strict=False):
+        fits = [s for s in range(slices) if np.array_equal(frame.pixels, bench.golden(picture, s))]
+        assert len(fits) == 1, "a frame of a sweep is wrong"
+        order += fits
+    assert order == [(order[0] + i) % slices for i in range(slices)]
 
 
 @cocotb.test()
@@ -315,13 +357,18 @@ async def test_pattern(dut: Any) -> None:
 
 def light_field(mode: VideoMode) -> np.ndarray:
     """The test pattern, from its equation."""
-    m, shift = CASE["m"], CASE["shift"]
+    m, shifts = CASE["m"], CASE["shifts"]
+    depths = (
+        (shifts[0], shifts[len(shifts) // 2] if len(shifts) > 2 else 0, shifts[-1])
+        if len(shifts) > 1
+        else (shifts[0], 0, -shifts[0])
+    )
     light = np.array([[0xFF, 0xC0, 0x40], [0x60, 0xFF, 0x60], [0x60, 0xA0, 0xFF]], np.uint8)
     dark = np.array([[0x40, 0x08, 0x20], [0x08, 0x40, 0x08], [0x08, 0x10, 0x40]], np.uint8)
     x, y = np.arange(mode.h_active), np.arange(mode.v_active)
     band = (x >= mode.h_active // 3).astype(int) + (x >= 2 * mode.h_active // 3)
-    shifts = np.array([shift, 0, -shift])[band]
-    place_x = x // m * m + x % m * shifts
-    place_y = (y // m * m)[:, None] + (y % m)[:, None] * shifts[None, :]
+    depth = np.array(depths)[band]
+    place_x = x // m * m + x % m * depth
+    place_y = (y // m * m)[:, None] + (y % m)[:, None] * depth[None, :]
     lit = ((place_x[None, :] >> 3) ^ (place_y >> 3)) & 1
     return np.where(lit[:, :, None] == 1, light[band][None], dark[band][None])

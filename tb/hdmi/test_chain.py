@@ -5,18 +5,18 @@ import pytest
 from plenofir_tb.runner import run_case
 from plenofir_tb.video import MODE_720
 
-M, SHIFT = 3, 2
+M, SHIFTS = 3, (2, 0, -1)
 METER_WINDOW, BIT_CLOCKS = 1600, 10
 PARTS = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
 
 
-def run_chain(phases: list[int], *, shift: int = SHIFT) -> None:
+def run_chain(phases: list[int], *, shifts: tuple[int, ...] = SHIFTS) -> None:
     run_case(
         "hdmi_pump",
         "hdmi.chain_bench",
         generics={
             "MICRO_IMAGE_SIZE": M,
-            "SHIFT": shift,
+            "SHIFTS": " ".join(map(str, shifts)),
             "MAX_COLUMNS": 64,
             "METER_WINDOW": METER_WINDOW,
             "BIT_CLOCKS": BIT_CLOCKS,
@@ -24,7 +24,7 @@ def run_chain(phases: list[int], *, shift: int = SHIFT) -> None:
         },
         case={
             "m": M,
-            "shift": shift,
+            "shifts": shifts,
             "phases": phases,
             "meter_window": METER_WINDOW,
             "bit_clocks": BIT_CLOCKS,
@@ -39,4 +39,4 @@ def test_chain() -> None:
 
 @pytest.mark.slow
 def test_all_phases() -> None:
-    run_chain([*range(10), *range(10)], shift=-2)
+    run_chain([*range(10), *range(10)], shifts=(-2,))

@@ -22,7 +22,7 @@ entity hdmi_pump is
     AUTO_START       : boolean  := false;
     SEED             : positive := 1;
     MICRO_IMAGE_SIZE : positive := 3;
-    SHIFT            : integer  := 2;
+    SHIFTS           : string   := "2";
     MAX_COLUMNS      : positive := 64;
     EXACT            : boolean  := true;
     PATTERN_H_ACTIVE : positive := 64;
@@ -140,7 +140,7 @@ begin
   board : entity work.atlys_top
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFT            => SHIFT,
+      SHIFTS           => SHIFTS,
       MAX_COLUMNS      => MAX_COLUMNS,
       EXACT            => EXACT,
       PATTERN_H_ACTIVE => PATTERN_H_ACTIVE,

@@ -3,19 +3,32 @@
 import pytest
 
 from plenofir.hdmi.modes import VideoMode
-from plenofir.refocus import output_delay
 from plenofir_tb.runner import run_case
 from plenofir_tb.video import MODE_720, shrunken
 
 
-def run_video(m: int, shift: int, mode: VideoMode, *, thorough: bool = False) -> None:
+def run_video(
+    m: int,
+    shifts: tuple[int, ...],
+    mode: VideoMode,
+    *,
+    thorough: bool = False,
+    **options: int | bool,
+) -> None:
     run_case(
         "refocus_video",
         "video.video_bench",
-        generics={"MICRO_IMAGE_SIZE": m, "SHIFT": shift, "MAX_COLUMNS": 64},
+        generics={
+            "MICRO_IMAGE_SIZE": m,
+            "SHIFTS": " ".join(map(str, shifts)),
+            "MAX_COLUMNS": 64,
+            **options,
+        },
         case={
             "m": m,
-            "shift": shift,
+            "shifts": shifts,
+            "order": options.get("INTERPOLATION_ORDER", 0),
+            "stored": not options.get("EXACT", True),
             "max_columns": 64,
             "mode": mode.model_dump(),
             "thorough": thorough,
@@ -24,7 +37,7 @@ def run_video(m: int, shift: int, mode: VideoMode, *, thorough: bool = False) ->
 
 
 def test_refocus_video() -> None:
-    run_video(3, 2, shrunken("mini"), thorough=True)
+    run_video(3, (2, -1, 0), shrunken("mini"), thorough=True)
 
 
 @pytest.mark.parametrize(
@@ -40,5 +53,15 @@ def test_refocus_video() -> None:
 )
 def test_blanking(m: int, shift: int, changes: dict) -> None:
     mode = MODE_720.model_copy(update=changes)
-    assert output_delay(m, shift) >= 0
-    run_video(m, shift, mode)
+    run_video(m, (shift,), mode)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"INTERPOLATION_ORDER": 1},
+        {"EXACT": False, "FRACTION_BITS": 4, "GUARD_BITS": 2, "BROADCAST_TAPS": 2},
+    ],
+)
+def test_other_latencies(options: dict) -> None:
+    run_video(3, (-1, 2), MODE_720, **options)

@@ -10,8 +10,9 @@ from cocotb.triggers import FallingEdge
 
 from plenofir.hdmi.link import RasterSignals, raster_signals
 from plenofir.hdmi.modes import VideoMode
-from plenofir.refocus import ExactArithmetic
+from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import read_case
+from plenofir_tb.slices import SliceModel
 from plenofir_tb.video import VideoTap, measured, shrunken
 
 CASE = read_case()
@@ -30,7 +31,9 @@ class Bench:
         Clock(dut.clk, 10, "ns").start()
         self.tap = VideoTap(dut)
         self.errors: set[str] = set()
-        dut.pass_through.value = 0
+        self.slice = 0
+        for name in ("pass_through", "slice", "sweep", "sweep_frames"):
+            getattr(dut, name).value = 0
         cocotb.start_soon(self._watch())
 
     async def _watch(self) -> None:
@@ -54,7 +57,13 @@ class Bench:
 
     def golden(self, picture: np.ndarray) -> np.ndarray:
         """What the design must make of a picture."""
-        return ExactArithmetic().refocus(picture, CASE["m"], CASE["shift"])
+        arithmetic = (
+            StoredProductArithmetic(fraction_bits=4, guard_bits=2)
+            if CASE["stored"]
+            else ExactArithmetic()
+        )
+        shift = CASE["shifts"][self.slice]
+        return arithmetic.refocus(picture, CASE["m"], shift, order=CASE["order"])
 
     async def play(self, mode: VideoMode, frames: list[np.ndarray]) -> None:
         """Send whole frames."""
@@ -184,6 +193,41 @@ async def input_lost_and_back(dut: Any) -> None:
     await bench.tap.drive(part(signals, half))
     got = bench.tap.frames()
     assert np.array_equal(got[0].pixels, bench.golden(frames[FRAMES_TO_FOLLOW + 1]))
+    assert not bench.errors
+
+
+@cocotb.test(skip=not CASE["thorough"])
+async def slices_change_between_frames(dut: Any) -> None:
+    """Focus is stepped in the middle of frames: the next frame shows it, none is disturbed."""
+    bench = Bench(dut)
+    await bench.reset()
+    mode = shrunken("mini")
+    total = mode.h_total * mode.v_total
+    slices = len(CASE["shifts"])
+    frames = bench.pictures(mode, FRAMES_TO_FOLLOW + 12)
+    signals = raster_signals(mode, frames)
+    wanted = []
+    begin = 0
+    model = SliceModel(slices)
+    for picture in frames[FRAMES_TO_FOLLOW:]:
+        chosen = {
+            "slice": bench.random.randrange(slices + 2),
+            "sweep": bench.random.randrange(2),
+            "sweep_frames": bench.random.randrange(3),
+        }
+        at = (FRAMES_TO_FOLLOW + len(wanted)) * total - bench.random.randrange(8, total - 8)
+        await bench.tap.drive(part(signals, begin, at))
+        begin = at
+        for name, value in chosen.items():
+            getattr(dut, name).value = value
+        bench.slice = model.next_frame(*chosen.values())
+        wanted.append(bench.golden(picture))
+    await bench.tap.drive(part(signals, begin))
+    got = bench.tap.frames(from_start=True)
+    for i, (want, frame) in enumerate(zip(wanted[-len(got) - 1 :], got, strict=False)):
+        assert np.array_equal(frame.pixels, want), f"frame {i}"
+        assert frame.mode == measured(mode)
+    assert len(got) == len(wanted) - 1
     assert not bench.errors
 
 
