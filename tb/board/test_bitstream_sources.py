@@ -43,6 +43,15 @@ def test_newer_standard(sources: list[Path], tmp_path: Path) -> None:
     assert str(newer) in problems[0]
 
 
+def test_generics_out_of_range(sources: list[Path], tmp_path: Path) -> None:
+    top = tmp_path / f"{TOP}.vhd"
+    top.write_text(top_with_generics({"GUARD_BITS": 9}))
+    problems, counts = elaborate([*sources[:-1], top], tmp_path)
+    assert len(problems) == 1
+    assert "error:" in problems[0]
+    assert not counts
+
+
 def test_other_generics(sources: list[Path], tmp_path: Path) -> None:
     """The changed top level is elaborated as it is built."""
     top = tmp_path / f"{TOP}.vhd"

@@ -16,6 +16,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from plenofir import project
 from plenofir.bitstream.device import device
 from plenofir.core import CoreConfiguration
@@ -204,7 +206,24 @@ def configuration(values: Mapping[str, Value]) -> CoreConfiguration:
     -------
     CoreConfiguration
         With three channels of 8 bits.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
     """
+    try:
+        return _configuration(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise InputError(
+            first["msg"],
+            where=".".join(map(str, first["loc"])) or "generics",
+            expected="generics in their ranges",
+        ) from None
+
+
+def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
     arithmetic: Arithmetic = ExactArithmetic()
     if not values["EXACT"]:
         arithmetic = StoredProductArithmetic.model_validate(

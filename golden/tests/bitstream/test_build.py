@@ -206,6 +206,9 @@ def test_generics_reach_the_project(tools: Path, tmp_path: Path) -> None:
         ({"EXACT": 1}, "EXACT: 1; expected a value of type bool"),
         ({"SHIFTS": '" & x & "'}, "expected numbers and blanks"),
         ({"MICRO_IMAGE_SIZE": 11, "SHIFTS": "11"}, r"block RAMs .* expected at most 116"),
+        ({"MICRO_IMAGE_SIZE": 0}, "micro_image_size: Input should be greater than or equal to 1"),
+        ({"SHIFTS": ""}, "shifts: "),
+        ({"GUARD_BITS": 9}, "expected generics in their ranges"),
         ({"MICRO_IMAGE_SIZE": 200}, "M = 200 exceeds the core's limit"),
     ],
 )
