@@ -223,6 +223,14 @@ architecture rtl of atlys_top is
   -- Transmitter.
   signal out_halves : std_logic_vector(5 * CHANNELS + 4 downto 0);
 
+  -- The constraints name these nets.
+  attribute keep : string;
+  attribute keep of tmds_clk_global : signal is "TRUE";
+  attribute keep of clk             : signal is "TRUE";
+  attribute keep of clk_x2          : signal is "TRUE";
+  attribute keep of tx_clk          : signal is "TRUE";
+  attribute keep of tx_clk_x2       : signal is "TRUE";
+
   -- A number of the status line.
   function number (
     value : std_logic_vector

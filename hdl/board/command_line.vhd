@@ -66,6 +66,30 @@ architecture rtl of command_line is
 
   end function code;
 
+  -- The answers as codes, made at elaboration: what is left is a ROM.
+
+  type codes_t is array (ANSWERS'range) of character_t;
+
+  function codes_of (
+    text : string
+  ) return codes_t is
+
+    variable codes : codes_t;
+
+  begin
+
+    for i in text'range loop
+
+      codes(i) := code(text(i));
+
+    end loop;
+
+    return codes;
+
+  end function codes_of;
+
+  constant CODES : codes_t := codes_of(ANSWERS);
+
   -- read_line: characters come in; act: the line is complete; answer: characters go out; convert,
   -- digits: a number goes out.
   type state_t is (read_line, act, answer, convert, digits);
@@ -161,7 +185,7 @@ begin
         when answer =>
 
           if offer = '0' then
-            if ANSWERS(place) = '#' then
+            if CODES(place) = code('#') then
               binary  <= unsigned(status_values(15 downto 0));
               decimal <= (others => '0');
               step    <= 0;
@@ -176,9 +200,9 @@ begin
               end loop;
 
             else
-              symbol <= code(ANSWERS(place));
+              symbol <= CODES(place);
               offer  <= '1';
-              if ANSWERS(place) = LF then
+              if CODES(place) = code(LF) then
                 state  <= read_line;
                 letter <= x"00";
                 number <= (others => '0');
