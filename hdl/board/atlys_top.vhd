@@ -382,6 +382,9 @@ begin
     );
 
   edid : entity work.i2c_rom_slave
+    generic map (
+      MAX_COLUMNS => MAX_COLUMNS
+    )
     port map (
       clk       => clk_100,
       reset     => reset,

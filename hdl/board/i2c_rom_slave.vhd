@@ -20,7 +20,9 @@ use work.edid_pkg.all;
 entity i2c_rom_slave is
   generic (
     -- Equal samples that make a level; 20 are 200 ns of 100 MHz.
-    FILTER : positive := 20
+    FILTER : positive := 20;
+    -- Longest line in pixels: longer modes are not offered.
+    MAX_COLUMNS : positive := 1280
   );
   port (
     clk       : in    std_logic;
@@ -35,6 +37,31 @@ end entity i2c_rom_slave;
 architecture rtl of i2c_rom_slave is
 
   constant DEVICE : std_logic_vector(6 downto 0) := "1010000";
+
+  -- The block with the longest lines that fit; 640x480 in any case.
+  function chosen_block (
+    columns : positive
+  ) return natural is
+
+    variable block_index : natural;
+
+  begin
+
+    block_index := 0;
+
+    for i in EDID_COLUMNS'range loop
+
+      if EDID_COLUMNS(i) <= columns then
+        block_index := i;
+      end if;
+
+    end loop;
+
+    return block_index;
+
+  end function chosen_block;
+
+  constant EDID : edid_t := EDIDS(chosen_block(MAX_COLUMNS));
 
   -- idle: not addressed; device_byte, address_byte, discard: bytes coming in; acknowledge: the
   -- slave's bit; send: a byte going out; acknowledged: the master's bit.

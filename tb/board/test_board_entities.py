@@ -1,5 +1,7 @@
 """The board's control, entity by entity."""
 
+import pytest
+
 from plenofir_tb.runner import run_case
 
 
@@ -7,8 +9,9 @@ def run_unit(entity: str, generics: dict, **case: object) -> None:
     run_case(entity, "board.unit_bench", generics=generics, case={"entity": entity, **case})
 
 
-def test_i2c_rom_slave() -> None:
-    run_unit("i2c_rom_slave", {})
+@pytest.mark.parametrize("max_columns", [64, 640, 1279, 1280, 2000])
+def test_i2c_rom_slave(max_columns: int) -> None:
+    run_unit("i2c_rom_slave", {"MAX_COLUMNS": max_columns}, max_columns=max_columns)
 
 
 def test_debouncer() -> None:

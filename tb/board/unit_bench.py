@@ -7,8 +7,11 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, Timer
 
-from plenofir.hdmi.edid import make_edid
+from plenofir.hdmi.edid import make_edid, offered_modes
 from plenofir_tb.entities import for_entity
+from plenofir_tb.runner import read_case
+
+CASE = read_case()
 
 
 class I2cMaster:
@@ -112,7 +115,8 @@ async def edid_over_i2c(dut: Any) -> None:
     await Timer(100, "ns")
     dut.reset.value = 0
     await Timer(1, "us")
-    edid = list(make_edid())
+    modes = offered_modes(CASE["max_columns"])
+    edid = list(make_edid(modes, preferred=modes[-1]))
     assert await master.read_block(0, 128) == edid
     at = rng.randrange(100)
     assert await master.read_block(at, 5) == edid[at : at + 5]

@@ -16,6 +16,8 @@ PRODUCT = 0x0045
 YEAR = 2024
 """Year of the model, written instead of a week of manufacture."""
 
+# An unused descriptor (E-EDID 1.3, section 3.10.3).
+_NO_DESCRIPTOR = bytes([0, 0, 0, 0x10]).ljust(18, b"\0")
 # Bits of the established timings, bytes 35 to 37 (E-EDID 1.3, section 3.8).
 _ESTABLISHED = {VGA.name: (0, 0x20), SVGA.name: (0, 0x01)}
 
@@ -125,7 +127,7 @@ def make_edid(modes: Sequence[VideoMode] = MODES, *, preferred: VideoMode = HD72
             # No standard timings.
             b"\x01\x01" * 8,
             *(_detailed_timing(mode) for mode in detailed),
-            *[_text_descriptor(0x10, "")] * (2 - len(detailed)),
+            *[_NO_DESCRIPTOR] * (2 - len(detailed)),
             _text_descriptor(0xFC, NAME),
             _range_descriptor(modes),
             # No extensions.
@@ -135,25 +137,51 @@ def make_edid(modes: Sequence[VideoMode] = MODES, *, preferred: VideoMode = HD72
     return block + bytes([-sum(block) % 256])
 
 
+def offered_modes(max_columns: int) -> tuple[VideoMode, ...]:
+    """Modes that a build for a longest line can take.
+
+    Parameters
+    ----------
+    max_columns
+        Longest line of the build in pixels.
+
+    Returns
+    -------
+    tuple of VideoMode
+        Smallest first; at least 640x480p60, which every source must be able to send (a build for
+        shorter lines passes it through).
+    """
+    return tuple(mode for mode in MODES if mode.h_active <= max(max_columns, VGA.h_active))
+
+
 def edid_package() -> str:
-    """Make the VHDL package with the block.
+    """Make the VHDL package with the blocks.
 
     Returns
     -------
     str
         ``hdl/board/edid_pkg.vhd``.
     """
-    block = make_edid()
-    rows = [f'    x"{byte:02X}"' for byte in block]
+    offers = [MODES[: count + 1] for count in range(len(MODES))]
+    blocks = []
+    for offer in offers:
+        block = make_edid(offer, preferred=offer[-1])
+        rows = ",\n".join(f'      x"{byte:02X}"' for byte in block)
+        blocks.append(f"    (\n{rows}\n    )")
     return _TEMPLATE.format(
-        modes=", ".join(mode.name for mode in MODES), rows=",\n".join(rows), last=EDID_BYTES - 1
+        modes=", ".join(mode.name for mode in MODES),
+        columns=", ".join(str(offer[-1].h_active) for offer in offers),
+        blocks=",\n".join(blocks),
+        last=EDID_BYTES - 1,
+        last_offer=len(offers) - 1,
     )
 
 
 _TEMPLATE = """\
--- The EDID block of the HDMI input; built by scripts/build_hdl.py.
+-- The EDID blocks of the HDMI input; built by scripts/build_hdl.py.
 --
--- DVI only, {modes}.
+-- DVI only, {modes}: each block has one mode more. A build
+-- serves the block whose modes fit its longest line.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -162,9 +190,16 @@ package edid_pkg is
 
   type edid_t is array (0 to {last}) of std_logic_vector(7 downto 0);
 
-  constant EDID : edid_t :=
+  type edids_t is array (0 to {last_offer}) of edid_t;
+
+  type edid_columns_t is array (0 to {last_offer}) of positive;
+
+  -- Longest line of each block.
+  constant EDID_COLUMNS : edid_columns_t := ({columns});
+
+  constant EDIDS : edids_t :=
   (
-{rows}
+{blocks}
   );
 
 end package edid_pkg;

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.hdmi.edid import make_edid
+from plenofir.hdmi.edid import make_edid, offered_modes
 from plenofir.hdmi.modes import HD720, MODES, SVGA, VGA, VideoMode
 
 
@@ -59,6 +59,12 @@ def test_preferred_mode_comes_first() -> None:
     assert detailed_timing(make_edid((SVGA,), preferred=SVGA)[54:72]) == expected(SVGA)
 
 
+def test_offers_fit_the_build() -> None:
+    assert [len(offered_modes(columns)) for columns in (1, 640, 799, 800, 1279, 1280)] == [
+        *(1, 1, 1, 2, 2, 3)
+    ]
+
+
 @pytest.mark.parametrize("modes", [(VGA,), (*MODES, VGA)])
 def test_impossible_offers(modes: tuple[VideoMode, ...]) -> None:
     with pytest.raises(ValueError, match="modes"):
@@ -66,10 +72,13 @@ def test_impossible_offers(modes: tuple[VideoMode, ...]) -> None:
 
 
 @pytest.mark.skipif(shutil.which("edid-decode") is None, reason="edid-decode is not installed")
-@pytest.mark.parametrize("preferred", MODES, ids=lambda mode: mode.name)
-def test_conforms(tmp_path: Path, preferred: VideoMode) -> None:
+@pytest.mark.parametrize("max_columns", [100, 640, 800, 1280])
+@pytest.mark.parametrize("largest_first", [True, False])
+def test_conforms(tmp_path: Path, max_columns: int, largest_first: bool) -> None:
+    modes = offered_modes(max_columns)
+    preferred = modes[-1 if largest_first else 0]
     file = tmp_path / "edid.bin"
-    file.write_bytes(make_edid(preferred=preferred))
+    file.write_bytes(make_edid(modes, preferred=preferred))
     done = subprocess.run(
         ["edid-decode", "--check", str(file)], capture_output=True, text=True, check=False
     )
