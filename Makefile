@@ -11,26 +11,32 @@ ARITH ?= exact
 FRACTION ?=
 GUARD ?=
 SIM ?= ghdl
+CHAIN ?= core
 WAVES ?= 0
 JOBS ?= $(shell nproc)
+MAX_COLUMNS ?=
+ISE ?=
+
+# What the user set; a bitstream has other defaults than a simulation.
+given = $(if $(filter-out file undefined,$(origin $1)),$($1))
 
 PYTHON := .venv/bin/python
 PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help sim test test-full golden lint docs waves bench venv simulator libpython clean
+.PHONY: help sim test test-full golden lint docs waves bench bitstream bitstream-check venv simulator libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= SIM= WAVES=
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES=
 	@.venv/bin/plenofir sim $(if $(RAW),--raw "$(RAW)") $(if $(M),--micro-image="$(M)") $(if $(A),--a="$(A)") \
 		--sweep="$(SWEEP)" --iota="$(IOTA)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
-		--simulator "$(SIM)" --waves "$(WAVES)"
+		--chain "$(CHAIN)" --simulator "$(SIM)" --waves "$(WAVES)"
 
-test: venv simulator libpython lint ## Style, types, golden model, testbenches
+test: venv simulator libpython lint bitstream-check ## Style, types, golden model, testbenches
 	@$(PYTEST) -m "not slow"
 
-test-full: venv simulator libpython lint ## All of the above, and the long runs
+test-full: venv simulator libpython lint bitstream-check ## All of the above, and the long runs
 	@$(PYTEST)
 
 golden: venv ## Golden-model tests alone (no simulator needed)
@@ -42,12 +48,24 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) -m mypy --no-error-summary
 	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb -name '*.vhd')
 	@$(PYTHON) scripts/build_docs.py --check
+	@$(PYTHON) scripts/build_hdl.py --check
+	@$(PYTHON) scripts/draw_board.py --check
+
+bitstream: venv ## Build the bitstream of the Atlys board with ISE 14.7: M= A= SWEEP= MAX_COLUMNS= INTERPOLATION= ARITH= FRACTION= GUARD= OUT= ISE=
+	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= .venv/bin/plenofir bitstream build --micro-image="$(M)" --a="$(A)" --sweep="$(SWEEP)" \
+		--columns="$(MAX_COLUMNS)" --interpolation="$(call given,INTERPOLATION)" --arith="$(call given,ARITH)" --fraction="$(FRACTION)" --guard="$(GUARD)" \
+		--out="$(or $(call given,OUT),build/bitstream)" --ise="$(ISE)"
+
+bitstream-check: venv simulator ## Check without ISE what of a bitstream build can be checked
+	@.venv/bin/plenofir bitstream check
 
 bench: venv simulator ## Measure: ray model, calibration, forms of the golden model, simulators
 	@$(PYTHON) scripts/bench.py
 
 docs: venv ## Build what the documentation takes from the sources
+	@$(PYTHON) scripts/build_hdl.py
 	@$(PYTHON) scripts/build_docs.py
+	@$(PYTHON) scripts/draw_board.py
 
 waves: venv ## Draw the timing diagrams of docs/waves.md from simulations
 	@scripts/setup.sh ghdl

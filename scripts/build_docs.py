@@ -10,10 +10,10 @@ With --check nothing is written; exit code 1 if a page is missing, stale or left
 
 import re
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 from plenofir import clock_counts, project
+from plenofir.hdl_text import Declaration, declarations
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 
 ENTITIES = project.root() / "docs" / "entities"
@@ -22,37 +22,6 @@ MODULE_ARRAY = project.root() / "docs" / "module-array.md"
 BOUND_SIZES = (2, 3, 5, 7, 11)
 BOUND_WIDTHS = ((0, 0), (4, 2), (8, 2))
 SECTIONS = ("Latency", "Throughput", "Ports", "Equation")
-
-
-@dataclass(frozen=True)
-class Declaration:
-    """One generic or port: name, mode (ports), type, default, and the comment above it."""
-
-    name: str
-    mode: str
-    type_name: str
-    default: str
-    comment: str
-
-
-def declarations(text: str, kind: str) -> list[Declaration]:
-    """Read the generic or port clause of an entity."""
-    clause = re.search(rf"^  {kind} \(\n(.*?)^  \);", text, re.S | re.M)
-    found = []
-    comment: list[str] = []
-    for line in clause.group(1).splitlines() if clause else []:
-        stripped = line.strip().rstrip(";")
-        if stripped.startswith("--"):
-            comment.append(stripped[2:].strip())
-            continue
-        name, _, rest = (part.strip() for part in stripped.partition(":"))
-        mode = ""
-        if kind == "port":
-            mode, rest = rest.split(None, 1)
-        type_name, _, default = (part.strip() for part in rest.partition(":="))
-        found.append(Declaration(name, mode, type_name, default, " ".join(comment)))
-        comment = []
-    return found
 
 
 def header_of(text: str) -> tuple[str, dict[str, str]]:
@@ -160,7 +129,7 @@ def clock_tables(text: str) -> str:
 
 def main() -> int:
     """Write or check the pages."""
-    paths = project.hdl_sources()
+    paths = project.board_sources()
     pages = {ENTITIES / f"{path.stem}.md": page(path) for path in paths}
     pages[ENTITIES / "README.md"] = index(paths)
     pages[GOLDEN_MODEL] = error_bounds(GOLDEN_MODEL.read_text())

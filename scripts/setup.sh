@@ -1,9 +1,10 @@
 #!/bin/sh
-# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython
+# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | edid-decode
 #
-#   venv       creates .venv with the pinned Python packages and the command plenofir
-#   ghdl       makes sure that a GHDL simulator is installed
-#   libpython  makes sure that Python's shared library is there, which cocotb loads into the simulator
+#   venv         creates .venv with the pinned Python packages and the command plenofir
+#   ghdl         makes sure that a GHDL simulator is installed
+#   edid-decode  makes sure that Debian's decoder of monitors' EDID is installed, a second opinion on ours
+#   libpython    makes sure that Python's shared library is there, which cocotb loads into the simulator
 #
 # Debian packages that are missing are installed as root or through sudo. What cannot be installed
 # is named in one line, with the command that would install it, and the exit code is 2.
@@ -77,5 +78,6 @@ case ${1:-} in
 venv) setup_venv ;;
 ghdl) setup_ghdl ;;
 libpython) setup_libpython ;;
-*) fail "usage: scripts/setup.sh venv | ghdl | libpython" ;;
+edid-decode) command -v edid-decode >/dev/null 2>&1 || install_packages "edid-decode" edid-decode ;;
+*) fail "usage: scripts/setup.sh venv | ghdl | libpython | edid-decode" ;;
 esac

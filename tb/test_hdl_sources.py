@@ -79,7 +79,7 @@ def test_core_synthesises(library: Path, core: CoreConfiguration) -> None:
 
 
 def test_one_entity_a_file() -> None:
-    for path in project.hdl_sources():
+    for path in [*project.board_sources(), *project.unisim_sources()]:
         words = [line.split() for line in path.read_text().lower().splitlines()]
         units = [
             w[1] for w in words if len(w) > 2 and w[0] in ("entity", "package") and w[2] == "is"
@@ -87,8 +87,14 @@ def test_one_entity_a_file() -> None:
         assert units == [path.stem], path
 
 
+def test_every_source_is_listed() -> None:
+    folder = project.root() / "hdl"
+    sources = [*project.board_sources(), *project.unisim_sources()]
+    assert sorted(sources) == sorted(folder.rglob("*.vhd"))
+
+
 def test_every_entity_has_a_header() -> None:
-    for path in project.hdl_sources():
+    for path in project.board_sources():
         text = path.read_text()
         assert text.startswith("-- "), path
         if "\nentity " in text:

@@ -2,21 +2,21 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast, get_args
 
 import typer
-from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from plenofir import __version__, cli_lightfield, cli_rays, cli_waves
+from plenofir import __version__, cli_bitstream, cli_lightfield, cli_rays, cli_waves
+from plenofir.cli_options import arithmetic_options
 from plenofir.cli_rays import integer
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError
 from plenofir.refocus import interpolation_order
-from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.simulation.job import (
     FLOWER,
     FLOWER_FOCUS,
     FLOWER_MICRO_IMAGE_SIZE,
+    Chain,
     SimulationJob,
     report_summary,
     run_job,
@@ -38,34 +38,6 @@ def _root(
     if version:
         typer.echo(__version__)
         raise typer.Exit
-
-
-def _arithmetic(name: str, fraction_bits: str, guard_bits: str) -> Arithmetic:
-    if name == "exact":
-        if fraction_bits or guard_bits:
-            raise InputError(
-                "exact arithmetic has no fraction or guard bits",
-                where="ARITH",
-                expected="ARITH=stored with FRACTION or GUARD",
-            )
-        return ExactArithmetic()
-    if name != "stored":
-        raise InputError(f"{name!r} is no arithmetic", where="ARITH", expected="exact or stored")
-    bits = {}
-    if fraction_bits:
-        bits["fraction_bits"] = integer(fraction_bits, "FRACTION")
-    if guard_bits:
-        bits["guard_bits"] = integer(guard_bits, "GUARD")
-    try:
-        return StoredProductArithmetic.model_validate(bits)
-    except ValidationError as error:
-        first = error.errors()[0]
-        field = str(first["loc"][0]) if first["loc"] else "guard_bits"
-        raise InputError(
-            first["msg"],
-            where={"fraction_bits": "FRACTION", "guard_bits": "GUARD"}[field],
-            expected="0 <= GUARD <= FRACTION <= 12",
-        ) from None
 
 
 @app.command()
@@ -91,11 +63,16 @@ def sim(
     ] = "",
     guard: Annotated[str, typer.Option(help="Stored products: guard bits, 2 if not given.")] = "",
     simulator: Annotated[str, typer.Option(help="ghdl or nvc.")] = "ghdl",
+    chain: Annotated[
+        str, typer.Option(help="core, or hdmi: the whole board, from serial bits to serial bits.")
+    ] = "core",
     waves: Annotated[str, typer.Option(help="1: write a waveform and a GTKWave save file.")] = "0",
 ) -> None:
     """Refocus a raw image in the VHDL core and compare it with the golden model."""
     if waves not in ("", "0", "1"):
         raise InputError(f"{waves!r}", where="WAVES", expected="0 or 1")
+    if chain not in get_args(Chain):
+        raise InputError(f"{chain!r}", where="CHAIN", expected="core or hdmi")
     rows = integer(iota, "IOTA")
     if rows < 1:
         raise InputError(f"{rows} rows at once", where="IOTA", expected="an integer, 1 or more")
@@ -106,9 +83,10 @@ def sim(
         interpolation=interpolation_order(interpolation, where="INTERPOLATION"),
         parallel_rows=rows,
         out=Path(out),
-        arithmetic=_arithmetic(arith, fraction, guard),
+        arithmetic=arithmetic_options(arith, fraction, guard),
         simulator=simulator,
         waves=waves == "1",
+        chain=cast(Chain, chain),
     )
     bars = Progress(
         TextColumn("{task.description:<20}"),
@@ -137,6 +115,7 @@ def sim(
         raise typer.Exit(EXIT_MISMATCH)
 
 
+cli_bitstream.register(app)
 cli_rays.register(app)
 cli_waves.register(app)
 report = typer.Typer(no_args_is_help=True, help="Write reports.")

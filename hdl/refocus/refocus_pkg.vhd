@@ -30,9 +30,9 @@ package refocus_pkg is
 
   function choose (
     condition : boolean;
-    yes       : natural;
-    no        : natural
-  ) return natural;
+    yes       : integer;
+    no        : integer
+  ) return integer;
 
   -- Number of shifts in a set.
   function slice_count (
@@ -169,9 +169,9 @@ package body refocus_pkg is
 
   function choose (
     condition : boolean;
-    yes       : natural;
-    no        : natural
-  ) return natural is
+    yes       : integer;
+    no        : integer
+  ) return integer is
   begin
 
     if condition then

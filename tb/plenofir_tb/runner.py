@@ -17,14 +17,13 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from cocotb_tools.runner import Runner, get_runner
+from cocotb_tools.runner import Nvc, Runner, get_runner
 
 from plenofir import project
-from plenofir.simulation.simulators import GHDL_RUN_OPTIONS, find_simulator
+from plenofir.simulation.simulators import GHDL_RUN_OPTIONS, NVC_RELAXED, find_simulator
 
 CASE_VARIABLE = "PLENOFIR_CASE"
 _BUILD = project.root() / "build" / "tb"
-_STANDARD = {"ghdl": "--std=93", "nvc": "--std=1993"}
 
 
 def simulator_name() -> str:
@@ -37,9 +36,18 @@ def draw_seed() -> int:
     return int(os.environ.get("SEED") or random.SystemRandom().randrange(1 << 31))
 
 
+class _RelaxedNvc(Nvc):
+    """NVC that takes the shared variables of VHDL-93 in a design of a later standard."""
+
+    def _build_command(self) -> list[list[str]]:
+        command = super()._build_command()[0]
+        place = command.index("-a") + 1
+        return [[*command[:place], *NVC_RELAXED, *command[place:]]]
+
+
 @functools.cache
-def _built(top: str) -> tuple[Runner, Path]:
-    """Analyse and elaborate the core's sources once for each version of them.
+def _built(top: str, board: bool = False) -> tuple[Runner, Path]:
+    """Analyse and elaborate the sources once for each version of them.
 
     Returns the runner and its build folder. GHDL's build is shared by all workers; NVC's runner
     needs to have built by itself, so each worker has a library of its own.
@@ -47,22 +55,30 @@ def _built(top: str) -> tuple[Runner, Path]:
     simulator = find_simulator(simulator_name())
     os.environ.update(simulator.environment)
     sources = project.hdl_sources()
+    models: list[Path] = []
+    if board:
+        sources = [*project.board_sources(), project.root() / "tb" / "pump" / "hdmi_pump.vhd"]
+        models = project.unisim_sources()
     digest = hashlib.sha256(simulator.version.encode())
-    for source in sources:
+    for source in [*models, *sources]:
         digest.update(source.read_bytes())
     shared = simulator.name == "ghdl"
     owner = "" if shared else "-" + os.environ.get("PYTEST_XDIST_WORKER", "main")
     build = _BUILD / simulator.name / f"{top}-{digest.hexdigest()[:12]}{owner}"
     build.parent.mkdir(parents=True, exist_ok=True)
-    runner = get_runner(simulator.name)
+    runner = _RelaxedNvc() if board and simulator.name == "nvc" else get_runner(simulator.name)
     with build.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (shared and (build / "built").exists()):
             shutil.rmtree(build, ignore_errors=True)
+            if models:
+                build.mkdir()
+                for command in simulator.model_commands(models):
+                    simulator.run(command, build)
             runner.build(
                 sources=sources,
                 hdl_toplevel=top,
-                build_args=[_STANDARD[simulator.name]],
+                build_args=simulator.global_options(board=board),
                 build_dir=build,
                 log_file=build / "build.log",
             )
@@ -77,6 +93,7 @@ def run_case(
     generics: Mapping[str, int | bool | str],
     case: Mapping[str, Any] | None = None,
     seed: int | None = None,
+    board: bool = False,
 ) -> None:
     """Run a cocotb module on an entity; fail the calling pytest test if any cocotb test fails.
 
@@ -92,8 +109,10 @@ def run_case(
         What the testbench is to do; it reads it with `read_case`.
     seed
         Seed of all random choices; drawn and printed if None.
+    board
+        Whether the entity needs the board's sources and the models of the primitives.
     """
-    runner, build = _built(top)
+    runner, build = _built(top, board)
     if seed is None:
         seed = draw_seed()
     label = f"{top}-{hashlib.sha256(repr((test_module, generics, case)).encode()).hexdigest()[:10]}"
@@ -101,6 +120,17 @@ def run_case(
     shutil.rmtree(scratch, ignore_errors=True)
     scratch.mkdir(parents=True)
     parameters = {k: str(v).lower() if isinstance(v, bool) else v for k, v in generics.items()}
+    work = build
+    if board:
+        # The pump's files lie in the working directory, so each case has one of its own.
+        work = scratch / "work"
+        work.mkdir()
+        for item in build.iterdir():
+            (work / item.name).symlink_to(item)
+
+    standard = (
+        find_simulator("ghdl").global_options(board=board) if simulator_name() == "ghdl" else []
+    )
 
     def passes(name: str, waves: bool) -> bool:
         wave_file = scratch / f"{name}.fst"
@@ -117,9 +147,9 @@ def run_case(
                 hdl_toplevel=top,
                 hdl_toplevel_lang="vhdl",
                 parameters=parameters,
-                build_dir=build,
-                test_dir=build,
-                test_args=[_STANDARD["ghdl"]] if simulator_name() == "ghdl" else [],
+                build_dir=work,
+                test_dir=work,
+                test_args=standard,
                 plusargs=options,
                 seed=seed,
                 extra_env={
@@ -144,7 +174,9 @@ def run_case(
     if passes("run", waves=False):
         shutil.rmtree(scratch)
         return
-    passes("waves", waves=True)
+    if not board:
+        # The board's bits make waveforms of gigabytes.
+        passes("waves", waves=True)
     log = scratch / "run.log"
     lines = log.read_text(errors="replace").splitlines() if log.exists() else []
     errors = [line.strip() for line in lines if "error" in line.lower()]

@@ -4,7 +4,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
@@ -17,6 +17,8 @@ from plenofir.images import read_image, write_png
 from plenofir.output import check_folder
 from plenofir.refocus import check_raw, error_against_operator, focus_to_shift, shift_to_text
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic
+from plenofir.simulation import chain
+from plenofir.simulation.chain import check_chain, run_chain
 from plenofir.simulation.pump import WAVE_SIGNALS, run_pump
 from plenofir.simulation.simulators import SimulationError, find_simulator
 from plenofir.simulation.waves import write_save_file
@@ -25,6 +27,8 @@ FLOWER = project.DATA / "flower_5x5.png"
 """The light field that is refocused when the user names none."""
 FLOWER_MICRO_IMAGE_SIZE = 5
 FLOWER_FOCUS = "-3/5"
+
+Chain = Literal["core", "hdmi"]
 
 Progress = Callable[[str, int, int], None]
 """Called with the step's name, what is done and what there is to do."""
@@ -54,6 +58,9 @@ class SimulationJob(BaseModel):
         "ghdl" or "nvc".
     waves
         Whether to write a waveform.
+    chain
+        "core", the raster refocuser alone, or "hdmi", the whole board from serial TMDS bits to
+        serial TMDS bits.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -67,6 +74,7 @@ class SimulationJob(BaseModel):
     arithmetic: Arithmetic = ExactArithmetic()
     simulator: str = "ghdl"
     waves: bool = False
+    chain: Chain = "core"
 
 
 class SliceReport(BaseModel):
@@ -106,6 +114,8 @@ class Report(BaseModel):
     ----------
     raw
         Name of the raw image file.
+    chain
+        What was simulated: "core", or "hdmi" for the whole board.
     M
         Micro image size in pixels.
     slices
@@ -143,6 +153,7 @@ class Report(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     raw: str
+    chain: Chain
     M: int
     slices: tuple[SliceReport, ...]
     columns: int
@@ -232,6 +243,8 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
             )
     raw = read_image(job.raw)
     check_raw(raw, m, where=str(job.raw))
+    if job.chain == "hdmi" and raw.ndim == 2:
+        raw = np.repeat(raw[:, :, np.newaxis], 3, axis=2)
     rows, columns = raw.shape[:2]
     configuration = CoreConfiguration(
         micro_image_size=m,
@@ -244,6 +257,8 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
         parallel_rows=job.parallel_rows,
     )
     configuration.check_limits()
+    if job.chain == "hdmi":
+        check_chain(configuration, rows, columns)
     if rows > MAX_ROWS:
         raise InputError(f"{rows} rows", where=str(job.raw), expected=f"at most {MAX_ROWS} rows")
     pictures = [picture_names(shift, m, len(shifts)) for shift in shifts]
@@ -266,17 +281,30 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
             tell("golden model", done, len(shifts))
             golden.append(job.arithmetic.refocus(raw, m, shift, order=job.interpolation))
         tell("golden model", len(shifts), len(shifts))
-        step = f"VHDL core in {simulator.name.upper()}"
-        tell(step, 0, pixels)
-        result = run_pump(
-            simulator,
-            configuration,
-            np.stack([raw] * len(shifts)),
-            work / "pump",
-            sweep_frames=1 if len(shifts) > 1 else 0,
-            waves=results / "refocused.fst" if job.waves else None,
-            progress=lambda done: tell(step, done, pixels),
-        )
+        waves = results / "refocused.fst" if job.waves else None
+        if job.chain == "hdmi":
+            step = f"VHDL board in {simulator.name.upper()}"
+            tell(step, 0, pixels)
+            result = run_chain(
+                simulator,
+                configuration,
+                raw,
+                work / "pump",
+                waves=waves,
+                progress=lambda share: tell(step, int(share * pixels), pixels),
+            )
+        else:
+            step = f"VHDL core in {simulator.name.upper()}"
+            tell(step, 0, pixels)
+            result = run_pump(
+                simulator,
+                configuration,
+                np.stack([raw] * len(shifts)),
+                work / "pump",
+                sweep_frames=1 if len(shifts) > 1 else 0,
+                waves=waves,
+                progress=lambda done: tell(step, done, pixels),
+            )
         tell(step, pixels, pixels)
         if result.slices != tuple(range(len(shifts))):
             raise SimulationError(f"the core swept through the slices {result.slices}")
@@ -302,6 +330,7 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
             write_png(results / names[2], difference_picture(refocused, golden[number]))
         report = Report(
             raw=job.raw.name,
+            chain=job.chain,
             M=m,
             slices=tuple(slices),
             columns=columns,
@@ -326,7 +355,8 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
         )
         (results / "report.json").write_text(report.model_dump_json(indent=2) + "\n")
         if job.waves:
-            write_save_file(results / "refocused.gtkw", results / "refocused.fst", WAVE_SIGNALS)
+            shown = chain.WAVE_SIGNALS if job.chain == "hdmi" else WAVE_SIGNALS
+            write_save_file(results / "refocused.gtkw", results / "refocused.fst", shown)
             (results / "refocused.opt").unlink(missing_ok=True)
         _publish(results, job.out)
     return report
@@ -379,6 +409,7 @@ def report_summary(report: Report) -> list[tuple[str, Any]]:
         ("image", f"{report.raw}, {report.columns} x {report.rows}, {depth}"),
         ("focus", f"M = {report.M}, a = {focus}, {report.taps} taps{at_once}{order}"),
         ("arithmetic", report.arithmetic.kind),
+        *([("chain", "serial TMDS bits in and out")] if report.chain == "hdmi" else []),
         ("result", agree),
         (
             "error",

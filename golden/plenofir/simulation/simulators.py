@@ -15,6 +15,14 @@ SimulatorName = Literal["ghdl", "nvc"]
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"
 # Vectors are undefined at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
 GHDL_RUN_OPTIONS = ("--ieee-asserts=disable-at-0", "--max-stack-alloc=0")
+# The board binds Xilinx's components to models in another library, which VHDL-93 does not do by
+# itself: VHDL-2002 does (5.2.2), and the relaxed rules keep the shared variables of VHDL-93.
+_GHDL_STANDARD = {False: ["--std=93"], True: ["--std=02", "-frelaxed"]}
+_NVC_STANDARD = {False: ["--std=1993"], True: ["--std=2002", "-L."]}
+NVC_RELAXED = ("--relaxed",)
+"""What NVC's analysis of the board needs besides."""
+MODELS_LIBRARY = "unisim"
+"""Library of the models of Xilinx's primitives."""
 _GHDL_WAVE_OPTIONS = {".fst": "fst", ".vcd": "vcd", ".ghw": "wave"}
 _NVC_OLDEST = (1, 8)
 _POLL_SECONDS = 0.1
@@ -42,7 +50,43 @@ class Simulator:
     version: str
     environment: Mapping[str, str]
 
-    def build_commands(self, sources: Sequence[Path], top: str) -> list[list[str]]:
+    def global_options(self, *, board: bool = False) -> list[str]:
+        """Options that analysis, elaboration and run share.
+
+        Parameters
+        ----------
+        board
+            Whether the design binds models of Xilinx's primitives.
+
+        Returns
+        -------
+        list of str
+            The standard, above all.
+        """
+        return (_NVC_STANDARD if self.name == "nvc" else _GHDL_STANDARD)[board]
+
+    def model_commands(self, models: Sequence[Path]) -> list[list[str]]:
+        """Commands that analyse the models of primitives into their library.
+
+        Parameters
+        ----------
+        models
+            VHDL-93 files in order of analysis.
+
+        Returns
+        -------
+        list of list of str
+            Commands.
+        """
+        files = [str(model) for model in models]
+        options = [*self.global_options(board=True), f"--work={MODELS_LIBRARY}"]
+        if self.name == "nvc":
+            return [["nvc", *options, "-a", *NVC_RELAXED, *files]]
+        return [["ghdl", "-a", *options, *files]]
+
+    def build_commands(
+        self, sources: Sequence[Path], top: str, *, models: Sequence[Path] = ()
+    ) -> list[list[str]]:
         """Commands that analyse sources into a library in the working directory.
 
         Parameters
@@ -51,6 +95,8 @@ class Simulator:
             VHDL-93 files in order of analysis.
         top
             Entity that will be run.
+        models
+            Models of Xilinx's primitives, if the sources instantiate them.
 
         Returns
         -------
@@ -58,15 +104,19 @@ class Simulator:
             Commands.
         """
         files = [str(source) for source in sources]
+        board = bool(models)
+        options = self.global_options(board=board)
+        commands = self.model_commands(models) if board else []
         if self.name == "nvc":
-            return [["nvc", "--std=1993", "-a", *files]]
-        return [["ghdl", "-a", "--std=93", *files], ["ghdl", "-e", "--std=93", top]]
+            return [*commands, ["nvc", *options, "-a", *(NVC_RELAXED if board else ()), *files]]
+        return [*commands, ["ghdl", "-a", *options, *files], ["ghdl", "-e", *options, top]]
 
     def run_command(
         self,
         top: str,
         generics: Mapping[str, int | bool | str],
         *,
+        board: bool = False,
         waves: Path | None = None,
         wave_signals: Sequence[str] = (),
     ) -> list[str]:
@@ -78,6 +128,8 @@ class Simulator:
             Entity to run.
         generics
             Its generics.
+        board
+            As in `global_options`.
         waves
             Waveform file to write (``.fst``, ``.vcd``, for GHDL also ``.ghw``), or None.
         wave_signals
@@ -95,7 +147,8 @@ class Simulator:
                 names = [signal.strip("/").replace("/", ":") for signal in wave_signals]
                 options = [f"--wave={waves}", f"--format={waves.suffix[1:]}"]
                 options += [f"--include=:{name}" for name in names]
-            return ["nvc", "--std=1993", "-e", *overrides, top, "-r", *options]
+            standard = self.global_options(board=board)
+            return ["nvc", *standard, "-e", *overrides, top, "-r", *options]
         options = [*GHDL_RUN_OPTIONS]
         if waves is not None:
             options.append(f"--{_GHDL_WAVE_OPTIONS[waves.suffix]}={waves}")
@@ -105,7 +158,7 @@ class Simulator:
                 names = [re.sub(r"\(\d+\)", "", signal) for signal in wave_signals]
                 selection.write_text("\n".join(["$ version 1.1", *names, ""]))
                 options.append(f"--read-wave-opt={selection}")
-        return ["ghdl", "-r", "--std=93", top, *overrides, *options]
+        return ["ghdl", "-r", *self.global_options(board=board), top, *overrides, *options]
 
     def run(
         self, command: Sequence[str], directory: Path, *, poll: Callable[[], None] | None = None

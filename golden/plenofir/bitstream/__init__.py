@@ -1,0 +1,1 @@
+"""The bitstream of the Atlys board: built with ISE 14.7, checked without it."""

@@ -1,0 +1,123 @@
+"""The FPGA: its pins, its sites, and which primitive takes which site."""
+
+import csv
+import re
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir import project
+
+_FOLDER = project.DATA / "devices"
+
+
+@dataclass(frozen=True)
+class Pin:
+    """One ball of the package.
+
+    Attributes
+    ----------
+    ball
+        Letter and number.
+    name
+        Its name, ``IO_L43P_GCLK5_M1DQ4_1`` or ``GND``.
+    """
+
+    ball: str
+    name: str
+
+    @property
+    def is_io(self) -> bool:
+        """Whether a design can use it."""
+        return self.name.startswith("IO_")
+
+    @property
+    def bank(self) -> int:
+        """Bank of an I/O pin."""
+        return int(self.name.rsplit("_", 1)[1])
+
+    @property
+    def pair(self) -> str:
+        """Number of its differential pair, ``L43``."""
+        found = re.match(r"IO_(L\d+)[PN]_", self.name)
+        assert found, self.name
+        return found[1]
+
+    @property
+    def is_positive(self) -> bool:
+        """Whether it is the P side of its pair."""
+        return self.name.startswith(f"IO_{self.pair}P")
+
+    @property
+    def is_clock(self) -> bool:
+        """Whether it reaches the clock networks (GCLK)."""
+        return "_GCLK" in self.name
+
+
+@cache
+def pins() -> dict[str, Pin]:
+    """Pins of the package.
+
+    Returns
+    -------
+    dict
+        Ball to pin.
+    """
+    with (_FOLDER / "csg324.csv").open(newline="") as file:
+        return {row["ball"]: Pin(row["ball"], row["name"]) for row in csv.DictReader(file)}
+
+
+class IoRules(BaseModel):
+    """What banks can do: BUFPLLs of each, those with TMDS_33 drivers, supply of each standard."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    bufpll_per_bank: int
+    tmds_output_banks: tuple[int, ...]
+    volts: dict[str, float]
+
+
+class Device(BaseModel):
+    """What ``data/devices/xc6slx45.toml`` holds.
+
+    Attributes
+    ----------
+    part
+        As the tools take it.
+    package
+        Of the pins.
+    sites
+        Kind of site to their number.
+    primitives
+        Primitive to the kind of site that it takes.
+    buffers, synthesizers
+        Clock primitive to its inputs and, of each, the outputs.
+    io
+        What banks can do.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    part: str
+    package: str
+    sites: dict[str, int]
+    primitives: dict[str, str]
+    buffers: dict[str, dict[str, list[str]]]
+    synthesizers: dict[str, dict[str, list[str]]]
+    io: IoRules
+
+
+@cache
+def device() -> Device:
+    """Read the device file.
+
+    Returns
+    -------
+    Device
+        The XC6SLX45.
+    """
+    content: dict[str, Any] = tomllib.loads((_FOLDER / "xc6slx45.toml").read_text())
+    return Device.model_validate(content)

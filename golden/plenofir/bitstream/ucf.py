@@ -1,0 +1,146 @@
+"""User constraints (UCF): the statements that the board's file is made of.
+
+Syntax: Xilinx UG625, Constraints Guide. Only what is in use here is understood; anything else is
+refused, so that a slip of the pen is found without ISE.
+"""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from plenofir.errors import InputError
+
+
+@dataclass
+class Constraints:
+    """Contents of a UCF file.
+
+    Attributes
+    ----------
+    config
+        Settings of the whole device.
+    pins
+        Net to its attributes (LOC, IOSTANDARD and so on; True for those without a value).
+    located_twice
+        Nets that have several LOC.
+    groups
+        Group of registers to the nets whose registers are in it (TNM_NET).
+    unions
+        Group to the groups that it is made of (TIMEGRP).
+    periods
+        Group to the period of its clock in ns.
+    ignored
+        Pairs of groups between which paths are not timed (FROM TO TIG).
+    """
+
+    config: dict[str, str] = field(default_factory=dict)
+    pins: dict[str, dict[str, str | bool]] = field(default_factory=dict)
+    located_twice: list[str] = field(default_factory=list)
+    groups: dict[str, list[str]] = field(default_factory=dict)
+    unions: dict[str, list[str]] = field(default_factory=dict)
+    periods: dict[str, float] = field(default_factory=dict)
+    ignored: list[tuple[str, str]] = field(default_factory=list)
+
+    def members(self, group: str) -> list[str]:
+        """Nets behind a group, unions resolved.
+
+        Parameters
+        ----------
+        group
+            Its name.
+
+        Returns
+        -------
+        list of str
+            Nets; none if there is no such group.
+        """
+        if group in self.unions:
+            return [net for part in self.unions[group] for net in self.members(part)]
+        return self.groups.get(group, [])
+
+
+_NAME = r'"([^"]+)"'
+_ATTRIBUTES = {"LOC", "IOSTANDARD", "PULLUP", "DRIVE", "SLEW", "TNM_NET"}
+
+
+def _statements(path: Path) -> list[tuple[int, str]]:
+    """Statements with the line that each begins in."""
+    found = []
+    current, begin = "", 0
+    lines = path.read_text().splitlines()
+    for number, line in enumerate(lines, 1):
+        rest = line.split("#", 1)[0].strip()
+        while rest:
+            begin = begin or number
+            part, end, rest = rest.partition(";")
+            current = f"{current} {part.strip()}".strip()
+            rest = rest.strip()
+            if end:
+                found.append((begin, current))
+                current, begin = "", 0
+    if current:
+        raise InputError(f"no ; behind {current!r}", where=f"{path}:{begin}", expected="a ;")
+    return found
+
+
+def read_constraints(path: Path) -> Constraints:
+    """Read a UCF file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    Constraints
+        What it says.
+
+    Raises
+    ------
+    InputError
+        If a statement is not understood; the message names its line.
+    """
+    out = Constraints()
+    for line, text in _statements(path):
+        where = f"{path}:{line}"
+        statement = " ".join(text.split())
+        if found := re.fullmatch(r"CONFIG (\w+) ?= ?(\S+)", statement):
+            out.config[found[1]] = found[2]
+        elif found := re.fullmatch(rf"NET {_NAME} (.+)", statement):
+            _net(out, found[1], found[2], where)
+        elif found := re.fullmatch(rf'TIMEGRP {_NAME} = ((?:"[^"]+" ?)+)', statement):
+            out.unions[found[1]] = re.findall(_NAME, found[2])
+        elif found := re.fullmatch(
+            rf'TIMESPEC "TS_\w+" = PERIOD {_NAME} ([\d.]+) ns HIGH 50 ?%', statement
+        ):
+            out.periods[found[1]] = float(found[2])
+        elif found := re.fullmatch(rf'TIMESPEC "TS_\w+" = FROM {_NAME} TO {_NAME} TIG', statement):
+            out.ignored.append((found[1], found[2]))
+        else:
+            raise InputError(
+                f"{statement!r} is not understood",
+                where=where,
+                expected="CONFIG, NET, TIMEGRP, or TIMESPEC with PERIOD or FROM TO TIG",
+            )
+    return out
+
+
+def _net(out: Constraints, net: str, attributes: str, where: str) -> None:
+    """Take the attributes of a NET statement."""
+    for part in attributes.split("|"):
+        name, sign, value = (word.strip() for word in part.partition("="))
+        if name not in _ATTRIBUTES or (sign == "=") == (name == "PULLUP"):
+            raise InputError(
+                f"{part.strip()!r} is not understood",
+                where=where,
+                expected=", ".join(sorted(_ATTRIBUTES)),
+            )
+        value = value.strip('"')
+        if name == "TNM_NET":
+            out.groups.setdefault(value, []).append(net)
+            continue
+        kept = out.pins.setdefault(net, {})
+        if name == "LOC" and "LOC" in kept:
+            out.located_twice.append(net)
+        kept[name] = value if sign else True

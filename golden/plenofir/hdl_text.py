@@ -1,0 +1,156 @@
+"""What the text of a VHDL source declares: generics, ports, instances, clocks.
+
+The sources are written in one style (``scripts/vsg.yaml``), so that a few patterns read them.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """One generic or port: name, mode (ports), type, default, and the comment above it."""
+
+    name: str
+    mode: str
+    type_name: str
+    default: str
+    comment: str
+
+    def bits(self) -> list[str]:
+        """Names of the bits of a port as constraints have them: ``led<0>``, or the name itself.
+
+        Returns
+        -------
+        list of str
+            One name for each pin.
+        """
+        bounds = re.search(r"\((\d+) downto (\d+)\)", self.type_name)
+        if bounds is None:
+            return [self.name]
+        return [f"{self.name}<{i}>" for i in range(int(bounds[2]), int(bounds[1]) + 1)]
+
+
+def declarations(text: str, kind: str) -> list[Declaration]:
+    """Read the generic or port clause of an entity.
+
+    Parameters
+    ----------
+    text
+        The source.
+    kind
+        "generic" or "port".
+
+    Returns
+    -------
+    list of Declaration
+        In their order.
+    """
+    clause = re.search(rf"^  {kind} \(\n(.*?)^  \);", text, re.S | re.M)
+    found = []
+    comment: list[str] = []
+    for line in clause.group(1).splitlines() if clause else []:
+        stripped = line.strip().rstrip(";")
+        if stripped.startswith("--"):
+            comment.append(stripped[2:].strip())
+            continue
+        name, _, rest = (part.strip() for part in stripped.partition(":"))
+        mode = ""
+        if kind == "port":
+            mode, rest = rest.split(None, 1)
+        type_name, _, default = (part.strip() for part in rest.partition(":="))
+        found.append(Declaration(name, mode, type_name, default, " ".join(comment)))
+        comment = []
+    return found
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One instance: label, entity or component, and what its generics and ports are joined to."""
+
+    label: str
+    of: str
+    is_component: bool
+    generics: dict[str, str]
+    ports: dict[str, str]
+
+
+_INSTANCE = re.compile(r"^\s+(\w+) : (entity work\.|component )(\w+)$", re.M)
+
+
+def _without_comments(text: str) -> str:
+    return re.sub(r"--[^\n]*", "", text)
+
+
+def _map(text: str, kind: str) -> dict[str, str]:
+    """Associations of the generic or port map that the text begins with, if it does."""
+    begin = re.match(rf"\s*{kind} map\s*\(", text)
+    if begin is None:
+        return {}
+    parts = [""]
+    depth = 1
+    for character in text[begin.end() :]:
+        depth += {"(": 1, ")": -1}.get(character, 0)
+        if depth == 0:
+            break
+        if character == "," and depth == 1:
+            parts.append("")
+        else:
+            parts[-1] += character
+    pairs = (part.split("=>", 1) for part in parts)
+    return {formal.strip(): " ".join(actual.split()) for formal, actual in pairs}
+
+
+def instances(text: str) -> Iterator[Instance]:
+    """Read the instances of a source.
+
+    Parameters
+    ----------
+    text
+        The source.
+
+    Yields
+    ------
+    Instance
+        Each instance; those in a generate statement once.
+    """
+    plain = _without_comments(text)
+    for found in _INSTANCE.finditer(plain):
+        rest = plain[found.end() :].split(";", 1)[0]
+        generics = _map(rest, "generic")
+        at_ports = re.search(r"\bport map\b", rest)
+        ports = _map(rest[at_ports.start() :], "port") if at_ports else {}
+        yield Instance(found[1], found[3], found[2] == "component ", generics, ports)
+
+
+def clocks(text: str) -> set[str]:
+    """Names of the signals whose rising edge a source waits for.
+
+    Parameters
+    ----------
+    text
+        The source.
+
+    Returns
+    -------
+    set of str
+        Local names.
+    """
+    return set(re.findall(r"\brising_edge\((\w+)\)", _without_comments(text)))
+
+
+def renamings(text: str) -> list[tuple[str, str]]:
+    """Assignments of one signal to another, as they are.
+
+    Parameters
+    ----------
+    text
+        The source.
+
+    Returns
+    -------
+    list of tuple
+        Target and source.
+    """
+    return re.findall(r"^  (\w+)\s+<= (\w+);$", _without_comments(text), re.M)

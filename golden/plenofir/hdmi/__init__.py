@@ -1,0 +1,1 @@
+"""HDMI input and output: video modes, TMDS coding, EDID, PLL settings, board files."""

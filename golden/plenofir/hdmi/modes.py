@@ -1,0 +1,110 @@
+"""Video modes: sizes, blanking, polarities, pixel clocks."""
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Positive = Annotated[int, Field(ge=1)]
+
+
+class VideoMode(BaseModel):
+    """Timing of a progressive video mode.
+
+    A line is made of the active pixels, front porch, sync and back porch, in this order; a frame of
+    lines likewise. Vertical sync changes with the leading edge of horizontal sync.
+
+    Attributes
+    ----------
+    name
+        What people call it.
+    pixel_clock
+        In kHz.
+    h_active, h_front, h_sync, h_back
+        Parts of a line in pixels.
+    v_active, v_front, v_sync, v_back
+        Parts of a frame in lines.
+    h_positive, v_positive
+        Whether sync pulses are high.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    pixel_clock: Positive
+    h_active: Positive
+    h_front: Positive
+    h_sync: Positive
+    h_back: Positive
+    v_active: Positive
+    v_front: Positive
+    v_sync: Positive
+    v_back: Positive
+    h_positive: bool
+    v_positive: bool
+
+    @property
+    def h_total(self) -> int:
+        """Pixels of a line with its blanking."""
+        return self.h_active + self.h_front + self.h_sync + self.h_back
+
+    @property
+    def v_total(self) -> int:
+        """Lines of a frame with their blanking."""
+        return self.v_active + self.v_front + self.v_sync + self.v_back
+
+    @property
+    def frame_rate(self) -> float:
+        """Frames a second."""
+        return 1000 * self.pixel_clock / (self.h_total * self.v_total)
+
+
+VGA = VideoMode(
+    name="640x480p60",
+    pixel_clock=25_175,
+    h_active=640,
+    h_front=16,
+    h_sync=96,
+    h_back=48,
+    v_active=480,
+    v_front=10,
+    v_sync=2,
+    v_back=33,
+    h_positive=False,
+    v_positive=False,
+)
+"""VESA DMT 640 x 480 at 60 Hz (CEA-861 VIC 1)."""
+
+SVGA = VideoMode(
+    name="800x600p60",
+    pixel_clock=40_000,
+    h_active=800,
+    h_front=40,
+    h_sync=128,
+    h_back=88,
+    v_active=600,
+    v_front=1,
+    v_sync=4,
+    v_back=23,
+    h_positive=True,
+    v_positive=True,
+)
+"""VESA DMT 800 x 600 at 60 Hz."""
+
+HD720 = VideoMode(
+    name="1280x720p60",
+    pixel_clock=74_250,
+    h_active=1280,
+    h_front=110,
+    h_sync=40,
+    h_back=220,
+    v_active=720,
+    v_front=5,
+    v_sync=5,
+    v_back=20,
+    h_positive=True,
+    v_positive=True,
+)
+"""CEA-861 VIC 4: 1280 x 720 at 60 Hz."""
+
+MODES = (VGA, SVGA, HD720)
+"""The modes that the board's EDID offers, smallest first."""

@@ -1,0 +1,248 @@
+-- What buttons, switches and the serial port set: slice, sweep, pass-through, test pattern.
+--
+-- Buttons step through the slices, around both ends. A switch and a command for the same thing: it is
+-- on if either is. A sweep started by the switch shows each slice for SWITCH_FRAMES frames.
+--
+-- Latency: a few clocks. Throughput: not applicable.
+-- Ports: line_in, line_out: serial port; button_*, switch_*: pins; status_values: see command_line,
+--   without the settings, which come first; the rest are the settings.
+-- Equation: none.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity board_control is
+  generic (
+    -- Number of slices of the refocuser.
+    SLICES : positive range 1 to 256;
+    -- Slice after a reset.
+    FIRST_SLICE : natural := 0;
+    -- The status line behind the settings: each # stands for the next number.
+    STATUS : string;
+    FIELDS : positive;
+    -- Clocks in a bit of the serial port.
+    BIT_CLOCKS : positive := 868;
+    -- Clocks that a button must be stable.
+    STABLE : positive := 1000000;
+    -- Frames for each slice of a sweep by the switch: half a second.
+    SWITCH_FRAMES : positive range 1 to 255 := 30
+  );
+  port (
+    clk            : in    std_logic;
+    reset          : in    std_logic;
+    line_in        : in    std_logic;
+    line_out       : out   std_logic;
+    button_up      : in    std_logic;
+    button_down    : in    std_logic;
+    switch_pattern : in    std_logic;
+    switch_pass    : in    std_logic;
+    switch_sweep   : in    std_logic;
+    status_values  : in    std_logic_vector(16 * FIELDS - 1 downto 0);
+    slice          : out   std_logic_vector(7 downto 0);
+    sweep          : out   std_logic;
+    sweep_frames   : out   std_logic_vector(7 downto 0);
+    pass_through   : out   std_logic;
+    pattern        : out   std_logic;
+    clear_errors   : out   std_logic
+  );
+end entity board_control;
+
+architecture rtl of board_control is
+
+  constant SETTINGS : positive := 5;
+  constant LAST     : natural  := SLICES - 1;
+
+  signal up            : std_logic;
+  signal down          : std_logic;
+  signal pattern_level : std_logic;
+  signal pass_level    : std_logic;
+  signal sweep_level   : std_logic;
+  signal in_data       : std_logic_vector(7 downto 0);
+  signal in_valid      : std_logic;
+  signal out_data      : std_logic_vector(7 downto 0);
+  signal out_valid     : std_logic;
+  signal out_ready     : std_logic;
+  signal all_values    : std_logic_vector(16 * (FIELDS + SETTINGS) - 1 downto 0);
+  signal value         : unsigned(7 downto 0);
+  signal set_slice     : std_logic;
+  signal set_sweep     : std_logic;
+  signal set_pass      : std_logic;
+  signal set_pattern   : std_logic;
+  signal slice_now     : unsigned(7 downto 0) := to_unsigned(FIRST_SLICE, 8);
+  signal sweep_value   : unsigned(7 downto 0) := (others => '0');
+  signal pass_command  : std_logic            := '0';
+  signal patt_command  : std_logic            := '0';
+  signal sweep_now     : std_logic;
+  signal frames_now    : unsigned(7 downto 0);
+  signal pass_now      : std_logic;
+  signal pattern_now   : std_logic;
+
+  function flag (
+    bit_value : std_logic
+  ) return std_logic_vector is
+  begin
+
+    return "000000000000000" & bit_value;
+
+  end function flag;
+
+begin
+
+  debounce_up : entity work.debouncer
+    generic map (
+      STABLE => STABLE
+    )
+    port map (
+      clk     => clk,
+      contact => button_up,
+      level   => open,
+      pressed => up
+    );
+
+  debounce_down : entity work.debouncer
+    generic map (
+      STABLE => STABLE
+    )
+    port map (
+      clk     => clk,
+      contact => button_down,
+      level   => open,
+      pressed => down
+    );
+
+  debounce_pattern : entity work.debouncer
+    generic map (
+      STABLE => STABLE
+    )
+    port map (
+      clk     => clk,
+      contact => switch_pattern,
+      level   => pattern_level,
+      pressed => open
+    );
+
+  debounce_pass : entity work.debouncer
+    generic map (
+      STABLE => STABLE
+    )
+    port map (
+      clk     => clk,
+      contact => switch_pass,
+      level   => pass_level,
+      pressed => open
+    );
+
+  debounce_sweep : entity work.debouncer
+    generic map (
+      STABLE => STABLE
+    )
+    port map (
+      clk     => clk,
+      contact => switch_sweep,
+      level   => sweep_level,
+      pressed => open
+    );
+
+  receiver : entity work.uart_receiver
+    generic map (
+      BIT_CLOCKS => BIT_CLOCKS
+    )
+    port map (
+      clk   => clk,
+      reset => reset,
+      line  => line_in,
+      data  => in_data,
+      valid => in_valid
+    );
+
+  transmitter : entity work.uart_transmitter
+    generic map (
+      BIT_CLOCKS => BIT_CLOCKS
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      s_axis_tvalid => out_valid,
+      s_axis_tready => out_ready,
+      s_axis_tdata  => out_data,
+      line          => line_out
+    );
+
+  commands : entity work.command_line
+    generic map (
+      STATUS => "slice=# slices=# sweep=# pass=# pattern=# " & STATUS,
+      FIELDS => FIELDS + SETTINGS
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      s_axis_tvalid => in_valid,
+      s_axis_tdata  => in_data,
+      m_axis_tvalid => out_valid,
+      m_axis_tready => out_ready,
+      m_axis_tdata  => out_data,
+      status_values => all_values,
+      slices        => to_unsigned(SLICES, 9),
+      value         => value,
+      set_slice     => set_slice,
+      set_sweep     => set_sweep,
+      set_pass      => set_pass,
+      set_pattern   => set_pattern,
+      clear_errors  => clear_errors
+    );
+
+  all_values <= status_values & flag(pattern_now) & flag(pass_now) & x"00" & std_logic_vector(frames_now) &
+                std_logic_vector(to_unsigned(SLICES, 16)) & x"00" & std_logic_vector(slice_now);
+
+  sweep_now   <= '1' when sweep_level = '1' or sweep_value /= 0 else
+                 '0';
+  frames_now  <= sweep_value when sweep_value /= 0 else
+                 to_unsigned(SWITCH_FRAMES, 8) when sweep_level = '1' else
+                 (others => '0');
+  pass_now    <= pass_command or pass_level;
+  pattern_now <= patt_command or pattern_level;
+
+  slice        <= std_logic_vector(slice_now);
+  sweep        <= sweep_now;
+  sweep_frames <= std_logic_vector(frames_now);
+  pass_through <= pass_now;
+  pattern      <= pattern_now;
+
+  set : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if set_slice = '1' then
+        slice_now <= value;
+      elsif up = '1' then
+        slice_now <= slice_now + 1;
+        if slice_now = LAST then
+          slice_now <= (others => '0');
+        end if;
+      elsif down = '1' then
+        slice_now <= slice_now - 1;
+        if slice_now = 0 then
+          slice_now <= to_unsigned(LAST, 8);
+        end if;
+      end if;
+      if set_sweep = '1' then
+        sweep_value <= value;
+      end if;
+      if set_pass = '1' then
+        pass_command <= value(0);
+      end if;
+      if set_pattern = '1' then
+        patt_command <= value(0);
+      end if;
+      if reset = '1' then
+        slice_now    <= to_unsigned(FIRST_SLICE, 8);
+        sweep_value  <= (others => '0');
+        pass_command <= '0';
+        patt_command <= '0';
+      end if;
+    end if;
+
+  end process set;
+
+end architecture rtl;

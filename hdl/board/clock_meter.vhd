@@ -1,0 +1,78 @@
+-- Measures the frequency of a clock against this one; a clock that stands still measures 0.
+--
+-- The clock under test is divided by 16 in its own domain; the divided clock is sampled here, and its
+-- rising edges are counted during WINDOW clocks. With 16000 clocks of 100 MHz the count is the
+-- frequency in units of 100 kHz.
+--
+-- Latency: WINDOW clocks. Throughput: one count each WINDOW clocks.
+-- Ports: measured_clk: below a quarter of 16 times clk; count, and updated with each new one.
+-- Equation: count = f(measured_clk) / 16 * WINDOW / f(clk).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity clock_meter is
+  generic (
+    -- Clocks in which edges are counted.
+    WINDOW : positive := 16000
+  );
+  port (
+    clk          : in    std_logic;
+    measured_clk : in    std_logic;
+    count        : out   unsigned(11 downto 0);
+    updated      : out   std_logic
+  );
+end entity clock_meter;
+
+architecture rtl of clock_meter is
+
+  signal divider : unsigned(3 downto 0)          := (others => '0');
+  signal divided : std_logic_vector(0 downto 0);
+  signal arrived : std_logic_vector(0 downto 0);
+  signal before  : std_logic                     := '0';
+  signal clocks  : natural range 0 to WINDOW - 1 := 0;
+  signal edges   : unsigned(11 downto 0)         := (others => '0');
+
+begin
+
+  divide : process (measured_clk) is
+  begin
+
+    if rising_edge(measured_clk) then
+      divider <= divider + 1;
+    end if;
+
+  end process divide;
+
+  divided(0) <= divider(3);
+
+  cross : entity work.synchroniser
+    port map (
+      clk         => clk,
+      level       => divided,
+      synchronous => arrived
+    );
+
+  count_edges : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      before  <= arrived(0);
+      updated <= '0';
+      if arrived(0) = '1' and before = '0' then
+        edges <= edges + 1;
+      end if;
+      if clocks = WINDOW - 1 then
+        clocks  <= 0;
+        count   <= edges;
+        updated <= '1';
+        edges   <= (others => '0');
+      else
+        clocks <= clocks + 1;
+      end if;
+    end if;
+
+  end process count_edges;
+
+end architecture rtl;

@@ -1,0 +1,190 @@
+-- Brings the clocks of the video path up in the right order, and again after any loss.
+--
+-- From the measured TMDS clock, or for the test pattern the board's own: choose the source, set both
+-- PLLs for its range, release the receiver's PLL, when it has locked the transmitter's, when that
+-- has locked the logic. A source that changes, a clock out of range, and a lost lock all lead back to
+-- the beginning; each wait ends after TIMEOUT clocks.
+--
+-- The setting is kept while the clock is in its range: 25 to 50 MHz (low) and 40 to 100 MHz (high)
+-- overlap, and a clock within both does not switch back and forth.
+--
+-- Latency: the PLLs' lock times. Throughput: not applicable.
+-- Ports: want_own: the board's own clock is wanted; own_ready: it runs; rate, rate_updated: TMDS clock,
+--   see clock_meter; use_own: clock choice; configure, high, configured: to the PLLs' settings;
+--   receive_*, transmit_*: PLLs; run: release the logic; present: there is a TMDS clock in range.
+-- Equation: run = clock in range, and all that it goes through is locked.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity link_supervisor is
+  generic (
+    -- Counts of clock_meter for 10 MHz.
+    COUNTS_10_MHZ : positive := 100;
+    -- Clocks to wait for a lock.
+    TIMEOUT : positive := 1000000
+  );
+  port (
+    clk             : in    std_logic;
+    reset           : in    std_logic;
+    want_own        : in    std_logic;
+    own_ready       : in    std_logic;
+    rate            : in    unsigned(11 downto 0);
+    rate_updated    : in    std_logic;
+    use_own         : out   std_logic;
+    configure       : out   std_logic;
+    high            : out   std_logic;
+    configured      : in    std_logic;
+    receive_reset   : out   std_logic;
+    receive_locked  : in    std_logic;
+    transmit_reset  : out   std_logic;
+    transmit_locked : in    std_logic;
+    run             : out   std_logic;
+    present         : out   std_logic
+  );
+end entity link_supervisor;
+
+architecture rtl of link_supervisor is
+
+  -- Limits with a measuring error of a count and half a percent of tolerance.
+  constant SLOWEST      : natural := (COUNTS_10_MHZ * 24) / 10;
+  constant LOW_FASTEST  : natural := (COUNTS_10_MHZ * 50) / 10;
+  constant HIGH_SLOWEST : natural := (COUNTS_10_MHZ * 40) / 10;
+  constant FASTEST      : natural := (COUNTS_10_MHZ * 101) / 10;
+  -- Above this a new clock gets the high setting.
+  constant MIDDLE : natural := (COUNTS_10_MHZ * 45) / 10;
+
+  type state_t is (quiet, choose, write_setting, lock_receive, lock_transmit, running);
+
+  signal state     : state_t                    := quiet;
+  signal clocks    : natural range 0 to TIMEOUT := 0;
+  signal own       : std_logic                  := '0';
+  signal high_now  : std_logic                  := '0';
+  signal in_range  : std_logic                  := '0';
+  signal fits      : std_logic                  := '0';
+  signal want_high : std_logic                  := '0';
+  signal source_ok : std_logic;
+
+begin
+
+  use_own <= own;
+  high    <= high_now;
+  present <= in_range;
+
+  source_ok <= own_ready when own = '1' else
+               in_range and fits;
+
+  judge : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if rate_updated = '1' then
+        in_range  <= '0';
+        want_high <= '0';
+        fits      <= '0';
+        if rate >= SLOWEST and rate <= FASTEST then
+          in_range <= '1';
+        end if;
+        if rate > MIDDLE then
+          want_high <= '1';
+        end if;
+        if (high_now = '1' and rate >= HIGH_SLOWEST) or (high_now = '0' and rate <= LOW_FASTEST) then
+          fits <= '1';
+        end if;
+      end if;
+      if state = choose then
+        -- The setting is about to be chosen for this very rate.
+        fits <= '1';
+      end if;
+      if reset = '1' then
+        in_range <= '0';
+      end if;
+    end if;
+
+  end process judge;
+
+  bring_up : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      configure <= '0';
+      if clocks /= TIMEOUT then
+        clocks <= clocks + 1;
+      end if;
+
+      case state is
+
+        when quiet =>
+
+          -- Resets reach all clocks that still run before the source is switched.
+          run            <= '0';
+          receive_reset  <= '1';
+          transmit_reset <= '1';
+          if clocks >= 15 then
+            own    <= want_own;
+            state  <= choose;
+            clocks <= 0;
+          end if;
+
+        when choose =>
+
+          clocks <= 0;
+          if own /= want_own then
+            state <= quiet;
+          elsif (own = '1' and own_ready = '1') or (own = '0' and in_range = '1') then
+            high_now  <= want_high and not own;
+            configure <= '1';
+            state     <= write_setting;
+          end if;
+
+        when write_setting =>
+
+          if configured = '1' and clocks >= 3 then
+            receive_reset <= '0';
+            state         <= lock_receive;
+            clocks        <= 0;
+          end if;
+
+        when lock_receive =>
+
+          if receive_locked = '1' then
+            transmit_reset <= '0';
+            state          <= lock_transmit;
+            clocks         <= 0;
+          end if;
+
+        when lock_transmit =>
+
+          if transmit_locked = '1' then
+            state <= running;
+          end if;
+
+        when running =>
+
+          run    <= '1';
+          clocks <= 0;
+          if receive_locked = '0' or transmit_locked = '0' then
+            state <= quiet;
+          end if;
+
+      end case;
+
+      if clocks = TIMEOUT or (state /= quiet and state /= choose and (source_ok = '0' or own /= want_own)) then
+        run    <= '0';
+        state  <= quiet;
+        clocks <= 0;
+      end if;
+
+      if reset = '1' then
+        state          <= quiet;
+        clocks         <= 0;
+        run            <= '0';
+        receive_reset  <= '1';
+        transmit_reset <= '1';
+      end if;
+    end if;
+
+  end process bring_up;
+
+end architecture rtl;

@@ -1,0 +1,124 @@
+-- Writes a setting into a PLL through its reconfiguration port.
+--
+-- Each register is read, its masked bits are replaced, and it is written back (XAPP879). A port that
+-- does not answer within TIMEOUT clocks is given up: done comes anyway, and the PLL's missing lock
+-- tells.
+--
+-- Latency: about 10 clocks for each register. Throughput: one setting at a time.
+-- Ports: start: write the setting (high: 40 to 100 MHz, else 25 to 50 MHz); done: nothing under way;
+--   drp_*: the PLL's port; the PLL is in reset meanwhile.
+-- Equation: register = (register and not mask) or setting.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.pll_settings_pkg.all;
+
+entity pll_configure is
+  generic (
+    -- Clocks to wait for an answer.
+    TIMEOUT : positive := 255
+  );
+  port (
+    clk         : in    std_logic;
+    reset       : in    std_logic;
+    start       : in    std_logic;
+    high        : in    std_logic;
+    done        : out   std_logic;
+    drp_enable  : out   std_logic;
+    drp_write   : out   std_logic;
+    drp_address : out   std_logic_vector(4 downto 0);
+    drp_in      : out   std_logic_vector(15 downto 0);
+    drp_out     : in    std_logic_vector(15 downto 0);
+    drp_ready   : in    std_logic
+  );
+end entity pll_configure;
+
+architecture rtl of pll_configure is
+
+  type state_t is (idle, fetch, wait_read, put, wait_write);
+
+  signal state    : state_t                               := idle;
+  signal index    : natural range 0 to PLL_REGISTERS'high := 0;
+  signal clocks   : natural range 0 to TIMEOUT            := 0;
+  signal entry    : pll_register_t;
+  signal contents : std_logic_vector(15 downto 0);
+
+begin
+
+  entry    <= PLL_REGISTERS(index);
+  contents <= entry.high when high = '1' else
+              entry.low;
+
+  configure : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      drp_enable <= '0';
+      drp_write  <= '0';
+      if clocks /= TIMEOUT then
+        clocks <= clocks + 1;
+      end if;
+
+      case state is
+
+        when idle =>
+
+          clocks <= 0;
+          index  <= 0;
+          if start = '1' then
+            state <= fetch;
+            done  <= '0';
+          end if;
+
+        when fetch =>
+
+          drp_address <= entry.address;
+          drp_enable  <= '1';
+          clocks      <= 0;
+          state       <= wait_read;
+
+        when wait_read =>
+
+          if drp_ready = '1' then
+            drp_in <= (drp_out and not entry.mask) or contents;
+            state  <= put;
+          end if;
+
+        when put =>
+
+          drp_enable <= '1';
+          drp_write  <= '1';
+          clocks     <= 0;
+          state      <= wait_write;
+
+        when wait_write =>
+
+          if drp_ready = '1' then
+            if index = PLL_REGISTERS'high then
+              state <= idle;
+              done  <= '1';
+            else
+              index <= index + 1;
+              state <= fetch;
+            end if;
+          end if;
+
+      end case;
+
+      if clocks = TIMEOUT then
+        state <= idle;
+        done  <= '1';
+      end if;
+
+      if reset = '1' then
+        state <= idle;
+        done  <= '1';
+      end if;
+    end if;
+
+  end process configure;
+
+end architecture rtl;

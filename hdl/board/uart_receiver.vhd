@@ -1,0 +1,85 @@
+-- Serial receiver: 8 data bits, no parity, 1 stop bit.
+--
+-- Latency: in the middle of the stop bit. Throughput: one byte each 10 bits.
+-- Ports: line: idle high; data, valid: a byte came in, for a clock; bytes without a stop bit are
+--   dropped.
+-- Equation: data bit n is the level of the line n + 1.5 bits behind the falling edge.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity uart_receiver is
+  generic (
+    -- Clocks in a bit: 868 for 115200 baud and 100 MHz.
+    BIT_CLOCKS : positive range 4 to 65535 := 868
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    line  : in    std_logic;
+    data  : out   std_logic_vector(7 downto 0);
+    valid : out   std_logic
+  );
+end entity uart_receiver;
+
+architecture rtl of uart_receiver is
+
+  signal level   : std_logic_vector(0 downto 0);
+  signal arrived : std_logic_vector(0 downto 0);
+  signal clocks  : natural range 0 to BIT_CLOCKS - 1 := 0;
+  signal bits    : natural range 0 to 9              := 0;
+  signal busy    : std_logic                         := '0';
+  signal shift   : std_logic_vector(7 downto 0)      := (others => '0');
+  signal rested  : std_logic                         := '0';
+
+begin
+
+  -- Inverted, so that the line rests before the first clock.
+  level(0) <= not line;
+
+  cross : entity work.synchroniser
+    port map (
+      clk         => clk,
+      level       => level,
+      synchronous => arrived
+    );
+
+  receive : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      valid <= '0';
+      if busy = '0' then
+        clocks <= BIT_CLOCKS / 2;
+        bits   <= 0;
+        if arrived(0) = '0' then
+          rested <= '1';
+        elsif rested = '1' then
+          busy <= '1';
+        end if;
+      elsif clocks /= 0 then
+        clocks <= clocks - 1;
+      else
+        clocks <= BIT_CLOCKS - 1;
+        if bits = 0 and arrived(0) = '0' then
+          -- No start bit after all.
+          busy <= '0';
+        elsif bits = 9 then
+          busy   <= '0';
+          rested <= '0';
+          data   <= shift;
+          valid  <= not arrived(0);
+        else
+          bits  <= bits + 1;
+          shift <= not arrived(0) & shift(7 downto 1);
+        end if;
+      end if;
+      if reset = '1' then
+        busy   <= '0';
+        rested <= '0';
+      end if;
+    end if;
+
+  end process receive;
+
+end architecture rtl;

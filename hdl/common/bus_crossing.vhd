@@ -1,0 +1,78 @@
+-- Brings a value of many bits from one clock into another, all bits of the same moment.
+--
+-- The source takes a copy, and tells the destination with a toggling bit; the destination takes the
+-- copy and answers with another. Either clock may stop: the value then stays what it is.
+--
+-- Latency: 3 clocks of source_clk and 3 of destination_clk, at most twice that.
+-- Throughput: one value for each round trip; values in between are not seen.
+-- Ports: source (source_clk), destination (destination_clk).
+-- Equation: destination(t) = source at an earlier moment.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity bus_crossing is
+  generic (
+    -- Bits of the value.
+    WIDTH : positive
+  );
+  port (
+    source_clk      : in    std_logic;
+    source          : in    std_logic_vector(WIDTH - 1 downto 0);
+    destination_clk : in    std_logic;
+    destination     : out   std_logic_vector(WIDTH - 1 downto 0)
+  );
+end entity bus_crossing;
+
+architecture rtl of bus_crossing is
+
+  signal crossing_data    : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
+  signal taken_data       : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
+  signal request          : std_logic_vector(0 downto 0)         := "0";
+  signal request_arrived  : std_logic_vector(0 downto 0);
+  signal response         : std_logic_vector(0 downto 0)         := "0";
+  signal response_arrived : std_logic_vector(0 downto 0);
+
+begin
+
+  destination <= taken_data;
+
+  send : process (source_clk) is
+  begin
+
+    if rising_edge(source_clk) then
+      if response_arrived = request then
+        crossing_data <= source;
+        request       <= not request;
+      end if;
+    end if;
+
+  end process send;
+
+  forward : entity work.synchroniser
+    port map (
+      clk         => destination_clk,
+      level       => request,
+      synchronous => request_arrived
+    );
+
+  take : process (destination_clk) is
+  begin
+
+    if rising_edge(destination_clk) then
+      if request_arrived /= response then
+        taken_data <= crossing_data;
+        response   <= request_arrived;
+      end if;
+    end if;
+
+  end process take;
+
+  backward : entity work.synchroniser
+    port map (
+      clk         => source_clk,
+      level       => response,
+      synchronous => response_arrived
+    );
+
+end architecture rtl;

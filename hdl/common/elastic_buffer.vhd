@@ -1,0 +1,137 @@
+-- Brings one word each clock into another clock of the same frequency and any phase.
+--
+-- A small dual-clock memory, written each clock and read each clock, kept half full. Should it run
+-- empty or full (a clock was disturbed), reading starts again at half full; `flowing` is '0' until then.
+--
+-- Latency: half the depth, and 2 to 3 clocks. Throughput: one word each clock.
+-- Ports: write_word (write_clk); read_word, flowing (read_clk).
+-- Equation: read_word(t) = write_word(t - latency) while flowing.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity elastic_buffer is
+  generic (
+    -- Bits of a word.
+    WIDTH : positive;
+    -- The buffer holds 2**ADDRESS_BITS words.
+    ADDRESS_BITS : positive range 3 to 6 := 4
+  );
+  port (
+    write_clk   : in    std_logic;
+    write_reset : in    std_logic;
+    write_word  : in    std_logic_vector(WIDTH - 1 downto 0);
+    read_clk    : in    std_logic;
+    read_reset  : in    std_logic;
+    read_word   : out   std_logic_vector(WIDTH - 1 downto 0);
+    flowing     : out   std_logic
+  );
+end entity elastic_buffer;
+
+architecture rtl of elastic_buffer is
+
+  type memory_t is array (natural range 0 to 2 ** ADDRESS_BITS - 1) of std_logic_vector(WIDTH - 1 downto 0);
+
+  subtype pointer_t is unsigned(ADDRESS_BITS - 1 downto 0);
+
+  constant HALF : pointer_t := to_unsigned(2 ** (ADDRESS_BITS - 1), ADDRESS_BITS);
+
+  -- Neighbouring numbers differ in one bit, so a pointer taken in the other clock is never far off.
+  function to_gray (
+    value : unsigned
+  ) return std_logic_vector is
+  begin
+
+    return std_logic_vector(value xor shift_right(value, 1));
+
+  end function to_gray;
+
+  function from_gray (
+    gray : std_logic_vector
+  ) return unsigned is
+
+    variable value : unsigned(gray'range);
+
+  begin
+
+    value(gray'left) := gray(gray'left);
+
+    for i in gray'left - 1 downto 0 loop
+
+      value(i) := value(i + 1) xor gray(i);
+
+    end loop;
+
+    return value;
+
+  end function from_gray;
+
+  signal memory        : memory_t                                    := (others => (others => '0'));
+  signal write_pointer : pointer_t                                   := (others => '0');
+  signal write_gray    : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');
+  signal gray_arrived  : std_logic_vector(ADDRESS_BITS - 1 downto 0);
+  signal read_pointer  : pointer_t                                   := (others => '0');
+  signal reading       : std_logic                                   := '0';
+
+begin
+
+  flowing <= reading;
+
+  write : process (write_clk) is
+  begin
+
+    if rising_edge(write_clk) then
+      memory(to_integer(write_pointer)) <= write_word;
+
+      write_pointer <= write_pointer + 1;
+      write_gray    <= to_gray(write_pointer);
+      if write_reset = '1' then
+        write_pointer <= (others => '0');
+        write_gray    <= (others => '0');
+      end if;
+    end if;
+
+  end process write;
+
+  cross : entity work.synchroniser
+    generic map (
+      WIDTH => ADDRESS_BITS
+    )
+    port map (
+      clk         => read_clk,
+      level       => write_gray,
+      synchronous => gray_arrived
+    );
+
+  read : process (read_clk) is
+
+    variable level : pointer_t;
+
+  begin
+
+    if rising_edge(read_clk) then
+      level     := from_gray(gray_arrived) - read_pointer;
+      read_word <= memory(to_integer(read_pointer));
+      if reading = '1' then
+        read_pointer <= read_pointer + 1;
+        -- A level below 1 or near the depth means that the sides have slipped.
+        if level < 2 or level > 2 ** ADDRESS_BITS - 3 then
+          reading <= '0';
+        end if;
+      else
+        -- Wait at the place that is half the depth behind what is being written.
+        read_pointer <= from_gray(gray_arrived) - HALF;
+        if level = HALF or level = HALF + 1 then
+          reading      <= '1';
+          read_pointer <= read_pointer + 1;
+        end if;
+      end if;
+      if read_reset = '1' then
+        reading <= '0';
+      end if;
+    end if;
+
+  end process read;
+
+end architecture rtl;

@@ -1,0 +1,40 @@
+-- Brings a reset into a clock: it takes effect at once, clock or no clock, and ends with the clock.
+--
+-- Latency: none to assert; 4 clocks to release. Throughput: not applicable.
+-- Ports: request: from any clock, active high; reset: active high, released in clk.
+-- Equation: reset(t) = '1' while request was '1' at any of the last 4 clocks.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity reset_bridge is
+  port (
+    clk     : in    std_logic;
+    request : in    std_logic;
+    reset   : out   std_logic
+  );
+end entity reset_bridge;
+
+architecture rtl of reset_bridge is
+
+  signal crossing_reset : std_logic_vector(3 downto 0) := (others => '1');
+
+  attribute shreg_extract : string;
+  attribute shreg_extract of crossing_reset : signal is "no";
+
+begin
+
+  reset <= crossing_reset(3);
+
+  release : process (clk, request) is
+  begin
+
+    if request = '1' then
+      crossing_reset <= (others => '1');
+    elsif rising_edge(clk) then
+      crossing_reset <= crossing_reset(2 downto 0) & '0';
+    end if;
+
+  end process release;
+
+end architecture rtl;

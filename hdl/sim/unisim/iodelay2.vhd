@@ -1,0 +1,118 @@
+-- Model of IODELAY2 (UG381, XAPP1064) as a delay line of an input with phase detector.
+--
+-- The delay is a number of taps of SIM_TAPDELAY_VALUE ps. A calibration (CAL) lasts 12 clocks of CLK,
+-- in which BUSY is high, and measures how many taps a bit lasts. RST sets the delay to half of
+-- that. CE moves it by one tap up (INC) or down: a step is taken only while BUSY is low; it stays within
+-- one bit. The slave's delay is half a bit longer than its counter says, as measured by its last
+-- calibration.
+--
+-- Left out: all other types and sources of delay, output delay, the spread between taps and between
+-- delay lines, the constant part of the delay, wrap-around, DATAOUT2.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity iodelay2 is
+  generic (
+    COUNTER_WRAPAROUND : string  := "WRAPAROUND";
+    DATA_RATE          : string  := "SDR";
+    DELAY_SRC          : string  := "IO";
+    IDELAY2_VALUE      : integer := 0;
+    IDELAY_MODE        : string  := "NORMAL";
+    IDELAY_TYPE        : string  := "DEFAULT";
+    IDELAY_VALUE       : integer := 0;
+    ODELAY_VALUE       : integer := 0;
+    SERDES_MODE        : string  := "NONE";
+    SIM_TAPDELAY_VALUE : integer := 75
+  );
+  port (
+    busy     : out   std_ulogic;
+    dataout  : out   std_ulogic;
+    dataout2 : out   std_ulogic;
+    dout     : out   std_ulogic;
+    tout     : out   std_ulogic;
+    cal      : in    std_ulogic;
+    ce       : in    std_ulogic;
+    clk      : in    std_ulogic;
+    idatain  : in    std_ulogic;
+    inc      : in    std_ulogic;
+    ioclk0   : in    std_ulogic;
+    ioclk1   : in    std_ulogic;
+    odatain  : in    std_ulogic;
+    rst      : in    std_ulogic;
+    t        : in    std_ulogic
+  );
+end entity iodelay2;
+
+architecture behaviour of iodelay2 is
+
+  constant TAP                : time    := SIM_TAPDELAY_VALUE * 1 ps;
+  constant CALIBRATION_CLOCKS : natural := 12;
+
+  signal delay : time := 0 fs;
+
+begin
+
+  assert idelay_type = "DIFF_PHASE_DETECTOR" and data_rate = "SDR" and delay_src = "IDATAIN" and
+         (serdes_mode = "MASTER" or serdes_mode = "SLAVE")
+    report "IODELAY2: the model knows DIFF_PHASE_DETECTOR, SDR, IDATAIN only"
+    severity failure;
+
+  dataout  <= transport idatain after delay;
+  dataout2 <= '0';
+  dout     <= '0';
+  tout     <= '1';
+
+  control : process is
+
+    variable bit_taps : natural := 0;
+    variable half     : natural := 0;
+    variable counter  : natural := 0;
+    variable clocks   : natural := 0;
+    variable started  : time;
+
+  begin
+
+    busy <= '0';
+    wait until rising_edge(clk);
+
+    if cal = '1' then
+      busy <= '1';
+      -- Two bits; a bit clock that stands still leaves things as they were.
+      wait until rising_edge(ioclk0) for 100 ns;
+      started := now;
+      wait until rising_edge(ioclk0) for 100 ns;
+      wait until rising_edge(ioclk0) for 100 ns;
+      if now - started < 100 ns then
+        bit_taps := (now - started) / (2 * TAP);
+        if bit_taps > 255 then
+          bit_taps := 255;
+        end if;
+        if SERDES_MODE = "SLAVE" then
+          half := bit_taps / 2;
+        end if;
+      end if;
+      clocks := 0;
+
+      while clocks < CALIBRATION_CLOCKS loop
+
+        wait until rising_edge(clk);
+        clocks := clocks + 1;
+
+      end loop;
+
+    elsif rst = '1' then
+      counter := bit_taps / 2;
+    elsif ce = '1' then
+      if inc = '1' and counter < bit_taps then
+        counter := counter + 1;
+      elsif inc = '0' and counter > 0 then
+        counter := counter - 1;
+      end if;
+    end if;
+
+    delay <= (counter + half) * TAP;
+
+  end process control;
+
+end architecture behaviour;

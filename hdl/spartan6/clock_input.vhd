@@ -1,0 +1,63 @@
+-- Differential clock input of the TMDS clock lane.
+--
+-- Latency: the buffers. Throughput: one clock.
+-- Ports: clk_p, clk_n: pins; clk: for a clock multiplexer or PLL; clk_global: the same on a global
+--   buffer, for logic that counts it.
+-- Equation: clk = clk_p.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library unisim;
+use unisim.vcomponents.all;
+
+entity clock_input is
+  port (
+    clk_p      : in    std_logic;
+    clk_n      : in    std_logic;
+    clk        : out   std_logic;
+    clk_global : out   std_logic
+  );
+end entity clock_input;
+
+architecture rtl of clock_input is
+
+  signal from_pins : std_logic;
+  signal divided   : std_logic;
+
+begin
+
+  pins : component ibufds
+    generic map (
+      DIFF_TERM  => false,
+      IOSTANDARD => "TMDS_33"
+    )
+    port map (
+      i  => clk_p,
+      ib => clk_n,
+      o  => from_pins
+    );
+
+  bypassed : component bufio2
+    generic map (
+      DIVIDE        => 1,
+      DIVIDE_BYPASS => true,
+      I_INVERT      => false,
+      USE_DOUBLER   => false
+    )
+    port map (
+      i            => from_pins,
+      divclk       => divided,
+      ioclk        => open,
+      serdesstrobe => open
+    );
+
+  global : component bufg
+    port map (
+      i => divided,
+      o => clk_global
+    );
+
+  clk <= divided;
+
+end architecture rtl;

@@ -1,0 +1,71 @@
+-- Chooses where the pixel clock comes from: the TMDS clock lane, or a clock made on the board.
+--
+-- The board's own clock is 25.175 MHz (640x480p60) made from 100 MHz: 100 * 36 / 143 = 25.1748 MHz.
+-- The choice is asynchronous, as the clock that is left may have stopped: everything behind it is in
+-- reset meanwhile.
+--
+-- Latency: the buffer. Throughput: one clock.
+-- Ports: clk_100; tmds_clk; use_own: choice; clk: to the PLL; own_ready: the board's own clock runs.
+-- Equation: clk = own clock if use_own, else tmds_clk.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library unisim;
+use unisim.vcomponents.all;
+
+entity pixel_clock_select is
+  generic (
+    -- Own clock in units of clk_100 / DIVIDE.
+    MULTIPLY : positive := 36;
+    DIVIDE   : positive := 143
+  );
+  port (
+    clk_100   : in    std_logic;
+    reset     : in    std_logic;
+    tmds_clk  : in    std_logic;
+    use_own   : in    std_logic;
+    clk       : out   std_logic;
+    own_ready : out   std_logic
+  );
+end entity pixel_clock_select;
+
+architecture rtl of pixel_clock_select is
+
+  signal own_clk : std_logic;
+
+begin
+
+  synthesizer : component dcm_clkgen
+    generic map (
+      CLKFX_MULTIPLY => MULTIPLY,
+      CLKFX_DIVIDE   => DIVIDE,
+      CLKIN_PERIOD   => 10.0
+    )
+    port map (
+      clkin     => clk_100,
+      rst       => reset,
+      freezedcm => '0',
+      progclk   => '0',
+      progdata  => '0',
+      progen    => '0',
+      clkfx     => own_clk,
+      clkfx180  => open,
+      clkfxdv   => open,
+      locked    => own_ready,
+      progdone  => open,
+      status    => open
+    );
+
+  choose : component bufgmux
+    generic map (
+      CLK_SEL_TYPE => "ASYNC"
+    )
+    port map (
+      i0 => tmds_clk,
+      i1 => own_clk,
+      s  => use_own,
+      o  => clk
+    );
+
+end architecture rtl;

@@ -1,0 +1,119 @@
+-- The clocks of a serial link: pixel clock, twice that, and ten times that on an I/O clock network.
+--
+-- One PLL for all three, so that their edges are aligned; a reconfiguration port for its two settings
+-- (see pll_settings_pkg). Out of configuration it is set for 40 to 100 MHz.
+--
+-- Latency: not applicable. Throughput: not applicable.
+-- Ports: clk_in: pixel clock; pll_reset; drp_*: reconfiguration port, in drp_clk; clk, clk_x2:
+--   global; io_clk, io_strobe: to the serialisers of one bank; locked: all of them run.
+-- Equation: f(io_clk) = 10 f(clk_in), f(clk_x2) = 2 f(clk_in), f(clk) = f(clk_in).
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library unisim;
+use unisim.vcomponents.all;
+
+entity serial_clocks is
+  port (
+    clk_in      : in    std_logic;
+    pll_reset   : in    std_logic;
+    drp_clk     : in    std_logic;
+    drp_enable  : in    std_logic;
+    drp_write   : in    std_logic;
+    drp_address : in    std_logic_vector(4 downto 0);
+    drp_in      : in    std_logic_vector(15 downto 0);
+    drp_out     : out   std_logic_vector(15 downto 0);
+    drp_ready   : out   std_logic;
+    clk         : out   std_logic;
+    clk_x2      : out   std_logic;
+    io_clk      : out   std_logic;
+    io_strobe   : out   std_logic;
+    locked      : out   std_logic
+  );
+end entity serial_clocks;
+
+architecture rtl of serial_clocks is
+
+  signal feedback   : std_logic;
+  signal pll_bit    : std_logic;
+  signal pll_pixel  : std_logic;
+  signal pll_half   : std_logic;
+  signal pll_locked : std_logic;
+  signal half_clk   : std_logic;
+
+begin
+
+  pll : component pll_adv
+    generic map (
+      BANDWIDTH      => "OPTIMIZED",
+      CLK_FEEDBACK   => "CLKFBOUT",
+      CLKFBOUT_MULT  => 10,
+      CLKIN1_PERIOD  => 13.468,
+      CLKOUT0_DIVIDE => 1,
+      CLKOUT1_DIVIDE => 10,
+      CLKOUT2_DIVIDE => 5,
+      COMPENSATION   => "INTERNAL",
+      DIVCLK_DIVIDE  => 1,
+      SIM_DEVICE     => "SPARTAN6"
+    )
+    port map (
+      clkin1     => clk_in,
+      clkin2     => '0',
+      clkinsel   => '1',
+      clkfbin    => feedback,
+      rst        => pll_reset,
+      rel        => '0',
+      daddr      => drp_address,
+      dclk       => drp_clk,
+      den        => drp_enable,
+      di         => drp_in,
+      dwe        => drp_write,
+      do         => drp_out,
+      drdy       => drp_ready,
+      clkfbout   => feedback,
+      clkfbdcm   => open,
+      clkout0    => pll_bit,
+      clkout1    => pll_pixel,
+      clkout2    => pll_half,
+      clkout3    => open,
+      clkout4    => open,
+      clkout5    => open,
+      clkoutdcm0 => open,
+      clkoutdcm1 => open,
+      clkoutdcm2 => open,
+      clkoutdcm3 => open,
+      clkoutdcm4 => open,
+      clkoutdcm5 => open,
+      locked     => pll_locked
+    );
+
+  pixel_buffer : component bufg
+    port map (
+      i => pll_pixel,
+      o => clk
+    );
+
+  half_buffer : component bufg
+    port map (
+      i => pll_half,
+      o => half_clk
+    );
+
+  clk_x2 <= half_clk;
+
+  bit_buffer : component bufpll
+    generic map (
+      DIVIDE      => 5,
+      ENABLE_SYNC => true
+    )
+    port map (
+      pllin        => pll_bit,
+      gclk         => half_clk,
+      locked       => pll_locked,
+      ioclk        => io_clk,
+      serdesstrobe => io_strobe,
+      lock         => locked
+    );
+
+end architecture rtl;

@@ -1,0 +1,185 @@
+-- Input of one TMDS channel: pins, delay lines, deserialiser 5:1, phase detector.
+--
+-- Master and slave of a differential pair: the master samples the bits, the slave their edges.
+--
+-- Latency: the deserialiser, 2 to 3 clocks of clk_x2. Throughput: five bits each clock of clk_x2.
+-- Ports: data_p, data_n: pins; io_clk, io_strobe: from serial_clocks; half (clk_x2): bit 0 came first;
+--   calibrate_*, delay_reset, step, step_up, busy, valid, increase: see phase_detector_control.
+-- Equation: half = five bits in a row.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library unisim;
+use unisim.vcomponents.all;
+
+entity tmds_input is
+  port (
+    data_p           : in    std_logic;
+    data_n           : in    std_logic;
+    io_clk           : in    std_logic;
+    io_strobe        : in    std_logic;
+    clk_x2           : in    std_logic;
+    reset            : in    std_logic;
+    calibrate_master : in    std_logic;
+    calibrate_slave  : in    std_logic;
+    delay_reset      : in    std_logic;
+    step             : in    std_logic;
+    step_up          : in    std_logic;
+    busy             : out   std_logic;
+    valid            : out   std_logic;
+    increase         : out   std_logic;
+    half             : out   std_logic_vector(4 downto 0)
+  );
+end entity tmds_input;
+
+architecture rtl of tmds_input is
+
+  signal from_pins   : std_logic;
+  signal master_data : std_logic;
+  signal slave_data  : std_logic;
+  signal to_slave    : std_logic;
+  signal to_master   : std_logic;
+  signal master_busy : std_logic;
+  signal slave_busy  : std_logic;
+
+begin
+
+  busy <= master_busy or slave_busy;
+
+  pins : component ibufds
+    generic map (
+      DIFF_TERM  => false,
+      IOSTANDARD => "TMDS_33"
+    )
+    port map (
+      i  => data_p,
+      ib => data_n,
+      o  => from_pins
+    );
+
+  master_delay : component iodelay2
+    generic map (
+      COUNTER_WRAPAROUND => "STAY_AT_LIMIT",
+      DATA_RATE          => "SDR",
+      DELAY_SRC          => "IDATAIN",
+      IDELAY2_VALUE      => 0,
+      IDELAY_MODE        => "NORMAL",
+      IDELAY_TYPE        => "DIFF_PHASE_DETECTOR",
+      IDELAY_VALUE       => 0,
+      ODELAY_VALUE       => 0,
+      SERDES_MODE        => "MASTER",
+      SIM_TAPDELAY_VALUE => 50
+    )
+    port map (
+      idatain  => from_pins,
+      odatain  => '0',
+      t        => '1',
+      ioclk0   => io_clk,
+      ioclk1   => '0',
+      clk      => clk_x2,
+      cal      => calibrate_master,
+      ce       => step,
+      inc      => step_up,
+      rst      => delay_reset,
+      busy     => master_busy,
+      dataout  => master_data,
+      dataout2 => open,
+      dout     => open,
+      tout     => open
+    );
+
+  slave_delay : component iodelay2
+    generic map (
+      COUNTER_WRAPAROUND => "WRAPAROUND",
+      DATA_RATE          => "SDR",
+      DELAY_SRC          => "IDATAIN",
+      IDELAY2_VALUE      => 0,
+      IDELAY_MODE        => "NORMAL",
+      IDELAY_TYPE        => "DIFF_PHASE_DETECTOR",
+      IDELAY_VALUE       => 0,
+      ODELAY_VALUE       => 0,
+      SERDES_MODE        => "SLAVE",
+      SIM_TAPDELAY_VALUE => 50
+    )
+    port map (
+      idatain  => from_pins,
+      odatain  => '0',
+      t        => '1',
+      ioclk0   => io_clk,
+      ioclk1   => '0',
+      clk      => clk_x2,
+      cal      => calibrate_slave,
+      ce       => step,
+      inc      => step_up,
+      rst      => delay_reset,
+      busy     => slave_busy,
+      dataout  => slave_data,
+      dataout2 => open,
+      dout     => open,
+      tout     => open
+    );
+
+  master_deserialiser : component iserdes2
+    generic map (
+      BITSLIP_ENABLE => false,
+      DATA_RATE      => "SDR",
+      DATA_WIDTH     => 5,
+      INTERFACE_TYPE => "RETIMED",
+      SERDES_MODE    => "MASTER"
+    )
+    port map (
+      d         => master_data,
+      ce0       => '1',
+      clk0      => io_clk,
+      clk1      => '0',
+      ioce      => io_strobe,
+      rst       => reset,
+      clkdiv    => clk_x2,
+      shiftin   => to_master,
+      bitslip   => '0',
+      fabricout => open,
+      q4        => half(4),
+      q3        => half(3),
+      q2        => half(2),
+      q1        => half(1),
+      dfb       => open,
+      cfb0      => open,
+      cfb1      => open,
+      valid     => valid,
+      incdec    => increase,
+      shiftout  => to_slave
+    );
+
+  slave_deserialiser : component iserdes2
+    generic map (
+      BITSLIP_ENABLE => false,
+      DATA_RATE      => "SDR",
+      DATA_WIDTH     => 5,
+      INTERFACE_TYPE => "RETIMED",
+      SERDES_MODE    => "SLAVE"
+    )
+    port map (
+      d         => slave_data,
+      ce0       => '1',
+      clk0      => io_clk,
+      clk1      => '0',
+      ioce      => io_strobe,
+      rst       => reset,
+      clkdiv    => clk_x2,
+      shiftin   => to_slave,
+      bitslip   => '0',
+      fabricout => open,
+      q4        => half(0),
+      q3        => open,
+      q2        => open,
+      q1        => open,
+      dfb       => open,
+      cfb0      => open,
+      cfb1      => open,
+      valid     => open,
+      incdec    => open,
+      shiftout  => to_master
+    );
+
+end architecture rtl;

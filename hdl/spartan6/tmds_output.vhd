@@ -1,0 +1,120 @@
+-- Output of one TMDS lane: serialiser 5:1 and pins.
+--
+-- Latency: the serialiser, about 2 clocks of clk_x2. Throughput: five bits each clock of clk_x2.
+-- Ports: half (clk_x2): bit 0 is sent first; io_clk, io_strobe: from serial_clocks; data_p, data_n:
+--   pins.
+-- Equation: the bits of half, one each clock of io_clk.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library unisim;
+use unisim.vcomponents.all;
+
+entity tmds_output is
+  port (
+    half      : in    std_logic_vector(4 downto 0);
+    io_clk    : in    std_logic;
+    io_strobe : in    std_logic;
+    clk_x2    : in    std_logic;
+    reset     : in    std_logic;
+    data_p    : out   std_logic;
+    data_n    : out   std_logic
+  );
+end entity tmds_output;
+
+architecture rtl of tmds_output is
+
+  signal to_pins         : std_logic;
+  signal master_data     : std_logic;
+  signal master_tristate : std_logic;
+  signal slave_data      : std_logic;
+  signal slave_tristate  : std_logic;
+
+begin
+
+  master_serialiser : component oserdes2
+    generic map (
+      DATA_RATE_OQ => "SDR",
+      DATA_RATE_OT => "SDR",
+      DATA_WIDTH   => 5,
+      OUTPUT_MODE  => "DIFFERENTIAL",
+      SERDES_MODE  => "MASTER"
+    )
+    port map (
+      oq        => to_pins,
+      oce       => '1',
+      clk0      => io_clk,
+      clk1      => '0',
+      ioce      => io_strobe,
+      rst       => reset,
+      clkdiv    => clk_x2,
+      d4        => '0',
+      d3        => '0',
+      d2        => '0',
+      d1        => half(4),
+      tq        => open,
+      t1        => '0',
+      t2        => '0',
+      t3        => '0',
+      t4        => '0',
+      train     => '0',
+      tce       => '1',
+      shiftin1  => '1',
+      shiftin2  => '1',
+      shiftin3  => slave_data,
+      shiftin4  => slave_tristate,
+      shiftout1 => master_data,
+      shiftout2 => master_tristate,
+      shiftout3 => open,
+      shiftout4 => open
+    );
+
+  slave_serialiser : component oserdes2
+    generic map (
+      DATA_RATE_OQ => "SDR",
+      DATA_RATE_OT => "SDR",
+      DATA_WIDTH   => 5,
+      OUTPUT_MODE  => "DIFFERENTIAL",
+      SERDES_MODE  => "SLAVE"
+    )
+    port map (
+      oq        => open,
+      oce       => '1',
+      clk0      => io_clk,
+      clk1      => '0',
+      ioce      => io_strobe,
+      rst       => reset,
+      clkdiv    => clk_x2,
+      d4        => half(3),
+      d3        => half(2),
+      d2        => half(1),
+      d1        => half(0),
+      tq        => open,
+      t1        => '0',
+      t2        => '0',
+      t3        => '0',
+      t4        => '0',
+      train     => '0',
+      tce       => '1',
+      shiftin1  => master_data,
+      shiftin2  => master_tristate,
+      shiftin3  => '1',
+      shiftin4  => '1',
+      shiftout1 => open,
+      shiftout2 => open,
+      shiftout3 => slave_data,
+      shiftout4 => slave_tristate
+    );
+
+  pins : component obufds
+    generic map (
+      IOSTANDARD => "TMDS_33"
+    )
+    port map (
+      i  => to_pins,
+      o  => data_p,
+      ob => data_n
+    );
+
+end architecture rtl;

@@ -1,0 +1,57 @@
+-- Five bits each half clock from ten bits each clock.
+--
+-- The two clocks come from one PLL with their rising edges aligned, so that this is a synchronous
+-- crossing with half a clock of room. A bit that toggles with each word tells the fast side where
+-- in the slow clock it is.
+--
+-- Latency: 1 clock of clk, then 1 clock of clk_x2 to the first half.
+-- Throughput: ten bits each clock of clk, five bits each clock of clk_x2.
+-- Ports: bits (clk): bit 0 is sent first; half (clk_x2): bit 0 is sent first.
+-- Equation: half = bits 4..0, then bits 9..5.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity gearbox_10_to_5 is
+  port (
+    clk    : in    std_logic;
+    clk_x2 : in    std_logic;
+    bits   : in    std_logic_vector(9 downto 0);
+    half   : out   std_logic_vector(4 downto 0)
+  );
+end entity gearbox_10_to_5;
+
+architecture rtl of gearbox_10_to_5 is
+
+  signal word      : std_logic_vector(9 downto 0) := (others => '0');
+  signal even      : std_logic                    := '0';
+  signal even_seen : std_logic                    := '0';
+  signal rest      : std_logic_vector(4 downto 0) := (others => '0');
+
+begin
+
+  hold : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      word <= bits;
+      even <= not even;
+    end if;
+
+  end process hold;
+
+  split : process (clk_x2) is
+  begin
+
+    if rising_edge(clk_x2) then
+      even_seen <= even;
+      half      <= rest;
+      if even_seen /= even then
+        half <= word(4 downto 0);
+        rest <= word(9 downto 5);
+      end if;
+    end if;
+
+  end process split;
+
+end architecture rtl;

@@ -1,0 +1,48 @@
+-- Ten bits each clock from five bits each half clock.
+--
+-- The two clocks come from one PLL with their rising edges aligned, so that this is a synchronous
+-- crossing with half a clock of room. Which of the five bits come first does not matter: the word
+-- alignment behind finds the phase.
+--
+-- Latency: 1 clock of clk_x2, then 1 clock of clk.
+-- Throughput: five bits each clock of clk_x2, ten bits each clock of clk.
+-- Ports: half (clk_x2): bit 0 came first; bits (clk): bit 0 came first.
+-- Equation: bits = the last two halves, the older one in the low bits.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity gearbox_5_to_10 is
+  port (
+    clk    : in    std_logic;
+    clk_x2 : in    std_logic;
+    half   : in    std_logic_vector(4 downto 0);
+    bits   : out   std_logic_vector(9 downto 0)
+  );
+end entity gearbox_5_to_10;
+
+architecture rtl of gearbox_5_to_10 is
+
+  signal halves : std_logic_vector(9 downto 0) := (others => '0');
+
+begin
+
+  collect : process (clk_x2) is
+  begin
+
+    if rising_edge(clk_x2) then
+      halves <= half & halves(9 downto 5);
+    end if;
+
+  end process collect;
+
+  take : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      bits <= halves;
+    end if;
+
+  end process take;
+
+end architecture rtl;

@@ -1,0 +1,89 @@
+-- TMDS decoder of one channel.
+--
+-- Latency: 2 clocks. Throughput: one word each clock.
+-- Ports: word: bit 0 came first; active: the word is no control token; data: its byte; control: C1
+--   & C0 of the last token; error: no encoder sends this word.
+-- Equation: DVI 1.0, figure 3-6. Of the 1024 words 460 are data words: the chain must be the one
+--   that an encoder chooses for the byte, and a balanced chain is inverted if it is of XNORs only.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.tmds_pkg.all;
+
+entity tmds_decoder is
+  port (
+    clk     : in    std_logic;
+    reset   : in    std_logic;
+    word    : in    std_logic_vector(9 downto 0);
+    active  : out   std_logic;
+    control : out   std_logic_vector(1 downto 0);
+    data    : out   std_logic_vector(7 downto 0);
+    error   : out   std_logic
+  );
+end entity tmds_decoder;
+
+architecture rtl of tmds_decoder is
+
+  signal byte_token   : std_logic                    := '1';
+  signal byte_word    : std_logic_vector(9 downto 0) := TOKEN_00;
+  signal byte         : std_logic_vector(7 downto 0) := (others => '0');
+  signal last_control : std_logic_vector(1 downto 0) := "00";
+
+begin
+
+  control <= last_control;
+
+  decode : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      byte_token <= is_token(word);
+      byte_word  <= word;
+      byte       <= decode_byte(word);
+
+      active <= not byte_token;
+      error  <= '0';
+      data   <= (others => '0');
+      if byte_token = '1' then
+
+        case byte_word is
+
+          when TOKEN_00 =>
+
+            last_control <= "00";
+
+          when TOKEN_01 =>
+
+            last_control <= "01";
+
+          when TOKEN_10 =>
+
+            last_control <= "10";
+
+          when others =>
+
+            last_control <= "11";
+
+        end case;
+
+      else
+        data <= byte;
+        if byte_word(8) /= uses_xor(byte) or
+           (byte_word(9) = byte_word(8) and count_ones(byte_word(7 downto 0)) = 4) then
+          error <= '1';
+        end if;
+      end if;
+
+      if reset = '1' then
+        byte_token <= '1';
+        active     <= '0';
+        error      <= '0';
+      end if;
+    end if;
+
+  end process decode;
+
+end architecture rtl;

@@ -1,0 +1,187 @@
+-- Brings the three channels to the same pixel: skew of cables and of the word alignment goes.
+--
+-- Each channel runs through a delay line with a tap that can be chosen. The first data word behind a
+-- run of control tokens (the beginning of a line) marks the same pixel in all channels; how far
+-- these marks lie apart, in two lines one after the other, sets the taps. Lines that do not agree
+-- with the taps in use count; the same deviation twice moves the taps.
+--
+-- Latency: 2 clocks for the channel that comes last. Throughput: one word of each channel each clock.
+-- Ports: words, tokens, aligned of the channels (channel 0 in the low bits); out_words: words of the
+--   same pixel; locked: the taps were confirmed within TIMEOUT words and all channels are aligned.
+-- Equation: out_words(t) of channel c = words(t - 2 - tap(c)), tap(c) = last arrival - arrival(c).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.tmds_pkg.all;
+
+entity tmds_deskew is
+  generic (
+    -- Words without a confirming line after which the taps are lost; more than a frame's blanking.
+    TIMEOUT : positive := 262143
+  );
+  port (
+    clk       : in    std_logic;
+    reset     : in    std_logic;
+    words     : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
+    tokens    : in    std_logic_vector(CHANNELS - 1 downto 0);
+    aligned   : in    std_logic_vector(CHANNELS - 1 downto 0);
+    out_words : out   std_logic_vector(10 * CHANNELS - 1 downto 0);
+    locked    : out   std_logic
+  );
+end entity tmds_deskew;
+
+architecture rtl of tmds_deskew is
+
+  constant DEPTH : positive := 16;
+  -- Tokens that must stand before a mark, so that a single wrong token makes none.
+  constant BEFORE_MARK : positive := 4;
+
+  subtype tap_t is natural range 0 to DEPTH - 1;
+
+  type taps_t is array (0 to CHANNELS - 1) of tap_t;
+
+  type line_t is array (0 to DEPTH - 1) of std_logic_vector(9 downto 0);
+
+  type lines_t is array (0 to CHANNELS - 1) of line_t;
+
+  type runs_t is array (0 to CHANNELS - 1) of natural range 0 to BEFORE_MARK;
+
+  signal taps      : taps_t                                  := (others => 0);
+  signal runs      : runs_t                                  := (others => 0);
+  signal marks     : std_logic_vector(CHANNELS - 1 downto 0);
+  signal arrived   : std_logic_vector(CHANNELS - 1 downto 0) := (others => '0');
+  signal arrivals  : taps_t                                  := (others => 0);
+  signal age       : tap_t                                   := 0;
+  signal candidate : taps_t                                  := (others => 0);
+  signal measured  : std_logic                               := '0';
+  signal previous  : taps_t                                  := (others => 0);
+  signal patience  : natural range 0 to TIMEOUT              := 0;
+
+begin
+
+  mark : for c in 0 to CHANNELS - 1 generate
+    marks(c) <= '1' when runs(c) = BEFORE_MARK and tokens(c) = '0' else
+                '0';
+  end generate mark;
+
+  -- The delay lines: no reset, so that they fit shift registers; variables, as simulators keep an
+  -- event for each bit of a signal.
+  delay : process (clk) is
+
+    variable lines : lines_t := (others => (others => (others => '0')));
+
+  begin
+
+    if rising_edge(clk) then
+
+      for c in 0 to CHANNELS - 1 loop
+
+        out_words(10 * c + 9 downto 10 * c) <= lines(c)(taps(c));
+
+        for i in DEPTH - 1 downto 1 loop
+
+          lines(c)(i) := lines(c)(i - 1);
+
+        end loop;
+
+        lines(c)(0) := words(10 * c + 9 downto 10 * c);
+
+      end loop;
+
+    end if;
+
+  end process delay;
+
+  measure : process (clk) is
+
+    variable now_arrived : std_logic_vector(CHANNELS - 1 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+
+      for c in 0 to CHANNELS - 1 loop
+
+        if tokens(c) = '0' then
+          runs(c) <= 0;
+        elsif runs(c) /= BEFORE_MARK then
+          runs(c) <= runs(c) + 1;
+        end if;
+
+      end loop;
+
+      -- Arrivals, counted from the first one; a window that stays incomplete is forgotten.
+      measured    <= '0';
+      now_arrived := arrived or marks;
+
+      for c in 0 to CHANNELS - 1 loop
+
+        if marks(c) = '1' and arrived(c) = '0' then
+          arrivals(c) <= age;
+        end if;
+
+      end loop;
+
+      if now_arrived = "111" then
+
+        for c in 0 to CHANNELS - 1 loop
+
+          if arrived(c) = '1' then
+            candidate(c) <= age - arrivals(c);
+          else
+            candidate(c) <= 0;
+          end if;
+
+        end loop;
+
+        measured <= '1';
+        arrived  <= (others => '0');
+        age      <= 0;
+      elsif now_arrived = "000" or age = DEPTH - 1 then
+        arrived <= (others => '0');
+        age     <= 0;
+      else
+        arrived <= now_arrived;
+        age     <= age + 1;
+      end if;
+
+      -- Confirm or move the taps.
+      if patience /= 0 then
+        patience <= patience - 1;
+      else
+        locked <= '0';
+      end if;
+      if measured = '1' then
+        previous <= candidate;
+        if candidate = previous then
+          taps     <= candidate;
+          locked   <= '1';
+          patience <= TIMEOUT;
+        end if;
+      end if;
+
+      if aligned /= "111" then
+        locked   <= '0';
+        patience <= 0;
+        measured <= '0';
+        arrived  <= (others => '0');
+        age      <= 0;
+      end if;
+
+      if reset = '1' then
+        locked   <= '0';
+        patience <= 0;
+        measured <= '0';
+        arrived  <= (others => '0');
+        age      <= 0;
+        taps     <= (others => 0);
+        runs     <= (others => 0);
+      end if;
+    end if;
+
+  end process measure;
+
+end architecture rtl;

@@ -1,0 +1,112 @@
+-- TMDS encoder of one channel.
+--
+-- Latency: 3 clocks. Throughput: one word each clock.
+-- Ports: active: data enable; data is sent while active, control (C1 & C0) while not; word: bit 0
+--   is sent first. Reset clears the running disparity.
+-- Equation: DVI 1.0, figure 3-5: transitions minimised, then inverted where that brings the
+--   running disparity (ones minus zeros since the last control token) nearer to zero.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.tmds_pkg.all;
+
+entity tmds_encoder is
+  port (
+    clk     : in    std_logic;
+    reset   : in    std_logic;
+    active  : in    std_logic;
+    control : in    std_logic_vector(1 downto 0);
+    data    : in    std_logic_vector(7 downto 0);
+    word    : out   std_logic_vector(9 downto 0)
+  );
+end entity tmds_encoder;
+
+architecture rtl of tmds_encoder is
+
+  -- Half of ones minus zeros: of a byte's chain, and of all words so far.
+  subtype half_t is integer range -4 to 4;
+
+  signal chain          : std_logic_vector(8 downto 0) := (others => '0');
+  signal chain_active   : std_logic                    := '0';
+  signal chain_control  : std_logic_vector(1 downto 0) := "00";
+  signal excess         : half_t                       := 0;
+  signal excess_chain   : std_logic_vector(8 downto 0) := (others => '0');
+  signal excess_active  : std_logic                    := '0';
+  signal excess_control : std_logic_vector(1 downto 0) := "00";
+  signal disparity      : half_t                       := 0;
+
+begin
+
+  encode : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      chain         <= minimise_transitions(data);
+      chain_active  <= active;
+      chain_control <= control;
+
+      excess         <= count_ones(chain(7 downto 0)) - 4;
+      excess_chain   <= chain;
+      excess_active  <= chain_active;
+      excess_control <= chain_control;
+
+      if excess_active = '0' then
+        disparity <= 0;
+
+        case excess_control is
+
+          when "00" =>
+
+            word <= TOKEN_00;
+
+          when "01" =>
+
+            word <= TOKEN_01;
+
+          when "10" =>
+
+            word <= TOKEN_10;
+
+          when others =>
+
+            word <= TOKEN_11;
+
+        end case;
+
+      elsif disparity = 0 or excess = 0 then
+        if excess_chain(8) = '1' then
+          word      <= '0' & excess_chain;
+          disparity <= disparity + excess;
+        else
+          word      <= "10" & not excess_chain(7 downto 0);
+          disparity <= disparity - excess;
+        end if;
+      elsif (disparity > 0) = (excess > 0) then
+        word <= '1' & excess_chain(8) & not excess_chain(7 downto 0);
+        if excess_chain(8) = '1' then
+          disparity <= disparity - excess + 1;
+        else
+          disparity <= disparity - excess;
+        end if;
+      else
+        word <= '0' & excess_chain;
+        if excess_chain(8) = '1' then
+          disparity <= disparity + excess;
+        else
+          disparity <= disparity + excess - 1;
+        end if;
+      end if;
+
+      if reset = '1' then
+        chain_active  <= '0';
+        excess_active <= '0';
+        disparity     <= 0;
+      end if;
+    end if;
+
+  end process encode;
+
+end architecture rtl;

@@ -1,0 +1,143 @@
+-- Words and steps of TMDS coding, from DVI 1.0, section 3.
+--
+-- A word has ten bits, bit 0 is sent first. In the blanking it is one of four control tokens, else
+-- a byte as a chain of XORs (bit 8 set) or XNORs, inverted or not (bit 9) for DC balance.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+package tmds_pkg is
+
+  subtype tmds_word_t is std_logic_vector(9 downto 0);
+
+  -- Three words or bytes side by side, channel 0 (blue) in the low bits.
+  constant CHANNELS : positive := 3;
+
+  -- Control tokens for C1 & C0.
+  constant TOKEN_00 : tmds_word_t := "1101010100";
+  constant TOKEN_01 : tmds_word_t := "0010101011";
+  constant TOKEN_10 : tmds_word_t := "0101010100";
+  constant TOKEN_11 : tmds_word_t := "1010101011";
+
+  -- Whether a word is a control token.
+  function is_token (
+    word : std_logic_vector(9 downto 0)
+  ) return std_logic;
+
+  -- Number of ones in a byte.
+  function count_ones (
+    byte : std_logic_vector(7 downto 0)
+  ) return natural;
+
+  -- Whether a byte is sent as a chain of XORs, not XNORs.
+  function uses_xor (
+    byte : std_logic_vector(7 downto 0)
+  ) return std_logic;
+
+  -- The byte as a chain, bit 8 tells XOR from XNOR.
+  function minimise_transitions (
+    byte : std_logic_vector(7 downto 0)
+  ) return std_logic_vector;
+
+  -- The byte of a data word.
+  function decode_byte (
+    word : std_logic_vector(9 downto 0)
+  ) return std_logic_vector;
+
+end package tmds_pkg;
+
+package body tmds_pkg is
+
+  function is_token (
+    word : std_logic_vector(9 downto 0)
+  ) return std_logic is
+  begin
+
+    -- The four tokens are one pattern of nine bits and its complement, with either tenth bit.
+    if word(8 downto 0) = TOKEN_00(8 downto 0) or word(8 downto 0) = TOKEN_01(8 downto 0) then
+      return '1';
+    end if;
+
+    return '0';
+
+  end function is_token;
+
+  function count_ones (
+    byte : std_logic_vector(7 downto 0)
+  ) return natural is
+
+    variable ones : natural range 0 to 8;
+
+  begin
+
+    ones := 0;
+
+    for i in 0 to 7 loop
+
+      if byte(i) = '1' then
+        ones := ones + 1;
+      end if;
+
+    end loop;
+
+    return ones;
+
+  end function count_ones;
+
+  function uses_xor (
+    byte : std_logic_vector(7 downto 0)
+  ) return std_logic is
+  begin
+
+    if count_ones(byte) > 4 or (count_ones(byte) = 4 and byte(0) = '0') then
+      return '0';
+    end if;
+
+    return '1';
+
+  end function uses_xor;
+
+  function minimise_transitions (
+    byte : std_logic_vector(7 downto 0)
+  ) return std_logic_vector is
+
+    variable chain : std_logic_vector(8 downto 0);
+
+  begin
+
+    chain(0) := byte(0);
+    chain(8) := uses_xor(byte);
+
+    for i in 1 to 7 loop
+
+      chain(i) := not (chain(i - 1) xor byte(i) xor chain(8));
+
+    end loop;
+
+    return chain;
+
+  end function minimise_transitions;
+
+  function decode_byte (
+    word : std_logic_vector(9 downto 0)
+  ) return std_logic_vector is
+
+    variable byte : std_logic_vector(7 downto 0);
+
+  begin
+
+    -- Inversion cancels out between neighbours.
+    byte(0) := word(0) xor word(9);
+
+    for i in 1 to 7 loop
+
+      byte(i) := not (word(i) xor word(i - 1) xor word(8));
+
+    end loop;
+
+    return byte;
+
+  end function decode_byte;
+
+end package body tmds_pkg;

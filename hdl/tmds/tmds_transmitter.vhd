@@ -1,0 +1,97 @@
+-- From pixels and syncs to the bits of three channels and the clock lane.
+--
+-- Encoders -> elastic buffer into the serialisers' clock -> gearbox.
+--
+-- Latency: about 17 clocks. Throughput: one pixel each clock.
+-- Ports: active, h_sync, v_sync, pixel (clk): red in the low bits; halves (tx_clk_x2): five bits of
+--   channels 0 to 2 and of the clock lane (high bits), bit 0 is sent first. tx_clk and tx_clk_x2
+--   come from one PLL and have the frequency of clk and twice that; their phase to clk is free.
+-- Equation: DVI 1.0, sections 3.2 and 3.3; the clock lane is high for the first five bits of a word.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.tmds_pkg.all;
+
+entity tmds_transmitter is
+  port (
+    clk       : in    std_logic;
+    reset     : in    std_logic;
+    active    : in    std_logic;
+    h_sync    : in    std_logic;
+    v_sync    : in    std_logic;
+    pixel     : in    std_logic_vector(23 downto 0);
+    tx_clk    : in    std_logic;
+    tx_clk_x2 : in    std_logic;
+    tx_reset  : in    std_logic;
+    halves    : out   std_logic_vector(5 * CHANNELS + 4 downto 0)
+  );
+end entity tmds_transmitter;
+
+architecture rtl of tmds_transmitter is
+
+  constant CLOCK_WORD : tmds_word_t := "0000011111";
+  constant SYNCS      : natural     := 0;
+
+  type bytes_t is array (0 to CHANNELS - 1) of std_logic_vector(7 downto 0);
+
+  type controls_t is array (0 to CHANNELS - 1) of std_logic_vector(1 downto 0);
+
+  signal bytes    : bytes_t;
+  signal controls : controls_t;
+  signal words    : std_logic_vector(10 * CHANNELS - 1 downto 0);
+  signal tx_words : std_logic_vector(10 * CHANNELS + 9 downto 0);
+
+begin
+
+  bytes(0) <= pixel(23 downto 16);
+  bytes(1) <= pixel(15 downto 8);
+  bytes(2) <= pixel(7 downto 0);
+
+  channel : for c in 0 to CHANNELS - 1 generate
+
+    controls(c) <= v_sync & h_sync when c = SYNCS else
+                   "00";
+
+    encoder : entity work.tmds_encoder
+      port map (
+        clk     => clk,
+        reset   => reset,
+        active  => active,
+        control => controls(c),
+        data    => bytes(c),
+        word    => words(10 * c + 9 downto 10 * c)
+      );
+
+  end generate channel;
+
+  cross : entity work.elastic_buffer
+    generic map (
+      WIDTH => 10 * CHANNELS
+    )
+    port map (
+      write_clk   => clk,
+      write_reset => reset,
+      write_word  => words,
+      read_clk    => tx_clk,
+      read_reset  => tx_reset,
+      read_word   => tx_words(10 * CHANNELS - 1 downto 0),
+      flowing     => open
+    );
+
+  tx_words(10 * CHANNELS + 9 downto 10 * CHANNELS) <= CLOCK_WORD;
+
+  lane : for c in 0 to CHANNELS generate
+
+    gearbox : entity work.gearbox_10_to_5
+      port map (
+        clk    => tx_clk,
+        clk_x2 => tx_clk_x2,
+        bits   => tx_words(10 * c + 9 downto 10 * c),
+        half   => halves(5 * c + 4 downto 5 * c)
+      );
+
+  end generate lane;
+
+end architecture rtl;

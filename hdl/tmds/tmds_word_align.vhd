@@ -1,0 +1,119 @@
+-- Finds where words begin in a channel's bits, by its control tokens, and keeps looking.
+--
+-- All ten word phases are watched at the same time. RUN tokens in a row at one phase decide for it,
+-- at any time, also when another one was chosen before. Data words cannot imitate that: they have
+-- too few transitions, and words across two neighbours do so for one word at most. When no run has
+-- been seen for TIMEOUT words the channel counts as not aligned, and looks on.
+--
+-- Latency: 3 clocks at phase 0; a whole run later a new phase is used. Throughput: one word each clock.
+-- Ports: bits: ten bits of the channel, bit 0 came first; word: aligned word; token: it is a control
+--   token; aligned: a run was seen within TIMEOUT words.
+-- Equation: word(t) = ten bits from bit 10 t + phase on.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.tmds_pkg.all;
+
+entity tmds_word_align is
+  generic (
+    -- Control tokens in a row that make a phase trustworthy.
+    RUN : positive range 2 to 15 := 8;
+    -- Words without such a run after which the channel is lost; more than a line's active pixels.
+    TIMEOUT : positive := 8192
+  );
+  port (
+    clk     : in    std_logic;
+    reset   : in    std_logic;
+    bits    : in    std_logic_vector(9 downto 0);
+    word    : out   std_logic_vector(9 downto 0);
+    token   : out   std_logic;
+    aligned : out   std_logic
+  );
+end entity tmds_word_align;
+
+architecture rtl of tmds_word_align is
+
+  subtype phase_t is natural range 0 to 9;
+
+  -- The newest word above the one before; a word of phase p begins at bit p.
+  signal window       : std_logic_vector(19 downto 0) := (others => '0');
+  signal tokens       : std_logic_vector(9 downto 0)  := (others => '0');
+  signal token_window : std_logic_vector(19 downto 0) := (others => '0');
+  signal phase        : phase_t                       := 0;
+  signal run_phase    : phase_t                       := 0;
+  signal run_length   : natural range 0 to RUN        := 0;
+  signal patience     : natural range 0 to TIMEOUT    := 0;
+
+begin
+
+  align : process (clk) is
+
+    variable found : phase_t;
+
+  begin
+
+    if rising_edge(clk) then
+      window <= bits & window(19 downto 10);
+
+      -- Tokens at all phases.
+      token_window <= window;
+
+      for p in 0 to 9 loop
+
+        tokens(p) <= is_token(window(p + 9 downto p));
+
+      end loop;
+
+      -- The word of the chosen phase.
+      word  <= token_window(phase + 9 downto phase);
+      token <= tokens(phase);
+
+      -- Runs: at one phase at a time.
+      found := 0;
+
+      for p in 9 downto 0 loop
+
+        if tokens(p) = '1' then
+          found := p;
+        end if;
+
+      end loop;
+
+      if patience /= 0 then
+        patience <= patience - 1;
+      else
+        aligned <= '0';
+      end if;
+
+      if tokens(run_phase) = '1' then
+        if run_length = RUN - 1 then
+          phase    <= run_phase;
+          aligned  <= '1';
+          patience <= TIMEOUT;
+        else
+          run_length <= run_length + 1;
+        end if;
+      else
+        run_phase  <= found;
+        run_length <= 0;
+        if tokens /= "0000000000" then
+          run_length <= 1;
+        end if;
+      end if;
+
+      if reset = '1' then
+        phase      <= 0;
+        run_phase  <= 0;
+        run_length <= 0;
+        patience   <= 0;
+        aligned    <= '0';
+        tokens     <= (others => '0');
+      end if;
+    end if;
+
+  end process align;
+
+end architecture rtl;

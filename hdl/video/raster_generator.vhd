@@ -1,0 +1,135 @@
+-- Makes the raster of a video mode: position, data enable, syncs.
+--
+-- Latency: 1 clock from start to the first active pixel. Throughput: one pixel each clock.
+-- Ports: timing: see video_pkg, stable while running; start: the next pixel is the first one of a
+--   frame, whatever the position; column, row: position; active: inside the picture; frame_first,
+--   line_last: first pixel of the frame, last active pixel of a line; h_sync, v_sync. Before the
+--   first start all is quiet, and so after reset.
+-- Equation: position(t + 1) = position(t) + 1 pixel, modulo line_length and frame_lines.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.video_pkg.all;
+
+entity raster_generator is
+  port (
+    clk         : in    std_logic;
+    reset       : in    std_logic;
+    timing      : in    std_logic_vector(TIMING_BITS - 1 downto 0);
+    start       : in    std_logic;
+    running     : out   std_logic;
+    column      : out   unsigned(COUNT_BITS - 1 downto 0);
+    row         : out   unsigned(COUNT_BITS - 1 downto 0);
+    active      : out   std_logic;
+    frame_first : out   std_logic;
+    line_last   : out   std_logic;
+    h_sync      : out   std_logic;
+    v_sync      : out   std_logic
+  );
+end entity raster_generator;
+
+architecture rtl of raster_generator is
+
+  signal mode           : timing_t;
+  signal on_now         : std_logic := '0';
+  signal x              : count_t   := (others => '0');
+  signal y              : count_t   := (others => '0');
+  signal h_pulse        : std_logic := '0';
+  signal v_pulse        : std_logic := '0';
+  signal in_columns     : std_logic := '0';
+  signal in_rows        : std_logic := '0';
+  signal at_first       : std_logic := '0';
+  signal at_line_last   : std_logic := '0';
+  signal last_in_line   : std_logic;
+  signal last_in_column : std_logic;
+
+begin
+
+  mode <= to_timing(timing);
+
+  running     <= on_now;
+  column      <= x;
+  row         <= y;
+  active      <= in_columns and in_rows;
+  frame_first <= at_first;
+  line_last   <= at_line_last and in_rows;
+  h_sync      <= h_pulse xor not mode.h_sync_level;
+  v_sync      <= v_pulse xor not mode.v_sync_level;
+
+  last_in_line   <= '1' when x = mode.line_length - 1 else
+                    '0';
+  last_in_column <= '1' when y = mode.frame_lines - 1 else
+                    '0';
+
+  advance : process (clk) is
+
+    variable next_x : count_t;
+    variable next_y : count_t;
+
+  begin
+
+    if rising_edge(clk) then
+      next_x := x + 1;
+      next_y := y;
+      if last_in_line = '1' then
+        next_x := (others => '0');
+        next_y := y + 1;
+        if last_in_column = '1' then
+          next_y := (others => '0');
+        end if;
+      end if;
+      if start = '1' then
+        next_x := (others => '0');
+        next_y := (others => '0');
+        on_now <= '1';
+      end if;
+      if start = '1' or on_now = '1' then
+        x <= next_x;
+        y <= next_y;
+
+        -- Everything that depends on the position is decided with it.
+        at_first     <= '0';
+        at_line_last <= '0';
+        if next_x = 0 then
+          in_columns <= '1';
+          if next_y = 0 then
+            in_rows  <= '1';
+            at_first <= '1';
+          elsif next_y = mode.rows then
+            in_rows <= '0';
+          end if;
+        elsif next_x = mode.columns then
+          in_columns <= '0';
+        end if;
+        if next_x = mode.columns - 1 then
+          at_line_last <= '1';
+        end if;
+        if next_x = mode.h_sync_begin then
+          h_pulse <= '1';
+        elsif next_x = mode.h_sync_end or start = '1' then
+          h_pulse <= '0';
+        end if;
+        if next_y = mode.v_sync_begin_line and next_x = mode.v_sync_begin_column then
+          v_pulse <= '1';
+        elsif (next_y = mode.v_sync_end_line and next_x = mode.v_sync_end_column) or start = '1' then
+          v_pulse <= '0';
+        end if;
+      end if;
+
+      if reset = '1' then
+        on_now       <= '0';
+        in_columns   <= '0';
+        in_rows      <= '0';
+        at_first     <= '0';
+        at_line_last <= '0';
+        h_pulse      <= '0';
+        v_pulse      <= '0';
+      end if;
+    end if;
+
+  end process advance;
+
+end architecture rtl;

@@ -1,0 +1,227 @@
+-- Video in, refocused video out: the same timing, later by the latency of the refocuser.
+--
+-- Input -> video_to_stream -> raster_refocuser -> stream_to_video -> output. No frame is stored: the
+-- output's syncs are made anew from the measured timing, as much later as the pixels are. With
+-- pass_through, or where the timing cannot be followed (lines too long), the input goes to the
+-- output as it is.
+--
+-- Blanking. The refocuser pushes the last lines of a frame out by itself in the vertical blanking,
+-- or with the first lines of the next frame where the blanking is shorter than D lines. What
+-- arrives meanwhile waits in the refocuser's input FIFO (a line), which empties again in the
+-- horizontal blanking.
+--
+-- Latency: D lines and D + 19 pixels with exact sums of nearest neighbours, D = total_delay of the
+--   refocuser (in general D + PIPELINE + 5 pixels), the same for all slices; 1 clock passed through.
+-- Throughput: one pixel each clock.
+-- Ports: slice, sweep, sweep_frames: as in raster_refocuser, in effect with the next frame; in_*, out_*:
+--   video, pixel with red in the low bits; following: input understood and
+--   refocused; unsupported: stable timing that cannot be followed; timing: see video_pkg; errors:
+--   each set for a clock: 0 a pixel was lost at the refocuser's input, 1 a pixel was missing at its
+--   output, 2 a frame began elsewhere, 3 any of the refocuser's error flags.
+-- Equation: out frame = refocus(in frame), see raster_refocuser.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+use work.video_pkg.all;
+
+entity refocus_video is
+  generic (
+    -- As in raster_refocuser.
+    MICRO_IMAGE_SIZE    : positive;
+    SHIFTS              : string;
+    INTERPOLATION_ORDER : natural := 0;
+    HOLD                : boolean := false;
+    MAX_COLUMNS         : positive;
+    EXACT               : boolean := true;
+    FRACTION_BITS       : natural := 8;
+    GUARD_BITS          : natural := 2;
+    BROADCAST_TAPS      : natural := 0
+  );
+  port (
+    clk          : in    std_logic;
+    reset        : in    std_logic;
+    pass_through : in    std_logic;
+    slice        : in    std_logic_vector(7 downto 0);
+    sweep        : in    std_logic;
+    sweep_frames : in    std_logic_vector(7 downto 0);
+    in_active    : in    std_logic;
+    in_h_sync    : in    std_logic;
+    in_v_sync    : in    std_logic;
+    in_pixel     : in    std_logic_vector(23 downto 0);
+    out_active   : out   std_logic;
+    out_h_sync   : out   std_logic;
+    out_v_sync   : out   std_logic;
+    out_pixel    : out   std_logic_vector(23 downto 0);
+    following    : out   std_logic;
+    unsupported  : out   std_logic;
+    timing       : out   std_logic_vector(TIMING_BITS - 1 downto 0);
+    errors       : out   std_logic_vector(3 downto 0)
+  );
+end entity refocus_video;
+
+architecture rtl of refocus_video is
+
+  constant DELAY : natural := total_delay(MICRO_IMAGE_SIZE, SHIFTS, true, INTERPOLATION_ORDER);
+  -- Clocks of the refocuser without its line buffers.
+  constant PIPELINE : positive := 5 + array_latency(not EXACT, BROADCAST_TAPS, INTERPOLATION_ORDER);
+
+  signal followed       : std_logic;
+  signal too_large      : std_logic;
+  signal core_reset     : std_logic;
+  signal mode           : std_logic_vector(TIMING_BITS - 1 downto 0);
+  signal mode_now       : timing_t;
+  signal columns        : std_logic_vector(15 downto 0);
+  signal rows           : std_logic_vector(15 downto 0);
+  signal column         : unsigned(COUNT_BITS - 1 downto 0);
+  signal row            : unsigned(COUNT_BITS - 1 downto 0);
+  signal raw_valid      : std_logic;
+  signal raw_ready      : std_logic;
+  signal raw_data       : std_logic_vector(23 downto 0);
+  signal raw_user       : std_logic_vector(0 downto 0);
+  signal raw_last       : std_logic;
+  signal refocused      : std_logic;
+  signal refocused_take : std_logic;
+  signal refocused_data : std_logic_vector(23 downto 0);
+  signal refocused_user : std_logic_vector(0 downto 0);
+  signal shown_active   : std_logic;
+  signal shown_h_sync   : std_logic;
+  signal shown_v_sync   : std_logic;
+  signal shown_pixel    : std_logic_vector(23 downto 0);
+  signal core_errors    : std_logic_vector(4 downto 0);
+  signal overflow       : std_logic;
+  signal underflow      : std_logic;
+  signal miss           : std_logic;
+
+begin
+
+  following   <= followed;
+  unsupported <= too_large;
+  timing      <= mode;
+  core_reset  <= reset or not followed;
+  mode_now    <= to_timing(mode);
+  columns     <= std_logic_vector(resize(mode_now.columns, 16));
+  rows        <= std_logic_vector(resize(mode_now.rows, 16));
+
+  to_stream : entity work.video_to_stream
+    generic map (
+      MAX_COLUMNS  => MAX_COLUMNS,
+      DELAY_LINES  => DELAY,
+      DELAY_PIXELS => DELAY + PIPELINE
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      active        => in_active,
+      h_sync        => in_h_sync,
+      v_sync        => in_v_sync,
+      pixel         => in_pixel,
+      m_axis_tvalid => raw_valid,
+      m_axis_tready => raw_ready,
+      m_axis_tdata  => raw_data,
+      m_axis_tuser  => raw_user,
+      m_axis_tlast  => raw_last,
+      timing        => mode,
+      column        => column,
+      row           => row,
+      following     => followed,
+      unsupported   => too_large,
+      overflow      => overflow,
+      miss          => miss
+    );
+
+  refocuser : entity work.raster_refocuser
+    generic map (
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      CHANNELS            => 3,
+      PIXEL_BITS          => 8,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      BROADCAST_TAPS      => BROADCAST_TAPS
+    )
+    port map (
+      clk           => clk,
+      reset         => core_reset,
+      columns       => columns,
+      rows          => rows,
+      slice         => slice,
+      sweep         => sweep,
+      sweep_frames  => sweep_frames,
+      s_axis_tvalid => raw_valid,
+      s_axis_tready => raw_ready,
+      s_axis_tdata  => raw_data,
+      s_axis_tuser  => raw_user,
+      s_axis_tlast  => raw_last,
+      m_axis_tvalid => refocused,
+      m_axis_tready => refocused_take,
+      m_axis_tdata  => refocused_data,
+      m_axis_tuser  => refocused_user,
+      m_axis_tid    => open,
+      m_axis_tlast  => open,
+      error_flags   => core_errors,
+      error_clear   => '1'
+    );
+
+  to_video : entity work.stream_to_video
+    generic map (
+      DELAY_LINES  => DELAY,
+      DELAY_PIXELS => DELAY + PIPELINE
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      following     => followed,
+      timing        => mode,
+      column        => column,
+      row           => row,
+      s_axis_tvalid => refocused,
+      s_axis_tready => refocused_take,
+      s_axis_tdata  => refocused_data,
+      s_axis_tuser  => refocused_user,
+      active        => shown_active,
+      h_sync        => shown_h_sync,
+      v_sync        => shown_v_sync,
+      pixel         => shown_pixel,
+      running       => open,
+      underflow     => underflow
+    );
+
+  choose : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if pass_through = '1' or too_large = '1' then
+        out_active <= in_active;
+        out_h_sync <= in_h_sync;
+        out_v_sync <= in_v_sync;
+        out_pixel  <= in_pixel;
+      else
+        out_active <= shown_active;
+        out_h_sync <= shown_h_sync;
+        out_v_sync <= shown_v_sync;
+        out_pixel  <= shown_pixel;
+      end if;
+      errors <= "0000";
+      if core_errors /= "00000" then
+        errors(3) <= '1';
+      end if;
+      errors(2) <= miss;
+      errors(1) <= underflow;
+      errors(0) <= overflow and followed;
+      if reset = '1' then
+        out_active <= '0';
+        errors     <= "0000";
+      end if;
+    end if;
+
+  end process choose;
+
+end architecture rtl;

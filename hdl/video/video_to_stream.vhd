@@ -1,0 +1,171 @@
+-- Follows incoming video and makes an AXI4-Stream of its active pixels.
+--
+-- Once the measured timing is stable, a raster generator of the same timing is started with a
+-- frame, and from then on frames the stream, pixel by pixel in step with the input. So a data
+-- enable that a bit error tears cannot tear a line: the pixel is black, the raster stays. When two
+-- frames in a row begin elsewhere, or another timing has become stable, the generator is stopped, and
+-- started again with the next frame of a stable timing. Streams so begin with a whole frame.
+--
+-- A timing is followed if its lines have MAX_COLUMNS pixels at most, and if its frames and lines are
+-- longer than the delay of the output (see stream_to_video); else `unsupported` is set.
+--
+-- Latency: 3 clocks. Throughput: one pixel each clock; the input cannot wait, so a stall of the stream
+--   loses a pixel and sets overflow for a clock.
+-- Ports: active, h_sync, v_sync, pixel: incoming video; m_axis_*: its active pixels; following: the
+--   generator runs; timing: the one that it follows; column, row: position of what is on
+--   m_axis_*, also in the blanking; miss: a frame began elsewhere.
+-- Equation: m_axis_tdata(t) = pixel(t - 3) if active(t - 3), else 0.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.video_pkg.all;
+
+entity video_to_stream is
+  generic (
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive;
+    -- Lines and pixels by which the output lags; a frame and a line must be longer.
+    DELAY_LINES  : natural;
+    DELAY_PIXELS : natural
+  );
+  port (
+    clk           : in    std_logic;
+    reset         : in    std_logic;
+    active        : in    std_logic;
+    h_sync        : in    std_logic;
+    v_sync        : in    std_logic;
+    pixel         : in    std_logic_vector(23 downto 0);
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(23 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic;
+    timing        : out   std_logic_vector(TIMING_BITS - 1 downto 0);
+    column        : out   unsigned(COUNT_BITS - 1 downto 0);
+    row           : out   unsigned(COUNT_BITS - 1 downto 0);
+    following     : out   std_logic;
+    unsupported   : out   std_logic;
+    overflow      : out   std_logic;
+    miss          : out   std_logic
+  );
+end entity video_to_stream;
+
+architecture rtl of video_to_stream is
+
+  -- Frames in a row that begin elsewhere before the generator is stopped.
+  constant MAX_MISSES : positive := 2;
+
+  signal measured       : std_logic_vector(TIMING_BITS - 1 downto 0);
+  signal measured_mode  : timing_t;
+  signal stable         : std_logic;
+  signal frame_start    : std_logic;
+  signal starts         : std_logic_vector(1 downto 0)               := "00";
+  signal supported      : std_logic                                  := '0';
+  signal followed       : std_logic_vector(TIMING_BITS - 1 downto 0) := (others => '0');
+  signal follow         : std_logic                                  := '0';
+  signal misses         : natural range 0 to MAX_MISSES              := 0;
+  signal start          : std_logic;
+  signal generate_reset : std_logic;
+  signal raster_active  : std_logic;
+  signal raster_first   : std_logic;
+  signal raster_last    : std_logic;
+  signal pixel_1        : std_logic_vector(23 downto 0)              := (others => '0');
+  signal pixel_2        : std_logic_vector(23 downto 0)              := (others => '0');
+  signal pixel_3        : std_logic_vector(23 downto 0)              := (others => '0');
+  signal active_1       : std_logic                                  := '0';
+
+begin
+
+  meter : entity work.video_timing_meter
+    port map (
+      clk         => clk,
+      reset       => reset,
+      active      => active,
+      h_sync      => h_sync,
+      v_sync      => v_sync,
+      frame_start => frame_start,
+      timing      => measured,
+      stable      => stable
+    );
+
+  measured_mode <= to_timing(measured);
+  timing        <= followed;
+  following     <= follow;
+
+  -- Frame starts keep step with the pixels: frame_start with pixel_1, starts(0) with pixel_2; the
+  -- generator is at the first pixel a clock behind `start`, with pixel_3 and starts(1).
+  start          <= starts(0) and stable and supported and not follow;
+  generate_reset <= reset or not (follow or start);
+
+  raster : entity work.raster_generator
+    port map (
+      clk         => clk,
+      reset       => generate_reset,
+      timing      => followed,
+      start       => start,
+      running     => open,
+      column      => column,
+      row         => row,
+      active      => raster_active,
+      frame_first => raster_first,
+      line_last   => raster_last,
+      h_sync      => open,
+      v_sync      => open
+    );
+
+  m_axis_tvalid   <= raster_active;
+  m_axis_tdata    <= pixel_3;
+  m_axis_tuser(0) <= raster_first;
+  m_axis_tlast    <= raster_last;
+  overflow        <= raster_active and not m_axis_tready;
+
+  follow_input : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      active_1 <= active;
+      pixel_1  <= pixel;
+      pixel_2  <= (others => '0');
+      if active_1 = '1' then
+        pixel_2 <= pixel_1;
+      end if;
+      pixel_3 <= pixel_2;
+      starts  <= starts(0) & frame_start;
+
+      supported <= '0';
+      if measured_mode.columns <= MAX_COLUMNS and measured_mode.line_length > DELAY_PIXELS and
+         measured_mode.frame_lines > DELAY_LINES then
+        supported <= '1';
+      end if;
+      unsupported <= stable and not supported;
+
+      miss <= '0';
+      if follow = '0' then
+        followed <= measured;
+        misses   <= 0;
+        follow   <= start;
+      else
+        if raster_first = '1' then
+          misses <= 0;
+          if starts(1) = '0' then
+            miss   <= '1';
+            misses <= misses + 1;
+          end if;
+        end if;
+        if misses = MAX_MISSES or (stable = '1' and measured /= followed) then
+          follow <= '0';
+        end if;
+      end if;
+
+      if reset = '1' then
+        follow <= '0';
+        starts <= "00";
+      end if;
+    end if;
+
+  end process follow_input;
+
+end architecture rtl;

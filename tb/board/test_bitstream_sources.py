@@ -1,0 +1,63 @@
+"""Sources of the bitstream in the order of ISE's project file, analysed and elaborated."""
+
+from pathlib import Path
+
+import pytest
+
+from plenofir import project
+from plenofir.bitstream.check import elaborate
+from plenofir.bitstream.ise import TOP, project_lines, source_of_line, top_with_generics
+from plenofir.errors import InputError
+from plenofir.simulation.simulators import find_simulator
+
+
+@pytest.fixture
+def sources() -> list[Path]:
+    try:
+        find_simulator("ghdl")
+    except InputError as error:
+        pytest.skip(str(error))
+    return [source_of_line(line) for line in project_lines()]
+
+
+def test_package_after_its_users(sources: list[Path], tmp_path: Path) -> None:
+    problems, counts = elaborate([*sources[1:], sources[0]], tmp_path)
+    assert len(problems) == 1
+    assert f'unit "{sources[0].stem}" not found' in problems[0]
+    assert not counts
+
+
+def test_source_missing(sources: list[Path], tmp_path: Path) -> None:
+    gone = project.root() / "hdl" / "common" / "synchroniser.vhd"
+    problems, _ = elaborate([path for path in sources if path != gone], tmp_path)
+    assert len(problems) == 1
+    assert 'unit "synchroniser" not found' in problems[0]
+
+
+def test_newer_standard(sources: list[Path], tmp_path: Path) -> None:
+    newer = tmp_path / "debouncer.vhd"
+    old = next(path for path in sources if path.name == newer.name)
+    newer.write_text(old.read_text().replace("process (clk)", "process (all)"))
+    problems, _ = elaborate([newer if path == old else path for path in sources], tmp_path)
+    assert len(problems) == 1
+    assert str(newer) in problems[0]
+
+
+def test_generics_out_of_range(sources: list[Path], tmp_path: Path) -> None:
+    top = tmp_path / f"{TOP}.vhd"
+    top.write_text(top_with_generics({"GUARD_BITS": 9}))
+    problems, counts = elaborate([*sources[:-1], top], tmp_path)
+    assert len(problems) == 1
+    assert "error:" in problems[0]
+    assert not counts
+
+
+def test_other_generics(sources: list[Path], tmp_path: Path) -> None:
+    """The changed top level is elaborated as it is built."""
+    top = tmp_path / f"{TOP}.vhd"
+    top.write_text(
+        top_with_generics({"MICRO_IMAGE_SIZE": 3, "SHIFTS": "-2 0 2", "MAX_COLUMNS": 640})
+    )
+    problems, counts = elaborate([*sources[:-1], top], tmp_path)
+    assert problems == []
+    assert (counts["pll_adv"], counts["iserdes2"], counts["oserdes2"]) == (2, 6, 8)

@@ -1,0 +1,374 @@
+"""cocotb tests of the whole board: serial TMDS bits in, refocused, serial TMDS bits out."""
+
+import random
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.triggers import Timer
+
+from plenofir.hdmi.link import Packed, ReceivedFrame, encode_frames
+from plenofir.hdmi.modes import VideoMode
+from plenofir.hdmi.pump import Code, Command, pixel_period
+from plenofir.refocus import ExactArithmetic
+from plenofir_tb.runner import read_case
+from plenofir_tb.serial import SKEWS, SerialLink, last_frames
+from plenofir_tb.video import MODE_720, measured
+
+CASE = read_case()
+# What the documentation states: the clocks are up after LOCK_US (with the meter's window of this
+# bench), then the frame under way and two whole ones go by.
+LOCK_US = 100
+LOCK_FRAMES = 4
+
+MODE_VGA = VideoMode(
+    name="vga",
+    pixel_clock=25_175,
+    h_active=32,
+    h_front=2,
+    h_sync=6,
+    h_back=3,
+    v_active=24,
+    v_front=1,
+    v_sync=2,
+    v_back=3,
+    h_positive=False,
+    v_positive=False,
+)
+
+
+def signal(mode: VideoMode) -> list[Command]:
+    """Commands that start a source."""
+    return [pixel_period(mode), Command(Code.CLOCK, 1)]
+
+
+class Bench:
+    """Source, board and monitor.
+
+    Parameters
+    ----------
+    dut
+        The entity ``hdmi_pump``.
+    """
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.link = SerialLink(dut)
+        self.rng = np.random.default_rng(cocotb.RANDOM_SEED)
+        self.random = random.Random(cocotb.RANDOM_SEED)
+
+    def pictures(self, mode: VideoMode, count: int) -> list[np.ndarray]:
+        """Random pictures for a mode."""
+        shape = (count, mode.v_active, mode.h_active, 3)
+        return list(self.rng.integers(0, 256, shape, np.uint8))
+
+    def golden(self, picture: np.ndarray, slice_: int = 0) -> np.ndarray:
+        """What the board must make of a picture."""
+        return ExactArithmetic().refocus(picture, CASE["m"], CASE["shifts"][slice_])
+
+    def led(self) -> int:
+        """Light-emitting diodes, LED 0 in bit 0."""
+        return int(self.dut.led.value)
+
+    def lost_frames(self, mode: VideoMode) -> int:
+        """Frames that may go by between a new signal and the first refocused frame."""
+        frame_us = 1000 * mode.h_total * mode.v_total / mode.pixel_clock
+        return int(np.ceil(LOCK_US / frame_us)) + LOCK_FRAMES
+
+    async def relock(
+        self, mode: VideoMode, script: list[Command | Packed], more: int = 3
+    ) -> list[ReceivedFrame]:
+        """Send a script, then frames: the first whole frame that is not black must be right.
+
+        Returns the frames from that one on.
+        """
+        lost = self.lost_frames(mode)
+        frames = self.pictures(mode, lost + more)
+        taken = await self.link.play([*script, *signal(mode), encode_frames(mode, frames)])
+        got = last_frames(taken, mode.h_total)
+        assert got, "no picture"
+        assert got[-1].mode == measured(mode)
+        shown = [frame for frame in got if frame.pixels.any()]
+        assert shown, "nothing but black"
+        # Black frames come before the picture, never between.
+        assert all(frame.pixels.any() for frame in got[-len(shown) :])
+        wanted = [self.golden(frame) for frame in frames]
+        first = next(
+            (i for i, want in enumerate(wanted) if np.array_equal(shown[0].pixels, want)), None
+        )
+        assert first is not None, "the first frame is wrong"
+        assert first <= lost, f"first frame {first}, {lost} may be lost"
+        for frame, want in zip(shown, wanted[first:], strict=False):
+            assert np.array_equal(frame.pixels, want)
+        # The last frame has not come out as a whole.
+        assert len(shown) >= len(frames) - first - 2
+        return shown
+
+
+@cocotb.test()
+async def phases_and_skews(dut: Any) -> None:
+    """Each channel at all word phases, channels up to several pixels apart."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    bit_ps = 1e9 / MODE_720.pixel_clock / 10
+    for base in CASE["phases"]:
+        phases = [(base + 3 * c) % 10 + 10 * bench.random.randrange(4) for c in range(3)]
+        skews = [
+            Command(SKEWS[c], round((phase + bench.random.random()) * bit_ps))
+            for c, phase in enumerate(phases)
+        ]
+        await bench.relock(MODE_720, skews)
+        assert bench.led() & 0x1F == 0x1F, f"LEDs {bench.led():08b}"
+
+
+@cocotb.test()
+async def jitter(dut: Any) -> None:
+    """Edges that are off by a quarter of a bit either way, and a clock lane out of phase."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    bit_ps = 1e9 / MODE_720.pixel_clock / 10
+    script = [
+        Command(Code.JITTER, round(bit_ps / 4)),
+        Command(Code.CLOCK_SKEW, round(bench.random.random() * 10 * bit_ps)),
+    ]
+    await bench.relock(MODE_720, [*script])
+
+
+@cocotb.test()
+async def modes_change(dut: Any) -> None:
+    """Between the two settings of the PLLs, back and forth, in the middle of frames."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    for mode in (MODE_VGA, MODE_720, MODE_VGA):
+        await bench.relock(mode, [])
+        assert bench.led() & 0x1F == 0x1F
+        part = encode_frames(mode, bench.pictures(mode, 1))
+        await bench.link.play([part[: bench.random.randrange(len(part))]])
+
+
+@cocotb.test()
+async def clock_lost_and_back(dut: Any) -> None:
+    """The clock lane stands still for a while: the LED goes out, then all comes back."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    await bench.relock(MODE_720, [])
+    part = encode_frames(MODE_720, bench.pictures(MODE_720, 1))[: bench.random.randrange(1300)]
+    await bench.link.play([part, Command(Code.CLOCK, 0), Command(Code.WAIT, 100_000)])
+    assert bench.led() & 0x1F == 0, f"LEDs {bench.led():08b}"
+    await bench.relock(MODE_720, [])
+
+
+@cocotb.test()
+async def cable_pulled(dut: Any) -> None:
+    """Pulled in the middle of a frame, and plugged again somewhere in another one."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    await bench.relock(MODE_720, [])
+    part = encode_frames(MODE_720, bench.pictures(MODE_720, 1))[: bench.random.randrange(1300)]
+    open_part = encode_frames(MODE_720, bench.pictures(MODE_720, 4))
+    await bench.link.play([part, Command(Code.CABLE, 0), open_part])
+    assert bench.led() & 0x1F == 0
+    rest = encode_frames(MODE_720, bench.pictures(MODE_720, 1))[bench.random.randrange(1300) :]
+    await bench.relock(MODE_720, [Command(Code.CABLE, 1), rest])
+
+
+@cocotb.test()
+async def data_lost_while_the_clock_runs(dut: Any) -> None:
+    """Data lanes stand still, the clock runs: channels are lost, the monitor gets black frames."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    await bench.relock(MODE_720, [])
+    # Long enough for the alignment to be given up.
+    quiet = np.zeros(9 * MODE_720.h_total * MODE_720.v_total, np.uint32)
+    black = last_frames(await bench.link.play([quiet]), MODE_720.h_total)
+    assert black, "the monitor lost its signal"
+    assert all(frame.mode == measured(MODE_720) for frame in black)
+    assert bench.led() & 0x1F == 0x01, f"LEDs {bench.led():08b}"
+    await bench.relock(MODE_720, [])
+
+
+@cocotb.test()
+async def bit_errors(dut: Any) -> None:
+    """Random bit errors: told by the LED, pictures without any are right, the raster stays."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    lost = bench.lost_frames(MODE_720)
+    frames = bench.pictures(MODE_720, lost + 9)
+    words = encode_frames(MODE_720, frames)
+    total = MODE_720.h_total * MODE_720.v_total
+    hit: set[int] = set()
+    for _ in range(40):
+        # In three frames, anywhere, also in the blanking.
+        at = bench.random.randrange((lost + 2) * total, (lost + 5) * total)
+        words[at] ^= np.uint32(1 << bench.random.randrange(30))
+        hit.add(at // total)
+    got = last_frames(await bench.link.play([*signal(MODE_720), words]), MODE_720.h_total)
+    assert got[-1].mode == measured(MODE_720)
+    # No frame is missing between the last one, which has not come out whole, and the first.
+    begin = len(frames) - 2 - len(got) + 1
+    assert begin <= lost
+    for i, (frame, shown) in enumerate(zip(frames[begin:], got, strict=False)):
+        if begin + i not in hit:
+            assert np.array_equal(shown.pixels, bench.golden(frame)), f"frame {begin + i}"
+    assert bench.led() & 0x3F == 0x3F, f"LEDs {bench.led():08b}"
+    dut.button_clear.value = 1
+    await Timer(2, "us")
+    dut.button_clear.value = 0
+    await Timer(2, "us")
+    assert not bench.led() & 0x20, "the error LED stays lit"
+
+
+async def uart_send(dut: Any, text: str) -> None:
+    """Send characters to the board."""
+    bit_ns = 10 * CASE["bit_clocks"]
+    for code in text.encode():
+        for bit in (0, *(code >> i & 1 for i in range(8)), 1):
+            dut.uart_rx.value = bit
+            await Timer(bit_ns, "ns")
+
+
+async def uart_line(dut: Any) -> str:
+    """Receive one line from the board."""
+    bit_ns = 10 * CASE["bit_clocks"]
+    text = ""
+    for _ in range(300):
+        for _ in range(10_000):
+            if not int(dut.uart_tx.value):
+                break
+            await Timer(bit_ns / 10, "ns")
+        else:
+            raise AssertionError(f"no answer behind {text!r}")
+        code = 0
+        await Timer(bit_ns / 2, "ns")
+        for i in range(8):
+            await Timer(bit_ns, "ns")
+            code |= int(dut.uart_tx.value) << i
+        await Timer(bit_ns, "ns")
+        assert int(dut.uart_tx.value), "no stop bit"
+        text += chr(code)
+        if text.endswith("\r\n"):
+            return text.strip()
+    raise AssertionError(text)
+
+
+async def ask(dut: Any, text: str) -> str:
+    """Send a command and receive its answer."""
+    answer = cocotb.start_soon(uart_line(dut))
+    await uart_send(dut, text + "\r\n")
+    return await answer
+
+
+@cocotb.test()
+async def commands_and_status(dut: Any) -> None:
+    """The serial port: status before and with a signal, pass-through, errors."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    status = dict(pair.split("=") for pair in (await ask(dut, "?")).split())
+    assert status["present"] == status["running"] == status["following"] == "0"
+    await bench.relock(MODE_720, [])
+    # The clock goes on while the answer comes.
+    frames = bench.pictures(MODE_720, 10)
+    asking = cocotb.start_soon(ask(dut, "?"))
+    await bench.link.play([encode_frames(MODE_720, frames)])
+    status = dict(pair.split("=") for pair in (await asking).split())
+    assert status["present"] == status["running"] == status["following"] == "1"
+    assert status["aligned"] == "7"
+    assert status["columns"] == str(MODE_720.h_active)
+    assert status["rows"] == str(MODE_720.v_active)
+    assert abs(int(status["clock"]) * 1600 / CASE["meter_window"] - 74.25) < 2
+    assert await ask(dut, "p 1") == "ok"
+    assert await ask(dut, "p 2") == "error"
+    assert await ask(dut, "x") == "error"
+    assert await ask(dut, "s") == "error"
+    assert await ask(dut, "s 256") == "error"
+    assert await ask(dut, f"s {len(CASE['shifts'])}") == "error"
+
+
+async def press(button: Any) -> None:
+    """Press and release a button."""
+    for level in (1, 0):
+        button.value = level
+        await Timer(2, "us")
+
+
+@cocotb.test()
+async def focus_is_stepped(dut: Any) -> None:
+    """Slices by buttons, around both ends, by the serial port, and in a sweep; no frame is lost."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    await bench.relock(MODE_720, [])
+    slices = len(CASE["shifts"])
+    shown = 0
+    steps = [(dut.button_down, -1), (dut.button_up, 1), (dut.button_up, 1)] if slices > 1 else []
+    for button, step in steps:
+        await press(button)
+        shown = (shown + step) % slices
+        assert bench.led() >> 6 == shown & 3
+        frames = bench.pictures(MODE_720, 5)
+        taken = await bench.link.play([encode_frames(MODE_720, frames)])
+        got = last_frames(taken, MODE_720.h_total)
+        # The pump's blanking tears the raster; the last frame has not come out as a whole.
+        want = bench.golden(frames[-2], shown)
+        assert np.array_equal(got[-1].pixels, want)
+        assert not np.array_equal(want, bench.golden(frames[-2], (shown + 1) % slices))
+    assert await ask(dut, "s 0") == "ok"
+    assert bench.led() >> 6 == 0
+    assert await ask(dut, "w 1") == "ok"
+    frames = bench.pictures(MODE_720, slices + 5)
+    taken = await bench.link.play([encode_frames(MODE_720, frames)])
+    got = last_frames(taken, MODE_720.h_total)[-slices:]
+    order = []
+    for frame, picture in zip(got, frames[-slices - 1 :], strict=False):
+        fits = [s for s in range(slices) if np.array_equal(frame.pixels, bench.golden(picture, s))]
+        assert len(fits) == 1, "a frame of a sweep is wrong"
+        order += fits
+    assert order == [(order[0] + i) % slices for i in range(slices)]
+
+
+@cocotb.test()
+async def passed_through(dut: Any) -> None:
+    """With the switch the pictures come out as they are."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    dut.switch_pass.value = 1
+    frames = bench.pictures(MODE_720, bench.lost_frames(MODE_720) + 3)
+    taken = await bench.link.play([*signal(MODE_720), encode_frames(MODE_720, frames)])
+    got = last_frames(taken, MODE_720.h_total)
+    assert len(got) >= 2
+    for frame, want in zip(got[::-1], frames[-2::-1], strict=False):
+        assert np.array_equal(frame.pixels, want)
+        assert frame.mode == measured(MODE_720)
+
+
+@cocotb.test()
+async def test_pattern(dut: Any) -> None:
+    """No source, the switch on: the pattern, refocused, at 25.175 MHz; then a source again."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    dut.switch_pattern.value = 1
+    got = last_frames(await bench.link.play([Command(Code.WAIT, 500_000)]), MODE_720.h_total)
+    assert len(got) >= 2
+    want = bench.golden(light_field(MODE_720))
+    for frame in got[-2:]:
+        assert np.array_equal(frame.pixels, want)
+    dut.switch_pattern.value = 0
+    await bench.relock(MODE_720, [])
+
+
+def light_field(mode: VideoMode) -> np.ndarray:
+    """The test pattern, from its equation."""
+    m, shifts = CASE["m"], CASE["shifts"]
+    depths = (
+        (shifts[0], shifts[len(shifts) // 2] if len(shifts) > 2 else 0, shifts[-1])
+        if len(shifts) > 1
+        else (shifts[0], 0, -shifts[0])
+    )
+    light = np.array([[0xFF, 0xC0, 0x40], [0x60, 0xFF, 0x60], [0x60, 0xA0, 0xFF]], np.uint8)
+    dark = np.array([[0x40, 0x08, 0x20], [0x08, 0x40, 0x08], [0x08, 0x10, 0x40]], np.uint8)
+    x, y = np.arange(mode.h_active), np.arange(mode.v_active)
+    band = (x >= mode.h_active // 3).astype(int) + (x >= 2 * mode.h_active // 3)
+    depth = np.array(depths)[band]
+    place_x = x // m * m + x % m * depth
+    place_y = (y // m * m)[:, None] + (y % m)[:, None] * depth[None, :]
+    lit = ((place_x[None, :] >> 3) ^ (place_y >> 3)) & 1
+    return np.where(lit[:, :, None] == 1, light[band][None], dark[band][None])

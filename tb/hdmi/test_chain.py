@@ -1,0 +1,42 @@
+"""The whole board, from serial bits to serial bits."""
+
+import pytest
+
+from plenofir_tb.runner import run_case
+from plenofir_tb.video import MODE_720
+
+M, SHIFTS = 3, (2, 0, -1)
+METER_WINDOW, BIT_CLOCKS = 1600, 10
+PARTS = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
+
+
+def run_chain(phases: list[int], *, shifts: tuple[int, ...] = SHIFTS) -> None:
+    run_case(
+        "hdmi_pump",
+        "hdmi.chain_bench",
+        generics={
+            "MICRO_IMAGE_SIZE": M,
+            "SHIFTS": " ".join(map(str, shifts)),
+            "MAX_COLUMNS": 64,
+            "METER_WINDOW": METER_WINDOW,
+            "BIT_CLOCKS": BIT_CLOCKS,
+            **{f"PATTERN_{name.upper()}": getattr(MODE_720, name) for name in PARTS},
+        },
+        case={
+            "m": M,
+            "shifts": shifts,
+            "phases": phases,
+            "meter_window": METER_WINDOW,
+            "bit_clocks": BIT_CLOCKS,
+        },
+        board=True,
+    )
+
+
+def test_chain() -> None:
+    run_chain([0, 4])
+
+
+@pytest.mark.slow
+def test_all_phases() -> None:
+    run_chain([*range(10), *range(10)], shifts=(-2,))

@@ -1,0 +1,12 @@
+"""cocotb tests that are for one entity each, side by side in one module."""
+
+from typing import Any
+
+import cocotb
+
+from plenofir_tb.runner import read_case
+
+
+def for_entity(name: str) -> Any:
+    """Run a test only where its entity is under test."""
+    return cocotb.test(skip=read_case()["entity"] != name)

@@ -1,0 +1,102 @@
+"""Serial TMDS bits into and out of the board: what ``tb/pump/hdmi_pump.vhd`` plays and takes."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from cocotb.triggers import FallingEdge, First, RisingEdge, Timer
+
+from plenofir.hdmi.link import LinkError, Packed, ReceivedFrame, decode_frames
+from plenofir.hdmi.pump import Code, Command, write_script
+
+# Far longer than any script that the tests play, in ms of simulated time.
+PATIENCE_MS = 50
+SKEWS = (Code.SKEW_0, Code.SKEW_1, Code.SKEW_2)
+
+
+class SerialLink:
+    """Plays scripts on the pump.
+
+    Parameters
+    ----------
+    dut
+        The entity ``hdmi_pump``.
+    """
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.taken: Packed = np.zeros(0, np.uint32)
+
+    async def reset(self) -> None:
+        """Reset the board, with all switches off, an ideal cable and no clock."""
+        dut = self.dut
+        for name in (
+            *("start", "button_up", "button_down", "button_clear"),
+            *("switch_pattern", "switch_pass", "switch_sweep"),
+        ):
+            getattr(dut, name).value = 0
+        dut.uart_rx.value = 1
+        dut.reset_n.value = 0
+        await Timer(200, "ns")
+        await self.play(
+            [
+                *(Command(code, 0) for code in (*SKEWS, Code.CLOCK_SKEW, Code.JITTER)),
+                Command(Code.CLOCK, 0),
+                Command(Code.CABLE, 1),
+            ]
+        )
+        dut.reset_n.value = 1
+        await Timer(200, "ns")
+
+    async def play(self, script: Sequence[Command | Packed]) -> Packed:
+        """Play commands and words, return what came out meanwhile."""
+        write_script(Path("input.bin"), script)
+        self.dut.start.value = 1
+        patience = Timer(PATIENCE_MS, "ms")
+        assert await First(RisingEdge(self.dut.done), patience) is not patience, "the pump hangs"
+        self.dut.start.value = 0
+        await FallingEdge(self.dut.done)
+        # The pump notices the end of `start` with its next pixel.
+        await Timer(100, "ns")
+        self.taken = np.fromfile("output.bin", "<u4")
+        return self.taken
+
+
+def last_frames(taken: Packed, step: int) -> list[ReceivedFrame]:
+    """Whole frames behind the last disturbance of a signal.
+
+    Parameters
+    ----------
+    taken
+        Sampled bits.
+    step
+        Words to which the beginning of the regular signal is found.
+
+    Returns
+    -------
+    list of ReceivedFrame
+        Frames in order; none if the signal is disturbed up to its end.
+    """
+
+    def frames_from(begin: int) -> list[ReceivedFrame]:
+        try:
+            return decode_frames(taken[begin:])
+        except LinkError:
+            return []
+
+    # A regular signal is so from any later beginning on too.
+    regular = next((b for b in range(0, len(taken), 16 * step) if frames_from(b)), None)
+    if regular is None:
+        return []
+    disturbed = max(regular - 16 * step, 0)
+    while regular - disturbed > step:
+        middle = (regular + disturbed) // 2
+        if frames_from(middle):
+            regular = middle
+        else:
+            disturbed = middle
+    frames = frames_from(regular)
+    # A raster that was started anew looks like one frame with another blanking.
+    others = [i for i, frame in enumerate(frames) if frame.mode != frames[-1].mode]
+    return frames[others[-1] + 1 :] if others else frames

@@ -1,0 +1,423 @@
+-- Sends serial TMDS bits from a file into the board's top level and writes the bits that come out
+-- into another.
+--
+-- With `start` (or at once, AUTO_START, the sweep switch as SWEEP says) input.bin in the working directory is
+-- played, and output.bin is
+-- written until it ends; `done` follows. Both hold 32-bit little-endian words, one for each pixel clock: ten
+-- bits of channel 0 in bits 0 to 9, channel 1 in 10 to 19, channel 2 in 20 to 29; what is sent
+-- first is lowest. The output is sampled as a monitor does it, in tenths of its own clock lane, so its
+-- word phase is free. Words of the input with bit 31 set are commands: the code in bits 24 to 30, a
+-- value in bits 0 to 23:
+--
+--   1 pixel clock period in fs * 64       2, 3, 4 skew of channel 0, 1, 2 in ps
+--   5 jitter of the edges, +- ps          6 clock lane: 1 runs, 0 stands still
+--   7 cable: 1 plugged, 0 open            8 skew of the clock lane in ps
+--   9 blanking for as many ns
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity hdmi_pump is
+  generic (
+    AUTO_START          : boolean  := false;
+    SWEEP               : boolean  := false;
+    SEED                : positive := 1;
+    MICRO_IMAGE_SIZE    : positive := 3;
+    SHIFTS              : string   := "2";
+    MAX_COLUMNS         : positive := 64;
+    EXACT               : boolean  := true;
+    FRACTION_BITS       : natural  := 0;
+    GUARD_BITS          : natural  := 0;
+    INTERPOLATION_ORDER : natural  := 0;
+    HOLD                : boolean  := false;
+    BROADCAST_TAPS      : natural  := 0;
+    PATTERN_H_ACTIVE    : positive := 64;
+    PATTERN_H_FRONT     : positive := 6;
+    PATTERN_H_SYNC      : positive := 4;
+    PATTERN_H_BACK      : positive := 11;
+    PATTERN_V_ACTIVE    : positive := 36;
+    PATTERN_V_FRONT     : positive := 1;
+    PATTERN_V_SYNC      : positive := 2;
+    PATTERN_V_BACK      : positive := 4;
+    METER_WINDOW        : positive := 16000;
+    LOCK_TIMEOUT        : positive := 20000;
+    BUTTON_STABLE       : positive := 10;
+    BIT_CLOCKS          : positive := 10;
+    SWITCH_FRAMES       : positive := 1;
+    ALIGN_TIMEOUT       : positive := 8192
+  );
+  port (
+    start          : in    std_logic;
+    done           : out   std_logic;
+    reset_n        : in    std_logic;
+    uart_rx        : in    std_logic;
+    uart_tx        : out   std_logic;
+    button_up      : in    std_logic;
+    button_down    : in    std_logic;
+    button_clear   : in    std_logic;
+    switch_pattern : in    std_logic;
+    switch_pass    : in    std_logic;
+    switch_sweep   : in    std_logic;
+    led            : out   std_logic_vector(7 downto 0)
+  );
+end entity hdmi_pump;
+
+architecture test of hdmi_pump is
+
+  type words_t is file of integer;
+
+  -- Control tokens of 00 in all channels.
+  constant IDLE : std_logic_vector(31 downto 0) := "00" & "1101010100" & "1101010100" & "1101010100";
+
+  subtype lanes_t is std_logic_vector(2 downto 0);
+
+  subtype random_t is natural range 0 to 65535;
+
+  -- What the board gets: the ports, or with AUTO_START all at rest.
+
+  type to_board_t is record
+    reset_n        : std_logic;
+    uart_rx        : std_logic;
+    button_up      : std_logic;
+    button_down    : std_logic;
+    button_clear   : std_logic;
+    switch_pattern : std_logic;
+    switch_pass    : std_logic;
+    switch_sweep   : std_logic;
+  end record to_board_t;
+
+  signal to_board   : to_board_t;
+  signal clk_100    : std_logic := '0';
+  signal running    : boolean   := true;
+  signal in_clk_p   : std_logic := '0';
+  signal in_clk_n   : std_logic := '1';
+  signal in_data_p  : lanes_t   := "000";
+  signal in_data_n  : lanes_t   := "111";
+  signal plugged    : std_logic := '1';
+  signal pin_clk_p  : std_logic;
+  signal pin_clk_n  : std_logic;
+  signal pin_data_p : lanes_t;
+  signal pin_data_n : lanes_t;
+  signal out_clk_p  : std_logic;
+  signal out_clk_n  : std_logic;
+  signal out_data_p : lanes_t;
+  signal out_data_n : lanes_t;
+  signal sda        : std_logic;
+  signal playing    : boolean   := false;
+  signal played     : boolean   := false;
+  signal captured   : boolean   := false;
+
+begin
+
+  clk_100 <= not clk_100 after 5 ns when running else
+             '0';
+
+  sda <= 'H';
+
+  to_board.reset_n        <= '1' when AUTO_START else
+                             reset_n;
+  to_board.uart_rx        <= '1' when AUTO_START else
+                             uart_rx;
+  to_board.button_up      <= '0' when AUTO_START else
+                             button_up;
+  to_board.button_down    <= '0' when AUTO_START else
+                             button_down;
+  to_board.button_clear   <= '0' when AUTO_START else
+                             button_clear;
+  to_board.switch_pattern <= '0' when AUTO_START else
+                             switch_pattern;
+  to_board.switch_pass    <= '0' when AUTO_START else
+                             switch_pass;
+  to_board.switch_sweep   <= '1' when AUTO_START and SWEEP else
+                             '0' when AUTO_START else
+                             switch_sweep;
+
+  done <= '1' when start = '1' and played and not playing and not captured else
+          '0';
+
+  -- An open cable: the pull-ups of the sink hold both wires of each pair.
+  pin_clk_p  <= in_clk_p when plugged = '1' else
+                '1';
+  pin_clk_n  <= in_clk_n when plugged = '1' else
+                '1';
+  pin_data_p <= in_data_p when plugged = '1' else
+                "111";
+  pin_data_n <= in_data_n when plugged = '1' else
+                "111";
+
+  board : entity work.atlys_top
+    generic map (
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      BROADCAST_TAPS      => BROADCAST_TAPS,
+      PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
+      PATTERN_H_FRONT     => PATTERN_H_FRONT,
+      PATTERN_H_SYNC      => PATTERN_H_SYNC,
+      PATTERN_H_BACK      => PATTERN_H_BACK,
+      PATTERN_V_ACTIVE    => PATTERN_V_ACTIVE,
+      PATTERN_V_FRONT     => PATTERN_V_FRONT,
+      PATTERN_V_SYNC      => PATTERN_V_SYNC,
+      PATTERN_V_BACK      => PATTERN_V_BACK,
+      METER_WINDOW        => METER_WINDOW,
+      LOCK_TIMEOUT        => LOCK_TIMEOUT,
+      BUTTON_STABLE       => BUTTON_STABLE,
+      BIT_CLOCKS          => BIT_CLOCKS,
+      SWITCH_FRAMES       => SWITCH_FRAMES,
+      ALIGN_TIMEOUT       => ALIGN_TIMEOUT
+    )
+    port map (
+      clk_100        => clk_100,
+      reset_n        => to_board.reset_n,
+      in_clk_p       => pin_clk_p,
+      in_clk_n       => pin_clk_n,
+      in_data_p      => pin_data_p,
+      in_data_n      => pin_data_n,
+      in_scl         => '1',
+      in_sda         => sda,
+      out_clk_p      => out_clk_p,
+      out_clk_n      => out_clk_n,
+      out_data_p     => out_data_p,
+      out_data_n     => out_data_n,
+      uart_rx        => to_board.uart_rx,
+      uart_tx        => uart_tx,
+      button_up      => to_board.button_up,
+      button_down    => to_board.button_down,
+      button_clear   => to_board.button_clear,
+      switch_pattern => to_board.switch_pattern,
+      switch_pass    => to_board.switch_pass,
+      switch_sweep   => to_board.switch_sweep,
+      led            => led
+    );
+
+  play : process is
+
+    file input_file : words_t;
+
+    type skews_t is array (0 to 2) of time;
+
+    variable word       : integer;
+    variable bits       : std_logic_vector(31 downto 0);
+    variable value      : natural;
+    variable period     : time     := 40 ns;
+    variable skews      : skews_t  := (others => 0 fs);
+    variable clock_skew : time     := 0 fs;
+    variable jitter     : natural  := 0;
+    variable ticking    : boolean  := false;
+    variable level      : lanes_t  := "000";
+    variable random     : random_t := SEED mod 65536;
+    variable displaced  : time;
+
+    -- A displacement of an edge.
+
+    procedure draw is
+    begin
+
+      random    := (random * 25173 + 13849) mod 65536;
+      displaced := ((random / 16) mod (2 * jitter + 1)) * 1 ps;
+
+    end procedure draw;
+
+    -- One pixel clock: the bits of a word, and the clock lane.
+
+    procedure send is
+    begin
+
+      if ticking then
+        in_clk_p <= transport '1' after clock_skew, '0' after clock_skew + period / 2;
+        in_clk_n <= transport '0' after clock_skew, '1' after clock_skew + period / 2;
+      end if;
+
+      for c in 0 to 2 loop
+
+        for i in 0 to 9 loop
+
+          if bits(10 * c + i) /= level(c) then
+            level(c)  := bits(10 * c + i);
+            draw;
+            displaced := displaced + skews(c) + period * i / 10;
+
+            in_data_p(c) <= transport level(c) after displaced;
+            in_data_n(c) <= transport not level(c) after displaced;
+          end if;
+
+        end loop;
+
+      end loop;
+
+      wait for period;
+
+    end procedure send;
+
+    variable waited : time;
+
+  begin
+
+    -- Blanking while there is nothing else to send: the clock lane runs on.
+    bits := IDLE;
+
+    if not AUTO_START then
+
+      while start /= '1' loop
+
+        send;
+
+      end loop;
+
+    end if;
+
+    file_open(input_file, "input.bin", read_mode);
+    playing <= true;
+    wait for 0 fs;
+
+    while not endfile(input_file) loop
+
+      read(input_file, word);
+      bits := std_logic_vector(to_signed(word, 32));
+
+      if bits(31) = '1' then
+        value := to_integer(unsigned(bits(23 downto 0)));
+
+        case to_integer(unsigned(bits(30 downto 24))) is
+
+          when 1 =>
+
+            period := value * 64 fs;
+
+          when 2 | 3 | 4 =>
+
+            skews(to_integer(unsigned(bits(30 downto 24))) - 2) := value * 1 ps;
+
+          when 5 =>
+
+            jitter := value;
+
+          when 6 =>
+
+            ticking := value = 1;
+
+          when 7 =>
+
+            plugged <= bits(0);
+
+          when 8 =>
+
+            clock_skew := value * 1 ps;
+
+          when 9 =>
+
+            bits   := IDLE;
+            waited := now;
+
+            while now - waited < value * 1 ns loop
+
+              send;
+
+            end loop;
+
+          when others =>
+
+            report "hdmi_pump: unknown command in input.bin"
+              severity failure;
+
+        end case;
+
+      else
+        send;
+      end if;
+
+    end loop;
+
+    file_close(input_file);
+    playing <= false;
+    played  <= true;
+    bits    := IDLE;
+
+    if AUTO_START then
+      wait until not captured;
+      running <= false;
+      wait;
+    end if;
+
+    while start = '1' loop
+
+      send;
+
+    end loop;
+
+    played <= false;
+
+  end process play;
+
+  -- The monitor.
+  take : process is
+
+    file output_file : words_t;
+
+    variable last   : time;
+    variable period : time;
+    variable cycles : natural;
+    variable bits   : std_logic_vector(31 downto 0);
+
+  begin
+
+    if not playing then
+      wait until playing;
+    end if;
+
+    captured <= true;
+    file_open(output_file, "output.bin", write_mode);
+    cycles   := 0;
+    last     := now;
+
+    while playing loop
+
+      wait until rising_edge(out_clk_p) or not playing;
+      exit when not playing;
+
+      if cycles > 0 and abs (now - last - period) > period / 8 then
+        -- The clock has just begun, or changed.
+        cycles := 0;
+      end if;
+
+      period := now - last;
+      last   := now;
+
+      if cycles < 4 then
+        cycles := cycles + 1;
+      else
+        bits := (others => '0');
+        wait for period / 20;
+
+        for i in 0 to 9 loop
+
+          for c in 0 to 2 loop
+
+            bits(10 * c + i) := out_data_p(c);
+
+          end loop;
+
+          if i /= 9 then
+            wait for period / 10;
+          end if;
+
+        end loop;
+
+        write(output_file, to_integer(signed(bits)));
+      end if;
+
+    end loop;
+
+    file_close(output_file);
+    captured <= false;
+    wait for 0 fs;
+
+  end process take;
+
+end architecture test;

@@ -1,0 +1,30 @@
+"""The parts of the TMDS path, each on its own."""
+
+import pytest
+
+from plenofir_tb.runner import run_case
+
+
+def run_unit(entity: str, generics: dict, **case: object) -> None:
+    run_case(entity, "tmds.unit_bench", generics=generics, case={"entity": entity, **case})
+
+
+@pytest.mark.parametrize(
+    "entity",
+    ["tmds_encoder", "tmds_decoder", "tmds_deskew", "gearbox_5_to_10", "gearbox_10_to_5"],
+)
+def test_unit(entity: str) -> None:
+    run_unit(entity, {})
+
+
+def test_word_align() -> None:
+    run_unit("tmds_word_align", {"TIMEOUT": 100}, timeout=100)
+
+
+def test_phase_detector_control() -> None:
+    run_unit(
+        "phase_detector_control",
+        {"FILTER": 16, "INTERVAL": 100, "TIMEOUT": 200},
+        interval=100,
+        timeout=200,
+    )

@@ -1,0 +1,364 @@
+"""cocotb tests of the TMDS entities against the Python codec; each is for the entity it names."""
+
+import random
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge, RisingEdge, Timer
+
+from plenofir.hdmi import tmds
+from plenofir_tb.entities import for_entity
+from plenofir_tb.runner import read_case
+
+CASE = read_case()
+PERIOD = 10
+
+
+def start(dut: Any) -> random.Random:
+    Clock(dut.clk, PERIOD, "ns").start()
+    return random.Random(cocotb.RANDOM_SEED)
+
+
+async def reset(dut: Any, clocks: int = 3) -> None:
+    dut.reset.value = 1
+    for _ in range(clocks):
+        await FallingEdge(dut.clk)
+    dut.reset.value = 0
+
+
+def covering_bytes(rng: random.Random) -> list[int]:
+    """Bytes whose coding visits every byte at every running disparity."""
+    todo = {d: set(range(256)) for d in tmds.DISPARITIES}
+    disparity = 0
+    sent = []
+    while any(todo.values()):
+        byte = todo[disparity].pop() if todo[disparity] else rng.randrange(256)
+        sent.append(byte)
+        disparity = tmds.encode_byte(byte, disparity)[1]
+    return sent
+
+
+@for_entity("tmds_encoder")
+async def every_byte_at_every_disparity(dut: Any) -> None:
+    """All 9 * 256 pairs of disparity and byte, and all tokens between random data."""
+    rng = start(dut)
+    data = covering_bytes(rng)
+    active = [True] * len(data)
+    for _ in range(200):
+        length = rng.randint(1, 6)
+        active += [rng.random() < 0.5] * length
+        data += [rng.randrange(256) for _ in range(length)]
+    control = [rng.randrange(4) for _ in data]
+    want = tmds.encode_channel(
+        np.array(data, np.uint8), np.array(active), np.array(control, np.uint8)
+    ).tolist()
+    dut.active.value = 0
+    dut.control.value = 0
+    dut.data.value = 0
+    await reset(dut, 4)
+    got = []
+    for i in range(len(data) + 3):
+        if i >= 3:
+            got.append(int(dut.word.value))
+        at = min(i, len(data) - 1)
+        dut.active.value = int(active[at])
+        dut.control.value = control[at]
+        dut.data.value = data[at]
+        await FallingEdge(dut.clk)
+    wrong = [(i, hex(g), hex(w)) for i, (g, w) in enumerate(zip(got, want, strict=True)) if g != w]
+    assert not wrong, f"{len(wrong)} wrong, first (index, got, want) {wrong[0]}"
+
+
+@for_entity("tmds_decoder")
+async def every_word(dut: Any) -> None:
+    """All 1024 words: byte, token, legal or not."""
+    rng = start(dut)
+    words = list(range(1024)) + rng.choices(range(1024), k=500)
+    dut.word.value = tmds.TOKENS[0]
+    await reset(dut)
+    control = 0
+    for i in range(len(words) + 2):
+        if i >= 2:
+            word = words[i - 2]
+            token = word in tmds.TOKENS
+            control = tmds.TOKENS.index(word) if token else control
+            got = (int(dut.active.value), int(dut.data.value), int(dut.control.value))
+            assert got == (not token, 0 if token else tmds.decode_word(word), control), hex(word)
+            assert int(dut.error.value) == (not token and not tmds.is_data_word(word)), hex(word)
+        dut.word.value = words[min(i, len(words) - 1)]
+        await FallingEdge(dut.clk)
+
+
+def some_lines(rng: random.Random, lines: int, active: int, blank: int) -> list[int]:
+    """Words of a channel: lines of random data with random tokens between them."""
+    width = active + blank
+    on = np.tile(np.arange(width) < active, lines)
+    data = np.array([rng.randrange(256) for _ in range(lines * width)], np.uint8)
+    control = np.repeat(np.array([rng.randrange(4) for _ in range(lines * width // 4)]), 4)
+    return tmds.encode_channel(data, on, control.astype(np.uint8)).tolist()
+
+
+def bits_of(words: list[int]) -> list[int]:
+    return [word >> i & 1 for word in words for i in range(10)]
+
+
+def words_of(bits: list[int]) -> list[int]:
+    return [
+        sum(bit << i for i, bit in enumerate(bits[at : at + 10]))
+        for at in range(0, len(bits) - 9, 10)
+    ]
+
+
+async def send_words(dut: Any, words: list[int]) -> list[tuple[int, bool, bool]]:
+    """Send ten bits a clock; what came out for each."""
+    got = []
+    for word in words:
+        dut.bits.value = word
+        await FallingEdge(dut.clk)
+        if "U" in str(dut.word.value):
+            continue
+        seen = int(dut.word.value), bool(int(dut.token.value)), bool(int(dut.aligned.value))
+        got.append(seen)
+    return got
+
+
+def find(words: list[int], run: list[int]) -> int:
+    return next(i for i in range(len(words)) if words[i : i + len(run)] == run)
+
+
+@for_entity("tmds_word_align")
+async def every_phase(dut: Any) -> None:
+    """All ten phases, one after the other without a reset, with bit errors now and then."""
+    rng = start(dut)
+    dut.bits.value = 0
+    await reset(dut)
+    phases = [*range(10), *rng.sample(range(10), 10)]
+    for phase in phases:
+        words = some_lines(rng, 6, 60, 24)
+        bits = [rng.randrange(2) for _ in range(phase)] + bits_of(words) + [0] * (60 - phase)
+        # Errors in the middle of lines, away from what is compared below.
+        for line in (2, 3):
+            bits[10 * 84 * line + rng.randrange(400)] ^= 1
+        got = await send_words(dut, words_of(bits))
+        assert got[200][2], f"phase {phase}: not aligned"
+        # Lines 4 and 5 must come out whole.
+        tail = words[4 * 84 : 6 * 84]
+        out = [word for word, _, _ in got]
+        at = find(out, tail)
+        assert [t for _, t, _ in got[at : at + len(tail)]] == [w in tmds.TOKENS for w in tail]
+
+
+@for_entity("tmds_word_align")
+async def loss_is_noticed(dut: Any) -> None:
+    """No tokens, or single ones only: lost after the timeout, and found again later."""
+    rng = start(dut)
+    dut.bits.value = 0
+    await reset(dut)
+    assert (await send_words(dut, some_lines(rng, 3, 40, 24)))[-1][2]
+    noise = [rng.randrange(1024) for _ in range(300)]
+    noise[::20] = [rng.choice(tmds.TOKENS) for _ in noise[::20]]
+    got = await send_words(dut, noise)
+    held = [aligned for _, _, aligned in got]
+    assert held[CASE["timeout"] - 40]
+    assert not held[CASE["timeout"] + 10]
+    assert not any(held[CASE["timeout"] + 10 :])
+    for level in (0, 1023):
+        assert not any(a for _, _, a in await send_words(dut, [level] * 100))
+    assert (await send_words(dut, some_lines(rng, 3, 40, 24)))[-1][2]
+
+
+@for_entity("tmds_deskew")
+async def every_skew(dut: Any) -> None:
+    """Skews up to 15 words, changing without a reset: the same pixel comes out of all channels."""
+    rng = start(dut)
+    for name in ("words", "tokens", "aligned"):
+        getattr(dut, name).value = 0
+    await reset(dut)
+    skews = [(0, 0, 0), (0, 1, 0), (15, 0, 3), (2, 7, 15), (0, 15, 15), (5, 5, 0), (0, 0, 1)]
+    skews += [tuple(rng.randrange(16) for _ in range(3)) for _ in range(6)]
+    for skew in skews:
+        lines = [some_lines(rng, 8, 50, 24) for _ in range(3)]
+        late = [[tmds.TOKENS[0]] * s + words for s, words in zip(skew, lines, strict=True)]
+        dut.aligned.value = 7
+        got: list[list[int]] = [[], [], []]
+        for i in range(len(lines[0])):
+            # One wrong token early in the blanking of a line must not count as a line.
+            now = [channel[i] for channel in late]
+            if i == 74 * 3 + 60:
+                now[rng.randrange(3)] = 0x1F0
+            dut.words.value = now[0] | now[1] << 10 | now[2] << 20
+            dut.tokens.value = sum((w in tmds.TOKENS) << c for c, w in enumerate(now))
+            await FallingEdge(dut.clk)
+            packed = dut.out_words.value
+            if "U" not in str(packed):
+                for c in range(3):
+                    got[c].append(int(packed) >> 10 * c & 0x3FF)
+        assert int(dut.locked.value), skew
+        # Lines 5 and 6 of all channels lie side by side.
+        starts = [find(out, words[5 * 74 : 7 * 74]) for out, words in zip(got, lines, strict=True)]
+        assert len(set(starts)) == 1, f"skew {skew}: lines begin at {starts}"
+    dut.aligned.value = 5
+    await FallingEdge(dut.clk)
+    await FallingEdge(dut.clk)
+    assert not int(dut.locked.value)
+
+
+async def two_clocks(dut: Any, halves: int) -> None:
+    """Drive both clocks, the rising edges of clk together with every other one of clk_x2."""
+    for _ in range(halves):
+        dut.clk.value = 1
+        dut.clk_x2.value = 1
+        await Timer(2, "ns")
+        dut.clk_x2.value = 0
+        await Timer(2, "ns")
+        dut.clk.value = 0
+        dut.clk_x2.value = 1
+        await Timer(2, "ns")
+        dut.clk_x2.value = 0
+        await Timer(2, "ns")
+
+
+@for_entity("gearbox_5_to_10")
+async def ten_bits_from_five(dut: Any) -> None:
+    """All bits come out in order."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    halves = [rng.randrange(32) for _ in range(400)]
+    cocotb.start_soon(two_clocks(dut, 220))
+    dut.half.value = 0
+    got = []
+
+    async def watch() -> None:
+        while True:
+            await FallingEdge(dut.clk)
+            if "U" not in str(dut.bits.value):
+                got.append(int(dut.bits.value))
+
+    cocotb.start_soon(watch())
+    for half in halves:
+        await FallingEdge(dut.clk_x2)
+        dut.half.value = half
+    for _ in range(6):
+        await FallingEdge(dut.clk_x2)
+    want = [b for half in halves for b in ((half >> i & 1) for i in range(5))]
+    bits = bits_of(got)
+    text, whole = "".join(map(str, want)), "".join(map(str, bits))
+    assert text[:1900] in whole
+
+
+@for_entity("gearbox_10_to_5")
+async def five_bits_from_ten(dut: Any) -> None:
+    """All bits come out in order."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    words = [rng.randrange(1024) for _ in range(200)]
+    cocotb.start_soon(two_clocks(dut, 220))
+    dut.bits.value = 0
+    got = []
+
+    async def watch() -> None:
+        while True:
+            await FallingEdge(dut.clk_x2)
+            if "U" not in str(dut.half.value):
+                got.append(int(dut.half.value))
+
+    cocotb.start_soon(watch())
+    for word in words:
+        await FallingEdge(dut.clk)
+        dut.bits.value = word
+    for _ in range(3):
+        await FallingEdge(dut.clk)
+    want = "".join(map(str, bits_of(words)))
+    whole = "".join(str(half >> i & 1) for half in got for i in range(5))
+    assert want in whole
+
+
+class DelayLine:
+    """Delay lines and phase detector of one channel as the control sees them, in Python."""
+
+    def __init__(self, dut: Any, rng: random.Random, middle: int) -> None:
+        self.dut = dut
+        self.rng = rng
+        self.middle = middle
+        self.taps = 0
+        self.calibrated = False
+        self.steps = 0
+        self.hung = False
+
+    async def run(self) -> None:
+        """Answer calibrations after 8 to 16 clocks, report edges, count steps."""
+        dut = self.dut
+        busy = 0
+        stepped = False
+        while True:
+            await FallingEdge(dut.clk)
+            if int(dut.delay_reset.value):
+                assert self.calibrated, "reset before the calibration"
+                self.taps = 20
+            if int(dut.step.value):
+                assert not stepped, "two steps without a calibration between them"
+                assert busy == 0, "step in a calibration"
+                stepped = True
+                self.steps += 1
+                self.taps += 1 if int(dut.step_up.value) else -1
+            if int(dut.calibrate_slave.value) and busy == 0 and not self.hung:
+                busy = self.rng.randint(8, 16)
+                stepped = False
+                self.calibrated = True
+            elif busy:
+                busy -= 1
+            dut.busy.value = int(busy > 0)
+            # Edges come with most words; jitter makes them wrong now and then.
+            dut.valid.value = int(self.rng.random() < 0.8)
+            late = self.taps < self.middle
+            if self.taps == self.middle:
+                late = self.rng.random() < 0.5
+            dut.increase.value = int(late != (self.rng.random() < 0.1))
+
+
+@for_entity("phase_detector_control")
+async def follows_the_eye(dut: Any) -> None:
+    """From the middle of the line to the eye, along with its drift, one step a calibration."""
+    rng = start(dut)
+    line = DelayLine(dut, rng, 26)
+    dut.busy.value = 0
+    dut.valid.value = 0
+    dut.increase.value = 0
+    await reset(dut)
+    cocotb.start_soon(line.run())
+    for middle in (26, 12, 15):
+        line.middle = middle
+        for _ in range(CASE["interval"] * 20):
+            await RisingEdge(dut.clk)
+        assert int(dut.tracking.value)
+        assert abs(line.taps - middle) <= 1, f"{line.taps} taps for {middle}"
+
+
+@for_entity("phase_detector_control")
+async def a_hung_delay_line_is_calibrated_anew(dut: Any) -> None:
+    """A delay line that does not answer: the control tries again, and tracks once it answers."""
+    rng = start(dut)
+    line = DelayLine(dut, rng, 24)
+    line.hung = True
+    dut.busy.value = 0
+    dut.valid.value = 0
+    dut.increase.value = 0
+    await reset(dut)
+    cocotb.start_soon(line.run())
+    for _ in range(3 * CASE["timeout"]):
+        await RisingEdge(dut.clk)
+    assert not int(dut.tracking.value)
+    line.hung = False
+    for _ in range(CASE["interval"] * 12):
+        await RisingEdge(dut.clk)
+    assert int(dut.tracking.value)
+    assert abs(line.taps - 24) <= 1
+    # And in the middle of the work.
+    line.hung = True
+    for _ in range(3 * CASE["timeout"]):
+        await RisingEdge(dut.clk)
+    line.hung = False
+    line.middle = 18
+    for _ in range(CASE["interval"] * 16):
+        await RisingEdge(dut.clk)
+    assert abs(line.taps - 18) <= 1

@@ -1,0 +1,67 @@
+"""Video in, refocused video out."""
+
+import pytest
+
+from plenofir.hdmi.modes import VideoMode
+from plenofir_tb.runner import run_case
+from plenofir_tb.video import MODE_720, shrunken
+
+
+def run_video(
+    m: int,
+    shifts: tuple[int, ...],
+    mode: VideoMode,
+    *,
+    thorough: bool = False,
+    **options: int | bool,
+) -> None:
+    run_case(
+        "refocus_video",
+        "video.video_bench",
+        generics={
+            "MICRO_IMAGE_SIZE": m,
+            "SHIFTS": " ".join(map(str, shifts)),
+            "MAX_COLUMNS": 64,
+            **options,
+        },
+        case={
+            "m": m,
+            "shifts": shifts,
+            "order": options.get("INTERPOLATION_ORDER", 0),
+            "stored": not options.get("EXACT", True),
+            "max_columns": 64,
+            "mode": mode.model_dump(),
+            "thorough": thorough,
+        },
+    )
+
+
+def test_refocus_video() -> None:
+    run_video(3, (2, -1, 0), shrunken("mini"), thorough=True)
+
+
+@pytest.mark.parametrize(
+    ("m", "shift", "changes"),
+    [
+        # Flush lines in the vertical blanking, as many as fit, one more, and many more.
+        (5, -1, {"v_back": 6}),
+        (3, -2, {"v_front": 1, "v_sync": 1, "v_back": 2, "h_positive": False}),
+        (5, -2, {"v_back": 3, "h_back": 30}),
+        (5, -3, {"v_back": 2, "h_back": 40}),
+        (1, 0, {"v_positive": False}),
+    ],
+)
+def test_blanking(m: int, shift: int, changes: dict) -> None:
+    mode = MODE_720.model_copy(update=changes)
+    run_video(m, (shift,), mode)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"INTERPOLATION_ORDER": 1},
+        {"EXACT": False, "FRACTION_BITS": 4, "GUARD_BITS": 2, "BROADCAST_TAPS": 2},
+    ],
+)
+def test_other_latencies(options: dict) -> None:
+    run_video(3, (-1, 2), MODE_720, **options)

@@ -1,0 +1,253 @@
+"""cocotb tests of ``refocus_video``: video in, refocused video under the same timing out."""
+
+import random
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge
+
+from plenofir.hdmi.link import RasterSignals, raster_signals
+from plenofir.hdmi.modes import VideoMode
+from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir_tb.runner import read_case
+from plenofir_tb.slices import SliceModel
+from plenofir_tb.video import VideoTap, measured, shrunken
+
+CASE = read_case()
+# Whole frames from a new signal to the first one that is refocused: two are measured.
+FRAMES_TO_FOLLOW = 3
+ERRORS = ("overflow", "underflow", "miss", "core")
+
+
+class Bench:
+    """Video source, design, video sink."""
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.rng = np.random.default_rng(cocotb.RANDOM_SEED)
+        self.random = random.Random(cocotb.RANDOM_SEED)
+        Clock(dut.clk, 10, "ns").start()
+        self.tap = VideoTap(dut)
+        self.errors: set[str] = set()
+        self.slice = 0
+        for name in ("pass_through", "slice", "sweep", "sweep_frames"):
+            getattr(dut, name).value = 0
+        cocotb.start_soon(self._watch())
+
+    async def _watch(self) -> None:
+        while True:
+            await FallingEdge(self.dut.clk)
+            if self.dut.errors.value.is_resolvable:
+                flags = int(self.dut.errors.value)
+                self.errors |= {name for i, name in enumerate(ERRORS) if flags >> i & 1}
+
+    async def reset(self) -> None:
+        """Reset the design."""
+        self.dut.reset.value = 1
+        for _ in range(3):
+            await FallingEdge(self.dut.clk)
+        self.dut.reset.value = 0
+
+    def pictures(self, mode: VideoMode, count: int) -> list[np.ndarray]:
+        """Random pictures for a mode."""
+        shape = (count, mode.v_active, mode.h_active, 3)
+        return list(self.rng.integers(0, 256, shape, np.uint8))
+
+    def golden(self, picture: np.ndarray) -> np.ndarray:
+        """What the design must make of a picture."""
+        arithmetic = (
+            StoredProductArithmetic(fraction_bits=4, guard_bits=2)
+            if CASE["stored"]
+            else ExactArithmetic()
+        )
+        shift = CASE["shifts"][self.slice]
+        return arithmetic.refocus(picture, CASE["m"], shift, order=CASE["order"])
+
+    async def play(self, mode: VideoMode, frames: list[np.ndarray]) -> None:
+        """Send whole frames."""
+        await self.tap.drive(raster_signals(mode, frames))
+
+
+def part(signals: RasterSignals, begin: int, end: int | None = None) -> RasterSignals:
+    """Cut a piece out of a signal."""
+    return RasterSignals(
+        signals.active[begin:end],
+        signals.h_sync[begin:end],
+        signals.v_sync[begin:end],
+        signals.pixels[begin:end],
+    )
+
+
+@cocotb.test()
+async def every_frame_is_refocused(dut: Any) -> None:
+    """From the third whole frame on, every frame equals the golden model, under its timing."""
+    bench = Bench(dut)
+    await bench.reset()
+    mode = VideoMode.model_validate(CASE["mode"])
+    frames = bench.pictures(mode, 7)
+    signals = raster_signals(mode, frames)
+    # The source was on before: the first frame is not whole.
+    await bench.tap.drive(part(signals, bench.random.randrange(1, mode.h_total * mode.v_active)))
+    got = bench.tap.frames(from_start=True)
+    # Two frames are measured behind the one that is cut; of the last one the end is missing.
+    assert len(got) == len(frames) - FRAMES_TO_FOLLOW - 1
+    for picture, frame in zip(frames[FRAMES_TO_FOLLOW:], got, strict=False):
+        assert np.array_equal(frame.pixels, bench.golden(picture))
+        assert frame.mode == measured(mode)
+    assert not bench.errors
+    assert int(dut.following.value)
+    assert not int(dut.unsupported.value)
+
+
+@cocotb.test(skip=not CASE["thorough"])
+async def modes_change(dut: Any) -> None:
+    """Another size, then another blanking: followed again after three whole frames."""
+    bench = Bench(dut)
+    await bench.reset()
+    modes = [
+        shrunken("one"),
+        shrunken("two", h_active=40, v_active=25, h_positive=False),
+        shrunken("three", h_active=40, v_active=25, h_positive=False, h_front=9),
+        shrunken("four", h_active=57, v_active=30, v_positive=False, v_back=9),
+    ]
+    for mode in modes:
+        frames = bench.pictures(mode, FRAMES_TO_FOLLOW + 3)
+        bench.tap.taken = []
+        signals = raster_signals(mode, frames)
+        half = int((FRAMES_TO_FOLLOW + 0.5) * mode.h_total * mode.v_total)
+        await bench.tap.drive(part(signals, 0, half))
+        bench.tap.taken = []
+        bench.errors.clear()
+        await bench.tap.drive(part(signals, half))
+        got = bench.tap.frames()
+        assert got, mode.name
+        assert np.array_equal(got[0].pixels, bench.golden(frames[FRAMES_TO_FOLLOW + 1])), mode.name
+        assert got[0].mode == measured(mode)
+        assert not bench.errors
+
+
+@cocotb.test(skip=not CASE["thorough"])
+async def bit_errors_stay_where_they_are(dut: Any) -> None:
+    """Torn data enable and wrong syncs: the raster stays, only the pixels hit are wrong."""
+    bench = Bench(dut)
+    await bench.reset()
+    mode = shrunken("mini")
+    frames = bench.pictures(mode, 10)
+    signals = raster_signals(mode, frames)
+    total = mode.h_total * mode.v_total
+    active, pixels = signals.active.copy(), signals.pixels.copy()
+    h_sync, v_sync = signals.h_sync.copy(), signals.v_sync.copy()
+    hit = [frame.copy() for frame in frames]
+    for frame in (5, 6):
+        for _ in range(3):
+            y, x = bench.random.randrange(mode.v_active), bench.random.randrange(1, mode.h_active)
+            at = frame * total + y * mode.h_total + x
+            active[at] = False
+            hit[frame][y, x] = 0
+            # And one in the blanking, with a pixel that nobody may see.
+            blank = frame * total + y * mode.h_total + mode.h_active + 8
+            active[blank], pixels[blank] = True, 255
+            h_sync[blank + 3] ^= True
+            v_sync[blank + 5] ^= True
+    await bench.tap.drive(RasterSignals(active, h_sync, v_sync, pixels))
+    # The signal begins with a line, not known to be the first: three frames are measured.
+    got = bench.tap.frames(from_start=True)
+    assert len(got) == len(frames) - FRAMES_TO_FOLLOW - 1
+    for i, (picture, frame) in enumerate(zip(hit[FRAMES_TO_FOLLOW:], got, strict=False)):
+        assert np.array_equal(frame.pixels, bench.golden(picture)), f"frame {i}"
+        assert frame.mode == measured(mode)
+
+
+@cocotb.test(skip=not CASE["thorough"])
+async def input_lost_and_back(dut: Any) -> None:
+    """No picture for a while: the raster goes on, black; then the picture is back, at any phase."""
+    bench = Bench(dut)
+    await bench.reset()
+    mode = shrunken("mini")
+    total = mode.h_total * mode.v_total
+    frames = bench.pictures(mode, 6)
+    await bench.play(mode, frames)
+    cut = bench.random.randrange(total)
+    await bench.tap.drive(part(raster_signals(mode, bench.pictures(mode, 1)), 0, cut))
+    idle = raster_signals(mode, [np.zeros_like(frames[0])] * 5)
+    nothing = RasterSignals(
+        np.zeros_like(idle.active), idle.h_sync & False, idle.v_sync & False, idle.pixels
+    )
+    bench.tap.taken = []
+    await bench.tap.drive(nothing)
+    black = bench.tap.frames()
+    assert not int(dut.following.value)
+    assert len(black) >= 3
+    assert all(frame.mode == measured(mode) for frame in black)
+    assert not black[-1].pixels.any()
+    await bench.tap.drive(part(nothing, 0, bench.random.randrange(1, total)))
+    bench.tap.taken = []
+    frames = bench.pictures(mode, FRAMES_TO_FOLLOW + 3)
+    signals = raster_signals(mode, frames)
+    half = int((FRAMES_TO_FOLLOW + 0.5) * total)
+    await bench.tap.drive(part(signals, 0, half))
+    bench.tap.taken = []
+    bench.errors.clear()
+    await bench.tap.drive(part(signals, half))
+    got = bench.tap.frames()
+    assert np.array_equal(got[0].pixels, bench.golden(frames[FRAMES_TO_FOLLOW + 1]))
+    assert not bench.errors
+
+
+@cocotb.test(skip=not CASE["thorough"])
+async def slices_change_between_frames(dut: Any) -> None:
+    """Focus is stepped in the middle of frames: the next frame shows it, none is disturbed."""
+    bench = Bench(dut)
+    await bench.reset()
+    mode = shrunken("mini")
+    total = mode.h_total * mode.v_total
+    slices = len(CASE["shifts"])
+    frames = bench.pictures(mode, FRAMES_TO_FOLLOW + 12)
+    signals = raster_signals(mode, frames)
+    wanted = []
+    begin = 0
+    model = SliceModel(slices)
+    for picture in frames[FRAMES_TO_FOLLOW:]:
+        chosen = {
+            "slice": bench.random.randrange(slices + 2),
+            "sweep": bench.random.randrange(2),
+            "sweep_frames": bench.random.randrange(3),
+        }
+        at = (FRAMES_TO_FOLLOW + len(wanted)) * total - bench.random.randrange(8, total - 8)
+        await bench.tap.drive(part(signals, begin, at))
+        begin = at
+        for name, value in chosen.items():
+            getattr(dut, name).value = value
+        bench.slice = model.next_frame(*chosen.values())
+        wanted.append(bench.golden(picture))
+    await bench.tap.drive(part(signals, begin))
+    got = bench.tap.frames(from_start=True)
+    for i, (want, frame) in enumerate(zip(wanted[-len(got) - 1 :], got, strict=False)):
+        assert np.array_equal(frame.pixels, want), f"frame {i}"
+        assert frame.mode == measured(mode)
+    assert len(got) == len(wanted) - 1
+    assert not bench.errors
+
+
+@cocotb.test(skip=not CASE["thorough"])
+async def passed_through(dut: Any) -> None:
+    """With pass_through, and with lines that are too long, the input comes out as it is."""
+    bench = Bench(dut)
+    await bench.reset()
+    for long in (False, True):
+        mode = shrunken("long", h_active=CASE["max_columns"] + 1) if long else shrunken("mini")
+        dut.pass_through.value = int(not long)
+        frames = bench.pictures(mode, 6)
+        bench.tap.taken = []
+        signals = raster_signals(mode, frames)
+        half = int(2.5 * mode.h_total * mode.v_total)
+        await bench.tap.drive(part(signals, 0, half))
+        bench.tap.taken = []
+        await bench.tap.drive(part(signals, half))
+        assert int(dut.unsupported.value) == long
+        got = bench.tap.frames()
+        assert np.array_equal(got[0].pixels, frames[3])
+        assert got[0].mode == measured(mode)
+        assert not int(dut.following.value) or not long
