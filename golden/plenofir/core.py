@@ -1,6 +1,6 @@
 """What the refocuser can be built for: its generics, limits, resources and latency."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -26,6 +26,9 @@ PARTIAL_SUM_LOOP = 4
 _DIVIDE_CLOCKS = 3
 # Input FIFO 2, sequencer 1, output FIFO 2.
 _STREAM_CLOCKS = 5
+
+
+Engine = Literal["taps", "sums"]
 
 
 class CoreConfiguration(BaseModel):
@@ -55,6 +58,8 @@ class CoreConfiguration(BaseModel):
         Degree of parallelism (iota in the thesis): rows that are filtered at once.
     broadcast_taps
         Taps that one latch of the broadcast net drives; 0 for no latches.
+    engine
+        "taps": semi-systolic filters; "sums": moving sums (`plenofir.refocus.moving_sum`).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -70,6 +75,7 @@ class CoreConfiguration(BaseModel):
     hold: bool = False
     parallel_rows: Annotated[int, Field(ge=1)] = 1
     broadcast_taps: Annotated[int, Field(ge=0)] = 0
+    engine: Engine = "taps"
 
     @property
     def layout(self) -> FilterLayout:
@@ -122,7 +128,8 @@ class CoreConfiguration(BaseModel):
     def array_clocks(self) -> int:
         """Clocks from a token at the module array's input to its output (array_latency)."""
         stored = isinstance(self.arithmetic, StoredProductArithmetic)
-        stage = 3 + stored + (self.broadcast_taps > 0)
+        stage = 10 if self.engine == "sums" else 3 + (self.broadcast_taps > 0)
+        stage += stored
         return 2 * (self.order + 1) * stage + (0 if stored else _DIVIDE_CLOCKS)
 
     def band_steps(self, columns: int) -> int:
@@ -140,7 +147,27 @@ class CoreConfiguration(BaseModel):
         """
         n = self.parallel_rows
         least = n if self.max_columns <= n else n - 1 + PARTIAL_SUM_LOOP
+        if self.engine == "sums":
+            least = max(least, self.delay + 1)
         return -(-max(columns, least) // n) * n
+
+    def frame_lines(self, rows: int) -> int:
+        """Lines from the beginning of a frame to that of the next one at the earliest.
+
+        Parameters
+        ----------
+        rows
+            Rows of a frame.
+
+        Returns
+        -------
+        int
+            At least `rows`; lines of blanking count.
+        """
+        if self.engine == "taps":
+            return rows
+        m = self.micro_image_size
+        return -(-max(rows, self.delay + 1) // m) * m
 
     def array_latency_clocks(self, columns: int, *, deskew: bool = False) -> int:
         """Clocks from the module array's first pixel in to its first pixel out.
@@ -260,6 +287,7 @@ class CoreConfiguration(BaseModel):
             "PIXEL_BITS": self.pixel_bits,
             "EXACT": isinstance(self.arithmetic, ExactArithmetic),
             "BROADCAST_TAPS": self.broadcast_taps,
+            "MOVING_SUM": self.engine == "sums",
         }
         if isinstance(self.arithmetic, StoredProductArithmetic):
             values["FRACTION_BITS"] = self.arithmetic.fraction_bits

@@ -18,8 +18,10 @@ entity ram_simple_dual_port is
   generic (
     -- Bits of a word.
     WIDTH : positive;
-    -- The memory holds 2**ADDRESS_BITS words.
+    -- Bits of an address.
     ADDRESS_BITS : positive;
+    -- Words of the memory; 0: 2**ADDRESS_BITS. Addresses beyond are not used.
+    WORDS : natural := 0;
     -- Clocks from address to data.
     READ_LATENCY : positive range 1 to 2
   );
@@ -35,7 +37,19 @@ end entity ram_simple_dual_port;
 
 architecture rtl of ram_simple_dual_port is
 
-  type memory_t is array (natural range 0 to 2 ** ADDRESS_BITS - 1) of std_logic_vector(WIDTH - 1 downto 0);
+  -- The last address.
+  function last_word return natural is
+  begin
+
+    if WORDS = 0 then
+      return 2 ** ADDRESS_BITS - 1;
+    end if;
+
+    return WORDS - 1;
+
+  end function last_word;
+
+  type memory_t is array (natural range 0 to last_word) of std_logic_vector(WIDTH - 1 downto 0);
 
   signal read_word : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
 

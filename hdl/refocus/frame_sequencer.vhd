@@ -47,7 +47,13 @@ entity frame_sequencer is
     -- Tokens behind the last pixel that push everything out of the row filters.
     ROW_FLUSH : natural;
     -- Bands behind the last line that push everything out of the column filters.
-    COLUMN_FLUSH : natural
+    COLUMN_FLUSH : natural;
+    -- The shortest band in tokens, a multiple of PARALLEL_ROWS.
+    MIN_STEPS : positive;
+    -- Bands from the beginning of a frame to that of the next one: as many at least, and as the frame has,
+    -- rounded up to a multiple of BAND_MODULUS. Flush lines make up for what is missing.
+    MIN_BANDS    : positive;
+    BAND_MODULUS : positive
   );
   port (
     clk               : in    std_logic;
@@ -93,9 +99,7 @@ architecture rtl of frame_sequencer is
   constant FRAME_LATE  : natural := 3;
   constant FRAME_SIZE  : natural := 4;
 
-  -- The shortest band in tokens; a multiple of PARALLEL_ROWS.
-  constant MIN_STEPS     : positive := min_line_steps(PARALLEL_ROWS, MAX_COLUMNS);
-  constant LAST_BAND_ROW : natural  := PARALLEL_ROWS - 1;
+  constant LAST_BAND_ROW : natural := PARALLEL_ROWS - 1;
 
   signal state           : state_t                          := accept;
   signal send            : send_t;
@@ -122,6 +126,10 @@ architecture rtl of frame_sequencer is
   signal tokens_to_flush : natural range 0 to ROW_FLUSH     := 0;
   signal bands_to_flush  : natural range 0 to COLUMN_FLUSH  := 0;
   signal steps_missing   : natural range 0 to MIN_STEPS     := 0;
+  -- Bands that have to come before the next frame, and those of the frame modulo BAND_MODULUS.
+  signal bands_missing : natural range 0 to MIN_BANDS    := 0;
+  signal band_phase    : natural range 0 to BAND_MODULUS := 0;
+  signal frame_wait    : std_logic;
 
 begin
 
@@ -140,9 +148,13 @@ begin
   band_wait <= '1' when column = 0 and steps_missing > 0 else
                '0';
 
+  -- No frame may begin yet.
+  frame_wait <= '1' when bands_missing > 0 or band_phase > 0 else
+                '0';
+
   -- What to do with this clock; `take` takes the pixel on offer, `send` says what becomes of it.
   decide : process (state, frame_open, column, s_axis_tvalid, s_axis_tuser, room, calm, size_supported,
-                    bands_to_flush, tokens_to_flush, steps_missing, band_row, band_wait, completes_band,
+                    bands_to_flush, tokens_to_flush, steps_missing, band_row, band_wait, frame_wait, completes_band,
                     completes_first) is
   begin
 
@@ -188,15 +200,17 @@ begin
               end if;
             elsif s_axis_tuser = '0' or size_supported = '0' then
               take <= '1';
-            elsif band_wait = '1' and completes_first = '1' then
+            elsif band_wait = '1' and (completes_first = '1' or frame_wait = '1') then
               send <= empty;
+            elsif frame_wait = '1' then
+              send <= flush_pixel;
             else
               take         <= '1';
               send         <= stream_pixel;
               starts_frame <= '1';
             end if;
           elsif column = 0 then
-            if frame_open = '0' and bands_to_flush > 0 and band_wait = '0' and calm = '1' then
+            if frame_open = '0' and (bands_to_flush > 0 or frame_wait = '1') and band_wait = '0' and calm = '1' then
               send <= flush_pixel;
             elsif tokens_to_flush > 0 or steps_missing > 0 then
               send <= empty;
@@ -255,6 +269,7 @@ begin
         frame_open   <= '1';
         first_band   <= '1';
         synchronised <= '1';
+        bands_missing <= MIN_BANDS;
         token_slice  <= slice;
         frame_ends   := new_last_row = 0;
         band_token   := completes_first;
@@ -287,6 +302,18 @@ begin
           column <= (others => '0');
           state  <= accept;
           if band_token = '1' then
+            if image_token or band_phase > 0 then
+              if band_phase = BAND_MODULUS - 1 then
+                band_phase <= 0;
+              else
+                band_phase <= band_phase + 1;
+              end if;
+            end if;
+            if starts_frame = '1' then
+              bands_missing <= MIN_BANDS - 1;
+            elsif bands_missing > 0 then
+              bands_missing <= bands_missing - 1;
+            end if;
             band_row   <= 0;
             first_band <= '0';
             if column < MIN_STEPS - 1 then
@@ -385,6 +412,8 @@ begin
         band_row        <= 0;
         tokens_to_flush <= 0;
         bands_to_flush  <= 0;
+        bands_missing   <= 0;
+        band_phase      <= 0;
         steps_missing   <= 0;
         token_strobe    <= '0';
         error_flags     <= (others => '0');

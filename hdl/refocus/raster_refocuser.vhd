@@ -31,6 +31,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
 
 entity raster_refocuser is
   generic (
@@ -58,6 +59,8 @@ entity raster_refocuser is
     FRACTION_BITS : natural range 0 to 12 := 0;
     -- Stored products only: guard bits of the intermediate image.
     GUARD_BITS : natural range 0 to 12 := 0;
+    -- The engine: filters of taps (module_array), or moving sums (moving_sum_array).
+    MOVING_SUM : boolean := false;
     -- Taps that one latch of the broadcast net drives; 0: no latches, all taps from one register.
     BROADCAST_TAPS : natural := 0
   );
@@ -96,7 +99,12 @@ architecture rtl of raster_refocuser is
   constant INPUT_ADDRESS_BITS : positive := bits_for(MAX_COLUMNS + 2 * PARALLEL_ROWS - 1);
   -- Sequencer 2, gather, array.
   constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 1, 0) +
-                                          array_latency(STORED, BROADCAST_TAPS, INTERPOLATION_ORDER);
+                                          choose(MOVING_SUM, sum_array_latency(STORED, INTERPOLATION_ORDER),
+                                                 array_latency(STORED, BROADCAST_TAPS, INTERPOLATION_ORDER));
+
+  -- The shortest lines and frames that the engine takes without a pause.
+  constant MIN_STEPS : positive := choose(MOVING_SUM and DELAY >= PARTIAL_SUM_LOOP, DELAY + 1,
+                                          min_line_steps(PARALLEL_ROWS, MAX_COLUMNS));
 
   constant DATA_BITS   : positive := CHANNELS * PIXEL_BITS;
   constant STREAM_BITS : positive := DATA_BITS + 2;
@@ -147,6 +155,10 @@ architecture rtl of raster_refocuser is
 
 begin
 
+  assert not MOVING_SUM or PARALLEL_ROWS = 1
+    report "raster_refocuser: MOVING_SUM filters one row at once"
+    severity failure;
+
   -- Stream to tokens.
   input_word <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
 
@@ -189,7 +201,10 @@ begin
       DATA_BITS     => DATA_BITS,
       SLICE_BITS    => SLICE_BITS,
       ROW_FLUSH     => DELAY + PARALLEL_ROWS - 1,
-      COLUMN_FLUSH  => (DELAY + PARALLEL_ROWS - 1) / PARALLEL_ROWS
+      COLUMN_FLUSH  => (DELAY + PARALLEL_ROWS - 1) / PARALLEL_ROWS,
+      MIN_STEPS     => MIN_STEPS,
+      MIN_BANDS     => choose(MOVING_SUM, DELAY + 1, 1),
+      BAND_MODULUS  => choose(MOVING_SUM, MICRO_IMAGE_SIZE, 1)
     )
     port map (
       clk               => clk,
@@ -249,41 +264,88 @@ begin
       array_data        => array_data
     );
 
-  modules : entity work.module_array
-    generic map (
-      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-      SHIFTS              => SHIFTS,
-      CENTRED             => CENTRED,
-      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-      HOLD                => HOLD,
-      PARALLEL_ROWS       => PARALLEL_ROWS,
-      MAX_COLUMNS         => MAX_COLUMNS,
-      CHANNELS            => CHANNELS,
-      PIXEL_BITS          => PIXEL_BITS,
-      EXACT               => EXACT,
-      FRACTION_BITS       => FRACTION_BITS,
-      GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS,
-      DESKEW              => false
-    )
-    port map (
-      clk            => clk,
-      reset          => reset,
-      in_strobe      => array_strobe,
-      in_pixel       => array_pixel,
-      in_band_first  => array_band_first,
-      in_band_last   => array_band_last,
-      in_frame_first => array_frame_first,
-      in_slice       => array_slice,
-      in_image       => array_image,
-      in_data        => array_data,
-      out_valid      => row_valid,
-      out_skip       => row_skip,
-      out_start      => row_start,
-      out_last       => row_last,
-      out_slice      => row_slice,
-      out_data       => row_data
-    );
+  -- The engine.
+  tap_engine : if not MOVING_SUM generate
+
+    modules : entity work.module_array
+      generic map (
+        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+        SHIFTS              => SHIFTS,
+        CENTRED             => CENTRED,
+        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+        HOLD                => HOLD,
+        PARALLEL_ROWS       => PARALLEL_ROWS,
+        MAX_COLUMNS         => MAX_COLUMNS,
+        CHANNELS            => CHANNELS,
+        PIXEL_BITS          => PIXEL_BITS,
+        EXACT               => EXACT,
+        FRACTION_BITS       => FRACTION_BITS,
+        GUARD_BITS          => GUARD_BITS,
+        BROADCAST_TAPS      => BROADCAST_TAPS,
+        DESKEW              => false
+      )
+      port map (
+        clk            => clk,
+        reset          => reset,
+        in_strobe      => array_strobe,
+        in_pixel       => array_pixel,
+        in_band_first  => array_band_first,
+        in_band_last   => array_band_last,
+        in_frame_first => array_frame_first,
+        in_slice       => array_slice,
+        in_image       => array_image,
+        in_data        => array_data,
+        out_valid      => row_valid,
+        out_skip       => row_skip,
+        out_start      => row_start,
+        out_last       => row_last,
+        out_slice      => row_slice,
+        out_data       => row_data
+      );
+
+  end generate tap_engine;
+
+  sum_engine : if MOVING_SUM generate
+
+    signal sum_slice : unsigned(SLICE_BITS - 1 downto 0);
+
+  begin
+
+    sums : entity work.moving_sum_array
+      generic map (
+        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+        SHIFTS              => SHIFTS,
+        CENTRED             => CENTRED,
+        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+        MAX_COLUMNS         => MAX_COLUMNS,
+        CHANNELS            => CHANNELS,
+        PIXEL_BITS          => PIXEL_BITS,
+        EXACT               => EXACT,
+        FRACTION_BITS       => FRACTION_BITS,
+        GUARD_BITS          => GUARD_BITS
+      )
+      port map (
+        clk            => clk,
+        reset          => reset,
+        in_strobe      => array_strobe,
+        in_pixel       => array_pixel,
+        in_band_first  => array_band_first,
+        in_band_last   => array_band_last,
+        in_frame_first => array_frame_first,
+        in_slice       => array_slice,
+        in_image       => array_image(0),
+        in_data        => array_data(DATA_BITS - 1 downto 0),
+        out_valid      => row_valid(0),
+        out_skip       => row_skip(0),
+        out_start      => row_start(0),
+        out_last       => row_last(0),
+        out_slice      => sum_slice,
+        out_data       => row_data(DATA_BITS - 1 downto 0)
+      );
+
+    row_slice(SLICE_BITS - 1 downto 0) <= std_logic_vector(sum_slice);
+
+  end generate sum_engine;
 
   row_word : for r in 0 to PARALLEL_ROWS - 1 generate
     row_words((r + 1) * WORD_BITS - 1 downto r * WORD_BITS) <= row_slice((r + 1) * SLICE_BITS - 1 downto

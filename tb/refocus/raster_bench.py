@@ -112,10 +112,14 @@ class Bench:
         Lines that are taken at full rate need no empty steps behind them.
         """
         m = self.core.micro_image_size
-        sizes = range(m, self.core.max_columns + 1)
+        core = self.core
+        columns = range(m, core.max_columns + 1)
+        rows = range(m, 2 * m + 5)
         if full_rate:
-            sizes = [k for k in sizes if self.core.band_steps(k) == k] or sizes
-        return self.rng.choice(sizes), self.rng.randint(m, 2 * m + 4)
+            columns = [k for k in columns if core.band_steps(k) == k] or columns
+            if core.engine == "sums":
+                rows = [core.frame_lines(k) for k in rows]
+        return self.rng.choice(columns), self.rng.choice(rows)
 
 
 @cocotb.test()

@@ -1,0 +1,324 @@
+-- The second engine: the refocusing filters of a raster scan as re-orderings and moving sums.
+--
+-- It takes and gives what module_array does with one row at once, bit for bit, and needs an adder or
+-- two for each sum, whatever M and a' are, and column memories of pixels instead of partial sums. With exact
+-- arithmetic columns come first, so that their memory holds the pixels as they come; stored products
+-- round between rows and columns, so there rows are first.
+--
+-- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear).
+--
+-- Latency: D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay. Throughput: one pixel of
+--   all channels each clock, in lines of D + 1 tokens at least and frames of D + 1 lines at least and a multiple
+--   of M lines; what is missing, empty tokens and lines must make up for.
+-- Ports: as module_array with PARALLEL_ROWS = 1.
+-- Equation: as module_array.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
+
+entity moving_sum_array is
+  generic (
+    -- As in raster_refocuser.
+    MICRO_IMAGE_SIZE : positive range 1 to 128;
+    -- As in raster_refocuser.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean := true;
+    -- As in raster_refocuser.
+    INTERPOLATION_ORDER : natural range 0 to 3 := 0;
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive := 2048;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3 := 1;
+    -- Width of a channel.
+    PIXEL_BITS : positive range 1 to 16 := 8;
+    -- As in raster_refocuser.
+    EXACT : boolean := true;
+    -- As in raster_refocuser.
+    FRACTION_BITS : natural range 0 to 12 := 0;
+    -- As in raster_refocuser.
+    GUARD_BITS : natural range 0 to 12 := 0
+  );
+  port (
+    clk            : in    std_logic;
+    reset          : in    std_logic;
+    in_strobe      : in    std_logic;
+    in_pixel       : in    std_logic;
+    in_band_first  : in    std_logic;
+    in_band_last   : in    std_logic;
+    in_frame_first : in    std_logic;
+    in_slice       : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    in_image       : in    std_logic;
+    in_data        : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    out_valid      : out   std_logic;
+    out_skip       : out   std_logic;
+    out_start      : out   std_logic;
+    out_last       : out   std_logic;
+    out_slice      : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    out_data       : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
+  );
+end entity moving_sum_array;
+
+architecture rtl of moving_sum_array is
+
+  constant STORED      : boolean  := not EXACT;
+  constant PASSES      : positive := INTERPOLATION_ORDER + 1;
+  constant LAST_STAGE  : positive := 2 * PASSES - 1;
+  constant SLICE_BITS  : positive := in_slice'length;
+  constant PIXEL_MAX   : positive := 2 ** PIXEL_BITS - 1;
+  constant MIDDLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
+  constant MIDDLE_MAX  : positive := 2 ** MIDDLE_BITS - 1;
+  constant DROP_BITS   : natural  := choose(EXACT, 0, FRACTION_BITS - GUARD_BITS);
+
+  -- Whether a stage filters columns.
+  function filters_columns (
+    stage : natural
+  ) return boolean is
+  begin
+
+    return EXACT = (stage < PASSES);
+
+  end function filters_columns;
+
+  -- The largest input of the sums of a stage.
+  function product_max (
+    stage : natural
+  ) return positive is
+  begin
+
+    if EXACT then
+      return PIXEL_MAX * MICRO_IMAGE_SIZE ** stage;
+    elsif stage = 0 then
+      return scaled_quotient(PIXEL_MAX, FRACTION_BITS, MICRO_IMAGE_SIZE);
+    end if;
+
+    return scaled_quotient(MIDDLE_MAX, DROP_BITS, MICRO_IMAGE_SIZE);
+
+  end function product_max;
+
+  -- Width of a lane in front of a stage (behind the one before it).
+  function value_bits (
+    stage : natural
+  ) return positive is
+  begin
+
+    if EXACT then
+      return bits_for(PIXEL_MAX * MICRO_IMAGE_SIZE ** stage);
+    elsif stage = 0 or stage = 2 * PASSES then
+      return PIXEL_BITS;
+    end if;
+
+    return MIDDLE_BITS;
+
+  end function value_bits;
+
+  constant SUM_BITS : positive := value_bits(2 * PASSES);
+  constant WIDTH    : positive := choose(EXACT, SUM_BITS, MIDDLE_BITS);
+
+  -- Side information of a token; bit 0 is the one that reset clears.
+  constant PIXEL      : natural := 0;
+  constant LINE_FIRST : natural := 1;
+  constant LINE_LAST  : natural := 2;
+
+  subtype token_tag_t is std_logic_vector(LINE_LAST downto 0);
+
+  -- Side information of a line.
+  constant IMAGE       : natural := 0;
+  constant FRAME_FIRST : natural := 1;
+  constant SLICE_LOW   : natural := 2;
+
+  subtype line_tag_t is std_logic_vector(SLICE_LOW + SLICE_BITS - 1 downto 0);
+
+  constant TOKEN_BITS : positive := token_tag_t'length;
+  constant LINE_BITS  : positive := line_tag_t'length;
+
+  type data_t is array (natural range 0 to 2 * PASSES) of std_logic_vector(CHANNELS * WIDTH - 1 downto 0);
+
+  type token_tags_t is array (natural range 0 to 2 * PASSES) of token_tag_t;
+
+  type line_tags_t is array (natural range 0 to 2 * PASSES) of line_tag_t;
+
+  signal strobe     : std_logic_vector(0 to 2 * PASSES);
+  signal data       : data_t;
+  signal token_tags : token_tags_t;
+  signal line_tags  : line_tags_t;
+
+  -- A result's side information: bit 0 is the one that reset clears.
+  constant RESULT_USED  : natural := 0;
+  constant RESULT_SKIP  : natural := 1;
+  constant RESULT_LAST  : natural := 2;
+  constant RESULT_START : natural := 3;
+  constant RESULT_LOW   : natural := 4;
+
+  signal result : std_logic_vector(RESULT_LOW + SLICE_BITS - 1 downto 0);
+  signal scaled : std_logic_vector(RESULT_LOW + SLICE_BITS - 1 downto 0);
+
+begin
+
+  assert slice_count(SHIFTS) >= 1
+    report "moving_sum_array: SHIFTS names no slice"
+    severity failure;
+
+  assert EXACT or GUARD_BITS <= FRACTION_BITS
+    report "moving_sum_array: GUARD_BITS exceeds FRACTION_BITS"
+    severity failure;
+
+  strobe(0)                  <= in_strobe;
+  token_tags(0)(PIXEL)       <= in_pixel;
+  token_tags(0)(LINE_FIRST)  <= in_band_first;
+  token_tags(0)(LINE_LAST)   <= in_band_last;
+  line_tags(0)(IMAGE)        <= in_image;
+  line_tags(0)(FRAME_FIRST)  <= in_frame_first;
+
+  line_tags(0)(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(in_slice);
+
+  data(0)(CHANNELS * PIXEL_BITS - 1 downto 0) <= in_data;
+
+  every_stage : for i in 0 to LAST_STAGE generate
+
+    constant COLUMNS      : boolean  := filters_columns(i);
+    constant STAGE_SHIFTS : string   := pass_shifts(SHIFTS, i mod PASSES);
+    constant STEP_BITS    : positive := choose(COLUMNS, LINE_BITS, TOKEN_BITS + LINE_BITS);
+    constant IN_BITS      : positive := value_bits(i);
+    constant OUT_BITS     : positive := value_bits(i + 1);
+
+    signal slice         : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
+    signal used          : std_logic;
+    signal advance       : std_logic;
+    signal first         : std_logic;
+    signal step_tag      : std_logic_vector(STEP_BITS - 1 downto 0);
+    signal out_step_tag  : std_logic_vector(STEP_BITS - 1 downto 0);
+    signal out_token_tag : token_tag_t;
+
+  begin
+
+    set_of_slices : if i mod PASSES = 0 generate
+      slice <= unsigned(line_tags(i)(line_tag_t'high downto SLICE_LOW));
+    end generate set_of_slices;
+
+    one_slice : if i mod PASSES > 0 generate
+      slice <= (others => '0');
+    end generate one_slice;
+
+    -- Every line is a step.
+    column_steps : if COLUMNS generate
+      used              <= token_tags(i)(PIXEL);
+      advance           <= token_tags(i)(PIXEL) and token_tags(i)(LINE_FIRST);
+      first             <= line_tags(i)(FRAME_FIRST);
+      step_tag          <= line_tags(i);
+      line_tags(i + 1)  <= out_step_tag;
+      token_tags(i + 1) <= out_token_tag;
+    end generate column_steps;
+
+    -- Every token is a step.
+    row_steps : if not COLUMNS generate
+      used              <= '1';
+      advance           <= '1';
+      first             <= token_tags(i)(PIXEL) and token_tags(i)(LINE_FIRST);
+      step_tag          <= line_tags(i) & token_tags(i);
+      line_tags(i + 1)  <= out_step_tag(STEP_BITS - 1 downto STEP_BITS - LINE_BITS);
+      token_tags(i + 1) <= out_step_tag(TOKEN_BITS - 1 downto 0);
+    end generate row_steps;
+
+    stage : entity work.moving_sum_stage
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SHIFTS           => STAGE_SHIFTS,
+        CENTRED          => CENTRED,
+        DEPTH            => choose(COLUMNS, MAX_COLUMNS, 1),
+        LANES            => CHANNELS,
+        DATA_BITS        => IN_BITS,
+        STORED           => STORED,
+        SCALE_BITS       => choose(i = 0, FRACTION_BITS, DROP_BITS),
+        PRODUCT_MAX      => product_max(i),
+        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(i),
+        DROP_BITS        => choose(i = LAST_STAGE, FRACTION_BITS, DROP_BITS),
+        RESULT_BITS      => OUT_BITS,
+        STEP_TAG_BITS    => STEP_BITS,
+        TOKEN_TAG_BITS   => TOKEN_BITS
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        strobe        => strobe(i),
+        pixel         => used,
+        advance       => advance,
+        first         => first,
+        slice         => slice,
+        data          => data(i)(CHANNELS * IN_BITS - 1 downto 0),
+        step_tag      => step_tag,
+        token_tag     => token_tags(i),
+        out_strobe    => strobe(i + 1),
+        out_data      => data(i + 1)(CHANNELS * OUT_BITS - 1 downto 0),
+        out_step_tag  => out_step_tag,
+        out_token_tag => out_token_tag
+      );
+
+  end generate every_stage;
+
+  result(RESULT_USED)  <= strobe(2 * PASSES) and token_tags(2 * PASSES)(PIXEL) and
+                          (line_tags(2 * PASSES)(IMAGE) or token_tags(2 * PASSES)(LINE_FIRST));
+  result(RESULT_SKIP)  <= not line_tags(2 * PASSES)(IMAGE);
+  result(RESULT_LAST)  <= token_tags(2 * PASSES)(LINE_LAST);
+  result(RESULT_START) <= token_tags(2 * PASSES)(LINE_FIRST) and line_tags(2 * PASSES)(FRAME_FIRST);
+
+  result(result'high downto RESULT_LOW) <= line_tags(2 * PASSES)(line_tag_t'high downto SLICE_LOW);
+
+  delay_result : entity work.tag_delay
+    generic map (
+      WIDTH  => RESULT_LOW + SLICE_BITS,
+      LENGTH => choose(EXACT, DIVIDE_LATENCY, 0)
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => result,
+      delayed => scaled
+    );
+
+  out_valid <= scaled(RESULT_USED) and not scaled(RESULT_SKIP);
+  out_skip  <= scaled(RESULT_USED) and scaled(RESULT_SKIP);
+  out_last  <= scaled(RESULT_LAST);
+  out_start <= scaled(RESULT_START);
+  out_slice <= unsigned(scaled(scaled'high downto RESULT_LOW));
+
+  channel : for c in 0 to CHANNELS - 1 generate
+
+    signal sum   : std_logic_vector(SUM_BITS - 1 downto 0);
+    signal value : std_logic_vector(PIXEL_BITS - 1 downto 0);
+
+  begin
+
+    sum <= data(2 * PASSES)((c + 1) * SUM_BITS - 1 downto c * SUM_BITS);
+
+    exact_result : if EXACT generate
+
+      divide : entity work.divide_round
+        generic map (
+          VALUE_MAX     => PIXEL_MAX * MICRO_IMAGE_SIZE ** (2 * PASSES),
+          DIVISOR       => MICRO_IMAGE_SIZE ** (2 * PASSES),
+          QUOTIENT_BITS => PIXEL_BITS
+        )
+        port map (
+          clk      => clk,
+          value    => sum,
+          quotient => value
+        );
+
+    end generate exact_result;
+
+    stored_result : if STORED generate
+      value <= sum;
+    end generate stored_result;
+
+    out_data((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= value;
+
+  end generate channel;
+
+end architecture rtl;

@@ -1,0 +1,399 @@
+-- Control of a moving sum: which pixels enter and leave it, and where lines begin.
+--
+-- Two lines (for columns: frames) may be under way: pixels of the newer one come in while the last
+-- outputs of the older one go out. A line begins with its first step and ends with its last live one; what came before or
+-- later counts as zero, which ages tell. While a line's pixels come in, the sum that belongs to its
+-- output 0 is gathered beside (initial), and taken over when output 0 is due (take): so lines follow
+-- each other without a gap. Lines must be output_delay + 1 steps apart at least.
+--
+-- Latency: 3 clocks after advance; the outputs hold until the next advance.
+-- Throughput: one step each clock.
+-- Ports: advance begins a step, first marks the first step of a line and reads slice, live the steps with a
+--   pixel of the line. Of the step's own pixel: fresh: a line begins, initial, initial_held: it belongs to the first
+--   sums. Of the pixel that enters: enter_age, enter (it belongs to the line), enter_now (it is the step's own);
+--   leave: the pixel that came M steps before it leaves; take: output 0 is due; clear: a new sum begins; update:
+--   a group of outputs begins. Earlier, 1 clock after advance: step_1, phase_1, first_1, live_1, of the step, take_1,
+--   slice_1 of the output; 2 clocks: step_2, enter_phase_2, moves_2: the pixel that enters does not lie before the line.
+-- Equation: see moving_sum_pkg.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
+
+entity moving_sum_control is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- The set of a' in pixels.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean
+  );
+  port (
+    clk          : in    std_logic;
+    reset        : in    std_logic;
+    advance       : in    std_logic;
+    first         : in    std_logic;
+    live          : in    std_logic;
+    slice         : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    step_1        : out   std_logic;
+    phase_1       : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
+    first_1       : out   std_logic;
+    live_1        : out   std_logic;
+    take_1        : out   std_logic;
+    slice_1       : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    step_2        : out   std_logic;
+    enter_phase_2 : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
+    moves_2       : out   std_logic;
+    fresh         : out   std_logic;
+    initial       : out   std_logic;
+    initial_held  : out   std_logic;
+    enter_age     : out   natural range 0 to reach(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+    enter         : out   std_logic;
+    enter_now     : out   std_logic;
+    leave         : out   std_logic;
+    take          : out   std_logic;
+    clear         : out   std_logic;
+    update        : out   std_logic
+  );
+end entity moving_sum_control;
+
+architecture rtl of moving_sum_control is
+
+  constant M      : positive := MICRO_IMAGE_SIZE;
+  constant SLICES : positive := slice_count(SHIFTS);
+  constant DELAY  : natural  := output_delay(M, SHIFTS, CENTRED);
+  constant REACHED : natural := reach(M, SHIFTS, CENTRED);
+
+  subtype phase_t is natural range 0 to M - 1;
+
+  -- Steps since a line began, up to one beyond what matters.
+  subtype count_t is natural range 0 to REACHED + 1;
+
+  -- What the pixel of a phase is to the first sums: its index there, REACHED + 1 for none.
+  type indices_t is array (natural range 0 to SLICES * M - 1) of count_t;
+
+  type phases_t is array (natural range 0 to SLICES * M - 1) of phase_t;
+
+  type flags_t is array (natural range 0 to SLICES * M - 1) of std_logic;
+
+  function index_table (
+    held : boolean
+  ) return indices_t is
+
+    variable table : indices_t;
+    variable index : integer;
+
+  begin
+
+    for s in 0 to SLICES - 1 loop
+
+      for v in 0 to M - 1 loop
+
+        index := initial_index(M, SHIFTS, CENTRED, s, v, held);
+
+        if index < 0 then
+          table(s * M + v) := REACHED + 1;
+        else
+          table(s * M + v) := index;
+        end if;
+
+      end loop;
+
+    end loop;
+
+    return table;
+
+  end function index_table;
+
+  -- Age of the pixel that enters with an output, by the output's phase.
+  function age_table return indices_t is
+
+    variable table : indices_t;
+
+  begin
+
+    for s in 0 to SLICES - 1 loop
+
+      for k in 0 to M - 1 loop
+
+        table(s * M + k) := entering_age(M, SHIFTS, CENTRED, s, entering_phase(M, SHIFTS, CENTRED, s, k));
+
+      end loop;
+
+    end loop;
+
+    return table;
+
+  end function age_table;
+
+  function phase_table return phases_t is
+
+    variable table : phases_t;
+
+  begin
+
+    for s in 0 to SLICES - 1 loop
+
+      for k in 0 to M - 1 loop
+
+        table(s * M + k) := entering_phase(M, SHIFTS, CENTRED, s, k);
+
+      end loop;
+
+    end loop;
+
+    return table;
+
+  end function phase_table;
+
+  -- Outputs that begin a group, or those `later` steps behind.
+  function group_table (
+    later : natural
+  ) return flags_t is
+
+    variable table : flags_t;
+
+  begin
+
+    for s in 0 to SLICES - 1 loop
+
+      for k in 0 to M - 1 loop
+
+        table(s * M + k) := '0';
+
+        if begins_group(M, SHIFTS, CENTRED, s, (k + M - later mod M) mod M) then
+          table(s * M + k) := '1';
+        end if;
+
+      end loop;
+
+    end loop;
+
+    return table;
+
+  end function group_table;
+
+  constant INITIAL_INDEX_OF : indices_t := index_table(false);
+  constant HELD_INDEX_OF    : indices_t := index_table(true);
+  constant AGE_OF           : indices_t := age_table;
+  constant PHASE_OF         : phases_t  := phase_table;
+  constant BEGINS           : flags_t   := group_table(0);
+  -- With the step behind a complete group the next one begins to gather.
+  constant CLEARS : flags_t := group_table(1);
+
+  function next_phase (
+    now : phase_t
+  ) return phase_t is
+  begin
+
+    if now = M - 1 then
+      return 0;
+    end if;
+
+    return now + 1;
+
+  end function next_phase;
+
+  function next_count (
+    now : count_t
+  ) return count_t is
+  begin
+
+    if now = REACHED + 1 then
+      return now;
+    end if;
+
+    return now + 1;
+
+  end function next_count;
+
+  -- Of the step that comes in: bit 0 first, then the slice; and the same for the step whose output is due.
+  signal tag     : std_logic_vector(slice'length downto 0);
+  signal due_tag : std_logic_vector(slice'length downto 0);
+
+  -- 1 clock after advance.
+  signal step_now  : std_logic           := '0';
+  signal own_phase : phase_t             := 0;
+  signal own_slice : unsigned(slice'range) := (others => '0');
+  signal own_count : count_t             := REACHED + 1;
+  signal own_first : std_logic           := '0';
+  signal own_live  : std_logic           := '0';
+  -- Steps since the last live one.
+  signal own_ended : count_t             := REACHED + 1;
+  signal due_phase : phase_t             := 0;
+  signal due_slice : unsigned(slice'range) := (others => '0');
+  signal due_count : count_t             := 0;
+  signal due_first : std_logic           := '0';
+  signal due_ended : count_t             := REACHED + 1;
+  -- The line whose outputs go out is the one whose pixels come in.
+  signal same : std_logic := '0';
+
+  -- 2 clocks.
+  signal initial_2      : std_logic := '0';
+  signal initial_held_2 : std_logic := '0';
+  signal own_first_2    : std_logic := '0';
+  signal due_count_2    : count_t   := 0;
+  signal due_ended_2    : count_t   := 0;
+  signal due_first_2    : std_logic := '0';
+  signal age_2          : count_t   := 0;
+  signal update_2       : std_logic := '0';
+  signal clear_2        : std_logic := '0';
+
+begin
+
+  tag <= std_logic_vector(slice) & (first and advance);
+
+  find_due : entity work.tag_delay
+    generic map (
+      WIDTH  => slice'length + 1,
+      LENGTH => DELAY
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => advance,
+      tag     => tag,
+      delayed => due_tag
+    );
+
+  step_1  <= step_now;
+  phase_1 <= own_phase;
+  first_1 <= own_first;
+  live_1  <= own_live;
+  take_1  <= due_first;
+  slice_1 <= due_slice;
+  moves_2 <= '1' when age_2 <= due_count_2 else
+             '0';
+
+  count_steps : process (clk) is
+
+    variable due       : std_logic;
+    variable now_ended : count_t;
+
+  begin
+
+    if rising_edge(clk) then
+      step_now <= advance;
+      step_2   <= step_now;
+      if advance = '1' then
+        due       := due_tag(0);
+        now_ended := 0;
+        if live = '0' then
+          now_ended := next_count(own_ended);
+        end if;
+        own_live  <= live;
+        own_ended <= now_ended;
+        own_first <= first;
+        due_first <= due;
+        if first = '1' then
+          own_phase <= 0;
+          own_count <= 0;
+          own_slice <= slice;
+        else
+          own_phase <= next_phase(own_phase);
+          own_count <= next_count(own_count);
+        end if;
+        if due = '1' then
+          due_phase <= 0;
+          due_count <= DELAY;
+          due_slice <= unsigned(due_tag(due_tag'high downto 1));
+        else
+          due_phase <= next_phase(due_phase);
+          due_count <= next_count(due_count);
+        end if;
+        if due = '1' then
+          same <= '1';
+        elsif first = '1' then
+          same <= '0';
+        end if;
+        if due = '1' or (same = '1' and first = '0') then
+          due_ended <= now_ended;
+        else
+          due_ended <= next_count(due_ended);
+        end if;
+      end if;
+      if reset = '1' then
+        step_now  <= '0';
+        step_2    <= '0';
+        same      <= '0';
+        own_count <= REACHED + 1;
+        own_ended <= REACHED + 1;
+        due_count <= 0;
+        due_ended <= REACHED + 1;
+      end if;
+    end if;
+
+  end process count_steps;
+
+  look_up : process (clk) is
+
+    variable own : natural range 0 to SLICES * M - 1;
+    variable due : natural range 0 to SLICES * M - 1;
+
+  begin
+
+    if rising_edge(clk) then
+      own := own_phase;
+      due := due_phase;
+      if SLICES > 1 then
+        own := to_integer(own_slice) * M + own_phase;
+        due := to_integer(due_slice) * M + due_phase;
+      end if;
+
+      initial_2      <= '0';
+      initial_held_2 <= '0';
+      if own_count = INITIAL_INDEX_OF(own) and own_count <= REACHED then
+        initial_2 <= own_live;
+      end if;
+      if own_count = HELD_INDEX_OF(own) and own_count <= REACHED then
+        initial_held_2 <= own_live;
+      end if;
+      own_first_2   <= own_first;
+      due_count_2   <= due_count;
+      due_ended_2   <= due_ended;
+      due_first_2   <= due_first;
+      enter_phase_2 <= PHASE_OF(due);
+      age_2         <= AGE_OF(due);
+      update_2      <= BEGINS(due);
+      clear_2       <= CLEARS(due);
+    end if;
+
+  end process look_up;
+
+  compare_ages : process (clk) is
+
+    variable leaving : natural range 0 to REACHED + 1 + M;
+
+  begin
+
+    if rising_edge(clk) then
+      leaving      := age_2 + M;
+      fresh        <= own_first_2;
+      initial      <= initial_2;
+      initial_held <= initial_held_2;
+      take         <= due_first_2;
+      update       <= update_2;
+      clear        <= clear_2;
+      enter_age    <= age_2;
+      enter        <= '0';
+      enter_now    <= '0';
+      leave        <= '0';
+      if age_2 <= due_count_2 and age_2 >= due_ended_2 then
+        enter <= '1';
+      end if;
+      if leaving <= due_count_2 and leaving >= due_ended_2 then
+        leave <= '1';
+      end if;
+      if age_2 = 0 then
+        enter_now <= '1';
+      end if;
+    end if;
+
+  end process compare_ages;
+
+end architecture rtl;
