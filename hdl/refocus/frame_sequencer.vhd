@@ -264,15 +264,15 @@ begin
 
       -- Position, and what remains to be flushed.
       if starts_frame = '1' then
-        last_column  <= new_last_column;
-        last_row     <= new_last_row;
-        frame_open   <= '1';
-        first_band   <= '1';
-        synchronised <= '1';
+        last_column   <= new_last_column;
+        last_row      <= new_last_row;
+        frame_open    <= '1';
+        first_band    <= '1';
+        synchronised  <= '1';
         bands_missing <= MIN_BANDS;
-        token_slice  <= slice;
-        frame_ends   := new_last_row = 0;
-        band_token   := completes_first;
+        token_slice   <= slice;
+        frame_ends    := new_last_row = 0;
+        band_token    := completes_first;
       else
         frame_ends := row = last_row;
         band_token := completes_band;

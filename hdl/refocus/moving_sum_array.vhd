@@ -168,12 +168,12 @@ begin
     report "moving_sum_array: GUARD_BITS exceeds FRACTION_BITS"
     severity failure;
 
-  strobe(0)                  <= in_strobe;
-  token_tags(0)(PIXEL)       <= in_pixel;
-  token_tags(0)(LINE_FIRST)  <= in_band_first;
-  token_tags(0)(LINE_LAST)   <= in_band_last;
-  line_tags(0)(IMAGE)        <= in_image;
-  line_tags(0)(FRAME_FIRST)  <= in_frame_first;
+  strobe(0)                 <= in_strobe;
+  token_tags(0)(PIXEL)      <= in_pixel;
+  token_tags(0)(LINE_FIRST) <= in_band_first;
+  token_tags(0)(LINE_LAST)  <= in_band_last;
+  line_tags(0)(IMAGE)       <= in_image;
+  line_tags(0)(FRAME_FIRST) <= in_frame_first;
 
   line_tags(0)(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(in_slice);
 

@@ -34,8 +34,8 @@ entity moving_sum_control is
     CENTRED : boolean
   );
   port (
-    clk          : in    std_logic;
-    reset        : in    std_logic;
+    clk           : in    std_logic;
+    reset         : in    std_logic;
     advance       : in    std_logic;
     first         : in    std_logic;
     live          : in    std_logic;
@@ -64,10 +64,10 @@ end entity moving_sum_control;
 
 architecture rtl of moving_sum_control is
 
-  constant M      : positive := MICRO_IMAGE_SIZE;
-  constant SLICES : positive := slice_count(SHIFTS);
-  constant DELAY  : natural  := output_delay(M, SHIFTS, CENTRED);
-  constant REACHED : natural := reach(M, SHIFTS, CENTRED);
+  constant M       : positive := MICRO_IMAGE_SIZE;
+  constant SLICES  : positive := slice_count(SHIFTS);
+  constant DELAY   : natural  := output_delay(M, SHIFTS, CENTRED);
+  constant REACHED : natural  := reach(M, SHIFTS, CENTRED);
 
   subtype phase_t is natural range 0 to M - 1;
 
@@ -86,7 +86,6 @@ architecture rtl of moving_sum_control is
   ) return indices_t is
 
     variable table : indices_t;
-    variable index : integer;
 
   begin
 
@@ -94,12 +93,10 @@ architecture rtl of moving_sum_control is
 
       for v in 0 to M - 1 loop
 
-        index := initial_index(M, SHIFTS, CENTRED, s, v, held);
+        table(s * M + v) := REACHED + 1;
 
-        if index < 0 then
-          table(s * M + v) := REACHED + 1;
-        else
-          table(s * M + v) := index;
+        if is_initial(M, SHIFTS, CENTRED, s, v, held) then
+          table(s * M + v) := initial_index(M, SHIFTS, CENTRED, s, v, held);
         end if;
 
       end loop;
@@ -217,19 +214,19 @@ architecture rtl of moving_sum_control is
   signal due_tag : std_logic_vector(slice'length downto 0);
 
   -- 1 clock after advance.
-  signal step_now  : std_logic           := '0';
-  signal own_phase : phase_t             := 0;
+  signal step_now  : std_logic             := '0';
+  signal own_phase : phase_t               := 0;
   signal own_slice : unsigned(slice'range) := (others => '0');
-  signal own_count : count_t             := REACHED + 1;
-  signal own_first : std_logic           := '0';
-  signal own_live  : std_logic           := '0';
+  signal own_count : count_t               := REACHED + 1;
+  signal own_first : std_logic             := '0';
+  signal own_live  : std_logic             := '0';
   -- Steps since the last live one.
-  signal own_ended : count_t             := REACHED + 1;
-  signal due_phase : phase_t             := 0;
+  signal own_ended : count_t               := REACHED + 1;
+  signal due_phase : phase_t               := 0;
   signal due_slice : unsigned(slice'range) := (others => '0');
-  signal due_count : count_t             := 0;
-  signal due_first : std_logic           := '0';
-  signal due_ended : count_t             := REACHED + 1;
+  signal due_count : count_t               := 0;
+  signal due_first : std_logic             := '0';
+  signal due_ended : count_t               := REACHED + 1;
   -- The line whose outputs go out is the one whose pixels come in.
   signal same : std_logic := '0';
 

@@ -71,6 +71,17 @@ package moving_sum_pkg is
     held             : boolean
   ) return integer;
 
+  -- Whether the pixel of initial_index is added to the first sum. Where sums begin anew with each
+  -- group, the sum that goes on from output 0 holds no pixel of the group before.
+  function is_initial (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    slice            : natural;
+    phase            : natural;
+    held             : boolean
+  ) return boolean;
+
   -- Whether the output of index output_phase (mod M) begins a group.
   function begins_group (
     micro_image_size : positive;
@@ -330,7 +341,7 @@ package body moving_sum_pkg is
       first := first - first mod equal;
     end if;
 
-    last  := first + equal - 1;
+    last := first + equal - 1;
     -- The only pixel of the phase whose place is one of the M up to `last`.
     index := last - phase * (shift - 1) - place_in_group(micro_image_size, shift, phase);
     index := index - (index - phase) mod micro_image_size;
@@ -342,6 +353,38 @@ package body moving_sum_pkg is
     return index;
 
   end function initial_index;
+
+  function is_initial (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    slice            : natural;
+    phase            : natural;
+    held             : boolean
+  ) return boolean is
+
+    variable shift : integer;
+    variable index : integer;
+    variable place : integer;
+    variable equal : positive;
+    variable last  : integer;
+
+  begin
+
+    index := initial_index(micro_image_size, shifts, centred, slice, phase, held);
+
+    if index < 0 or held or pixels_leave(micro_image_size, shifts) then
+      return index >= 0;
+    end if;
+
+    shift := slice_shift(shifts, slice);
+    equal := group_size(micro_image_size, shift);
+    place := index + phase * (shift - 1) + place_in_group(micro_image_size, shift, phase);
+    last  := offset(micro_image_size, shift, centred) + equal - 1;
+
+    return place >= last - last mod equal;
+
+  end function is_initial;
 
   function begins_group (
     micro_image_size : positive;

@@ -120,37 +120,37 @@ architecture rtl of moving_sum_stage is
   -- Clocks from a token to the addresses of the memories.
   constant ADDRESS_CLOCKS : positive := 5;
 
-  signal pixels        : pixels_t;
+  signal pixels         : pixels_t;
   signal active_delayed : std_logic_vector(0 downto 0);
-  signal active_tag    : std_logic_vector(0 downto 0);
-  signal fresh         : std_logic;
-  signal initial       : std_logic;
-  signal initial_held  : std_logic;
-  signal enter_age     : natural range 0 to REACHED;
-  signal enter         : std_logic;
-  signal enter_now     : std_logic;
-  signal leave         : std_logic;
-  signal take          : std_logic;
-  signal clear         : std_logic;
-  signal update        : std_logic;
-  signal step_1        : std_logic;
-  signal phase_1       : natural range 0 to M - 1;
-  signal first_1       : std_logic;
-  signal live_1        : std_logic;
-  signal take_1        : std_logic;
-  signal slice_1       : unsigned(slice'range);
-  signal step_after    : std_logic;
-  signal enter_phase_2 : natural range 0 to M - 1;
-  signal moves_2       : std_logic;
+  signal active_tag     : std_logic_vector(0 downto 0);
+  signal fresh          : std_logic;
+  signal initial        : std_logic;
+  signal initial_held   : std_logic;
+  signal enter_age      : natural range 0 to REACHED;
+  signal enter          : std_logic;
+  signal enter_now      : std_logic;
+  signal leave          : std_logic;
+  signal take           : std_logic;
+  signal clear          : std_logic;
+  signal update         : std_logic;
+  signal step_1         : std_logic;
+  signal phase_1        : natural range 0 to M - 1;
+  signal first_1        : std_logic;
+  signal live_1         : std_logic;
+  signal take_1         : std_logic;
+  signal slice_1        : unsigned(slice'range);
+  signal step_after     : std_logic;
+  signal enter_phase_2  : natural range 0 to M - 1;
+  signal moves_2        : std_logic;
 
   -- Orders and columns of a token, from 3 clocks behind its input on; index 2 with the memories' addresses.
-  signal order_in    : orders_t;
-  signal slot_in     : unsigned(SLOT_BITS - 1 downto 0);
-  signal order       : pipeline_t(1 to 7) := (others => NO_ORDERS);
-  signal slot        : slots_t(1 to 7)    := (others => (others => '0'));
-  signal pixels_at   : words_t(0 to 2)     := (others => (others => '0'));
-  signal entering    : pixels_t;
-  signal going       : pixels_t;
+  signal order_in  : orders_t;
+  signal slot_in   : unsigned(SLOT_BITS - 1 downto 0);
+  signal order     : pipeline_t(1 to 7) := (others => NO_ORDERS);
+  signal slot      : slots_t(1 to 7)    := (others => (others => '0'));
+  signal pixels_at : words_t(0 to 2)    := (others => (others => '0'));
+  signal entering  : pixels_t;
+  signal going     : pixels_t;
   -- Sums of output 0 of the line that comes in (as they go on, and as it shows), sums, results; and what they
   -- were with the last step.
   signal changes     : sums_t := (others => '0');
@@ -272,31 +272,31 @@ begin
       CENTRED          => CENTRED
     )
     port map (
-      clk          => clk,
-      reset        => reset,
-      advance      => step,
-      first        => first,
-      live         => step_tag(0),
-      slice        => slice,
-      step_1       => step_1,
-      phase_1      => phase_1,
-      first_1      => first_1,
-      live_1       => live_1,
-      take_1       => take_1,
-      slice_1      => slice_1,
-      step_2       => step_after,
+      clk           => clk,
+      reset         => reset,
+      advance       => step,
+      first         => first,
+      live          => step_tag(0),
+      slice         => slice,
+      step_1        => step_1,
+      phase_1       => phase_1,
+      first_1       => first_1,
+      live_1        => live_1,
+      take_1        => take_1,
+      slice_1       => slice_1,
+      step_2        => step_after,
       enter_phase_2 => enter_phase_2,
-      moves_2      => moves_2,
-      fresh        => fresh,
-      initial      => initial,
-      initial_held => initial_held,
-      enter_age    => enter_age,
-      enter        => enter,
-      enter_now    => enter_now,
-      leave        => leave,
-      take         => take,
-      clear        => clear,
-      update       => update
+      moves_2       => moves_2,
+      fresh         => fresh,
+      initial       => initial,
+      initial_held  => initial_held,
+      enter_age     => enter_age,
+      enter         => enter,
+      enter_now     => enter_now,
+      leave         => leave,
+      take          => take,
+      clear         => clear,
+      update        => update
     );
 
   active_tag(0) <= strobe and pixel;
@@ -334,10 +334,10 @@ begin
   begin
 
     if rising_edge(clk) then
-      order(1)      <= order_in;
-      order(2 to 7) <= order(1 to 6);
-      slot(1)       <= slot_in;
-      slot(2 to 7)  <= slot(1 to 6);
+      order(1)          <= order_in;
+      order(2 to 7)     <= order(1 to 6);
+      slot(1)           <= slot_in;
+      slot(2 to 7)      <= slot(1 to 6);
       pixels_at(1 to 2) <= pixels_at(0 to 1);
       if reset = '1' then
 
@@ -426,11 +426,11 @@ begin
 
   line_memory : if DEPTH > 1 generate
 
-    constant SLICES     : positive := slice_count(SHIFTS);
-    constant BANKS      : positive := choose(LEAVING, 2, 1);
-    constant ALL_LINES  : natural  := bank_lines(M, SHIFTS, CENTRED, M);
-    constant WORDS      : positive := choose(ALL_LINES = 0, 1, ALL_LINES) * DEPTH;
-    constant WORD_BITS  : positive := bits_for(WORDS - 1);
+    constant SLICES    : positive := slice_count(SHIFTS);
+    constant BANKS     : positive := choose(LEAVING, 2, 1);
+    constant ALL_LINES : natural  := bank_lines(M, SHIFTS, CENTRED, M);
+    constant WORDS     : positive := choose(ALL_LINES = 0, 1, ALL_LINES) * DEPTH;
+    constant WORD_BITS : positive := bits_for(WORDS - 1);
 
     subtype ring_t is natural range 0 to choose(ALL_LINES = 0, 1, BANKS * ALL_LINES);
 
@@ -470,7 +470,11 @@ begin
 
       for v in 0 to M - 1 loop
 
-        table(v) := bank_lines(M, SHIFTS, CENTRED, v);
+        table(v) := 0;
+
+        if ring_lines(M, SHIFTS, CENTRED, v) > 0 then
+          table(v) := bank_lines(M, SHIFTS, CENTRED, v);
+        end if;
 
       end loop;
 
@@ -573,22 +577,22 @@ begin
     signal own_place_3   : ring_t                   := 0;
     signal enter_place_3 : ring_t                   := 0;
     signal leave_place_3 : ring_t                   := 0;
-    signal first_column : std_logic_vector(0 downto 0);
-    signal first_tag    : std_logic_vector(0 downto 0);
-    signal own_line     : word_address_t := (others => '0');
-    signal enter_line   : word_address_t := (others => '0');
-    signal leave_line   : word_address_t := (others => '0');
-    signal own_bank     : natural range 0 to 1 := 0;
-    signal enter_bank   : natural range 0 to 1 := 0;
-    signal stored_4     : std_logic := '0';
-    signal own_bank_5   : natural range 0 to 1 := 0;
-    signal enter_bank_5 : natural range 0 to 1 := 0;
-    signal enter_bank_6 : natural range 0 to 1 := 0;
-    signal enter_bank_7 : natural range 0 to 1 := 0;
-    signal stored_5     : std_logic := '0';
+    signal first_column  : std_logic_vector(0 downto 0);
+    signal first_tag     : std_logic_vector(0 downto 0);
+    signal own_line      : word_address_t := (others => '0');
+    signal enter_line    : word_address_t := (others => '0');
+    signal leave_line    : word_address_t := (others => '0');
+    signal own_bank      : natural range 0 to 1 := 0;
+    signal enter_bank    : natural range 0 to 1 := 0;
+    signal stored_4      : std_logic := '0';
+    signal own_bank_5    : natural range 0 to 1 := 0;
+    signal enter_bank_5  : natural range 0 to 1 := 0;
+    signal enter_bank_6  : natural range 0 to 1 := 0;
+    signal enter_bank_7  : natural range 0 to 1 := 0;
+    signal stored_5      : std_logic := '0';
     signal write_address : word_address_t := (others => '0');
-    signal read_address : word_addresses_t := (others => (others => '0'));
-    signal bank_words   : bank_words_t;
+    signal read_address  : word_addresses_t := (others => (others => '0'));
+    signal bank_words    : bank_words_t;
 
   begin
 
@@ -609,8 +613,8 @@ begin
       );
 
     slot_in <= (others => '0') when first_column(0) = '1' else
-                slot(1) + 1 when order_in.active = '1' else
-                slot(1);
+               slot(1) + 1 when order_in.active = '1' else
+               slot(1);
 
     find_lines : process (clk) is
 
@@ -764,9 +768,9 @@ begin
           pixel_out := lane_of(going, i, PRODUCT_BITS);
         end if;
         changes((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(resize(pixel_in, SUM_BITS) -
-                                                                              resize(pixel_out, SUM_BITS));
+                                                                                resize(pixel_out, SUM_BITS));
 
-        if DEPTH > 1 or order(4).active = '1' then
+        if order(4).active = '1' then
           sum := (others => '0');
           if order(4).fresh = '0' then
             sum := lane_of(old_first, i, SUM_BITS);
@@ -787,7 +791,7 @@ begin
         end if;
 
         -- 4: the sums.
-        if DEPTH > 1 or order(5).active = '1' then
+        if order(5).active = '1' then
           sum := (others => '0');
           if order(5).take = '1' then
             sum := lane_of(first_sums, i, SUM_BITS);
@@ -804,7 +808,7 @@ begin
 
       -- 5: results, the same for a group.
       held_sums_4 <= held_sums;
-      if DEPTH > 1 or order(6).active = '1' then
+      if order(6).active = '1' then
         if order(6).update = '1' or not HOLDING then
           results <= sums;
         elsif SPLIT and order(6).take = '1' then

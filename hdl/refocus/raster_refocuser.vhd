@@ -100,7 +100,7 @@ architecture rtl of raster_refocuser is
   -- Sequencer 2, gather, array.
   constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 1, 0) +
                                           choose(MOVING_SUM, sum_array_latency(STORED, INTERPOLATION_ORDER),
-                                                 array_latency(STORED, BROADCAST_TAPS, INTERPOLATION_ORDER));
+                                                  array_latency(STORED, BROADCAST_TAPS, INTERPOLATION_ORDER));
 
   -- The shortest lines and frames that the engine takes without a pause.
   constant MIN_STEPS : positive := choose(MOVING_SUM and DELAY >= PARTIAL_SUM_LOOP, DELAY + 1,

@@ -1,0 +1,266 @@
+"""The operator as a re-ordering and a moving sum, step by step: the second engine's schedule.
+
+Pixel i = M j + v (phase v) contributes to the M outputs from J = i + v (a'-1) on, a multiple of
+g = gcd(a', M). Giving the g pixels with the same J places of their own, p = J + r with r = 0..g-1,
+makes i -> p a re-ordering, and
+
+    S[J + r] = sum of the pixels at the M places up to J + g - 1.
+
+S changes at multiples of g only, and from one such place to the next g pixels enter the sum and g
+leave it: one enters and one leaves at each step, at ages that depend on their phase alone. The VHDL
+(``hdl/refocus/moving_sum_pkg.vhd``) has the same functions.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.refocus.operator import Align, output_offset
+from plenofir.refocus.switches import FilterLayout
+
+
+@dataclass(frozen=True)
+class SumLayout:
+    """Schedule of a moving sum for a set of shifts.
+
+    Attributes
+    ----------
+    micro_image_size
+        M in pixels.
+    shifts
+        The set of a' in pixels; a slice is an index into it.
+    align
+        See `plenofir.refocus.operator.output_offset`.
+    """
+
+    micro_image_size: int
+    shifts: tuple[int, ...]
+    align: Align = "centred"
+
+    @cached_property
+    def delay(self) -> int:
+        """Steps from a pixel to the output of the same index; that of the switched filter."""
+        return FilterLayout(self.micro_image_size, self.shifts, self.align).delay
+
+    def group_size(self, slice_: int) -> int:
+        """Neighbouring outputs that are equal: g = gcd(a', M)."""
+        return math.gcd(self.shifts[slice_], self.micro_image_size)
+
+    def place_in_group(self, slice_: int, phase: int) -> int:
+        """Place r of a phase among the pixels with the same J; the one that comes last is last."""
+        group = self.group_size(slice_)
+        index = phase // (self.micro_image_size // group)
+        return group - 1 - index if self.shifts[slice_] >= 1 else index
+
+    def _offset(self, slice_: int) -> int:
+        return output_offset(self.micro_image_size, self.shifts[slice_], self.align)
+
+    def entering_phase(self, slice_: int, output: int) -> int:
+        """Phase of the pixel that enters the sum with an output."""
+        m = self.micro_image_size
+        place = output + self._offset(slice_) + self.group_size(slice_) - 1
+        found = [
+            v
+            for v in range(m)
+            if (v * self.shifts[slice_] + self.place_in_group(slice_, v) - place) % m == 0
+        ]
+        assert len(found) == 1
+        return found[0]
+
+    def entering_age(self, slice_: int, phase: int) -> int:
+        """Steps from a pixel of a phase to its entering the sum; it leaves M steps later."""
+        return (
+            self.delay
+            - self._offset(slice_)
+            - self.group_size(slice_)
+            + 1
+            + phase * (self.shifts[slice_] - 1)
+            + self.place_in_group(slice_, phase)
+        )
+
+    def initial_index(self, slice_: int, phase: int, *, held: bool) -> int | None:
+        """Index of the pixel of a phase that is in the sum with output 0, or None.
+
+        With `held` it is the sum of output 0 itself, else the sum as it goes on from there, which
+        within a group already holds pixels of the next one.
+        """
+        m, group = self.micro_image_size, self.group_size(slice_)
+        first = self._offset(slice_)
+        if held:
+            first -= first % group
+        last = first + group - 1
+        index = last - phase * (self.shifts[slice_] - 1) - self.place_in_group(slice_, phase)
+        index -= (index - phase) % m
+        return index if index >= 0 else None
+
+    def is_initial(self, slice_: int, phase: int, *, held: bool) -> bool:
+        """Whether the pixel of `initial_index` is added to the first sum.
+
+        Where sums begin anew with each group, the sum that goes on from output 0 holds no pixel of
+        the group before.
+        """
+        index = self.initial_index(slice_, phase, held=held)
+        if index is None or held or self.pixels_leave:
+            return index is not None
+        place = index + phase * (self.shifts[slice_] - 1) + self.place_in_group(slice_, phase)
+        group = self.group_size(slice_)
+        last = self._offset(slice_) + group - 1
+        return place >= last - last % group
+
+    def begins_group(self, slice_: int, output: int) -> bool:
+        """Whether an output is the first of a group of equal ones."""
+        return (output + self._offset(slice_)) % self.group_size(slice_) == 0
+
+    @property
+    def holds_outputs(self) -> bool:
+        """Whether a slice has groups of more than one output."""
+        return any(self.group_size(s) > 1 for s in range(len(self.shifts)))
+
+    @property
+    def pixels_leave(self) -> bool:
+        """Whether pixels leave the sum: not if all slices begin a new sum with each group."""
+        m = self.micro_image_size
+        return any(self.group_size(s) != m for s in range(len(self.shifts)))
+
+    @property
+    def begins_within_group(self) -> bool:
+        """Whether output 0 of a slice is not the first of its group (even M only)."""
+        return any(not self.begins_group(s, 0) for s in range(len(self.shifts)))
+
+    @cached_property
+    def ring_lines(self) -> tuple[int, ...]:
+        """Lines of each phase that the column memory keeps, in two banks if pixels leave."""
+        m = self.micro_image_size
+        lines = []
+        for phase in range(m):
+            oldest = max(self.entering_age(s, phase) for s in range(len(self.shifts)))
+            ring = -(-oldest // m)
+            if self.pixels_leave:
+                ring = -(-(ring + 1) // 2) * 2
+            lines.append(ring)
+        return tuple(lines)
+
+    @property
+    def sum_words(self) -> int:
+        """Sums that are kept of each column: running, first, and where needed held ones."""
+        return 2 + self.holds_outputs + self.begins_within_group
+
+    def least_steps(self, length: int, *, columns: bool) -> int:
+        """Steps from the beginning of a line to that of the next one at the earliest.
+
+        Parameters
+        ----------
+        length
+            Pixels of the line.
+        columns
+            Whether the line is a column, whose memory is a ring for each phase.
+
+        Returns
+        -------
+        int
+            At least `length`.
+        """
+        steps = max(length, self.delay + 1)
+        m = self.micro_image_size
+        return max(steps, -(-length // m) * m) if columns else steps
+
+
+def moving_sum_lines(
+    lines: Iterable[npt.NDArray[np.integer]],
+    layout: SumLayout,
+    slices: Sequence[int] | None = None,
+) -> Iterator[npt.NDArray[np.int64]]:
+    """Run lines through the moving sum, one after the other without a gap where that is possible.
+
+    This is the engine step by step, with its rings of pixels for each phase: what they do not hold
+    any more is not there. Empty steps fill up lines that are too short, and behind the last line
+    push its tail out.
+
+    Parameters
+    ----------
+    lines
+        Lines of samples, each of shape (K,), lengths may differ.
+    layout
+        Schedule.
+    slices
+        Slice of each line; the first of the set for all if None.
+
+    Yields
+    ------
+    numpy.ndarray
+        S of each line, shape (K,).
+    """
+    m, delay = layout.micro_image_size, layout.delay
+    queue = [np.asarray(line, np.int64) for line in lines]
+    order = [0] * len(queue) if slices is None else list(slices)
+    rings = [np.zeros(max(ring, 1), np.int64) for ring in layout.ring_lines]
+    write = [0] * m
+    base = list(write)
+
+    def first_index(slice_: int, phase: int, *, held: bool) -> int | None:
+        initial = layout.is_initial(slice_, phase, held=held)
+        return layout.initial_index(slice_, phase, held=held) if initial else None
+
+    # Steps: the line that begins, and the sample.
+    steps: list[tuple[int | None, int, int | None]] = []
+    for number, line in enumerate(queue):
+        for k in range(layout.least_steps(len(line), columns=True)):
+            sample = int(line[k]) if k < len(line) else None
+            steps.append((number if k == 0 else None, k, sample))
+    steps += [(None, 0, None)] * (delay + 1)
+
+    own = due = -1
+    enter: list[int] = []
+    total = first_sum = held_sum = result = 0
+    output = 0
+    results: list[list[int]] = [[] for _ in queue]
+    for now, (begins, index, sample) in enumerate(steps):
+        if begins is not None:
+            own = begins
+            base = list(write)
+            first_sum = held_sum = 0
+        phase = index % m
+        if sample is not None and own >= 0:
+            first_sum += sample * (index == first_index(order[own], phase, held=False))
+            held_sum += sample * (index == first_index(order[own], phase, held=True))
+        due_begins = steps[now - delay][0] if now >= delay else None
+        if due_begins is not None:
+            due, output = due_begins, 0
+            total, result = first_sum, held_sum
+            enter = []
+            for v in range(m):
+                initial = layout.initial_index(order[due], v, held=False)
+                skipped = 0 if initial is None else initial // m + 1
+                enter.append(base[v] + skipped)
+        elif due >= 0:
+            output += 1
+            slice_ = order[due]
+            v = layout.entering_phase(slice_, output)
+            i = output + delay - layout.entering_age(slice_, v)
+            ring = rings[v]
+            if not layout.pixels_leave and layout.begins_group(slice_, output - 1):
+                total = 0
+            if 0 <= i < len(queue[due]):
+                total += (
+                    sample
+                    if i == index and sample is not None and due == own
+                    else int(ring[enter[v] % len(ring)])
+                )
+            if layout.pixels_leave and 0 <= i - m < len(queue[due]):
+                total -= int(ring[(enter[v] - 1) % len(ring)])
+            if i >= 0:
+                enter[v] += 1
+            if layout.begins_group(slice_, output):
+                result = total
+        if sample is not None:
+            # What is read in this step is read before.
+            rings[phase][write[phase] % len(rings[phase])] = sample
+            write[phase] += 1
+        if due >= 0 and output < len(queue[due]):
+            results[due].append(result)
+            if len(results[due]) == len(queue[due]):
+                yield np.array(results[due], np.int64)
