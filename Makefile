@@ -5,6 +5,7 @@ M ?=
 A ?=
 SWEEP ?=
 IOTA ?= 1
+ENGINE ?= taps
 INTERPOLATION ?= nearest
 OUT ?= build/sim
 ARITH ?= exact
@@ -28,9 +29,9 @@ PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES=
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= ENGINE= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES=
 	@.venv/bin/plenofir sim $(if $(RAW),--raw "$(RAW)") $(if $(M),--micro-image="$(M)") $(if $(A),--a="$(A)") \
-		--sweep="$(SWEEP)" --iota="$(IOTA)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
+		--sweep="$(SWEEP)" --iota="$(IOTA)" --engine "$(ENGINE)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
 		--chain "$(CHAIN)" --simulator "$(SIM)" --waves "$(WAVES)"
 
 test: venv simulator libpython lint bitstream-check ## Style, types, golden model, testbenches

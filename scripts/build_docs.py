@@ -13,11 +13,26 @@ import sys
 from pathlib import Path
 
 from plenofir import clock_counts, project
+from plenofir.core import CoreConfiguration
 from plenofir.hdl_text import Declaration, declarations
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 
 ENTITIES = project.root() / "docs" / "entities"
 GOLDEN_MODEL = project.root() / "docs" / "golden-model.md"
+MOVING_SUM = project.root() / "docs" / "moving-sum.md"
+MEMORY_COLUMNS = 1024
+MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
+    (3, (1,), 3),
+    (3, (6,), 3),
+    (5, (-3,), 3),
+    (5, (9,), 3),
+    (5, (10,), 3),
+    (5, tuple(range(-5, 11)), 3),
+    (7, (7,), 3),
+    (11, (3,), 1),
+    (11, (11,), 1),
+    (11, tuple(range(-11, 12)), 1),
+]
 MODULE_ARRAY = project.root() / "docs" / "module-array.md"
 BOUND_SIZES = (2, 3, 5, 7, 11)
 BOUND_WIDTHS = ((0, 0), (4, 2), (8, 2))
@@ -127,14 +142,44 @@ def clock_tables(text: str) -> str:
     return between_marks(text, "extrapolated", clock_counts.table(clock_counts.EXTRAPOLATED))
 
 
+def column_memory(text: str) -> str:
+    """Put the column memories of both engines between their marks in a page."""
+    lines = [
+        "| M | a' | channels | taps: lines of partial sums, kbit | moving sums: lines of pixels, kbit "
+        "| ratio |",
+        "| --- " * 6 + "|",
+    ]
+    for m, shifts, channels in MEMORY_CASES:
+        cores = [
+            CoreConfiguration.model_validate(
+                {
+                    "micro_image_size": m,
+                    "shifts": shifts,
+                    "max_columns": MEMORY_COLUMNS,
+                    "channels": channels,
+                    "engine": engine,
+                }
+            )
+            for engine in ("taps", "sums")
+        ]
+        taps, sums = (core.line_buffer_bits for core in cores)
+        shown = str(shifts[0]) if len(shifts) == 1 else f"{shifts[0]} to {shifts[-1]}"
+        lines.append(
+            f"| {m} | {shown} | {channels} | {cores[0].taps - 1}, {taps / 1024:.0f} "
+            f"| {sum(cores[1].sum_layout.ring_lines)}, {sums / 1024:.0f} | {taps / sums:.2f} |"
+        )
+    return between_marks(text, "memory", "\n".join(lines))
+
+
 def main() -> int:
     """Write or check the pages."""
     paths = project.board_sources()
     pages = {ENTITIES / f"{path.stem}.md": page(path) for path in paths}
     pages[ENTITIES / "README.md"] = index(paths)
     pages[GOLDEN_MODEL] = error_bounds(GOLDEN_MODEL.read_text())
+    pages[MOVING_SUM] = column_memory(MOVING_SUM.read_text())
     pages[MODULE_ARRAY] = clock_tables(MODULE_ARRAY.read_text())
-    present = {*ENTITIES.glob("*.md"), GOLDEN_MODEL, MODULE_ARRAY}
+    present = {*ENTITIES.glob("*.md"), GOLDEN_MODEL, MODULE_ARRAY, MOVING_SUM}
     stale = {path for path in pages if path not in present or path.read_text() != pages[path]}
     stale |= present - pages.keys()
     if "--check" in sys.argv[1:]:

@@ -10,6 +10,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from plenofir import __version__, cli_bitstream, cli_lightfield, cli_rays, cli_waves
 from plenofir.cli_options import arithmetic_options
 from plenofir.cli_rays import integer
+from plenofir.core import Engine
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError
 from plenofir.refocus import interpolation_order
 from plenofir.simulation.job import (
@@ -53,6 +54,7 @@ def sim(
         str, typer.Option(help="Several focus settings, a frame each; instead of --a.")
     ] = "",
     iota: Annotated[str, typer.Option(help="Rows that are filtered at once.")] = "1",
+    engine: Annotated[str, typer.Option(help="taps, or sums: the engine of moving sums.")] = "taps",
     interpolation: Annotated[
         str, typer.Option(help="nearest, linear, or the order of a B-spline, 0 to 3.")
     ] = "nearest",
@@ -73,6 +75,8 @@ def sim(
         raise InputError(f"{waves!r}", where="WAVES", expected="0 or 1")
     if chain not in get_args(Chain):
         raise InputError(f"{chain!r}", where="CHAIN", expected="core or hdmi")
+    if engine not in get_args(Engine):
+        raise InputError(f"{engine!r}", where="ENGINE", expected="taps or sums")
     rows = integer(iota, "IOTA")
     if rows < 1:
         raise InputError(f"{rows} rows at once", where="IOTA", expected="an integer, 1 or more")
@@ -82,6 +86,7 @@ def sim(
         focus=tuple(sweep.replace(",", " ").split()) or (a,),
         interpolation=interpolation_order(interpolation, where="INTERPOLATION"),
         parallel_rows=rows,
+        engine=cast(Engine, engine),
         out=Path(out),
         arithmetic=arithmetic_options(arith, fraction, guard),
         simulator=simulator,

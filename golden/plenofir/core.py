@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from plenofir.errors import InputError
 from plenofir.refocus import MAX_INTERPOLATION_ORDER
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
+from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import Align
 from plenofir.refocus.switches import FilterLayout
 
@@ -103,10 +104,24 @@ class CoreConfiguration(BaseModel):
         return -(-self.max_columns // self.parallel_rows)
 
     @property
+    def sum_layout(self) -> SumLayout:
+        """Schedule of the first moving sum of each dimension."""
+        return SumLayout(self.micro_image_size, self.shifts, self.align)
+
+    @property
     def line_buffer_bits(self) -> int:
-        """Bits of partial sums that the column filters of all channels keep."""
+        """Bits that the column filters of all channels keep: partial sums, or pixels and sums."""
         if self.column_depth == 1:
             return 0
+        if self.engine == "sums":
+            bits = 0
+            for number in range(self.order + 1):
+                sums = self.sum_layout
+                if number:
+                    sums = SumLayout(self.micro_image_size, (1,), self.align)
+                pixel_bits, sum_bits = self._moving_sum_widths(number)
+                bits += sum(sums.ring_lines) * pixel_bits + sums.sum_words * sum_bits
+            return self.channels * self.max_columns * bits
         words = self.parallel_rows << (self.column_depth - 1).bit_length()
         bits = 0
         for number in range(self.order + 1):
@@ -114,6 +129,16 @@ class CoreConfiguration(BaseModel):
             kept = layout.taps if layout.hold else layout.taps - 1
             bits += kept * self._column_sum_bits(number)
         return self.channels * words * bits
+
+    def _moving_sum_widths(self, number: int) -> tuple[int, int]:
+        """Bits of a pixel and of a sum of a column stage with moving sums, counted from 0."""
+        if isinstance(self.arithmetic, ExactArithmetic):
+            # Columns come first.
+            largest = ((1 << self.pixel_bits) - 1) * self.micro_image_size**number
+            return largest.bit_length(), (largest * self.micro_image_size).bit_length()
+        sum_bits = self._column_sum_bits(number)
+        largest = self.arithmetic.largest_sum(self.micro_image_size, self.pixel_bits)
+        return (largest // self.micro_image_size).bit_length(), sum_bits
 
     def _column_sum_bits(self, number: int) -> int:
         """Width of the sums of a column filter, counted from 0."""
@@ -320,7 +345,16 @@ class CoreConfiguration(BaseModel):
             raise refuse(
                 f"{self.parallel_rows} rows at once", "IOTA", f"at most {MAX_PARALLEL_ROWS}"
             )
-        if abs(largest_shift) > MAX_SHIFT or self.taps > MAX_TAPS:
+        if self.engine == "sums" and self.hold:
+            raise InputError(
+                "hold", where="hold", expected="no hold: moving sums hold by themselves"
+            )
+        if self.engine == "sums" and self.parallel_rows > 1:
+            raise InputError(
+                f"{self.parallel_rows} rows at once", where="IOTA", expected="1 with ENGINE=sums"
+            )
+        too_many_taps = self.engine == "taps" and self.taps > MAX_TAPS
+        if abs(largest_shift) > MAX_SHIFT or too_many_taps:
             raise refuse(
                 f"a filter of {self.taps} taps (M = {m}, a' = {largest_shift})",
                 "A",

@@ -1,8 +1,8 @@
 -- Control of a moving sum: which pixels enter and leave it, and where lines begin.
 --
 -- Two lines (for columns: frames) may be under way: pixels of the newer one come in while the last
--- outputs of the older one go out. A line begins with its first step and ends with its last live one; what came before or
--- later counts as zero, which ages tell. While a line's pixels come in, the sum that belongs to its
+-- outputs of the older one go out. A line begins with its first step and ends with its last live one; what
+-- came before or later counts as zero, which ages tell. While a line's pixels come in, the sum that belongs to its
 -- output 0 is gathered beside (initial), and taken over when output 0 is due (take): so lines follow
 -- each other without a gap. Lines must be output_delay + 1 steps apart at least.
 --
@@ -13,7 +13,8 @@
 --   sums. Of the pixel that enters: enter_age, enter (it belongs to the line), enter_now (it is the step's own);
 --   leave: the pixel that came M steps before it leaves; take: output 0 is due; clear: a new sum begins; update:
 --   a group of outputs begins. Earlier, 1 clock after advance: step_1, phase_1, first_1, live_1, of the step, take_1,
---   slice_1 of the output; 2 clocks: step_2, enter_phase_2, moves_2: the pixel that enters does not lie before the line.
+--   slice_1 of the output; 2 clocks: step_2, enter_phase_2, moves_2: the pixel that enters does not lie before
+--   the line.
 -- Equation: see moving_sum_pkg.
 
 library ieee;

@@ -26,6 +26,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
 use work.video_pkg.all;
 
 entity refocus_video is
@@ -39,7 +40,8 @@ entity refocus_video is
     EXACT               : boolean := true;
     FRACTION_BITS       : natural := 8;
     GUARD_BITS          : natural := 2;
-    BROADCAST_TAPS      : natural := 0
+    BROADCAST_TAPS      : natural := 0;
+    MOVING_SUM          : boolean := false
   );
   port (
     clk          : in    std_logic;
@@ -67,7 +69,8 @@ architecture rtl of refocus_video is
 
   constant DELAY : natural := total_delay(MICRO_IMAGE_SIZE, SHIFTS, true, INTERPOLATION_ORDER);
   -- Clocks of the refocuser without its line buffers.
-  constant PIPELINE : positive := 5 + array_latency(not EXACT, BROADCAST_TAPS, INTERPOLATION_ORDER);
+  constant PIPELINE : positive := 5 + choose(MOVING_SUM, sum_array_latency(not EXACT, INTERPOLATION_ORDER),
+                                             array_latency(not EXACT, BROADCAST_TAPS, INTERPOLATION_ORDER));
 
   signal followed       : std_logic;
   signal too_large      : std_logic;
@@ -110,7 +113,8 @@ begin
     generic map (
       MAX_COLUMNS  => MAX_COLUMNS,
       DELAY_LINES  => DELAY,
-      DELAY_PIXELS => DELAY + PIPELINE
+      DELAY_PIXELS => DELAY + PIPELINE,
+      BLANK_LINES  => choose(MOVING_SUM, MICRO_IMAGE_SIZE - 1, 0)
     )
     port map (
       clk           => clk,
@@ -145,7 +149,8 @@ begin
       EXACT               => EXACT,
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS
+      BROADCAST_TAPS      => BROADCAST_TAPS,
+      MOVING_SUM          => MOVING_SUM
     )
     port map (
       clk           => clk,
@@ -194,7 +199,7 @@ begin
       underflow     => underflow
     );
 
-  choose : process (clk) is
+  choose_output : process (clk) is
   begin
 
     if rising_edge(clk) then
@@ -222,6 +227,6 @@ begin
       end if;
     end if;
 
-  end process choose;
+  end process choose_output;
 
 end architecture rtl;

@@ -6,8 +6,9 @@
 -- frames in a row begin elsewhere, or another timing has become stable, the generator is stopped, and
 -- started again with the next frame of a stable timing. Streams so begin with a whole frame.
 --
--- A timing is followed if its lines have MAX_COLUMNS pixels at most, and if its frames and lines are
--- longer than the delay of the output (see stream_to_video); else `unsupported` is set.
+-- A timing is followed if its lines have MAX_COLUMNS pixels at most, if its frames and lines are longer
+-- than the delay of the output (see stream_to_video), and if the vertical blanking is long enough; else
+-- `unsupported` is set.
 --
 -- Latency: 3 clocks. Throughput: one pixel each clock; the input cannot wait, so a stall of the stream
 --   loses a pixel and sets overflow for a clock.
@@ -29,7 +30,9 @@ entity video_to_stream is
     MAX_COLUMNS : positive;
     -- Lines and pixels by which the output lags; a frame and a line must be longer.
     DELAY_LINES  : natural;
-    DELAY_PIXELS : natural
+    DELAY_PIXELS : natural;
+    -- Lines of vertical blanking that the refocuser needs.
+    BLANK_LINES : natural := 0
   );
   port (
     clk           : in    std_logic;
@@ -137,7 +140,8 @@ begin
 
       supported <= '0';
       if measured_mode.columns <= MAX_COLUMNS and measured_mode.line_length > DELAY_PIXELS and
-         measured_mode.frame_lines > DELAY_LINES then
+         measured_mode.frame_lines > DELAY_LINES and
+         measured_mode.frame_lines - measured_mode.rows >= BLANK_LINES then
         supported <= '1';
       end if;
       unsupported <= stable and not supported;

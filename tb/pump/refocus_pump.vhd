@@ -31,6 +31,7 @@ entity refocus_pump is
     FRACTION_BITS       : natural  := 0;
     GUARD_BITS          : natural  := 0;
     BROADCAST_TAPS      : natural  := 0;
+    MOVING_SUM          : boolean  := false;
     COLUMNS             : positive := 1;
     ROWS                : positive := 1;
     FRAMES              : positive := 1;
@@ -99,7 +100,8 @@ begin
       EXACT               => EXACT,
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
-      BROADCAST_TAPS      => BROADCAST_TAPS
+      BROADCAST_TAPS      => BROADCAST_TAPS,
+      MOVING_SUM          => MOVING_SUM
     )
     port map (
       clk           => clk,

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 
 from plenofir import project
 from plenofir.compare import compare_frames, difference_picture
-from plenofir.core import MAX_ROWS, CoreConfiguration
+from plenofir.core import MAX_ROWS, CoreConfiguration, Engine
 from plenofir.errors import InputError
 from plenofir.images import read_image, write_png
 from plenofir.output import check_folder
@@ -50,6 +50,8 @@ class SimulationJob(BaseModel):
         Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
     parallel_rows
         Rows that are filtered at once (iota).
+    engine
+        See `plenofir.core.CoreConfiguration`.
     out
         Folder for the results.
     arithmetic
@@ -70,6 +72,7 @@ class SimulationJob(BaseModel):
     focus: tuple[str, ...] = (FLOWER_FOCUS,)
     interpolation: int = 0
     parallel_rows: int = 1
+    engine: Engine = "taps"
     out: Path
     arithmetic: Arithmetic = ExactArithmetic()
     simulator: str = "ghdl"
@@ -122,6 +125,8 @@ class Report(BaseModel):
         One entry for each focus setting.
     columns, rows, channels, pixel_bits
         Size of the image.
+    engine
+        Engine of the core.
     parallel_rows
         Rows that are filtered at once.
     interpolation
@@ -160,6 +165,7 @@ class Report(BaseModel):
     rows: int
     channels: int
     pixel_bits: int
+    engine: Engine
     parallel_rows: int
     interpolation: int
     pixels_compared: int
@@ -255,6 +261,7 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
         arithmetic=job.arithmetic,
         order=job.interpolation,
         parallel_rows=job.parallel_rows,
+        engine=job.engine,
     )
     configuration.check_limits()
     if job.chain == "hdmi":
@@ -337,6 +344,7 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
             rows=rows,
             channels=configuration.channels,
             pixel_bits=configuration.pixel_bits,
+            engine=job.engine,
             parallel_rows=job.parallel_rows,
             interpolation=job.interpolation,
             pixels_compared=pixels,
@@ -402,12 +410,13 @@ def report_summary(report: Report) -> list[tuple[str, Any]]:
     depth = f"{report.channels} x {report.pixel_bits} bit"
     focus = " ".join(slice_.a for slice_ in report.slices)
     at_once = f", {report.parallel_rows} rows at once" if report.parallel_rows > 1 else ""
+    width = f"{report.taps} taps" if report.engine == "taps" else "moving sums"
     order = f", interpolation of order {report.interpolation}" if report.interpolation else ""
     largest = max(slice_.largest_error for slice_ in report.slices)
     rms = max(slice_.rms_error for slice_ in report.slices)
     return [
         ("image", f"{report.raw}, {report.columns} x {report.rows}, {depth}"),
-        ("focus", f"M = {report.M}, a = {focus}, {report.taps} taps{at_once}{order}"),
+        ("focus", f"M = {report.M}, a = {focus}, {width}{at_once}{order}"),
         ("arithmetic", report.arithmetic.kind),
         *([("chain", "serial TMDS bits in and out")] if report.chain == "hdmi" else []),
         ("result", agree),
