@@ -145,8 +145,8 @@ def clock_tables(text: str) -> str:
 def column_memory(text: str) -> str:
     """Put the column memories of both engines between their marks in a page."""
     lines = [
-        "| M | a' | channels | taps: lines of partial sums, kbit | moving sums: lines of pixels, kbit "
-        "| ratio |",
+        "| M | a' | channels | taps: lines of partial sums, kbit "
+        "| moving sums: lines of pixels, kbit | ratio |",
         "| --- " * 6 + "|",
     ]
     for m, shifts, channels in MEMORY_CASES:
