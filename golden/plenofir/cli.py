@@ -8,9 +8,10 @@ import typer
 from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from plenofir import __version__, cli_rays, cli_waves
+from plenofir import __version__, cli_plan, cli_rays, cli_waves, project
 from plenofir.cli_rays import integer
-from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError
+from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError, ToolError
+from plenofir.images import write_png
 from plenofir.refocus import interpolation_order
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.simulation.job import (
@@ -20,6 +21,8 @@ from plenofir.simulation.job import (
     SimulationJob,
     report_summary,
     run_job,
+    scene_image,
+    scene_job,
 )
 from plenofir.simulation.simulators import SimulationError
 
@@ -68,9 +71,25 @@ def _arithmetic(name: str, fraction_bits: str, guard_bits: str) -> Arithmetic:
         ) from None
 
 
+def _scene_job(path: str, job: SimulationJob, *, own_image: bool) -> SimulationJob:
+    """Job of a scene; without an image of one's own, on the flower made to measure."""
+    from plenofir.plan import load_scene, make_plan
+
+    plan = make_plan(load_scene(path))
+    if not own_image:
+        image = project.root() / "build" / "scenes" / f"{plan.scene}.png"
+        image.parent.mkdir(parents=True, exist_ok=True)
+        write_png(image, scene_image(plan.core, plan.rows))
+        job = job.model_copy(update={"raw": image})
+    return scene_job(plan.core, job)
+
+
 @app.command()
 def sim(
-    raw: Annotated[str, typer.Option(help="Raw image: 8 or 16 bit, grey or RGB.")] = str(FLOWER),
+    raw: Annotated[
+        str, typer.Option(help="Raw image: 8 or 16 bit, grey or RGB; the flower if not given.")
+    ] = "",
+    scene: Annotated[str, typer.Option(help="Scene profile; instead of what it settles.")] = "",
     micro_image: Annotated[
         str, typer.Option("--micro-image", "-M", help="M: micro image size in pixels.")
     ] = str(FLOWER_MICRO_IMAGE_SIZE),
@@ -90,7 +109,7 @@ def sim(
         str, typer.Option(help="Stored products: fraction bits, 8 if not given.")
     ] = "",
     guard: Annotated[str, typer.Option(help="Stored products: guard bits, 2 if not given.")] = "",
-    simulator: Annotated[str, typer.Option(help="ghdl or nvc.")] = "ghdl",
+    simulator: Annotated[str, typer.Option(help="ghdl, nvc or verilator.")] = "ghdl",
     waves: Annotated[str, typer.Option(help="1: write a waveform and a GTKWave save file.")] = "0",
 ) -> None:
     """Refocus a raw image in the VHDL core and compare it with the golden model."""
@@ -100,7 +119,7 @@ def sim(
     if rows < 1:
         raise InputError(f"{rows} rows at once", where="IOTA", expected="an integer, 1 or more")
     job = SimulationJob(
-        raw=Path(raw),
+        raw=Path(raw) if raw else FLOWER,
         micro_image_size=integer(micro_image, "M"),
         focus=tuple(sweep.replace(",", " ").split()) or (a,),
         interpolation=interpolation_order(interpolation, where="INTERPOLATION"),
@@ -110,6 +129,8 @@ def sim(
         simulator=simulator,
         waves=waves == "1",
     )
+    if scene:
+        job = _scene_job(scene, job, own_image=bool(raw))
     bars = Progress(
         TextColumn("{task.description:<20}"),
         BarColumn(),
@@ -139,6 +160,7 @@ def sim(
 
 cli_rays.register(app)
 cli_waves.register(app)
+cli_plan.register(app)
 report = typer.Typer(no_args_is_help=True, help="Write reports.")
 app.add_typer(report, name="report")
 
@@ -169,6 +191,9 @@ def main() -> None:
         sys.exit(EXIT_BAD_INPUT)
     except SimulationError as error:
         typer.echo(f"plenofir: simulation failed: {error}", err=True)
+        sys.exit(EXIT_TOOL_FAILED)
+    except ToolError as error:
+        typer.echo(f"plenofir: {error}", err=True)
         sys.exit(EXIT_TOOL_FAILED)
     except KeyboardInterrupt:
         sys.exit(130)
