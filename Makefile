@@ -18,7 +18,7 @@ JOBS ?= $(shell nproc)
 PYTHON := .venv/bin/python
 PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help sim synth pnr figures test test-full golden lint docs waves bench venv simulator libpython clean
+.PHONY: help sim synth pnr mutants figures test test-full golden lint docs waves bench venv simulator libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -36,6 +36,10 @@ pnr: venv ## Place and route for ECP5 with nextpnr: SCENE=; clock, resources, a 
 	@scripts/setup.sh ghdl
 	@scripts/setup.sh pnr
 	@$(PYTHON) scripts/place.py $(if $(SCENE),"$(SCENE)")
+
+mutants: venv ## Change the VHDL in 120 ways and report the share that is noticed
+	@scripts/setup.sh ghdl
+	@$(PYTHON) scripts/mutate.py
 
 figures: venv ## Write what `make test` wants of the synthesis anew (half an hour)
 	@scripts/setup.sh ghdl

@@ -9,6 +9,7 @@ Usage: python scripts/build_docs.py [--check]
 With --check nothing is written; exit code 1 if a page is missing, stale or left over.
 """
 
+import json
 import re
 import sys
 from dataclasses import dataclass
@@ -203,7 +204,16 @@ def resource_tables(text: str) -> str:
         for design in grid_designs()
         if design.name in figures
     ]
-    return between_marks(text, "grid", "\n".join(lines))
+    text = between_marks(text, "grid", "\n".join(lines))
+    lines = ["| design | grade | MHz | LUT4 | flip-flops | DP16KD | MULT18X18D | device |"]
+    lines.append("| --- " * 8 + "|")
+    for name, grades in json.loads((project.DATA / "ecp5.json").read_text()).items():
+        for grade, p in grades.items():
+            lines.append(
+                f"| {name} | {grade} | {p['fmax_mhz']} | {p['lut']} | {p['flip_flops']} "
+                f"| {p['block_rams']} | {p['multipliers']} | {p['device']} |"
+            )
+    return between_marks(text, "ecp5", "\n".join(lines))
 
 
 def main() -> int:

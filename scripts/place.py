@@ -35,7 +35,7 @@ GRID = ("core M=1 a'=0 iota=1", "core M=3 a'=1 iota=1", "array M=3 a'=1 iota=1")
 ARRAYS = ("array M=3 a'=1 iota=3",)
 # DP16KD of the smaller device.
 _BLOCK_RAMS = 108
-BOARD_CORE = CoreConfiguration(micro_image_size=5, shifts=(-3,), max_columns=640, channels=3)
+BOARD_CORE = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=640, channels=3)
 BOARD_ROWS = 480
 
 
@@ -66,6 +66,12 @@ def place_board(out: Path) -> Placed:
     return placed
 
 
+def save(results: dict[str, dict[str, object]]) -> None:
+    """Write the results, a design a line."""
+    lines = [f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in results.items()]
+    RESULTS.write_text("{\n" + ",\n".join(lines) + "\n}\n")
+
+
 def say(name: str, placed: Placed) -> None:
     """Print a result."""
     print(
@@ -92,14 +98,15 @@ def run(arguments: list[str]) -> None:
         for result in placed.values():
             say(design.name, result)
         results[design.name] = {str(g): result.model_dump() for g, result in placed.items()}
+        if not arguments:
+            save(results)
     if not arguments:
         out = project.root() / "build" / "pnr"
         board = place_board(out)
         say("ulx3s self-test", board)
         print(f"bitstream: {out / SELF_TEST}.bit")
         results["ulx3s self-test"] = {"6": board.model_dump()}
-        lines = [f"  {json.dumps(name)}: {json.dumps(value)}" for name, value in results.items()]
-        RESULTS.write_text("{\n" + ",\n".join(lines) + "\n}\n")
+        save(results)
 
 
 def main() -> int:

@@ -45,7 +45,8 @@ def print_plan(plan: Plan) -> None:
     """
     core = plan.core
     frame = f"{plan.columns} x {plan.rows}, {core.channels} x {core.pixel_bits} bit"
-    clock = "still" if plan.clock_mhz is None else f"pixel clock {plan.clock_mhz:g} MHz"
+    least = "" if plan.path == "video" else "at least "
+    clock = "still" if plan.clock_mhz is None else f"pixel clock {least}{plan.clock_mhz:g} MHz"
     typer.echo(f"{'scene':<11} {plan.scene}: {frame}, M = {core.micro_image_size}, {clock}")
     for part in plan.slices:
         depth = (

@@ -24,7 +24,7 @@ MAX_PARALLEL_ROWS = 64
 PARTIAL_SUM_LOOP = 4
 # divide_round.
 _DIVIDE_CLOCKS = 3
-# Input FIFO 3, sequencer 1, output FIFO 3.
+# Input FIFO 3, sequencer 1, output FIFO 3 (refocus_pkg.STREAM_LATENCY).
 _STREAM_CLOCKS = 7
 
 

@@ -167,6 +167,20 @@ def test_bad_scenes(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert re.search(message, done.stderr), done.stderr
 
 
+def test_video_path_needs_its_sources(tmp_path: Path) -> None:
+    rate = ("rows = 480", "rows = 480\nrate_hz = 60.0")
+    names = {source.stem for source in project.hdl_sources()}
+    loaded = scene(tmp_path, rate, build='path = "video"')
+    if "refocus_video" in names:
+        assert make_plan(loaded).clock_mhz == 25.175
+    else:
+        with pytest.raises(InputError, match="no video path"):
+            make_plan(loaded)
+    odd = scene(tmp_path, ("rows = 480", "rows = 480\nrate_hz = 61.0"), build='path = "video"')
+    with pytest.raises(InputError, match="no video mode"):
+        make_plan(odd)
+
+
 def test_plan_as_json() -> None:
     done = subprocess.run(
         [PLENOFIR, "plan", str(scene_files()[-1]), "--json"],

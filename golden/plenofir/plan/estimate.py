@@ -316,26 +316,25 @@ def structure(core: CoreConfiguration) -> dict[str, int]:
 
 # LUTs and flip-flops of each part (scripts/fit_estimate.py).
 _LUT_WEIGHTS = {
-    "core": 116,
-    "switched bits": 1.85,
-    "always closed bits": 1.76,
-    "rom bits": 1.11,
-    "switches": 2.76,
-    "skew bits": 1.42,
-    "parallel rows": 51.1,
-    "address bits": 11.6,
+    "core": 102,
+    "switched bits": 1.84,
+    "always closed bits": 1.71,
+    "rom bits": 0.589,
+    "switches": 2.36,
+    "skew bits": 1.35,
+    "parallel rows": 48.4,
+    "address bits": 11.9,
 }
 _FLIP_FLOP_WEIGHTS = {
-    "core": 83.3,
-    "register bits": 0.502,
-    "switched bits": 0.0356,
-    "always closed bits": 0.0596,
-    "restart bits": 1.38,
-    "switches": 3.44,
-    "skew bits": 0.713,
-    "parallel rows": 25.7,
-    "pixel bits": 4.59,
-    "address bits": 8.33,
+    "core": 87,
+    "register bits": 0.491,
+    "always closed bits": 0.015,
+    "restart bits": 1.51,
+    "switches": 2.71,
+    "skew bits": 0.73,
+    "parallel rows": 26.3,
+    "pixel bits": 6.16,
+    "address bits": 9.22,
 }
 
 

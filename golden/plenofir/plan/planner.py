@@ -6,6 +6,7 @@ from math import inf
 
 from pydantic import BaseModel, ConfigDict
 
+from plenofir import project
 from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
 from plenofir.plan.devices import DEVICES, Device, Usage
@@ -27,6 +28,9 @@ STANDARD_MODES = {
     (1920, 1080, 60): (2200, 1125, 148.5),
 }
 """Columns, rows and frames a second of video modes, to total columns, total rows, MHz (CEA-861)."""
+
+VIDEO_PATH = "refocus_video"
+"""Entity with video in and out."""
 
 # What the grid of a full build spans: a = -1 to 1.
 _FULL_RANGE = 1
@@ -396,6 +400,12 @@ def make_plan(loaded: LoadedScene) -> Plan:
     device = DEVICES[scene.build.device]
     core = _choose(loaded, shifts, device)
     clock_mhz, frame_clocks = _clock(loaded, core)
+    if scene.build.path == "video" and VIDEO_PATH not in {s.stem for s in project.hdl_sources()}:
+        raise InputError(
+            "the sources have no video path yet",
+            where=f"{loaded.path}: build.path",
+            expected='path = "core"',
+        )
     columns, rows = scene.frame.columns, scene.frame.rows
     full = full_core(core)
     kept = core.taps - (core.order + 1) + core.hold

@@ -100,6 +100,7 @@ def run_pump(
     stall_percent: int = 0,
     seed: int = 1,
     waves: Path | None = None,
+    built: bool = False,
     verilog: Sequence[Path] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> PumpResult:
@@ -123,6 +124,8 @@ def run_pump(
         Seed of the stalls, 1 to 65535.
     waves
         Waveform file to write, or None; see `Simulator.run_command`.
+    built
+        Whether the directory has the library already, from an earlier run.
     verilog
         Verilator only: the core in Verilog, if not what GHDL makes of its sources.
     progress
@@ -173,7 +176,7 @@ def run_pump(
             seed=seed,
         )
     else:
-        for command in simulator.build_commands(pump_sources(), TOP):
+        for command in [] if built else simulator.build_commands(pump_sources(), TOP):
             simulator.run(command, directory)
         command = simulator.run_command(
             TOP, generics, waves=waves, wave_signals=[signal.path for signal in WAVE_SIGNALS]
