@@ -119,7 +119,8 @@ def _print_figures(rows: list[tuple[str, Figures, str]], device: Device) -> None
         "",
         "",
     )
-    Console().print(table)
+    # Numbers are not to be cut off, whatever the width of the terminal.
+    Console(width=max(Console().width, 110)).print(table)
 
 
 def synth(
@@ -142,8 +143,10 @@ def synth(
             bars.update(task, description=design.name, completed=number)
             with tempfile.TemporaryDirectory(prefix="plenofir-") as folder:
                 netlist = design.synthesise(Path(folder))
-                if out:
+                if out and design.plan is not None:
                     publish_files(Path(folder), Path(out))
+                    # Once more, because the lists of sources are relative to their folder.
+                    write_project(design.plan, Path(out))
             same = known.get(design.name)
             state = "" if same is None else "same" if same == netlist.figures else "differs"
             rows.append((design.name, netlist.figures, state))
