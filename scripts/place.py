@@ -35,7 +35,7 @@ GRID = ("core M=1 a'=0 iota=1", "core M=3 a'=1 iota=1", "array M=3 a'=1 iota=1")
 ARRAYS = ("array M=3 a'=1 iota=3",)
 # DP16KD of the smaller device.
 _BLOCK_RAMS = 108
-BOARD_CORE = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=640, channels=3)
+BOARD_CORE = CoreConfiguration(micro_image_size=5, shifts=(-3,), max_columns=640, channels=3)
 BOARD_ROWS = 480
 
 

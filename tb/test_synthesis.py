@@ -54,7 +54,7 @@ def test_every_design_is_recorded() -> None:
         assert list(figures) == names, version
 
 
-@pytest.mark.parametrize("design", scene_designs(), ids=lambda design: design.name)
+@pytest.mark.parametrize("design", list(scene_designs()), ids=lambda design: design.name)
 def test_what_a_scene_does_not_need_is_absent(tmp_path: Path, design: Design) -> None:
     from plenofir.plan.configure import TOP, configure
     from plenofir.synthesis.tools import write_verilog
