@@ -17,6 +17,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -178,6 +179,12 @@ def wanted(case: Case, frames: np.ndarray) -> np.ndarray:
     )
 
 
+def refuse_excess(pixels: int, received: int) -> None:
+    """End the simulation of a core that does not stop giving pixels."""
+    if received > pixels:
+        raise SimulationError(f"{received} pixels for {pixels}")
+
+
 def outcome(sources: list[Path], folder: Path) -> str:
     """What becomes of a set of sources: "survives", "invalid", or what notices the change."""
     simulator = find_simulator("ghdl")
@@ -195,6 +202,7 @@ def outcome(sources: list[Path], folder: Path) -> str:
     for number, case in enumerate(CASES):
         frames = frames_of(case)
         sweep = 1 if len(case.core.shifts) > 1 else 0
+        limit = partial(refuse_excess, case.columns * case.rows * case.frames)
         for stalls in (0, STALLS):
             try:
                 result = pump.run_pump(
@@ -205,6 +213,7 @@ def outcome(sources: list[Path], folder: Path) -> str:
                     sweep_frames=sweep,
                     stall_percent=stalls,
                     built=True,
+                    progress=limit,
                 )
             except (SimulationError, KeyError, OSError, ValueError):
                 return f"case {number}: simulation"
