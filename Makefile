@@ -14,6 +14,7 @@ GUARD ?=
 SIM ?= ghdl
 CHAIN ?= core
 WAVES ?= 0
+SCENE ?=
 JOBS ?= $(shell nproc)
 MAX_COLUMNS ?=
 ISE ?=
@@ -24,15 +25,33 @@ given = $(if $(filter-out file undefined,$(origin $1)),$($1))
 PYTHON := .venv/bin/python
 PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help sim test test-full golden lint docs waves bench bitstream bitstream-check venv simulator libpython clean
+.PHONY: help sim synth pnr mutants figures test test-full golden lint docs waves bench bitstream bitstream-check venv simulator libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= ENGINE= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES=
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= ENGINE= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES= SCENE=
 	@.venv/bin/plenofir sim $(if $(RAW),--raw "$(RAW)") $(if $(M),--micro-image="$(M)") $(if $(A),--a="$(A)") \
 		--sweep="$(SWEEP)" --iota="$(IOTA)" --engine "$(ENGINE)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
-		--chain "$(CHAIN)" --simulator "$(SIM)" --waves "$(WAVES)"
+		--chain "$(CHAIN)" --simulator "$(SIM)" --waves "$(WAVES)" --scene "$(SCENE)"
+
+synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= (all shipped scenes, cores and arrays without)
+	@scripts/setup.sh ghdl
+	@.venv/bin/plenofir synth $(if $(SCENE),"$(SCENE)" --out "build/synth/$(basename $(notdir $(SCENE)))")
+
+pnr: venv ## Place and route for ECP5 with nextpnr: SCENE=; clock, resources, a bitstream
+	@scripts/setup.sh ghdl
+	@scripts/setup.sh pnr
+	@$(PYTHON) scripts/place.py $(if $(SCENE),"$(SCENE)")
+
+mutants: venv ## Change the VHDL in 120 ways and report the share that is noticed
+	@scripts/setup.sh ghdl
+	@$(PYTHON) scripts/mutate.py
+
+figures: venv ## Write what `make test` wants of the synthesis anew (half an hour)
+	@scripts/setup.sh ghdl
+	@$(PYTHON) scripts/update_figures.py
+	@$(PYTHON) scripts/build_docs.py
 
 test: venv simulator libpython lint bitstream-check ## Style, types, golden model, testbenches
 	@$(PYTEST) -m "not slow"
@@ -79,7 +98,8 @@ libpython: venv
 	@scripts/setup.sh libpython
 
 simulator:
-	@$(if $(filter ghdl,$(SIM)),scripts/setup.sh ghdl,:)
+	@$(if $(filter ghdl verilator,$(SIM)),scripts/setup.sh ghdl,:)
+	@$(if $(filter verilator,$(SIM)),scripts/setup.sh compiler,:)
 
 clean: ## Remove what was built (not .venv)
 	@rm -rf build

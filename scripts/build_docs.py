@@ -1,13 +1,15 @@
 """Build what the documentation takes from the sources.
 
 One page for each VHDL entity (header, generics, ports), the table of error bounds in
-``docs/golden-model.md`` and the clock counts in ``docs/module-array.md``.
+``docs/golden-model.md``, the clock counts in ``docs/module-array.md`` and the figures of the
+synthesis in ``docs/resources.md``.
 
 Usage: python scripts/build_docs.py [--check]
 
 With --check nothing is written; exit code 1 if a page is missing, stale or left over.
 """
 
+import json
 import re
 import sys
 from pathlib import Path
@@ -15,7 +17,12 @@ from pathlib import Path
 from plenofir import clock_counts, project
 from plenofir.core import CoreConfiguration
 from plenofir.hdl_text import Declaration, declarations
+from plenofir.plan.devices import DEVICES
+from plenofir.plan.estimate import estimate
+from plenofir.plan.planner import full_core
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir.synthesis.figures import grid_designs, load_figures, scene_designs
+from plenofir.synthesis.spartan6 import Figures
 
 ENTITIES = project.root() / "docs" / "entities"
 GOLDEN_MODEL = project.root() / "docs" / "golden-model.md"
@@ -34,6 +41,8 @@ MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
     (11, tuple(range(-11, 12)), 1),
 ]
 MODULE_ARRAY = project.root() / "docs" / "module-array.md"
+RESOURCES = project.root() / "docs" / "resources.md"
+REFERENCE_GHDL = "2.0.0"
 BOUND_SIZES = (2, 3, 5, 7, 11)
 BOUND_WIDTHS = ((0, 0), (4, 2), (8, 2))
 SECTIONS = ("Latency", "Throughput", "Ports", "Equation")
@@ -171,6 +180,55 @@ def column_memory(text: str) -> str:
     return between_marks(text, "memory", "\n".join(lines))
 
 
+def resource_tables(text: str) -> str:
+    """Put what the designs take of a Spartan-6 between its marks in a page."""
+    content = load_figures()
+    figures = content.figures[REFERENCE_GHDL]
+    heads = "| LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | CARRY4 | path |"
+    rule = "| --- " * 9 + "|"
+
+    def row(name: str, f: Figures) -> str:
+        return (
+            f"| {name} | {f.lut} | {f.flip_flops} | {f.ramb16} | {f.ramb8} "
+            f"| {f.usage.block_rams} | {f.dsp} | {f.carry} | {f.path} |"
+        )
+
+    lines = [f"| scene {heads}", rule]
+    for design in scene_designs():
+        lines.append(row(f"**{design.name}**", figures[design.name]))
+        name = f"{design.name}, full build"
+        if f"{design.name} full" in figures:
+            lines.append(row(name, figures[f"{design.name} full"]))
+            continue
+        guess = estimate(full_core(design.core))
+        lines.append(
+            f"| {name} (estimate) | {guess.lut} | {guess.flip_flops} | {guess.ramb16} "
+            f"| {guess.ramb8} | {guess.block_rams} | {guess.dsp} | | |"
+        )
+    total = DEVICES["xc6slx45"].total
+    lines.append(
+        f"| XC6SLX45 | {total.lut} | {total.flip_flops} | | | {total.block_rams} | {total.dsp} "
+        "| | |"
+    )
+    text = between_marks(text, "scenes", "\n".join(lines))
+    lines = [f"| design {heads}", rule]
+    lines += [
+        row(design.name, figures[design.name])
+        for design in grid_designs()
+        if design.name in figures
+    ]
+    text = between_marks(text, "grid", "\n".join(lines))
+    lines = ["| design | grade | MHz | LUT4 | flip-flops | DP16KD | MULT18X18D | device |"]
+    lines.append("| --- " * 8 + "|")
+    for name, grades in json.loads((project.DATA / "ecp5.json").read_text()).items():
+        for grade, p in grades.items():
+            lines.append(
+                f"| {name} | {grade} | {p['fmax_mhz']} | {p['lut']} | {p['flip_flops']} "
+                f"| {p['block_rams']} | {p['multipliers']} | {p['device']} |"
+            )
+    return between_marks(text, "ecp5", "\n".join(lines))
+
+
 def main() -> int:
     """Write or check the pages."""
     paths = project.board_sources()
@@ -179,7 +237,8 @@ def main() -> int:
     pages[GOLDEN_MODEL] = error_bounds(GOLDEN_MODEL.read_text())
     pages[MOVING_SUM] = column_memory(MOVING_SUM.read_text())
     pages[MODULE_ARRAY] = clock_tables(MODULE_ARRAY.read_text())
-    present = {*ENTITIES.glob("*.md"), GOLDEN_MODEL, MODULE_ARRAY, MOVING_SUM}
+    pages[RESOURCES] = resource_tables(RESOURCES.read_text())
+    present = {*ENTITIES.glob("*.md"), GOLDEN_MODEL, MODULE_ARRAY, MOVING_SUM, RESOURCES}
     stale = {path for path in pages if path not in present or path.read_text() != pages[path]}
     stale |= present - pages.keys()
     if "--check" in sys.argv[1:]:

@@ -1,10 +1,12 @@
 #!/bin/sh
-# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | edid-decode
+# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | compiler | edid-decode
 #
 #   venv         creates .venv with the pinned Python packages and the command plenofir
 #   ghdl         makes sure that a GHDL simulator is installed
-#   edid-decode  makes sure that Debian's decoder of monitors' EDID is installed, a second opinion on ours
 #   libpython    makes sure that Python's shared library is there, which cocotb loads into the simulator
+#   pnr          installs place and route for ECP5
+#   compiler     makes sure that there is a C++ compiler, which Verilator needs
+#   edid-decode  makes sure that Debian's decoder of monitors' EDID is installed, a second opinion on ours
 #
 # Debian packages that are missing are installed as root or through sudo. What cannot be installed
 # is named in one line, with the command that would install it, and the exit code is 2.
@@ -63,6 +65,19 @@ setup_ghdl() {
     command -v ghdl >/dev/null 2>&1 || install_packages "GHDL" ghdl-llvm
 }
 
+setup_pnr() {
+    stamp=.venv/pnr-$(sha256sum scripts/requirements-pnr.txt | cut -c1-16)
+    [ -e "$stamp" ] && return
+    echo "setup: installing nextpnr (its first run takes a minute more)" >&2
+    .venv/bin/python -m pip install -qq --disable-pip-version-check --no-deps --requirement scripts/requirements-pnr.txt ||
+        fail "nextpnr could not be installed; try: .venv/bin/pip install -r scripts/requirements-pnr.txt"
+    touch "$stamp"
+}
+
+setup_compiler() {
+    command -v g++ >/dev/null 2>&1 && command -v perl >/dev/null 2>&1 || install_packages "A C++ compiler" g++ make perl
+}
+
 has_libpython() {
     .venv/bin/python -c 'import find_libpython, sys; sys.exit(find_libpython.find_libpython() is None)'
 }
@@ -78,6 +93,8 @@ case ${1:-} in
 venv) setup_venv ;;
 ghdl) setup_ghdl ;;
 libpython) setup_libpython ;;
+pnr) setup_pnr ;;
+compiler) setup_compiler ;;
 edid-decode) command -v edid-decode >/dev/null 2>&1 || install_packages "edid-decode" edid-decode ;;
-*) fail "usage: scripts/setup.sh venv | ghdl | libpython | edid-decode" ;;
+*) fail "usage: scripts/setup.sh venv | ghdl | libpython | pnr | compiler | edid-decode" ;;
 esac

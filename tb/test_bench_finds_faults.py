@@ -29,7 +29,7 @@ HOLD = CoreConfiguration(micro_image_size=3, shifts=(3,), max_columns=20, hold=T
         (CORE, "switched_fir.vhd", "at_first_step = '1' and", "false and"),
         (NARROW, "refocus_pkg.vhd", "PARTIAL_SUM_LOOP : positive := 4",
          "PARTIAL_SUM_LOOP : positive := 2"),
-        (CORE, "axis_fifo.vhd", "if read_next /= write_pointer then", "if stored /= 0 then"),
+        (CORE, "axis_fifo.vhd", "elsif word_moves = '1' then", "elsif m_axis_tready = '1' then"),
         (CORE, "frame_sequencer.vhd", "bands_to_flush <= COLUMN_FLUSH;", "bands_to_flush <= 0;"),
         (CORE, "frame_sequencer.vhd", "tokens_to_flush <= ROW_FLUSH;", "tokens_to_flush <= 0;"),
         (CORE, "frame_sequencer.vhd",

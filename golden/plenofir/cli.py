@@ -7,11 +7,20 @@ from typing import Annotated, cast, get_args
 import typer
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from plenofir import __version__, cli_bitstream, cli_lightfield, cli_rays, cli_waves
+from plenofir import (
+    __version__,
+    cli_bitstream,
+    cli_lightfield,
+    cli_plan,
+    cli_rays,
+    cli_waves,
+    project,
+)
 from plenofir.cli_options import arithmetic_options
 from plenofir.cli_rays import integer
 from plenofir.core import Engine
-from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError
+from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError, ToolError
+from plenofir.images import write_png
 from plenofir.refocus import interpolation_order
 from plenofir.simulation.job import (
     FLOWER,
@@ -21,6 +30,8 @@ from plenofir.simulation.job import (
     SimulationJob,
     report_summary,
     run_job,
+    scene_image,
+    scene_job,
 )
 from plenofir.simulation.simulators import SimulationError
 
@@ -41,9 +52,25 @@ def _root(
         raise typer.Exit
 
 
+def _scene_job(path: str, job: SimulationJob, *, own_image: bool) -> SimulationJob:
+    """Job of a scene; without an image of one's own, on the flower made to measure."""
+    from plenofir.plan import load_scene, make_plan
+
+    plan = make_plan(load_scene(path))
+    if not own_image:
+        image = project.root() / "build" / "scenes" / f"{plan.scene}.png"
+        image.parent.mkdir(parents=True, exist_ok=True)
+        write_png(image, scene_image(plan.core, plan.rows))
+        job = job.model_copy(update={"raw": image})
+    return scene_job(plan.core, job)
+
+
 @app.command()
 def sim(
-    raw: Annotated[str, typer.Option(help="Raw image: 8 or 16 bit, grey or RGB.")] = str(FLOWER),
+    raw: Annotated[
+        str, typer.Option(help="Raw image: 8 or 16 bit, grey or RGB; the flower if not given.")
+    ] = "",
+    scene: Annotated[str, typer.Option(help="Scene profile; instead of what it settles.")] = "",
     micro_image: Annotated[
         str, typer.Option("--micro-image", "-M", help="M: micro image size in pixels.")
     ] = str(FLOWER_MICRO_IMAGE_SIZE),
@@ -64,7 +91,7 @@ def sim(
         str, typer.Option(help="Stored products: fraction bits, 8 if not given.")
     ] = "",
     guard: Annotated[str, typer.Option(help="Stored products: guard bits, 2 if not given.")] = "",
-    simulator: Annotated[str, typer.Option(help="ghdl or nvc.")] = "ghdl",
+    simulator: Annotated[str, typer.Option(help="ghdl, nvc or verilator.")] = "ghdl",
     chain: Annotated[
         str, typer.Option(help="core, or hdmi: the whole board, from serial bits to serial bits.")
     ] = "core",
@@ -81,7 +108,7 @@ def sim(
     if rows < 1:
         raise InputError(f"{rows} rows at once", where="IOTA", expected="an integer, 1 or more")
     job = SimulationJob(
-        raw=Path(raw),
+        raw=Path(raw) if raw else FLOWER,
         micro_image_size=integer(micro_image, "M"),
         focus=tuple(sweep.replace(",", " ").split()) or (a,),
         interpolation=interpolation_order(interpolation, where="INTERPOLATION"),
@@ -93,6 +120,8 @@ def sim(
         waves=waves == "1",
         chain=cast(Chain, chain),
     )
+    if scene:
+        job = _scene_job(scene, job, own_image=bool(raw))
     bars = Progress(
         TextColumn("{task.description:<20}"),
         BarColumn(),
@@ -123,6 +152,7 @@ def sim(
 cli_bitstream.register(app)
 cli_rays.register(app)
 cli_waves.register(app)
+cli_plan.register(app)
 report = typer.Typer(no_args_is_help=True, help="Write reports.")
 app.add_typer(report, name="report")
 cli_lightfield.register(app, report)
@@ -154,6 +184,9 @@ def main() -> None:
         sys.exit(EXIT_BAD_INPUT)
     except SimulationError as error:
         typer.echo(f"plenofir: simulation failed: {error}", err=True)
+        sys.exit(EXIT_TOOL_FAILED)
+    except ToolError as error:
+        typer.echo(f"plenofir: {error}", err=True)
         sys.exit(EXIT_TOOL_FAILED)
     except KeyboardInterrupt:
         sys.exit(130)

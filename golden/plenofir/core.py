@@ -25,8 +25,8 @@ MAX_PARALLEL_ROWS = 64
 PARTIAL_SUM_LOOP = 4
 # divide_round.
 _DIVIDE_CLOCKS = 3
-# Input FIFO 2, sequencer 1, output FIFO 2.
-_STREAM_CLOCKS = 5
+# Input FIFO 3, sequencer 1, output FIFO 3 (refocus_pkg.STREAM_LATENCY).
+_STREAM_CLOCKS = 7
 
 
 Engine = Literal["taps", "sums"]
@@ -84,19 +84,19 @@ class CoreConfiguration(BaseModel):
         return FilterLayout(self.micro_image_size, self.shifts, self.align, self.hold)
 
     @property
-    def _box_layout(self) -> FilterLayout:
+    def box_layout(self) -> FilterLayout:
         """Taps of the moving sums that interpolation appends."""
         return FilterLayout(self.micro_image_size, (1,), self.align)
 
     @property
     def taps(self) -> int:
         """Taps of all filters of a dimension."""
-        return self.layout.taps + self.order * self._box_layout.taps
+        return self.layout.taps + self.order * self.box_layout.taps
 
     @property
     def delay(self) -> int:
         """Delay of the row filters in pixels and of the column filters in lines."""
-        return self.layout.delay + self.order * self._box_layout.delay
+        return self.layout.delay + self.order * self.box_layout.delay
 
     @property
     def column_depth(self) -> int:
@@ -125,7 +125,7 @@ class CoreConfiguration(BaseModel):
         words = self.parallel_rows << (self.column_depth - 1).bit_length()
         bits = 0
         for number in range(self.order + 1):
-            layout = self._box_layout if number else self.layout
+            layout = self.box_layout if number else self.layout
             kept = layout.taps if layout.hold else layout.taps - 1
             bits += kept * self._column_sum_bits(number)
         return self.channels * words * bits

@@ -1,9 +1,12 @@
 -- First-in first-out buffer for an AXI4-Stream, first word falls through.
 --
--- Latency: a word written into an empty buffer is offered 2 clocks later.
+-- Words leave through the RAM's own register and an output register, so that what follows need
+-- not wait for a RAM, and the RAM not for what follows.
+--
+-- Latency: a word written into an empty buffer is offered 3 clocks later.
 -- Throughput: one word in and one word out each clock.
 -- Ports: s_axis_* in, m_axis_* out (tdata carries whatever the user packs into it, side bands
---   included); level counts the stored words, the one on offer included.
+--   included); level counts the words in the RAM, those in the two registers not included.
 -- Equation: the n-th word out is the n-th word in.
 
 library ieee;
@@ -14,7 +17,7 @@ entity axis_fifo is
   generic (
     -- Bits of a word.
     WIDTH : positive;
-    -- The buffer holds 2**ADDRESS_BITS words.
+    -- The RAM holds 2**ADDRESS_BITS words.
     ADDRESS_BITS : positive
   );
   port (
@@ -40,10 +43,14 @@ architecture rtl of axis_fifo is
 
   signal write_pointer : pointer_t := (others => '0');
   signal read_pointer  : pointer_t := (others => '0');
-  signal read_next     : pointer_t;
   signal stored        : pointer_t;
   signal write_enable  : std_logic;
   signal can_write     : std_logic;
+  signal read_enable   : std_logic;
+  signal has_words     : std_logic;
+  signal word          : std_logic_vector(WIDTH - 1 downto 0);
+  signal word_valid    : std_logic := '0';
+  signal word_moves    : std_logic;
   signal on_offer      : std_logic := '0';
 
 begin
@@ -51,35 +58,43 @@ begin
   stored        <= write_pointer - read_pointer;
   can_write     <= '1' when stored /= CAPACITY else
                    '0';
+  has_words     <= '1' when read_pointer /= write_pointer else
+                   '0';
   write_enable  <= s_axis_tvalid and can_write;
   s_axis_tready <= can_write;
   m_axis_tvalid <= on_offer;
   level         <= stored;
-  read_next     <= read_pointer + 1 when on_offer = '1' and m_axis_tready = '1' else
-                   read_pointer;
 
-  move_pointers : process (clk) is
+  -- From the RAM through its own register (word) to the output register, each as soon as the next is free.
+  word_moves  <= m_axis_tready or not on_offer;
+  read_enable <= has_words and (word_moves or not word_valid);
+
+  move_words : process (clk) is
   begin
 
     if rising_edge(clk) then
       if write_enable = '1' then
         write_pointer <= write_pointer + 1;
       end if;
-      read_pointer <= read_next;
-      -- The RAM is read at read_next in this very clock, so only words written earlier count.
-      if read_next /= write_pointer then
-        on_offer <= '1';
-      else
-        on_offer <= '0';
+      if read_enable = '1' then
+        read_pointer <= read_pointer + 1;
+        word_valid   <= '1';
+      elsif word_moves = '1' then
+        word_valid <= '0';
+      end if;
+      if word_moves = '1' then
+        on_offer     <= word_valid;
+        m_axis_tdata <= word;
       end if;
       if reset = '1' then
         write_pointer <= (others => '0');
         read_pointer  <= (others => '0');
+        word_valid    <= '0';
         on_offer      <= '0';
       end if;
     end if;
 
-  end process move_pointers;
+  end process move_words;
 
   words : entity work.ram_simple_dual_port
     generic map (
@@ -92,8 +107,9 @@ begin
       write_enable  => write_enable,
       write_address => write_pointer(ADDRESS_BITS - 1 downto 0),
       write_data    => s_axis_tdata,
-      read_address  => read_next(ADDRESS_BITS - 1 downto 0),
-      read_data     => m_axis_tdata
+      read_enable   => read_enable,
+      read_address  => read_pointer(ADDRESS_BITS - 1 downto 0),
+      read_data     => word
     );
 
 end architecture rtl;

@@ -7,8 +7,9 @@
 --   register, 2: its output register behind it, which block RAM needs at high clocks).
 -- Throughput: one read and one write each clock. A read of the word that is written in the
 --   same clock returns the old word.
--- Ports: write_enable, write_address, write_data; read_address, read_data.
--- Equation: read_data(t + READ_LATENCY) = memory(read_address(t)).
+-- Ports: write_enable, write_address, write_data; read_enable (the RAM's own register takes a
+--   word), read_address, read_data.
+-- Equation: read_data(t + READ_LATENCY) = memory(read_address(t)) where read_enable(t).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -30,6 +31,7 @@ entity ram_simple_dual_port is
     write_enable  : in    std_logic;
     write_address : in    unsigned(ADDRESS_BITS - 1 downto 0);
     write_data    : in    std_logic_vector(WIDTH - 1 downto 0);
+    read_enable   : in    std_logic;
     read_address  : in    unsigned(ADDRESS_BITS - 1 downto 0);
     read_data     : out   std_logic_vector(WIDTH - 1 downto 0)
   );
@@ -63,7 +65,9 @@ begin
   begin
 
     if rising_edge(clk) then
-      read_word <= memory(to_integer(read_address));
+      if read_enable = '1' then
+        read_word <= memory(to_integer(read_address));
+      end if;
       if write_enable = '1' then
         memory(to_integer(write_address)) := write_data;
       end if;

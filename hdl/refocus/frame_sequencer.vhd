@@ -101,12 +101,15 @@ architecture rtl of frame_sequencer is
 
   constant LAST_BAND_ROW : natural := PARALLEL_ROWS - 1;
 
-  signal state           : state_t                          := accept;
-  signal send            : send_t;
-  signal take            : std_logic;
-  signal synchronised    : std_logic                        := '0';
-  signal frame_open      : std_logic                        := '0';
-  signal column          : unsigned(15 downto 0)            := (others => '0');
+  signal state        : state_t               := accept;
+  signal send         : send_t;
+  signal take         : std_logic;
+  signal synchronised : std_logic             := '0';
+  signal frame_open   : std_logic             := '0';
+  signal column       : unsigned(15 downto 0) := (others => '0');
+  -- column = 0, column = last_column.
+  signal at_first        : std_logic                        := '1';
+  signal at_last         : std_logic                        := '0';
   signal column_count    : natural range 0 to PARALLEL_ROWS - 1;
   signal column_step     : std_logic;
   signal column_restart  : std_logic;
@@ -139,13 +142,13 @@ begin
                      '0';
 
   -- Whether the line on hand, or the first line of a new frame, completes a band.
-  completes_band  <= '1' when band_row = LAST_BAND_ROW or row = last_row else
+  completes_band  <= '1' when LAST_BAND_ROW = 0 or band_row = LAST_BAND_ROW or row = last_row else
                      '0';
   completes_first <= '1' when LAST_BAND_ROW = 0 or new_last_row = 0 else
                      '0';
 
   -- No band may begin yet.
-  band_wait <= '1' when column = 0 and steps_missing > 0 else
+  band_wait <= '1' when at_first = '1' and steps_missing > 0 else
                '0';
 
   -- No frame may begin yet.
@@ -153,7 +156,7 @@ begin
                 '0';
 
   -- What to do with this clock; `take` takes the pixel on offer, `send` says what becomes of it.
-  decide : process (state, frame_open, column, s_axis_tvalid, s_axis_tuser, room, calm, size_supported,
+  decide : process (state, frame_open, at_first, s_axis_tvalid, s_axis_tuser, room, calm, size_supported,
                     bands_to_flush, tokens_to_flush, steps_missing, band_row, band_wait, frame_wait, completes_band,
                     completes_first) is
   begin
@@ -209,7 +212,7 @@ begin
               send         <= stream_pixel;
               starts_frame <= '1';
             end if;
-          elsif column = 0 then
+          elsif at_first = '1' then
             if frame_open = '0' and (bands_to_flush > 0 or frame_wait = '1') and band_wait = '0' and calm = '1' then
               send <= flush_pixel;
             elsif tokens_to_flush > 0 or steps_missing > 0 then
@@ -227,14 +230,13 @@ begin
   frame_start   <= starts_frame;
 
   line_ends <= '1' when (starts_frame = '1' and new_last_column = 0) or
-                        (starts_frame = '0' and column = last_column) else
+                        (starts_frame = '0' and at_last = '1') else
                '0';
 
   -- The column modulo PARALLEL_ROWS.
   column_step    <= '0' when send = nothing or send = empty else
                     '1';
-  column_restart <= '1' when column = 0 else
-                    '0';
+  column_restart <= at_first;
 
   count_columns : entity work.pixel_counter
     generic map (
@@ -252,6 +254,7 @@ begin
     variable image_token : boolean;
     variable frame_ends  : boolean;
     variable band_token  : std_logic;
+    variable line_end    : unsigned(15 downto 0);
 
   begin
 
@@ -269,11 +272,13 @@ begin
         frame_open    <= '1';
         first_band    <= '1';
         synchronised  <= '1';
-        bands_missing <= MIN_BANDS;
+        bands_missing <= MIN_BANDS - 1;
         token_slice   <= slice;
+        line_end      := new_last_column;
         frame_ends    := new_last_row = 0;
         band_token    := completes_first;
       else
+        line_end   := last_column;
         frame_ends := row = last_row;
         band_token := completes_band;
       end if;
@@ -294,13 +299,19 @@ begin
         tokens_to_flush <= ROW_FLUSH;
         if image_token then
           bands_to_flush <= COLUMN_FLUSH;
-        elsif column = 0 and band_row = 0 and bands_to_flush > 0 then
+        elsif at_first = '1' and band_row = 0 and bands_to_flush > 0 then
           bands_to_flush <= bands_to_flush - 1;
         end if;
 
         if line_ends = '1' then
-          column <= (others => '0');
-          state  <= accept;
+          column   <= (others => '0');
+          at_first <= '1';
+          state    <= accept;
+          if line_end = 0 then
+            at_last <= '1';
+          else
+            at_last <= '0';
+          end if;
           if band_token = '1' then
             if image_token or band_phase > 0 then
               if band_phase = BAND_MODULUS - 1 then
@@ -309,9 +320,7 @@ begin
                 band_phase <= band_phase + 1;
               end if;
             end if;
-            if starts_frame = '1' then
-              bands_missing <= MIN_BANDS - 1;
-            elsif bands_missing > 0 then
+            if starts_frame = '0' and first_band = '0' and bands_missing > 0 then
               bands_missing <= bands_missing - 1;
             end if;
             band_row   <= 0;
@@ -334,7 +343,13 @@ begin
             end if;
           end if;
         else
-          column <= column + 1;
+          column   <= column + 1;
+          at_first <= '0';
+          if column + 1 = line_end then
+            at_last <= '1';
+          else
+            at_last <= '0';
+          end if;
           if send = flush_pixel then
             state <= flush;
           end if;
@@ -358,7 +373,7 @@ begin
         elsif state = accept and frame_open = '1' and s_axis_tuser = '1' then
           error_flags(FRAME_EARLY) <= '1';
           frame_open               <= '0';
-          if column = 0 then
+          if at_first = '1' then
             row <= (others => '0');
           else
             state <= fill;
@@ -391,9 +406,7 @@ begin
         token_line_last   <= line_ends;
         token_band        <= band_token;
         token_frame_first <= starts_frame or first_band;
-        if column = 0 then
-          token_line_first <= '1';
-        end if;
+        token_line_first  <= at_first;
         if image_token then
           token_image <= '1';
         end if;
@@ -408,6 +421,8 @@ begin
         frame_open      <= '0';
         first_band      <= '0';
         column          <= (others => '0');
+        at_first        <= '1';
+        at_last         <= '0';
         row             <= (others => '0');
         band_row        <= 0;
         tokens_to_flush <= 0;

@@ -399,6 +399,7 @@ begin
         write_enable  => order(2).active,
         write_address => write_address,
         write_data    => pixels_at(0),
+        read_enable   => '1',
         read_address  => enter_address,
         read_data     => entering
       );
@@ -416,6 +417,7 @@ begin
           write_enable  => order(2).active,
           write_address => write_address,
           write_data    => pixels_at(0),
+          read_enable   => '1',
           read_address  => leave_address,
           read_data     => going
         );
@@ -720,6 +722,7 @@ begin
           write_enable  => write_enable,
           write_address => write_address,
           write_data    => pixels_at(0),
+          read_enable   => '1',
           read_address  => read_address(b),
           read_data     => bank_words(b)
         );
@@ -844,6 +847,7 @@ begin
         write_enable  => order(5).active,
         write_address => slot(5),
         write_data    => first_sums,
+        read_enable   => '1',
         read_address  => slot(2),
         read_data     => old_first
       );
@@ -860,6 +864,7 @@ begin
         write_enable  => order(6).active,
         write_address => slot(6),
         write_data    => sums,
+        read_enable   => '1',
         read_address  => slot(3),
         read_data     => old_sums
       );
@@ -878,6 +883,7 @@ begin
           write_enable  => order(7).active,
           write_address => slot(7),
           write_data    => results,
+          read_enable   => '1',
           read_address  => slot(4),
           read_data     => old_results
         );
@@ -898,6 +904,7 @@ begin
           write_enable  => order(5).active,
           write_address => slot(5),
           write_data    => held_sums,
+          read_enable   => '1',
           read_address  => slot(2),
           read_data     => old_held
         );

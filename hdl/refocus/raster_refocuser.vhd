@@ -12,9 +12,9 @@
 -- Stalls on either side lose and repeat nothing. The sequencer decides each clock whether
 -- the stages get a token, so no enable reaches the filters: the output has room for all tokens under way.
 --
--- Latency: with PARALLEL_ROWS = 1, D * (max(columns, 4) + 1) + 5 + array_latency clocks from the first pixel in
---   to the first pixel out when nothing stalls, D = total_delay (nearest neighbour: D * (columns + 1) + 14, stored
---   products 13). With more, CoreConfiguration.latency_clocks of the Python package gives it.
+-- Latency: with PARALLEL_ROWS = 1, D * (max(columns, 4) + 1) + 7 + array_latency clocks from the first pixel in
+--   to the first pixel out when nothing stalls, D = total_delay (nearest neighbour: D * (columns + 1) + 16, stored
+--   products 15). With more, CoreConfiguration.latency_clocks of the Python package gives it.
 -- Throughput: one pixel of all channels each clock. With PARALLEL_ROWS > 1 and lines that are no multiple
 --   of it, up to PARALLEL_ROWS - 1 clocks are lost where two bands follow each other directly.
 -- Ports: AXI4-Stream video, tuser(0) = start of frame, tlast = end of line, tid = slice of the frame
@@ -95,7 +95,7 @@ architecture rtl of raster_refocuser is
   constant SLICES     : positive := slice_count(SHIFTS);
   constant SLICE_BITS : positive := bits_for(SLICES - 1);
 
-  -- The input FIFO takes what arrives during a flush line, and 2 words of its own latency.
+  -- The input FIFO takes what arrives during a flush line, and 3 words of its own latency.
   constant INPUT_ADDRESS_BITS : positive := bits_for(MAX_COLUMNS + 2 * PARALLEL_ROWS - 1);
   -- Sequencer 2, gather, array.
   constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 1, 0) +

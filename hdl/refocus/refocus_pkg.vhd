@@ -133,6 +133,9 @@ package refocus_pkg is
     order          : natural
   ) return positive;
 
+  -- Clocks of the raster core's streams, besides the array: input FIFO 3, sequencer 1, output FIFO 3.
+  constant STREAM_LATENCY : positive := 7;
+
   -- Clocks of divide_round.
   constant DIVIDE_LATENCY : positive := 3;
 

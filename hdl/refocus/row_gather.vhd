@@ -137,6 +137,7 @@ begin
             write_enable  => write_enable,
             write_address => column,
             write_data    => token_data,
+            read_enable   => '1',
             read_address  => column,
             read_data     => stored
           );

@@ -79,6 +79,7 @@ architecture rtl of switch_control is
   signal slice_held : unsigned(slice'range)             := (others => '0');
   signal slice_next : unsigned(slice'range);
   signal mask       : std_logic_vector(0 to TAPS - 1)   := (others => '1');
+  signal next_mask  : std_logic_vector(0 to TAPS - 1);
   signal live_held  : std_logic                         := '0';
   signal switches   : std_logic_vector(0 to TAPS - 1);
 
@@ -89,6 +90,13 @@ begin
 
   slice_next <= slice when first = '1' else
                 slice_held;
+
+  -- Tap 0 always belongs to the current line.
+  next_mask(0) <= '1';
+
+  move_mask : for w in 1 to TAPS - 1 generate
+    next_mask(w) <= mask(w - 1);
+  end generate move_mask;
 
   step : process (clk) is
   begin
@@ -102,13 +110,7 @@ begin
         if first = '1' then
           mask <= FIRST_STEP;
         else
-
-          for w in 1 to TAPS - 1 loop
-
-            mask(w) <= mask(w - 1);
-
-          end loop;
-
+          mask <= next_mask;
         end if;
       end if;
     end if;

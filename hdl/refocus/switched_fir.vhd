@@ -287,6 +287,7 @@ begin
         write_enable  => write_enable,
         write_address => slot_d3,
         write_data    => next_word,
+        read_enable   => '1',
         read_address  => slot_now,
         read_data     => read_word
       );

@@ -10,7 +10,7 @@
 -- arrives meanwhile waits in the refocuser's input FIFO (a line), which empties again in the
 -- horizontal blanking.
 --
--- Latency: D lines and D + 19 pixels with exact sums of nearest neighbours, D = total_delay of the
+-- Latency: D lines and D + 21 pixels with exact sums of nearest neighbours, D = total_delay of the
 --   refocuser (in general D + PIPELINE + 5 pixels), the same for all slices; 1 clock passed through.
 -- Throughput: one pixel each clock.
 -- Ports: slice, sweep, sweep_frames: as in raster_refocuser, in effect with the next frame; in_*, out_*:
@@ -69,8 +69,9 @@ architecture rtl of refocus_video is
 
   constant DELAY : natural := total_delay(MICRO_IMAGE_SIZE, SHIFTS, true, INTERPOLATION_ORDER);
   -- Clocks of the refocuser without its line buffers.
-  constant PIPELINE : positive := 5 + choose(MOVING_SUM, sum_array_latency(not EXACT, INTERPOLATION_ORDER),
-                                             array_latency(not EXACT, BROADCAST_TAPS, INTERPOLATION_ORDER));
+  constant PIPELINE : positive := STREAM_LATENCY +
+                                  choose(MOVING_SUM, sum_array_latency(not EXACT, INTERPOLATION_ORDER),
+                                          array_latency(not EXACT, BROADCAST_TAPS, INTERPOLATION_ORDER));
 
   signal followed       : std_logic;
   signal too_large      : std_logic;

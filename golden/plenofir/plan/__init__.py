@@ -1,0 +1,17 @@
+"""From a camera and a scene to the smallest hardware that does the job."""
+
+from plenofir.plan.devices import DEVICES, Device, Usage
+from plenofir.plan.planner import LeftOut, Plan, make_plan
+from plenofir.plan.scene import LoadedScene, Scene, load_scene
+
+__all__ = [
+    "DEVICES",
+    "Device",
+    "LeftOut",
+    "LoadedScene",
+    "Plan",
+    "Scene",
+    "Usage",
+    "load_scene",
+    "make_plan",
+]

@@ -1,0 +1,247 @@
+"""Project files of a scene: constants, a top level with nothing else in it, and lists for tools."""
+
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from plenofir import project
+from plenofir.files import publish
+from plenofir.plan.devices import DEVICES
+from plenofir.plan.planner import Plan
+
+TOP = "scene_top"
+PACKAGE = "scene_pkg"
+# The clock that stills are built for: 720p at 60 frames a second.
+STILL_CLOCK_MHZ = 74.25
+
+
+def needed_sources(top: Path, entity: str, sources: Sequence[Path]) -> list[Path]:
+    """Sources that an entity is built of, in order of analysis, without any other.
+
+    Parameters
+    ----------
+    top
+        File that instantiates entities and uses packages.
+    entity
+        Not used by any source: the top itself.
+    sources
+        All sources in order of analysis, one unit a file, named as the unit.
+
+    Returns
+    -------
+    list of Path
+        The sources that `top` needs.
+    """
+    by_name = {source.stem: source for source in sources}
+    needed: set[str] = set()
+    waiting = [top]
+    while waiting:
+        text = waiting.pop().read_text()
+        for name in re.findall(r"\bwork\.(\w+)", text):
+            if name in by_name and name not in needed and name != entity:
+                needed.add(name)
+                waiting.append(by_name[name])
+    return [source for source in sources if source.stem in needed]
+
+
+def clock_mhz(plan: Plan) -> float:
+    """Clock that a scene is built for.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+
+    Returns
+    -------
+    float
+        MHz.
+    """
+    return STILL_CLOCK_MHZ if plan.clock_mhz is None else plan.clock_mhz
+
+
+def _constant(name: str, value: int | bool | str) -> str:
+    if isinstance(value, bool):
+        return f"  constant {name} : boolean := {str(value).lower()};"
+    if isinstance(value, str):
+        return f'  constant {name} : string := "{value}";'
+    return f"  constant {name} : natural := {value};"
+
+
+def package_text(plan: Plan) -> str:
+    """VHDL package with the constants of a scene.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+
+    Returns
+    -------
+    str
+        VHDL-93.
+    """
+    constants = {**plan.core.generics(), "COLUMNS": plan.columns, "ROWS": plan.rows}
+    lines = [_constant(name, value) for name, value in constants.items()]
+    a = " ".join(part.a for part in plan.slices)
+    return "\n".join(
+        [
+            f"-- Constants of the scene {plan.scene} (a = {a}), written by plenofir configure.",
+            "",
+            f"package {PACKAGE} is",
+            "",
+            *lines,
+            "",
+            f"end package {PACKAGE};",
+            "",
+        ]
+    )
+
+
+def top_text(plan: Plan) -> str:
+    """VHDL top level of a scene: the core for its frame size, ports for what it has to choose.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+
+    Returns
+    -------
+    str
+        VHDL-93.
+    """
+    several = len(plan.slices) > 1
+    zero, zeros = "'0'", 'x"00"'
+    pixel = "CHANNELS * PIXEL_BITS - 1 downto 0"
+    choice = [
+        "    slice         : in    std_logic_vector(7 downto 0);",
+        "    sweep         : in    std_logic;",
+        "    sweep_frames  : in    std_logic_vector(7 downto 0);",
+    ]
+    generics = [f"      {name} => {name}" for name in plan.core.generics()]
+    return "\n".join(
+        [
+            f"-- The scene {plan.scene}, written by plenofir configure:",
+            f"-- raster_refocuser for frames of {plan.columns} x {plan.rows} pixels.",
+            "",
+            "library ieee;",
+            "use ieee.std_logic_1164.all;",
+            "use ieee.numeric_std.all;",
+            "",
+            "library work;",
+            f"use work.{PACKAGE}.all;",
+            "",
+            f"entity {TOP} is",
+            "  port (",
+            "    clk           : in    std_logic;",
+            "    reset         : in    std_logic;",
+            *(choice if several else []),
+            "    s_axis_tvalid : in    std_logic;",
+            "    s_axis_tready : out   std_logic;",
+            f"    s_axis_tdata  : in    std_logic_vector({pixel});",
+            "    s_axis_tuser  : in    std_logic_vector(0 downto 0);",
+            "    s_axis_tlast  : in    std_logic;",
+            "    m_axis_tvalid : out   std_logic;",
+            "    m_axis_tready : in    std_logic;",
+            f"    m_axis_tdata  : out   std_logic_vector({pixel});",
+            "    m_axis_tuser  : out   std_logic_vector(0 downto 0);",
+            *(["    m_axis_tid    : out   std_logic_vector(7 downto 0);"] if several else []),
+            "    m_axis_tlast  : out   std_logic;",
+            "    error_flags   : out   std_logic_vector(4 downto 0);",
+            "    error_clear   : in    std_logic",
+            "  );",
+            f"end entity {TOP};",
+            "",
+            f"architecture rtl of {TOP} is",
+            "",
+            "  constant COLUMNS_PORT : std_logic_vector(15 downto 0) :=",
+            "    std_logic_vector(to_unsigned(COLUMNS, 16));",
+            "  constant ROWS_PORT : std_logic_vector(15 downto 0) :=",
+            "    std_logic_vector(to_unsigned(ROWS, 16));",
+            "",
+            "begin",
+            "",
+            "  core : entity work.raster_refocuser",
+            "    generic map (",
+            ",\n".join(generics),
+            "    )",
+            "    port map (",
+            "      clk           => clk,",
+            "      reset         => reset,",
+            "      columns       => COLUMNS_PORT,",
+            "      rows          => ROWS_PORT,",
+            f"      slice         => {'slice' if several else zeros},",
+            f"      sweep         => {'sweep' if several else zero},",
+            f"      sweep_frames  => {'sweep_frames' if several else zeros},",
+            "      s_axis_tvalid => s_axis_tvalid,",
+            "      s_axis_tready => s_axis_tready,",
+            "      s_axis_tdata  => s_axis_tdata,",
+            "      s_axis_tuser  => s_axis_tuser,",
+            "      s_axis_tlast  => s_axis_tlast,",
+            "      m_axis_tvalid => m_axis_tvalid,",
+            "      m_axis_tready => m_axis_tready,",
+            "      m_axis_tdata  => m_axis_tdata,",
+            "      m_axis_tuser  => m_axis_tuser,",
+            f"      m_axis_tid    => {'m_axis_tid' if several else 'open'},",
+            "      m_axis_tlast  => m_axis_tlast,",
+            "      error_flags   => error_flags,",
+            "      error_clear   => error_clear",
+            "    );",
+            "",
+            "end architecture rtl;",
+            "",
+        ]
+    )
+
+
+def configure(plan: Plan, out: Path) -> list[Path]:
+    """Write the project files of a scene: all of them or none.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    out
+        Folder.
+
+    Returns
+    -------
+    list of Path
+        VHDL sources in order of analysis, those in the folder included.
+
+    Raises
+    ------
+    plenofir.errors.InputError
+        If the folder cannot be written.
+    """
+    part = DEVICES[plan.device]
+    period_ns = 1000 / clock_mhz(plan)
+    package, top = out / f"{PACKAGE}.vhd", out / f"{TOP}.vhd"
+    texts = {
+        package.name: package_text(plan),
+        top.name: top_text(plan),
+        "plan.json": plan.model_dump_json(indent=2) + "\n",
+        f"{TOP}.ucf": (
+            f"# Clock of the scene {plan.scene}: {clock_mhz(plan):g} MHz.\n"
+            'NET "clk" TNM_NET = "clk";\n'
+            f'TIMESPEC "TS_clk" = PERIOD "clk" {period_ns:.3f} ns HIGH 50 %;\n'
+        ),
+    }
+    # Written first, because the list of sources is read from it.
+    publish(texts, out)
+    sources = [*needed_sources(top, TOP, project.hdl_sources()), package, top]
+    places = [os.path.relpath(source, out) for source in sources]
+    publish(
+        {
+            "sources.txt": "".join(f"{place}\n" for place in places),
+            f"{TOP}.prj": "".join(f'vhdl work "{place}"\n' for place in places),
+            f"{TOP}.xst": (
+                f"run\n-ifn {TOP}.prj\n-ifmt mixed\n-ofn {TOP}\n-ofmt NGC\n"
+                f"-p {part.name}-2-{part.package}\n-top {TOP}\n-opt_mode Speed\n-opt_level 1\n"
+            ),
+        },
+        out,
+    )
+    return sources

@@ -1,0 +1,434 @@
+"""Chooses what a scene needs, and says what that leaves out."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from math import inf
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir import project
+from plenofir.core import CoreConfiguration
+from plenofir.errors import InputError
+from plenofir.plan.devices import DEVICES, Device, Usage
+from plenofir.plan.estimate import estimate
+from plenofir.plan.scene import LoadedScene
+from plenofir.rays import Cover, RayModel, covering_slices
+from plenofir.rays.cover import Slice, depth_of_field, gaps_between
+from plenofir.refocus import interpolation_order
+from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
+from plenofir.refocus.shifts import shift_to_text
+
+STANDARD_MODES = {
+    (640, 480, 60): (800, 525, 25.175),
+    (800, 600, 60): (1056, 628, 40.0),
+    (1024, 768, 60): (1344, 806, 65.0),
+    (1280, 720, 50): (1980, 750, 74.25),
+    (1280, 720, 60): (1650, 750, 74.25),
+    (1920, 1080, 30): (2200, 1125, 74.25),
+    (1920, 1080, 60): (2200, 1125, 148.5),
+}
+"""Columns, rows and frames a second of video modes, to total columns, total rows, MHz (CEA-861)."""
+
+VIDEO_PATH = "refocus_video"
+"""Entity with video in and out."""
+
+# What the grid of a full build spans: a = -1 to 1.
+_FULL_RANGE = 1
+_FULL_CHANNELS = 3
+
+
+class PlannedSlice(BaseModel):
+    """A slice of the plan.
+
+    Attributes
+    ----------
+    a
+        Focus setting, a fraction with denominator M.
+    shift
+        a' in pixels.
+    near_mm, far_mm
+        Its depth of field; None without a camera, far None also where it reaches infinity.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    a: str
+    shift: int
+    near_mm: float | None
+    far_mm: float | None
+
+
+class LeftOut(BaseModel):
+    """Something that the scene does not need.
+
+    Attributes
+    ----------
+    what
+        What it is.
+    saves
+        Resources that it would take on top of the plan: the device's name to the amount.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    what: str
+    saves: dict[str, int]
+
+
+class Plan(BaseModel):
+    """What is built for a scene.
+
+    Attributes
+    ----------
+    scene
+        Its name.
+    path
+        "core" or "video".
+    device
+        Device that it fits.
+    clock_mhz
+        Pixel clock that the frame rate needs; None for stills.
+    frame_clocks
+        Clocks for each frame.
+    latency_clocks, latency_lines
+        Clocks from a frame's first pixel in to its first pixel out, and the lines among them.
+    slices
+        Slices from far to near.
+    gaps_mm
+        (near, far) of what no slice of the grid covers; far None for infinity.
+    core
+        Generics of the core.
+    columns, rows
+        Frame size.
+    taps
+        Taps of the filters of each dimension.
+    line_buffers
+        Lines of partial sums that each channel keeps.
+    line_buffer_bits
+        Bits of all of them.
+    error_bound
+        Largest distance from the real-valued operator in grey levels.
+    needs, full, available
+        Resources of the plan (estimate), of the full build, and of the device.
+    full_build
+        What the full build is.
+    left_out
+        What is not there, each with what it would take.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    scene: str
+    path: str
+    device: str
+    clock_mhz: float | None
+    frame_clocks: int
+    latency_clocks: int
+    latency_lines: int
+    slices: tuple[PlannedSlice, ...]
+    gaps_mm: tuple[tuple[float, float | None], ...]
+    core: CoreConfiguration
+    columns: int
+    rows: int
+    taps: int
+    line_buffers: int
+    line_buffer_bits: int
+    error_bound: float
+    needs: dict[str, int]
+    full: dict[str, int]
+    full_build: str
+    available: dict[str, int]
+    left_out: tuple[LeftOut, ...]
+
+
+def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
+    """Drop slices whose depth of field adds nothing to that of the others.
+
+    Parameters
+    ----------
+    cover
+        Slices that cover a range.
+    near_mm, far_mm
+        The range.
+
+    Returns
+    -------
+    Cover
+        The same cover with fewer slices.
+    """
+
+    def uncovered(slices: list[Slice]) -> float:
+        # Reciprocal distances: a gap to infinity has a finite size.
+        return sum(1 / low - (0 if high == inf else 1 / high) for low, high in gaps(slices))
+
+    def gaps(slices: list[Slice]) -> tuple[tuple[float, float], ...]:
+        return gaps_between(slices, near_mm, far_mm)
+
+    kept = list(cover.slices)
+    for part in cover.slices:
+        others = [other for other in kept if other is not part]
+        if others and uncovered(others) <= uncovered(kept):
+            kept = others
+    return Cover(tuple(kept), gaps(kept))
+
+
+def _cover(loaded: LoadedScene, model: RayModel) -> Cover:
+    depth = loaded.scene.depth
+    assert depth.near_mm is not None
+    assert depth.far_mm is not None
+    cover = covering_slices(model, depth.near_mm, depth.far_mm)
+    if not cover.slices:
+        raise InputError(
+            f"no slice of {loaded.scene.camera.model} is in focus between {depth.near_mm:g} and "
+            f"{depth.far_mm:g} mm",
+            where=f"{loaded.path}: depth",
+            expected="distances in front of the lens, or another focus_mm",
+        )
+    return without_idle_slices(cover, depth.near_mm, depth.far_mm)
+
+
+def _planned(shift: int, m: int, model: RayModel | None) -> PlannedSlice:
+    field = None if model is None else depth_of_field(model, Fraction(shift, m))
+    return PlannedSlice(
+        a=shift_to_text(shift, m),
+        shift=shift,
+        near_mm=None if field is None else field.near_mm,
+        far_mm=None if field is None or field.far_mm == inf else field.far_mm,
+    )
+
+
+def _arithmetics(
+    loaded: LoadedScene,
+) -> Iterator[ExactArithmetic | StoredProductArithmetic]:
+    """What may be used, best first."""
+    build = loaded.scene.build
+    if build.arithmetic in ("auto", "exact"):
+        yield ExactArithmetic()
+    if build.arithmetic == "stored":
+        yield StoredProductArithmetic(
+            fraction_bits=build.fraction_bits, guard_bits=build.guard_bits
+        )
+    if build.arithmetic == "auto":
+        room = 16 - loaded.scene.frame.bits
+        for fraction in range(build.fraction_bits, -1, -1):
+            guard = min(build.guard_bits, fraction, room)
+            yield StoredProductArithmetic(fraction_bits=fraction, guard_bits=guard)
+
+
+def _candidates(loaded: LoadedScene, shifts: tuple[int, ...]) -> Iterator[CoreConfiguration]:
+    """Cores that do the job, in order of preference; those of one arithmetic, smallest first."""
+    scene = loaded.scene
+    for arithmetic in _arithmetics(loaded):
+        cores = []
+        for hold in (False, True):
+            core = CoreConfiguration(
+                micro_image_size=scene.camera.micro_image_size,
+                shifts=shifts,
+                max_columns=scene.frame.columns,
+                channels=scene.frame.channels,
+                pixel_bits=scene.frame.bits,
+                arithmetic=arithmetic,
+                order=interpolation_order(scene.build.interpolation),
+                hold=hold,
+                parallel_rows=scene.build.parallel_rows,
+            )
+            if not hold or core.layout.can_hold:
+                cores.append(core)
+        # The simpler filter wins a tie.
+        yield from sorted(cores, key=lambda core: (_size(estimate(core)), core.hold))
+
+
+def _size(usage: Usage) -> tuple[int, int]:
+    return usage.block_rams, usage.lut + usage.flip_flops
+
+
+def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
+    larger = [
+        other.name for other in DEVICES.values() if not other.overflow(usage) and other != device
+    ]
+    fits = f"build.device = {larger[0]!r}" if larger else "no Spartan-6 is large enough"
+    return InputError(
+        f"does not fit the {device.name.upper()}: needs {'; '.join(device.overflow(usage))}",
+        where=str(loaded.path),
+        expected=f"fewer slices, channels or columns, another arithmetic, or {fits}",
+    )
+
+
+def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> CoreConfiguration:
+    """Take the first candidate that fits."""
+    smallest: Usage | None = None
+    refused: InputError | None = None
+    for core in _candidates(loaded, shifts):
+        try:
+            core.check_limits()
+        except InputError as error:
+            refused = error
+            continue
+        usage = estimate(core)
+        if not device.overflow(usage):
+            return core
+        if smallest is None or _size(usage) < _size(smallest):
+            smallest = usage
+    if smallest is not None:
+        raise _refusal(loaded, device, smallest)
+    assert refused is not None
+    raise InputError(refused.what, where=str(loaded.path), expected=refused.expected)
+
+
+def full_core(core: CoreConfiguration) -> CoreConfiguration:
+    """Build that serves any scene of a camera: all slices, three channels, all taps.
+
+    Parameters
+    ----------
+    core
+        The core of one scene.
+
+    Returns
+    -------
+    CoreConfiguration
+        Every a' from -M to M and between the scene's, RGB, without hold.
+    """
+    m = core.micro_image_size
+    low = min(-m * _FULL_RANGE, *core.shifts)
+    high = max(m * _FULL_RANGE, *core.shifts)
+    return core.model_copy(
+        update={
+            "shifts": tuple(range(low, high + 1)),
+            "channels": _FULL_CHANNELS,
+            "hold": False,
+        }
+    )
+
+
+def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]:
+    """What the scene leaves out: each text with the core that would have it."""
+    full = full_core(core)
+    spare = len(full.shifts) - len(core.shifts)
+    if spare > 0:
+        yield (
+            f"{spare} of {len(full.shifts)} slices, {full.taps - core.taps} of {full.taps} taps",
+            core.model_copy(update={"shifts": full.shifts, "hold": False}),
+        )
+    if core.channels < full.channels:
+        yield (
+            f"{full.channels - core.channels} of {full.channels} channels",
+            core.model_copy(update={"channels": full.channels}),
+        )
+    if core.hold:
+        yield (
+            f"{core.model_copy(update={'hold': False}).taps - core.taps} taps by holding outputs",
+            core.model_copy(update={"hold": False}),
+        )
+    unswitched = int((~core.layout.switched).sum())
+    if unswitched:
+        yield f"switches and adders of {unswitched} taps that no slice closes", core
+    if core.order == 0:
+        yield "linear interpolation", core.model_copy(update={"order": 1})
+    if isinstance(core.arithmetic, ExactArithmetic):
+        yield "stored products (exact sums need none)", core
+    else:
+        yield (
+            "wide sums and division (stored products need none)",
+            core.model_copy(update={"arithmetic": ExactArithmetic()}),
+        )
+
+
+def _left_out(core: CoreConfiguration, path: str) -> tuple[LeftOut, ...]:
+    needs = estimate(core).amounts()
+    found = []
+    for what, other in _differences(core):
+        amounts = estimate(other).amounts()
+        saves = {name: amounts[name] - needs[name] for name in needs if amounts[name] > needs[name]}
+        found.append(LeftOut(what=what, saves=saves))
+    if path == "core":
+        found.append(LeftOut(what="video timing, TMDS receiver and transmitter", saves={}))
+    return tuple(found)
+
+
+def _clock(loaded: LoadedScene, core: CoreConfiguration) -> tuple[float | None, int]:
+    """Pixel clock in MHz and clocks for each frame."""
+    frame = loaded.scene.frame
+    rate = frame.rate_hz
+    if loaded.scene.build.path == "video":
+        assert rate is not None
+        mode = STANDARD_MODES.get((frame.columns, frame.rows, round(rate)))
+        if mode is None or abs(rate - round(rate)) > 0.1:
+            known = ", ".join(f"{c} x {r} at {f} Hz" for c, r, f in STANDARD_MODES)
+            raise InputError(
+                f"{frame.columns} x {frame.rows} at {rate:g} Hz is no video mode",
+                where=f"{loaded.path}: frame",
+                expected=f"one of {known}",
+            )
+        return mode[2], mode[0] * mode[1]
+    # One pixel each clock on the raster's streams, however many rows the array takes at once.
+    clocks = max(frame.columns, core.band_steps(frame.columns)) * frame.rows
+    if core.parallel_rows > 1:
+        clocks = frame.columns * frame.rows
+    return (None if rate is None else clocks * rate / 1e6), clocks
+
+
+def make_plan(loaded: LoadedScene) -> Plan:
+    """Plan the smallest hardware for a scene.
+
+    Parameters
+    ----------
+    loaded
+        The scene.
+
+    Returns
+    -------
+    Plan
+        Slices, generics, resources, latency and what is left out.
+
+    Raises
+    ------
+    InputError
+        If no slice covers anything, the core's limits are exceeded, or the device is too small:
+        the resource and both numbers.
+    """
+    scene = loaded.scene
+    m = scene.camera.micro_image_size
+    model = loaded.model()
+    gaps: tuple[tuple[float, float], ...] = ()
+    if loaded.shifts is None:
+        assert model is not None
+        cover = _cover(loaded, model)
+        shifts = tuple(int(part.a * m) for part in cover.slices)
+        gaps = cover.gaps
+    else:
+        shifts = loaded.shifts
+    device = DEVICES[scene.build.device]
+    core = _choose(loaded, shifts, device)
+    clock_mhz, frame_clocks = _clock(loaded, core)
+    if scene.build.path == "video" and VIDEO_PATH not in {s.stem for s in project.hdl_sources()}:
+        raise InputError(
+            "the sources have no video path yet",
+            where=f"{loaded.path}: build.path",
+            expected='path = "core"',
+        )
+    columns, rows = scene.frame.columns, scene.frame.rows
+    full = full_core(core)
+    kept = core.taps - (core.order + 1) + core.hold
+    return Plan(
+        scene=scene.name,
+        path=scene.build.path,
+        device=device.name,
+        clock_mhz=clock_mhz,
+        frame_clocks=frame_clocks,
+        latency_clocks=core.latency_clocks(columns, rows),
+        latency_lines=core.delay,
+        slices=tuple(_planned(shift, m, model) for shift in shifts),
+        gaps_mm=tuple((low, None if high == inf else high) for low, high in gaps),
+        core=core,
+        columns=columns,
+        rows=rows,
+        taps=core.taps,
+        line_buffers=kept if core.column_depth > 1 else 0,
+        line_buffer_bits=core.line_buffer_bits,
+        error_bound=float(core.arithmetic.error_bound(m, core.pixel_bits, core.order)),
+        needs=estimate(core).amounts(),
+        full=estimate(full).amounts(),
+        full_build=f"{len(full.shifts)} slices, {full.channels} channels, {full.taps} taps",
+        available=device.total.amounts(),
+        left_out=_left_out(core, scene.build.path),
+    )

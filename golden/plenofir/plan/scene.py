@@ -1,0 +1,270 @@
+"""The scene profile: what a camera sees and what is wanted of it, from ``scene.toml``."""
+
+import tomllib
+from fractions import Fraction
+from math import inf
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from plenofir.core import (
+    MAX_COLUMNS,
+    MAX_MICRO_IMAGE_SIZE,
+    MAX_PARALLEL_ROWS,
+    MAX_ROWS,
+)
+from plenofir.errors import InputError, validation_error
+from plenofir.plan.devices import DEVICES
+from plenofir.rays import Camera, RayModel, load_camera
+from plenofir.refocus.shifts import focus_to_shift
+
+Distance = Annotated[float, Field(gt=0)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class SceneCamera(_Part):
+    """The camera.
+
+    Attributes
+    ----------
+    micro_image_size
+        M in pixels.
+    model
+        Shipped camera or TOML file (relative to the scene file); needed for a depth range.
+    focus_mm
+        Distance that the main lens is focused to, from the micro lenses; inf allowed.
+    """
+
+    micro_image_size: Annotated[int, Field(ge=1, le=MAX_MICRO_IMAGE_SIZE)]
+    model: Annotated[str, Field(min_length=1)] | None = None
+    focus_mm: Distance = inf
+
+
+class SceneFrame(_Part):
+    """The raw image.
+
+    Attributes
+    ----------
+    columns, rows
+        Size in pixels.
+    rate_hz
+        Frames a second; None for stills.
+    colour
+        Whether a pixel has one channel or three.
+    bits
+        Width of a channel.
+    """
+
+    columns: Annotated[int, Field(ge=1, le=MAX_COLUMNS)]
+    rows: Annotated[int, Field(ge=1, le=MAX_ROWS)]
+    rate_hz: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    colour: Literal["grey", "rgb"]
+    bits: Annotated[int, Field(ge=1, le=16)] = 8
+
+    @property
+    def channels(self) -> int:
+        """Channels of a pixel."""
+        return 3 if self.colour == "rgb" else 1
+
+
+class SceneDepth(_Part):
+    """What is to be in focus: a range of depths, or slices by name.
+
+    Attributes
+    ----------
+    near_mm, far_mm
+        Range of distances from the micro lenses; far may be inf.
+    slices
+        Focus settings a, fractions whose denominators divide M.
+    """
+
+    near_mm: Distance | None = None
+    far_mm: Distance | None = None
+    slices: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _list_to_tuple(cls, content: Any) -> Any:
+        # TOML has lists only, and strict validation takes no list for a tuple.
+        if isinstance(content, dict) and isinstance(content.get("slices"), list):
+            return {**content, "slices": tuple(content["slices"])}
+        return content
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> "SceneDepth":
+        has_range = self.near_mm is not None and self.far_mm is not None
+        has_end = self.near_mm is not None or self.far_mm is not None
+        if has_range == (self.slices is not None) or has_end != has_range:
+            raise ValueError("either near_mm and far_mm, or slices")
+        if self.near_mm is not None and self.far_mm is not None and self.near_mm >= self.far_mm:
+            raise ValueError("near_mm below far_mm")
+        return self
+
+
+class SceneBuild(_Part):
+    """How it is to be computed, and where.
+
+    Attributes
+    ----------
+    arithmetic
+        "exact", "stored" (stored products), or "auto": exact if it fits the device, else stored
+        products with as many fraction bits as fit.
+    fraction_bits, guard_bits
+        Of stored products.
+    interpolation
+        Of whole micro images: nearest neighbour, linear, or B-splines of higher order.
+    parallel_rows
+        Rows that are filtered at once (iota).
+    path
+        "core": the streams of the raster core; "video": video in and out.
+    device
+        What it must fit.
+    """
+
+    arithmetic: Literal["auto", "exact", "stored"] = "auto"
+    fraction_bits: Annotated[int, Field(ge=0, le=12)] = 8
+    guard_bits: Annotated[int, Field(ge=0, le=12)] = 2
+    interpolation: Literal["nearest", "linear", "2", "3"] = "nearest"
+    parallel_rows: Annotated[int, Field(ge=1, le=MAX_PARALLEL_ROWS)] = 1
+    path: Literal["core", "video"] = "core"
+    device: str = "xc6slx45"
+
+    @field_validator("device")
+    @classmethod
+    def _is_a_device(cls, name: str) -> str:
+        if name not in DEVICES:
+            raise ValueError(f"one of {', '.join(DEVICES)}")
+        return name
+
+    @model_validator(mode="after")
+    def _guard_bits_are_fraction_bits(self) -> "SceneBuild":
+        if self.guard_bits > self.fraction_bits:
+            raise ValueError("guard_bits of at most fraction_bits")
+        return self
+
+
+class Scene(_Part):
+    """A scene profile.
+
+    Attributes
+    ----------
+    name
+        Short name: letters, digits, and hyphens in between.
+    title
+        Description in a line.
+    camera, frame, depth, build
+        Its parts.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=40)]
+    title: str = ""
+    camera: SceneCamera
+    frame: SceneFrame
+    depth: SceneDepth
+    build: SceneBuild = SceneBuild()
+
+    @model_validator(mode="after")
+    def _parts_agree(self) -> "Scene":
+        if self.depth.slices is None and self.camera.model is None:
+            raise ValueError("camera.model for a depth range, or depth.slices")
+        if self.build.path == "video":
+            if self.frame.colour != "rgb" or self.frame.bits != 8:
+                raise ValueError('frame.colour "rgb" with 8 bits for build.path "video"')
+            if self.frame.rate_hz is None:
+                raise ValueError('frame.rate_hz for build.path "video"')
+        return self
+
+
+class LoadedScene(BaseModel):
+    """A scene with what its file refers to.
+
+    Attributes
+    ----------
+    path
+        The file.
+    scene
+        Its content.
+    camera
+        The camera it names, or None.
+    shifts
+        a' of the slices it names, or None.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    path: Path
+    scene: Scene
+    camera: Camera | None
+    shifts: tuple[int, ...] | None
+
+    def model(self) -> RayModel | None:
+        """Ray model of the camera.
+
+        Returns
+        -------
+        RayModel or None
+            None if the scene names no camera.
+
+        Raises
+        ------
+        InputError
+            If the camera cannot be focused as the scene wants it.
+        """
+        if self.camera is None:
+            return None
+        part = self.scene.camera
+        return RayModel.focused(self.camera, part.focus_mm, part.micro_image_size)
+
+
+def load_scene(path: str | Path) -> LoadedScene:
+    """Load a scene profile.
+
+    Parameters
+    ----------
+    path
+        TOML file.
+
+    Returns
+    -------
+    LoadedScene
+        The scene and its camera.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is not valid: field, value and what is allowed.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise InputError("no such file", where=str(path), expected="a TOML scene file")
+    try:
+        content = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(
+            f"cannot be read ({error})", where=str(file), expected="a TOML scene file"
+        ) from None
+    try:
+        scene = Scene.model_validate(content)
+    except ValidationError as error:
+        raise validation_error(error, where=str(file)) from None
+    camera = None
+    if scene.camera.model is not None:
+        beside = file.parent / scene.camera.model
+        camera = load_camera(beside if beside.is_file() else scene.camera.model)
+    shifts = None
+    if scene.depth.slices is not None:
+        m = scene.camera.micro_image_size
+        where = f"{file}: depth.slices"
+        shifts = tuple(focus_to_shift(a, m, where=where) for a in scene.depth.slices)
+        for number, shift in enumerate(shifts):
+            if shift in shifts[:number]:
+                raise InputError(
+                    f"a = {Fraction(shift, m)} stands in it twice",
+                    where=where,
+                    expected="each a once",
+                )
+    return LoadedScene(path=file, scene=scene, camera=camera, shifts=shifts)

@@ -1,0 +1,1 @@
+"""Synthesis with open tools: GHDL to Verilog, Yosys to a netlist, nextpnr to a bitstream."""

@@ -1,0 +1,210 @@
+"""The designs whose synthesis is kept watch of, and the file with their figures.
+
+``data/figures.json`` holds, for each version of GHDL, what Yosys makes of each design. Tests
+synthesise them anew and want the very same counts, so that a change that costs area shows in
+review.
+"""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir import project
+from plenofir.core import CoreConfiguration
+from plenofir.plan.configure import TOP, configure
+from plenofir.plan.planner import Plan, full_core, make_plan
+from plenofir.plan.scene import load_scene
+from plenofir.refocus.arithmetic import StoredProductArithmetic
+from plenofir.synthesis.spartan6 import Figures, Netlist, synthesise
+
+FILE = project.DATA / "figures.json"
+CORE = "raster_refocuser"
+ARRAY = "module_array"
+# GHDL 2.0 needs some kilobytes for each word of a memory: 20 GB for 24 Mbit.
+_MAX_LINE_BUFFER_BITS = 1 << 23
+
+
+@dataclass(frozen=True)
+class Design:
+    """Something to synthesise.
+
+    Attributes
+    ----------
+    name
+        Its name in the file of figures.
+    core
+        Generics.
+    top
+        Entity, if it is not a scene's.
+    plan
+        Plan of the scene that it is, or None.
+    slow
+        Whether its synthesis takes minutes.
+    """
+
+    name: str
+    core: CoreConfiguration
+    top: str = CORE
+    plan: Plan | None = None
+    slow: bool = False
+
+    def synthesise(self, directory: Path) -> Netlist:
+        """Synthesise it for Spartan-6.
+
+        Parameters
+        ----------
+        directory
+            Empty folder for all files.
+
+        Returns
+        -------
+        Netlist
+            The netlist and what it takes.
+        """
+        if self.plan is not None:
+            sources = configure(self.plan, directory)
+            return synthesise(sources, TOP, {}, directory)
+        return synthesise(project.hdl_sources(), self.top, self.core.generics(), directory)
+
+
+def scene_files() -> list[Path]:
+    """Shipped scene profiles.
+
+    Returns
+    -------
+    list of Path
+        TOML files.
+    """
+    return sorted((project.root() / "scenes").glob("*.toml"))
+
+
+def scene_designs() -> Iterator[Design]:
+    """Design of each shipped scene.
+
+    Yields
+    ------
+    Design
+        Named as the scene.
+    """
+    for file in scene_files():
+        plan = make_plan(load_scene(file))
+        yield Design(plan.scene, plan.core, TOP, plan)
+
+
+def full_designs() -> Iterator[Design]:
+    """Full build of each shipped scene, if GHDL can synthesise its line buffers.
+
+    Yields
+    ------
+    Design
+        Named as the scene, with "full".
+    """
+    for design in scene_designs():
+        core = full_core(design.core)
+        if core.line_buffer_bits <= _MAX_LINE_BUFFER_BITS:
+            yield Design(f"{design.name} full", core, slow=True)
+
+
+def _grid(top: str, m: int, shift: int, rows: int, *, slow: bool = False) -> Design:
+    core = CoreConfiguration(
+        micro_image_size=m, shifts=(shift,), max_columns=640, parallel_rows=rows
+    )
+    kind = "array" if top == ARRAY else "core"
+    return Design(f"{kind} M={m} a'={shift} iota={rows}", core, top, slow=slow)
+
+
+def _variant(name: str, **generics: object) -> Design:
+    values = {"micro_image_size": 5, "shifts": (2,), "max_columns": 640, **generics}
+    return Design(name, CoreConfiguration.model_validate(values), slow=True)
+
+
+def grid_designs() -> Iterator[Design]:
+    """Cores and arrays for grey pixels and 640 columns, and variants of one of them.
+
+    Yields
+    ------
+    Design
+        Named after M, a' and iota, or after what differs.
+    """
+    yield _grid(CORE, 1, 0, 1)
+    yield _grid(CORE, 2, 1, 1)
+    for shift in (-2, 0, 1, 2):
+        yield _grid(CORE, 3, shift, 1, slow=shift in (-2, 0))
+    for shift in (-3, 1, 2):
+        yield _grid(CORE, 5, shift, 1, slow=shift != 2)
+    yield _grid(CORE, 11, 1, 1)
+    yield _grid(CORE, 3, 1, 3, slow=True)
+    yield _grid(ARRAY, 3, 1, 1)
+    yield _grid(ARRAY, 3, 1, 3)
+    yield _grid(ARRAY, 5, 1, 5, slow=True)
+    stored = StoredProductArithmetic()
+    yield _variant("core M=5 a'=2 stored products", arithmetic=stored)
+    yield _variant("core M=5 a'=2 linear interpolation", order=1)
+    yield _variant("core M=5 a'=-5,0,5", shifts=(-5, 0, 5))
+    yield _variant("core M=5 a'=-5,0,5 hold", shifts=(-5, 0, 5), hold=True)
+    yield _variant("core M=5 a'=2 RGB", channels=3)
+    yield _variant("core M=5 a'=2 16 bit", pixel_bits=16)
+    yield _variant("core M=5 a'=2 latches of 4 taps", broadcast_taps=4)
+
+
+def designs() -> list[Design]:
+    """All designs.
+
+    Returns
+    -------
+    list of Design
+        Scenes, cores and arrays, full builds.
+    """
+    return [*scene_designs(), *grid_designs(), *full_designs()]
+
+
+class FiguresFile(BaseModel):
+    """Content of the file of figures.
+
+    Attributes
+    ----------
+    yosys
+        Version that made them.
+    figures
+        Version of GHDL to the name of a design to its figures.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    yosys: str
+    figures: dict[str, dict[str, Figures]]
+
+
+def load_figures() -> FiguresFile:
+    """Read the file of figures.
+
+    Returns
+    -------
+    FiguresFile
+        Its content.
+    """
+    return FiguresFile.model_validate(json.loads(FILE.read_text()))
+
+
+def save_figures(content: FiguresFile) -> None:
+    """Write the file of figures, a design a line.
+
+    Parameters
+    ----------
+    content
+        Its content.
+    """
+    parts = []
+    for version, figures in sorted(content.figures.items()):
+        lines = [
+            f"      {json.dumps(name)}: {json.dumps(values.model_dump())}"
+            for name, values in figures.items()
+        ]
+        parts.append(f"    {json.dumps(version)}: {{\n" + ",\n".join(lines) + "\n    }")
+    body = ",\n".join(parts)
+    FILE.write_text(
+        f'{{\n  "yosys": {json.dumps(content.yosys)},\n  "figures": {{\n{body}\n  }}\n}}\n'
+    )

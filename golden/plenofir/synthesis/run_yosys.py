@@ -1,0 +1,16 @@
+"""Runs Yosys commands, one for each argument, in a process that Yosys may end on errors."""
+
+import sys
+
+from pyosys import libyosys
+
+
+def main() -> None:
+    """Run the commands on an empty design."""
+    design = libyosys.Design()
+    for command in sys.argv[1:]:
+        libyosys.run_pass(command, design)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,298 @@
+"""Scene profiles, plans, estimates, project files."""
+
+import itertools
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from plenofir import project
+from plenofir.core import CoreConfiguration
+from plenofir.errors import InputError
+from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
+from plenofir.plan.configure import TOP, configure, needed_sources
+from plenofir.plan.estimate import Memory, estimate, reciprocal_bits
+from plenofir.plan.planner import without_idle_slices
+from plenofir.rays import Cover, Slice, covering_slices
+from plenofir.refocus import StoredProductArithmetic
+from plenofir.synthesis.figures import CORE, designs, load_figures, scene_files
+
+PLENOFIR = str(Path(sys.executable).parent / "plenofir")
+
+BASE = """
+name = "test"
+[camera]
+model = "f193-mla2"
+focus_mm = 5000.0
+micro_image_size = 5
+[frame]
+columns = 640
+rows = 480
+colour = "rgb"
+[depth]
+near_mm = 800.0
+far_mm = inf
+[build]
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "scene.toml"
+    path.write_text(text)
+    return path
+
+
+def scene(folder: Path, *changes: tuple[str, str], build: str = "") -> LoadedScene:
+    text = BASE + build
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return load_scene(write(folder, text))
+
+
+@pytest.mark.parametrize("file", scene_files(), ids=lambda file: file.stem)
+def test_shipped_scenes_fit(file: Path) -> None:
+    plan = make_plan(load_scene(file))
+    assert plan.scene == file.stem
+    assert plan.slices
+    assert not plan.gaps_mm
+    assert all(plan.needs[name] <= plan.available[name] for name in plan.available)
+    # What is left out makes the full build larger in every resource that counts.
+    assert plan.full["LUT"] > plan.needs["LUT"]
+    assert plan.full["block RAM (18 Kbit)"] > plan.needs["block RAM (18 Kbit)"]
+
+
+def test_four_scenes_are_shipped() -> None:
+    plans = [make_plan(load_scene(file)) for file in scene_files()]
+    kinds = {(p.core.channels, p.core.micro_image_size, p.columns) for p in plans}
+    assert {(3, 3, 640), (3, 5, 1280), (1, 11, 3201)} < kinds
+    assert len(kinds) == 4
+
+
+def test_slices_cover_the_range_and_each_is_needed(tmp_path: Path) -> None:
+    loaded = scene(tmp_path)
+    plan = make_plan(loaded)
+    fields = [(part.near_mm, part.far_mm) for part in plan.slices]
+    assert fields[0][1] is None
+    assert fields[-1][0] <= 800
+    for (near, _), (_, far) in itertools.pairwise(fields):
+        assert far >= near
+    for number in range(1, len(fields) - 1):
+        # Without a slice in the middle, a gap opens between its neighbours.
+        assert fields[number - 1][0] > fields[number + 1][1]
+
+
+def test_idle_slices_are_dropped() -> None:
+    parts = (
+        Slice(0, 2000.0, float("inf")),
+        Slice(1, 1500.0, 2500.0),
+        Slice(2, 1000.0, 2100.0),
+    )
+    cover = without_idle_slices(Cover(parts, ()), 1000.0, float("inf"))
+    assert [part.a for part in cover.slices] == [0, 2]
+    assert cover.gaps == ()
+
+
+def test_explicit_slices(tmp_path: Path) -> None:
+    changes = [("near_mm = 800.0\nfar_mm = inf", 'slices = ["-1/5", "2/5"]')]
+    plan = make_plan(scene(tmp_path, *changes))
+    assert plan.core.shifts == (-1, 2)
+    assert not plan.core.hold
+    plan = make_plan(scene(tmp_path, (changes[0][0], 'slices = ["-1", "0", "1"]')))
+    assert plan.core.hold
+    assert plan.core.layout.can_hold
+
+
+def test_auto_arithmetic_takes_what_fits(tmp_path: Path) -> None:
+    wide = ("columns = 640", "columns = 2048")
+    assert make_plan(scene(tmp_path)).core.arithmetic.kind == "exact"
+    many = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-1", "4/5"]')
+    plan = make_plan(scene(tmp_path, wide, many))
+    arithmetic = plan.core.arithmetic
+    assert isinstance(arithmetic, StoredProductArithmetic)
+    # With one fraction bit more it would not fit.
+    bits = arithmetic.fraction_bits + 1
+    more = StoredProductArithmetic(fraction_bits=bits, guard_bits=min(2, bits))
+    usage = estimate(plan.core.model_copy(update={"arithmetic": more}))
+    assert DEVICES["xc6slx45"].overflow(usage)
+
+
+def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
+    build = 'arithmetic = "exact"'
+    big = [("columns = 640", "columns = 4096"), ("far_mm = inf", "far_mm = 5000.0")]
+    with pytest.raises(InputError, match=r"XC6SLX45: needs \d+ of 116 block RAM") as refusal:
+        make_plan(scene(tmp_path, *big, build=build))
+    assert "xc6slx" in refusal.value.expected
+    device = refusal.value.expected.split("'")[1]
+    plan = make_plan(scene(tmp_path, *big, build=f'{build}\ndevice = "{device}"'))
+    assert plan.device == device
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("columns = 640", "columns = 0", r"frame\.columns = 0; expected greater than"),
+        ("columns = 640", 'columns = "640"', r"frame\.columns = '640'; expected a valid integer"),
+        ("columns = 640", "width = 640", r"frame\.columns; expected this field"),
+        ("rows = 480", "rows = 480\ndepth = 3", r"frame\.depth = 3; expected no such field"),
+        ('"rgb"', '"red"', r"frame\.colour = 'red'; expected 'grey' or 'rgb'"),
+        ("far_mm = inf", "far_mm = 700.0", r"depth cannot be used; expected near_mm below"),
+        ("far_mm = inf", "", r"depth cannot be used; expected either near_mm and far_mm"),
+        ('model = "f193-mla2"', "", r"camera\.model for a depth range"),
+        ('"f193-mla2"', '"f1"', r"f1: no such camera"),
+        ("[build]", '[build]\ndevice = "xc7a35t"', r"build\.device = 'xc7a35t'; expected one of"),
+        ("[build]", "[build]\nguard_bits = 9", r"guard_bits of at most fraction_bits"),
+        ("[build]", '[build]\npath = "video"', r"frame\.rate_hz for build\.path"),
+        ("far_mm = inf", "far_mm = nan", r"depth"),
+        ("focus_mm = 5000.0", "focus_mm = 5.0", r"."),
+        ('name = "test"', 'name = "a b"', r"name = 'a b'"),
+        ("[frame]", "[frame", r"cannot be read"),
+        ("near_mm = 800.0\nfar_mm = inf", 'slices = ["1/7"]', r"grid of M = 5"),
+        ("near_mm = 800.0\nfar_mm = inf", 'slices = ["1", "5/5"]', r"twice"),
+        ("near_mm = 800.0\nfar_mm = inf", "slices = []", r"depth\.slices"),
+        ("near_mm = 800.0\nfar_mm = inf", "near_mm = 1.0\nfar_mm = 2.0", r"no slice|scene"),
+    ],
+)
+def test_bad_scenes(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = write(tmp_path, BASE.replace(old, new))
+    done = subprocess.run(
+        [PLENOFIR, "plan", str(path)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2, done.stdout
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert re.search(message, done.stderr), done.stderr
+
+
+def test_video_path_needs_its_sources(tmp_path: Path) -> None:
+    rate = ("rows = 480", "rows = 480\nrate_hz = 60.0")
+    names = {source.stem for source in project.hdl_sources()}
+    loaded = scene(tmp_path, rate, build='path = "video"')
+    if "refocus_video" in names:
+        assert make_plan(loaded).clock_mhz == 25.175
+    else:
+        with pytest.raises(InputError, match="no video path"):
+            make_plan(loaded)
+    odd = scene(tmp_path, ("rows = 480", "rows = 480\nrate_hz = 61.0"), build='path = "video"')
+    with pytest.raises(InputError, match="no video mode"):
+        make_plan(odd)
+
+
+def test_plan_as_json() -> None:
+    done = subprocess.run(
+        [PLENOFIR, "plan", str(scene_files()[-1]), "--json"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    content = json.loads(done.stdout)
+    assert content["needs"]["DSP48A1"] == 1
+    assert content["slices"][0]["far_mm"] is None
+
+
+def test_estimates_against_synthesis() -> None:
+    # Block RAM and multipliers equal what Yosys makes; LUTs and flip-flops within some percent.
+    known = load_figures().figures["2.0.0"]
+    compared = 0
+    for design in designs():
+        if design.name not in known or design.top != CORE:
+            continue
+        figures, usage = known[design.name], estimate(design.core)
+        assert (usage.ramb16, usage.ramb8, usage.dsp) == (
+            figures.ramb16,
+            figures.ramb8,
+            figures.dsp,
+        ), design.name
+        assert usage.lut == pytest.approx(figures.lut, rel=0.15), design.name
+        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name
+        compared += 1
+    assert compared >= 15
+
+
+@pytest.mark.parametrize(
+    ("address_bits", "width", "ramb16", "ramb8"),
+    [
+        (5, 100, 0, 0),
+        (7, 36, 0, 1),
+        (7, 37, 0, 2),
+        (10, 9, 0, 1),
+        (10, 10, 1, 0),
+        (10, 19, 0, 3),
+        (11, 10, 0, 3),
+        (11, 27, 3, 0),
+        (13, 9, 4, 0),
+        (13, 10, 5, 0),
+        (13, 45, 20, 0),
+    ],
+)
+def test_memories_as_yosys_maps_them(
+    address_bits: int, width: int, ramb16: int, ramb8: int
+) -> None:
+    usage = Memory("", address_bits, width, 1).usage
+    assert (usage.ramb16, usage.ramb8) == (ramb16, ramb8)
+
+
+def test_reciprocal_is_exact() -> None:
+    for divisor in (3, 9, 25, 49, 121, 625):
+        largest = 255 * divisor
+        bits, factor_bits = reciprocal_bits(largest, divisor)
+        numerator = largest + divisor // 2
+        assert bits == numerator.bit_length()
+        exponent = next(t for t in range(64) if (-(1 << t)) % divisor * numerator < 1 << t)
+        factor = -(-(1 << exponent) // divisor)
+        assert factor.bit_length() == factor_bits
+        for n in range(0, numerator + 1, 7):
+            assert n * factor >> exponent == n // divisor
+
+
+def test_configure_leaves_all_files(tmp_path: Path) -> None:
+    plan = make_plan(load_scene(scene_files()[0]))
+    sources = configure(plan, tmp_path / "out")
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {
+        "plan.json",
+        "scene_pkg.vhd",
+        "scene_top.prj",
+        "scene_top.ucf",
+        "scene_top.vhd",
+        "scene_top.xst",
+        "sources.txt",
+    }
+    listed = (tmp_path / "out" / "sources.txt").read_text().splitlines()
+    assert [(tmp_path / "out" / line).resolve() for line in listed] == [
+        source.resolve() for source in sources
+    ]
+    package = (tmp_path / "out" / "scene_pkg.vhd").read_text()
+    assert f'SHIFTS : string := "{" ".join(map(str, plan.core.shifts))}"' in package
+    assert f"{1000 / plan.clock_mhz:.3f} ns" in (tmp_path / "out" / "scene_top.ucf").read_text()
+
+
+def test_configure_needs_a_folder_that_can_be_written(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("")
+    plan = make_plan(load_scene(scene_files()[0]))
+    with pytest.raises(InputError, match="OUT"):
+        configure(plan, tmp_path / "out")
+
+
+def test_sources_of_a_core_are_those_it_is_built_of(tmp_path: Path) -> None:
+    top = tmp_path / f"{TOP}.vhd"
+    top.write_text("core : entity work.axis_fifo")
+    sources = needed_sources(top, TOP, project.hdl_sources())
+    assert [source.stem for source in sources] == ["ram_simple_dual_port", "axis_fifo"]
+
+
+def test_cover_needs_its_greedy_choice() -> None:
+    model = load_scene(scene_files()[1]).model()
+    assert model is not None
+    cover = covering_slices(model, 500.0, float("inf"))
+    again = without_idle_slices(cover, 500.0, float("inf"))
+    assert again.slices == cover.slices
+
+
+def test_hold_is_smaller() -> None:
+    core = CoreConfiguration(micro_image_size=5, shifts=(-5, 0, 5), max_columns=640)
+    held = core.model_copy(update={"hold": True})
+    assert estimate(held).lut < estimate(core).lut

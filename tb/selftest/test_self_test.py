@@ -1,0 +1,29 @@
+"""The design that tests itself on a board, against the golden model."""
+
+import pytest
+
+from plenofir.core import CoreConfiguration
+from plenofir.refocus import StoredProductArithmetic
+from plenofir.synthesis.self_test import TOP, self_test_generics
+from plenofir_tb.runner import run_case
+
+COLUMNS, ROWS = 20, 12
+
+
+@pytest.mark.parametrize(
+    ("channels", "arithmetic"), [(3, None), (1, StoredProductArithmetic(fraction_bits=4))]
+)
+@pytest.mark.parametrize("wrong", [0, 1])
+def test_self_test(channels: int, arithmetic, wrong: int) -> None:
+    core = CoreConfiguration(
+        micro_image_size=3,
+        shifts=(2,),
+        max_columns=COLUMNS,
+        channels=channels,
+        **({"arithmetic": arithmetic} if arithmetic else {}),
+    )
+    generics = self_test_generics(core, ROWS)
+    generics["EXPECTED_LOW"] ^= wrong
+    clocks = core.latency_clocks(COLUMNS, ROWS) + 4 * COLUMNS * ROWS
+    case = {"clocks": clocks, "passes": int(not wrong)}
+    run_case(TOP, "selftest.bench", generics=generics, case=case)

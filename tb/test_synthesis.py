@@ -1,0 +1,143 @@
+"""Synthesis with GHDL and Yosys: recorded counts; what a scene does not need is absent."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from plenofir.errors import InputError
+from plenofir.plan.planner import full_core
+from plenofir.synthesis.figures import CORE, Design, designs, load_figures, scene_designs
+from plenofir.synthesis.tools import ghdl_version, plain_verilog, yosys_version
+
+DESIGNS = designs()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def tools() -> None:
+    try:
+        ghdl_version()
+        yosys_version()
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.parametrize(
+    "design",
+    [
+        pytest.param(design, marks=[pytest.mark.slow] if design.slow else [], id=design.name)
+        for design in DESIGNS
+    ],
+)
+def test_figures(tmp_path: Path, design: Design) -> None:
+    recorded = load_figures()
+    assert recorded.yosys == yosys_version()
+    figures = design.synthesise(tmp_path).figures
+    known = recorded.figures.get(ghdl_version())
+    if known is not None:
+        assert figures == known[design.name], "run make figures if the change is meant"
+        return
+    # Another GHDL than those recorded: its Verilog differs in detail.
+    nearest = recorded.figures[max(recorded.figures)][design.name]
+    assert (figures.ramb16, figures.ramb8, figures.dsp) == (
+        nearest.ramb16,
+        nearest.ramb8,
+        nearest.dsp,
+    )
+    assert figures.lut == pytest.approx(nearest.lut, rel=0.1)
+    assert figures.flip_flops == pytest.approx(nearest.flip_flops, rel=0.05)
+
+
+def test_every_design_is_recorded() -> None:
+    names = [design.name for design in DESIGNS]
+    for version, figures in load_figures().figures.items():
+        assert list(figures) == names, version
+
+
+@pytest.mark.parametrize("design", list(scene_designs()), ids=lambda design: design.name)
+def test_what_a_scene_does_not_need_is_absent(tmp_path: Path, design: Design) -> None:
+    from plenofir.plan.configure import TOP, configure
+    from plenofir.synthesis.tools import write_verilog
+
+    core = design.core
+    assert design.plan is not None
+    sources = configure(design.plan, tmp_path)
+    verilog = write_verilog(sources, TOP, {}, tmp_path).read_text()
+    modules = re.findall(r"^module (\w+)", verilog, re.M)
+    kinds = {
+        source.stem: sum(module.startswith(source.stem) for module in modules) for source in sources
+    }
+    # No part of the video path, nor any stage, filter, product or divider more than needed.
+    folders = {source.parent.name for source in sources} - {tmp_path.name}
+    assert folders == {"common", "refocus"}
+    assert kinds["refocus_stage"] == 2 * (core.order + 1)
+    exact = core.arithmetic.kind == "exact"
+    assert bool(kinds["stored_product"]) != exact
+    assert bool(kinds["divide_round"]) == exact
+    instances = re.findall(r"^  switched_fir_\S+ module_\w+_fir \(", verilog, re.M)
+    assert len(instances) == 2 * core.channels * core.parallel_rows * (core.order + 1)
+    # Sums of the taps of a row filter: no tap more than the slices need.
+    assert core.taps < full_core(core).taps
+
+
+def test_scene_is_smaller_than_its_full_build() -> None:
+    for figures in load_figures().figures.values():
+        for design in scene_designs():
+            if f"{design.name} full" not in figures:
+                continue
+            scene, full = figures[design.name], figures[f"{design.name} full"]
+            assert scene.lut < full.lut / 1.2
+            assert scene.usage.block_rams < full.usage.block_rams
+            assert scene.dsp <= full.dsp
+
+
+def test_parts_cost_what_they_should() -> None:
+    for figures in load_figures().figures.values():
+        grey, rgb = figures["core M=5 a'=2 iota=1"], figures["core M=5 a'=2 RGB"]
+        assert (grey.dsp, rgb.dsp) == (1, 3)
+        assert rgb.lut > 2 * grey.lut
+        stored = figures["core M=5 a'=2 stored products"]
+        assert stored.dsp == 0
+        linear = figures["core M=5 a'=2 linear interpolation"]
+        assert linear.lut > grey.lut
+        hold, every = figures["core M=5 a'=-5,0,5 hold"], figures["core M=5 a'=-5,0,5"]
+        assert hold.lut < every.lut
+        assert hold.usage.block_rams <= every.usage.block_rams
+
+
+def test_missing_yosys_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    import importlib.util
+
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match="Yosys is not installed"):
+        yosys_version()
+
+
+def test_verilog_that_ghdl_leaves_unfinished() -> None:
+    text = """
+  localparam n1_o = 0'b;
+  assign n2_o = {n3_o, 4'bZ};
+  always @*
+    case (n4_o)
+      2'b10: n5_o <= n6_o;
+      2'b01: n5_o <= 1'b0;
+    endcase
+  initial begin
+    memory[1] = 2'b00;
+    memory[0] = 2'b00;
+    end
+  initial begin
+    rom[1] = 2'b00;
+    rom[0] = 2'b01;
+    end
+"""
+    plain = plain_verilog(text)
+    assert "0'b;" not in plain.replace("1'b0;", "")
+    assert "4'bX" in plain
+    assert "default: n5_o <= 'bx;" in plain
+    assert "memory[" not in plain
+    assert "rom[0] = 2'b01;" in plain
+
+
+def test_core_is_a_design() -> None:
+    assert {design.top for design in DESIGNS} >= {CORE, "module_array", "scene_top"}
