@@ -12,7 +12,7 @@ import pytest
 from plenofir.core import CoreConfiguration
 from plenofir.images import read_image, write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
-from plenofir.simulation.pump import WAVE_SIGNALS, run_pump
+from plenofir.simulation.pump import run_pump, wave_signals
 from plenofir.simulation.simulators import find_simulator
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
@@ -135,7 +135,7 @@ def test_waves(tmp_path: Path) -> None:
     saved = (tmp_path / "refocused.gtkw").read_text().splitlines()
     shown = {line.partition("[")[0] for line in saved if line[0] not in "[@-*"}
     assert shown <= names
-    assert len(shown) == len(WAVE_SIGNALS)
+    assert len(shown) == len(wave_signals("taps"))
 
 
 @pytest.mark.parametrize(

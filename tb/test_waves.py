@@ -36,7 +36,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def check_equal(found: DumpComparison) -> None:
     assert found.equal, found.differences[0]
-    assert found.signals == len(pump.WAVE_SIGNALS) - 1
+    assert found.signals == len(pump.wave_signals("taps")) - 1
     assert found.samples > FRAME.size
     assert found.clock is not None
     assert found.clock.endswith("clk")
@@ -66,13 +66,13 @@ def test_formats_agree(good: Path, tmp_path: Path, suffix: str) -> None:
             "switch_control.vhd",
             "switches and mask when live_held",
             "switches when live_held",
-            "core.modules.row_pass[0].stage.control.closed",
+            "core.tap_engine.modules.row_pass[0].stage.control.closed",
         ),
         (
             "switched_fir.vhd",
             "carried + to_integer(unsigned(pixels(w / GROUP_TAPS)))",
             "carried + to_integer(unsigned(pixels(w / GROUP_TAPS))) / 2 * 2",
-            "core.modules.skewed_data",
+            "core.tap_engine.modules.skewed_data",
         ),
         ("divide_round.vhd", "NUMERATOR_BITS) + HALF;", "NUMERATOR_BITS);", "m_axis_tdata"),
     ],

@@ -313,14 +313,14 @@ begin
             at_last <= '0';
           end if;
           if band_token = '1' then
-            if image_token or band_phase > 0 then
+            if BAND_MODULUS > 1 and (image_token or band_phase > 0) then
               if band_phase = BAND_MODULUS - 1 then
                 band_phase <= 0;
               else
                 band_phase <= band_phase + 1;
               end if;
             end if;
-            if starts_frame = '0' and first_band = '0' and bands_missing > 0 then
+            if MIN_BANDS > 1 and starts_frame = '0' and first_band = '0' and bands_missing > 0 then
               bands_missing <= bands_missing - 1;
             end if;
             band_row   <= 0;

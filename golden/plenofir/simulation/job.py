@@ -21,7 +21,7 @@ from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic
 from plenofir.refocus.operator import Image
 from plenofir.simulation import chain
 from plenofir.simulation.chain import check_chain, run_chain
-from plenofir.simulation.pump import WAVE_SIGNALS, run_pump
+from plenofir.simulation.pump import run_pump, wave_signals
 from plenofir.simulation.simulators import SimulationError, find_simulator
 from plenofir.simulation.waves import write_save_file
 
@@ -443,7 +443,7 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
         )
         (results / "report.json").write_text(report.model_dump_json(indent=2) + "\n")
         if job.waves:
-            shown = chain.WAVE_SIGNALS if job.chain == "hdmi" else WAVE_SIGNALS
+            shown = chain.WAVE_SIGNALS if job.chain == "hdmi" else wave_signals(job.engine)
             write_save_file(results / "refocused.gtkw", results / "refocused.fst", shown)
             (results / "refocused.opt").unlink(missing_ok=True)
         publish_files(results, job.out)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from plenofir import project
-from plenofir.core import CoreConfiguration
+from plenofir.core import CoreConfiguration, Engine
 from plenofir.errors import InputError
 from plenofir.refocus.operator import Image
 from plenofir.simulation import verilator
@@ -20,19 +20,13 @@ TOP = "refocus_pump"
 # Compiling a fast program takes some seconds more.
 _PIXELS_TO_OPTIMISE_FOR = 100_000
 
-# What a waveform of a whole frame shows: the streams, the tokens, and the sums of both stages.
 _BIT: SignalKind = "bit"
 _DOWNTO: SignalKind = "downto"
 _TO: SignalKind = "to"
-_ARRAY = "core/modules/"
-WAVE_SIGNALS = tuple(
-    WaveSignal(f"/{TOP}/{scope}{name}", kind)
-    for kind, scope, names in (
-        (_BIT, "", "clk reset s_axis_tvalid s_axis_tready"),
-        (_DOWNTO, "", "s_axis_tdata s_axis_tuser"),
-        (_BIT, "", "s_axis_tlast"),
-        (_BIT, "core/", "token_strobe token_pixel token_line_first token_line_last"),
-        (_DOWNTO, "core/", "token_slice token_data"),
+_ARRAY = "core/tap_engine/modules/"
+_SUMS = "core/sum_engine/sums/"
+_ENGINE_SIGNALS: dict[Engine, tuple[tuple[SignalKind, str, str], ...]] = {
+    "taps": (
         (_DOWNTO, f"{_ARRAY}row_pass(0)/stage/control/", "phase"),
         (_TO, f"{_ARRAY}row_pass(0)/stage/control/", "closed"),
         (_BIT, f"{_ARRAY}row_pass(0)/stage/control/", "restart"),
@@ -41,14 +35,48 @@ WAVE_SIGNALS = tuple(
         (_TO, f"{_ARRAY}column_pass(0)/stage/control/", "closed"),
         (_BIT, f"{_ARRAY}column_pass(0)/stage/control/", "restart"),
         (_DOWNTO, _ARRAY, "row_sums"),
-        (_DOWNTO, "core/", "row_valid row_skip"),
-        (_BIT, "", "m_axis_tvalid m_axis_tready"),
-        (_DOWNTO, "", "m_axis_tdata m_axis_tuser m_axis_tid"),
-        (_BIT, "", "m_axis_tlast"),
-        (_DOWNTO, "", "error_flags"),
+    ),
+    "sums": tuple(
+        (kind, f"{_SUMS}every_stage({stage})/stage/", names)
+        for stage in (0, 1)
+        for kind, names in (
+            (_BIT, "enter leave take update"),
+            (_DOWNTO, "entering first_sums sums results"),
+        )
+    ),
+}
+
+
+def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
+    """Signals that a waveform of whole frames shows.
+
+    Parameters
+    ----------
+    engine
+        Engine of the core.
+
+    Returns
+    -------
+    tuple of WaveSignal
+        The streams, the tokens, and what the engine's stages do.
+    """
+    return tuple(
+        WaveSignal(f"/{TOP}/{scope}{name}", kind)
+        for kind, scope, names in (
+            (_BIT, "", "clk reset s_axis_tvalid s_axis_tready"),
+            (_DOWNTO, "", "s_axis_tdata s_axis_tuser"),
+            (_BIT, "", "s_axis_tlast"),
+            (_BIT, "core/", "token_strobe token_pixel token_line_first token_line_last"),
+            (_DOWNTO, "core/", "token_slice token_data"),
+            *_ENGINE_SIGNALS[engine],
+            (_DOWNTO, "core/", "row_valid row_skip"),
+            (_BIT, "", "m_axis_tvalid m_axis_tready"),
+            (_DOWNTO, "", "m_axis_tdata m_axis_tuser m_axis_tid"),
+            (_BIT, "", "m_axis_tlast"),
+            (_DOWNTO, "", "error_flags"),
+        )
+        for name in names.split()
     )
-    for name in names.split()
-)
 
 
 @dataclass(frozen=True)
@@ -179,7 +207,10 @@ def run_pump(
         for command in [] if built else simulator.build_commands(pump_sources(), TOP):
             simulator.run(command, directory)
         command = simulator.run_command(
-            TOP, generics, waves=waves, wave_signals=[signal.path for signal in WAVE_SIGNALS]
+            TOP,
+            generics,
+            waves=waves,
+            wave_signals=[signal.path for signal in wave_signals(configuration.engine)],
         )
     started = time.perf_counter()
     simulator.run(command, directory, poll=poll)
