@@ -312,8 +312,9 @@ class CoreConfiguration(BaseModel):
             "PIXEL_BITS": self.pixel_bits,
             "EXACT": isinstance(self.arithmetic, ExactArithmetic),
             "BROADCAST_TAPS": self.broadcast_taps,
-            "MOVING_SUM": self.engine == "sums",
         }
+        if self.engine == "sums":
+            values["MOVING_SUM"] = True
         if isinstance(self.arithmetic, StoredProductArithmetic):
             values["FRACTION_BITS"] = self.arithmetic.fraction_bits
             values["GUARD_BITS"] = self.arithmetic.guard_bits
