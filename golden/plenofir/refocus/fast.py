@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from plenofir.errors import InputError
 from plenofir.refocus.kernels import Axis, Plan, refocus_blocks
+from plenofir.refocus.vectors import LINE_BYTES
 from plenofir.refocus.operator import Align, Image, output_offset
 
 # Words of 64 bits that a line of a block should have: what fits into the first-level cache.
@@ -71,7 +72,7 @@ def plan(
     order: int,
     region: tuple[range, range],
     upsample: bool,
-) -> tuple[Plan, npt.NDArray[Any], npt.NDArray[Any]]:
+) -> tuple[Plan, npt.NDArray[Any]]:
     """Work out one slice.
 
     Parameters
@@ -94,7 +95,7 @@ def plan(
     Returns
     -------
     tuple
-        The plan, and arrays of the types that hold the sums of columns and the final sums.
+        The plan, and an array of the type that holds sums.
 
     Raises
     ------
@@ -116,8 +117,6 @@ def plan(
     half = divisor // 2
     largest = divisor * ((1 << pixel_bits) - 1)
     field = _field(largest, divisor)
-    column = largest // m ** (1 + order)
-    kinds = [k for k in (np.uint16, np.uint32, np.uint64) if column <= np.iinfo(k).max]
     work = Plan(
         micro_image_size=m,
         shift=shift,
@@ -133,12 +132,13 @@ def plan(
         multiplier=field.multiplier,
         drop=field.drop,
     )
-    return work, np.empty(0, kinds[0]), np.empty(0, field.kind)
+    return work, np.empty(0, field.kind)
 
 
-def _blocks(work: Plan, lanes: int, sample_bytes: int, frame_bytes: int, threads: int) -> npt.NDArray[np.int64]:
+def _blocks(work: Plan, sample_bytes: int, frame_bytes: int, threads: int) -> npt.NDArray[np.int64]:
     """Divide the output into blocks, shape (blocks, 4); see `refocus_blocks`."""
     m, rows, columns = work.micro_image_size, work.rows, work.columns
+    together = LINE_BYTES // sample_bytes
     # Input pixels on both sides of a block's columns that it takes, too.
     beside = (m - 1) * (abs(work.shift - 1) + 1 + work.order)
     pixels = max(_BLOCK_WORDS // work.channels, 4 * beside)
@@ -149,10 +149,10 @@ def _blocks(work: Plan, lanes: int, sample_bytes: int, frame_bytes: int, threads
     lines = max(_BLOCK_LINES, 4 * m)
     # All threads together need less memory than half a frame.
     taken = min(columns.length, width * stride + beside) * work.channels * sample_bytes * threads
-    lines = max(lanes, min(lines, frame_bytes // 2 // max(taken, 1)))
+    lines = max(together, min(lines, frame_bytes // 2 // max(taken, 1)))
     # With one value a micro image, no line of sums builds on the one above.
     if work.common == m:
-        lines = 4 * lanes
+        lines = together
     height = lines * rows.scale
     height = min(height, -(-rows.outputs // threads))
     return np.array(
@@ -247,7 +247,7 @@ def fast_refocus(
     if m == 1:
         np.copyto(image, raw[region[0].start : region[0].stop, region[1].start : region[1].stop])
         return image
-    work, column, field = plan(
+    work, like = plan(
         raw.shape,
         8 * raw.dtype.itemsize,
         m,
@@ -261,6 +261,6 @@ def fast_refocus(
     flat = image.reshape(shape[0], -1)
     count = processors() if threads is None else threads
     count = max(1, min(count, image.size * (work.step // work.rows.scale) ** 2 // _SAMPLES_FOR_A_THREAD))
-    blocks = _blocks(work, 8 // field.itemsize, column.itemsize, raw.nbytes, count)
-    _share_out(lambda chunk: refocus_blocks(x, flat, work, chunk, column, field), blocks, count)
+    blocks = _blocks(work, like.itemsize, raw.nbytes, count)
+    _share_out(lambda chunk: refocus_blocks(x, flat, work, chunk, like), blocks, count)
     return image

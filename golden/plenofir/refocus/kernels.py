@@ -19,6 +19,8 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from plenofir.refocus.vectors import LINE_BYTES, TILE_BYTES, step, transpose_tile
+
 Work = TypeVar("Work", bound=Callable[..., Any])
 Integers = npt.NDArray[Any]
 
@@ -181,129 +183,111 @@ def _box_columns(sums: Integers, target: Integers, m: int, offset: int) -> None:
 
 
 @compiled
-def _pack(sums: Integers, fields: Integers) -> None:
-    """Interleave up to 4, 2 or 1 lines, so that 64 bits hold the same pixel of all of them."""
-    lanes = 8 // fields.itemsize
-    if lanes == 4 and sums.shape[0] == 4:
-        one, two, three, four = sums[0], sums[1], sums[2], sums[3]
-        for k in range(one.size):
-            fields[4 * k] = one[k]
-            fields[4 * k + 1] = two[k]
-            fields[4 * k + 2] = three[k]
-            fields[4 * k + 3] = four[k]
-    elif lanes == 2 and sums.shape[0] == 2:
-        one, two = sums[0], sums[1]
-        for k in range(one.size):
-            fields[2 * k] = one[k]
-            fields[2 * k + 1] = two[k]
-    else:
-        for lane in range(sums.shape[0]):
-            line = sums[lane]
-            for k in range(line.size):
-                fields[lanes * k + lane] = line[k]
-
-
-@compiled
-def _differences(words: Integers, result: Integers, back: int) -> None:
-    for k in range(back, words.size):
-        result[k] = words[k] - words[k - back]
+def _transpose(source: Integers, lines: int, width: int, target: Integers) -> None:
+    """From shape (lines, width) to (width, lines), both given flat."""
+    size = TILE_BYTES // source.itemsize
+    whole = width // size * size
+    for line in range(0, lines // size * size, size):
+        for k in range(0, whole, size):
+            transpose_tile(source, line * width + k, width, target, k * lines + line, lines)
+    for line in range(lines):
+        for k in range(whole if line < lines // size * size else 0, width):
+            target[k * lines + line] = source[line * width + k]
 
 
 @compiled
 def _row_sums(
     words: Integers,
-    entering: Integers,
     sums: Integers,
     plan: Plan,
     first: Integers,
     start: int,
     origin: int,
 ) -> None:
-    """Sums along a line of words, outputs `start`, `start` + 1, ...
+    """Sums along several lines at once, outputs `start`, `start` + 1, ...
 
     Parameters
     ----------
     words
-        Words of the pixels from `origin` on, 0 where there is no pixel.
-    entering
-        Each word less the one M pixels before.
+        Column sums of the pixels from `origin` on, 0 where there is no pixel; flat, shape
+        (pixels, channels, lines).
     sums
-        Result.
+        Result, laid out as `words`.
     plan, first
         The slice.
     start, origin
         See above.
     """
     m, shift, common, channels = plan.micro_image_size, plan.shift, plan.common, plan.channels
-    outputs = sums.size // channels
-    base, scale, step = plan.columns.base + start, plan.columns.scale, plan.step
-    stride = m // common
+    lines = LINE_BYTES // words.itemsize
+    # Elements of a pixel.
+    pixel = channels * lines
+    outputs = sums.size // pixel
+    base, scale, step_pixels = plan.columns.base + start, plan.columns.scale, plan.step
     t = base // scale
+    p = step_pixels * t
+    sums[:pixel] = 0
+    for u in range(m):
+        k = m * ((p - u * shift) // m) + u - origin
+        _add(sums[:pixel], words[k * pixel : (k + 1) * pixel])
     # Output 0 may be amidst a run of equal ones.
     left = min(scale * (t + 1) - base, outputs)
-    # Places of the words that enter at each phase, from the pixel's own on.
+    for k in range(1, left):
+        sums[k * pixel : (k + 1) * pixel] = sums[:pixel]
+    # How far from a pixel's own place that is which enters at each phase, and the next of them.
     moves = np.empty(m, np.int64)
     for phase in range(m):
-        moves[phase] = -first[phase] * (shift - 1) * channels
-    for channel in range(channels):
-        p = step * t
-        total = np.uint64(0)
-        for u in range(m):
-            k = m * ((p - u * shift) // m) + u
-            total += words[(k - origin) * channels + channel]
-        for k in range(left):
-            sums[k * channels + channel] = total
-        done = left
-        phase = (p + step) % m
-        place = (p + step - origin) * channels + channel
-        if common == 1:
-            target = done * channels + channel
-            while done < outputs:
-                run = min(m - phase, outputs - done)
-                for r in range(phase, phase + run):
-                    total += entering[place + moves[r]]
-                    sums[target] = total
-                    place += channels
-                    target += channels
-                done += run
-                phase = 0
-            continue
-        across = stride * (shift - 1) * channels
-        while done < outputs:
-            if first[phase] >= 0:
-                k = place + moves[phase]
-                for _ in range(common):
-                    total += entering[k]
-                    k -= across
-            until = min(done + scale, outputs)
-            while done < until:
-                sums[done * channels + channel] = total
-                done += 1
-            place += step * channels
-            phase += step
-            if phase >= m:
-                phase -= m
+        moves[phase] = -first[phase] * (shift - 1) * pixel
+    across = m // common * (shift - 1) * pixel
+    behind = m * pixel
+    done = left
+    phase = (p + step_pixels) % m
+    place = (p + step_pixels - origin) * pixel
+    while done < outputs:
+        target = done * pixel
+        if first[phase] >= 0:
+            enters = place + moves[phase]
+            for c in range(0, pixel, lines):
+                step(
+                    sums, target + c, target + c - pixel, words, enters + c, enters + c - behind
+                )
+            for _ in range(1, common):
+                enters -= across
+                for c in range(0, pixel, lines):
+                    step(sums, target + c, target + c, words, enters + c, enters + c - behind)
+        else:
+            sums[target : target + pixel] = sums[target - pixel : target]
+        until = min(done + scale, outputs)
+        for k in range(done + 1, until):
+            sums[k * pixel : (k + 1) * pixel] = sums[target : target + pixel]
+        done = until
+        place += step_pixels * pixel
+        phase += step_pixels
+        if phase >= m:
+            phase -= m
 
 
 @compiled
-def _box_rows(sums: Integers, target: Integers, channels: int, m: int, offset: int) -> None:
-    """Moving sum over M pixels of a line of words; there is nothing outside of it."""
-    count = sums.size // channels
-    for channel in range(channels):
-        total = np.uint64(0)
-        for k in range(max(0, offset - m), min(count, offset)):
-            total += sums[k * channels + channel]
-        for k in range(count):
-            if k + offset < count:
-                total += sums[(k + offset) * channels + channel]
-            if k + offset - m >= 0:
-                total -= sums[(k + offset - m) * channels + channel]
-            target[k * channels + channel] = total
+def _box_rows(sums: Integers, target: Integers, pixel: int, m: int, offset: int) -> None:
+    """Moving sum over M pixels along several lines; there is nothing outside of them."""
+    count = sums.size // pixel
+    for k in range(count):
+        part = target[k * pixel : (k + 1) * pixel]
+        if k == 0:
+            part[:] = 0
+            for other in range(max(0, offset - m + 1), min(count, offset + 1)):
+                _add(part, sums[other * pixel : (other + 1) * pixel])
+            continue
+        part[:] = target[(k - 1) * pixel : k * pixel]
+        if k + offset < count:
+            _add(part, sums[(k + offset) * pixel : (k + offset + 1) * pixel])
+        if k + offset - m >= 0:
+            _subtract(part, sums[(k + offset - m) * pixel : (k + offset - m + 1) * pixel])
 
 
 @compiled
 def _divide(fields: Integers, result: Integers, plan: Plan) -> None:
-    """Divide and round halves up, all lines of a word at once."""
+    """Divide and round halves up, sums of any layout."""
     if plan.multiplier > 0 and fields.itemsize == 2:
         # In 16 bits each, whatever the sums are: the processor multiplies many at once.
         half, multiplier = np.uint16(plan.half), np.uint32(plan.multiplier)
@@ -329,20 +313,8 @@ def _divide(fields: Integers, result: Integers, plan: Plan) -> None:
 
 
 @compiled
-def _unpack(values: Integers, lanes: int, lane: int, line: Integers) -> None:
-    if lanes == 4:
-        for k in range(line.size):
-            line[k] = values[4 * k + lane]
-    elif lanes == 2:
-        for k in range(line.size):
-            line[k] = values[2 * k + lane]
-    else:
-        line[:] = values
-
-
-@compiled
 def refocus_blocks(
-    x: Integers, out: Integers, plan: Plan, blocks: Integers, column: Integers, field: Integers
+    x: Integers, out: Integers, plan: Plan, blocks: Integers, like: Integers
 ) -> None:
     """Make blocks of a refocused image.
 
@@ -356,12 +328,13 @@ def refocus_blocks(
         The slice.
     blocks
         Shape (blocks, 4): first and last + 1 row and column of each block of outputs.
-    column, field
-        Any arrays of the types that hold the sums of columns, and the final ones.
+    like
+        Any array of the type that holds sums.
     """
     m, order, channels = plan.micro_image_size, plan.order, plan.channels
     rows, columns = plan.rows, plan.columns
-    lanes = 8 // field.itemsize
+    lines = LINE_BYTES // like.itemsize
+    pixel = channels * lines
     first = _first_pixels(plan)
     # How far interpolation reaches up and down.
     back, ahead = order * (m - 1 - plan.box_offset), order * plan.box_offset
@@ -380,36 +353,37 @@ def refocus_blocks(
         high = max(low, min(columns.length, end))
         t0 = (top + rows.base) // rows.scale
         t1 = (bottom - 1 + rows.base) // rows.scale + 1
-        sums = np.empty((t1 - t0, (high - low) * channels), column.dtype)
-        other = np.empty((t1 - t0 if order > 0 else 0, (high - low) * channels), column.dtype)
-        _column_sums(x, sums, plan, first, t0, low * channels, high * channels)
-        for _ in range(order):
-            _box_columns(sums, other, m, plan.box_offset)
-            sums, other = other, sums
-        # Interpolation made more lines than are wanted.
+        width = (high - low) * channels
+        # Whole groups of lines, and interpolation makes more than are wanted.
         begin = row0 - top
         stop = begin + row1 - row0 if order > 0 else t1 - t0
-        words = np.zeros((end - origin) * channels, np.uint64)
-        entering = np.zeros((end - origin) * channels, np.uint64)
-        there = words[(low - origin) * channels : (high - origin) * channels].view(field.dtype)
-        totals = np.empty((right - left) * channels, np.uint64)
-        others = np.empty(totals.size if order > 0 else 0, np.uint64)
-        values = np.empty((column1 - column0) * channels * lanes, out.dtype)
-        for number in range(begin, stop, lanes):
-            count = min(lanes, stop - number)
-            _pack(sums[number : number + count], there)
-            _differences(words, entering, m * channels)
-            _row_sums(words, entering, totals, plan, first, left, origin)
+        count = max(t1 - t0, begin + -(-(stop - begin) // lines) * lines)
+        sums = np.zeros((count, width), like.dtype)
+        other = np.zeros((count if order > 0 else 0, width), like.dtype)
+        _column_sums(x, sums[: t1 - t0], plan, first, t0, low * channels, high * channels)
+        for _ in range(order):
+            _box_columns(sums[: t1 - t0], other[: t1 - t0], m, plan.box_offset)
+            sums, other = other, sums
+        words = np.zeros((end - origin) * pixel, like.dtype)
+        there = words[(low - origin) * pixel : (high - origin) * pixel]
+        totals = np.empty((right - left) * pixel, like.dtype)
+        others = np.empty(totals.size if order > 0 else 0, like.dtype)
+        samples = (column1 - column0) * channels
+        values = np.empty(samples * lines, out.dtype)
+        picture = np.empty(lines * samples, out.dtype)
+        for number in range(begin, stop, lines):
+            _transpose(sums[number : number + lines].reshape(-1), lines, width, there)
+            _row_sums(words, totals, plan, first, left, origin)
             for _ in range(order):
-                _box_rows(totals, others, channels, m, plan.box_offset)
+                _box_rows(totals, others, pixel, m, plan.box_offset)
                 totals, others = others, totals
-            wanted = totals[(column0 - left) * channels : (column1 - left) * channels]
-            _divide(wanted.view(field.dtype), values, plan)
-            for lane in range(count):
-                start = rows.scale * (t0 + number + lane) - rows.base
+            wanted = totals[(column0 - left) * pixel : (column1 - left) * pixel]
+            _divide(wanted, values, plan)
+            _transpose(values, samples, lines, picture)
+            for line in range(min(lines, stop - number)):
+                start = rows.scale * (t0 + number + line) - rows.base
                 until = min(start + rows.scale, row1)
-                start = max(start, row0)
-                line = out[start, column0 * channels : column1 * channels]
-                _unpack(values, lanes, lane, line)
-                for copy in range(start + 1, until):
-                    out[copy, column0 * channels : column1 * channels] = line
+                for row in range(max(start, row0), until):
+                    out[row, column0 * channels : column1 * channels] = picture[
+                        line * samples : (line + 1) * samples
+                    ]
