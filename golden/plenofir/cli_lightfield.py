@@ -1,5 +1,6 @@
 """Commands from a raw capture to pictures: calibrate, decode, views, refocus, stack, depth-map."""
 
+import re
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,7 +18,13 @@ from plenofir.cli_rays import CameraOption, FocusOption, integer, number
 from plenofir.errors import InputError
 from plenofir.images import read_image, write_png
 from plenofir.output import check_folder
-from plenofir.refocus import check_raw, focus_to_shift, parse_focus, refocus
+from plenofir.refocus import (
+    check_raw,
+    focus_to_shift,
+    interpolation_order,
+    parse_focus,
+    refocus,
+)
 from plenofir.refocus.operator import Image
 
 RasterArgument = Annotated[
@@ -241,15 +248,40 @@ def refocus_command(
     micro_image: MicroImageOption,
     a: Annotated[str, typer.Option("--a", "-a", help="Focus setting: a fraction.")],
     out: Annotated[str, typer.Option(help="PNG file to write.")] = "refocused.png",
+    interpolation: Annotated[
+        str, typer.Option(help="nearest, linear, or the order of a B-spline, 0 to 3.")
+    ] = "nearest",
+    upsample: Annotated[
+        bool,
+        typer.Option(
+            "--upsample/--no-upsample", help="The raw image's size, or a pixel for each micro lens."
+        ),
+    ] = True,
+    region: Annotated[
+        str, typer.Option(help="Part of the result: TOP:BOTTOM,LEFT:RIGHT in its pixels.")
+    ] = "",
 ) -> None:
-    """Refocus an aligned raw image with the golden refocuser."""
+    """Refocus an aligned raw image, correctly rounded."""
     path = _check_file(out, (".png",))
     raw, m = _raster(raster, micro_image)
     focus_to_shift(a, m, where="--a")
+    order = interpolation_order(interpolation, where="--interpolation")
+    part = _region(region) if region else None
     with _progress("refocusing"):
-        image = refocus(raw, m, a)
+        image = refocus(raw, m, a, interpolation=order, upsample=upsample, region=part)
+    if image.size == 0:
+        raise InputError(region, where="--region", expected="a part of the picture")
     _publish({path.name: image}, path.parent)
-    typer.echo(f"{out}: a = {a}")
+    typer.echo(f"{out}: a = {a}, {image.shape[1]} x {image.shape[0]} pixels")
+
+
+def _region(text: str) -> tuple[slice, slice]:
+    """Region of interest from TOP:BOTTOM,LEFT:RIGHT."""
+    found = re.fullmatch(r"\s*(\d*):(\d*)\s*,\s*(\d*):(\d*)\s*", text)
+    if found is None:
+        raise InputError(text, where="--region", expected="TOP:BOTTOM,LEFT:RIGHT in pixels")
+    top, bottom, left, right = (int(n) if n else None for n in found.groups())
+    return slice(top, bottom), slice(left, right)
 
 
 def slice_settings(first: str, last: str, step: str, m: int) -> list[Fraction]:

@@ -14,34 +14,58 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.errors import InputError
 from plenofir.refocus.kernels import Axis, Plan, refocus_blocks
+from plenofir.refocus.operator import Align, Image, check_sums, output_offset
 from plenofir.refocus.vectors import LINE_BYTES
-from plenofir.refocus.operator import Align, Image, output_offset
 
 # Words of 64 bits that a line of a block should have: what fits into the first-level cache.
-_BLOCK_WORDS = 2048
+_BLOCK_WORDS = 4096
 # Lines of sums in a block; the first of them costs M line additions, the others two.
 _BLOCK_LINES = 64
 # Below this many samples a second thread is not worth its start.
 _SAMPLES_FOR_A_THREAD = 1 << 17
-_SUM_BITS = 62
 
 
-class _Field(NamedTuple):
-    """Type of the field that holds a sum in a 64-bit word, and the division in it."""
+class Field(NamedTuple):
+    """How sums are held and divided.
+
+    Attributes
+    ----------
+    kind
+        Type.
+    drop, multiplier
+        floor(n / divisor) is (n * multiplier) >> drop; 0 if there is no such multiplier.
+    """
 
     kind: type[np.unsignedinteger]
     drop: int
     multiplier: int
 
 
-def _field(largest: int, divisor: int) -> _Field:
-    """Narrowest field for sums up to `largest` whose division by multiplication is exact.
+def field(largest: int, divisor: int) -> Field:
+    """Narrowest type for sums in which they can be divided exactly.
 
     floor(n / d) is (n * multiplier) >> drop with multiplier = ceil(2^drop / d) if
     (multiplier * d - 2^drop) n < 2^drop for the largest n.
+
+    Parameters
+    ----------
+    largest
+        Largest sum.
+    divisor
+        d.
+
+    Returns
+    -------
+    Field
+        16 or 32 bits with a multiplication, else 64 bits.
+
+    Raises
+    ------
+    InputError
+        If the sums are too wide for that.
     """
+    check_sums(largest)
     numerator = largest + divisor // 2
     for kind in (np.uint16, np.uint32):
         bits = 8 * np.dtype(kind).itemsize
@@ -52,14 +76,8 @@ def _field(largest: int, divisor: int) -> _Field:
             drop, multiplier = drop - 1, (multiplier + 1) // 2
         excess = multiplier * divisor - (1 << drop)
         if numerator < 1 << bits and excess * numerator < 1 << drop:
-            return _Field(kind, drop, multiplier)
-    if numerator >= 1 << _SUM_BITS:
-        raise InputError(
-            f"sums of {largest.bit_length()} bits",
-            where="M",
-            expected=f"a smaller M or a lower order: sums of at most {_SUM_BITS} bits",
-        )
-    return _Field(np.uint64, 0, 0)
+            return Field(kind, drop, multiplier)
+    return Field(np.uint64, 0, 0)
 
 
 def plan(
@@ -116,7 +134,7 @@ def plan(
     divisor = m ** (2 + 2 * order)
     half = divisor // 2
     largest = divisor * ((1 << pixel_bits) - 1)
-    field = _field(largest, divisor)
+    chosen = field(largest, divisor)
     work = Plan(
         micro_image_size=m,
         shift=shift,
@@ -129,10 +147,10 @@ def plan(
         columns=axes[1],
         half=half,
         divisor=divisor,
-        multiplier=field.multiplier,
-        drop=field.drop,
+        multiplier=chosen.multiplier,
+        drop=chosen.drop,
     )
-    return work, np.empty(0, field.kind)
+    return work, np.empty(0, chosen.kind)
 
 
 def _blocks(work: Plan, sample_bytes: int, frame_bytes: int, threads: int) -> npt.NDArray[np.int64]:
@@ -165,7 +183,9 @@ def _blocks(work: Plan, sample_bytes: int, frame_bytes: int, threads: int) -> np
     )
 
 
-def _share_out(work: Callable[[npt.NDArray[np.int64]], None], blocks: npt.NDArray[np.int64], threads: int) -> None:
+def _share_out(
+    work: Callable[[npt.NDArray[np.int64]], None], blocks: npt.NDArray[np.int64], threads: int
+) -> None:
     """Work on blocks in several threads, which take the next few when they are done."""
     chunks = iter(np.array_split(blocks, min(len(blocks), 4 * threads if threads > 1 else 1)))
     failures: list[BaseException] = []
@@ -174,7 +194,7 @@ def _share_out(work: Callable[[npt.NDArray[np.int64]], None], blocks: npt.NDArra
         try:
             for chunk in chunks:
                 work(chunk)
-        except BaseException as failure:
+        except Exception as failure:
             failures.append(failure)
 
     helpers = [threading.Thread(target=take) for _ in range(threads - 1)]
@@ -205,7 +225,7 @@ def fast_refocus(
     *,
     align: Align = "centred",
     order: int = 0,
-    region: tuple[range, range] | None = None,
+    region: tuple[range, range],
     upsample: bool = True,
     out: Image | None = None,
     threads: int | None = None,
@@ -223,7 +243,7 @@ def fast_refocus(
     align, order
         As in `plenofir.refocus.refocus`.
     region
-        Rows and columns of the result that are wanted, step 1; all of them if None.
+        Rows and columns of the result that are wanted, step 1.
     upsample
         False: one output for each micro lens; `shift` must be a multiple of M, `order` 0.
     out
@@ -237,15 +257,13 @@ def fast_refocus(
         The result.
     """
     m = micro_image_size
-    if region is None:
-        rows, columns = (n if upsample else n // m for n in raw.shape[:2])
-        region = range(rows), range(columns)
     shape = (len(region[0]), len(region[1]), *raw.shape[2:])
     image: Image = np.empty(shape, raw.dtype) if out is None else out
     if image.size == 0:
         return image
     if m == 1:
-        np.copyto(image, raw[region[0].start : region[0].stop, region[1].start : region[1].stop])
+        rows, columns = (slice(part.start, part.stop) for part in region)
+        np.copyto(image, raw[rows, columns])
         return image
     work, like = plan(
         raw.shape,
@@ -260,7 +278,8 @@ def fast_refocus(
     x = np.ascontiguousarray(raw).reshape(raw.shape[0], -1)
     flat = image.reshape(shape[0], -1)
     count = processors() if threads is None else threads
-    count = max(1, min(count, image.size * (work.step // work.rows.scale) ** 2 // _SAMPLES_FOR_A_THREAD))
+    samples = image.size * (work.step // work.rows.scale) ** 2
+    count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))
     blocks = _blocks(work, like.itemsize, raw.nbytes, count)
     _share_out(lambda chunk: refocus_blocks(x, flat, work, chunk, like), blocks, count)
     return image

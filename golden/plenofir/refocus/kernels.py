@@ -19,7 +19,17 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.refocus.vectors import LINE_BYTES, TILE_BYTES, step, transpose_tile
+from plenofir.refocus.vectors import (
+    LINE_BYTES,
+    TILE_BYTES,
+    divide_vector,
+    prefetch,
+    running_sum,
+    transpose_tile,
+)
+
+PIECE_SAMPLES = 480
+"""Samples of a line that are summed, divided and written in one go."""
 
 Work = TypeVar("Work", bound=Callable[..., Any])
 Integers = npt.NDArray[Any]
@@ -109,6 +119,12 @@ def _add_line(target: Integers, base: Integers, plus: Integers, minus: Integers)
 
 
 @compiled
+def _copy(target: Integers, line: Integers) -> None:
+    for k in range(target.size):
+        target[k] = line[k]
+
+
+@compiled
 def _add(target: Integers, line: Integers) -> None:
     for k in range(target.size):
         target[k] += line[k]
@@ -144,6 +160,11 @@ def _column_sums(
     for number in range(sums.shape[0]):
         p = plan.step * (t + number)
         line = sums[number]
+        # The line that enters next is fetched meanwhile.
+        soon = p + plan.step - first[(p + plan.step) % m] * (shift - 1)
+        if 0 <= soon < rows:
+            for k in range(low, high, LINE_BYTES // x.itemsize):
+                prefetch(x, soon, k)
         u = first[p % m]
         if number == 0 or (common == m and u >= 0):
             line[:] = 0
@@ -154,7 +175,7 @@ def _column_sums(
             continue
         before = sums[number - 1]
         if u < 0:
-            line[:] = before
+            _copy(line, before)
         while 0 <= u < m:
             row = p - u * (shift - 1)
             enters = x[row, low:high] if 0 <= row < rows else nothing
@@ -175,7 +196,7 @@ def _box_columns(sums: Integers, target: Integers, m: int, offset: int) -> None:
             for other in range(max(0, offset - m + 1), min(count, offset + 1)):
                 _add(line, sums[other])
             continue
-        line[:] = target[number - 1]
+        _copy(line, target[number - 1])
         if number + offset < count:
             _add(line, sums[number + offset])
         if number + offset - m >= 0:
@@ -233,7 +254,7 @@ def _row_sums(
     # Output 0 may be amidst a run of equal ones.
     left = min(scale * (t + 1) - base, outputs)
     for k in range(1, left):
-        sums[k * pixel : (k + 1) * pixel] = sums[:pixel]
+        _copy(sums[k * pixel : (k + 1) * pixel], sums[:pixel])
     # How far from a pixel's own place that is which enters at each phase, and the next of them.
     moves = np.empty(m, np.int64)
     for phase in range(m):
@@ -243,23 +264,30 @@ def _row_sums(
     done = left
     phase = (p + step_pixels) % m
     place = (p + step_pixels - origin) * pixel
+    while common == 1 and done < outputs:
+        run = min(m - phase, outputs - done)
+        target = done * pixel
+        for c in range(0, pixel, lines):
+            running_sum(sums, target + c, pixel, words, place + c, moves, phase, run, pixel, behind)
+        place += run * pixel
+        done += run
+        phase = 0
     while done < outputs:
         target = done * pixel
         if first[phase] >= 0:
-            enters = place + moves[phase]
             for c in range(0, pixel, lines):
-                step(
-                    sums, target + c, target + c - pixel, words, enters + c, enters + c - behind
-                )
-            for _ in range(1, common):
-                enters -= across
-                for c in range(0, pixel, lines):
-                    step(sums, target + c, target + c, words, enters + c, enters + c - behind)
+                back = pixel
+                for n in range(common):
+                    enters = place + c - n * across
+                    running_sum(
+                        sums, target + c, back, words, enters, moves, phase, 1, pixel, behind
+                    )
+                    back = 0
         else:
-            sums[target : target + pixel] = sums[target - pixel : target]
+            _copy(sums[target : target + pixel], sums[target - pixel : target])
         until = min(done + scale, outputs)
         for k in range(done + 1, until):
-            sums[k * pixel : (k + 1) * pixel] = sums[target : target + pixel]
+            _copy(sums[k * pixel : (k + 1) * pixel], sums[target : target + pixel])
         done = until
         place += step_pixels * pixel
         phase += step_pixels
@@ -278,7 +306,7 @@ def _box_rows(sums: Integers, target: Integers, pixel: int, m: int, offset: int)
             for other in range(max(0, offset - m + 1), min(count, offset + 1)):
                 _add(part, sums[other * pixel : (other + 1) * pixel])
             continue
-        part[:] = target[(k - 1) * pixel : k * pixel]
+        _copy(part, target[(k - 1) * pixel : k * pixel])
         if k + offset < count:
             _add(part, sums[(k + offset) * pixel : (k + offset + 1) * pixel])
         if k + offset - m >= 0:
@@ -288,19 +316,9 @@ def _box_rows(sums: Integers, target: Integers, pixel: int, m: int, offset: int)
 @compiled
 def _divide(fields: Integers, result: Integers, plan: Plan) -> None:
     """Divide and round halves up, sums of any layout."""
-    if plan.multiplier > 0 and fields.itemsize == 2:
-        # In 16 bits each, whatever the sums are: the processor multiplies many at once.
-        half, multiplier = np.uint16(plan.half), np.uint32(plan.multiplier)
-        drop = np.uint16(plan.drop - 16)
-        for k in range(fields.size):
-            product = np.uint32(np.uint16(fields[k] + half)) * multiplier
-            result[k] = np.uint16(product >> np.uint32(16)) >> drop
-        return
     if plan.multiplier > 0:
-        half32, multiplier64 = np.uint32(plan.half), np.uint64(np.uint32(plan.multiplier))
-        drop64 = np.uint64(plan.drop)
-        for k in range(fields.size):
-            result[k] = (np.uint64(np.uint32(fields[k] + half32)) * multiplier64) >> drop64
+        for k in range(0, fields.size, LINE_BYTES // fields.itemsize):
+            divide_vector(fields, result, k, plan.half, plan.multiplier, plan.drop)
         return
     inverse = 1.0 / plan.divisor
     for k in range(fields.size):
@@ -358,32 +376,40 @@ def refocus_blocks(
         begin = row0 - top
         stop = begin + row1 - row0 if order > 0 else t1 - t0
         count = max(t1 - t0, begin + -(-(stop - begin) // lines) * lines)
-        sums = np.zeros((count, width), like.dtype)
-        other = np.zeros((count if order > 0 else 0, width), like.dtype)
+        sums = np.empty((count, width), like.dtype)
+        other = np.empty((count if order > 0 else 0, width), like.dtype)
+        for number in range(t1 - t0, count):
+            sums[number] = 0
         _column_sums(x, sums[: t1 - t0], plan, first, t0, low * channels, high * channels)
         for _ in range(order):
             _box_columns(sums[: t1 - t0], other[: t1 - t0], m, plan.box_offset)
             sums, other = other, sums
         words = np.zeros((end - origin) * pixel, like.dtype)
         there = words[(low - origin) * pixel : (high - origin) * pixel]
-        totals = np.empty((right - left) * pixel, like.dtype)
+        # Interpolation takes whole lines; else what is at hand stays in the first-level cache.
+        piece = right - left if order > 0 else min(right - left, PIECE_SAMPLES // channels)
+        totals = np.empty(piece * pixel, like.dtype)
         others = np.empty(totals.size if order > 0 else 0, like.dtype)
-        samples = (column1 - column0) * channels
-        values = np.empty(samples * lines, out.dtype)
-        picture = np.empty(lines * samples, out.dtype)
+        values = np.empty(piece * pixel, out.dtype)
+        picture = np.empty(piece * pixel, out.dtype)
         for number in range(begin, stop, lines):
             _transpose(sums[number : number + lines].reshape(-1), lines, width, there)
-            _row_sums(words, totals, plan, first, left, origin)
-            for _ in range(order):
-                _box_rows(totals, others, pixel, m, plan.box_offset)
-                totals, others = others, totals
-            wanted = totals[(column0 - left) * pixel : (column1 - left) * pixel]
-            _divide(wanted, values, plan)
-            _transpose(values, samples, lines, picture)
-            for line in range(min(lines, stop - number)):
-                start = rows.scale * (t0 + number + line) - rows.base
-                until = min(start + rows.scale, row1)
-                for row in range(max(start, row0), until):
-                    out[row, column0 * channels : column1 * channels] = picture[
-                        line * samples : (line + 1) * samples
-                    ]
+            for start in range(left, right, piece):
+                outputs = min(piece, right - start)
+                _row_sums(words, totals[: outputs * pixel], plan, first, start, origin)
+                for _ in range(order):
+                    _box_rows(totals, others, pixel, m, plan.box_offset)
+                    totals, others = others, totals
+                place = max(start, column0)
+                samples = (min(start + outputs, column1) - place) * channels
+                wanted = totals[(place - start) * pixel : (place - start) * pixel + samples * lines]
+                _divide(wanted, values[: samples * lines], plan)
+                _transpose(values[: samples * lines], samples, lines, picture)
+                for line in range(min(lines, stop - number)):
+                    row = rows.scale * (t0 + number + line) - rows.base
+                    until = min(row + rows.scale, row1)
+                    for target in range(max(row, row0), until):
+                        _copy(
+                            out[target, place * channels : place * channels + samples],
+                            picture[line * samples : (line + 1) * samples],
+                        )

@@ -1,13 +1,14 @@
-"""Two steps of the fast refocuser in vectors, for numba: what its compiler does not find by itself.
+"""Steps of the fast refocuser in vectors, for numba: what its compiler does not find by itself.
 
-Both are written in LLVM's own vectors, which it breaks down to what the processor has.
+They are written in LLVM's own vectors, which it breaks down to what the processor has.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy.typing as npt
 from llvmlite import ir
-from numba.core import types
+from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 Integers = npt.NDArray[Any]
@@ -16,6 +17,11 @@ LINE_BYTES = 64
 """Bytes of a vector that holds a pixel of several lines."""
 TILE_BYTES = 16
 """Bytes of a line of a tile that is transposed at once."""
+
+
+def _generated(typing: Callable[..., Any]) -> Callable[..., Any]:
+    """Function whose code is generated for the types that it is called with."""
+    return intrinsic(typing)
 
 
 def _pointer(context: Any, builder: Any, kind: Any, array: Any, index: Any, vector: Any) -> Any:
@@ -34,36 +40,127 @@ def _store(builder: Any, value: Any, pointer: Any, item_bytes: int) -> None:
     builder.store(value, pointer).align = item_bytes
 
 
-@intrinsic
-def step(
-    typing: Any, sums: Any, target: Any, before: Any, words: Any, enters: Any, leaves: Any
+@_generated
+def running_sum(
+    typing: Any,
+    sums: Any,
+    target: Any,
+    back: Any,
+    words: Any,
+    place: Any,
+    moves: Any,
+    phase: Any,
+    count: Any,
+    pixel: Any,
+    behind: Any,
 ) -> Any:
-    """sums[target ...] = sums[before ...] + words[enters ...] - words[leaves ...].
+    """Running sum of several lines; in steps r = 0 .. count - 1.
 
-    A vector of `LINE_BYTES` each, for one-dimensional contiguous arrays of equal unsigned types;
-    target, before, enters and leaves are the places of their first elements.
+    sums[target + r pixel] = the sum before + words[k] - words[k - behind],
+    k = place + r pixel + moves[phase + r], a vector of `LINE_BYTES` each; the sum before the first
+    is sums[target - back]. `sums` and `words` are one-dimensional, contiguous and of one type,
+    `moves` is an array of int64.
     """
     item_bytes = sums.dtype.bitwidth // 8
-    lines = LINE_BYTES // item_bytes
+    integer = types.intp
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        vector = ir.VectorType(ir.IntType(8 * item_bytes), LINE_BYTES // item_bytes)
+        _, target, back, _, place, _, phase, count, pixel, behind = arguments
+        moves = context.make_array(signature.args[5])(context, builder, arguments[5]).data
+
+        def pointer(array: int, index: Any) -> Any:
+            kind = signature.args[array]
+            return _pointer(context, builder, kind, arguments[array], index, vector)
+
+        total = cgutils.alloca_once(builder, vector)  # type: ignore[no-untyped-call]
+        builder.store(_load(builder, pointer(0, builder.sub(target, back)), item_bytes), total)
+        with cgutils.for_range(builder, count) as loop:
+            far = builder.mul(loop.index, pixel)
+            move = builder.load(builder.gep(moves, [builder.add(phase, loop.index)]))
+            enters = builder.add(builder.add(place, far), move)
+            change = builder.sub(
+                _load(builder, pointer(3, enters), item_bytes),
+                _load(builder, pointer(3, builder.sub(enters, behind)), item_bytes),
+            )
+            result = builder.add(builder.load(total), change)
+            builder.store(result, total)
+            _store(builder, result, pointer(0, builder.add(target, far)), item_bytes)
+        return context.get_dummy_value()
+
+    kinds = (sums, integer, integer, words, integer, moves, *[integer] * 4)
+    return types.void(*kinds), generate
+
+
+@_generated
+def divide_vector(
+    typing: Any, sums: Any, values: Any, place: Any, half: Any, multiplier: Any, drop: Any
+) -> Any:
+    """values[...] = ((sums[...] + half) multiplier) >> drop, `LINE_BYTES` of sums from a place on.
+
+    The sum with half fits into the type of `sums`, as does the multiplier; `drop` is at least the
+    width of that type.
+    """
+    item_bytes, value_bytes = sums.dtype.bitwidth // 8, values.dtype.bitwidth // 8
+    integer = types.int64
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lines = LINE_BYTES // item_bytes
+        item = ir.IntType(8 * item_bytes)
+        vector = ir.VectorType(item, lines)
+        double = ir.VectorType(ir.IntType(16 * item_bytes), lines)
+        value = ir.VectorType(ir.IntType(8 * value_bytes), lines)
+
+        def everywhere(number: Any) -> Any:
+            one = ir.Constant(ir.IntType(32), 0)
+            first = builder.insert_element(ir.Constant(vector, ir.Undefined), number, one)
+            mask = ir.Constant(ir.VectorType(ir.IntType(32), lines), [0] * lines)
+            return builder.shuffle_vector(first, ir.Constant(vector, ir.Undefined), mask)
+
+        def narrow(number: Any) -> Any:
+            return number if item_bytes == 8 else builder.trunc(number, item)
+
+        def pointer(array: int, kind: Any) -> Any:
+            made = signature.args[array]
+            return _pointer(context, builder, made, arguments[array], arguments[2], kind)
+
+        total = _load(builder, pointer(0, vector), item_bytes)
+        total = builder.add(total, everywhere(narrow(arguments[3])))
+        product = builder.mul(
+            builder.zext(total, double), builder.zext(everywhere(narrow(arguments[4])), double)
+        )
+        width = ir.Constant(double, [8 * item_bytes] * lines)
+        high = builder.trunc(builder.lshr(product, width), vector)
+        rest = builder.sub(arguments[5], ir.Constant(ir.IntType(64), 8 * item_bytes))
+        high = builder.lshr(high, everywhere(narrow(rest)))
+        result = high if value_bytes == item_bytes else builder.trunc(high, value)
+        _store(builder, result, pointer(1, value), value_bytes)
+        return context.get_dummy_value()
+
+    return types.void(sums, values, types.intp, integer, integer, integer), generate
+
+
+@_generated
+def prefetch(typing: Any, array: Any, row: Any, column: Any) -> Any:
+    """Ask for an element of a two-dimensional contiguous array ahead of its use."""
     place = types.intp
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        vector = ir.VectorType(ir.IntType(8 * item_bytes), lines)
-
-        def pointer(array: int, index: int) -> Any:
-            kind = signature.args[array]
-            return _pointer(context, builder, kind, arguments[array], arguments[index], vector)
-
-        total = _load(builder, pointer(0, 2), item_bytes)
-        total = builder.add(total, _load(builder, pointer(3, 4), item_bytes))
-        total = builder.sub(total, _load(builder, pointer(3, 5), item_bytes))
-        _store(builder, total, pointer(0, 1), item_bytes)
+        made = context.make_array(signature.args[0])(context, builder, arguments[0])
+        columns = builder.extract_value(made.shape, 1)
+        index = builder.add(builder.mul(arguments[1], columns), arguments[2])
+        byte = ir.IntType(8).as_pointer()
+        pointer = builder.bitcast(builder.gep(made.data, [index]), byte)
+        number = ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
+        ask = builder.module.declare_intrinsic("llvm.prefetch", [byte], kind)
+        builder.call(ask, [pointer, number(0), number(3), number(1)])
         return context.get_dummy_value()
 
-    return types.void(sums, place, place, words, place, place), generate
+    return types.void(array, place, place), generate
 
 
-@intrinsic
+@_generated
 def transpose_tile(
     typing: Any, source: Any, start: Any, stride: Any, target: Any, first: Any, pitch: Any
 ) -> Any:
