@@ -43,7 +43,7 @@ lint: venv ## Style of Python and VHDL, Python types
 	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb -name '*.vhd')
 	@$(PYTHON) scripts/build_docs.py --check
 
-bench: venv simulator ## Measure: ray model, calibration, forms of the golden model, simulators
+bench: venv simulator ## Measure refocuser, ray model, calibration, simulators; error against run time, stability (build/bench)
 	@$(PYTHON) scripts/bench.py
 
 docs: venv ## Build what the documentation takes from the sources

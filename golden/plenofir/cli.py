@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from plenofir import __version__, cli_lightfield, cli_rays, cli_waves
+from plenofir.cli_lightfield import progress_bar
 from plenofir.cli_rays import integer
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError
 from plenofir.refocus import interpolation_order
@@ -157,6 +158,30 @@ def report_rays(
         def show(step: str, done: int, total: int) -> None:
             bars.update(task, description=step, completed=done, total=total)
 
+        path = write_report(Path(out), show)
+    typer.echo(f"report: {path}")
+
+
+@report.command("precision")
+def report_precision(
+    out: Annotated[str, typer.Option(help="Folder for the report.")] = "build/report-precision",
+) -> None:
+    """Error against run time of every way to refocus: Markdown with figures."""
+    from plenofir.precision.report import write_report
+
+    with progress_bar("measuring") as show:
+        path = write_report(Path(out), show)
+    typer.echo(f"report: {path}")
+
+
+@report.command("stability")
+def report_stability(
+    out: Annotated[str, typer.Option(help="Folder for the report.")] = "build/report-stability",
+) -> None:
+    """Extreme inputs, and how errors of floating point grow: Markdown with figures."""
+    from plenofir.precision.stability import write_report
+
+    with progress_bar("measuring") as show:
         path = write_report(Path(out), show)
     typer.echo(f"report: {path}")
 

@@ -41,8 +41,19 @@ _LARGEST_STACK = 1000
 
 
 @contextmanager
-def _progress(description: str) -> Iterator[Callable[[int, int], None]]:
-    """Progress bar on standard error while something runs."""
+def progress_bar(description: str) -> Iterator[Callable[[int, int], None]]:
+    """Progress bar on standard error while something runs.
+
+    Parameters
+    ----------
+    description
+        What runs.
+
+    Yields
+    ------
+    Callable
+        To be called with what is done and to do.
+    """
     from rich.console import Console
 
     columns = (TextColumn("{task.description:<14}"), BarColumn(), TimeRemainingColumn())
@@ -125,7 +136,7 @@ def calibrate(
     if degree is not None and not 1 <= degree <= MAX_ORDER:
         raise InputError(order, where="--order", expected=f"auto, or 1 to {MAX_ORDER}")
     image = read_image(Path(white))
-    with _progress("calibrating"):
+    with progress_bar("calibrating"):
         found = find(
             image,
             _optional(dark),
@@ -190,7 +201,7 @@ def decode(
     m = integer(micro_image, "--micro-image")
     calibration = load_calibration(calib)
     capture = read_image(Path(raw))
-    with _progress("decoding") as show:
+    with progress_bar("decoding") as show:
         raster = resample(
             capture,
             calibration,
@@ -236,7 +247,7 @@ def compose(
     from plenofir.lightfield.indexing import compose as interleave
 
     path = _check_file(out, (".png",))
-    with _progress("reading") as show:
+    with progress_bar("reading") as show:
         images = read_views(Path(folder), order=cast("ViewOrder", order), progress=show)
     _publish({path.name: interleave(images)}, path.parent)
     m, _, rows, columns = images.shape[:4]
@@ -267,7 +278,7 @@ def refocus_command(
     focus_to_shift(a, m, where="--a")
     order = interpolation_order(interpolation, where="--interpolation")
     part = _region(region) if region else None
-    with _progress("refocusing"):
+    with progress_bar("refocusing"):
         image = refocus(raw, m, a, interpolation=order, upsample=upsample, region=part)
     if image.size == 0:
         raise InputError(region, where="--region", expected="a part of the picture")
@@ -339,7 +350,7 @@ def stack(
     raw, m = _raster(raster, micro_image)
     settings = slice_settings(first, last, step, m)
     check_folder(Path(out), out)
-    with _progress("refocusing") as show:
+    with progress_bar("refocusing") as show:
         slices = focal_stack(raw, m, settings, show)
     # Two or more: even the only slice has its a in its name.
     names = [picture_names(int(a * m), m, 2)[0] for a in settings]
@@ -384,7 +395,7 @@ def depth_map(
     distance = number(focus, "--focus", allow_infinity=True)
     model = RayModel.focused(load_camera(camera), distance, m)
     check_folder(Path(out), out)
-    with _progress("matching") as show:
+    with progress_bar("matching") as show:
         found = measure(
             raw,
             model,
@@ -424,7 +435,7 @@ def report_calibration(
     """Accuracy and time of the calibration, and section 5.3's experiments: Markdown, figures."""
     from plenofir.scene.report import write_report
 
-    with _progress("report") as show:
+    with progress_bar("report") as show:
         path = write_report(Path(out), Path(spots) if spots else None, show)
     typer.echo(f"report: {path}")
 
