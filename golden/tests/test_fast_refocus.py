@@ -26,7 +26,7 @@ def test_equals_the_reference(data):
     raw = random_image(shape, dtype, data.draw(st.integers(0, 9)))
     with pytest.MonkeyPatch.context() as patch:
         # Blocks of a few pixels, and threads for them: their borders lie everywhere.
-        patch.setattr(fast, "_BLOCK_WORDS", data.draw(st.integers(1, 99)))
+        patch.setattr(fast, "_BLOCK_BYTES", data.draw(st.integers(1, 99)))
         patch.setattr(fast, "_BLOCK_LINES", data.draw(st.integers(1, 99)))
         patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))
         image = refocus(raw, m, Fraction(shift, m), align=align, interpolation=order, threads=2)

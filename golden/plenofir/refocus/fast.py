@@ -18,8 +18,8 @@ from plenofir.refocus.kernels import Axis, Plan, refocus_blocks
 from plenofir.refocus.operator import Align, Image, check_sums, output_offset
 from plenofir.refocus.vectors import LINE_BYTES
 
-# Words of 64 bits that a line of a block should have: what fits into the first-level cache.
-_BLOCK_WORDS = 4096
+# Bytes of sums in a line of a block: all of its lines fit into the second-level cache.
+_BLOCK_BYTES = 6600
 # Lines of sums in a block; the first of them costs M line additions, the others two.
 _BLOCK_LINES = 64
 # Below this many samples a second thread is not worth its start.
@@ -159,7 +159,7 @@ def _blocks(work: Plan, sample_bytes: int, frame_bytes: int, threads: int) -> np
     together = LINE_BYTES // sample_bytes
     # Input pixels on both sides of a block's columns that it takes, too.
     beside = (m - 1) * (abs(work.shift - 1) + 1 + work.order)
-    pixels = max(_BLOCK_WORDS // work.channels, 4 * beside)
+    pixels = max(_BLOCK_BYTES // (sample_bytes * work.channels), 4 * beside)
     # Input pixels that an output moves on by.
     stride = work.step // columns.scale
     parts = max(1, round(columns.outputs * stride / pixels))

@@ -189,6 +189,7 @@ def _column_sums(
 def _box_columns(sums: Integers, target: Integers, m: int, offset: int) -> None:
     """Moving sum over M lines; there is nothing outside of them."""
     count = sums.shape[0]
+    nothing = np.zeros(sums.shape[1], sums.dtype)
     for number in range(count):
         line = target[number]
         if number == 0:
@@ -196,11 +197,13 @@ def _box_columns(sums: Integers, target: Integers, m: int, offset: int) -> None:
             for other in range(max(0, offset - m + 1), min(count, offset + 1)):
                 _add(line, sums[other])
             continue
-        _copy(line, target[number - 1])
-        if number + offset < count:
-            _add(line, sums[number + offset])
-        if number + offset - m >= 0:
-            _subtract(line, sums[number + offset - m])
+        enters, leaves = number + offset, number + offset - m
+        _add_line(
+            line,
+            target[number - 1],
+            sums[enters] if enters < count else nothing,
+            sums[leaves] if leaves >= 0 else nothing,
+        )
 
 
 @compiled
@@ -299,18 +302,36 @@ def _row_sums(
 def _box_rows(sums: Integers, target: Integers, pixel: int, m: int, offset: int) -> None:
     """Moving sum over M pixels along several lines; there is nothing outside of them."""
     count = sums.size // pixel
+    lines = LINE_BYTES // sums.itemsize
+    still = np.zeros(max(count, 1), np.int64)
     for k in range(count):
         part = target[k * pixel : (k + 1) * pixel]
+        enters, leaves = k + offset, k + offset - m
         if k == 0:
             part[:] = 0
-            for other in range(max(0, offset - m + 1), min(count, offset + 1)):
+            for other in range(max(0, leaves + 1), min(count, enters + 1)):
                 _add(part, sums[other * pixel : (other + 1) * pixel])
-            continue
-        _copy(part, target[(k - 1) * pixel : k * pixel])
-        if k + offset < count:
-            _add(part, sums[(k + offset) * pixel : (k + offset + 1) * pixel])
-        if k + offset - m >= 0:
-            _subtract(part, sums[(k + offset - m) * pixel : (k + offset - m + 1) * pixel])
+        elif leaves == 0 and enters < count:
+            # From here on there is a pixel that enters and one that leaves, up to the end.
+            for c in range(0, pixel, lines):
+                running_sum(
+                    target,
+                    k * pixel + c,
+                    pixel,
+                    sums,
+                    enters * pixel + c,
+                    still,
+                    0,
+                    count - enters,
+                    pixel,
+                    m * pixel,
+                )
+        elif leaves < 0 or enters >= count:
+            _copy(part, target[(k - 1) * pixel : k * pixel])
+            if enters < count:
+                _add(part, sums[enters * pixel : (enters + 1) * pixel])
+            if leaves >= 0:
+                _subtract(part, sums[leaves * pixel : (leaves + 1) * pixel])
 
 
 @compiled
@@ -328,6 +349,56 @@ def _divide(fields: Integers, result: Integers, plan: Plan) -> None:
         rest = numerator - quotient * plan.divisor
         quotient += np.int64(rest >= plan.divisor) - np.int64(rest < 0)
         result[k] = quotient
+
+
+class Extent(NamedTuple):
+    """What a block of outputs takes.
+
+    Attributes
+    ----------
+    top, bottom, left, right
+        Outputs of the first sums: more than wanted if interpolation follows.
+    origin, end
+        Pixels of the lines that they take.
+    low, high
+        Those of them that the image has.
+    first_line, lines
+        Number of the first line of sums, and how many there are, up to a whole number of vectors.
+    """
+
+    top: int
+    bottom: int
+    left: int
+    right: int
+    origin: int
+    end: int
+    low: int
+    high: int
+    first_line: int
+    lines: int
+
+
+@compiled
+def _extent(plan: Plan, block: Integers, vector_lines: int) -> Extent:
+    m, rows, columns = plan.micro_image_size, plan.rows, plan.columns
+    top, bottom, left, right = block[0], block[1], block[2], block[3]
+    if plan.order > 0:
+        # How far interpolation reaches up and down.
+        back, ahead = plan.order * (m - 1 - plan.box_offset), plan.order * plan.box_offset
+        top, left = max(-rows.start, top - back), max(-columns.start, left - back)
+        bottom = min(rows.length - rows.start, bottom + ahead)
+        right = min(columns.length - columns.start, right + ahead)
+    reach = -(m - 1) * (plan.shift - 1)
+    origin = plan.step * ((left + columns.base) // columns.scale) - m + min(0, reach)
+    end = plan.step * ((right - 1 + columns.base) // columns.scale) + 1 + max(0, reach)
+    low = min(columns.length, max(0, origin))
+    high = max(low, min(columns.length, end))
+    first_line = (top + rows.base) // rows.scale
+    count = (bottom - 1 + rows.base) // rows.scale + 1 - first_line
+    # Whole vectors, from the first line that is wanted on.
+    skipped = block[0] - top
+    lines = skipped + -(-(count - skipped) // vector_lines) * vector_lines
+    return Extent(top, bottom, left, right, origin, end, low, high, first_line, lines)
 
 
 @compiled
@@ -350,48 +421,55 @@ def refocus_blocks(
         Any array of the type that holds sums.
     """
     m, order, channels = plan.micro_image_size, plan.order, plan.channels
-    rows, columns = plan.rows, plan.columns
+    rows = plan.rows
     lines = LINE_BYTES // like.itemsize
     pixel = channels * lines
     first = _first_pixels(plan)
-    # How far interpolation reaches up and down.
-    back, ahead = order * (m - 1 - plan.box_offset), order * plan.box_offset
-    reach = -(m - 1) * (plan.shift - 1)
+    # Memory for the largest block.
+    most_sums, most_words, most_totals = 0, 0, 0
+    for block in range(blocks.shape[0]):
+        extent = _extent(plan, blocks[block], lines)
+        most_sums = max(most_sums, extent.lines * (extent.high - extent.low) * channels)
+        most_words = max(most_words, (extent.end - extent.origin) * pixel)
+        most_totals = max(most_totals, (extent.right - extent.left) * pixel)
+    if order == 0:
+        # Interpolation takes whole lines; else what is at hand stays in the first-level cache.
+        most_totals = min(most_totals, PIECE_SAMPLES // channels * pixel)
+    all_sums = np.empty(most_sums, like.dtype)
+    all_others = np.empty(most_sums if order > 0 else 0, like.dtype)
+    all_words = np.empty(most_words, like.dtype)
+    all_totals = np.empty(most_totals, like.dtype)
+    other_totals = np.empty(most_totals if order > 0 else 0, like.dtype)
+    values = np.empty(most_totals, out.dtype)
+    picture = np.empty(most_totals, out.dtype)
     for block in range(blocks.shape[0]):
         row0, row1, column0, column1 = blocks[block]
-        top, bottom, left, right = row0, row1, column0, column1
-        if order > 0:
-            top, left = max(-rows.start, row0 - back), max(-columns.start, column0 - back)
-            bottom = min(rows.length - rows.start, row1 + ahead)
-            right = min(columns.length - columns.start, column1 + ahead)
-        # The part of the input's lines that these outputs take, and what of it there is.
-        origin = plan.step * ((left + columns.base) // columns.scale) - m + min(0, reach)
-        end = plan.step * ((right - 1 + columns.base) // columns.scale) + 1 + max(0, reach)
-        low = min(columns.length, max(0, origin))
-        high = max(low, min(columns.length, end))
-        t0 = (top + rows.base) // rows.scale
-        t1 = (bottom - 1 + rows.base) // rows.scale + 1
+        extent = _extent(plan, blocks[block], lines)
+        left, right, origin, t0 = extent.left, extent.right, extent.origin, extent.first_line
+        low, high = extent.low, extent.high
         width = (high - low) * channels
-        # Whole groups of lines, and interpolation makes more than are wanted.
-        begin = row0 - top
+        t1 = (extent.bottom - 1 + rows.base) // rows.scale + 1
+        begin = row0 - extent.top
         stop = begin + row1 - row0 if order > 0 else t1 - t0
-        count = max(t1 - t0, begin + -(-(stop - begin) // lines) * lines)
-        sums = np.empty((count, width), like.dtype)
-        other = np.empty((count if order > 0 else 0, width), like.dtype)
+        count = extent.lines
+        sums = all_sums[: count * width].reshape(count, width)
+        other = all_others[: count * width if order > 0 else 0].reshape(
+            count if order > 0 else 0, width
+        )
         for number in range(t1 - t0, count):
             sums[number] = 0
         _column_sums(x, sums[: t1 - t0], plan, first, t0, low * channels, high * channels)
         for _ in range(order):
             _box_columns(sums[: t1 - t0], other[: t1 - t0], m, plan.box_offset)
             sums, other = other, sums
-        words = np.zeros((end - origin) * pixel, like.dtype)
+        words = all_words[: (extent.end - origin) * pixel]
+        words[: (low - origin) * pixel] = 0
+        words[(high - origin) * pixel :] = 0
         there = words[(low - origin) * pixel : (high - origin) * pixel]
-        # Interpolation takes whole lines; else what is at hand stays in the first-level cache.
         piece = right - left if order > 0 else min(right - left, PIECE_SAMPLES // channels)
-        totals = np.empty(piece * pixel, like.dtype)
-        others = np.empty(totals.size if order > 0 else 0, like.dtype)
-        values = np.empty(piece * pixel, out.dtype)
-        picture = np.empty(piece * pixel, out.dtype)
+        totals, others = all_totals[: piece * pixel], other_totals
+        if order > 0:
+            others = other_totals[: piece * pixel]
         for number in range(begin, stop, lines):
             _transpose(sums[number : number + lines].reshape(-1), lines, width, there)
             for start in range(left, right, piece):
