@@ -8,7 +8,7 @@ import typer
 from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from plenofir import __version__, cli_lightfield, cli_rays, cli_waves
+from plenofir import __version__, cli_batch, cli_lightfield, cli_rays, cli_waves
 from plenofir.cli_lightfield import progress_bar
 from plenofir.cli_rays import integer
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError
@@ -143,6 +143,7 @@ cli_waves.register(app)
 report = typer.Typer(no_args_is_help=True, help="Write reports.")
 app.add_typer(report, name="report")
 cli_lightfield.register(app, report)
+cli_batch.register(app)
 
 
 @report.command("rays")

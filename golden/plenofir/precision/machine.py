@@ -5,7 +5,7 @@ import platform
 from importlib.metadata import version
 from pathlib import Path
 
-from plenofir.refocus.fast import processors
+from plenofir.refocus import processors
 
 
 def machine() -> str:

@@ -5,7 +5,7 @@ as a switched filter (`switches`) and the hardware's arithmetic (`arithmetic`).
 """
 
 from fractions import Fraction
-from typing import Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from plenofir.refocus.operator import (
 )
 from plenofir.refocus.shifts import focus_to_shift, parse_focus, shift_to_text
 from plenofir.refocus.switches import FilterLayout, filter_lines
+from plenofir.refocus.threads import processors
 
 Interpolation = Literal["nearest", "linear"] | int
 """How micro images are interpolated: by name, or the order of the B-spline (0 to 3)."""
@@ -52,6 +53,7 @@ __all__ = [
     "moving_sums",
     "output_offset",
     "parse_focus",
+    "processors",
     "refocus",
     "refocus_sums",
     "scatter_sums",
@@ -151,6 +153,24 @@ def _ranges(region: Region | None, shape: tuple[int, int]) -> tuple[range, range
     return rows, columns
 
 
+def _like(raw: Any) -> Image:
+    """NumPy array of the shape and type of another library's array, without memory."""
+    try:
+        from array_api_compat import array_namespace
+
+        xp = array_namespace(raw)
+    except TypeError:
+        raise InputError(
+            f"{type(raw).__name__}", where="raw", expected="an array of NumPy, CuPy or PyTorch"
+        ) from None
+    for kind in (np.uint8, np.uint16):
+        if raw.dtype == getattr(xp, kind.__name__):
+            return np.broadcast_to(kind(0), tuple(raw.shape))
+    raise InputError(
+        f"pixels of type {raw.dtype}", where="raw", expected="8 or 16 bit unsigned integers"
+    )
+
+
 def refocus(
     raw: Image,
     M: int,  # noqa: N803  (the field's symbol, and part of the stable interface)
@@ -173,6 +193,8 @@ def refocus(
     raw
         Raw image, shape (rows, columns) or (rows, columns, 3), uint8 or uint16, made of micro
         images of M x M pixels from the top left corner on. Sizes need not be multiples of M.
+        An array of CuPy, PyTorch or another library with the array API is refocused by that
+        library, where it is, a GPU for instance, and gives an array of its kind.
     M
         Micro image size in pixels, 1 or more.
     a
@@ -206,7 +228,12 @@ def refocus(
     InputError
         If the image, M, a or an option is not supported.
     """
-    check_raw(raw, M)
+    other_library = not isinstance(raw, np.ndarray)
+    if other_library:
+        # What is checked needs no pixels: they stay where they are.
+        check_raw(_like(raw), M)
+    else:
+        check_raw(raw, M)
     M = int(M)  # noqa: N806
     shift = focus_to_shift(a, M)
     if align not in ("centred", "causal"):
@@ -222,6 +249,17 @@ def refocus(
         raise InputError(f"{threads}", where="threads", expected="1 or more")
     step = 1 if upsample else M
     ranges = _ranges(region, (raw.shape[0] // step, raw.shape[1] // step))
+    if other_library:
+        from plenofir.refocus.device import device_refocus
+
+        if out is not None:
+            raise InputError("is for NumPy arrays", where="out", expected="none for other arrays")
+        return cast(
+            "Image",
+            device_refocus(
+                raw, M, shift, align=align, order=order, region=ranges, upsample=upsample
+            ),
+        )
     if out is not None:
         shape = (len(ranges[0]), len(ranges[1]), *raw.shape[2:])
         if out.shape != shape or out.dtype != raw.dtype or not out.flags.c_contiguous:

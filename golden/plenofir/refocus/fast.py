@@ -5,7 +5,6 @@ blocks are shared out to threads; see `plenofir.refocus.kernels` for the loops. 
 not asked for is computed.
 """
 
-import os
 import threading
 from collections.abc import Callable
 from math import gcd
@@ -16,6 +15,7 @@ import numpy.typing as npt
 
 from plenofir.refocus.kernels import Axis, Plan, refocus_blocks
 from plenofir.refocus.operator import Align, Image, check_sums, output_offset
+from plenofir.refocus.threads import processors
 from plenofir.refocus.vectors import LINE_BYTES
 
 # Bytes of sums in a line of a block: all of its lines fit into the second-level cache.
@@ -205,17 +205,6 @@ def _share_out(
         helper.join()
     if failures:
         raise failures[0]
-
-
-def processors() -> int:
-    """Processors that this process may use.
-
-    Returns
-    -------
-    int
-        1 or more.
-    """
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def fast_refocus(
