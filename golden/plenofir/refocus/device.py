@@ -7,7 +7,7 @@ instance. The method is that of `plenofir.refocus.operator.moving_sums`, all in 
 from typing import Any
 
 import numpy as np
-from array_api_compat import array_namespace, device
+from array_api_compat import array_namespace, device, is_cupy_array, is_torch_array
 
 from plenofir.refocus.operator import Align, check_sums, output_offset
 
@@ -73,6 +73,10 @@ def device_refocus(
     shape = (len(region[0]), len(region[1]), *raw.shape[2:])
     if 0 in shape:
         return xp.zeros(shape, dtype=raw.dtype, device=device(raw))
+    if order == 0 and upsample and align == "centred" and m > 1:
+        result = _fused(xp, raw, m, shift, bits, region)
+        if result is not None:
+            return result
     x = xp.astype(xp.reshape(raw, (raw.shape[0], raw.shape[1], -1)), xp.int64)
     step = 1 if upsample else m
     box = output_offset(m, 1, align)
@@ -93,6 +97,40 @@ def device_refocus(
             low = first
     result = (x + divisor // 2) // divisor
     return xp.reshape(xp.astype(result, raw.dtype), shape)
+
+
+def _stream(raw: Any) -> int:
+    """The stream that the array's library works on."""
+    if is_torch_array(raw):
+        import torch
+
+        return int(torch.cuda.current_stream(raw.device).cuda_stream)
+    import cupy
+
+    return int(cupy.cuda.get_current_stream().ptr)
+
+
+def _fused(
+    xp: Any, raw: Any, m: int, shift: int, bits: int, region: tuple[range, range]
+) -> Any | None:
+    """Result of the fused kernel, or None where there is no NVIDIA GPU or it does not fit."""
+    if not (is_cupy_array(raw) or (is_torch_array(raw) and raw.is_cuda)):
+        return None
+    try:
+        from plenofir.refocus.cuda import cuda_refocus, fits
+    except ImportError:
+        return None
+    if not fits(m, shift, bits):
+        return None
+    out = xp.empty(
+        (len(region[0]), len(region[1]), *raw.shape[2:]), dtype=raw.dtype, device=device(raw)
+    )
+    # A copy if it is a view that is not contiguous.
+    flat = xp.reshape(raw, (raw.shape[0], -1))
+    flat = flat.contiguous() if is_torch_array(flat) else xp.asarray(flat, order="C")
+    goal = xp.reshape(out, (out.shape[0], -1))
+    cuda_refocus(flat, goal, m, shift, bits, region, _stream(raw))
+    return out
 
 
 def _moving_sum(xp: Any, x: Any, m: int, axis: int, wanted: range) -> Any:
