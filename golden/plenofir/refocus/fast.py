@@ -23,7 +23,7 @@ _BLOCK_BYTES = 6600
 # Lines of sums in a block; the first of them costs M line additions, the others two.
 _BLOCK_LINES = 64
 # Below this many samples a second thread is not worth its start.
-_SAMPLES_FOR_A_THREAD = 1 << 17
+_SAMPLES_FOR_A_THREAD = 1 << 19
 
 
 class Field(NamedTuple):
