@@ -79,7 +79,7 @@ bitstream: venv ## Build the bitstream of the Atlys board with ISE 14.7: M= A= S
 bitstream-check: venv simulator ## Check without ISE what of a bitstream build can be checked
 	@.venv/bin/plenofir bitstream check
 
-bench: venv simulator ## Measure: ray model, calibration, forms of the golden model, simulators
+bench: venv simulator ## Measure refocuser, ray model, calibration, simulators; error against run time, stability (build/bench)
 	@$(PYTHON) scripts/bench.py
 
 docs: venv ## Build what the documentation takes from the sources

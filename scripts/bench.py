@@ -1,15 +1,22 @@
-"""Measure ray model, calibration, golden model's forms and simulators, each in one run.
+"""Measure refocuser, ray model, calibration, golden model's forms and simulators, in one run.
 
-Usage: python scripts/bench.py
+Usage: python scripts/bench.py [FOLDER]
 
-The golden model is measured in multiples of numpy.copyto of the same frame (median of several
-runs), the simulators in clocks a second and relative to each other.
+The refocuser and the golden model are measured in multiples of numpy.copyto of the same frame
+(median of many runs, taken in turns), the simulators in clocks a second and relative to each other.
+All of it is written to FOLDER (build/bench) as well, with the machine's description, beside the
+reports of error against run time and of stability.
 """
 
+import json
+import os
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 
@@ -22,6 +29,10 @@ from plenofir.calibration import calibrate, decode, text_calibration
 from plenofir.calibration.frames import grey
 from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
+from plenofir.precision import report as precision_report
+from plenofir.precision import stability as stability_report
+from plenofir.precision.machine import machine
+from plenofir.precision.methods import running_sums
 from plenofir.rays import RayModel, load_camera
 from plenofir.rays.report import error_against_run_time
 from plenofir.refocus import (
@@ -30,6 +41,7 @@ from plenofir.refocus import (
     gather_sums,
     moving_sums,
     output_offset,
+    refocus,
 )
 from plenofir.refocus.operator import Image, Sums
 from plenofir.scene import regular_grid, white_image
@@ -48,6 +60,93 @@ def median_seconds(work: Callable[[], object], runs: int = RUNS) -> float:
         work()
         times.append(time.perf_counter() - start)
     return statistics.median(times)
+
+
+def in_turns(works: dict[str, Callable[[], object]], rounds: int) -> dict[str, float]:
+    """Median wall time of each of several works, taken in turns so that load hits all alike."""
+    times: dict[str, list[float]] = {name: [] for name in works}
+    for work in works.values():
+        work()
+    for _ in track(range(rounds), description="refocuser", transient=True):
+        for name, work in works.items():
+            start = time.perf_counter()
+            work()
+            times[name].append(time.perf_counter() - start)
+    return {name: statistics.median(measured) for name, measured in times.items()}
+
+
+def first_call() -> tuple[float, float]:
+    """Seconds of a first call: compiling, and from the cache."""
+    code = (
+        "import time, numpy as np; from plenofir.refocus import refocus; "
+        "raw = np.zeros((60, 60), np.uint8); start = time.perf_counter(); "
+        "refocus(raw, 11, '1/11'); print(time.perf_counter() - start)"
+    )
+    with tempfile.TemporaryDirectory() as cache:
+        environment = {**os.environ, "NUMBA_CACHE_DIR": cache}
+        seconds = [
+            subprocess.run(
+                [sys.executable, "-c", code],
+                env=environment,
+                check=True,
+                capture_output=True,
+                text=True,
+            ).stdout
+            for _ in range(2)
+        ]
+    return float(seconds[0]), float(seconds[1])
+
+
+def refocuser_table(size: int = 3201, m: int = 11) -> tuple[Table, dict[str, dict[str, float]]]:
+    """Time the fast refocuser in multiples of numpy.copyto of the same frame."""
+    shifts = (-22, -21, -9, -3, 0, 1, 4, 7, 11, 13, 22, 27, 32, 33)
+    columns: dict[str, dict[str, float]] = {}
+    for name, channels, kind in (
+        ("grey 8 bit", (), np.uint8),
+        ("RGB 8 bit", (3,), np.uint8),
+        ("grey 16 bit", (), np.uint16),
+        ("RGB 16 bit", (3,), np.uint16),
+    ):
+        shape = (size, size, *channels)
+        raw = np.random.default_rng(0).integers(0, np.iinfo(kind).max, shape, kind)
+        out = np.empty_like(raw)
+        lenses = np.empty((size // m, size // m, *channels), kind)
+        works: dict[str, Callable[[], object]] = {"numpy.copyto": partial(np.copyto, out, raw)}
+        for shift in shifts:
+            works[f"a' = {shift}"] = partial(refocus, raw, m, Fraction(shift, m), out=out)
+        works["a' = 1, one thread"] = partial(refocus, raw, m, "1/11", out=out, threads=1)
+        works["a' = 1, new memory"] = partial(refocus, raw, m, "1/11")
+        part = slice(1000, 1500), slice(1000, 1500)
+        works["a' = 1, 500 x 500 of it"] = partial(refocus, raw, m, "1/11", region=part)
+        works["a' = 1, linear"] = partial(refocus, raw, m, "1/11", interpolation=1, out=out)
+        works["a = 1, a pixel each micro lens"] = partial(
+            refocus, raw, m, 1, upsample=False, out=lenses
+        )
+        seconds = in_turns(works, 15)
+        numpy_seconds = median_seconds(
+            lambda raw=raw: running_sums(raw, m, 1, np.int32),  # type: ignore[misc]
+            3,
+        )
+        copy = seconds.pop("numpy.copyto")
+        ratios = {work: value / copy for work, value in seconds.items()}
+        ratios["a' = 1, separable integer NumPy"] = numpy_seconds / copy
+        fractional = [ratios[f"a' = {shift}"] for shift in shifts if shift % m]
+        ratios["slowest to fastest fractional a'"] = max(fractional) / min(fractional)
+        ratios["slowest fractional a' to median of all"] = max(fractional) / statistics.median(
+            [ratios[f"a' = {shift}"] for shift in shifts]
+        )
+        ratios["NumPy to refocus, a' = 1"] = numpy_seconds / seconds["a' = 1"]
+        ratios["copyto / ms"] = 1e3 * copy
+        columns[name] = ratios
+    table = Table(title=f"refocus, {size} x {size}, M = {m}, in multiples of numpy.copyto")
+    table.add_column("")
+    for name in columns:
+        table.add_column(name, justify="right")
+    for work in next(iter(columns.values())):
+        table.add_row(work, *(f"{ratios[work]:.3g}" for ratios in columns.values()))
+    compiling, cached = first_call()
+    table.caption = f"first call: {compiling:.1f} s compiling, {cached:.2f} s from the cache"
+    return table, columns
 
 
 def both_dimensions(form: Callable[..., Sums], frame: Image, m: int, shift: int) -> None:
@@ -149,9 +248,22 @@ def calibration_table() -> Table:
     return table
 
 
+def main(folder: Path) -> None:
+    """Measure, print and write everything."""
+    folder.mkdir(parents=True, exist_ok=True)
+    console = Console(record=True)
+    console.print(machine())
+    table, ratios = refocuser_table()
+    console.print(table)
+    for make in (golden_table, ray_model_table, calibration_table, simulator_table):
+        console.print(make())
+    (folder / "bench.txt").write_text(console.export_text())
+    results = {"machine": machine(), "refocuser": ratios}
+    (folder / "refocuser.json").write_text(json.dumps(results, indent=2) + "\n")
+    console.print(f"written: {folder}/bench.txt, refocuser.json")
+    for report in (precision_report, stability_report):
+        console.print(f"written: {report.write_report(folder)}")
+
+
 if __name__ == "__main__":
-    console = Console()
-    console.print(ray_model_table())
-    console.print(calibration_table())
-    console.print(golden_table())
-    console.print(simulator_table())
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "build/bench"))

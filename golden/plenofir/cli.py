@@ -9,6 +9,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 
 from plenofir import (
     __version__,
+    cli_batch,
     cli_bitstream,
     cli_lightfield,
     cli_plan,
@@ -16,6 +17,7 @@ from plenofir import (
     cli_waves,
     project,
 )
+from plenofir.cli_lightfield import progress_bar
 from plenofir.cli_options import arithmetic_options
 from plenofir.cli_rays import integer
 from plenofir.core import Engine
@@ -156,6 +158,7 @@ cli_plan.register(app)
 report = typer.Typer(no_args_is_help=True, help="Write reports.")
 app.add_typer(report, name="report")
 cli_lightfield.register(app, report)
+cli_batch.register(app)
 
 
 @report.command("rays")
@@ -171,6 +174,30 @@ def report_rays(
         def show(step: str, done: int, total: int) -> None:
             bars.update(task, description=step, completed=done, total=total)
 
+        path = write_report(Path(out), show)
+    typer.echo(f"report: {path}")
+
+
+@report.command("precision")
+def report_precision(
+    out: Annotated[str, typer.Option(help="Folder for the report.")] = "build/report-precision",
+) -> None:
+    """Error against run time of every way to refocus: Markdown with figures."""
+    from plenofir.precision.report import write_report
+
+    with progress_bar("measuring") as show:
+        path = write_report(Path(out), show)
+    typer.echo(f"report: {path}")
+
+
+@report.command("stability")
+def report_stability(
+    out: Annotated[str, typer.Option(help="Folder for the report.")] = "build/report-stability",
+) -> None:
+    """Extreme inputs, and how errors of floating point grow: Markdown with figures."""
+    from plenofir.precision.stability import write_report
+
+    with progress_bar("measuring") as show:
         path = write_report(Path(out), show)
     typer.echo(f"report: {path}")
 

@@ -1,5 +1,6 @@
 """Commands from a raw capture to pictures: calibrate, decode, views, refocus, stack, depth-map."""
 
+import re
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,7 +18,13 @@ from plenofir.cli_rays import CameraOption, FocusOption, integer, number
 from plenofir.errors import InputError
 from plenofir.images import read_image, write_png
 from plenofir.output import check_folder
-from plenofir.refocus import check_raw, focus_to_shift, parse_focus, refocus
+from plenofir.refocus import (
+    check_raw,
+    focus_to_shift,
+    interpolation_order,
+    parse_focus,
+    refocus,
+)
 from plenofir.refocus.operator import Image
 
 RasterArgument = Annotated[
@@ -34,8 +41,19 @@ _LARGEST_STACK = 1000
 
 
 @contextmanager
-def _progress(description: str) -> Iterator[Callable[[int, int], None]]:
-    """Progress bar on standard error while something runs."""
+def progress_bar(description: str) -> Iterator[Callable[[int, int], None]]:
+    """Progress bar on standard error while something runs.
+
+    Parameters
+    ----------
+    description
+        What runs.
+
+    Yields
+    ------
+    Callable
+        To be called with what is done and to do.
+    """
     from rich.console import Console
 
     columns = (TextColumn("{task.description:<14}"), BarColumn(), TimeRemainingColumn())
@@ -118,7 +136,7 @@ def calibrate(
     if degree is not None and not 1 <= degree <= MAX_ORDER:
         raise InputError(order, where="--order", expected=f"auto, or 1 to {MAX_ORDER}")
     image = read_image(Path(white))
-    with _progress("calibrating"):
+    with progress_bar("calibrating"):
         found = find(
             image,
             _optional(dark),
@@ -183,7 +201,7 @@ def decode(
     m = integer(micro_image, "--micro-image")
     calibration = load_calibration(calib)
     capture = read_image(Path(raw))
-    with _progress("decoding") as show:
+    with progress_bar("decoding") as show:
         raster = resample(
             capture,
             calibration,
@@ -229,7 +247,7 @@ def compose(
     from plenofir.lightfield.indexing import compose as interleave
 
     path = _check_file(out, (".png",))
-    with _progress("reading") as show:
+    with progress_bar("reading") as show:
         images = read_views(Path(folder), order=cast("ViewOrder", order), progress=show)
     _publish({path.name: interleave(images)}, path.parent)
     m, _, rows, columns = images.shape[:4]
@@ -241,15 +259,40 @@ def refocus_command(
     micro_image: MicroImageOption,
     a: Annotated[str, typer.Option("--a", "-a", help="Focus setting: a fraction.")],
     out: Annotated[str, typer.Option(help="PNG file to write.")] = "refocused.png",
+    interpolation: Annotated[
+        str, typer.Option(help="nearest, linear, or the order of a B-spline, 0 to 3.")
+    ] = "nearest",
+    upsample: Annotated[
+        bool,
+        typer.Option(
+            "--upsample/--no-upsample", help="The raw image's size, or a pixel for each micro lens."
+        ),
+    ] = True,
+    region: Annotated[
+        str, typer.Option(help="Part of the result: TOP:BOTTOM,LEFT:RIGHT in its pixels.")
+    ] = "",
 ) -> None:
-    """Refocus an aligned raw image with the golden refocuser."""
+    """Refocus an aligned raw image, correctly rounded."""
     path = _check_file(out, (".png",))
     raw, m = _raster(raster, micro_image)
     focus_to_shift(a, m, where="--a")
-    with _progress("refocusing"):
-        image = refocus(raw, m, a)
+    order = interpolation_order(interpolation, where="--interpolation")
+    part = _region(region) if region else None
+    with progress_bar("refocusing"):
+        image = refocus(raw, m, a, interpolation=order, upsample=upsample, region=part)
+    if image.size == 0:
+        raise InputError(region, where="--region", expected="a part of the picture")
     _publish({path.name: image}, path.parent)
-    typer.echo(f"{out}: a = {a}")
+    typer.echo(f"{out}: a = {a}, {image.shape[1]} x {image.shape[0]} pixels")
+
+
+def _region(text: str) -> tuple[slice, slice]:
+    """Region of interest from TOP:BOTTOM,LEFT:RIGHT."""
+    found = re.fullmatch(r"\s*(\d*):(\d*)\s*,\s*(\d*):(\d*)\s*", text)
+    if found is None:
+        raise InputError(text, where="--region", expected="TOP:BOTTOM,LEFT:RIGHT in pixels")
+    top, bottom, left, right = (int(n) if n else None for n in found.groups())
+    return slice(top, bottom), slice(left, right)
 
 
 def slice_settings(first: str, last: str, step: str, m: int) -> list[Fraction]:
@@ -307,7 +350,7 @@ def stack(
     raw, m = _raster(raster, micro_image)
     settings = slice_settings(first, last, step, m)
     check_folder(Path(out), out)
-    with _progress("refocusing") as show:
+    with progress_bar("refocusing") as show:
         slices = focal_stack(raw, m, settings, show)
     # Two or more: even the only slice has its a in its name.
     names = [picture_names(int(a * m), m, 2)[0] for a in settings]
@@ -352,7 +395,7 @@ def depth_map(
     distance = number(focus, "--focus", allow_infinity=True)
     model = RayModel.focused(load_camera(camera), distance, m)
     check_folder(Path(out), out)
-    with _progress("matching") as show:
+    with progress_bar("matching") as show:
         found = measure(
             raw,
             model,
@@ -392,7 +435,7 @@ def report_calibration(
     """Accuracy and time of the calibration, and section 5.3's experiments: Markdown, figures."""
     from plenofir.scene.report import write_report
 
-    with _progress("report") as show:
+    with progress_bar("report") as show:
         path = write_report(Path(out), Path(spots) if spots else None, show)
     typer.echo(f"report: {path}")
 

@@ -17,7 +17,6 @@ from plenofir.refocus import check_raw
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
-_OVERSAMPLING = 2
 
 
 def kaiser_bessel(x: Floats, width: float, beta: float) -> Floats:
@@ -61,13 +60,15 @@ def kaiser_bessel_transform(n: Floats, width: float, beta: float) -> Floats:
     return np.asarray((np.sinh(root) / root).real)
 
 
-def _slicing(frequencies: Floats, m: int, a: float, width: float) -> npt.NDArray[np.complex128]:
+def _slicing(
+    frequencies: Floats, m: int, a: float, width: float, oversampling: float
+) -> npt.NDArray[np.complex128]:
     """Weights that take the slice along one dimension, shape (frequencies, samples)."""
     # The window must fit into a period.
-    samples = max(_OVERSAMPLING * m, int(np.ceil(width)) + 1)
+    samples = max(round(oversampling * m), int(np.ceil(width)) + 1)
     # Beatty's choice of the window's shape for this oversampling.
-    oversampling = samples / m
-    spread = (width / oversampling) ** 2 * (oversampling - 0.5) ** 2 - 0.8
+    ratio = samples / m
+    spread = (width / ratio) ** 2 * (ratio - 0.5) ** 2 - 0.8
     beta = np.pi * np.sqrt(max(spread, 0.1))
     place = a * frequencies * samples
     distance = place[:, np.newaxis] - np.arange(samples)
@@ -83,7 +84,9 @@ def _slicing(frequencies: Floats, m: int, a: float, width: float) -> npt.NDArray
     return np.asarray(weights @ (turns * undone))
 
 
-def fourier_slice(raw: Image, m: int, a: float, *, width: float = 3.5) -> Floats:
+def fourier_slice(
+    raw: Image, m: int, a: float, *, width: float = 3.5, oversampling: float = 2.0
+) -> Floats:
     """Refocus by slicing the 4-D spectrum (Eq. 2.17).
 
     Parameters
@@ -96,13 +99,17 @@ def fourier_slice(raw: Image, m: int, a: float, *, width: float = 3.5) -> Floats
         Focus setting, any number.
     width
         Width of the Kaiser-Bessel window in samples; the text takes 3.5.
+    oversampling
+        Samples of the spectrum for each of the pixels of a micro image, 1 or more.
 
     Returns
     -------
     Floats
         Mean of the shifted views, a sample for each micro lens, shape (t, s[, 3]).
     """
-    return _in_frequency(raw, m, a, width)
+    if not oversampling >= 1:
+        raise InputError(f"{oversampling}", where="oversampling", expected="1 or more")
+    return _in_frequency(raw, m, a, (width, oversampling))
 
 
 def shifted_views(raw: Image, m: int, a: float) -> Floats:
@@ -125,7 +132,7 @@ def shifted_views(raw: Image, m: int, a: float) -> Floats:
     return _in_frequency(raw, m, a, None)
 
 
-def _in_frequency(raw: Image, m: int, a: float, width: float | None) -> Floats:
+def _in_frequency(raw: Image, m: int, a: float, window: tuple[float, float] | None) -> Floats:
     check_raw(raw, m)
     if not np.isfinite(a):
         raise InputError(f"a = {a}", where="a", expected="a finite number")
@@ -140,13 +147,13 @@ def _in_frequency(raw: Image, m: int, a: float, width: float | None) -> Floats:
     result = np.empty((t, s, field.shape[4]))
     for channel in range(field.shape[4]):
         spectrum = fft.fft2(field[..., channel], s=shape, axes=(0, 1), workers=-1)
-        if width is None:
+        if window is None:
             offset = np.arange(m) - (m - 1) / 2
             down = np.exp(-2j * np.pi * a * np.outer(rows, offset))
             right = np.exp(-2j * np.pi * a * np.outer(columns, offset))
         else:
-            down = _slicing(rows, m, a, width)
-            right = _slicing(columns, m, a, width)
+            down = _slicing(rows, m, a, *window)
+            right = _slicing(columns, m, a, *window)
         taken = np.einsum("tv,tsvu,su->ts", down, spectrum, right, optimize=True)
         result[:, :, channel] = fft.ifft2(taken).real[:t, :s] / m**2
     return result[:, :, 0] if raw.ndim == 2 else result

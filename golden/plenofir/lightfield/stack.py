@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from plenofir.calibration.frames import grey
 from plenofir.errors import InputError
-from plenofir.refocus import refocus
+from plenofir.refocus import check_raw, focus_to_shift, refocus
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
@@ -44,12 +44,15 @@ def focal_stack(
     chosen = list(settings)
     if not chosen:
         raise InputError("no focus settings", where="a", expected="one or more")
-    slices = []
+    check_raw(raw, m)
     for a in chosen:
-        slices.append(refocus(raw, m, a))
+        focus_to_shift(a, m)
+    slices = np.empty((len(chosen), *raw.shape), raw.dtype)
+    for number, a in enumerate(chosen):
+        refocus(raw, m, a, out=slices[number])
         if progress is not None:
-            progress(len(slices), len(chosen))
-    return np.stack(slices)
+            progress(number + 1, len(chosen))
+    return slices
 
 
 def sharpness(region: Image | Floats, m: int = 1, low: float = 0.01) -> float:

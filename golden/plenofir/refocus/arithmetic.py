@@ -17,6 +17,7 @@ from plenofir.refocus.operator import (
     Align,
     Image,
     Sums,
+    check_sums,
     divide_half_up,
     gather_sums,
     output_offset,
@@ -99,7 +100,13 @@ class ExactArithmetic(BaseModel):
         -------
         Image
             Size and type of `raw`.
+
+        Raises
+        ------
+        InputError
+            If the sums could wrap around.
         """
+        check_sums(self.largest_sum(micro_image_size, 8 * raw.dtype.itemsize, order))
         sums = refocus_sums(raw, micro_image_size, shift, align=align, order=order)
         return divide_half_up(sums, micro_image_size ** (2 * (order + 1))).astype(raw.dtype)
 
@@ -120,7 +127,7 @@ class ExactArithmetic(BaseModel):
         int
             The largest sum of the last column filter.
         """
-        return int(micro_image_size ** (2 * (order + 1)) * ((1 << pixel_bits) - 1))
+        return int(micro_image_size ** (2 * (order + 1))) * ((1 << pixel_bits) - 1)
 
     def error_bound(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> Fraction:
         """Largest possible distance from the real-valued operator, in grey levels.

@@ -16,9 +16,13 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from plenofir.errors import InputError
+
 Align = Literal["centred", "causal"]
 Image = npt.NDArray[np.integer]
 Sums = npt.NDArray[np.int64]
+
+_SUM_BITS = 61
 
 
 def output_offset(micro_image_size: int, shift: int, align: Align) -> int:
@@ -165,6 +169,27 @@ def interpolated_sums(
         offset = output_offset(micro_image_size, pass_shift, align)
         sums = gather_sums(sums, micro_image_size, pass_shift, axis=axis, offset=offset)
     return sums
+
+
+def check_sums(largest: int) -> None:
+    """Refuse sums that could wrap around in 64 bits, roundings included.
+
+    Parameters
+    ----------
+    largest
+        Largest possible sum.
+
+    Raises
+    ------
+    InputError
+        If it has more than 61 bits.
+    """
+    if largest.bit_length() > _SUM_BITS:
+        raise InputError(
+            f"sums of {largest.bit_length()} bits",
+            where="M",
+            expected=f"a smaller M or a lower order: sums of at most {_SUM_BITS} bits",
+        )
 
 
 def refocus_sums(

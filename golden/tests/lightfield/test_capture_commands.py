@@ -5,6 +5,7 @@ import sys
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,6 +109,20 @@ def test_chain(capture: Path, run) -> None:
     done = run("refocus", "aligned.png", "-M", "5", "-a", "2/5", cwd=capture)
     assert done.returncode == 0, done.stderr
     assert np.array_equal(read_image(capture / "refocused.png"), refocus(aligned, M, "2/5"))
+    cases: list[tuple[tuple[str, ...], dict[str, Any]]] = [
+        (("-a", "2/5", "--interpolation", "linear"), {"a": "2/5", "interpolation": 1}),
+        (("-a", "1", "--no-upsample"), {"a": 1, "upsample": False}),
+        (("-a", "0", "--region", "5:,:20"), {"a": 0, "region": (slice(5, None), slice(20))}),
+    ]
+    for options, keywords in cases:
+        done = run("refocus", "aligned.png", "-M", "5", *options, cwd=capture)
+        assert done.returncode == 0, done.stderr
+        want = refocus(aligned, M, **keywords)
+        assert np.array_equal(read_image(capture / "refocused.png"), want)
+    for bad, where in (("5:,20", "--region"), ("900:,:", "--region")):
+        done = run("refocus", "aligned.png", "-M", "5", "-a", "0", "--region", bad, cwd=capture)
+        assert done.returncode == 2
+        assert where in done.stderr
 
     done = run("views", "aligned.png", "-M", "5", cwd=capture)
     assert done.returncode == 0, done.stderr

@@ -1,0 +1,146 @@
+"""The refocuser for arrays of other libraries: CuPy, PyTorch and whatever has the array API.
+
+Only functions of the array API standard are used, so that arrays stay where they are, on a GPU for
+instance. The method is that of `plenofir.refocus.operator.moving_sums`, all in integers.
+"""
+
+from typing import Any
+
+import numpy as np
+from array_api_compat import array_namespace, device, is_cupy_array, is_torch_array
+
+from plenofir.refocus.operator import Align, check_sums, output_offset
+
+
+def _sums(xp: Any, x: Any, m: int, shift: int, axis: int, wanted: range) -> Any:
+    """S[k'] along an axis for equally spaced k'."""
+    length = x.shape[axis]
+    start, stop = wanted[0] - m + 1, wanted[-1] + 1
+    p = np.arange(start, stop)
+    entering = None
+    for u in range(m):
+        if not np.any((p - u * shift) % m == 0):
+            continue
+        # y[p] is the sum of the pixels with M j + u a' = p.
+        source = p - u * (shift - 1)
+        there = ((p - u * shift) % m == 0) & (source >= 0) & (source < length)
+        if not there.any():
+            continue
+        index = xp.asarray(np.where(there, source, 0), dtype=xp.int64, device=device(x))
+        part = xp.take(x, index, axis=axis)
+        shape = (-1, 1, 1) if axis == 0 else (1, -1, 1)
+        mask = xp.asarray(there.astype(np.int64), dtype=xp.int64, device=device(x))
+        part = part * xp.reshape(mask, shape)
+        entering = part if entering is None else entering + part
+    if entering is None:
+        shape_out = [len(wanted) if n == axis else size for n, size in enumerate(x.shape)]
+        return xp.zeros(tuple(shape_out), dtype=xp.int64, device=device(x))
+    return _moving_sum(xp, entering, m, axis, range(m - 1, stop - start, wanted.step))
+
+
+def device_refocus(
+    raw: Any,
+    m: int,
+    shift: int,
+    *,
+    align: Align,
+    order: int,
+    region: tuple[range, range],
+    upsample: bool,
+) -> Any:
+    """Refocus an array of any library, arguments checked by the caller.
+
+    Parameters
+    ----------
+    raw
+        Raw image, shape (rows, columns[, 3]), uint8 or uint16.
+    m, shift
+        M, a'.
+    align, order, upsample
+        As in `plenofir.refocus.refocus`.
+    region
+        Rows and columns of the result, step 1.
+
+    Returns
+    -------
+    array
+        The result, of the type and on the device of `raw`.
+    """
+    xp = array_namespace(raw)
+    bits = int(xp.iinfo(raw.dtype).bits)
+    divisor = m ** (2 + 2 * order)
+    check_sums(divisor * ((1 << bits) - 1))
+    shape = (len(region[0]), len(region[1]), *raw.shape[2:])
+    if 0 in shape:
+        return xp.zeros(shape, dtype=raw.dtype, device=device(raw))
+    if order == 0 and upsample and align == "centred" and m > 1:
+        result = _fused(xp, raw, m, shift, bits, region)
+        if result is not None:
+            return result
+    x = xp.astype(xp.reshape(raw, (raw.shape[0], raw.shape[1], -1)), xp.int64)
+    step = 1 if upsample else m
+    box = output_offset(m, 1, align)
+    for axis in (1, 0):
+        part, length = region[axis], raw.shape[axis]
+        # Outputs that the moving sums of interpolation take, last one first.
+        low, high = part.start * step, (part.stop - 1) * step + 1
+        ranges = [(low, high)]
+        for _ in range(order):
+            low, high = max(0, low + box - m + 1), min(length, high + box)
+            ranges.append((low, high))
+        low, high = ranges.pop()
+        offset = output_offset(m, shift, align)
+        x = _sums(xp, x, m, shift, axis, range(low + offset, high + offset, step))
+        for first, last in reversed(ranges):
+            # Index 0 of x is output `low`; a' = 1 is the moving sum.
+            x = _moving_sum(xp, x, m, axis, range(first + box - low, last + box - low))
+            low = first
+    result = (x + divisor // 2) // divisor
+    return xp.reshape(xp.astype(result, raw.dtype), shape)
+
+
+def _stream(raw: Any) -> int:
+    """The stream that the array's library works on."""
+    if is_torch_array(raw):
+        import torch
+
+        return int(torch.cuda.current_stream(raw.device).cuda_stream)
+    import cupy
+
+    return int(cupy.cuda.get_current_stream().ptr)
+
+
+def _fused(
+    xp: Any, raw: Any, m: int, shift: int, bits: int, region: tuple[range, range]
+) -> Any | None:
+    """Result of the fused kernel, or None where there is no NVIDIA GPU or it does not fit."""
+    if not (is_cupy_array(raw) or (is_torch_array(raw) and raw.is_cuda)):
+        return None
+    try:
+        from plenofir.refocus.cuda import cuda_refocus, fits
+    except ImportError:
+        return None
+    if not fits(m, shift, bits):
+        return None
+    out = xp.empty(
+        (len(region[0]), len(region[1]), *raw.shape[2:]), dtype=raw.dtype, device=device(raw)
+    )
+    # A copy if it is a view that is not contiguous.
+    flat = xp.reshape(raw, (raw.shape[0], -1))
+    flat = flat.contiguous() if is_torch_array(flat) else xp.asarray(flat, order="C")
+    goal = xp.reshape(out, (out.shape[0], -1))
+    cuda_refocus(flat, goal, m, shift, bits, region, _stream(raw))
+    return out
+
+
+def _moving_sum(xp: Any, x: Any, m: int, axis: int, wanted: range) -> Any:
+    """Sums of the M pixels up to each wanted one; there is nothing outside of x."""
+    length = x.shape[axis]
+    total = xp.cumulative_sum(x, axis=axis, dtype=xp.int64, include_initial=True)
+    last = np.asarray(wanted) + 1
+
+    def at(places: Any) -> Any:
+        inside = np.clip(places, 0, length)
+        return xp.take(total, xp.asarray(inside, dtype=xp.int64, device=device(x)), axis=axis)
+
+    return at(last) - at(last - m)

@@ -1,0 +1,274 @@
+"""The fast refocuser: bit-exact, with a cost that depends on neither M nor a'.
+
+Rows and columns of a block are summed in one go while the block is in the processor's cache, and
+blocks are shared out to threads; see `plenofir.refocus.kernels` for the loops. Nothing that is
+not asked for is computed.
+"""
+
+import threading
+from collections.abc import Callable
+from math import gcd
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.refocus.kernels import Axis, Plan, refocus_blocks
+from plenofir.refocus.operator import Align, Image, check_sums, output_offset
+from plenofir.refocus.threads import processors
+from plenofir.refocus.vectors import LINE_BYTES
+
+# Bytes of sums in a line of a block: all of its lines fit into the second-level cache.
+_BLOCK_BYTES = 6600
+# Lines of sums in a block; the first of them costs M line additions, the others two.
+_BLOCK_LINES = 64
+# Below this many samples a second thread is not worth its start.
+_SAMPLES_FOR_A_THREAD = 1 << 19
+
+
+class Field(NamedTuple):
+    """How sums are held and divided.
+
+    Attributes
+    ----------
+    kind
+        Type.
+    drop, multiplier
+        floor(n / divisor) is (n * multiplier) >> drop; 0 if there is no such multiplier.
+    """
+
+    kind: type[np.unsignedinteger]
+    drop: int
+    multiplier: int
+
+
+def field(largest: int, divisor: int) -> Field:
+    """Narrowest type for sums in which they can be divided exactly.
+
+    floor(n / d) is (n * multiplier) >> drop with multiplier = ceil(2^drop / d) if
+    (multiplier * d - 2^drop) n < 2^drop for the largest n.
+
+    Parameters
+    ----------
+    largest
+        Largest sum.
+    divisor
+        d.
+
+    Returns
+    -------
+    Field
+        16 or 32 bits with a multiplication, else 64 bits.
+
+    Raises
+    ------
+    InputError
+        If the sums are too wide for that.
+    """
+    check_sums(largest)
+    numerator = largest + divisor // 2
+    for kind in (np.uint16, np.uint32):
+        bits = 8 * np.dtype(kind).itemsize
+        # As large as the multiplier may be; a power of two of a product of two fields.
+        drop = bits + divisor.bit_length() - 1
+        multiplier = -(-(1 << drop) // divisor)
+        if multiplier >= 1 << bits:
+            drop, multiplier = drop - 1, (multiplier + 1) // 2
+        excess = multiplier * divisor - (1 << drop)
+        if numerator < 1 << bits and excess * numerator < 1 << drop:
+            return Field(kind, drop, multiplier)
+    return Field(np.uint64, 0, 0)
+
+
+def plan(
+    shape: tuple[int, ...],
+    pixel_bits: int,
+    micro_image_size: int,
+    shift: int,
+    *,
+    align: Align,
+    order: int,
+    region: tuple[range, range],
+    upsample: bool,
+) -> tuple[Plan, npt.NDArray[Any]]:
+    """Work out one slice.
+
+    Parameters
+    ----------
+    shape
+        Shape of the raw image, (rows, columns[, channels]).
+    pixel_bits
+        Width of a pixel in bits.
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    align, order
+        As in `plenofir.refocus.refocus`.
+    region
+        Rows and columns of the result, step 1.
+    upsample
+        False: one output for each micro lens; `shift` must be a multiple of M, `order` 0.
+
+    Returns
+    -------
+    tuple
+        The plan, and an array of the type that holds sums.
+
+    Raises
+    ------
+    InputError
+        If the sums are too wide for 64-bit words.
+    """
+    m = micro_image_size
+    offset = output_offset(m, shift, align)
+    common = gcd(shift, m)
+    if order > 0:
+        step, scale = 1, 1
+    else:
+        step, scale = common, common if upsample else 1
+    axes = []
+    for length, part in zip(shape[:2], region, strict=True):
+        base = part.start + (offset if upsample else offset // m)
+        axes.append(Axis(length, len(part), part.start, base, scale))
+    divisor = m ** (2 + 2 * order)
+    half = divisor // 2
+    largest = divisor * ((1 << pixel_bits) - 1)
+    chosen = field(largest, divisor)
+    work = Plan(
+        micro_image_size=m,
+        shift=shift,
+        order=order,
+        channels=shape[2] if len(shape) == 3 else 1,
+        common=common,
+        step=step,
+        box_offset=output_offset(m, 1, align),
+        rows=axes[0],
+        columns=axes[1],
+        half=half,
+        divisor=divisor,
+        multiplier=chosen.multiplier,
+        drop=chosen.drop,
+    )
+    return work, np.empty(0, chosen.kind)
+
+
+def _blocks(work: Plan, sample_bytes: int, frame_bytes: int, threads: int) -> npt.NDArray[np.int64]:
+    """Divide the output into blocks, shape (blocks, 4); see `refocus_blocks`."""
+    m, rows, columns = work.micro_image_size, work.rows, work.columns
+    together = LINE_BYTES // sample_bytes
+    # Input pixels on both sides of a block's columns that it takes, too.
+    beside = (m - 1) * (abs(work.shift - 1) + 1 + work.order)
+    pixels = max(_BLOCK_BYTES // (sample_bytes * work.channels), 4 * beside)
+    # Input pixels that an output moves on by.
+    stride = work.step // columns.scale
+    parts = max(1, round(columns.outputs * stride / pixels))
+    width = -(-columns.outputs // parts)
+    lines = max(_BLOCK_LINES, 4 * m)
+    # All threads together need less memory than half a frame.
+    taken = min(columns.length, width * stride + beside) * work.channels * sample_bytes * threads
+    lines = max(together, min(lines, frame_bytes // 2 // max(taken, 1)))
+    # With one value a micro image, no line of sums builds on the one above.
+    if work.common == m:
+        lines = together
+    height = lines * rows.scale
+    height = min(height, -(-rows.outputs // threads))
+    return np.array(
+        [
+            (row, min(row + height, rows.outputs), column, min(column + width, columns.outputs))
+            for row in range(0, rows.outputs, height)
+            for column in range(0, columns.outputs, width)
+        ],
+        dtype=np.int64,
+    )
+
+
+def _share_out(
+    work: Callable[[npt.NDArray[np.int64]], None], blocks: npt.NDArray[np.int64], threads: int
+) -> None:
+    """Work on blocks in several threads, which take the next few when they are done."""
+    chunks = iter(np.array_split(blocks, min(len(blocks), 4 * threads if threads > 1 else 1)))
+    failures: list[BaseException] = []
+
+    def take() -> None:
+        try:
+            for chunk in chunks:
+                work(chunk)
+        except Exception as failure:
+            failures.append(failure)
+
+    helpers = [threading.Thread(target=take) for _ in range(threads - 1)]
+    for helper in helpers:
+        helper.start()
+    take()
+    for helper in helpers:
+        helper.join()
+    if failures:
+        raise failures[0]
+
+
+def fast_refocus(
+    raw: Image,
+    micro_image_size: int,
+    shift: int,
+    *,
+    align: Align = "centred",
+    order: int = 0,
+    region: tuple[range, range],
+    upsample: bool = True,
+    out: Image | None = None,
+    threads: int | None = None,
+) -> Image:
+    """Refocus an image, arguments checked by the caller (`plenofir.refocus.refocus`).
+
+    Parameters
+    ----------
+    raw
+        Raw image, shape (rows, columns[, 3]), uint8 or uint16.
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    align, order
+        As in `plenofir.refocus.refocus`.
+    region
+        Rows and columns of the result that are wanted, step 1.
+    upsample
+        False: one output for each micro lens; `shift` must be a multiple of M, `order` 0.
+    out
+        Where to write the result, C-contiguous, of the right shape and type.
+    threads
+        Number of threads; as many as there are processors if None.
+
+    Returns
+    -------
+    Image
+        The result.
+    """
+    m = micro_image_size
+    shape = (len(region[0]), len(region[1]), *raw.shape[2:])
+    image: Image = np.empty(shape, raw.dtype) if out is None else out
+    if image.size == 0:
+        return image
+    if m == 1:
+        rows, columns = (slice(part.start, part.stop) for part in region)
+        np.copyto(image, raw[rows, columns])
+        return image
+    work, like = plan(
+        raw.shape,
+        8 * raw.dtype.itemsize,
+        m,
+        shift,
+        align=align,
+        order=order,
+        region=region,
+        upsample=upsample,
+    )
+    x = np.ascontiguousarray(raw).reshape(raw.shape[0], -1)
+    flat = image.reshape(shape[0], -1)
+    count = processors() if threads is None else threads
+    samples = image.size * (work.step // work.rows.scale) ** 2
+    count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))
+    blocks = _blocks(work, like.itemsize, raw.nbytes, count)
+    _share_out(lambda chunk: refocus_blocks(x, flat, work, chunk, like), blocks, count)
+    return image

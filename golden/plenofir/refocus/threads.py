@@ -1,0 +1,14 @@
+"""How many threads or processes to start."""
+
+import os
+
+
+def processors() -> int:
+    """Processors that this process may use.
+
+    Returns
+    -------
+    int
+        1 or more.
+    """
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

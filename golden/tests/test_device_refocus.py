@@ -1,0 +1,127 @@
+"""Arrays of other libraries: equal to the reference, and never copied to this machine's memory."""
+
+import os
+import subprocess
+import sys
+from fractions import Fraction
+
+import array_api_strict
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_refocus import random_image
+
+from plenofir.errors import InputError
+from plenofir.refocus import ExactArithmetic, refocus
+
+
+@settings(max_examples=60)
+@given(data=st.data())
+def test_array_api_equals_the_reference(data):
+    m, shift = data.draw(st.integers(1, 9)), data.draw(st.integers(-20, 25))
+    order = data.draw(st.sampled_from([0, 0, 1, 2]))
+    align = data.draw(st.sampled_from(["centred", "causal"]))
+    dtype = data.draw(st.sampled_from([np.uint8, np.uint16]))
+    shape = tuple(m + data.draw(st.integers(0, 30)) for _ in range(2))
+    raw = random_image(shape + data.draw(st.sampled_from([(), (3,)])), dtype)
+    region = tuple(slice(*sorted(data.draw(st.tuples(*[st.integers(0, 40)] * 2)))) for _ in "yx")
+    image = refocus(
+        array_api_strict.asarray(raw),
+        m,
+        Fraction(shift, m),
+        align=align,
+        interpolation=order,
+        region=region,
+    )
+    want = ExactArithmetic().refocus(raw, m, shift, align=align, order=order)[region]
+    assert image.dtype == getattr(array_api_strict, dtype.__name__)
+    assert np.array_equal(np.asarray(image), want)
+
+
+@given(st.integers(1, 7), st.integers(-3, 4))
+def test_array_api_pixel_for_each_micro_lens(m, a):
+    raw = random_image((6 * m + 1, 5 * m + 1), np.uint8)
+    image = refocus(array_api_strict.asarray(raw), m, a, upsample=False)
+    assert np.array_equal(np.asarray(image), refocus(raw, m, a, upsample=False))
+
+
+def test_bad_arrays():
+    with pytest.raises(InputError, match="float64"):
+        refocus(array_api_strict.zeros((9, 9)), 3, 1)
+    with pytest.raises(InputError, match="list"):
+        refocus([[1, 2], [3, 4]], 1, 1)  # type: ignore[arg-type]
+    image = array_api_strict.zeros((9, 9), dtype=array_api_strict.uint8)
+    with pytest.raises(InputError, match=r"^out: "):
+        refocus(image, 3, 1, out=np.zeros((9, 9), np.uint8))
+
+
+SIMULATED = """
+import numpy as np
+import plenofir.refocus.cuda as kernel
+from plenofir.refocus import ExactArithmetic
+
+# Small tiles: their borders lie everywhere, and simulated threads are slow.
+kernel.THREADS, kernel.TILE_ROWS, kernel.TILE_COLUMNS = 8, 8, 32
+rng = np.random.default_rng(0)
+for m, shift, shape, kind in (
+    (5, -3, (21, 37), np.uint8),
+    (4, 6, (13, 40, 3), np.uint16),
+    (3, 3, (10, 50), np.uint8),
+    (11, 7, (23, 35), np.uint8),
+    (2, -9, (9, 40), np.uint16),
+):
+    for raw in (
+        rng.integers(0, np.iinfo(kind).max, shape, kind, endpoint=True),
+        np.full(shape, np.iinfo(kind).max, kind),
+    ):
+        rows, columns = range(2, shape[0]), range(1, shape[1] - 1)
+        want = ExactArithmetic().refocus(raw, m, shift)[2:, 1:-1]
+        out = np.zeros_like(want)
+        flat = out.reshape(len(out), -1)
+        bits = 8 * raw.itemsize
+        x = raw.reshape(len(raw), -1)
+        kernel.cuda_refocus(x, flat, m, shift, bits, (rows, columns), 0)
+        assert np.array_equal(out, want), (m, shift)
+assert kernel.fits(11, 33, 8) and kernel.fits(99, 100, 16)
+assert not kernel.fits(200, 1, 16) and not kernel.fits(99, 1000, 8)
+"""
+
+
+def test_fused_kernel_in_the_simulator():
+    environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", SIMULATED],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def on_gpu(library):
+    """Function that puts an array on a GPU, or skip the test."""
+    if library == "cupy":
+        cupy = pytest.importorskip("cupy", exc_type=ImportError)
+        try:
+            cupy.cuda.runtime.getDeviceCount()
+        except cupy.cuda.runtime.CUDARuntimeError:
+            pytest.skip("no GPU")
+        return cupy.asarray, cupy.asnumpy
+    torch = pytest.importorskip("torch", exc_type=ImportError)
+    if not torch.cuda.is_available():
+        pytest.skip("no GPU")
+    return (lambda x: torch.from_numpy(x).cuda()), (lambda x: x.cpu().numpy())
+
+
+@pytest.mark.parametrize("library", ["cupy", "torch"])
+@pytest.mark.parametrize(("m", "shift", "order"), [(5, -3, 0), (11, 7, 0), (4, 6, 0), (5, 2, 2)])
+def test_gpu_equals_the_reference(library, m, shift, order):
+    put, get = on_gpu(library)
+    for shape, dtype in (((203, 305), np.uint8), ((100, 120, 3), np.uint16)):
+        raw = random_image(shape, dtype)
+        image = refocus(put(raw), m, Fraction(shift, m), interpolation=order)
+        assert type(image) is type(put(raw))
+        want = ExactArithmetic().refocus(raw, m, shift, order=order)
+        assert np.array_equal(get(image), want)

@@ -1,0 +1,134 @@
+"""The fast refocuser against the reference, to the bit."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from test_refocus import random_image
+
+from plenofir.errors import InputError
+from plenofir.refocus import ExactArithmetic, fast, refocus
+
+aligns = st.sampled_from(["centred", "causal"])
+depths = st.sampled_from([np.uint8, np.uint16])
+bounds = st.tuples(st.integers(0, 60), st.integers(0, 60)).map(sorted)
+
+
+@given(data=st.data())
+def test_equals_the_reference(data):
+    m, shift = data.draw(st.integers(1, 13)), data.draw(st.integers(-30, 35))
+    order = data.draw(st.sampled_from([0, 0, 0, 1, 2, 3]))
+    align, dtype = data.draw(aligns), data.draw(depths)
+    shape = tuple(m + data.draw(st.integers(0, 45)) for _ in range(2))
+    shape += data.draw(st.sampled_from([(), (3,)]))
+    raw = random_image(shape, dtype, data.draw(st.integers(0, 9)))
+    with pytest.MonkeyPatch.context() as patch:
+        # Blocks of a few pixels, and threads for them: their borders lie everywhere.
+        patch.setattr(fast, "_BLOCK_BYTES", data.draw(st.integers(1, 99)))
+        patch.setattr(fast, "_BLOCK_LINES", data.draw(st.integers(1, 99)))
+        patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))
+        image = refocus(raw, m, Fraction(shift, m), align=align, interpolation=order, threads=2)
+    want = ExactArithmetic().refocus(raw, m, shift, align=align, order=order)
+    assert image.dtype == raw.dtype
+    assert np.array_equal(image, want)
+
+
+@given(st.integers(1, 9), st.integers(-20, 20), bounds, bounds, aligns, st.integers(0, 2))
+def test_region_is_a_part_of_the_whole(m, shift, rows, columns, align, order):
+    raw = random_image((m + 40, m + 43), np.uint8)
+    region = slice(*rows), slice(*columns)
+    a = Fraction(shift, m)
+    part = refocus(raw, m, a, align=align, interpolation=order, region=region)
+    whole = ExactArithmetic().refocus(raw, m, shift, align=align, order=order)
+    assert np.array_equal(part, whole[region])
+
+
+@given(st.integers(1, 9), st.integers(-4, 5), bounds, aligns, depths, st.booleans())
+def test_a_pixel_for_each_micro_lens(m, a, rows, align, dtype, rgb):
+    raw = random_image((8 * m + 3, 7 * m + 2, *((3,) if rgb else ())), dtype)
+    whole = ExactArithmetic().refocus(raw, m, a * m, align=align)
+    want = whole[: raw.shape[0] // m * m : m, : raw.shape[1] // m * m : m]
+    assert np.array_equal(refocus(raw, m, a, align=align, upsample=False), want)
+    region = slice(*rows), slice(1, None)
+    part = refocus(raw, m, a, align=align, upsample=False, region=region)
+    assert np.array_equal(part, want[region])
+
+
+@pytest.mark.parametrize(
+    ("m", "shift", "shape", "dtype"),
+    [
+        (99, 1000, (99, 99), np.uint16),
+        (99, -1000, (120, 301, 3), np.uint8),
+        (16, 9, (70, 60), np.uint8),
+        (12, 5, (70, 60), np.uint8),
+        (130, 77, (131, 260), np.uint16),
+        (260, 7, (260, 300), np.uint16),
+        (2, -1000, (7, 3000), np.uint8),
+        (11, 33, (300, 600), np.uint16),
+    ],
+)
+def test_extremes_and_all_white(m, shift, shape, dtype):
+    white = np.full(shape, np.iinfo(dtype).max, dtype)
+    for raw in (white, random_image(shape, dtype)):
+        want = ExactArithmetic().refocus(raw, m, shift)
+        assert np.array_equal(refocus(raw, m, Fraction(shift, m)), want)
+
+
+@given(st.integers(2, 400), st.integers(0, 3), st.sampled_from([8, 16]))
+def test_division_by_multiplication_is_exact(m, order, pixel_bits):
+    divisor = m ** (2 + 2 * order)
+    largest = divisor * ((1 << pixel_bits) - 1)
+    try:
+        field = fast.field(largest, divisor)
+    except InputError:
+        assert largest.bit_length() > 61
+        return
+    assert largest + divisor // 2 <= np.iinfo(field.kind).max
+    if field.multiplier:
+        # The quotient can only be wrong next to where it changes.
+        for quotient in {0, 1, 2, 127, 128, (1 << pixel_bits) - 2, (1 << pixel_bits) - 1}:
+            for n in (quotient * divisor, (quotient + 1) * divisor - 1):
+                if n <= largest + divisor // 2:
+                    assert n * field.multiplier >> field.drop == quotient
+        assert field.multiplier <= np.iinfo(field.kind).max
+        assert field.drop >= 8 * np.dtype(field.kind).itemsize
+
+
+def test_sums_that_do_not_fit_are_refused():
+    raw = random_image((200, 200), np.uint16)
+    with pytest.raises(InputError, match="sums of 78 bits"):
+        refocus(raw, 200, 1, interpolation=3)
+    with pytest.raises(InputError, match="sums of 78 bits"):
+        ExactArithmetic().refocus(raw, 200, 200, order=3)
+
+
+def test_views_and_given_memory():
+    raw = random_image((60, 80, 3), np.uint8)
+    out = np.empty((80, 60), np.uint8)
+    image = refocus(raw[:, :, 1].T, 5, "-3/5", out=out)
+    assert image is out
+    assert np.array_equal(out, ExactArithmetic().refocus(raw[:, :, 1].T, 5, -3))
+    empty = refocus(raw, 5, "-3/5", region=(slice(3, 3), slice(None)))
+    assert empty.shape == (0, 80, 3)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"upsample": False, "a": "1/5"}, "upsample"),
+        ({"upsample": False, "interpolation": 1}, "upsample"),
+        ({"region": slice(3)}, "region"),
+        ({"region": (slice(0, 9, 2), slice(3))}, "region"),
+        ({"threads": 0}, "threads"),
+        ({"out": np.zeros((60, 60), np.uint16)}, "out"),
+        ({"out": np.zeros((60, 60), np.uint8).T[::-1]}, "out"),
+    ],
+)
+def test_bad_options(options, message):
+    raw = random_image((60, 60), np.uint8)
+    with pytest.raises(InputError, match=f"^{message}: "):
+        refocus(raw, 5, **{"a": 1, **options})
+    with pytest.raises(InputError, match=r"^out: overlaps"):
+        refocus(raw, 5, 1, out=raw)
