@@ -12,9 +12,9 @@
 --   pixel of the line. Of the step's own pixel: fresh: a line begins, initial, initial_held: it belongs to the first
 --   sums. Of the pixel that enters: enter_age, enter (it belongs to the line), enter_now (it is the step's own);
 --   leave: the pixel that came M steps before it leaves; take: output 0 is due; clear: a new sum begins; update:
---   a group of outputs begins. Earlier, 1 clock after advance: step_1, phase_1, first_1, live_1, of the step, take_1,
---   slice_1 of the output; 2 clocks: step_2, enter_phase_2, moves_2: the pixel that enters does not lie before
---   the line.
+--   a group of outputs begins; due: the output belongs to the line. Earlier, 1 clock after advance: step_1,
+--   phase_1, first_1, live_1, of the step, take_1, slice_1 of the output; 2 clocks: step_2, enter_phase_2,
+--   moves_2: the pixel that enters does not lie before the line.
 -- Equation: see moving_sum_pkg.
 
 library ieee;
@@ -59,7 +59,8 @@ entity moving_sum_control is
     leave         : out   std_logic;
     take          : out   std_logic;
     clear         : out   std_logic;
-    update        : out   std_logic
+    update        : out   std_logic;
+    due           : out   std_logic
   );
 end entity moving_sum_control;
 
@@ -270,7 +271,7 @@ begin
 
   count_steps : process (clk) is
 
-    variable due       : std_logic;
+    variable due_now   : std_logic;
     variable now_ended : count_t;
 
   begin
@@ -279,7 +280,7 @@ begin
       step_now <= advance;
       step_2   <= step_now;
       if advance = '1' then
-        due       := due_tag(0);
+        due_now   := due_tag(0);
         now_ended := 0;
         if live = '0' then
           now_ended := next_count(own_ended);
@@ -287,7 +288,7 @@ begin
         own_live  <= live;
         own_ended <= now_ended;
         own_first <= first;
-        due_first <= due;
+        due_first <= due_now;
         if first = '1' then
           own_phase <= 0;
           own_count <= 0;
@@ -296,7 +297,7 @@ begin
           own_phase <= next_phase(own_phase);
           own_count <= next_count(own_count);
         end if;
-        if due = '1' then
+        if due_now = '1' then
           due_phase <= 0;
           due_count <= DELAY;
           due_slice <= unsigned(due_tag(due_tag'high downto 1));
@@ -304,12 +305,12 @@ begin
           due_phase <= next_phase(due_phase);
           due_count <= next_count(due_count);
         end if;
-        if due = '1' then
+        if due_now = '1' then
           same <= '1';
         elsif first = '1' then
           same <= '0';
         end if;
-        if due = '1' or (same = '1' and first = '0') then
+        if due_now = '1' or (same = '1' and first = '0') then
           due_ended <= now_ended;
         else
           due_ended <= next_count(due_ended);
@@ -331,16 +332,16 @@ begin
   look_up : process (clk) is
 
     variable own : natural range 0 to SLICES * M - 1;
-    variable due : natural range 0 to SLICES * M - 1;
+    variable row : natural range 0 to SLICES * M - 1;
 
   begin
 
     if rising_edge(clk) then
       own := own_phase;
-      due := due_phase;
+      row := due_phase;
       if SLICES > 1 then
         own := to_integer(own_slice) * M + own_phase;
-        due := to_integer(due_slice) * M + due_phase;
+        row := to_integer(due_slice) * M + due_phase;
       end if;
 
       initial_2      <= '0';
@@ -355,10 +356,10 @@ begin
       due_count_2   <= due_count;
       due_ended_2   <= due_ended;
       due_first_2   <= due_first;
-      enter_phase_2 <= PHASE_OF(due);
-      age_2         <= AGE_OF(due);
-      update_2      <= BEGINS(due);
-      clear_2       <= CLEARS(due);
+      enter_phase_2 <= PHASE_OF(row);
+      age_2         <= AGE_OF(row);
+      update_2      <= BEGINS(row);
+      clear_2       <= CLEARS(row);
     end if;
 
   end process look_up;
@@ -376,11 +377,15 @@ begin
       initial_held <= initial_held_2;
       take         <= due_first_2;
       update       <= update_2;
-      clear        <= clear_2;
-      enter_age    <= age_2;
-      enter        <= '0';
-      enter_now    <= '0';
-      leave        <= '0';
+      due          <= '0';
+      if due_ended_2 <= DELAY then
+        due <= '1';
+      end if;
+      clear     <= clear_2;
+      enter_age <= age_2;
+      enter     <= '0';
+      enter_now <= '0';
+      leave     <= '0';
       if age_2 <= due_count_2 and age_2 >= due_ended_2 then
         enter <= '1';
       end if;

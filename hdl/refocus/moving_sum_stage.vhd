@@ -107,6 +107,7 @@ architecture rtl of moving_sum_stage is
     take         : std_logic;
     clear        : std_logic;
     update       : std_logic;
+    due          : std_logic;
   end record orders_t;
 
   constant NO_ORDERS : orders_t := (others => '0');
@@ -133,6 +134,7 @@ architecture rtl of moving_sum_stage is
   signal take           : std_logic;
   signal clear          : std_logic;
   signal update         : std_logic;
+  signal due            : std_logic;
   signal step_1         : std_logic;
   signal phase_1        : natural range 0 to M - 1;
   signal first_1        : std_logic;
@@ -296,7 +298,8 @@ begin
       leave         => leave,
       take          => take,
       clear         => clear,
-      update        => update
+      update        => update,
+      due           => due
     );
 
   active_tag(0) <= strobe and pixel;
@@ -325,7 +328,8 @@ begin
     leave        => leave,
     take         => take,
     clear        => clear,
-    update       => update
+    update       => update,
+    due          => due
   );
 
   pixels_at(0) <= pixels;
@@ -812,7 +816,10 @@ begin
       -- 5: results, the same for a group.
       held_sums_4 <= held_sums;
       if order(6).active = '1' then
-        if order(6).update = '1' or not HOLDING then
+        if order(6).due = '0' then
+          -- No output of a line: whatever the sums hold.
+          results <= (others => '0');
+        elsif order(6).update = '1' or not HOLDING then
           results <= sums;
         elsif SPLIT and order(6).take = '1' then
           results <= held_sums_4;
