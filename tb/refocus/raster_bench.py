@@ -222,10 +222,7 @@ async def any_stalls_any_gaps(dut: Any) -> None:
     assert not bench.errors()
 
 
-# With several rows at once a band leaves in a burst: behind a gap the source may have to wait.
-@cocotb.test(
-    skip=not read_case()["thorough"] or read_case()["core"]["parallel_rows"] > 1,
-)
+@cocotb.test(skip=not read_case()["thorough"])
 async def gaps_never_refuse_the_source(dut: Any) -> None:
     """A source that cannot wait is never refused, however its gaps fall on flush lines."""
     bench = Bench(dut)
