@@ -97,6 +97,27 @@ def first_call() -> tuple[float, float]:
     return float(seconds[0]), float(seconds[1])
 
 
+def extra_memory(size: int, m: int, shape: tuple[int, ...], kind: str, order: int) -> float:
+    """Largest memory of a call beside input and output, in frames.
+
+    A process of its own measures it: the most that it holds during the call (Linux' VmHWM, set to
+    what it holds at the moment by clear_refs), less what it held before.
+    """
+    code = (
+        "import pathlib, re, numpy as np; from plenofir.refocus import refocus; "
+        "status, clear = pathlib.Path('/proc/self/status'), pathlib.Path('/proc/self/clear_refs'); "
+        "most = lambda: int(re.search(r'VmHWM:\\s*(\\d+)', status.read_text())[1]); "
+        f"refocus(np.zeros((1500, 1500, *{shape}), '{kind}')[:60, :60], {m}, '1/{m}', "
+        f"interpolation={order}); "
+        f"raw = np.ones(({size}, {size}, *{shape}), '{kind}'); out = np.ones_like(raw); "
+        "clear.write_text('5'); before = most(); "
+        f"refocus(raw, {m}, '1/{m}', interpolation={order}, out=out); "
+        "print(1024 * (most() - before) / raw.nbytes)"
+    )
+    command = [sys.executable, "-c", code]
+    return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+
 def refocuser_table(size: int = 3201, m: int = 11) -> tuple[Table, dict[str, dict[str, float]]]:
     """Time the fast refocuser in multiples of numpy.copyto of the same frame."""
     shifts = (-22, -21, -9, -3, 0, 1, 4, 7, 11, 13, 22, 27, 32, 33)
@@ -136,6 +157,8 @@ def refocuser_table(size: int = 3201, m: int = 11) -> tuple[Table, dict[str, dic
             [ratios[f"a' = {shift}"] for shift in shifts]
         )
         ratios["NumPy to refocus, a' = 1"] = numpy_seconds / seconds["a' = 1"]
+        ratios["memory beside both, frames"] = extra_memory(size, m, channels, kind.__name__, 0)
+        ratios["the same, linear"] = extra_memory(size, m, channels, kind.__name__, 1)
         ratios["copyto / ms"] = 1e3 * copy
         columns[name] = ratios
     table = Table(title=f"refocus, {size} x {size}, M = {m}, in multiples of numpy.copyto")
