@@ -27,6 +27,8 @@ PARTIAL_SUM_LOOP = 4
 _DIVIDE_CLOCKS = 3
 # Input FIFO 3, sequencer 1, output FIFO 3 (refocus_pkg.STREAM_LATENCY).
 _STREAM_CLOCKS = 7
+# Tokens in the sequencer and the row gather.
+_SEQUENCER_GATHER = 3
 
 
 Engine = Literal["taps", "sums"]
@@ -187,12 +189,29 @@ class CoreConfiguration(BaseModel):
         Returns
         -------
         int
-            At least `rows`; lines of blanking count.
+            At least `rows`, whole bands; lines of blanking count.
         """
         if self.engine == "taps":
-            return rows
+            return -(-rows // self.parallel_rows) * self.parallel_rows
         m = self.micro_image_size
         return -(-max(rows, self.delay + 1) // m) * m
+
+    def full_rate(self, columns: int, rows: int) -> bool:
+        """Whether frames of a size need no blanking.
+
+        Then a source is never refused, whether it brings a pixel each clock or leaves gaps.
+
+        Parameters
+        ----------
+        columns, rows
+            Frame size in pixels.
+
+        Returns
+        -------
+        bool
+            False where lines or frames want a pause.
+        """
+        return self.band_steps(columns) == columns and self.frame_lines(rows) == rows
 
     def array_latency_clocks(self, columns: int, *, deskew: bool = False) -> int:
         """Clocks from the module array's first pixel in to its first pixel out.
@@ -272,7 +291,10 @@ class CoreConfiguration(BaseModel):
         return start + self.delay + row + self.array_clocks + _STREAM_CLOCKS + gather
 
     def _band_start(self, band: int, columns: int, rows: int, frames: int) -> int:
-        """Clock at which the sequencer begins the line that completes a band."""
+        """Clock at which the sequencer begins the line that completes a band.
+
+        With parallel rows an empty band waits until the lines before it are out of the array.
+        """
         now = ready = 0
         steps = self.band_steps(columns)
         completed = 0
@@ -283,6 +305,8 @@ class CoreConfiguration(BaseModel):
             completes = (
                 not image or place % self.parallel_rows == self.parallel_rows - 1
             ) or place == rows - 1
+            if not image and self.parallel_rows > 1:
+                now += self.delay + self.parallel_rows - 1 + _SEQUENCER_GATHER + self.array_clocks
             if completes:
                 now = max(now, ready)
                 if completed == band:

@@ -19,7 +19,8 @@
 -- Ports: columns, rows: size of the frame, read with its first pixel and kept stable until
 --   the frame has left the core; slice is read with the first pixel of a frame (frame_start);
 --   s_axis_*: stream in; room: the stages may be given a token;
---   calm: the lines before have left, so that a flush line does not pile its lines upon them; token_*: see above,
+--   calm: the lines before have left, so that a flush line does not pile its lines upon them (with parallel
+--   rows it waits until they have reached the output); token_*: see above,
 --   line_first/line_last mark the ends of a line, row is its place in its band, band a line
 --   that completes one, frame_first lines of a frame's first band, slice that of the frame, image
 --   is '0' in flush lines; error flags stay set until error_clear: 0 line ended early, 1 line
@@ -44,7 +45,7 @@ entity frame_sequencer is
     DATA_BITS : positive;
     -- Width of a slice.
     SLICE_BITS : positive;
-    -- Tokens behind the last pixel that push everything out of the row filters.
+    -- Tokens behind the last pixel that push everything out of the row filters, with parallel rows out of the array.
     ROW_FLUSH : natural;
     -- Bands behind the last line that push everything out of the column filters.
     COLUMN_FLUSH : natural;
@@ -213,7 +214,8 @@ begin
               starts_frame <= '1';
             end if;
           elsif at_first = '1' then
-            if frame_open = '0' and (bands_to_flush > 0 or frame_wait = '1') and band_wait = '0' and calm = '1' then
+            if frame_open = '0' and (bands_to_flush > 0 or frame_wait = '1') and band_wait = '0' and calm = '1' and
+               (PARALLEL_ROWS = 1 or tokens_to_flush = 0) then
               send <= flush_pixel;
             elsif tokens_to_flush > 0 or steps_missing > 0 then
               send <= empty;
