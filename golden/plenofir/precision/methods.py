@@ -47,6 +47,8 @@ class Method:
         compared with the truth alone.
     hardware
         Arithmetic, if it is the core's.
+    peer
+        Whether it is other software, which may not run with the libraries at hand.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Method:
     lenses: bool = False
     order: int | None = 0
     hardware: StoredProductArithmetic | ExactArithmetic | None = None
+    peer: bool = False
 
 
 def exact_sums(raw: Image, m: int, shift: int, order: int = 0) -> npt.NDArray[np.longdouble]:
@@ -247,7 +250,7 @@ def software() -> list[Method]:
         name = f"Fourier slice, window {width:g}, oversampling {oversampling:g}"
         found.append(Method(name, slice_, lenses=True, order=None))
     if find_spec("plenopticam") is not None:
-        found.append(Method("plenopticam", _plenopticam, lenses=True, order=None))
+        found.append(Method("plenopticam", _plenopticam, lenses=True, order=None, peer=True))
     return found
 
 

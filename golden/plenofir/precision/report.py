@@ -1,5 +1,6 @@
 """The work-precision report: error over run time for every way to refocus, Markdown and figures."""
 
+import textwrap
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -241,6 +242,40 @@ def measure(field: Field, method: Method) -> Result:
     return Result(method, seconds, largest, rms, truth_db, sharp)
 
 
+def measure_all(
+    field: Field, methods: Sequence[Method], step: Callable[[int], None] | None = None
+) -> tuple[list[Result], list[str]]:
+    """Run several methods on a light field.
+
+    Parameters
+    ----------
+    field
+        Light field.
+    methods
+        Methods.
+    step
+        Called with the number of methods done.
+
+    Returns
+    -------
+    tuple
+        Results, and a line for each other software that does not run.
+    """
+    results: list[Result] = []
+    left_out: list[str] = []
+    for done, method in enumerate(methods, 1):
+        try:
+            results.append(measure(field, method))
+        except Exception as failure:
+            if not method.peer:
+                raise
+            why = textwrap.shorten(str(failure), 120)
+            left_out.append(f"{method.name} does not run on {field.name}: {why}")
+        if step is not None:
+            step(done)
+    return results, left_out
+
+
 def pareto(results: Sequence[Result], error: Callable[[Result], float]) -> list[Result]:
     """Results that no other one beats in both time and error.
 
@@ -470,15 +505,17 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
     check_folder(folder, str(folder))
     chosen = fields()
     methods = [*software(), *hardware()]
-    total, done = len(chosen) * len(methods) + 1, 0
+    total = len(chosen) * len(methods) + 1
     everything: dict[str, list[Result]] = {}
-    for field in chosen:
-        everything[field.name] = []
-        for method in methods:
-            everything[field.name].append(measure(field, method))
-            done += 1
+    left_out: list[str] = []
+    for number, field in enumerate(chosen):
+
+        def step(done: int, start: int = number * len(methods)) -> None:
             if progress is not None:
-                progress(done, total)
+                progress(start + done, total)
+
+        everything[field.name], failed = measure_all(field, methods, step)
+        left_out += failed
     growth, growth_picture = _growth()
     if progress is not None:
         progress(total, total)
@@ -493,6 +530,7 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
         "compare with the texture that a synthetic light field was made from, a value for each "
         "micro lens, as is the sharpness (1: as sharp as the object).",
         "",
+        *(f"{line}\n" for line in left_out),
     ]
     folder.mkdir(parents=True, exist_ok=True)
     for number, field in enumerate(chosen, 1):
