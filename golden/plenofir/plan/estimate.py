@@ -314,6 +314,10 @@ def structure(core: CoreConfiguration) -> dict[str, int]:
     return counts
 
 
+# The board without its core, synthesised: receiver, transmitter, timing, control; no block RAM.
+_VIDEO_LUT = 2590
+_VIDEO_FLIP_FLOPS = 2870
+
 # LUTs and flip-flops of each part (scripts/fit_estimate.py).
 _LUT_WEIGHTS = {
     "core": 102,
@@ -366,3 +370,19 @@ def _rom_luts(address_bits: int, width: int) -> int:
     if Memory("", address_bits, width, 1, rom=True).usage.block_rams:
         return 0
     return width << max(address_bits - 6, 0)
+
+
+def video_usage(core: CoreConfiguration) -> Usage:
+    """Estimate what the video path and the board's control take around a core.
+
+    Parameters
+    ----------
+    core
+        Its generics.
+
+    Returns
+    -------
+    Usage
+        The board without its core.
+    """
+    return Usage(_VIDEO_LUT, _VIDEO_FLIP_FLOPS)
