@@ -190,10 +190,12 @@ def mutants(sources: Sequence[Path]) -> Iterator[Mutant]:
         first = text[: max(begins) + 1].count("\n")
         lines = text.splitlines()
 
-        def mutant(number: int, new: str, *, lines: list[str] = lines, name: str = source.name):
-            old = lines[number].split("--")[0]
-            place = sum(line.split("--")[0].strip() == old.strip() for line in lines[: number + 1])
-            return Mutant(name, number + 1, old, new, place)
+        seen: Counter[str] = Counter()
+        places = []
+        for line in lines:
+            code = line.split("--")[0].strip()
+            seen[code] += 1
+            places.append(seen[code])
 
         for number, line in enumerate(lines[first:], first):
             code = line.split("--")[0]
@@ -202,14 +204,13 @@ def mutants(sources: Sequence[Path]) -> Iterator[Mutant]:
             for pattern, replacements in RULES:
                 for match in re.finditer(pattern, code):
                     for replacement in replacements:
-                        yield mutant(
-                            number, code[: match.start()] + replacement + code[match.end() :]
-                        )
+                        changed = code[: match.start()] + replacement + code[match.end() :]
+                        yield Mutant(source.name, number + 1, code, changed, places[number])
         for block in RESET.finditer(text):
             start = text[: block.start(1)].count("\n")
-            for offset, line in enumerate(block.group(1).splitlines()):
+            for number, line in enumerate(block.group(1).splitlines(), start):
                 if "<=" in line and line.strip().endswith(";"):
-                    yield mutant(start + offset, "")
+                    yield Mutant(source.name, number + 1, line, "", places[number])
 
 
 def chosen(every: Sequence[Mutant], seed: int, count: int) -> list[Mutant]:
