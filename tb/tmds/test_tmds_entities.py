@@ -28,3 +28,8 @@ def test_phase_detector_control() -> None:
         interval=100,
         timeout=200,
     )
+
+
+def test_elastic_buffer() -> None:
+    case = {"width": 8, "address_bits": 4}
+    run_unit("elastic_buffer", {name.upper(): n for name, n in case.items()}, **case)
