@@ -1,6 +1,6 @@
 """Changes the VHDL in many small ways and reports what the tests do not notice.
 
-Usage: python scripts/mutate.py [--seed N] [--count N] [--only FILE] [--out FILE]
+Usage: python scripts/mutate.py [--seed N] [--count N] [--only FILE] [--out FILE] [--resume]
 
 A mutant is one change of one operator, constant, switch bit or reset in one source. It is simulated
 until something fails: first a few small cores in the file pump against the golden model, then the
@@ -100,6 +100,10 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
 PUMPED = ("refocus/*", "common/*")
 
 
+Key = tuple[str, str, str, int]
+"""Source, line before and after, number of the line among those with its text."""
+
+
 @dataclass(frozen=True)
 class Mutant:
     """One change.
@@ -121,7 +125,7 @@ class Mutant:
     place: int
 
     @property
-    def key(self) -> tuple[str, str, str, int]:
+    def key(self) -> Key:
         """What stays the same where lines move."""
         return self.file, self.old.strip(), self.new.strip(), self.place
 
@@ -223,7 +227,7 @@ def chosen(every: Sequence[Mutant], seed: int, count: int) -> list[Mutant]:
     return sorted(every, key=order)[:count]
 
 
-def explained() -> set[tuple[str, str, str, int]]:
+def explained() -> set[Key]:
     """Keys of the mutants in the tables of docs/mutants.md."""
     found = set()
     for line in EXPLAINED.read_text().splitlines():
@@ -394,21 +398,36 @@ def tests_of(place: str) -> tuple[str, ...]:
     return next(tests for pattern, tests in TESTS if fnmatch.fnmatch(place, pattern))
 
 
-def outcome(mutant: Mutant | None, folder: Path, *, pump_only: bool = False) -> str:
-    """What becomes of a mutant: "survives", "invalid", or what notices the change."""
+def rounds_of(mutant: Mutant) -> tuple[str, ...]:
+    """What a mutant is put to, in turn: "pump", then files of tests."""
+    place = place_of(mutant)
+    pumped = any(fnmatch.fnmatch(place, pattern) for pattern in PUMPED)
+    entity = Path(place).stem
+    return ("pump" if pumped else "", *(test.replace("{}", entity) for test in tests_of(place)))
+
+
+def outcome(mutant: Mutant | None, number: int, folder: Path) -> str:
+    """What a round makes of a mutant: "invalid", what notices the change, or nothing."""
     sources = write_mutant(mutant, project.board_sources(), folder / "hdl")
-    if not is_valid(sources, folder / "analysis"):
+    if number == 0 and not is_valid(sources, folder / "analysis"):
         return "invalid"
-    place = "refocus/*" if mutant is None else place_of(mutant)
-    found = ""
-    tests = tests_of(place)
-    if any(fnmatch.fnmatch(place, pattern) for pattern in PUMPED):
-        found = pump_notices(sources, folder / "pump")
-    for test in () if found or pump_only else tests:
-        found = tests_notice(folder / "hdl", test.replace("{}", Path(place).stem))
-        if found:
-            break
-    return found or "survives"
+    test = "pump" if mutant is None else rounds_of(mutant)[number]
+    if test == "pump":
+        return pump_notices(sources, folder / "pump")
+    return tests_notice(folder / "hdl", test) if test else ""
+
+
+def load(file: Path) -> dict[Key, tuple[int, str]]:
+    """Rounds that mutants have been through, and what became of them."""
+    if not file.is_file():
+        return {}
+    return {
+        (entry["file"], entry["old"].strip(), entry["new"].strip(), entry["place"]): (
+            entry["rounds"],
+            entry["outcome"],
+        )
+        for entry in json.loads(file.read_text())
+    }
 
 
 def main() -> int:
@@ -420,6 +439,9 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=120)
     parser.add_argument("--only", default="*", help="names of sources, a pattern")
     parser.add_argument("--out", type=Path, default=project.root() / "build" / "mutants.json")
+    parser.add_argument(
+        "--resume", action="store_true", help="go on from --out; only while nothing has changed"
+    )
     arguments = parser.parse_args()
     if shutil.which("ghdl-mcode") is not None:
         # It compiles in no time, and no simulation here is long.
@@ -427,46 +449,57 @@ def main() -> int:
     work = project.root() / "build" / "work"
     work.mkdir(parents=True, exist_ok=True)
 
-    def run(mutant: Mutant | None, *, pump_only: bool = False) -> str:
+    def run(mutant: Mutant | None, number: int) -> str:
         with tempfile.TemporaryDirectory(dir=work, prefix="mutant-") as name:
-            return outcome(mutant, Path(name), pump_only=pump_only)
+            return outcome(mutant, number, Path(name))
 
-    if run(None, pump_only=True) != "survives":
+    if run(None, 0):
         print("the sources themselves fail the suite", file=sys.stderr)
         return 1
     sources = [s for s in project.board_sources() if fnmatch.fnmatch(s.name, arguments.only)]
     # Two rules may make the same of a line.
     every = list(dict.fromkeys(mutants(sources)))
-    known = explained()
-    results = []
-    unexplained = 0
-    started = time.perf_counter()
     taken = chosen(every, arguments.seed, arguments.count)
-    # The chain takes minutes for each.
-    taken.sort(key=lambda mutant: CHAIN in tests_of(place_of(mutant)))
-    for number, mutant in enumerate(taken, 1):
-        found = run(mutant)
-        results.append({**asdict(mutant), "outcome": found})
-        if found == "survives":
-            unexplained += mutant.key not in known
-            print(
-                f"{'explained' if mutant.key in known else 'survives'}: "
-                f"{mutant.file}:{mutant.line} ({mutant.place}): {mutant.new.strip() or 'dropped'}"
-                f"   (was {mutant.old.strip()})",
-                flush=True,
-            )
-        if sys.stderr.isatty():
-            print(f"\r{number} of {len(taken)}", end="", file=sys.stderr)
+    known = explained()
+    done = load(arguments.out) if arguments.resume else {}
+    started = time.perf_counter()
+
+    def save() -> None:
         arguments.out.parent.mkdir(parents=True, exist_ok=True)
+        results = [
+            {**asdict(mutant), **dict(zip(("rounds", "outcome"), done[mutant.key], strict=True))}
+            for mutant in taken
+            if mutant.key in done
+        ]
         arguments.out.write_text(json.dumps(results, indent=1) + "\n")
-    counts = Counter(str(result["outcome"]) for result in results)
-    counted = len(results) - counts["invalid"]
-    killed = counted - counts["survives"]
+
+    # All mutants go through the short tests before any goes through the long ones.
+    for number in range(max(len(rounds_of(mutant)) for mutant in taken)):
+        for place, mutant in enumerate(taken, 1):
+            rounds, found = done.get(mutant.key, (0, ""))
+            # What is known to be noticed by nothing is only seen to be valid.
+            last = number >= len(rounds_of(mutant)) or (number > 0 and mutant.key in known)
+            if found or number < rounds or last:
+                continue
+            done[mutant.key] = (number + 1, run(mutant, number))
+            save()
+            if sys.stderr.isatty():
+                print(f"\rround {number + 1}: {place} of {len(taken)}", end="", file=sys.stderr)
+    unexplained = [m for m in taken if not done[m.key][1] and m.key not in known]
+    for mutant in unexplained:
+        print(
+            f"survives: {mutant.file}:{mutant.line} ({mutant.place}): "
+            f"{mutant.new.strip() or 'dropped'}   (was {mutant.old.strip()})"
+        )
+    outcomes = [done[mutant.key][1] for mutant in taken]
+    counted = sum(found != "invalid" for found in outcomes)
+    survivors = outcomes.count("")
+    killed = counted - survivors
     print(
         f"{killed} of {counted} mutants killed ({100 * killed / max(counted, 1):.1f} %), "
-        f"{counts['survives']} survive, {unexplained} of them not explained in docs/mutants.md; "
-        f"{counts['invalid']} not valid VHDL, {len(every)} possible; seed {arguments.seed}, "
-        f"{time.perf_counter() - started:.0f} s"
+        f"{survivors} survive, {len(unexplained)} of them not explained in docs/mutants.md; "
+        f"{outcomes.count('invalid')} not valid VHDL, {len(every)} possible; "
+        f"seed {arguments.seed}, {time.perf_counter() - started:.0f} s"
     )
     return 1 if unexplained else 0
 
