@@ -74,16 +74,21 @@ RASTER = "tb/refocus/test_raster_refocuser.py"
 CHAIN = "tb/hdmi/test_chain.py"
 # Words in front of a file of tests are variables; here, which of the chain's tests run.
 CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern {CHAIN}"
+VIDEO = "tb/video/test_video.py"
+OF_VIDEO = (f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video", CHAIN)
 # Tests behind the pump for the mutants of a source, the first pattern that fits; {} is its entity.
 TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("refocus/moving_sum*", ("tb/refocus/test_moving_sum_engine.py -k sets_stalls",)),
     ("common/[bes]*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
     ("common/reset*", (CHAIN,)),
-    ("board/[bcdilu]*", ("tb/board/test_board_entities.py", CONTROL, CHAIN)),
+    ("board/[cu]*", ("tb/board/test_board_entities.py -k board_control", CONTROL, CHAIN)),
+    ("board/[bdil]*", ("tb/board/test_board_entities.py -k {}", CONTROL, CHAIN)),
     ("board/*", (CONTROL, CHAIN)),
-    ("tmds/*", ("tb/tmds/test_tmds_entities.py", CHAIN)),
+    ("tmds/tmds_pkg*", ("tb/tmds/test_tmds_entities.py", CHAIN)),
+    ("tmds/*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
     ("spartan6/*", (CHAIN,)),
-    ("video/*", ("tb/video/test_video.py -k meter", "tb/video/test_video.py", CHAIN)),
+    ("video/video_timing_meter*", (f"{VIDEO} -k timing_meter", *OF_VIDEO)),
+    ("video/*", OF_VIDEO),
     ("selftest/*", ("tb/selftest/test_self_test.py",)),
     (
         "*",

@@ -17,7 +17,7 @@ def test_unit(entity: str) -> None:
     run_unit(entity, {})
 
 
-def test_word_align() -> None:
+def test_tmds_word_align() -> None:
     run_unit("tmds_word_align", {"TIMEOUT": 100}, timeout=100)
 
 
