@@ -35,7 +35,7 @@ sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA
 		--sweep="$(SWEEP)" --iota="$(IOTA)" --engine "$(ENGINE)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
 		--chain "$(CHAIN)" --simulator "$(SIM)" --waves "$(WAVES)" --scene "$(SCENE)"
 
-synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= (all shipped scenes, cores and arrays without)
+synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= (all shipped scenes, board, cores and arrays without)
 	@scripts/setup.sh ghdl
 	@.venv/bin/plenofir synth $(if $(SCENE),"$(SCENE)" --out "build/synth/$(basename $(notdir $(SCENE)))")
 
@@ -44,7 +44,7 @@ pnr: venv ## Place and route for ECP5 with nextpnr: SCENE=; clock, resources, a 
 	@scripts/setup.sh pnr
 	@$(PYTHON) scripts/place.py $(if $(SCENE),"$(SCENE)")
 
-mutants: venv ## Change the VHDL in 120 ways and report the share that is noticed
+mutants: venv libpython ## Change the VHDL in 120 ways; fails if a change that nothing notices is not explained
 	@scripts/setup.sh ghdl
 	@$(PYTHON) scripts/mutate.py
 
@@ -71,10 +71,10 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) scripts/build_hdl.py --check
 	@$(PYTHON) scripts/draw_board.py --check
 
-bitstream: venv ## Build the bitstream of the Atlys board with ISE 14.7: M= A= SWEEP= MAX_COLUMNS= INTERPOLATION= ARITH= FRACTION= GUARD= OUT= ISE=
+bitstream: venv ## Build the bitstream of the Atlys board with ISE 14.7: M= A= SWEEP= MAX_COLUMNS= INTERPOLATION= ARITH= FRACTION= GUARD= SCENE= OUT= ISE=
 	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= .venv/bin/plenofir bitstream build --micro-image="$(M)" --a="$(A)" --sweep="$(SWEEP)" \
 		--columns="$(MAX_COLUMNS)" --interpolation="$(call given,INTERPOLATION)" --arith="$(call given,ARITH)" --fraction="$(FRACTION)" --guard="$(GUARD)" \
-		--out="$(or $(call given,OUT),build/bitstream)" --ise="$(ISE)"
+		--scene="$(SCENE)" --out="$(or $(call given,OUT),build/bitstream)" --ise="$(ISE)"
 
 bitstream-check: venv simulator ## Check without ISE what of a bitstream build can be checked
 	@.venv/bin/plenofir bitstream check

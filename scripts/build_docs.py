@@ -15,13 +15,15 @@ import sys
 from pathlib import Path
 
 from plenofir import clock_counts, project
+from plenofir.bitstream.ise import TOP as BOARD
 from plenofir.core import CoreConfiguration
 from plenofir.hdl_text import Declaration, declarations
 from plenofir.plan.devices import DEVICES
 from plenofir.plan.estimate import estimate
 from plenofir.plan.planner import full_core
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
-from plenofir.synthesis.figures import grid_designs, load_figures, scene_designs
+from plenofir.synthesis.figures import core_designs, grid_designs, load_figures, scene_designs
+from plenofir.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
 from plenofir.synthesis.spartan6 import Figures
 
 ENTITIES = project.root() / "docs" / "entities"
@@ -194,11 +196,15 @@ def resource_tables(text: str) -> str:
         )
 
     lines = [f"| scene {heads}", rule]
-    for design in scene_designs():
-        lines.append(row(f"**{design.name}**", figures[design.name]))
-        name = f"{design.name}, full build"
-        if f"{design.name} full" in figures:
-            lines.append(row(name, figures[f"{design.name} full"]))
+    boards = {design.name: design for design in scene_designs() if design.top == BOARD}
+    for design in core_designs():
+        scene = design.name.removesuffix(" core")
+        if scene in boards:
+            lines.append(row(f"**{scene}**, the whole board", figures[scene]))
+        lines.append(row(f"**{scene}**, core", figures[design.name]))
+        name = f"{scene}, full build"
+        if f"{scene} full" in figures:
+            lines.append(row(name, figures[f"{scene} full"]))
             continue
         guess = estimate(full_core(design.core))
         lines.append(
@@ -218,6 +224,21 @@ def resource_tables(text: str) -> str:
         if design.name in figures
     ]
     text = between_marks(text, "grid", "\n".join(lines))
+    lines = [f"| left out | {' | '.join(PARTS)} | LUT | flip-flops | block RAM | DSP48A1 |"]
+    lines.append("| --- " * (len(PARTS) + 5) + "|")
+    for what, core in left_out_in_turn():
+        parts = needed_parts(core)
+        f = figures[f"left out: {what}"]
+        lines.append(
+            f"| {what} | {' | '.join(str(parts[name]) for name in PARTS)} | {f.lut} "
+            f"| {f.flip_flops} | {f.usage.block_rams} | {f.dsp} |"
+        )
+    text = between_marks(text, "left out", "\n".join(lines))
+    lines = [f"| design | {' | '.join(TMDS_ENDS)} |", "| --- " * (len(TMDS_ENDS) + 1) + "|"]
+    lines.append(f"| {', '.join(boards)} | {' | '.join(map(str, TMDS_ENDS.values()))} |")
+    cores = ", ".join(d.name for d in core_designs())
+    lines.append(f"| {cores} | {' | '.join('0' for _ in TMDS_ENDS)} |")
+    text = between_marks(text, "ends", "\n".join(lines))
     lines = ["| design | grade | MHz | LUT4 | flip-flops | DP16KD | MULT18X18D | device |"]
     lines.append("| --- " * 8 + "|")
     for name, grades in json.loads((project.DATA / "ecp5.json").read_text()).items():

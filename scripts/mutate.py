@@ -1,26 +1,38 @@
-"""Changes the VHDL in many small ways and reports the share that the tests notice.
+"""Changes the VHDL in many small ways and reports what the tests do not notice.
 
-Usage: python scripts/mutate.py [--seed N] [--count N] [--out FILE]
+Usage: python scripts/mutate.py [--seed N] [--count N] [--only FILE] [--out FILE] [--resume]
 
-A mutant is one change of one operator, constant, switch bit or reset in one source. Each is
-simulated with a small suite: a few cores in the file pump, with and without stalls, against the
-golden model. A mutant that no longer analyses is not counted. Survivors are printed with file, line
-and change.
+A mutant is one change of one operator, constant, switch bit or reset in one source. It is simulated
+until something fails: first a few small cores in the file pump against the golden model, then the
+testbenches that reach its source, short ones first. A mutant that does not analyse is not counted.
+Which mutants are taken depends on a hash of their text, so that a change of the sources leaves most
+of them as they were.
+
+Survivors must be explained in docs/mutants.md; exit code 1 if one is not.
 """
 
 import argparse
+import fnmatch
+import hashlib
 import json
-import random
+import os
 import re
+import resource
+import shutil
+import signal
+import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
+import pytest
 
 from plenofir import project
 from plenofir.core import CoreConfiguration
@@ -51,9 +63,50 @@ RULES: tuple[tuple[str, tuple[str, ...]], ...] = (
 RESET = re.compile(r"if reset = '1' then\n(.*?)\n +end if;", re.S)
 # Nothing in here is logic: text, declarations of ports, checks of generics.
 SKIPPED = re.compile(r"--|assert|report|severity|: +in |: +out |library|use |generic|range")
-# Sources whose mutants the small suite cannot reach.
-LEFT_OUT = {"self_test"}
 STALLS = 25
+EXPLAINED = project.root() / "docs" / "mutants.md"
+# Processor time of a file of tests until a mutant counts as one that hangs.
+TEST_SECONDS = 600
+# A test of a bench that has failed, in its log.
+FAILED = re.compile(rb"cocotb\.regression .* failed")
+
+RASTER = "tb/refocus/test_raster_refocuser.py"
+CHAIN = "tb/hdmi/test_chain.py"
+# Words in front of a file of tests are variables; here, which of the chain's tests run.
+CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern {CHAIN}"
+VIDEO = "tb/video/test_video.py"
+OF_VIDEO = (f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video", CHAIN)
+# Tests behind the pump for the mutants of a source, the first pattern that fits; {} is its entity.
+TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("refocus/moving_sum*", ("tb/refocus/test_moving_sum_engine.py -k sets_stalls",)),
+    ("common/[bes]*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
+    ("common/reset*", (CHAIN,)),
+    ("board/[cu]*", ("tb/board/test_board_entities.py -k board_control", CONTROL, CHAIN)),
+    ("board/[bdil]*", ("tb/board/test_board_entities.py -k {}", CONTROL, CHAIN)),
+    ("board/*", (CONTROL, CHAIN)),
+    ("tmds/tmds_pkg*", ("tb/tmds/test_tmds_entities.py", CHAIN)),
+    ("tmds/*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
+    ("spartan6/*", (CHAIN,)),
+    ("video/video_timing_meter*", (f"{VIDEO} -k timing_meter", *OF_VIDEO)),
+    ("video/*", OF_VIDEO),
+    ("selftest/*", ("tb/selftest/test_self_test.py",)),
+    (
+        "*",
+        (
+            "tb/refocus/test_units.py -k {}",
+            f"{RASTER} -k stalls_gaps",
+            f"{RASTER} -k array_slices",
+            "tb/refocus/test_module_array.py",
+            "tb/refocus/test_moving_sum_engine.py -k sets_stalls",
+        ),
+    ),
+)
+# Of these the pump simulates every line.
+PUMPED = ("refocus/*", "common/*")
+
+
+Key = tuple[str, str, str, int]
+"""Source, line before and after, number of the line among those with its text."""
 
 
 @dataclass(frozen=True)
@@ -66,12 +119,20 @@ class Mutant:
         Where it is.
     old, new
         The line before and after.
+    place
+        Number of the line among those of its file with the same text, from 1.
     """
 
     file: str
     line: int
     old: str
     new: str
+    place: int
+
+    @property
+    def key(self) -> Key:
+        """What stays the same where lines move."""
+        return self.file, self.old.strip(), self.new.strip(), self.place
 
 
 @dataclass(frozen=True)
@@ -113,19 +174,40 @@ CASES = (
     ),
     Case(_core(micro_image_size=3, shifts=(0,), order=1, broadcast_taps=2), 16, 9, 2),
     Case(_core(micro_image_size=4, shifts=(1,), max_columns=6, align="causal"), 3, 5, 3),
+    Case(_core(micro_image_size=3, shifts=(-2, 1, 3), engine="sums"), 17, 10, 4),
+    Case(
+        _core(
+            micro_image_size=4,
+            shifts=(1,),
+            channels=3,
+            engine="sums",
+            arithmetic=StoredProductArithmetic(fraction_bits=4, guard_bits=2),
+        ),
+        19,
+        9,
+        2,
+    ),
 )
 
 
-def mutants(sources: list[Path]) -> Iterator[Mutant]:
+def mutants(sources: Sequence[Path]) -> Iterator[Mutant]:
     """All changes that the rules allow."""
     for source in sources:
-        if source.stem in LEFT_OUT:
-            continue
         text = source.read_text()
-        body = text.index("architecture ") if "architecture " in text else text.index("body ")
-        first = text[:body].count("\n")
+        begins = [text.find(word) for word in ("\narchitecture ", "\npackage body ")]
+        if max(begins) < 0:
+            continue
+        first = text[: max(begins) + 1].count("\n")
         lines = text.splitlines()
-        for number, line in enumerate(lines[first:], first + 1):
+
+        seen: Counter[str] = Counter()
+        places = []
+        for line in lines:
+            code = line.split("--")[0].strip()
+            seen[code] += 1
+            places.append(seen[code])
+
+        for number, line in enumerate(lines[first:], first):
             code = line.split("--")[0]
             if SKIPPED.search(line):
                 continue
@@ -133,20 +215,41 @@ def mutants(sources: list[Path]) -> Iterator[Mutant]:
                 for match in re.finditer(pattern, code):
                     for replacement in replacements:
                         changed = code[: match.start()] + replacement + code[match.end() :]
-                        yield Mutant(source.name, number, code, changed)
+                        yield Mutant(source.name, number + 1, code, changed, places[number])
         for block in RESET.finditer(text):
-            start = text[: block.start(1)].count("\n") + 1
-            for offset, line in enumerate(block.group(1).splitlines()):
+            start = text[: block.start(1)].count("\n")
+            for number, line in enumerate(block.group(1).splitlines(), start):
                 if "<=" in line and line.strip().endswith(";"):
-                    yield Mutant(source.name, start + offset, line, "")
+                    yield Mutant(source.name, number + 1, line, "", places[number])
 
 
-def write_mutant(mutant: Mutant, sources: list[Path], folder: Path) -> list[Path]:
+def chosen(every: Sequence[Mutant], seed: int, count: int) -> list[Mutant]:
+    """Those that come first in an order of hashes, files mixed."""
+
+    def order(mutant: Mutant) -> str:
+        return hashlib.sha256(repr((seed, *mutant.key)).encode()).hexdigest()
+
+    return sorted(every, key=order)[:count]
+
+
+def explained() -> set[Key]:
+    """Keys of the mutants in the tables of docs/mutants.md."""
+    found = set()
+    for line in EXPLAINED.read_text().splitlines():
+        row = re.fullmatch(r"\| `(.+?)` \| `(.*?)` \| `(.*?)` \| (\d+) \| .+ \|", line)
+        if row:
+            old, new = (text.replace("\\|", "|") for text in row.group(2, 3))
+            found.add((row.group(1), old, "" if new == "dropped" else new, int(row.group(4))))
+    return found
+
+
+def write_mutant(mutant: Mutant | None, sources: Sequence[Path], folder: Path) -> list[Path]:
     """Copy the sources with one line changed."""
+    folder.mkdir()
     copies = []
     for source in sources:
         lines = source.read_text().splitlines()
-        if source.name == mutant.file:
+        if mutant is not None and source.name == mutant.file:
             lines[mutant.line - 1] = mutant.new
         copies.append(folder / source.name)
         copies[-1].write_text("\n".join([*lines, ""]))
@@ -185,20 +288,35 @@ def refuse_excess(pixels: int, received: int) -> None:
         raise SimulationError(f"{received} pixels for {pixels}")
 
 
-def outcome(sources: list[Path], folder: Path) -> str:
-    """What becomes of a set of sources: "survives", "invalid", or what notices the change."""
+def is_valid(sources: Sequence[Path], folder: Path) -> bool:
+    """Whether all sources analyse."""
     simulator = find_simulator("ghdl")
+    folder.mkdir()
+    top = project.root() / "tb" / "pump" / "hdmi_pump.vhd"
+    try:
+        for command in simulator.build_commands(
+            [*sources, top], top.stem, models=project.unisim_sources()
+        ):
+            simulator.run(command, folder)
+    except SimulationError:
+        return False
+    return True
+
+
+def pump_notices(sources: Sequence[Path], folder: Path) -> str:
+    """What of the small suite in the pump notices a change, or nothing."""
+    simulator = find_simulator("ghdl")
+    folder.mkdir()
     # A core that hangs is given up sooner than one that works might need.
     pump_file = folder / "refocus_pump.vhd"
     text = (project.root() / "tb" / "pump" / "refocus_pump.vhd").read_text()
     patient, impatient = "IDLE_LIMIT : positive := 100000", "IDLE_LIMIT : positive := 3000"
     assert patient in text
     pump_file.write_text(text.replace(patient, impatient))
-    try:
-        for command in simulator.build_commands([*sources, pump_file], pump.TOP):
-            simulator.run(command, folder)
-    except SimulationError:
-        return "invalid"
+    names = {source.name for source in project.hdl_sources()}
+    core = [source for source in sources if source.name in names]
+    for command in simulator.build_commands([*core, pump_file], pump.TOP):
+        simulator.run(command, folder)
     for number, case in enumerate(CASES):
         frames = frames_of(case)
         sweep = 1 if len(case.core.shifts) > 1 else 0
@@ -216,63 +334,179 @@ def outcome(sources: list[Path], folder: Path) -> str:
                     progress=limit,
                 )
             except (SimulationError, KeyError, OSError, ValueError):
-                return f"case {number}: simulation"
+                return f"pump {number}: simulation"
             if not np.array_equal(result.frames, wanted(case, frames)):
-                return f"case {number}: pixels"
+                return f"pump {number}: pixels"
             if stalls == 0 and result.latency_clocks != case.core.latency_clocks(
                 case.columns, case.rows, case.frames
             ):
-                return f"case {number}: latency"
-    return "survives"
+                return f"pump {number}: latency"
+    return ""
+
+
+def run_tests(folder: Path, words: Sequence[str]) -> int:
+    """Run pytest with the sources of a folder, in this process."""
+    resource.setrlimit(resource.RLIMIT_CPU, (TEST_SECONDS, TEST_SECONDS))
+    sys.path.insert(0, str(project.root() / "tb"))
+    from plenofir_tb import runner
+
+    portable = [folder / source.name for source in project.hdl_sources()]
+    board = [folder / source.name for source in project.board_sources()]
+    with (
+        mock.patch.object(project, "hdl_sources", return_value=portable),
+        mock.patch.object(project, "board_sources", return_value=board),
+        mock.patch.object(runner, "_BUILD", folder / "tb"),
+    ):
+        options = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow"]
+        return int(pytest.main([*options, *words]))
+
+
+def tests_notice(folder: Path, test: str) -> str:
+    """What of a file of tests notices a change, or nothing; the first failure ends it."""
+    variables = [word.split("=", 1) for word in test.split() if "=" in word]
+    words = [word for word in test.split() if "=" not in word]
+    name = Path(words[0]).stem
+    with (folder.parent / "test.log").open("wb") as log:
+        process = subprocess.Popen(
+            [sys.executable, __file__, "--tests", str(folder), *words],
+            cwd=project.root(),
+            env={**os.environ, "SEED": "1", **dict(variables)},
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        try:
+            while process.poll() is None:
+                time.sleep(0.2)
+                for run in folder.glob("tb/cases/*/run.log"):
+                    failed = FAILED.search(run.read_bytes())
+                    if failed:
+                        return f"{name}: {failed.group().split()[-2].decode().split('.')[-1]}"
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+    shutil.rmtree(folder / "tb", ignore_errors=True)
+    passed = process.returncode in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED)
+    return "" if passed else name
+
+
+def place_of(mutant: Mutant) -> str:
+    """Source of a mutant, relative to the folder of all sources."""
+    source = next(source for source in project.board_sources() if source.name == mutant.file)
+    return str(source.relative_to(project.root() / "hdl"))
+
+
+def tests_of(place: str) -> tuple[str, ...]:
+    """Files of tests that reach a source."""
+    return next(tests for pattern, tests in TESTS if fnmatch.fnmatch(place, pattern))
+
+
+def rounds_of(mutant: Mutant) -> tuple[str, ...]:
+    """What a mutant is put to, in turn: "pump", then files of tests."""
+    place = place_of(mutant)
+    pumped = any(fnmatch.fnmatch(place, pattern) for pattern in PUMPED)
+    entity = Path(place).stem
+    return ("pump" if pumped else "", *(test.replace("{}", entity) for test in tests_of(place)))
+
+
+def outcome(mutant: Mutant | None, number: int, folder: Path) -> str:
+    """What a round makes of a mutant: "invalid", what notices the change, or nothing."""
+    sources = write_mutant(mutant, project.board_sources(), folder / "hdl")
+    if number == 0 and not is_valid(sources, folder / "analysis"):
+        return "invalid"
+    test = "pump" if mutant is None else rounds_of(mutant)[number]
+    if test == "pump":
+        return pump_notices(sources, folder / "pump")
+    return tests_notice(folder / "hdl", test) if test else ""
+
+
+def load(file: Path) -> dict[Key, tuple[int, str]]:
+    """Rounds that mutants have been through, and what became of them."""
+    if not file.is_file():
+        return {}
+    return {
+        (entry["file"], entry["old"].strip(), entry["new"].strip(), entry["place"]): (
+            entry["rounds"],
+            entry["outcome"],
+        )
+        for entry in json.loads(file.read_text())
+    }
 
 
 def main() -> int:
-    """Run the mutants; exit code 1 if the sources themselves fail."""
+    """Run the mutants; exit code 1 if the sources themselves fail, or a survivor is not known."""
+    if sys.argv[1:2] == ["--tests"]:
+        return run_tests(Path(sys.argv[2]), sys.argv[3:])
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=120)
+    parser.add_argument("--only", default="*", help="names of sources, a pattern")
     parser.add_argument("--out", type=Path, default=project.root() / "build" / "mutants.json")
+    parser.add_argument(
+        "--resume", action="store_true", help="go on from --out; only while nothing has changed"
+    )
     arguments = parser.parse_args()
-    sources = project.hdl_sources()
+    if shutil.which("ghdl-mcode") is not None:
+        # It compiles in no time, and no simulation here is long.
+        os.environ.setdefault("GHDL_BACKEND", "mcode")
     work = project.root() / "build" / "work"
     work.mkdir(parents=True, exist_ok=True)
 
-    def run(mutant: Mutant | None) -> str:
+    def run(mutant: Mutant | None, number: int) -> str:
         with tempfile.TemporaryDirectory(dir=work, prefix="mutant-") as name:
-            folder = Path(name)
-            if mutant is None:
-                return outcome(sources, folder)
-            return outcome(write_mutant(mutant, sources, folder), folder)
+            return outcome(mutant, number, Path(name))
 
-    if run(None) != "survives":
+    if run(None, 0):
         print("the sources themselves fail the suite", file=sys.stderr)
         return 1
-    every = list(mutants(sources))
-    chosen = random.Random(arguments.seed).sample(every, min(arguments.count, len(every)))
-    results = []
+    sources = [s for s in project.board_sources() if fnmatch.fnmatch(s.name, arguments.only)]
+    # Two rules may make the same of a line.
+    every = list(dict.fromkeys(mutants(sources)))
+    taken = chosen(every, arguments.seed, arguments.count)
+    known = explained()
+    done = load(arguments.out) if arguments.resume else {}
     started = time.perf_counter()
-    for number, mutant in enumerate(chosen, 1):
-        found = run(mutant)
-        results.append({**asdict(mutant), "outcome": found})
-        if found == "survives":
-            print(
-                f"survives: {mutant.file}:{mutant.line}: {mutant.new.strip() or 'dropped'}"
-                f"   (was {mutant.old.strip()})",
-                flush=True,
-            )
-        if sys.stderr.isatty():
-            print(f"\r{number} of {len(chosen)}", end="", file=sys.stderr)
-    counted = [result for result in results if result["outcome"] != "invalid"]
-    killed = [result for result in counted if result["outcome"] != "survives"]
+
+    def save() -> None:
+        arguments.out.parent.mkdir(parents=True, exist_ok=True)
+        results = [
+            {**asdict(mutant), **dict(zip(("rounds", "outcome"), done[mutant.key], strict=True))}
+            for mutant in taken
+            if mutant.key in done
+        ]
+        arguments.out.write_text(json.dumps(results, indent=1) + "\n")
+
+    # All mutants go through the short tests before any goes through the long ones.
+    for number in range(max(len(rounds_of(mutant)) for mutant in taken)):
+        for place, mutant in enumerate(taken, 1):
+            rounds, found = done.get(mutant.key, (0, ""))
+            # What is known to be noticed by nothing is only seen to be valid.
+            last = number >= len(rounds_of(mutant)) or (number > 0 and mutant.key in known)
+            if found or number < rounds or last:
+                continue
+            done[mutant.key] = (number + 1, run(mutant, number))
+            save()
+            if sys.stderr.isatty():
+                print(f"\rround {number + 1}: {place} of {len(taken)}", end="", file=sys.stderr)
+    unexplained = [m for m in taken if not done[m.key][1] and m.key not in known]
+    for mutant in unexplained:
+        print(
+            f"survives: {mutant.file}:{mutant.line} ({mutant.place}): "
+            f"{mutant.new.strip() or 'dropped'}   (was {mutant.old.strip()})"
+        )
+    outcomes = [done[mutant.key][1] for mutant in taken]
+    counted = sum(found != "invalid" for found in outcomes)
+    survivors = outcomes.count("")
+    killed = counted - survivors
     print(
-        f"{len(killed)} of {len(counted)} mutants killed "
-        f"({100 * len(killed) / max(len(counted), 1):.1f} %), {len(results) - len(counted)} not "
-        f"valid VHDL, of {len(every)} possible; seed {arguments.seed}, "
-        f"{time.perf_counter() - started:.0f} s"
+        f"{killed} of {counted} mutants killed ({100 * killed / max(counted, 1):.1f} %), "
+        f"{survivors} survive, {len(unexplained)} of them not explained in docs/mutants.md; "
+        f"{outcomes.count('invalid')} not valid VHDL, {len(every)} possible; "
+        f"seed {arguments.seed}, {time.perf_counter() - started:.0f} s"
     )
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text(json.dumps(results, indent=1) + "\n")
-    return 0
+    return 1 if unexplained else 0
 
 
 if __name__ == "__main__":

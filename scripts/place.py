@@ -8,6 +8,7 @@ build/pnr/.
 import json
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from plenofir import project
@@ -26,7 +27,7 @@ from plenofir.synthesis.ecp5 import (
     place,
     write_bitstream,
 )
-from plenofir.synthesis.figures import Design, grid_designs, scene_designs
+from plenofir.synthesis.figures import Design, core_designs, grid_designs
 from plenofir.synthesis.self_test import TOP as SELF_TEST
 from plenofir.synthesis.self_test import self_test_generics
 
@@ -86,10 +87,11 @@ def run(arguments: list[str]) -> None:
     """Place what the arguments ask for."""
     check_tools()
     if arguments:
-        plan = make_plan(load_scene(arguments[0]))
+        # The board's TMDS ends are Spartan-6 primitives: what can be placed here is the core.
+        plan = make_plan(load_scene(arguments[0])).model_copy(update={"path": "core"})
         chosen = [Design(plan.scene, plan.core, TOP, plan)]
     else:
-        chosen = list(scene_designs())
+        chosen = [replace(d, name=d.name.removesuffix(" core")) for d in core_designs()]
         chosen += [design for design in grid_designs() if design.name in GRID + ARRAYS]
     results: dict[str, dict[str, object]] = {}
     for design in chosen:

@@ -1,14 +1,26 @@
 """Synthesis with GHDL and Yosys: recorded counts; what a scene does not need is absent."""
 
-import re
 from pathlib import Path
 
 import pytest
 
+from plenofir import project
+from plenofir.bitstream.ise import TOP as BOARD
+from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
+from plenofir.plan.configure import configure
 from plenofir.plan.planner import full_core
-from plenofir.synthesis.figures import CORE, Design, designs, load_figures, scene_designs
-from plenofir.synthesis.tools import ghdl_version, plain_verilog, yosys_version
+from plenofir.synthesis.figures import (
+    CORE,
+    Design,
+    core_designs,
+    designs,
+    load_figures,
+    scene_designs,
+)
+from plenofir.synthesis.parts import TMDS_ENDS, count_parts, left_out_in_turn, needed_parts
+from plenofir.synthesis.primitives import with_primitives
+from plenofir.synthesis.tools import ghdl_version, plain_verilog, write_verilog, yosys_version
 
 DESIGNS = designs()
 
@@ -54,38 +66,100 @@ def test_every_design_is_recorded() -> None:
         assert list(figures) == names, version
 
 
-@pytest.mark.parametrize("design", list(scene_designs()), ids=lambda design: design.name)
+@pytest.mark.parametrize("design", list(core_designs()), ids=lambda design: design.name)
 def test_what_a_scene_does_not_need_is_absent(tmp_path: Path, design: Design) -> None:
-    from plenofir.plan.configure import TOP, configure
-    from plenofir.synthesis.tools import write_verilog
-
     core = design.core
     assert design.plan is not None
     sources = configure(design.plan, tmp_path)
-    verilog = write_verilog(sources, TOP, {}, tmp_path).read_text()
-    modules = re.findall(r"^module (\w+)", verilog, re.M)
-    kinds = {
-        source.stem: sum(module.startswith(source.stem) for module in modules) for source in sources
-    }
-    # No part of the video path, nor any stage, filter, product or divider more than needed.
+    found = count_parts(write_verilog(sources, design.top, {}, tmp_path).read_text(), design.top)
+    # No part of the video path, nor any stage, filter, tap, product or divider more than needed.
     folders = {source.parent.name for source in sources} - {tmp_path.name}
     assert folders == {"common", "refocus"}
-    assert kinds["refocus_stage"] == 2 * (core.order + 1)
-    exact = core.arithmetic.kind == "exact"
-    assert bool(kinds["stored_product"]) != exact
-    assert bool(kinds["divide_round"]) == exact
-    instances = re.findall(r"^  switched_fir_\S+ module_\w+_fir \(", verilog, re.M)
-    assert len(instances) == 2 * core.channels * core.parallel_rows * (core.order + 1)
-    # Sums of the taps of a row filter: no tap more than the slices need.
+    assert found == {**dict.fromkeys(TMDS_ENDS, 0), **needed_parts(core)}
     assert core.taps < full_core(core).taps
+
+
+def test_board_has_the_tmds_ends_and_its_core_no_more_than_it_needs(tmp_path: Path) -> None:
+    boards = [design for design in scene_designs() if design.top == BOARD]
+    design = boards[0]
+    assert len(boards) == 2
+    assert design.plan is not None
+    sources = configure(design.plan, tmp_path)
+    verilog = write_verilog(sources, design.top, {}, tmp_path, board=True).read_text()
+    assert count_parts(verilog, design.top) == {**TMDS_ENDS, **needed_parts(design.core)}
+
+
+@pytest.mark.parametrize(
+    ("what", "core"), list(left_out_in_turn()), ids=lambda value: str(value)[:20]
+)
+def test_what_is_left_out_in_turn_is_absent(
+    tmp_path: Path, what: str, core: CoreConfiguration
+) -> None:
+    verilog = write_verilog(project.hdl_sources(), CORE, core.generics(), tmp_path).read_text()
+    assert count_parts(verilog, CORE) == {**dict.fromkeys(TMDS_ENDS, 0), **needed_parts(core)}
+
+
+def test_what_is_left_out_saves_parts_and_area() -> None:
+    cores = dict(left_out_in_turn())
+    full = needed_parts(cores.pop("nothing"))
+    fewer = {
+        "two of three channels": {"filters", "taps", "stored products"},
+        "six of seven slices": {"taps"},
+        "interpolation": {"stages", "filters", "taps", "stored products"},
+        "stored products (exact sums)": {"stored products"},
+        "the second row at once": {"filters", "taps", "stored products", "lane registers"},
+        "all of these": {"stages", "filters", "taps", "stored products", "lane registers"},
+    }
+    assert cores.keys() == fewer.keys()
+    for what, core in cores.items():
+        parts = needed_parts(core)
+        assert {name for name in parts if parts[name] < full[name]} == fewer[what], what
+    for figures in load_figures().figures.values():
+        area = {name: figures[f"left out: {name}"] for name in ("nothing", *fewer)}
+        for name in fewer:
+            assert area[name].lut < area["nothing"].lut, name
+        assert area["all of these"].lut < area["nothing"].lut / 10
+        # The TMDS ends, and all that drives them.
+        assert figures["rgb-480p"].lut > figures["rgb-480p core"].lut + 2000
+        assert figures["rgb-480p"].flip_flops > figures["rgb-480p core"].flip_flops + 2000
+
+
+def test_primitives_become_cells(tmp_path: Path) -> None:
+    models = tmp_path / "cells.v"
+    models.write_text(
+        'module PLL_ADV (A);\n  parameter TEXT = "X";\n  parameter FLAG = "FALSE";\n'
+        "  parameter real SHARE = 0.0;\n  parameter integer COUNT = 1;\nendmodule\n"
+    )
+    text = """module pll_adv
+  #(parameter
+    TEXT)
+  (input  a);
+endmodule
+module top
+  (input  a);
+  pll_adv #(
+    .TEXT(16'b0100100001001001),
+    .FLAG(1'b1),
+    .SHARE(64'b0011111111100000000000000000000000000000000000000000000000000000),
+    .COUNT(4'b0101),
+    .OTHER(1'b1))
+    pll (
+    .a(a));
+endmodule
+"""
+    assert with_primitives(text, models) == (
+        'module top\n  (input  a);\n  PLL_ADV #(.TEXT("HI"), .FLAG("TRUE"), .SHARE(0.5), '
+        ".COUNT(4'b0101)) pll (\n    .A(a));\nendmodule\n"
+    )
 
 
 def test_scene_is_smaller_than_its_full_build() -> None:
     for figures in load_figures().figures.values():
-        for design in scene_designs():
-            if f"{design.name} full" not in figures:
+        for design in core_designs():
+            name = design.name.removesuffix(" core")
+            if f"{name} full" not in figures:
                 continue
-            scene, full = figures[design.name], figures[f"{design.name} full"]
+            scene, full = figures[design.name], figures[f"{name} full"]
             assert scene.lut < full.lut / 1.2
             assert scene.usage.block_rams < full.usage.block_rams
             assert scene.dsp <= full.dsp
@@ -140,4 +214,4 @@ def test_verilog_that_ghdl_leaves_unfinished() -> None:
 
 
 def test_core_is_a_design() -> None:
-    assert {design.top for design in DESIGNS} >= {CORE, "module_array", "scene_top"}
+    assert {design.top for design in DESIGNS} == {CORE, "module_array", "scene_top", BOARD}

@@ -85,6 +85,36 @@ def board_generics(
     return values
 
 
+def scene_generics(path: str) -> dict[str, ise.Value]:
+    """Generics of the top level that a scene means.
+
+    Parameters
+    ----------
+    path
+        Scene profile.
+
+    Returns
+    -------
+    dict
+        Generic to value.
+
+    Raises
+    ------
+    InputError
+        If the scene cannot be built, or has no video path: then there is no board for it.
+    """
+    from plenofir.plan import load_scene, make_plan
+
+    plan = make_plan(load_scene(path))
+    if plan.path != "video":
+        raise InputError(
+            f"{plan.scene} is a core without pins of a board",
+            where=f"{path}: build.path",
+            expected='path = "video"; for a core: make synth, or plenofir configure and ISE',
+        )
+    return ise.board_generics(plan.core)
+
+
 def build(
     micro_image: Annotated[
         str, typer.Option("--micro-image", "-M", help="M: micro image size in pixels.")
@@ -102,13 +132,14 @@ def build(
     arith: Annotated[str, typer.Option(help="exact, or stored (stored products).")] = "",
     fraction: Annotated[str, typer.Option(help="Stored products: fraction bits.")] = "",
     guard: Annotated[str, typer.Option(help="Stored products: guard bits.")] = "",
+    scene: Annotated[str, typer.Option(help="Scene profile, instead of all of these.")] = "",
     out: Annotated[str, typer.Option(help="Folder for the results.")] = "build/bitstream",
     folder: Annotated[
         str, typer.Option("--ise", help="ISE_DS folder, if the tools are not on the PATH.")
     ] = "",
 ) -> None:
     """Build the bitstream of the Atlys board with Xilinx ISE 14.7."""
-    generics = board_generics(
+    given = board_generics(
         micro_image=micro_image,
         focus=tuple(sweep.replace(",", " ").split()) or ((a,) if a else ()),
         columns=columns,
@@ -117,6 +148,11 @@ def build(
         fraction=fraction,
         guard=guard,
     )
+    if scene and given:
+        raise InputError(
+            f"settles {', '.join(given)} by itself", where="SCENE", expected="no other option"
+        )
+    generics = scene_generics(scene) if scene else given
     installation = ise.find_installation(folder)
     bars = Progress(
         TextColumn("{task.description:<20}"),

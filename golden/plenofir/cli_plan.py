@@ -13,12 +13,11 @@ from rich.table import Table
 
 from plenofir.errors import InputError
 from plenofir.files import publish_files
-from plenofir.plan.configure import TOP
 from plenofir.plan.configure import configure as write_project
 from plenofir.plan.devices import DEVICES, Device
 from plenofir.plan.planner import Plan, make_plan
 from plenofir.plan.scene import load_scene
-from plenofir.synthesis.figures import Design, designs, load_figures
+from plenofir.synthesis.figures import designs, load_figures, scene_design
 from plenofir.synthesis.spartan6 import Figures
 from plenofir.synthesis.tools import ghdl_version, yosys_version
 
@@ -48,6 +47,11 @@ def print_plan(plan: Plan) -> None:
     least = "" if plan.path == "video" else "at least "
     clock = "still" if plan.clock_mhz is None else f"pixel clock {least}{plan.clock_mhz:g} MHz"
     typer.echo(f"{'scene':<11} {plan.scene}: {frame}, M = {core.micro_image_size}, {clock}")
+    if plan.blanking is not None:
+        typer.echo(
+            f"{'video':<11} in and out on the board, blanking of {plan.blanking[0]} pixels and "
+            f"{plan.blanking[1]} lines"
+        )
     for part in plan.slices:
         depth = (
             ""
@@ -76,6 +80,9 @@ def print_plan(plan: Plan) -> None:
     for name, needed in plan.needs.items():
         table.add_row(name, str(needed), str(plan.full[name]), str(plan.available[name]))
     Console().print(table)
+    if plan.video_needs is not None:
+        video = {name: amount for name, amount in plan.video_needs.items() if amount}
+        typer.echo(f"{'video':<11} takes {_amounts(video)} of it")
     typer.echo(f"{'full build':<11} {plan.full_build}")
     for part_left_out in plan.left_out:
         saves = _amounts(part_left_out.saves)
@@ -131,7 +138,7 @@ def synth(
     ghdl, yosys = ghdl_version(), yosys_version()
     if scene:
         planned = make_plan(load_scene(scene))
-        chosen = [Design(planned.scene, planned.core, TOP, planned)]
+        chosen = [scene_design(planned)]
     else:
         chosen = [design for design in designs() if not design.slow]
     recorded = load_figures()
@@ -154,7 +161,8 @@ def synth(
     device = DEVICES[chosen[0].plan.device if scene and chosen[0].plan else "xc6slx45"]
     _print_figures(rows, device)
     if out:
-        typer.echo(f"{'files':<11} {out}/: {TOP}.edif, {TOP}.netlist.v, yosys.log")
+        top = chosen[0].top
+        typer.echo(f"{'files':<11} {out}/: {top}.edif, {top}.netlist.v, yosys.log")
     over = device.overflow(rows[0][1].usage) if scene else []
     if over:
         raise InputError(

@@ -29,6 +29,8 @@ _DIVIDE_CLOCKS = 3
 _STREAM_CLOCKS = 7
 # Tokens in the sequencer and the row gather.
 _SEQUENCER_GATHER = 3
+# video_to_stream 3, stream_to_video 1, the output's choice 1.
+_VIDEO_CLOCKS = 5
 
 
 Engine = Literal["taps", "sums"]
@@ -289,6 +291,26 @@ class CoreConfiguration(BaseModel):
         start = self._band_start(bands, columns, rows, frames)
         gather = 1 if self.parallel_rows > 1 else 0
         return start + self.delay + row + self.array_clocks + _STREAM_CLOCKS + gather
+
+    @property
+    def video_delay_pixels(self) -> int:
+        """Pixels that the video path is behind its input, besides lines (its DELAY_PIXELS)."""
+        return self.delay + self.array_clocks + _STREAM_CLOCKS
+
+    def video_latency_clocks(self, line_length: int) -> int:
+        """Clocks from a pixel at the video path's input to the same place at its output.
+
+        Parameters
+        ----------
+        line_length
+            Pixels of a line, blanking included.
+
+        Returns
+        -------
+        int
+            The delay in lines and in pixels, the pipeline, and 5 registers of the video path.
+        """
+        return self.delay * line_length + self.video_delay_pixels + _VIDEO_CLOCKS
 
     def _band_start(self, band: int, columns: int, rows: int, frames: int) -> int:
         """Clock at which the sequencer begins the line that completes a band.

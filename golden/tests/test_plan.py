@@ -10,11 +10,12 @@ from pathlib import Path
 import pytest
 
 from plenofir import project
+from plenofir.bitstream.ise import TOP as BOARD
 from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
 from plenofir.plan.configure import TOP, configure, needed_sources
-from plenofir.plan.estimate import Memory, estimate, reciprocal_bits
+from plenofir.plan.estimate import Memory, estimate, reciprocal_bits, video_usage
 from plenofir.plan.planner import without_idle_slices
 from plenofir.rays import Cover, Slice, covering_slices
 from plenofir.refocus import StoredProductArithmetic
@@ -167,18 +168,80 @@ def test_bad_scenes(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert re.search(message, done.stderr), done.stderr
 
 
-def test_video_path_needs_its_sources(tmp_path: Path) -> None:
-    rate = ("rows = 480", "rows = 480\nrate_hz = 60.0")
-    names = {source.stem for source in project.hdl_sources()}
-    loaded = scene(tmp_path, rate, build='path = "video"')
-    if "refocus_video" in names:
-        assert make_plan(loaded).clock_mhz == 25.175
-    else:
-        with pytest.raises(InputError, match="no video path"):
-            make_plan(loaded)
-    odd = scene(tmp_path, ("rows = 480", "rows = 480\nrate_hz = 61.0"), build='path = "video"')
-    with pytest.raises(InputError, match="no video mode"):
-        make_plan(odd)
+RATE = ("rows = 480", "rows = 480\nrate_hz = 60.0")
+
+
+def test_video_path(tmp_path: Path) -> None:
+    core = make_plan(scene(tmp_path, RATE))
+    plan = make_plan(scene(tmp_path, RATE, build='path = "video"'))
+    assert plan.clock_mhz == 25.175
+    assert plan.blanking == (160, 45)
+    assert plan.frame_clocks == 800 * 525
+    # With nothing but nearest neighbours and exact sums: D lines, and D + 21 pixels.
+    assert plan.latency_clocks == plan.core.delay * 801 + 21
+    assert plan.core == core.core
+    assert plan.video_needs is not None
+    assert core.video_needs is None
+    assert all(plan.needs[name] == n + plan.video_needs[name] for name, n in core.needs.items())
+    # What one has, the other leaves out.
+    texts = [part.what for part in core.left_out if "TMDS" in part.what]
+    assert len(texts) == 1
+    assert not any("TMDS" in part.what for part in plan.left_out)
+
+
+@pytest.mark.parametrize(
+    ("changes", "build", "message"),
+    [
+        ([("rows = 480", "rows = 480\nrate_hz = 61.0")], "", "61 Hz is no mode of the board"),
+        ([("rows = 480", "rows = 481\nrate_hz = 60.0")], "", "640 x 481 at 60 Hz is no mode"),
+        ([RATE, ('"rgb"', '"grey"')], "", 'frame.colour "rgb"'),
+        ([RATE], "parallel_rows = 2", "parallel_rows 1"),
+        ([RATE], 'device = "xc6slx9"', 'device "xc6slx45"'),
+        ([RATE, ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-160"]')], "", "exceeds"),
+    ],
+)
+def test_video_paths_that_cannot_be(
+    tmp_path: Path, changes: list[tuple[str, str]], build: str, message: str
+) -> None:
+    with pytest.raises(InputError, match=re.escape(message)):
+        make_plan(scene(tmp_path, *changes, build=f'path = "video"\n{build}'))
+
+
+def test_video_path_that_does_not_fit_is_refused_with_it(tmp_path: Path) -> None:
+    # All RAM is needed for 720p with M = 11; LUTs of the core and of the video path are counted.
+    changes = [("columns = 640", "columns = 1280"), ("rows = 480", "rows = 720\nrate_hz = 60.0")]
+    slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-2", "1/5", "2"]')
+    build = 'path = "video"\narithmetic = "exact"'
+    with pytest.raises(InputError, match=r"XC6SLX45: needs \d+ of 116 block RAM"):
+        make_plan(scene(tmp_path, *changes, slices, build=build))
+
+
+def test_configure_of_the_board(tmp_path: Path) -> None:
+    plan = make_plan(scene(tmp_path, RATE, build='path = "video"'))
+    sources = configure(plan, tmp_path / "out")
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {
+        "plan.json",
+        "atlys_top.prj",
+        "atlys_top.ucf",
+        "atlys_top.vhd",
+        "atlys_top.xst",
+        "sources.txt",
+        "xst",
+    }
+    # Everything that the board is built of, in order, and nothing else.
+    built_of = {source.stem for source in sources}
+    assert {"refocus_video", "tmds_receiver", "serial_clocks", "atlys_top"} <= built_of
+    assert not {"self_test", "scene_top", "scene_pkg"} & built_of
+    listed = project.board_sources()
+    order = [[path.stem for path in listed].index(source.stem) for source in sources]
+    assert order == sorted(order)
+    top = (tmp_path / "out" / "atlys_top.vhd").read_text()
+    assert f'SHIFTS              : string   := "{plan.core.generics()["SHIFTS"]}"' in top
+    assert re.search(r"MAX_COLUMNS +: positive := 640;", top)
+    assert re.search(r"EXACT +: boolean +:= true;", top)
+    script = (tmp_path / "out" / "atlys_top.xst").read_text()
+    assert "-ifn atlys_top.prj" in script
 
 
 def test_plan_as_json() -> None:
@@ -195,12 +258,15 @@ def test_plan_as_json() -> None:
 
 def test_estimates_against_synthesis() -> None:
     # Block RAM and multipliers equal what Yosys makes; LUTs and flip-flops within some percent.
+    # The board is its core, and the video path around it.
     known = load_figures().figures["2.0.0"]
     compared = 0
     for design in designs():
-        if design.name not in known or design.top != CORE:
+        if design.name not in known or design.top not in (CORE, BOARD):
             continue
         figures, usage = known[design.name], estimate(design.core)
+        if design.top == BOARD:
+            usage += video_usage(design.core)
         assert (usage.ramb16, usage.ramb8, usage.dsp) == (
             figures.ramb16,
             figures.ramb8,
@@ -260,6 +326,7 @@ def test_configure_leaves_all_files(tmp_path: Path) -> None:
         "scene_top.vhd",
         "scene_top.xst",
         "sources.txt",
+        "xst",
     }
     listed = (tmp_path / "out" / "sources.txt").read_text().splitlines()
     assert [(tmp_path / "out" / line).resolve() for line in listed] == [

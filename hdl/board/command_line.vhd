@@ -142,7 +142,7 @@ begin
               end if;
             elsif s_axis_tdata = code(' ') then
               null;
-            elsif s_axis_tdata >= code('0') and s_axis_tdata <= code('9') then
+            elsif unsigned(s_axis_tdata) >= unsigned(code('0')) and unsigned(s_axis_tdata) <= unsigned(code('9')) then
               -- Ten times what was there, and the digit.
               wide := resize(number, 12);
               wide := shift_left(wide, 3) + shift_left(wide, 1) + unsigned(s_axis_tdata(3 downto 0));

@@ -80,44 +80,46 @@ package body video_pkg is
   ) return std_logic_vector is
   begin
 
-    return timing.v_sync_level & timing.h_sync_level & std_logic_vector(timing.v_sync_end_column) &
-           std_logic_vector(timing.v_sync_end_line) & std_logic_vector(timing.v_sync_begin_column) &
-           std_logic_vector(timing.v_sync_begin_line) & std_logic_vector(timing.frame_lines) &
-           std_logic_vector(timing.rows) & std_logic_vector(timing.h_sync_end) &
-           std_logic_vector(timing.h_sync_begin) & std_logic_vector(timing.line_length) &
-           std_logic_vector(timing.columns);
+    return timing.v_sync_level &
+           (timing.h_sync_level & std_logic_vector(timing.v_sync_end_column) &
+             std_logic_vector(timing.v_sync_end_line) & std_logic_vector(timing.v_sync_begin_column) &
+             std_logic_vector(timing.v_sync_begin_line) & std_logic_vector(timing.frame_lines) &
+             std_logic_vector(timing.rows) & std_logic_vector(timing.h_sync_end) &
+             std_logic_vector(timing.h_sync_begin) & std_logic_vector(timing.line_length) &
+             std_logic_vector(timing.columns));
 
   end function to_vector;
+
+  -- The n-th count from the low end.
+
+  function count_of (
+    vector : std_logic_vector(TIMING_BITS - 1 downto 0);
+    n      : natural
+  ) return unsigned is
+  begin
+
+    return unsigned(vector((n + 1) * COUNT_BITS - 1 downto n * COUNT_BITS));
+
+  end function count_of;
 
   function to_timing (
     vector : std_logic_vector(TIMING_BITS - 1 downto 0)
   ) return timing_t is
 
-    -- The n-th count from the low end.
-
-    function count (
-      n : natural
-    ) return unsigned is
-    begin
-
-      return unsigned(vector((n + 1) * COUNT_BITS - 1 downto n * COUNT_BITS));
-
-    end function count;
-
     variable timing : timing_t;
 
   begin
 
-    timing.columns             := count(0);
-    timing.line_length         := count(1);
-    timing.h_sync_begin        := count(2);
-    timing.h_sync_end          := count(3);
-    timing.rows                := count(4);
-    timing.frame_lines         := count(5);
-    timing.v_sync_begin_line   := count(6);
-    timing.v_sync_begin_column := count(7);
-    timing.v_sync_end_line     := count(8);
-    timing.v_sync_end_column   := count(9);
+    timing.columns             := count_of(vector, 0);
+    timing.line_length         := count_of(vector, 1);
+    timing.h_sync_begin        := count_of(vector, 2);
+    timing.h_sync_end          := count_of(vector, 3);
+    timing.rows                := count_of(vector, 4);
+    timing.frame_lines         := count_of(vector, 5);
+    timing.v_sync_begin_line   := count_of(vector, 6);
+    timing.v_sync_begin_column := count_of(vector, 7);
+    timing.v_sync_end_line     := count_of(vector, 8);
+    timing.v_sync_end_column   := count_of(vector, 9);
     timing.h_sync_level        := vector(TIMING_BITS - 2);
     timing.v_sync_level        := vector(TIMING_BITS - 1);
     return timing;

@@ -16,3 +16,14 @@ def test_i2c_rom_slave(max_columns: int) -> None:
 
 def test_debouncer() -> None:
     run_unit("debouncer", {"STABLE": 20})
+
+
+def test_board_control() -> None:
+    case = {"slices": 3, "first_slice": 1, "bit_clocks": 8, "stable": 4, "switch_frames": 30}
+    generics = {name.upper(): value for name, value in case.items()}
+    run_unit("board_control", {**generics, "STATUS": "clock=#", "FIELDS": 1}, **case)
+
+
+def test_link_supervisor() -> None:
+    case = {"counts_10_mhz": 1000 // 10, "timeout": 300}
+    run_unit("link_supervisor", {name.upper(): n for name, n in case.items()}, **case)

@@ -5,7 +5,7 @@ from typing import Any
 
 import cocotb
 from cocotb.clock import Clock
-from cocotb.triggers import FallingEdge, Timer
+from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
 
 from plenofir.hdmi.edid import make_edid, offered_modes
 from plenofir_tb.entities import for_entity
@@ -165,3 +165,273 @@ async def bouncing_contact(dut: Any) -> None:
             presses += int(dut.pressed.value)
         assert int(dut.level.value) == level
     assert presses == 2
+
+
+class Panel:
+    """The board's buttons, switches and serial port.
+
+    Parameters
+    ----------
+    dut
+        The control.
+    """
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.clear_pulses = 0
+        dut.line_in.value = 1
+        for name in ("button_up", "button_down", "switch_pattern", "switch_pass", "switch_sweep"):
+            getattr(dut, name).value = 0
+        cocotb.start_soon(self._count_pulses())
+
+    async def _count_pulses(self) -> None:
+        while True:
+            await RisingEdge(self.dut.clear_errors)
+            self.clear_pulses += 1
+
+    async def clocks(self, count: int) -> None:
+        """Wait."""
+        await ClockCycles(self.dut.clk, count)
+        await FallingEdge(self.dut.clk)
+
+    async def reset(self) -> None:
+        """Reset for a few clocks."""
+        self.dut.reset.value = 1
+        await self.clocks(5)
+        self.dut.reset.value = 0
+        await self.clocks(5)
+
+    async def send(self, text: str) -> None:
+        """Send characters."""
+        for code in text.encode():
+            for bit in (0, *(code >> i & 1 for i in range(8)), 1):
+                self.dut.line_in.value = bit
+                await ClockCycles(self.dut.clk, CASE["bit_clocks"])
+
+    async def line(self) -> str:
+        """Receive a line."""
+        bit_clocks = CASE["bit_clocks"]
+        text = ""
+        while not text.endswith("\r\n"):
+            for _ in range(120 * bit_clocks):
+                if not int(self.dut.line_out.value):
+                    break
+                await FallingEdge(self.dut.clk)
+            else:
+                raise AssertionError(f"no answer behind {text!r}")
+            code = 0
+            await ClockCycles(self.dut.clk, bit_clocks // 2)
+            for i in range(8):
+                await ClockCycles(self.dut.clk, bit_clocks)
+                code |= int(self.dut.line_out.value) << i
+            await ClockCycles(self.dut.clk, bit_clocks)
+            assert int(self.dut.line_out.value), "no stop bit"
+            text += chr(code)
+            assert len(text) < 300, text
+        return text.strip()
+
+    async def ask(self, text: str) -> str:
+        """Send a command and receive its answer."""
+        answer = cocotb.start_soon(self.line())
+        await self.send(text + "\r")
+        return await answer
+
+    async def press(self, button: Any) -> None:
+        """Press and release a button."""
+        for level in (1, 0):
+            button.value = level
+            await self.clocks(2 * CASE["stable"] + 6)
+
+    def state(self) -> tuple[int, int, int, int, int]:
+        """Slice, sweep, frames of a sweep, pass-through, pattern."""
+        dut = self.dut
+        ports = (dut.slice, dut.sweep, dut.sweep_frames, dut.pass_through, dut.pattern)
+        return tuple(int(port.value) for port in ports)
+
+
+@for_entity("board_control")
+async def commands_buttons_switches_reset(dut: Any) -> None:
+    """All that a person can do, and that a reset undoes it."""
+    Clock(dut.clk, 10, "ns").start()
+    panel = Panel(dut)
+    dut.status_values.value = 743
+    await panel.reset()
+    first, slices = CASE["first_slice"], CASE["slices"]
+    begin = (first, 0, 0, 0, 0)
+    assert panel.state() == begin
+    line = f"slice={first} slices={slices} sweep=0 pass=0 pattern=0 clock=743"
+    assert await panel.ask("?") == line
+    for command, answer in (
+        ("s 2", "ok"),
+        ("w 17", "ok"),
+        ("p 1", "ok"),
+        ("t 1", "ok"),
+        (f"s {slices}", "error"),
+        ("s 256", "error"),
+        ("s", "error"),
+        ("s x", "error"),
+        ("p 2", "error"),
+        ("x", "error"),
+        ("? 1", "error"),
+    ):
+        assert await panel.ask(command) == answer, command
+    assert panel.state() == (2, 1, 17, 1, 1)
+    assert await panel.ask("?") == f"slice=2 slices={slices} sweep=17 pass=1 pattern=1 clock=743"
+    assert panel.clear_pulses == 0
+    assert await panel.ask("c") == "ok"
+    assert panel.clear_pulses == 1
+    # A reset inside a character: all settings are the first, and the next command is understood.
+    await panel.send("s")
+    dut.line_in.value = 0
+    await panel.clocks(3)
+    dut.line_in.value = 1
+    await panel.reset()
+    assert panel.state() == begin
+    await panel.clocks(2)
+    assert await panel.ask("w 3") == "ok"
+    assert await panel.ask("w 0") == "ok"
+    assert panel.state() == begin
+    # Buttons go around both ends.
+    for button, step in ((dut.button_up, 1), (dut.button_down, -1)):
+        for number in range(1, slices + 1):
+            await panel.press(button)
+            assert panel.state()[0] == (first + step * number) % slices
+    # A switch and a command for the same thing: it is on if either is.
+    for name, want in (
+        ("switch_pass", (first, 0, 0, 1, 0)),
+        ("switch_pattern", (first, 0, 0, 0, 1)),
+        ("switch_sweep", (first, 1, CASE["switch_frames"], 0, 0)),
+    ):
+        getattr(dut, name).value = 1
+        await panel.clocks(2 * CASE["stable"] + 6)
+        assert panel.state() == want, name
+        getattr(dut, name).value = 0
+        await panel.clocks(2 * CASE["stable"] + 6)
+    assert panel.state() == begin
+
+
+class Plls:
+    """Settings and locks as the supervisor sees them.
+
+    Parameters
+    ----------
+    dut
+        The supervisor.
+    """
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.settings: list[int] = []
+        self.locks = [True, True]
+        dut.want_own.value = 0
+        dut.own_ready.value = 0
+        dut.rate.value = 0
+        dut.rate_updated.value = 0
+        dut.configured.value = 1
+        dut.receive_locked.value = 0
+        dut.transmit_locked.value = 0
+
+    async def clocks(self, count: int) -> None:
+        """Let the PLLs follow for some clocks."""
+        busy = 0
+        dut = self.dut
+        for _ in range(count):
+            await FallingEdge(dut.clk)
+            if str(dut.configure.value) == "1":
+                self.settings.append(int(dut.high.value))
+                assert int(dut.receive_reset.value), "settings change in reset only"
+                busy = 4
+            dut.configured.value = int(busy == 0)
+            busy = max(busy - 1, 0)
+            for reset, locked, can in zip(
+                (dut.receive_reset, dut.transmit_reset),
+                (dut.receive_locked, dut.transmit_locked),
+                self.locks,
+                strict=True,
+            ):
+                locked.value = int(str(reset.value) == "0" and can)
+
+    async def rate(self, tenths: int) -> None:
+        """Measure the TMDS clock: tenths of a MHz; wait until all has settled."""
+        self.dut.rate.value = tenths * CASE["counts_10_mhz"] // 100
+        self.dut.rate_updated.value = 1
+        await self.clocks(1)
+        self.dut.rate_updated.value = 0
+        await self.clocks(100)
+
+
+@for_entity("link_supervisor")
+async def clocks_come_up_and_are_lost(dut: Any) -> None:
+    """Ranges and their overlap, lost locks, locks that never come, the board's own clock."""
+    Clock(dut.clk, 10, "ns").start()
+    plls = Plls(dut)
+    dut.reset.value = 1
+    await plls.clocks(4)
+    assert (int(dut.run.value), int(dut.receive_reset.value), int(dut.transmit_reset.value)) == (
+        *(0, 1, 1),
+    )
+    dut.reset.value = 0
+    # Tenths of MHz, whether it runs, and the settings that were written on the way.
+    for tenths, runs, settings in (
+        (230, 0, []),
+        (250, 1, [0]),
+        (500, 1, []),
+        (510, 1, [1]),
+        (400, 1, []),
+        (390, 1, [0]),
+        (460, 1, []),
+        (742, 1, [1]),
+        (1010, 1, []),
+        (1020, 0, []),
+        (460, 1, [1]),
+        (240, 1, [0]),
+        (239, 0, []),
+        (440, 1, [0]),
+    ):
+        plls.settings.clear()
+        await plls.rate(tenths)
+        assert int(dut.run.value) == runs, tenths
+        assert int(dut.present.value) == runs, tenths
+        assert plls.settings == settings, tenths
+        assert int(dut.receive_reset.value) == int(dut.transmit_reset.value) == 1 - runs
+    for lost in (0, 1):
+        plls.locks[lost] = False
+        await plls.clocks(4)
+        assert not int(dut.run.value)
+        # It is tried again and again, and never runs.
+        plls.settings.clear()
+        for _ in range(5 * CASE["timeout"] // 2):
+            await plls.clocks(1)
+            assert not int(dut.run.value)
+        assert len(plls.settings) in (2, 3)
+        assert int(dut.transmit_reset.value) or lost
+        plls.locks[lost] = True
+        await plls.clocks(CASE["timeout"] + 100)
+        assert int(dut.run.value)
+    # The board's own clock: chosen in reset, always the low setting.
+    await plls.rate(742)
+    plls.settings.clear()
+    dut.want_own.value = 1
+    await plls.clocks(100)
+    assert (int(dut.run.value), int(dut.use_own.value)) == (0, 1)
+    dut.own_ready.value = 1
+    await plls.clocks(100)
+    assert (int(dut.run.value), int(dut.use_own.value)) == (1, 1)
+    assert plls.settings == [0]
+    dut.own_ready.value = 0
+    await plls.clocks(4)
+    assert not int(dut.run.value)
+    dut.want_own.value = 0
+    await plls.clocks(100)
+    assert (int(dut.run.value), int(dut.use_own.value)) == (1, 0)
+    assert plls.settings == [0, 1]
+    # A reset begins anew.
+    dut.reset.value = 1
+    await plls.clocks(4)
+    assert not int(dut.run.value)
+    assert not int(dut.present.value)
+    dut.reset.value = 0
+    await plls.clocks(100)
+    assert not int(dut.run.value)
+    await plls.rate(742)
+    assert int(dut.run.value)

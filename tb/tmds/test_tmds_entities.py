@@ -17,7 +17,7 @@ def test_unit(entity: str) -> None:
     run_unit(entity, {})
 
 
-def test_word_align() -> None:
+def test_tmds_word_align() -> None:
     run_unit("tmds_word_align", {"TIMEOUT": 100}, timeout=100)
 
 
@@ -28,3 +28,8 @@ def test_phase_detector_control() -> None:
         interval=100,
         timeout=200,
     )
+
+
+def test_elastic_buffer() -> None:
+    case = {"width": 8, "address_bits": 4}
+    run_unit("elastic_buffer", {name.upper(): n for name, n in case.items()}, **case)

@@ -362,3 +362,73 @@ async def a_hung_delay_line_is_calibrated_anew(dut: Any) -> None:
     for _ in range(CASE["interval"] * 16):
         await RisingEdge(dut.clk)
     assert abs(line.taps - 18) <= 1
+
+
+@for_entity("elastic_buffer")
+async def words_cross_clocks(dut: Any) -> None:
+    """Words come in order and half the depth late, at any phase; a lost clock begins anew."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    words = 1 << CASE["width"]
+    half = 1 << (CASE["address_bits"] - 1)
+    sent = 0
+    writing = True
+
+    async def write() -> None:
+        nonlocal sent
+        while True:
+            dut.write_clk.value = 0
+            await Timer(PERIOD // 2, "ns")
+            if writing:
+                sent += 1
+                dut.write_word.value = sent % words
+                dut.write_clk.value = 1
+            await Timer(PERIOD // 2, "ns")
+
+    dut.write_reset.value = 1
+    dut.read_reset.value = 1
+    cocotb.start_soon(write())
+    for phase in (1, 2, 5, 9):
+        await Timer(phase, "ns")
+        clock = Clock(dut.read_clk, PERIOD, "ns")
+        clock.start()
+        writing = True
+        for _ in range(rng.randrange(8, 20)):
+            await FallingEdge(dut.read_clk)
+        # Nothing flows in a reset.
+        assert not int(dut.flowing.value)
+        dut.write_reset.value = 0
+        dut.read_reset.value = 0
+        for _ in range(4 * half):
+            await FallingEdge(dut.read_clk)
+            if int(dut.flowing.value):
+                break
+        assert int(dut.flowing.value)
+        # What was in the memory comes out first.
+        for _ in range(2 * half):
+            await FallingEdge(dut.read_clk)
+        late = {(sent - int(dut.read_word.value)) % words}
+        for _ in range(300):
+            await FallingEdge(dut.read_clk)
+            assert int(dut.flowing.value)
+            late.add((sent - int(dut.read_word.value)) % words)
+        # One number more or less where both clocks change at one time.
+        assert max(late) - min(late) <= 1, late
+        assert half - 1 <= min(late) <= max(late) <= half + 5, late
+        # The write clock stops: it runs dry, which is noticed.
+        writing = False
+        flowed = []
+        for _ in range(4 * half):
+            await FallingEdge(dut.read_clk)
+            flowed.append(int(dut.flowing.value))
+        assert not all(flowed)
+        writing = True
+        for _ in range(6 * half):
+            await FallingEdge(dut.read_clk)
+        assert int(dut.flowing.value)
+        again = (sent - int(dut.read_word.value)) % words
+        assert 2 <= again <= 2 * half + 2, again
+        dut.read_reset.value = 1
+        await FallingEdge(dut.read_clk)
+        await FallingEdge(dut.read_clk)
+        assert not int(dut.flowing.value)
+        clock.stop()

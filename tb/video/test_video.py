@@ -65,3 +65,9 @@ def test_blanking(m: int, shift: int, changes: dict) -> None:
 )
 def test_other_latencies(options: dict) -> None:
     run_video(3, (-1, 2), MODE_720, **options)
+
+
+def test_timing_meter() -> None:
+    run_case(
+        "video_timing_meter", "video.unit_bench", generics={}, case={"entity": "video_timing_meter"}
+    )

@@ -13,14 +13,19 @@ from pathlib import Path
 
 from plenofir import project
 from plenofir.bitstream.device import Pin, device, pins
-from plenofir.bitstream.ise import OPTION_FILES, TOP, project_lines, read_options, source_of_line
+from plenofir.bitstream.ise import (
+    CONSTRAINTS,
+    OPTION_FILES,
+    TOP,
+    project_lines,
+    read_options,
+    source_of_line,
+)
 from plenofir.bitstream.netlist import Net, Netlist, Place, base_name, read_netlist, top_ports
 from plenofir.bitstream.ucf import Constraints, read_constraints
 from plenofir.errors import InputError
 from plenofir.hdl_text import instances
 from plenofir.simulation.simulators import find_simulator
-
-CONSTRAINTS = project.root() / "constraints" / "atlys.ucf"
 
 # Modules that bring something from one clock into another: ports of the clock that it comes
 # from (None: any clock, or none) and of the clock that it goes to.

@@ -26,6 +26,8 @@ from plenofir.hdl_text import declarations
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 
 TOP = "atlys_top"
+CONSTRAINTS = project.root() / "constraints" / "atlys.ucf"
+SCRIPTS = project.root() / "scripts" / "ise"
 TOOLS = ("xst", "ngdbuild", "map", "par", "trce", "bitgen")
 OPTION_FILES = tuple(f"{tool}.opt" for tool in TOOLS)
 USUAL_PLACE = Path("/opt/Xilinx/14.7/ISE_DS")
@@ -223,6 +225,36 @@ def configuration(values: Mapping[str, Value]) -> CoreConfiguration:
         ) from None
 
 
+def board_generics(core: CoreConfiguration) -> dict[str, Value]:
+    """Generics of the top level that mean a configuration of the refocuser.
+
+    Parameters
+    ----------
+    core
+        Configuration.
+
+    Returns
+    -------
+    dict
+        Generic to value.
+
+    Raises
+    ------
+    InputError
+        If the board's refocuser has no such configuration (three channels of 8 bits, one row at
+        once, centred outputs).
+    """
+    known = default_generics()
+    values = {name: value for name, value in core.generics().items() if name in known}
+    if configuration({**known, **values}) != core:
+        raise InputError(
+            "the board has no such refocuser",
+            where=TOP,
+            expected="three channels of 8 bits, one row at once, centred outputs",
+        )
+    return values
+
+
 def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
     arithmetic: Arithmetic = ExactArithmetic()
     if not values["EXACT"]:
@@ -240,6 +272,7 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
             "order": values["INTERPOLATION_ORDER"],
             "hold": values["HOLD"],
             "broadcast_taps": values["BROADCAST_TAPS"],
+            "engine": "sums" if values["MOVING_SUM"] else "taps",
         }
     )
 
@@ -592,13 +625,28 @@ _RESULTS = {
 }
 
 
-def _xst_script(options: Sequence[str]) -> str:
-    """The script that XST runs."""
+def xst_script(options: Sequence[str], top: str = TOP, part: str = "") -> str:
+    """The script that XST runs.
+
+    Parameters
+    ----------
+    options
+        Options of ``scripts/ise/xst.opt``.
+    top
+        Entity, also the name of the project file.
+    part
+        Device, speed grade and package; the board's if empty.
+
+    Returns
+    -------
+    str
+        Its text; the folder ``xst`` beside it is for XST's temporary files.
+    """
     settings = [option for option in options if option.startswith("set ")]
     rest = [option for option in options if not option.startswith("set ")]
     lines = [
-        *('set -tmpdir "xst"', 'set -xsthdpdir "xst"', *settings, "run", f"-ifn {TOP}.prj"),
-        *(f"-ofn {TOP}", "-ofmt NGC", f"-p {device().part}", f"-top {TOP}", *rest),
+        *('set -tmpdir "xst"', 'set -xsthdpdir "xst"', *settings, "run", f"-ifn {top}.prj"),
+        *(f"-ofn {top}", "-ofmt NGC", f"-p {part or device().part}", f"-top {top}", *rest),
     ]
     return "\n".join([*lines, ""])
 
@@ -632,8 +680,7 @@ def build(
     generics = {**default_generics(), **changed}
     source = top_with_generics(changed)
     check_fit(configuration(generics))
-    scripts = project.root() / "scripts" / "ise"
-    options = {tool: read_options(scripts / f"{tool}.opt") for tool in TOOLS}
+    options = {tool: read_options(SCRIPTS / f"{tool}.opt") for tool in TOOLS}
     for name in ("plenofir.bit", "report.json"):
         (out / name).unlink(missing_ok=True)
     work = out / "work"
@@ -642,8 +689,8 @@ def build(
     top = work / f"{TOP}.vhd"
     top.write_text(source)
     (work / f"{TOP}.prj").write_text("\n".join([*project_lines({top_source(): top}), ""]))
-    (work / f"{TOP}.xst").write_text(_xst_script(options["xst"]))
-    constraints = project.root() / "constraints" / "atlys.ucf"
+    (work / f"{TOP}.xst").write_text(xst_script(options["xst"]))
+    constraints = CONSTRAINTS
     seconds: dict[str, float] = {}
     warnings: list[Message] = []
     timing: list[Timing] = []
@@ -657,7 +704,7 @@ def build(
             timing = read_timing((work / f"{TOP}.twr").read_text(errors="replace"))
             _check_timing(timing, out / "work" / f"{TOP}.twr")
     progress(TOOLS[-1], len(TOOLS), len(TOOLS))
-    left_out = unimportant(scripts / "unimportant.txt")
+    left_out = unimportant(SCRIPTS / "unimportant.txt")
     map_report = work / f"{TOP}_map.mrp"
     report = BuildReport(
         part=device().part,

@@ -108,3 +108,26 @@ HD720 = VideoMode(
 
 MODES = (VGA, SVGA, HD720)
 """The modes that the board's EDID offers, smallest first."""
+
+
+def find_mode(columns: int, rows: int, rate_hz: float) -> VideoMode | None:
+    """Mode of a size and a rate.
+
+    Parameters
+    ----------
+    columns, rows
+        Active pixels and lines.
+    rate_hz
+        Frames a second, within 1 %.
+
+    Returns
+    -------
+    VideoMode or None
+        One of `MODES`.
+    """
+    for mode in MODES:
+        if (mode.h_active, mode.v_active) == (columns, rows) and (
+            abs(mode.frame_rate / rate_hz - 1) < 0.01
+        ):
+            return mode
+    return None

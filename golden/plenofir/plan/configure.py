@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from plenofir import project
+from plenofir.bitstream import ise
 from plenofir.files import publish
 from plenofir.plan.devices import DEVICES
 from plenofir.plan.planner import Plan
@@ -43,6 +44,22 @@ def needed_sources(top: Path, entity: str, sources: Sequence[Path]) -> list[Path
                 needed.add(name)
                 waiting.append(by_name[name])
     return [source for source in sources if source.stem in needed]
+
+
+def top_of(plan: Plan) -> str:
+    """Top level of a scene.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+
+    Returns
+    -------
+    str
+        Entity: the board, or one of the scene's own.
+    """
+    return ise.TOP if plan.path == "video" else TOP
 
 
 def clock_mhz(plan: Plan) -> float:
@@ -216,32 +233,49 @@ def configure(plan: Plan, out: Path) -> list[Path]:
     plenofir.errors.InputError
         If the folder cannot be written.
     """
+    # The top first, because the list of sources is read from it.
+    top = out / f"{top_of(plan)}.vhd"
+    own = _board_top(plan) if plan.path == "video" else _core_top(plan)
+    publish({**own, "plan.json": plan.model_dump_json(indent=2) + "\n"}, out)
+    # XST wants the folder for its temporary files to be there.
+    (out / "xst").mkdir(exist_ok=True)
+    sources = [
+        *needed_sources(top, top.stem, project.board_sources()),
+        *(out / name for name in own if name.endswith(".vhd")),
+    ]
+    places = [os.path.relpath(source, out) for source in sources]
+    publish(
+        {
+            "sources.txt": "".join(f"{place}\n" for place in places),
+            f"{top.stem}.prj": "".join(f'vhdl work "{place}"\n' for place in places),
+        },
+        out,
+    )
+    return sources
+
+
+def _core_top(plan: Plan) -> dict[str, str]:
+    """Package, top level, clock and XST's script of a core."""
     part = DEVICES[plan.device]
     period_ns = 1000 / clock_mhz(plan)
-    package, top = out / f"{PACKAGE}.vhd", out / f"{TOP}.vhd"
-    texts = {
-        package.name: package_text(plan),
-        top.name: top_text(plan),
-        "plan.json": plan.model_dump_json(indent=2) + "\n",
+    return {
+        f"{PACKAGE}.vhd": package_text(plan),
+        f"{TOP}.vhd": top_text(plan),
         f"{TOP}.ucf": (
             f"# Clock of the scene {plan.scene}: {clock_mhz(plan):g} MHz.\n"
             'NET "clk" TNM_NET = "clk";\n'
             f'TIMESPEC "TS_clk" = PERIOD "clk" {period_ns:.3f} ns HIGH 50 %;\n'
         ),
+        f"{TOP}.xst": ise.xst_script(
+            ise.read_options(ise.SCRIPTS / "xst.opt"), TOP, f"{part.name}-2-{part.package}"
+        ),
     }
-    # Written first, because the list of sources is read from it.
-    publish(texts, out)
-    sources = [*needed_sources(top, TOP, project.hdl_sources()), package, top]
-    places = [os.path.relpath(source, out) for source in sources]
-    publish(
-        {
-            "sources.txt": "".join(f"{place}\n" for place in places),
-            f"{TOP}.prj": "".join(f'vhdl work "{place}"\n' for place in places),
-            f"{TOP}.xst": (
-                f"run\n-ifn {TOP}.prj\n-ifmt mixed\n-ofn {TOP}\n-ofmt NGC\n"
-                f"-p {part.name}-2-{part.package}\n-top {TOP}\n-opt_mode Speed\n-opt_level 1\n"
-            ),
-        },
-        out,
-    )
-    return sources
+
+
+def _board_top(plan: Plan) -> dict[str, str]:
+    """Top level with the scene's generics, pins and clocks, and XST's script of the board."""
+    return {
+        f"{ise.TOP}.vhd": ise.top_with_generics(ise.board_generics(plan.core)),
+        f"{ise.TOP}.ucf": ise.CONSTRAINTS.read_text(),
+        f"{ise.TOP}.xst": ise.xst_script(ise.read_options(ise.SCRIPTS / "xst.opt")),
+    }

@@ -314,27 +314,27 @@ def structure(core: CoreConfiguration) -> dict[str, int]:
     return counts
 
 
+# The board without its core, synthesised: receiver, transmitter, timing, control; no block RAM.
+_VIDEO_LUT = 2650
+_VIDEO_FLIP_FLOPS = 2885
+
 # LUTs and flip-flops of each part (scripts/fit_estimate.py).
 _LUT_WEIGHTS = {
-    "core": 102,
-    "switched bits": 1.84,
-    "always closed bits": 1.71,
-    "rom bits": 0.589,
-    "switches": 2.36,
-    "skew bits": 1.35,
-    "parallel rows": 48.4,
-    "address bits": 11.9,
+    "core": 208,
+    "switched bits": 1.89,
+    "always closed bits": 1.6,
+    "switches": 2.1,
+    "skew bits": 1.7,
+    "parallel rows": 55,
+    "address bits": 1.48,
 }
 _FLIP_FLOP_WEIGHTS = {
-    "core": 87,
-    "register bits": 0.491,
-    "always closed bits": 0.015,
-    "restart bits": 1.51,
-    "switches": 2.71,
-    "skew bits": 0.73,
-    "parallel rows": 26.3,
-    "pixel bits": 6.16,
-    "address bits": 9.22,
+    "core": 233,
+    "register bits": 0.565,
+    "switched bits": 0.058,
+    "restart bits": 1.6,
+    "switches": 0.0803,
+    "skew bits": 3.32,
 }
 
 
@@ -366,3 +366,19 @@ def _rom_luts(address_bits: int, width: int) -> int:
     if Memory("", address_bits, width, 1, rom=True).usage.block_rams:
         return 0
     return width << max(address_bits - 6, 0)
+
+
+def video_usage(core: CoreConfiguration) -> Usage:
+    """Estimate what the video path and the board's control take around a core.
+
+    Parameters
+    ----------
+    core
+        Its generics.
+
+    Returns
+    -------
+    Usage
+        The board without its core.
+    """
+    return Usage(_VIDEO_LUT, _VIDEO_FLIP_FLOPS)

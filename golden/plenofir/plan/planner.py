@@ -6,31 +6,17 @@ from math import inf
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir import project
 from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
+from plenofir.hdmi.modes import MODES, VideoMode, find_mode
 from plenofir.plan.devices import DEVICES, Device, Usage
-from plenofir.plan.estimate import estimate
+from plenofir.plan.estimate import estimate, video_usage
 from plenofir.plan.scene import LoadedScene
 from plenofir.rays import Cover, RayModel, covering_slices
 from plenofir.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.refocus import interpolation_order
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.shifts import shift_to_text
-
-STANDARD_MODES = {
-    (640, 480, 60): (800, 525, 25.175),
-    (800, 600, 60): (1056, 628, 40.0),
-    (1024, 768, 60): (1344, 806, 65.0),
-    (1280, 720, 50): (1980, 750, 74.25),
-    (1280, 720, 60): (1650, 750, 74.25),
-    (1920, 1080, 30): (2200, 1125, 74.25),
-    (1920, 1080, 60): (2200, 1125, 148.5),
-}
-"""Columns, rows and frames a second of video modes, to total columns, total rows, MHz (CEA-861)."""
-
-VIDEO_PATH = "refocus_video"
-"""Entity with video in and out."""
 
 # What the grid of a full build spans: a = -1 to 1.
 _FULL_RANGE = 1
@@ -88,8 +74,10 @@ class Plan(BaseModel):
         Device that it fits.
     clock_mhz
         Pixel clock that the frame rate needs; None for stills.
+    blanking
+        Pixels of horizontal and lines of vertical blanking of the video mode; None without.
     frame_clocks
-        Clocks for each frame.
+        Clocks for each frame, blanking included.
     latency_clocks, latency_lines
         Clocks from a frame's first pixel in to its first pixel out, and the lines among them.
     slices
@@ -110,6 +98,8 @@ class Plan(BaseModel):
         Largest distance from the real-valued operator in grey levels.
     needs, full, available
         Resources of the plan (estimate), of the full build, and of the device.
+    video_needs
+        Those of them that the video path and the board's control take; None for a core.
     full_build
         What the full build is.
     left_out
@@ -122,6 +112,7 @@ class Plan(BaseModel):
     path: str
     device: str
     clock_mhz: float | None
+    blanking: tuple[int, int] | None
     frame_clocks: int
     latency_clocks: int
     latency_lines: int
@@ -135,6 +126,7 @@ class Plan(BaseModel):
     line_buffer_bits: int
     error_bound: float
     needs: dict[str, int]
+    video_needs: dict[str, int] | None
     full: dict[str, int]
     full_build: str
     available: dict[str, int]
@@ -254,6 +246,11 @@ def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
     )
 
 
+def _needs(core: CoreConfiguration, path: str) -> Usage:
+    """What a core takes, with the video path around it where there is one."""
+    return estimate(core) + video_usage(core) if path == "video" else estimate(core)
+
+
 def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> CoreConfiguration:
     """Take the first candidate that fits."""
     smallest: Usage | None = None
@@ -264,7 +261,7 @@ def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> Cor
         except InputError as error:
             refused = error
             continue
-        usage = estimate(core)
+        usage = _needs(core, loaded.scene.build.path)
         if not device.overflow(usage):
             return core
         if smallest is None or _size(usage) < _size(smallest):
@@ -341,25 +338,51 @@ def _left_out(core: CoreConfiguration, path: str) -> tuple[LeftOut, ...]:
         saves = {name: amounts[name] - needs[name] for name in needs if amounts[name] > needs[name]}
         found.append(LeftOut(what=what, saves=saves))
     if path == "core":
-        found.append(LeftOut(what="video timing, TMDS receiver and transmitter", saves={}))
+        # The board's core has three channels.
+        saves = {name: n for name, n in video_usage(core).amounts().items() if n}
+        found.append(LeftOut(what="video timing, TMDS ends, the board's control", saves=saves))
     return tuple(found)
 
 
-def _clock(loaded: LoadedScene, core: CoreConfiguration) -> tuple[float | None, int]:
+def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
+    """Video mode of a scene with video in and out, which the core can follow."""
+    frame = loaded.scene.frame
+    if loaded.scene.build.path == "core":
+        return None
+    assert frame.rate_hz is not None
+    mode = find_mode(frame.columns, frame.rows, frame.rate_hz)
+    if mode is None:
+        known = ", ".join(f"{m.h_active} x {m.v_active} at {round(m.frame_rate)} Hz" for m in MODES)
+        raise InputError(
+            f"{frame.columns} x {frame.rows} at {frame.rate_hz:g} Hz is no mode of the board",
+            where=f"{loaded.path}: frame",
+            expected=f"one of {known}",
+        )
+    # As video_to_stream decides it.
+    delay = core.video_delay_pixels
+    blank_lines = core.micro_image_size - 1 if core.engine == "sums" else 0
+    if (
+        delay >= mode.h_total
+        or core.delay >= mode.v_total
+        or blank_lines > mode.v_total - frame.rows
+    ):
+        raise InputError(
+            f"a delay of {core.delay} lines and {delay} pixels exceeds the mode's "
+            f"{mode.v_total} lines of {mode.h_total} pixels, or its blanking",
+            where=f"{loaded.path}: depth",
+            expected="a nearer to 1/M, or a larger mode",
+        )
+    return mode
+
+
+def _clock(
+    loaded: LoadedScene, core: CoreConfiguration, mode: VideoMode | None
+) -> tuple[float | None, int]:
     """Pixel clock in MHz and clocks for each frame."""
     frame = loaded.scene.frame
     rate = frame.rate_hz
-    if loaded.scene.build.path == "video":
-        assert rate is not None
-        mode = STANDARD_MODES.get((frame.columns, frame.rows, round(rate)))
-        if mode is None or abs(rate - round(rate)) > 0.1:
-            known = ", ".join(f"{c} x {r} at {f} Hz" for c, r, f in STANDARD_MODES)
-            raise InputError(
-                f"{frame.columns} x {frame.rows} at {rate:g} Hz is no video mode",
-                where=f"{loaded.path}: frame",
-                expected=f"one of {known}",
-            )
-        return mode[2], mode[0] * mode[1]
+    if mode is not None:
+        return mode.pixel_clock / 1000, mode.h_total * mode.v_total
     # One pixel each clock on the raster's streams, however many rows the array takes at once.
     clocks = max(frame.columns, core.band_steps(frame.columns)) * frame.rows
     if core.parallel_rows > 1:
@@ -399,13 +422,8 @@ def make_plan(loaded: LoadedScene) -> Plan:
         shifts = loaded.shifts
     device = DEVICES[scene.build.device]
     core = _choose(loaded, shifts, device)
-    clock_mhz, frame_clocks = _clock(loaded, core)
-    if scene.build.path == "video" and VIDEO_PATH not in {s.stem for s in project.hdl_sources()}:
-        raise InputError(
-            "the sources have no video path yet",
-            where=f"{loaded.path}: build.path",
-            expected='path = "core"',
-        )
+    mode = _mode(loaded, core)
+    clock_mhz, frame_clocks = _clock(loaded, core, mode)
     columns, rows = scene.frame.columns, scene.frame.rows
     full = full_core(core)
     kept = core.taps - (core.order + 1) + core.hold
@@ -414,8 +432,13 @@ def make_plan(loaded: LoadedScene) -> Plan:
         path=scene.build.path,
         device=device.name,
         clock_mhz=clock_mhz,
+        blanking=None if mode is None else (mode.h_total - columns, mode.v_total - rows),
         frame_clocks=frame_clocks,
-        latency_clocks=core.latency_clocks(columns, rows),
+        latency_clocks=(
+            core.latency_clocks(columns, rows)
+            if mode is None
+            else core.video_latency_clocks(mode.h_total)
+        ),
         latency_lines=core.delay,
         slices=tuple(_planned(shift, m, model) for shift in shifts),
         gaps_mm=tuple((low, None if high == inf else high) for low, high in gaps),
@@ -426,8 +449,9 @@ def make_plan(loaded: LoadedScene) -> Plan:
         line_buffers=kept if core.column_depth > 1 else 0,
         line_buffer_bits=core.line_buffer_bits,
         error_bound=float(core.arithmetic.error_bound(m, core.pixel_bits, core.order)),
-        needs=estimate(core).amounts(),
-        full=estimate(full).amounts(),
+        needs=_needs(core, scene.build.path).amounts(),
+        video_needs=None if mode is None else video_usage(core).amounts(),
+        full=_needs(full, scene.build.path).amounts(),
         full_build=f"{len(full.shifts)} slices, {full.channels} channels, {full.taps} taps",
         available=device.total.amounts(),
         left_out=_left_out(core, scene.build.path),

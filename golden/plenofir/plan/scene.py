@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from plenofir.bitstream.device import device as board_device
 from plenofir.core import (
     MAX_COLUMNS,
     MAX_MICRO_IMAGE_SIZE,
@@ -176,6 +177,11 @@ class Scene(_Part):
                 raise ValueError('frame.colour "rgb" with 8 bits for build.path "video"')
             if self.frame.rate_hz is None:
                 raise ValueError('frame.rate_hz for build.path "video"')
+            if self.build.parallel_rows > 1:
+                raise ValueError('build.parallel_rows 1 for build.path "video"')
+            board = board_device().part.split("-")[0]
+            if self.build.device != board:
+                raise ValueError(f'build.device "{board}" (the board) for build.path "video"')
         return self
 
 

@@ -174,6 +174,8 @@ def run_pump(
     count, rows, columns = frames.shape[:3]
     directory.mkdir(parents=True, exist_ok=True)
     output = directory / "output.bin"
+    # What an earlier run left is no progress of this one.
+    output.unlink(missing_ok=True)
     frames.astype("<i4").tofile(directory / "input.bin")
     generics = {
         **configuration.generics(),

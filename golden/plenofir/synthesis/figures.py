@@ -7,17 +7,18 @@ review.
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
 from plenofir import project
 from plenofir.core import CoreConfiguration
-from plenofir.plan.configure import TOP, configure
+from plenofir.plan.configure import configure, top_of
 from plenofir.plan.planner import Plan, full_core, make_plan
 from plenofir.plan.scene import load_scene
 from plenofir.refocus.arithmetic import StoredProductArithmetic
+from plenofir.synthesis.parts import left_out_in_turn
 from plenofir.synthesis.spartan6 import Figures, Netlist, synthesise
 
 FILE = project.DATA / "figures.json"
@@ -25,6 +26,7 @@ CORE = "raster_refocuser"
 ARRAY = "module_array"
 # GHDL 2.0 needs some kilobytes for each word of a memory: 20 GB for 24 Mbit.
 _MAX_LINE_BUFFER_BITS = 1 << 23
+_MANY_LINE_BUFFER_BITS = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ class Design:
         """
         if self.plan is not None:
             sources = configure(self.plan, directory)
-            return synthesise(sources, TOP, {}, directory)
+            board = self.plan.path == "video"
+            return synthesise(sources, self.top, {}, directory, board=board)
         return synthesise(project.hdl_sources(), self.top, self.core.generics(), directory)
 
 
@@ -81,8 +84,26 @@ def scene_files() -> list[Path]:
     return sorted((project.root() / "scenes").glob("*.toml"))
 
 
+def scene_design(plan: Plan) -> Design:
+    """Design of a scene.
+
+    Parameters
+    ----------
+    plan
+        Its plan.
+
+    Returns
+    -------
+    Design
+        Named as the scene.
+    """
+    # The larger boards take a minute and more.
+    slow = plan.path == "video" and plan.core.line_buffer_bits > _MANY_LINE_BUFFER_BITS
+    return Design(plan.scene, plan.core, top_of(plan), plan, slow=slow)
+
+
 def scene_designs() -> Iterator[Design]:
-    """Design of each shipped scene.
+    """Design of each shipped scene: a core, or the whole board.
 
     Yields
     ------
@@ -90,12 +111,29 @@ def scene_designs() -> Iterator[Design]:
         Named as the scene.
     """
     for file in scene_files():
-        plan = make_plan(load_scene(file))
-        yield Design(plan.scene, plan.core, TOP, plan)
+        yield scene_design(make_plan(load_scene(file)))
+
+
+def core_designs() -> Iterator[Design]:
+    """Core of each shipped scene, without the video path around it.
+
+    Yields
+    ------
+    Design
+        Named as the scene, those of a board's scene with "core".
+    """
+    for design in scene_designs():
+        plan = design.plan
+        assert plan is not None
+        if plan.path == "core":
+            yield design
+        else:
+            core = scene_design(plan.model_copy(update={"path": "core"}))
+            yield replace(core, name=f"{plan.scene} core")
 
 
 def full_designs() -> Iterator[Design]:
-    """Full build of each shipped scene, if GHDL can synthesise its line buffers.
+    """Full build of the core of each shipped scene, if GHDL can synthesise its line buffers.
 
     Yields
     ------
@@ -150,15 +188,28 @@ def grid_designs() -> Iterator[Design]:
     yield _variant("core M=5 a'=2 latches of 4 taps", broadcast_taps=4)
 
 
+def left_out_designs() -> Iterator[Design]:
+    """Full build of a small core, and the same without one thing after the other.
+
+    Yields
+    ------
+    Design
+        Named after what is left out.
+    """
+    for what, core in left_out_in_turn():
+        yield Design(f"left out: {what}", core, slow=True)
+
+
 def designs() -> list[Design]:
     """All designs.
 
     Returns
     -------
     list of Design
-        Scenes, cores and arrays, full builds.
+        Scenes, cores and arrays, a core without one thing after the other, full builds.
     """
-    return [*scene_designs(), *grid_designs(), *full_designs()]
+    scenes = {design.name: design for design in [*scene_designs(), *core_designs()]}
+    return [*scenes.values(), *grid_designs(), *left_out_designs(), *full_designs()]
 
 
 class FiguresFile(BaseModel):

@@ -1,6 +1,5 @@
 """Spartan-6 netlists with Yosys, and what they take of the device."""
 
-import importlib.util
 import json
 from collections import Counter
 from collections.abc import Sequence
@@ -9,7 +8,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.plan.devices import Usage
-from plenofir.synthesis.tools import Generics, run_yosys, write_verilog, yosys_version
+from plenofir.synthesis.tools import Generics, cell_declarations, run_yosys, write_verilog
 
 # Look-up tables that a cell stands for; LUTs as memory come in slices of four.
 _LUT_CELLS = {
@@ -97,14 +96,12 @@ def cell_models() -> Path:
     InputError
         If Yosys is not installed.
     """
-    yosys_version()
-    package = importlib.util.find_spec("pyosys")
-    assert package is not None
-    assert package.origin is not None
-    return Path(package.origin).parent / "share" / "xilinx" / "cells_sim.v"
+    return cell_declarations().with_name("cells_sim.v")
 
 
-def synthesise(sources: Sequence[Path], top: str, generics: Generics, directory: Path) -> Netlist:
+def synthesise(
+    sources: Sequence[Path], top: str, generics: Generics, directory: Path, *, board: bool = False
+) -> Netlist:
     """Synthesise a design for Spartan-6.
 
     Parameters
@@ -117,6 +114,8 @@ def synthesise(sources: Sequence[Path], top: str, generics: Generics, directory:
         Its generics.
     directory
         Empty folder for all files.
+    board
+        Whether the ports are pins and the sources instantiate Xilinx's primitives.
 
     Returns
     -------
@@ -131,14 +130,15 @@ def synthesise(sources: Sequence[Path], top: str, generics: Generics, directory:
         If a tool fails.
     """
     directory.mkdir(parents=True, exist_ok=True)
-    verilog = write_verilog(sources, top, generics, directory)
+    verilog = write_verilog(sources, top, generics, directory, board=board)
+    pads = "-iopad" if board else "-noiopad"
     netlist = directory / f"{top}.netlist.v"
     edif = directory / f"{top}.edif"
     cells_file, path_file = directory / "cells.json", directory / "path.txt"
     run_yosys(
         [
             f"read_verilog {verilog.name}",
-            f"synth_xilinx -family xc6s -flatten -ise -noiopad -top {top}",
+            f"synth_xilinx -family xc6s -flatten -ise {pads} -top {top}",
             f"tee -q -o {cells_file.name} stat -json",
             f"write_edif -pvector bra {edif.name}",
             f"write_verilog -noattr -norename {netlist.name}",

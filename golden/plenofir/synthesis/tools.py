@@ -9,8 +9,10 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from plenofir import project
 from plenofir.errors import InputError, ToolError
-from plenofir.simulation.simulators import find_simulator, generic_text
+from plenofir.simulation.simulators import MODELS_LIBRARY, find_simulator, generic_text
+from plenofir.synthesis.primitives import with_primitives
 
 Generics = Mapping[str, int | bool | str]
 
@@ -139,7 +141,9 @@ def plain_verilog(text: str) -> str:
     return re.sub(r"^ *case \(.*?^ *endcase", with_default, text, flags=re.S | re.M)
 
 
-def write_verilog(sources: Sequence[Path], top: str, generics: Generics, directory: Path) -> Path:
+def write_verilog(
+    sources: Sequence[Path], top: str, generics: Generics, directory: Path, *, board: bool = False
+) -> Path:
     """Synthesise VHDL to Verilog with GHDL.
 
     Parameters
@@ -152,6 +156,8 @@ def write_verilog(sources: Sequence[Path], top: str, generics: Generics, directo
         Its generics.
     directory
         Folder for the result.
+    board
+        Whether the sources instantiate Xilinx's primitives.
 
     Returns
     -------
@@ -167,12 +173,25 @@ def write_verilog(sources: Sequence[Path], top: str, generics: Generics, directo
     os.environ.update(environment)
     verilog = directory / f"{top}.v"
     overrides = [f"-g{name}={generic_text(value)}" for name, value in generics.items()]
+    library = []
+    if board:
+        # Components alone: nothing is bound to them, so each becomes a cell.
+        components = project.unisim_sources()[0]
+        library = [f"-P{directory.resolve()}"]
+        run_tool(
+            [
+                *("ghdl", "-a", "--std=93", f"--work={MODELS_LIBRARY}"),
+                *(f"--workdir={directory.resolve()}", str(components)),
+            ],
+            directory / f"{MODELS_LIBRARY}.ghdl.log",
+        )
     run_tool(
         [
             "ghdl",
             "--synth",
             "--std=93",
             "--out=verilog",
+            *library,
             *overrides,
             *(str(source.resolve()) for source in sources),
             "-e",
@@ -181,8 +200,31 @@ def write_verilog(sources: Sequence[Path], top: str, generics: Generics, directo
         directory / f"{top}.ghdl.log",
         output=verilog,
     )
-    verilog.write_text(plain_verilog(verilog.read_text()))
+    text = verilog.read_text()
+    if board:
+        text = with_primitives(text, cell_declarations())
+    verilog.write_text(plain_verilog(text))
     return verilog
+
+
+def cell_declarations() -> Path:
+    """Declarations of the cells that Yosys has no model of.
+
+    Returns
+    -------
+    Path
+        Verilog file of the installed Yosys.
+
+    Raises
+    ------
+    InputError
+        If Yosys is not installed.
+    """
+    yosys_version()
+    package = importlib.util.find_spec("pyosys")
+    assert package is not None
+    assert package.origin is not None
+    return Path(package.origin).parent / "share" / "xilinx" / "cells_xtra.v"
 
 
 def run_yosys(commands: Sequence[str], log: Path) -> None:

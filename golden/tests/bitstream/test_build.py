@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import stat
 from pathlib import Path
 
@@ -15,7 +16,9 @@ from plenofir.bitstream import ise
 from plenofir.bitstream.device import device
 from plenofir.cli import app
 from plenofir.cli_bitstream import board_generics
+from plenofir.core import CoreConfiguration
 from plenofir.errors import EXIT_BAD_INPUT, InputError
+from plenofir.plan import load_scene, make_plan
 from plenofir.refocus import StoredProductArithmetic
 
 TOP = ise.TOP
@@ -313,6 +316,71 @@ def test_command(tools: Path, tmp_path: Path) -> None:
     assert "warning     xst: Xst:737: Found 1-bit latch" in done.output
     generics = json.loads((out / "report.json").read_text())["generics"]
     assert (generics["SHIFTS"], generics["MAX_COLUMNS"]) == ("-3 0 3", 640)
+
+
+def test_scene(tools: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    file = project.root() / "scenes" / "rgb-480p.toml"
+    command = ["bitstream", "build", "--scene", str(file), "--out", str(out)]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
+    core = make_plan(load_scene(file)).core
+    generics = json.loads((out / "report.json").read_text())["generics"]
+    assert ise.configuration(generics) == core
+    top = (out / "work" / f"{TOP}.vhd").read_text()
+    shifts = " ".join(map(str, core.shifts))
+    assert re.search(rf'SHIFTS +: string +:= "{shifts}";', top)
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "message"),
+    [
+        ("grey-microscope", [], 'a core without pins of a board; expected path = "video"'),
+        ("rgb-480p", ["--columns", "640"], "SCENE: settles MAX_COLUMNS by itself"),
+        ("none", [], "no such file"),
+    ],
+)
+def test_scenes_are_refused(
+    tools: Path, tmp_path: Path, scene: str, options: list[str], message: str
+) -> None:
+    file = project.root() / "scenes" / f"{scene}.toml"
+    command = ["bitstream", "build", "--scene", str(file), "--out", str(tmp_path / "o"), *options]
+    done = CliRunner().invoke(app, command)
+    assert isinstance(done.exception, InputError)
+    assert message in str(done.exception)
+    assert not (tools / "commands.txt").exists()
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize(
+    "core",
+    [
+        CoreConfiguration(micro_image_size=3, shifts=(2, -1), max_columns=800, channels=3),
+        CoreConfiguration(
+            micro_image_size=5,
+            shifts=(-5, 0),
+            max_columns=640,
+            channels=3,
+            order=1,
+            hold=True,
+            arithmetic=StoredProductArithmetic(fraction_bits=6, guard_bits=1),
+        ),
+        CoreConfiguration(
+            micro_image_size=3, shifts=(1,), max_columns=64, channels=3, engine="sums"
+        ),
+    ],
+)
+def test_configuration_and_generics_are_one(core: CoreConfiguration) -> None:
+    assert ise.configuration({**ise.default_generics(), **ise.board_generics(core)}) == core
+
+
+@pytest.mark.parametrize(
+    "change", [{"channels": 1}, {"parallel_rows": 2}, {"align": "causal"}, {"pixel_bits": 10}]
+)
+def test_board_has_no_such_core(change: dict[str, object]) -> None:
+    core = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=64, channels=3)
+    with pytest.raises(InputError, match="the board has no such refocuser"):
+        ise.board_generics(core.model_copy(update=change))
 
 
 @pytest.mark.parametrize(
