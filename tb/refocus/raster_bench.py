@@ -1,4 +1,7 @@
-"""cocotb tests of ``raster_refocuser``: every pixel of every frame against the bit-true model."""
+"""cocotb tests of ``raster_refocuser`` and ``focal_stack``.
+
+Every pixel of every frame, of a stack every pixel of every slice, against the bit-true model.
+"""
 
 import logging
 import random
@@ -11,6 +14,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from plenofir.core import CoreConfiguration
+from plenofir.stack_core import StackConfiguration
 from plenofir_tb.axi_video import (
     AxiVideoSink,
     AxiVideoSource,
@@ -41,7 +45,8 @@ class Bench:
     def __init__(self, dut: Any) -> None:
         self.dut = dut
         self.case = read_case()
-        self.core = CoreConfiguration.model_validate(self.case["core"])
+        kind = StackConfiguration if self.case.get("stack") else CoreConfiguration
+        self.core = kind.model_validate(self.case["core"])
         self.rng = random.Random(cocotb.RANDOM_SEED)
         Clock(dut.clk, 10, "ns").start()
         logging.getLogger(f"cocotb.{dut._name}.m_axis").setLevel(logging.WARNING)
@@ -55,9 +60,10 @@ class Bench:
         """Reset the core and set the frame size."""
         self.dut.reset.value = 1
         self.dut.error_clear.value = 0
-        self.dut.slice.value = 0
-        self.dut.sweep.value = 0
-        self.dut.sweep_frames.value = 0
+        if not isinstance(self.core, StackConfiguration):
+            self.dut.slice.value = 0
+            self.dut.sweep.value = 0
+            self.dut.sweep_frames.value = 0
         self.set_size(columns, rows)
         await ClockCycles(self.dut.clk, 3)
         self.dut.reset.value = 0
@@ -78,8 +84,10 @@ class Bench:
         return make_frame(kind, rows, columns, self.core.channels, self.core.pixel_bits, self.rng)
 
     def golden(self, frame: Frame, slice_: int = 0) -> Frame:
-        """What the core must make of a frame."""
+        """What the core must make of a frame; of a stack, one slice's channels after another."""
         core = self.core
+        if isinstance(core, StackConfiguration):
+            return np.dstack(list(core.golden(frame)))
         return core.arithmetic.refocus(
             frame, core.micro_image_size, core.shifts[slice_], align=core.align, order=core.order
         )
@@ -166,7 +174,7 @@ async def frames_with_stalls(dut: Any) -> None:
     assert not bench.errors()
 
 
-@cocotb.test(skip=len(read_case()["core"]["shifts"]) == 1)
+@cocotb.test(skip=len(read_case()["core"]["shifts"]) == 1 or read_case().get("stack", False))
 async def slices_change_while_video_runs(dut: Any) -> None:
     """Slices chosen and swept at random clocks: each frame is of the one that was due."""
     bench = Bench(dut)
