@@ -3,10 +3,11 @@
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.core import CoreConfiguration, Engine
 from plenofir.errors import InputError
+from plenofir.lightfield.sharpness import MAX_SHARPNESS_RADIUS, DepthIndex, depth_index
 from plenofir.refocus.arithmetic import ExactArithmetic
 from plenofir.refocus.focal_stack import StackLayout
 from plenofir.refocus.operator import Image
@@ -123,3 +124,120 @@ class StackConfiguration(CoreConfiguration):
             )
         if self.engine != "sums":
             raise InputError(self.engine, where="ENGINE", expected="sums with STACK")
+
+
+class SharpnessConfiguration(BaseModel):
+    """Generics of the entity ``sharpness_index``.
+
+    Attributes
+    ----------
+    micro_image_size
+        M in pixels.
+    slices
+        Slices of the stack.
+    radius
+        See `plenofir.lightfield.sharpness.local_sharpness`.
+    max_columns
+        Largest line length in pixels.
+    channels
+        1 (grey) or 3 (RGB).
+    pixel_bits
+        8 or 16.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    micro_image_size: Annotated[int, Field(ge=2)]
+    slices: Annotated[int, Field(ge=1, le=256)]
+    radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
+    max_columns: Annotated[int, Field(ge=1)]
+    channels: Annotated[int, Field(ge=1, le=3)] = 1
+    pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
+
+    @property
+    def delay(self) -> int:
+        """Lines from a pixel's coming in to its coming out (sharpness_delay)."""
+        return (self.radius + 2) * self.micro_image_size
+
+    @property
+    def memory_bits(self) -> tuple[int, int]:
+        """Bits of the lines in which the slices' pixels wait, and of all that is judged."""
+        m, slices = self.micro_image_size, self.slices
+        waiting = self.delay * self.max_columns * slices * self.channels * self.pixel_bits
+        largest = (1 if self.channels == 1 else 4) * ((1 << self.pixel_bits) - 1) * m * m
+        lens = largest.bit_length()
+        row = lens + 2 + max(1, (2 * self.radius).bit_length())
+        index = max(1, (slices - 1).bit_length())
+        lenses = -(-self.max_columns // m)
+        return waiting, lenses * (slices * (4 * lens + 2 * self.radius * row) + index)
+
+    def band_steps(self, columns: int) -> int:
+        """Clocks from the beginning of a line to that of the next one at the earliest.
+
+        Parameters
+        ----------
+        columns
+            Line length in pixels.
+
+        Returns
+        -------
+        int
+            At least `columns`.
+        """
+        return max(columns, 8 + self.radius)
+
+    def frame_lines(self, rows: int) -> int:
+        """Lines from the beginning of a frame to that of the next one at the earliest.
+
+        Parameters
+        ----------
+        rows
+            Rows of a frame.
+
+        Returns
+        -------
+        int
+            At least `rows`.
+        """
+        return -(-rows // self.micro_image_size) * self.micro_image_size
+
+    def latency_clocks(self, columns: int, rows: int, frames: int = 1) -> int:
+        """Clocks from the first pixel taken to the first one offered, when nothing stalls.
+
+        Parameters
+        ----------
+        columns, rows, frames
+            Size and number of the frames, which does not matter.
+
+        Returns
+        -------
+        int
+            Latency in clocks.
+        """
+        del rows, frames
+        return self.delay * self.band_steps(columns) + self.radius + self.slices + 18
+
+    def golden(self, stack: Image) -> DepthIndex:
+        """What comes out for a focal stack.
+
+        Parameters
+        ----------
+        stack
+            Shape (slices, rows, columns[, 3]).
+
+        Returns
+        -------
+        DepthIndex
+            Index and picture.
+        """
+        return depth_index(stack, self.micro_image_size, self.radius)
+
+    def generics(self) -> dict[str, int | bool | str]:
+        """Generics of the entity ``sharpness_index``.
+
+        Returns
+        -------
+        dict
+            Name to value.
+        """
+        return {name.upper(): value for name, value in self.model_dump().items()}

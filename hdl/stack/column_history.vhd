@@ -37,8 +37,7 @@ entity column_history is
     phase    : in    natural range 0 to MICRO_IMAGE_SIZE - 1;
     column_2 : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     pixel    : in    std_logic_vector(PIXEL_BITS - 1 downto 0);
-    history  : out   std_logic_vector(history_base(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, MICRO_IMAGE_SIZE) * PIXEL_BITS
-                                      downto 0)
+    history  : out   std_logic_vector(history_high(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, PIXEL_BITS) downto 0)
   );
 end entity column_history;
 
@@ -46,7 +45,6 @@ architecture rtl of column_history is
 
 begin
 
-  -- One bit more than there are, so that a stack that needs no memory has a vector, too.
   history(history'high) <= '0';
 
   every_phase : for v in 0 to MICRO_IMAGE_SIZE - 1 generate

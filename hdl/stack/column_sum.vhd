@@ -46,10 +46,9 @@ entity column_sum is
     active  : in    std_logic;
     phase_1 : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
     column  : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
-    history : in    std_logic_vector(history_base(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, MICRO_IMAGE_SIZE) * LANES *
-                                     LANE_BITS downto 0);
+    history : in    std_logic_vector(history_high(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, LANES * LANE_BITS) downto 0);
     pixel   : in    std_logic_vector(LANES * LANE_BITS - 1 downto 0);
-    sum     : out   std_logic_vector(LANES * bits_for(MICRO_IMAGE_SIZE * (2 ** LANE_BITS - 1)) - 1 downto 0)
+    sum     : out   std_logic_vector(LANES * column_sum_bits(MICRO_IMAGE_SIZE, LANE_BITS) - 1 downto 0)
   );
 end entity column_sum;
 
@@ -61,7 +60,7 @@ architecture rtl of column_sum is
   constant SPLIT       : boolean  := not begins_group(M, SHIFTS, CENTRED, SLICE, 0);
   constant SLICE_BITS  : positive := bits_for(slice_count(SHIFTS) - 1);
   constant PIXEL_BITS  : positive := LANES * LANE_BITS;
-  constant SUM_BITS    : positive := bits_for(M * (2 ** LANE_BITS - 1));
+  constant SUM_BITS    : positive := column_sum_bits(M, LANE_BITS);
   constant SUMS_BITS   : positive := LANES * SUM_BITS;
   constant COLUMN_BITS : positive := bits_for(COLUMNS - 1);
 
@@ -127,26 +126,26 @@ architecture rtl of column_sum is
   signal active_at : std_logic_vector(1 to 7) := (others => '0');
   signal column_at : columns_t                := (others => (others => '0'));
 
-  signal fresh_4        : std_logic                := '0';
-  signal initial_4      : std_logic                := '0';
-  signal initial_held_4 : std_logic                := '0';
-  signal take_at        : std_logic_vector(4 to 6) := (others => '0');
-  signal clear_at       : std_logic_vector(4 to 5) := (others => '0');
-  signal update_at      : std_logic_vector(4 to 6) := (others => '0');
-  signal due_at         : std_logic_vector(4 to 6) := (others => '0');
-  signal own_4          : pixel_t                  := (others => '0');
-  signal entering_4     : pixel_t                  := (others => '0');
-  signal leaving_4      : pixel_t                  := (others => '0');
-  signal changes_5      : sums_t                   := (others => '0');
-  signal first_5        : sums_t                   := (others => '0');
-  signal held_5         : sums_t                   := (others => '0');
-  signal held_6         : sums_t                   := (others => '0');
-  signal sums_6         : sums_t                   := (others => '0');
-  signal results_7      : sums_t                   := (others => '0');
-  signal old_first      : sums_t;
-  signal old_held       : sums_t                   := (others => '0');
-  signal old_sums       : sums_t;
-  signal old_results    : sums_t                   := (others => '0');
+  signal fresh_4     : std_logic                := '0';
+  signal to_first_4  : std_logic                := '0';
+  signal to_held_4   : std_logic                := '0';
+  signal take_at     : std_logic_vector(4 to 6) := (others => '0');
+  signal clear_at    : std_logic_vector(4 to 5) := (others => '0');
+  signal update_at   : std_logic_vector(4 to 6) := (others => '0');
+  signal due_at      : std_logic_vector(4 to 6) := (others => '0');
+  signal own_4       : pixel_t                  := (others => '0');
+  signal entering_4  : pixel_t                  := (others => '0');
+  signal leaving_4   : pixel_t                  := (others => '0');
+  signal changes_5   : sums_t                   := (others => '0');
+  signal first_5     : sums_t                   := (others => '0');
+  signal held_5      : sums_t                   := (others => '0');
+  signal held_6      : sums_t                   := (others => '0');
+  signal sums_6      : sums_t                   := (others => '0');
+  signal results_7   : sums_t                   := (others => '0');
+  signal old_first   : sums_t;
+  signal old_held    : sums_t                   := (others => '0');
+  signal old_sums    : sums_t;
+  signal old_results : sums_t                   := (others => '0');
 
 begin
 
@@ -219,22 +218,22 @@ begin
         entering_4 <= pixel;
       end if;
 
-      fresh_4        <= fresh;
-      initial_4      <= to_first;
-      initial_held_4 <= to_held;
+      fresh_4    <= fresh;
+      to_first_4 <= to_first;
+      to_held_4  <= to_held;
 
       -- 4: by how much the sums change; the sums of output 0 of the frame that comes in.
       for i in 0 to LANES - 1 loop
 
-        changes_5((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <=
-                                                                 std_logic_vector(resize(lane_of(entering_4, i, LANE_BITS), SUM_BITS) -
-                                                                                  resize(lane_of(leaving_4, i, LANE_BITS), SUM_BITS));
+        total                                                 := resize(lane_of(entering_4, i, LANE_BITS), SUM_BITS) -
+                                                                 resize(lane_of(leaving_4, i, LANE_BITS), SUM_BITS);
+        changes_5((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(total);
 
         total := (others => '0');
         if fresh_4 = '0' then
           total := lane_of(old_first, i, SUM_BITS);
         end if;
-        if initial_4 = '1' then
+        if to_first_4 = '1' then
           total := total + lane_of(own_4, i, LANE_BITS);
         end if;
         first_5((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(total);
@@ -243,7 +242,7 @@ begin
         if fresh_4 = '0' then
           total := lane_of(old_held, i, SUM_BITS);
         end if;
-        if initial_held_4 = '1' then
+        if to_held_4 = '1' then
           total := total + lane_of(own_4, i, LANE_BITS);
         end if;
         held_5((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(total);

@@ -1,7 +1,7 @@
 -- Refocuses a raster scan of a light field to several planes at once: a focal stack in one pass.
 --
--- Input FIFO -> frame sequencer -> stack array -> output FIFO. The slices share the column memory, which holds pixels of
--- the input, and the delay; each has moving sums of its own. Arithmetic is exact.
+-- Input FIFO -> frame sequencer -> stack array -> output FIFO. The slices share the column memory, which holds
+-- pixels of the input, and the delay; each has moving sums of its own. Arithmetic is exact.
 --
 -- Lines may follow each other without a gap, and so may frames of a multiple of M lines. When nothing follows, the core
 -- pushes the rest of the frame out by itself, in lines up to a multiple of M. A frame that comes meanwhile waits

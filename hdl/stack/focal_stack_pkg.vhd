@@ -39,6 +39,28 @@ package focal_stack_pkg is
     phase            : natural
   ) return natural;
 
+  -- Highest index of a vector of all of them; it has a bit more than they need, so that there is always one.
+  function history_high (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixel_bits       : positive
+  ) return natural;
+
+  -- Width of the sums of a slice over columns.
+  function column_sum_bits (
+    micro_image_size : positive;
+    lane_bits        : positive
+  ) return positive;
+
+  -- The same of all lanes and slices.
+  function stack_sum_bits (
+    micro_image_size : positive;
+    shifts           : string;
+    lanes            : positive;
+    lane_bits        : positive
+  ) return positive;
+
   -- Clocks from a token at the columns' input to their output.
   constant STACK_COLUMN_LATENCY : positive := 7;
 
@@ -106,6 +128,40 @@ package body focal_stack_pkg is
     return lines;
 
   end function history_base;
+
+  function history_high (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixel_bits       : positive
+  ) return natural is
+  begin
+
+    return history_base(micro_image_size, shifts, centred, micro_image_size) * pixel_bits;
+
+  end function history_high;
+
+  function column_sum_bits (
+    micro_image_size : positive;
+    lane_bits        : positive
+  ) return positive is
+  begin
+
+    return bits_for(micro_image_size * (2 ** lane_bits - 1));
+
+  end function column_sum_bits;
+
+  function stack_sum_bits (
+    micro_image_size : positive;
+    shifts           : string;
+    lanes            : positive;
+    lane_bits        : positive
+  ) return positive is
+  begin
+
+    return slice_count(shifts) * lanes * column_sum_bits(micro_image_size, lane_bits);
+
+  end function stack_sum_bits;
 
   function stack_array_latency return positive is
   begin

@@ -49,8 +49,7 @@ entity stack_columns is
     step_tag      : in    std_logic_vector(STEP_TAG_BITS - 1 downto 0);
     token_tag     : in    std_logic_vector(TOKEN_TAG_BITS - 1 downto 0);
     out_strobe    : out   std_logic;
-    out_data      : out   std_logic_vector(slice_count(SHIFTS) * LANES *
-                                           bits_for(MICRO_IMAGE_SIZE * (2 ** LANE_BITS - 1)) - 1 downto 0);
+    out_data      : out   std_logic_vector(stack_sum_bits(MICRO_IMAGE_SIZE, SHIFTS, LANES, LANE_BITS) - 1 downto 0);
     out_step_tag  : out   std_logic_vector(STEP_TAG_BITS - 1 downto 0);
     out_token_tag : out   std_logic_vector(TOKEN_TAG_BITS - 1 downto 0)
   );
@@ -58,13 +57,12 @@ end entity stack_columns;
 
 architecture rtl of stack_columns is
 
-  constant M            : positive := MICRO_IMAGE_SIZE;
-  constant SLICES       : positive := slice_count(SHIFTS);
-  constant DELAY        : natural  := output_delay(M, SHIFTS, CENTRED);
-  constant PIXEL_BITS   : positive := LANES * LANE_BITS;
-  constant SUMS_BITS    : positive := LANES * bits_for(M * (2 ** LANE_BITS - 1));
-  constant COLUMN_BITS  : positive := bits_for(COLUMNS - 1);
-  constant HISTORY_BITS : natural  := history_base(M, SHIFTS, CENTRED, M) * PIXEL_BITS;
+  constant M           : positive := MICRO_IMAGE_SIZE;
+  constant SLICES      : positive := slice_count(SHIFTS);
+  constant DELAY       : natural  := output_delay(M, SHIFTS, CENTRED);
+  constant PIXEL_BITS  : positive := LANES * LANE_BITS;
+  constant SUMS_BITS   : positive := LANES * column_sum_bits(M, LANE_BITS);
+  constant COLUMN_BITS : positive := bits_for(COLUMNS - 1);
 
   subtype phase_t is natural range 0 to M - 1;
 
@@ -78,7 +76,7 @@ architecture rtl of stack_columns is
   signal phase_2 : phase_t := 0;
   signal phase_3 : phase_t := 0;
   signal pixel_3 : std_logic_vector(PIXEL_BITS - 1 downto 0);
-  signal history : std_logic_vector(HISTORY_BITS downto 0);
+  signal history : std_logic_vector(history_high(M, SHIFTS, CENTRED, PIXEL_BITS) downto 0);
 
   signal active_at    : std_logic_vector(1 to 3) := (others => '0');
   signal column_at    : columns_t                := (others => (others => '0'));

@@ -27,7 +27,7 @@ def run_stack(core: StackConfiguration, *, thorough: bool) -> None:
         "focal_stack",
         "refocus.raster_bench",
         generics=core.generics(),
-        case={"core": core.model_dump(mode="json"), "thorough": thorough, "stack": True},
+        case={"core": core.model_dump(mode="json"), "thorough": thorough, "kind": "focal_stack"},
     )
 
 
@@ -81,10 +81,10 @@ def test_more_random_stacks(number: int) -> None:
 @pytest.mark.parametrize(
     ("options", "file", "old", "new"),
     [
-        ({"shifts": (-2, 3)}, "column_history.vhd", "moved(WIDTH - 1 downto 0)", "word"),
+        ({"shifts": (-2, 3)}, "stack_columns.vhd", "=> phase_3,", "=> phase_2,"),
         ({"shifts": (-2, 3)}, "column_sum.vhd", "SLICE, phase) + later", "0, phase) + later"),
         ({"shifts": (-2, 3)}, "focal_stack.vhd", "KEEP_MODULUS  => true", "KEEP_MODULUS  => false"),
-        ({"shifts": (3, -3)}, "column_sum.vhd", "results_7 <= old_results;", "results_7 <= sums_6;"),
+        ({"shifts": (3, -3)}, "column_sum.vhd", "results_7 <= old_results", "results_7 <= sums_6"),
         ({"shifts": (1, 2)}, "stack_array.vhd", "FIXED_SLICE      => s", "FIXED_SLICE      => 0"),
     ],
 )  # fmt: skip

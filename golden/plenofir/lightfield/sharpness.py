@@ -53,7 +53,8 @@ def lens_sums(image: Image, m: int) -> Integers:
     luma = values if values.ndim == 2 else values @ np.array([1, 2, 1])
     rows, columns = luma.shape
     padded = np.pad(luma, ((0, -rows % m), (0, -columns % m)))
-    return padded.reshape(padded.shape[0] // m, m, padded.shape[1] // m, m).sum((1, 3))
+    lenses: Integers = padded.reshape(padded.shape[0] // m, m, padded.shape[1] // m, m)
+    return np.asarray(lenses.sum((1, 3)))
 
 
 def local_sharpness(image: Image, m: int, radius: int) -> Integers:
@@ -71,8 +72,8 @@ def local_sharpness(image: Image, m: int, radius: int) -> Integers:
     Returns
     -------
     Integers
-        Sum of \\|differences to the four neighbours, added\\|, shape (t, s). What lies beyond the
-        edges is no neighbour and adds nothing.
+        Sums of absolute values of the four differences to the neighbours added, shape (t, s).
+        What lies beyond the edges is no neighbour and adds nothing.
     """
     sums = lens_sums(image, m)
     laplacian = np.zeros_like(sums)
