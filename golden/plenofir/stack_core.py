@@ -7,10 +7,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.core import CoreConfiguration, Engine
 from plenofir.errors import InputError
-from plenofir.lightfield.sharpness import MAX_SHARPNESS_RADIUS, DepthIndex, depth_index
 from plenofir.refocus.arithmetic import ExactArithmetic
 from plenofir.refocus.focal_stack import StackLayout
 from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, DepthIndex, depth_index
 
 # column_sum (focal_stack_pkg.STACK_COLUMN_LATENCY), a row stage, divide_round.
 _ARRAY_CLOCKS = 7 + 10 + 3
@@ -136,7 +136,7 @@ class SharpnessConfiguration(BaseModel):
     slices
         Slices of the stack.
     radius
-        See `plenofir.lightfield.sharpness.local_sharpness`.
+        See `plenofir.refocus.sharpness.local_sharpness`.
     max_columns
         Largest line length in pixels.
     channels

@@ -40,11 +40,13 @@ def test_index_and_picture(options: dict) -> None:
 def run_random(number: int) -> None:
     rng = random.Random(draw_seed() + number)
     m = rng.choice([2, 2, 3, 4, 5, 6])
+    radius = rng.randint(0, 3)
     options = {
         "micro_image_size": m,
         "slices": rng.randint(1, 6),
-        "radius": rng.randint(0, 3),
-        "max_columns": rng.randint(2 * m, 6 * m + 3),
+        "radius": radius,
+        # Lines that are taken without a pause, and shorter ones.
+        "max_columns": max(2 * m, 8 + radius) + rng.randint(0, 4 * m),
         "channels": rng.choice([1, 1, 3]),
         "pixel_bits": rng.choice([8, 8, 16]),
     }

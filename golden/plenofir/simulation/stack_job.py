@@ -14,10 +14,10 @@ from plenofir.core import MAX_ROWS
 from plenofir.errors import InputError
 from plenofir.files import publish_files
 from plenofir.images import read_image, write_png
-from plenofir.lightfield.sharpness import MAX_SHARPNESS_RADIUS
 from plenofir.output import check_folder
 from plenofir.refocus import check_raw, focus_to_shift, shift_to_text
 from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, depth_index_picture
 from plenofir.simulation.job import Progress, picture_names
 from plenofir.simulation.simulators import SimulationError, Simulator, find_simulator
 from plenofir.stack_core import SharpnessConfiguration, StackConfiguration
@@ -39,7 +39,7 @@ class StackJob(BaseModel):
     focus
         The slices: fractions whose denominators divide M.
     radius
-        See `plenofir.lightfield.sharpness.local_sharpness`.
+        See `plenofir.refocus.sharpness.local_sharpness`.
     out
         Folder for the results.
     simulator
@@ -115,24 +115,6 @@ class StackReport(BaseModel):
     slice_bits: int
     waiting_bits: int
     sharpness_bits: int
-
-
-def depth_index_picture(index: npt.NDArray[np.uint8], slices: int) -> npt.NDArray[np.uint8]:
-    """Depth index as grey levels, the first slice black, the last one white.
-
-    Parameters
-    ----------
-    index
-        Slice of each micro image or pixel.
-    slices
-        Number of slices.
-
-    Returns
-    -------
-    numpy.ndarray
-        8 bit grey, shape of the index.
-    """
-    return (index.astype(np.uint16) * 255 // max(slices - 1, 1)).astype(np.uint8)
 
 
 def _run(

@@ -16,6 +16,8 @@ from plenofir.refocus.operator import Image
 Integers = npt.NDArray[np.int64]
 
 MAX_SHARPNESS_RADIUS = 8
+MAX_STACK = 256
+"""Slices that an index of 8 bits tells apart."""
 
 
 @dataclass(frozen=True)
@@ -112,8 +114,8 @@ def depth_index(stack: Image, m: int, radius: int = 1) -> DepthIndex:
     InputError
         If the stack or the radius cannot be used.
     """
-    if not 1 <= len(stack) <= 256:
-        raise InputError(f"{len(stack)} slices", where="stack", expected="1 to 256 slices")
+    if not 1 <= len(stack) <= MAX_STACK:
+        raise InputError(f"{len(stack)} slices", where="stack", expected=f"1 to {MAX_STACK} slices")
     if not 0 <= radius <= MAX_SHARPNESS_RADIUS:
         raise InputError(f"{radius}", where="radius", expected=f"0 to {MAX_SHARPNESS_RADIUS}")
     best = np.argmax(np.stack([local_sharpness(image, m, radius) for image in stack]), axis=0)
@@ -121,3 +123,21 @@ def depth_index(stack: Image, m: int, radius: int = 1) -> DepthIndex:
     of_pixels = best.repeat(m, 0).repeat(m, 1)[:rows, :columns]
     line, column = np.ogrid[:rows, :columns]
     return DepthIndex(best.astype(np.uint8), stack[of_pixels, line, column])
+
+
+def depth_index_picture(index: npt.NDArray[np.uint8], slices: int) -> npt.NDArray[np.uint8]:
+    """Depth index as grey levels, the first slice black, the last one white.
+
+    Parameters
+    ----------
+    index
+        Slice of each micro image or pixel.
+    slices
+        Number of slices.
+
+    Returns
+    -------
+    numpy.ndarray
+        8 bit grey, shape of the index.
+    """
+    return (index.astype(np.uint16) * 255 // max(slices - 1, 1)).astype(np.uint8)

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.images import read_image
-from plenofir.lightfield.sharpness import depth_index, lens_sums, local_sharpness
 from plenofir.lightfield.stack import focal_stack
+from plenofir.refocus.sharpness import depth_index, lens_sums, local_sharpness
 
 
 def plain_sharpness(image, m: int, radius: int) -> list[list[int]]:
