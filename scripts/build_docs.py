@@ -250,13 +250,27 @@ def stack_tables(text: str) -> str:
         return "| " + " | ".join([design.name, *map(str, counts(f)), str(f.path), memory]) + " |"
 
     stacks: list[tuple[Design, StackConfiguration]] = []
-    lines = [f"| design | {heads} | shared, slices: kbit |", "| --- " * 9 + "|"]
+    lines = [
+        f"| design | {heads} | shared + slices: kbit | an engine each: kbit |",
+        "| --- " * 10 + "|",
+    ]
     for design in stack_designs():
         if design.index is None and design.name in figures:
             core = design.core
             assert isinstance(core, StackConfiguration)
             own = core.line_buffer_bits - core.history_bits
-            lines.append(row(design, f"{core.history_bits / 1024:.0f}, {own / 1024:.0f}"))
+            apart = sum(
+                CoreConfiguration(
+                    micro_image_size=core.micro_image_size,
+                    shifts=(shift,),
+                    max_columns=core.max_columns,
+                    channels=core.channels,
+                    engine="sums",
+                ).line_buffer_bits
+                for shift in core.shifts
+            )
+            memory = f"{core.history_bits / 1024:.0f} + {own / 1024:.0f} | {apart / 1024:.0f}"
+            lines.append(row(design, memory))
             stacks.append((design, core))
     for m, channels in sorted({(core.micro_image_size, core.channels) for _, core in stacks}):
         those = [
@@ -281,7 +295,7 @@ def stack_tables(text: str) -> str:
             f"{value:.0f}" if value == int(value) else f"{value:.1f}" for value in each
         )
         lines.append(
-            f"| **each slice more, M = {m}, {kind}** | {shown} | | {own / added / 1024:.0f} |"
+            f"| **each slice more, M = {m}, {kind}** | {shown} | | {own / added / 1024:.0f} | |"
         )
     text = between_marks(text, "stack", "\n".join(lines))
     lines = [f"| design | {heads} | waiting, judged: kbit |", "| --- " * 9 + "|"]

@@ -112,6 +112,9 @@ architecture rtl of depth_index is
   signal inner_1        : std_logic := '0';
   signal inner_2        : std_logic := '0';
   signal written_place  : std_logic_vector(PLACE_BITS downto 0);
+  signal inner_lens     : lens_t;
+  signal written_lens   : lens_t;
+  signal written_index  : std_logic_vector(INDEX_BITS - 1 downto 0);
 
   -- Rows of micro images, the newest first: whether they belong to a frame, begin one.
   signal live         : std_logic_vector(0 to 1)              := (others => '0');
@@ -302,6 +305,10 @@ begin
       delayed => written_place
     );
 
+  inner_lens    <= unsigned(inner_place(PLACE_BITS downto 1));
+  written_lens  <= unsigned(written_place(PLACE_BITS downto 1));
+  written_index <= std_logic_vector(best(SLICES - 1));
+
   -- Laplacians are those of row 1, the window's middle is row RADIUS + 1.
   joined_above <= not starts(1);
   joined_below <= live(0) and not starts(0);
@@ -371,7 +378,7 @@ begin
         joined_above => joined_above,
         joined_below => joined_below,
         same         => same,
-        inner_lens   => unsigned(inner_place(PLACE_BITS downto 1)),
+        inner_lens   => inner_lens,
         inner        => inner_2,
         sharpness    => sharpness(s)
       );
@@ -384,6 +391,7 @@ begin
 
     next_slice : if s > 0 generate
 
+      signal found   : std_logic_vector(ALL_BITS - 1 downto 0);
       signal waiting : std_logic_vector(ALL_BITS - 1 downto 0);
 
     begin
@@ -397,10 +405,11 @@ begin
           clk     => clk,
           reset   => '0',
           enable  => '1',
-          tag     => std_logic_vector(sharpness(s)),
+          tag     => found,
           delayed => waiting
         );
 
+      found <= std_logic_vector(sharpness(s));
       value <= unsigned(waiting);
 
       compare : process (clk) is
@@ -532,8 +541,8 @@ begin
     port map (
       clk           => clk,
       write_enable  => written_place(0),
-      write_address => unsigned(written_place(PLACE_BITS downto 1)),
-      write_data    => std_logic_vector(best(SLICES - 1)),
+      write_address => written_lens,
+      write_data    => written_index,
       read_enable   => '1',
       read_address  => lens_now,
       read_data     => index_read
