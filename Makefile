@@ -4,6 +4,8 @@ RAW ?=
 M ?=
 A ?=
 SWEEP ?=
+STACK ?=
+WINDOW ?= 1
 IOTA ?= 1
 ENGINE ?= taps
 INTERPOLATION ?= nearest
@@ -30,9 +32,9 @@ PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= IOTA= ENGINE= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES= SCENE=
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= STACK= WINDOW= IOTA= ENGINE= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES= SCENE=
 	@.venv/bin/plenofir sim $(if $(RAW),--raw "$(RAW)") $(if $(M),--micro-image="$(M)") $(if $(A),--a="$(A)") \
-		--sweep="$(SWEEP)" --iota="$(IOTA)" --engine "$(ENGINE)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
+		--sweep="$(SWEEP)" --stack="$(STACK)" --window="$(WINDOW)" --iota="$(IOTA)" --engine "$(ENGINE)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
 		--chain "$(CHAIN)" --simulator "$(SIM)" --waves "$(WAVES)" --scene "$(SCENE)"
 
 synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= (all shipped scenes, board, cores and arrays without)

@@ -2,7 +2,7 @@
 
 One page for each VHDL entity (header, generics, ports), the table of error bounds in
 ``docs/golden-model.md``, the clock counts in ``docs/module-array.md`` and the figures of the
-synthesis in ``docs/resources.md``.
+synthesis in ``docs/resources.md`` and ``docs/stack.md``.
 
 Usage: python scripts/build_docs.py [--check]
 
@@ -22,7 +22,15 @@ from plenofir.plan.devices import DEVICES
 from plenofir.plan.estimate import estimate
 from plenofir.plan.planner import full_core
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
-from plenofir.synthesis.figures import core_designs, grid_designs, load_figures, scene_designs
+from plenofir.stack_core import StackConfiguration
+from plenofir.synthesis.figures import (
+    Design,
+    core_designs,
+    grid_designs,
+    load_figures,
+    scene_designs,
+    stack_designs,
+)
 from plenofir.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
 from plenofir.synthesis.spartan6 import Figures
 
@@ -44,6 +52,7 @@ MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
 ]
 MODULE_ARRAY = project.root() / "docs" / "module-array.md"
 RESOURCES = project.root() / "docs" / "resources.md"
+STACK = project.root() / "docs" / "stack.md"
 REFERENCE_GHDL = "2.0.0"
 BOUND_SIZES = (2, 3, 5, 7, 11)
 BOUND_WIDTHS = ((0, 0), (4, 2), (8, 2))
@@ -250,6 +259,75 @@ def resource_tables(text: str) -> str:
     return between_marks(text, "ecp5", "\n".join(lines))
 
 
+def stack_tables(text: str) -> str:
+    """Put what focal stacks and their depth indices take between their marks in a page."""
+    figures = load_figures().figures[REFERENCE_GHDL]
+    heads = "LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | path"
+
+    def counts(f: Figures) -> list[int]:
+        return [f.lut, f.flip_flops, f.ramb16, f.ramb8, f.usage.block_rams, f.dsp]
+
+    def row(design: Design, memory: str) -> str:
+        f = figures[design.name]
+        return "| " + " | ".join([design.name, *map(str, counts(f)), str(f.path), memory]) + " |"
+
+    stacks: list[tuple[Design, StackConfiguration]] = []
+    lines = [
+        f"| design | {heads} | shared + slices: kbit | an engine each: kbit |",
+        "| --- " * 10 + "|",
+    ]
+    for design in stack_designs():
+        if design.index is None and design.name in figures:
+            core = design.core
+            assert isinstance(core, StackConfiguration)
+            own = core.line_buffer_bits - core.history_bits
+            apart = sum(
+                CoreConfiguration(
+                    micro_image_size=core.micro_image_size,
+                    shifts=(shift,),
+                    max_columns=core.max_columns,
+                    channels=core.channels,
+                    engine="sums",
+                ).line_buffer_bits
+                for shift in core.shifts
+            )
+            memory = f"{core.history_bits / 1024:.0f} + {own / 1024:.0f} | {apart / 1024:.0f}"
+            lines.append(row(design, memory))
+            stacks.append((design, core))
+    for m, channels in sorted({(core.micro_image_size, core.channels) for _, core in stacks}):
+        those = [
+            (design, core)
+            for design, core in stacks
+            if (core.micro_image_size, core.channels) == (m, channels)
+        ]
+        # The first one has other ends, and so another delay, if there are more than two.
+        (few, few_core), (many, many_core) = those[1 if len(those) > 2 else 0], those[-1]
+        added = len(many_core.shifts) - len(few_core.shifts)
+        each = [
+            (more - less) / added
+            for less, more in zip(
+                counts(figures[few.name]), counts(figures[many.name]), strict=True
+            )
+        ]
+        own = (many_core.line_buffer_bits - many_core.history_bits) - (
+            few_core.line_buffer_bits - few_core.history_bits
+        )
+        kind = "grey" if channels == 1 else "RGB"
+        shown = " | ".join(
+            f"{value:.0f}" if value == int(value) else f"{value:.1f}" for value in each
+        )
+        lines.append(
+            f"| **each slice more, M = {m}, {kind}** | {shown} | | {own / added / 1024:.0f} | |"
+        )
+    text = between_marks(text, "stack", "\n".join(lines))
+    lines = [f"| design | {heads} | waiting, judged: kbit |", "| --- " * 9 + "|"]
+    for design in stack_designs():
+        if design.index is not None and design.name in figures:
+            waiting, judged = design.index.memory_bits
+            lines.append(row(design, f"{waiting / 1024:.0f}, {judged / 1024:.0f}"))
+    return between_marks(text, "index", "\n".join(lines))
+
+
 def main() -> int:
     """Write or check the pages."""
     paths = project.board_sources()
@@ -259,7 +337,8 @@ def main() -> int:
     pages[MOVING_SUM] = column_memory(MOVING_SUM.read_text())
     pages[MODULE_ARRAY] = clock_tables(MODULE_ARRAY.read_text())
     pages[RESOURCES] = resource_tables(RESOURCES.read_text())
-    present = {*ENTITIES.glob("*.md"), GOLDEN_MODEL, MODULE_ARRAY, MOVING_SUM, RESOURCES}
+    pages[STACK] = stack_tables(STACK.read_text())
+    present = {*ENTITIES.glob("*.md"), GOLDEN_MODEL, MODULE_ARRAY, MOVING_SUM, RESOURCES, STACK}
     stale = {path for path in pages if path not in present or path.read_text() != pages[path]}
     stale |= present - pages.keys()
     if "--check" in sys.argv[1:]:

@@ -10,6 +10,7 @@ from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
 from plenofir.refocus import StoredProductArithmetic
 from plenofir.simulation.simulators import find_simulator
+from plenofir.stack_core import SharpnessConfiguration, StackConfiguration
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +70,34 @@ def test_core_synthesises(library: Path, core: CoreConfiguration) -> None:
     generics = [f"-g{k}={str(v).lower()}" for k, v in core.generics().items()]
     done = subprocess.run(
         ["ghdl", "--synth", "--std=93", *generics, "--out=none", "raster_refocuser"],
+        cwd=library,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "latch" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("top", "core"),
+    [
+        (
+            "focal_stack",
+            StackConfiguration(micro_image_size=3, shifts=(-2, 0, 3), max_columns=640, channels=3),
+        ),
+        (
+            "sharpness_index",
+            SharpnessConfiguration(micro_image_size=3, slices=3, max_columns=640, channels=3),
+        ),
+    ],
+)
+def test_stack_synthesises(
+    library: Path, top: str, core: StackConfiguration | SharpnessConfiguration
+) -> None:
+    generics = [f"-g{k}={str(v).lower()}" for k, v in core.generics().items()]
+    done = subprocess.run(
+        ["ghdl", "--synth", "--std=93", *generics, "--out=none", top],
         cwd=library,
         capture_output=True,
         text=True,

@@ -1,6 +1,8 @@
 """The command ``plenofir``."""
 
 import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, cast, get_args
 
@@ -35,7 +37,9 @@ from plenofir.simulation.job import (
     scene_image,
     scene_job,
 )
+from plenofir.simulation.job import Progress as JobProgress
 from plenofir.simulation.simulators import SimulationError
+from plenofir.simulation.stack_job import StackJob, run_stack_job
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -67,6 +71,63 @@ def _scene_job(path: str, job: SimulationJob, *, own_image: bool) -> SimulationJ
     return scene_job(plan.core, job)
 
 
+@contextmanager
+def _steps() -> Iterator[JobProgress]:
+    """Progress bars on standard output, one for each step of a job."""
+    bars = Progress(
+        TextColumn("{task.description:<20}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    tasks: dict[str, TaskID] = {}
+
+    def show(step: str, done: int, total: int) -> None:
+        bars.start()
+        if step not in tasks:
+            tasks[step] = bars.add_task(step, total=total)
+        bars.update(tasks[step], completed=done)
+
+    try:
+        yield show
+    finally:
+        if tasks:
+            bars.stop()
+
+
+def _check_stack_options(unset: Mapping[str, str], settled: Mapping[str, tuple[str, str]]) -> None:
+    """Refuse options that a stack has not, or has one value of."""
+    for name, value in unset.items():
+        if value:
+            raise InputError(f"{name} with STACK", where=name, expected="one of them")
+    for name, (value, only) in settled.items():
+        if value != only:
+            raise InputError(value, where=name, expected=f"{only} with STACK")
+
+
+def _run_stack(job: StackJob) -> None:
+    """Simulate a focal stack and tell what came out."""
+    with _steps() as show:
+        report = run_stack_job(job, show)
+    size = f"{report.columns} x {report.rows} pixels, {report.channels} channels"
+    typer.echo(f"image       {report.raw}, {size}, M = {report.M}")
+    for a, count in zip(report.a, report.micro_images_of_slice, strict=True):
+        typer.echo(f"{'a = ' + a:<11} sharpest in {count} micro images")
+    typer.echo(f"mismatches  {report.mismatches} of {report.pixels_compared} pixels")
+    typer.echo(f"clocks      {report.clocks}, {report.clocks_per_pixel} each pixel")
+    parts = {
+        "shared": report.history_bits,
+        "of the slices": report.slice_bits,
+        "waiting": report.waiting_bits,
+        "judged": report.sharpness_bits,
+    }
+    kbit = ", ".join(f"{bits / 1024:.0f} {name}" for name, bits in parts.items())
+    typer.echo(f"memory      kbit: {kbit}")
+    typer.echo(f"files       {job.out}/{', '.join(report.pictures)}, report.json")
+    if report.mismatches:
+        raise typer.Exit(EXIT_MISMATCH)
+
+
 @app.command()
 def sim(
     raw: Annotated[
@@ -82,6 +143,13 @@ def sim(
     sweep: Annotated[
         str, typer.Option(help="Several focus settings, a frame each; instead of --a.")
     ] = "",
+    stack: Annotated[
+        str,
+        typer.Option(help="Focus settings of a focal stack in one pass, with its depth index."),
+    ] = "",
+    window: Annotated[
+        str, typer.Option(help="--stack: micro images around each that sharpness is judged in.")
+    ] = "1",
     iota: Annotated[str, typer.Option(help="Rows that are filtered at once.")] = "1",
     engine: Annotated[str, typer.Option(help="taps, or sums: the engine of moving sums.")] = "taps",
     interpolation: Annotated[
@@ -109,6 +177,28 @@ def sim(
     rows = integer(iota, "IOTA")
     if rows < 1:
         raise InputError(f"{rows} rows at once", where="IOTA", expected="an integer, 1 or more")
+    if stack:
+        _check_stack_options(
+            {"SCENE": scene, "SWEEP": sweep},
+            {
+                "IOTA": (iota, "1"),
+                "INTERPOLATION": (interpolation, "nearest"),
+                "ARITH": (arith, "exact"),
+                "CHAIN": (chain, "core"),
+                "WAVES": (waves or "0", "0"),
+            },
+        )
+        _run_stack(
+            StackJob(
+                raw=Path(raw) if raw else FLOWER,
+                micro_image_size=integer(micro_image, "M"),
+                focus=tuple(stack.replace(",", " ").split()),
+                radius=integer(window, "WINDOW"),
+                out=Path(out),
+                simulator=simulator,
+            )
+        )
+        return
     job = SimulationJob(
         raw=Path(raw) if raw else FLOWER,
         micro_image_size=integer(micro_image, "M"),
@@ -124,25 +214,8 @@ def sim(
     )
     if scene:
         job = _scene_job(scene, job, own_image=bool(raw))
-    bars = Progress(
-        TextColumn("{task.description:<20}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeRemainingColumn(elapsed_when_finished=True),
-    )
-    tasks: dict[str, TaskID] = {}
-
-    def show(step: str, done: int, total: int) -> None:
-        bars.start()
-        if step not in tasks:
-            tasks[step] = bars.add_task(step, total=total)
-        bars.update(tasks[step], completed=done)
-
-    try:
+    with _steps() as show:
         report = run_job(job, show)
-    finally:
-        if tasks:
-            bars.stop()
     for name, value in report_summary(report):
         typer.echo(f"{name:<11} {value}")
     files = [name for slice_ in report.slices for name in slice_.pictures]

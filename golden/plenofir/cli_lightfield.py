@@ -341,14 +341,44 @@ def stack(
         bool,
         typer.Option("--all-in-focus", help="Write all_in_focus.png too, sharp everywhere."),
     ] = False,
+    index: Annotated[
+        bool,
+        typer.Option(
+            "--depth-index",
+            help="Write depth_index.png, the slice in which each micro image is sharpest, and "
+            "all_in_focus.png made of them, as the VHDL does.",
+        ),
+    ] = False,
+    window: Annotated[
+        str, typer.Option(help="--depth-index: micro images around each that are looked at.")
+    ] = "1",
 ) -> None:
     """Refocus an aligned raw image to a stack of planes, and plot how sharp each is."""
     from plenofir.lightfield.pictures import sharpness_picture
     from plenofir.lightfield.stack import all_in_focus, focal_stack, sharpness_curve
+    from plenofir.refocus.sharpness import (
+        MAX_SHARPNESS_RADIUS,
+        MAX_STACK,
+        depth_index,
+        depth_index_picture,
+    )
     from plenofir.simulation.job import picture_names
 
+    if everywhere and index:
+        raise InputError(
+            "--depth-index with --all-in-focus", where="--depth-index", expected="one of them"
+        )
+    radius = integer(window, "--window")
+    if not 0 <= radius <= MAX_SHARPNESS_RADIUS:
+        raise InputError(window, where="--window", expected=f"0 to {MAX_SHARPNESS_RADIUS}")
     raw, m = _raster(raster, micro_image)
     settings = slice_settings(first, last, step, m)
+    if index and len(settings) > MAX_STACK:
+        raise InputError(
+            f"{len(settings)} slices",
+            where="--from",
+            expected=f"at most {MAX_STACK} with --depth-index",
+        )
     check_folder(Path(out), out)
     with progress_bar("refocusing") as show:
         slices = focal_stack(raw, m, settings, show)
@@ -365,6 +395,11 @@ def stack(
         typer.echo(f"sharpest: a = {best}")
     if everywhere:
         files["all_in_focus.png"] = all_in_focus(slices, m).image
+    if index:
+        found = depth_index(slices, m, radius)
+        files["all_in_focus.png"] = found.image
+        of_pixels = found.index.repeat(m, 0).repeat(m, 1)[: raw.shape[0], : raw.shape[1]]
+        files["depth_index.png"] = depth_index_picture(of_pixels, len(slices))
     _publish(files, Path(out))
     typer.echo(f"{out}: {len(slices)} slices")
 

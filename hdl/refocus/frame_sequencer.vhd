@@ -54,7 +54,9 @@ entity frame_sequencer is
     -- Bands from the beginning of a frame to that of the next one: as many at least, and as the frame has,
     -- rounded up to a multiple of BAND_MODULUS. Flush lines make up for what is missing.
     MIN_BANDS    : positive;
-    BAND_MODULUS : positive
+    BAND_MODULUS : positive;
+    -- Whether flush lines count, too, so that frames always begin a multiple of BAND_MODULUS bands apart.
+    KEEP_MODULUS : boolean := false
   );
   port (
     clk               : in    std_logic;
@@ -315,7 +317,7 @@ begin
             at_last <= '0';
           end if;
           if band_token = '1' then
-            if BAND_MODULUS > 1 and (image_token or band_phase > 0) then
+            if BAND_MODULUS > 1 and (image_token or band_phase > 0 or KEEP_MODULUS) then
               if band_phase = BAND_MODULUS - 1 then
                 band_phase <= 0;
               else

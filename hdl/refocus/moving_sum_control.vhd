@@ -3,13 +3,13 @@
 -- Two lines (for columns: frames) may be under way: pixels of the newer one come in while the last
 -- outputs of the older one go out. A line begins with its first step and ends with its last live one; what
 -- came before or later counts as zero, which ages tell. While a line's pixels come in, the sum that belongs to its
--- output 0 is gathered beside (initial), and taken over when output 0 is due (take): so lines follow
+-- output 0 is gathered beside (to_first), and taken over when output 0 is due (take): so lines follow
 -- each other without a gap. Lines must be output_delay + 1 steps apart at least.
 --
 -- Latency: 3 clocks after advance; the outputs hold until the next advance.
 -- Throughput: one step each clock.
 -- Ports: advance begins a step, first marks the first step of a line and reads slice, live the steps with a
---   pixel of the line. Of the step's own pixel: fresh: a line begins, initial, initial_held: it belongs to the first
+--   pixel of the line. Of the step's own pixel: fresh: a line begins, to_first, to_held: it belongs to the first
 --   sums. Of the pixel that enters: enter_age, enter (it belongs to the line), enter_now (it is the step's own);
 --   leave: the pixel that came M steps before it leaves; take: output 0 is due; clear: a new sum begins; update:
 --   a group of outputs begins; due: the output belongs to the line. Earlier, 1 clock after advance: step_1,
@@ -32,7 +32,9 @@ entity moving_sum_control is
     -- The set of a' in pixels.
     SHIFTS : string;
     -- As in raster_refocuser.
-    CENTRED : boolean
+    CENTRED : boolean;
+    -- The slice, if it is always the same; -1: `slice`.
+    FIXED_SLICE : integer := -1
   );
   port (
     clk           : in    std_logic;
@@ -51,8 +53,8 @@ entity moving_sum_control is
     enter_phase_2 : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
     moves_2       : out   std_logic;
     fresh         : out   std_logic;
-    initial       : out   std_logic;
-    initial_held  : out   std_logic;
+    to_first      : out   std_logic;
+    to_held       : out   std_logic;
     enter_age     : out   natural range 0 to reach(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
     enter         : out   std_logic;
     enter_now     : out   std_logic;
@@ -339,7 +341,10 @@ begin
     if rising_edge(clk) then
       own := own_phase;
       row := due_phase;
-      if SLICES > 1 then
+      if FIXED_SLICE >= 0 then
+        own := FIXED_SLICE * M + own_phase;
+        row := FIXED_SLICE * M + due_phase;
+      elsif SLICES > 1 then
         own := to_integer(own_slice) * M + own_phase;
         row := to_integer(due_slice) * M + due_phase;
       end if;
@@ -371,13 +376,13 @@ begin
   begin
 
     if rising_edge(clk) then
-      leaving      := age_2 + M;
-      fresh        <= own_first_2;
-      initial      <= initial_2;
-      initial_held <= initial_held_2;
-      take         <= due_first_2;
-      update       <= update_2;
-      due          <= '0';
+      leaving  := age_2 + M;
+      fresh    <= own_first_2;
+      to_first <= initial_2;
+      to_held  <= initial_held_2;
+      take     <= due_first_2;
+      update   <= update_2;
+      due      <= '0';
       if due_ended_2 <= DELAY then
         due <= '1';
       end if;

@@ -34,6 +34,8 @@ entity moving_sum_stage is
     SHIFTS : string;
     -- As in raster_refocuser.
     CENTRED : boolean;
+    -- Rows only: the slice, if it is always the same; -1: `slice`.
+    FIXED_SLICE : integer := -1;
     -- 1 for rows, the longest line for columns.
     DEPTH : positive;
     -- Pixels of a token.
@@ -97,17 +99,17 @@ architecture rtl of moving_sum_stage is
 
   -- What the control says of a token, as it goes along with it.
   type orders_t is record
-    active       : std_logic;
-    fresh        : std_logic;
-    initial      : std_logic;
-    initial_held : std_logic;
-    enter        : std_logic;
-    enter_now    : std_logic;
-    leave        : std_logic;
-    take         : std_logic;
-    clear        : std_logic;
-    update       : std_logic;
-    due          : std_logic;
+    active    : std_logic;
+    fresh     : std_logic;
+    to_first  : std_logic;
+    to_held   : std_logic;
+    enter     : std_logic;
+    enter_now : std_logic;
+    leave     : std_logic;
+    take      : std_logic;
+    clear     : std_logic;
+    update    : std_logic;
+    due       : std_logic;
   end record orders_t;
 
   constant NO_ORDERS : orders_t := (others => '0');
@@ -125,8 +127,8 @@ architecture rtl of moving_sum_stage is
   signal active_delayed : std_logic_vector(0 downto 0);
   signal active_tag     : std_logic_vector(0 downto 0);
   signal fresh          : std_logic;
-  signal initial        : std_logic;
-  signal initial_held   : std_logic;
+  signal to_first       : std_logic;
+  signal to_held        : std_logic;
   signal enter_age      : natural range 0 to REACHED;
   signal enter          : std_logic;
   signal enter_now      : std_logic;
@@ -271,7 +273,8 @@ begin
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED
+      CENTRED          => CENTRED,
+      FIXED_SLICE      => FIXED_SLICE
     )
     port map (
       clk           => clk,
@@ -290,8 +293,8 @@ begin
       enter_phase_2 => enter_phase_2,
       moves_2       => moves_2,
       fresh         => fresh,
-      initial       => initial,
-      initial_held  => initial_held,
+      to_first      => to_first,
+      to_held       => to_held,
       enter_age     => enter_age,
       enter         => enter,
       enter_now     => enter_now,
@@ -319,17 +322,17 @@ begin
 
   order_in <=
   (
-    active       => active_delayed(0),
-    fresh        => fresh,
-    initial      => initial,
-    initial_held => initial_held,
-    enter        => enter,
-    enter_now    => enter_now,
-    leave        => leave,
-    take         => take,
-    clear        => clear,
-    update       => update,
-    due          => due
+    active    => active_delayed(0),
+    fresh     => fresh,
+    to_first  => to_first,
+    to_held   => to_held,
+    enter     => enter,
+    enter_now => enter_now,
+    leave     => leave,
+    take      => take,
+    clear     => clear,
+    update    => update,
+    due       => due
   );
 
   pixels_at(0) <= pixels;
@@ -782,7 +785,7 @@ begin
           if order(4).fresh = '0' then
             sum := lane_of(old_first, i, SUM_BITS);
           end if;
-          if order(4).initial = '1' then
+          if order(4).to_first = '1' then
             sum := sum + own;
           end if;
           first_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
@@ -791,7 +794,7 @@ begin
           if order(4).fresh = '0' then
             sum := lane_of(old_held, i, SUM_BITS);
           end if;
-          if order(4).initial_held = '1' then
+          if order(4).to_held = '1' then
             sum := sum + own;
           end if;
           held_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);

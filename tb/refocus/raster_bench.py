@@ -1,4 +1,7 @@
-"""cocotb tests of ``raster_refocuser``: every pixel of every frame against the bit-true model."""
+"""cocotb tests of ``raster_refocuser``, ``focal_stack`` and ``sharpness_index``.
+
+Every pixel of every frame, of a stack every pixel of every slice, against the bit-true model.
+"""
 
 import logging
 import random
@@ -11,6 +14,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from plenofir.core import CoreConfiguration
+from plenofir.stack_core import SharpnessConfiguration, StackConfiguration
 from plenofir_tb.axi_video import (
     AxiVideoSink,
     AxiVideoSource,
@@ -25,6 +29,12 @@ from plenofir_tb.scoreboard import FrameScoreboard
 from plenofir_tb.slices import SliceModel
 
 ERROR_NAMES = ("line early", "line late", "frame early", "frame late", "size")
+CORES = {
+    "raster_refocuser": CoreConfiguration,
+    "focal_stack": StackConfiguration,
+    "sharpness_index": SharpnessConfiguration,
+}
+KIND = read_case().get("kind", "raster_refocuser")
 # Clocks without any output after which frames count as lost.
 PATIENCE = 50_000
 
@@ -41,27 +51,31 @@ class Bench:
     def __init__(self, dut: Any) -> None:
         self.dut = dut
         self.case = read_case()
-        self.core = CoreConfiguration.model_validate(self.case["core"])
+        self.core: Any = CORES[KIND].model_validate(self.case["core"])
+        # What a stack's slices are to the source of their sharpness.
+        self.channels = self.core.channels
+        if KIND == "sharpness_index":
+            self.channels *= self.core.slices
         self.rng = random.Random(cocotb.RANDOM_SEED)
         Clock(dut.clk, 10, "ns").start()
         logging.getLogger(f"cocotb.{dut._name}.m_axis").setLevel(logging.WARNING)
         self.source = AxiVideoSource(dut, "s_axis", dut.clk)
         self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=dut.reset)
-        self.scoreboard = FrameScoreboard(
-            dut, self.sink, self.core.pixel_bits, Path(self.case["pictures"])
-        )
+        bits = 8 if KIND == "sharpness_index" else self.core.pixel_bits
+        self.scoreboard = FrameScoreboard(dut, self.sink, bits, Path(self.case["pictures"]))
 
     async def reset(self, columns: int, rows: int) -> None:
         """Reset the core and set the frame size."""
         self.dut.reset.value = 1
         self.dut.error_clear.value = 0
-        self.dut.slice.value = 0
-        self.dut.sweep.value = 0
-        self.dut.sweep_frames.value = 0
+        if KIND == "raster_refocuser":
+            self.dut.slice.value = 0
+            self.dut.sweep.value = 0
+            self.dut.sweep_frames.value = 0
         self.set_size(columns, rows)
         await ClockCycles(self.dut.clk, 3)
         self.dut.reset.value = 0
-        await RisingEdge(self.dut.clk)
+        await ClockCycles(self.dut.clk, 3)
 
     def set_size(self, columns: int, rows: int) -> None:
         """Set the size of the next frames."""
@@ -75,11 +89,21 @@ class Bench:
 
     def frame(self, kind: str, columns: int, rows: int) -> Frame:
         """Make a frame for the core."""
-        return make_frame(kind, rows, columns, self.core.channels, self.core.pixel_bits, self.rng)
+        return make_frame(kind, rows, columns, self.channels, self.core.pixel_bits, self.rng)
 
     def golden(self, frame: Frame, slice_: int = 0) -> Frame:
-        """What the core must make of a frame."""
+        """What the core must make of a frame: images and indices one after another in channels."""
         core = self.core
+        if KIND == "focal_stack":
+            return np.dstack(list(core.golden(frame)))
+        if KIND == "sharpness_index":
+            rows, columns = frame.shape[:2]
+            shape = (rows, columns, core.slices, -1) if core.channels == 3 else (rows, columns, -1)
+            found = core.golden(np.moveaxis(frame.reshape(shape), 2, 0))
+            m = core.micro_image_size
+            index = found.index.repeat(m, 0).repeat(m, 1)[:rows, :columns]
+            image = np.ascontiguousarray(found.image).view(np.uint8).reshape(rows, columns, -1)
+            return np.dstack([image, index])
         return core.arithmetic.refocus(
             frame, core.micro_image_size, core.shifts[slice_], align=core.align, order=core.order
         )
@@ -165,7 +189,7 @@ async def frames_with_stalls(dut: Any) -> None:
     assert not bench.errors()
 
 
-@cocotb.test(skip=len(read_case()["core"]["shifts"]) == 1)
+@cocotb.test(skip=KIND != "raster_refocuser" or len(read_case()["core"]["shifts"]) == 1)
 async def slices_change_while_video_runs(dut: Any) -> None:
     """Slices chosen and swept at random clocks: each frame is of the one that was due."""
     bench = Bench(dut)
@@ -221,7 +245,7 @@ async def any_stalls_any_gaps(dut: Any) -> None:
     assert not bench.errors()
 
 
-@cocotb.test(skip=not read_case()["thorough"])
+@cocotb.test(skip=not read_case()["thorough"] or KIND == "sharpness_index")
 async def gaps_never_refuse_the_source(dut: Any) -> None:
     """A source that cannot wait is never refused, however its gaps fall on flush lines."""
     bench = Bench(dut)
@@ -272,9 +296,9 @@ async def broken_frames(dut: Any) -> None:
         mask = (1 << core.pixel_bits) - 1
         for lines in frames:
             packed = np.array(lines, dtype=object)
-            planes = [(packed >> (c * core.pixel_bits)) & mask for c in range(core.channels)]
+            planes = [(packed >> (c * core.pixel_bits)) & mask for c in range(bench.channels)]
             frame = np.stack(planes, axis=-1).astype(good.dtype)
-            bench.scoreboard.expect(bench.golden(frame[:, :, 0] if core.channels == 1 else frame))
+            bench.scoreboard.expect(bench.golden(frame[:, :, 0] if bench.channels == 1 else frame))
         assert np.array_equal(bench.scoreboard.frames[-1], bench.golden(good))
         bench.source.append(beats)
         await bench.drain()

@@ -18,12 +18,15 @@ from plenofir.plan.configure import configure, top_of
 from plenofir.plan.planner import Plan, full_core, make_plan
 from plenofir.plan.scene import load_scene
 from plenofir.refocus.arithmetic import StoredProductArithmetic
+from plenofir.stack_core import SharpnessConfiguration, StackConfiguration
 from plenofir.synthesis.parts import left_out_in_turn
 from plenofir.synthesis.spartan6 import Figures, Netlist, synthesise
 
 FILE = project.DATA / "figures.json"
 CORE = "raster_refocuser"
 ARRAY = "module_array"
+STACK = "focal_stack"
+INDEX = "sharpness_index"
 # GHDL 2.0 needs some kilobytes for each word of a memory: 20 GB for 24 Mbit.
 _MAX_LINE_BUFFER_BITS = 1 << 23
 _MANY_LINE_BUFFER_BITS = 1 << 20
@@ -45,6 +48,8 @@ class Design:
         Plan of the scene that it is, or None.
     slow
         Whether its synthesis takes minutes.
+    index
+        The depth index behind a stack, if it is that what is synthesised.
     """
 
     name: str
@@ -52,6 +57,7 @@ class Design:
     top: str = CORE
     plan: Plan | None = None
     slow: bool = False
+    index: SharpnessConfiguration | None = None
 
     def synthesise(self, directory: Path) -> Netlist:
         """Synthesise it for Spartan-6.
@@ -70,7 +76,8 @@ class Design:
             sources = configure(self.plan, directory)
             board = self.plan.path == "video"
             return synthesise(sources, self.top, {}, directory, board=board)
-        return synthesise(project.hdl_sources(), self.top, self.core.generics(), directory)
+        generics = self.core.generics() if self.index is None else self.index.generics()
+        return synthesise(project.hdl_sources(), self.top, generics, directory)
 
 
 def scene_files() -> list[Path]:
@@ -200,16 +207,61 @@ def left_out_designs() -> Iterator[Design]:
         yield Design(f"left out: {what}", core, slow=True)
 
 
+# Slices of the stacks: from two on with the same ends, so that delay and shared memory are equal.
+STACK_SLICES = {
+    5: ((-3,), (-3, 3), (-3, 0, 3), (-3, -1, 1, 3)),
+    11: ((-5,), (-5, 5), (-5, 0, 5), (-5, -2, 2, 5)),
+}
+
+
+def _stack(shifts: tuple[int, ...], m: int, channels: int, *, index: bool = False) -> Design:
+    core = StackConfiguration(micro_image_size=m, shifts=shifts, max_columns=640, channels=channels)
+    kind = "grey" if channels == 1 else "RGB"
+    if not index:
+        shown = ",".join(str(shift) for shift in shifts)
+        return Design(f"stack M={m} a'={shown} {kind}", core, STACK, slow=True)
+    judged = SharpnessConfiguration(
+        micro_image_size=m, slices=len(shifts), max_columns=640, channels=channels
+    )
+    name = f"index M={m} slices={len(shifts)} {kind}"
+    return Design(name, core, INDEX, slow=True, index=judged)
+
+
+def stack_designs() -> Iterator[Design]:
+    """Focal stacks of 1 to 4 slices for 640 columns, and depth indices behind them.
+
+    Yields
+    ------
+    Design
+        Named after M, a' or the number of slices, and the channels.
+    """
+    for m, sets in STACK_SLICES.items():
+        for shifts in sets:
+            yield _stack(shifts, m, 1)
+    few, many = STACK_SLICES[5][0], STACK_SLICES[5][2]
+    for shifts in (few, many):
+        yield _stack(shifts, 5, 3)
+    for shifts, channels in ((few, 1), (many, 1), (many, 3)):
+        yield _stack(shifts, 5, channels, index=True)
+
+
 def designs() -> list[Design]:
     """All designs.
 
     Returns
     -------
     list of Design
-        Scenes, cores and arrays, a core without one thing after the other, full builds.
+        Scenes, cores and arrays, a core without one thing after the other, focal stacks, full
+        builds.
     """
     scenes = {design.name: design for design in [*scene_designs(), *core_designs()]}
-    return [*scenes.values(), *grid_designs(), *left_out_designs(), *full_designs()]
+    return [
+        *scenes.values(),
+        *grid_designs(),
+        *left_out_designs(),
+        *stack_designs(),
+        *full_designs(),
+    ]
 
 
 class FiguresFile(BaseModel):

@@ -13,8 +13,10 @@ import pytest
 from plenofir.calibration import calibrate, decode, load_calibration
 from plenofir.cli import main
 from plenofir.images import read_image, write_png
+from plenofir.lightfield import focal_stack
 from plenofir.rays import RayModel, load_camera
 from plenofir.refocus import refocus
+from plenofir.refocus.sharpness import depth_index
 from plenofir.scene import TexturedPlane, field_of_view, regular_grid, render, white_image
 from plenofir.scene.report import MICROSCOPE, microscope_raster
 
@@ -144,6 +146,21 @@ def test_chain(capture: Path, run) -> None:
     )
     found = read_image(capture / "stack" / "refocused_-1_5.png")
     assert np.array_equal(found, refocus(aligned, M, "-1/5"))
+
+    options = ("stack", "aligned.png", "-M", "5", "--step", "2/5", "--out", "index")
+    done = run(*options, "--depth-index", "--window", "2", cwd=capture)
+    assert done.returncode == 0, done.stderr
+    settings = ("0", "2/5", "4/5")
+    want = depth_index(focal_stack(aligned, M, settings), M, 2)
+    assert np.array_equal(read_image(capture / "index" / "all_in_focus.png"), want.image)
+    levels = read_image(capture / "index" / "depth_index.png")[::M, ::M]
+    assert np.array_equal(levels, np.array([0, 127, 255])[want.index])
+    done = run(*options, "--depth-index", "--all-in-focus", cwd=capture)
+    assert done.returncode == 2
+    assert "--depth-index" in done.stderr
+    done = run(*options, "--depth-index", "--window", "9", cwd=capture)
+    assert done.returncode == 2
+    assert "--window" in done.stderr
 
     done = run(
         *("depth-map", "aligned.png", "-M", "5", "--camera", "f197-mla2", "--focus", "inf"),

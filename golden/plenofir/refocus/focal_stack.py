@@ -1,0 +1,124 @@
+"""Several slices at once from one column memory, step by step.
+
+The slices of a stack share their pixels and their delay; each has sums of its own. Pixel ages
+depend on phase and slice alone (`plenofir.refocus.moving_sum`), so if the lines of each phase form
+a shift register, one place further with each line of the phase, then each slice finds its pixels at
+places that never change: no rings, no addresses but the column. Frames must begin a multiple of M
+lines apart for that. The VHDL (``hdl/stack/focal_stack_pkg.vhd``) has the same functions.
+"""
+
+from collections.abc import Iterable, Iterator
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.refocus.moving_sum import SumLayout
+
+
+class StackLayout(SumLayout):
+    """Schedule of the moving sums of a stack: slice n is number n of `shifts`."""
+
+    def history_place(self, slice_: int, phase: int) -> int:
+        """Place, among the lines of its phase, of the pixel that enters the sum of a slice.
+
+        0 is the newest line in memory; -1 is the line that is just coming in. The pixel that leaves
+        lies one place further.
+        """
+        return -(-self.entering_age(slice_, phase) // self.micro_image_size) - 1
+
+    @cached_property
+    def history_lines(self) -> tuple[int, ...]:
+        """Lines of each phase that the column memory keeps, for all slices together."""
+        slices = range(len(self.shifts))
+        return tuple(
+            max(self.history_place(s, v) for s in slices) + 1 + self.pixels_leave
+            for v in range(self.micro_image_size)
+        )
+
+    def slice_words(self, slice_: int) -> int:
+        """Sums that a slice keeps of each column: running, first, and where needed held ones."""
+        return 2 + (self.group_size(slice_) > 1) + (not self.begins_group(slice_, 0))
+
+    def least_steps(self, length: int, *, columns: bool) -> int:
+        """As in `SumLayout`; for columns a multiple of M."""
+        steps = max(length, self.delay + 1)
+        m = self.micro_image_size
+        return -(-steps // m) * m if columns else steps
+
+
+def focal_stack_lines(
+    lines: Iterable[npt.NDArray[np.integer]], layout: StackLayout
+) -> Iterator[npt.NDArray[np.int64]]:
+    """Run lines through the moving sums of all slices, one after the other without a gap.
+
+    This is the engine step by step: what the memory does not hold any more is not there.
+
+    Parameters
+    ----------
+    lines
+        Lines of samples (for columns: one column of each frame), each of shape (K,), lengths may
+        differ.
+    layout
+        Schedule.
+
+    Yields
+    ------
+    numpy.ndarray
+        S of each line in each slice, shape (slices, K).
+    """
+    m, delay = layout.micro_image_size, layout.delay
+    queue = [np.asarray(line, np.int64) for line in lines]
+    slices = range(len(layout.shifts))
+    history = [[0] * count for count in layout.history_lines]
+
+    # Steps: the line that begins, the index in it, the sample.
+    steps: list[tuple[int | None, int, int | None]] = []
+    for number, line in enumerate(queue):
+        for k in range(layout.least_steps(len(line), columns=True)):
+            sample = int(line[k]) if k < len(line) else None
+            steps.append((number if k == 0 else None, k, sample))
+    flush = -(-(delay + 1) // m) * m
+    steps += [(None, k, None) for k in range(flush)]
+
+    own = due = -1
+    output = 0
+    total = [0] * len(slices)
+    first_sum, held_sum, result = list(total), list(total), list(total)
+    results: list[list[list[int]]] = [[[] for _ in slices] for _ in queue]
+    for now, (begins, index, sample) in enumerate(steps):
+        phase = index % m
+        value = sample or 0
+        own = own if begins is None else begins
+        due_begins = steps[now - delay][0] if now >= delay else None
+        if due_begins is not None:
+            due, output = due_begins, 0
+        else:
+            output += 1
+        for s in slices:
+            if begins is not None:
+                first_sum[s] = held_sum[s] = 0
+            if sample is not None:
+                for sums, held in ((first_sum, False), (held_sum, True)):
+                    if layout.is_initial(s, phase, held=held):
+                        sums[s] += value * (index == layout.initial_index(s, phase, held=held))
+            if due_begins is not None:
+                total[s], result[s] = first_sum[s], held_sum[s]
+            elif due >= 0:
+                v = layout.entering_phase(s, output)
+                i = output + delay - layout.entering_age(s, v)
+                place = layout.history_place(s, v)
+                if not layout.pixels_leave and layout.begins_group(s, output - 1):
+                    total[s] = 0
+                if 0 <= i < len(queue[due]):
+                    total[s] += value if place < 0 else history[v][place]
+                if layout.pixels_leave and 0 <= i - m < len(queue[due]):
+                    total[s] -= history[v][place + 1]
+                if layout.begins_group(s, output):
+                    result[s] = total[s]
+            if due >= 0 and output < len(queue[due]):
+                results[due][s].append(result[s])
+        # What is read in this step is read before.
+        history[phase] = [value, *history[phase]][: len(history[phase])]
+        if due >= 0 and output == len(queue[due]) - 1:
+            yield np.array(results[due], np.int64)

@@ -1,0 +1,143 @@
+"""Depth index and all-in-focus picture of a focal stack, in integers: what the VHDL computes.
+
+Sharpness is judged between micro lenses, as `plenofir.lightfield.stack.all_in_focus` does: whatever
+is finer are replicas. Each step is a sum or a comparison, so that hardware and model agree in every
+bit.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.errors import InputError
+from plenofir.refocus.operator import Image
+
+Integers = npt.NDArray[np.int64]
+
+MAX_SHARPNESS_RADIUS = 8
+MAX_STACK = 256
+"""Slices that an index of 8 bits tells apart."""
+
+
+@dataclass(frozen=True)
+class DepthIndex:
+    """Where each micro image is sharpest.
+
+    Attributes
+    ----------
+    index
+        Slice for each micro image, the first of equally sharp ones, shape (t, s), uint8.
+    image
+        All-in-focus picture: each micro image from its slice; type and size of the slices.
+    """
+
+    index: npt.NDArray[np.uint8]
+    image: Image
+
+
+def lens_sums(image: Image, m: int) -> Integers:
+    """Luma of each micro image, summed over its pixels; pixels beyond the edges count as 0.
+
+    Parameters
+    ----------
+    image
+        Slice, shape (rows, columns[, 3]); luma is R + 2 G + B.
+    m
+        M in pixels.
+
+    Returns
+    -------
+    Integers
+        Shape (ceil(rows / M), ceil(columns / M)).
+    """
+    values = image.astype(np.int64)
+    luma = values if values.ndim == 2 else values @ np.array([1, 2, 1])
+    rows, columns = luma.shape
+    padded = np.pad(luma, ((0, -rows % m), (0, -columns % m)))
+    lenses: Integers = padded.reshape(padded.shape[0] // m, m, padded.shape[1] // m, m)
+    return np.asarray(lenses.sum((1, 3)))
+
+
+def local_sharpness(image: Image, m: int, radius: int) -> Integers:
+    """Sharpness around each micro image: absolute Laplacian between micro images in a window.
+
+    Parameters
+    ----------
+    image
+        Slice, shape (rows, columns[, 3]).
+    m
+        M in pixels.
+    radius
+        The window has 2 radius + 1 micro images in each dimension.
+
+    Returns
+    -------
+    Integers
+        Sums of absolute values of the four differences to the neighbours added, shape (t, s).
+        What lies beyond the edges is no neighbour and adds nothing.
+    """
+    sums = lens_sums(image, m)
+    laplacian = np.zeros_like(sums)
+    for axis in (0, 1):
+        difference = np.diff(sums, axis=axis)
+        ahead = [(0, 0), (0, 0)]
+        ahead[axis] = (0, 1)
+        behind = [(0, 0), (0, 0)]
+        behind[axis] = (1, 0)
+        laplacian += np.pad(difference, behind) - np.pad(difference, ahead)
+    window = np.pad(np.abs(laplacian), radius)
+    for axis in (0, 1):
+        window = np.lib.stride_tricks.sliding_window_view(window, 2 * radius + 1, axis).sum(-1)
+    return window
+
+
+def depth_index(stack: Image, m: int, radius: int = 1) -> DepthIndex:
+    """Find the slice in which each micro image is sharpest, and take it from there.
+
+    Parameters
+    ----------
+    stack
+        Focal stack, shape (slices, rows, columns[, 3]), at most 256 slices.
+    m
+        M in pixels.
+    radius
+        See `local_sharpness`.
+
+    Returns
+    -------
+    DepthIndex
+        Index and picture.
+
+    Raises
+    ------
+    InputError
+        If the stack or the radius cannot be used.
+    """
+    if not 1 <= len(stack) <= MAX_STACK:
+        raise InputError(f"{len(stack)} slices", where="stack", expected=f"1 to {MAX_STACK} slices")
+    if not 0 <= radius <= MAX_SHARPNESS_RADIUS:
+        raise InputError(f"{radius}", where="radius", expected=f"0 to {MAX_SHARPNESS_RADIUS}")
+    best = np.argmax(np.stack([local_sharpness(image, m, radius) for image in stack]), axis=0)
+    rows, columns = stack.shape[1:3]
+    of_pixels = best.repeat(m, 0).repeat(m, 1)[:rows, :columns]
+    line, column = np.ogrid[:rows, :columns]
+    return DepthIndex(best.astype(np.uint8), stack[of_pixels, line, column])
+
+
+def depth_index_picture(index: npt.NDArray[np.uint8], slices: int) -> npt.NDArray[np.uint8]:
+    """Depth index as grey levels, the first slice black, the last one white.
+
+    Parameters
+    ----------
+    index
+        Slice of each micro image or pixel.
+    slices
+        Number of slices.
+
+    Returns
+    -------
+    numpy.ndarray
+        8 bit grey, shape of the index.
+    """
+    return (index.astype(np.uint16) * 255 // max(slices - 1, 1)).astype(np.uint8)

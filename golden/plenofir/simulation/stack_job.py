@@ -1,0 +1,299 @@
+"""A raw image through the VHDL focal stack and its depth index, beside the golden model."""
+
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict
+
+from plenofir import project
+from plenofir.core import MAX_ROWS
+from plenofir.errors import InputError
+from plenofir.files import publish_files
+from plenofir.images import read_image, write_png
+from plenofir.output import check_folder
+from plenofir.refocus import check_raw, focus_to_shift, shift_to_text
+from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, depth_index_picture
+from plenofir.simulation.job import Progress, picture_names
+from plenofir.simulation.simulators import SimulationError, Simulator, find_simulator
+from plenofir.stack_core import SharpnessConfiguration, StackConfiguration
+
+TOP = "stack_pump"
+ALL_IN_FOCUS = "all_in_focus.png"
+DEPTH_INDEX = "depth_index.png"
+
+
+class StackJob(BaseModel):
+    """What to simulate.
+
+    Attributes
+    ----------
+    raw
+        Raw image file.
+    micro_image_size
+        M in pixels, 2 or more.
+    focus
+        The slices: fractions whose denominators divide M.
+    radius
+        See `plenofir.refocus.sharpness.local_sharpness`.
+    out
+        Folder for the results.
+    simulator
+        "ghdl" or "nvc".
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    raw: Path
+    micro_image_size: int
+    focus: tuple[str, ...]
+    radius: int = 1
+    out: Path
+    simulator: str = "ghdl"
+
+
+class StackReport(BaseModel):
+    """What ``report.json`` holds.
+
+    Attributes
+    ----------
+    raw
+        Name of the raw image file.
+    M
+        Micro image size in pixels.
+    a, shifts
+        Focus setting and a' of each slice.
+    pictures
+        Files of the slices, of the all-in-focus picture and of the depth index.
+    columns, rows, channels, pixel_bits
+        Size of the image.
+    radius
+        Radius of the window that sharpness is judged in.
+    micro_images_of_slice
+        Number of micro images that are sharpest in each slice.
+    pixels_compared
+        Pixels of slices, picture and index compared with the bit-true golden model.
+    mismatches
+        Pixels that differ.
+    clocks
+        Clocks from the first pixel in to the last pixel out.
+    clocks_per_pixel
+        Clocks from the first to the last pixel in, for each pixel.
+    simulated_clocks_per_second
+        Speed of the simulator.
+    simulator
+        Its version.
+    history_bits, slice_bits, waiting_bits, sharpness_bits
+        Memory: pixels that the slices share, sums of all slices, lines that wait for their index,
+        sharpness.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    raw: str
+    M: int
+    a: tuple[str, ...]
+    shifts: tuple[int, ...]
+    pictures: tuple[str, ...]
+    columns: int
+    rows: int
+    channels: int
+    pixel_bits: int
+    radius: int
+    micro_images_of_slice: tuple[int, ...]
+    pixels_compared: int
+    mismatches: int
+    clocks: int
+    clocks_per_pixel: float
+    simulated_clocks_per_second: int
+    simulator: str
+    history_bits: int
+    slice_bits: int
+    waiting_bits: int
+    sharpness_bits: int
+
+
+def _run(
+    simulator: Simulator,
+    core: StackConfiguration,
+    radius: int,
+    raw: Image,
+    directory: Path,
+    progress: Callable[[int], None],
+) -> tuple[Image, Image, npt.NDArray[np.uint8], dict[str, int], float]:
+    """Slices, all-in-focus picture and index of each pixel; clocks; seconds."""
+    rows, columns = raw.shape[:2]
+    directory.mkdir(parents=True)
+    raw.astype("<i4").tofile(directory / "input.bin")
+    generics = {**core.generics(), "RADIUS": radius, "COLUMNS": columns, "ROWS": rows}
+    sources = [*project.hdl_sources(), project.root() / "tb" / "pump" / f"{TOP}.vhd"]
+    for command in simulator.build_commands(sources, TOP):
+        simulator.run(command, directory)
+    found_file = directory / "found.bin"
+    words = 4 * (core.channels + 1)
+
+    def poll() -> None:
+        if found_file.exists():
+            progress(found_file.stat().st_size // words)
+
+    started = time.perf_counter()
+    simulator.run(simulator.run_command(TOP, generics), directory, poll=poll)
+    seconds = time.perf_counter() - started
+    lines = (directory / "clocks.txt").read_text().splitlines()
+    counts = {name: int(value) for name, value in (line.split() for line in lines)}
+    if counts["received"] != rows * columns or counts["stacked"] != rows * columns:
+        raise SimulationError(
+            f"{counts['stacked']} pixels of slices and {counts['received']} of the picture for "
+            f"{rows * columns}"
+        )
+    if counts["framing_errors"] or counts["error_flags"]:
+        raise SimulationError(
+            f"{counts['framing_errors']} pixels with wrong tuser or tlast, "
+            f"error flags {counts['error_flags']:05b}"
+        )
+    shape = (rows, columns, len(core.shifts), *raw.shape[2:])
+    slices = np.fromfile(directory / "slices.bin", "<i4").reshape(shape).astype(raw.dtype)
+    found = np.fromfile(found_file, "<i4").reshape(rows, columns, core.channels + 1)
+    image = found[..., :-1].reshape(raw.shape).astype(raw.dtype)
+    return np.moveaxis(slices, 2, 0), image, found[..., -1].astype(np.uint8), counts, seconds
+
+
+def run_stack_job(job: StackJob, progress: Progress | None = None) -> StackReport:
+    """Refocus a raw image to all slices in one pass of the VHDL, and compare with the golden model.
+
+    Leaves a picture of each slice, ``all_in_focus.png``, ``depth_index.png`` and ``report.json`` in
+    ``job.out``. All appear at the end or not at all.
+
+    Parameters
+    ----------
+    job
+        What to simulate.
+    progress
+        Called as the work goes on.
+
+    Returns
+    -------
+    StackReport
+        What ``report.json`` holds.
+
+    Raises
+    ------
+    InputError
+        If the image, M, a slice, the radius, the folder or the simulator cannot be used.
+    plenofir.simulation.simulators.SimulationError
+        If the simulation fails.
+    """
+    m = job.micro_image_size
+    if m < 2:
+        raise InputError(f"M = {m} is too small", where="M", expected="2 or more with STACK")
+    if job.simulator == "verilator":
+        raise InputError("verilator", where="SIM", expected="ghdl or nvc with STACK")
+    if not 0 <= job.radius <= MAX_SHARPNESS_RADIUS:
+        raise InputError(
+            f"{job.radius}", where="WINDOW", expected=f"a radius of 0 to {MAX_SHARPNESS_RADIUS}"
+        )
+    shifts = tuple(focus_to_shift(focus, m, where="STACK") for focus in job.focus)
+    for number, shift in enumerate(shifts):
+        if shift in shifts[:number]:
+            raise InputError(
+                f"{shift_to_text(shift, m)} stands in it twice",
+                where="STACK",
+                expected="each a once",
+            )
+    raw = read_image(job.raw)
+    check_raw(raw, m, where=str(job.raw))
+    rows, columns = raw.shape[:2]
+    if rows > MAX_ROWS:
+        raise InputError(f"{rows} rows", where=str(job.raw), expected=f"at most {MAX_ROWS} rows")
+    core = StackConfiguration(
+        micro_image_size=m,
+        shifts=shifts,
+        max_columns=columns,
+        channels=1 if raw.ndim == 2 else 3,
+        pixel_bits=8 * raw.dtype.itemsize,
+    )
+    core.check_limits()
+    index_core = SharpnessConfiguration(
+        micro_image_size=m,
+        slices=len(shifts),
+        radius=job.radius,
+        max_columns=columns,
+        channels=core.channels,
+        pixel_bits=core.pixel_bits,
+    )
+    # Two or more: even the only slice has its a in its name.
+    names = [picture_names(shift, m, 2)[0] for shift in shifts]
+    pictures = [*names, ALL_IN_FOCUS, DEPTH_INDEX]
+    check_folder(job.out, "OUT")
+    for name in [*pictures, "report.json"]:
+        if (job.out / name).is_dir():
+            raise InputError(
+                f"{job.out / name} is a folder", where="OUT", expected="a file or nothing"
+            )
+    simulator = find_simulator(job.simulator)
+
+    def tell(step: str, done: int, total: int) -> None:
+        if progress is not None:
+            progress(step, done, total)
+
+    work_root = project.root() / "build" / "work"
+    work_root.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=work_root, prefix="stack-") as work_name:
+        work = Path(work_name)
+        results = work / "results"
+        results.mkdir()
+        tell("golden model", 0, 1)
+        want_slices = core.golden(raw)
+        want = index_core.golden(want_slices)
+        tell("golden model", 1, 1)
+        step, pixels = f"VHDL stack in {simulator.name.upper()}", rows * columns
+        tell(step, 0, pixels)
+        slices, image, index, counts, seconds = _run(
+            simulator,
+            core,
+            job.radius,
+            raw,
+            work / "pump",
+            lambda done: tell(step, done, pixels),
+        )
+        tell(step, pixels, pixels)
+        want_index = want.index.repeat(m, 0).repeat(m, 1)[:rows, :columns]
+        pairs = [*zip(slices, want_slices, strict=True), (image, want.image), (index, want_index)]
+        differ = [(got != golden).reshape(rows, columns, -1).any(-1) for got, golden in pairs]
+        for name, picture in zip(names, slices, strict=True):
+            write_png(results / name, np.ascontiguousarray(picture))
+        write_png(results / ALL_IN_FOCUS, image)
+        write_png(results / DEPTH_INDEX, depth_index_picture(index, len(shifts)))
+        waiting, judged = index_core.memory_bits
+        report = StackReport(
+            raw=job.raw.name,
+            M=m,
+            a=tuple(shift_to_text(shift, m) for shift in shifts),
+            shifts=shifts,
+            pictures=tuple(pictures),
+            columns=columns,
+            rows=rows,
+            channels=core.channels,
+            pixel_bits=core.pixel_bits,
+            radius=job.radius,
+            micro_images_of_slice=tuple(
+                int(n) for n in np.bincount(index[::m, ::m].ravel(), minlength=len(shifts))
+            ),
+            pixels_compared=len(pairs) * pixels,
+            mismatches=int(sum(part.sum() for part in differ)),
+            clocks=counts["clocks"],
+            clocks_per_pixel=round(counts["input_clocks"] / pixels, 6),
+            simulated_clocks_per_second=round(counts["clocks"] / seconds),
+            simulator=simulator.version,
+            history_bits=core.history_bits,
+            slice_bits=core.line_buffer_bits - core.history_bits,
+            waiting_bits=waiting,
+            sharpness_bits=judged,
+        )
+        (results / "report.json").write_text(report.model_dump_json(indent=2) + "\n")
+        publish_files(results, job.out)
+    return report

@@ -1,0 +1,93 @@
+-- The column memory of a focal stack: the lines of each phase as a shift register of pixels.
+--
+-- One word for each column and phase holds the pixels of the phase's last lines. A line that comes in is
+-- written with the word that was read, moved one place on. All words of a column are read at once, so any number of
+-- slices finds its pixels there, and the column is the only address.
+--
+-- Latency: 2 clocks. Throughput: one column each clock; the same one again 3 clocks later at the earliest.
+-- Ports: column: address; history: the pixels of all phases, phase 0 and the newest line of a phase first, 2 clocks
+--   behind the address; with them pixel, the one that comes in, its phase and column_2, its column; active writes it.
+-- Equation: history(phase) = history(phase) moved one place on & pixel.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+use work.focal_stack_pkg.all;
+
+entity column_history is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- The slices: a' in pixels.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean;
+    -- Longest line in pixels.
+    COLUMNS : positive;
+    -- Width of a pixel, all channels.
+    PIXEL_BITS : positive
+  );
+  port (
+    clk      : in    std_logic;
+    column   : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
+    active   : in    std_logic;
+    phase    : in    natural range 0 to MICRO_IMAGE_SIZE - 1;
+    column_2 : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
+    pixel    : in    std_logic_vector(PIXEL_BITS - 1 downto 0);
+    history  : out   std_logic_vector(history_high(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, PIXEL_BITS) downto 0)
+  );
+end entity column_history;
+
+architecture rtl of column_history is
+
+begin
+
+  history(history'high) <= '0';
+
+  every_phase : for v in 0 to MICRO_IMAGE_SIZE - 1 generate
+
+    constant LINES : natural  := history_lines(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, v);
+    constant FIRST : natural  := history_base(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, v) * PIXEL_BITS;
+    constant WIDTH : positive := choose(LINES = 0, 1, LINES * PIXEL_BITS);
+
+  begin
+
+    kept : if LINES > 0 generate
+
+      signal word         : std_logic_vector(WIDTH - 1 downto 0);
+      signal moved        : std_logic_vector(WIDTH + PIXEL_BITS - 1 downto 0);
+      signal write_enable : std_logic;
+
+    begin
+
+      moved        <= word & pixel;
+      write_enable <= active when phase = v else
+                      '0';
+
+      words : entity work.ram_simple_dual_port
+        generic map (
+          WIDTH        => WIDTH,
+          ADDRESS_BITS => bits_for(COLUMNS - 1),
+          WORDS        => COLUMNS,
+          READ_LATENCY => 2
+        )
+        port map (
+          clk           => clk,
+          write_enable  => write_enable,
+          write_address => column_2,
+          write_data    => moved(WIDTH - 1 downto 0),
+          read_enable   => '1',
+          read_address  => column,
+          read_data     => word
+        );
+
+      history(FIRST + WIDTH - 1 downto FIRST) <= word;
+
+    end generate kept;
+
+  end generate every_phase;
+
+end architecture rtl;

@@ -1,0 +1,173 @@
+-- Where the slices of a focal stack find their pixels in the column memory that they share.
+--
+-- The lines of each phase form a shift register: each line that comes in moves those of its phase one
+-- place on. With frames a multiple of M lines apart, every M-th line is of a phase, so a pixel of a given age has a
+-- place that never changes. Ages are those of moving_sum_pkg. All functions are evaluated at elaboration only.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
+
+package focal_stack_pkg is
+
+  -- Place, among the lines of its phase, of the pixel that enters the sum of a slice: 0 is the newest in
+  -- memory, -1 the line that is just coming in. The pixel that leaves lies one place further.
+  function history_place (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    slice            : natural;
+    phase            : natural
+  ) return integer;
+
+  -- Lines of a phase that are kept for all slices.
+  function history_lines (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    phase            : natural
+  ) return natural;
+
+  -- Lines of all phases before a phase (phase = M: of all).
+  function history_base (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    phase            : natural
+  ) return natural;
+
+  -- Highest index of a vector of all of them; it has a bit more than they need, so that there is always one.
+  function history_high (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixel_bits       : positive
+  ) return natural;
+
+  -- Width of the sums of a slice over columns.
+  function column_sum_bits (
+    micro_image_size : positive;
+    lane_bits        : positive
+  ) return positive;
+
+  -- The same of all lanes and slices.
+  function stack_sum_bits (
+    micro_image_size : positive;
+    shifts           : string;
+    lanes            : positive;
+    lane_bits        : positive
+  ) return positive;
+
+  -- Clocks from a token at the columns' input to their output.
+  constant STACK_COLUMN_LATENCY : positive := 7;
+
+  -- Clocks from a token at the stack array's input to its output.
+  function stack_array_latency return positive;
+
+end package focal_stack_pkg;
+
+package body focal_stack_pkg is
+
+  function history_place (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    slice            : natural;
+    phase            : natural
+  ) return integer is
+  begin
+
+    return (entering_age(micro_image_size, shifts, centred, slice, phase) + micro_image_size - 1) /
+           micro_image_size - 1;
+
+  end function history_place;
+
+  function history_lines (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    phase            : natural
+  ) return natural is
+
+    variable lines : natural;
+
+  begin
+
+    lines := (oldest_entering(micro_image_size, shifts, centred, phase) + micro_image_size - 1) / micro_image_size;
+
+    if pixels_leave(micro_image_size, shifts) then
+      lines := lines + 1;
+    end if;
+
+    return lines;
+
+  end function history_lines;
+
+  function history_base (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    phase            : natural
+  ) return natural is
+
+    variable lines : natural;
+
+  begin
+
+    lines := 0;
+
+    for v in 0 to phase - 1 loop
+
+      lines := lines + history_lines(micro_image_size, shifts, centred, v);
+
+    end loop;
+
+    return lines;
+
+  end function history_base;
+
+  function history_high (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixel_bits       : positive
+  ) return natural is
+  begin
+
+    return history_base(micro_image_size, shifts, centred, micro_image_size) * pixel_bits;
+
+  end function history_high;
+
+  function column_sum_bits (
+    micro_image_size : positive;
+    lane_bits        : positive
+  ) return positive is
+  begin
+
+    return bits_for(micro_image_size * (2 ** lane_bits - 1));
+
+  end function column_sum_bits;
+
+  function stack_sum_bits (
+    micro_image_size : positive;
+    shifts           : string;
+    lanes            : positive;
+    lane_bits        : positive
+  ) return positive is
+  begin
+
+    return slice_count(shifts) * lanes * column_sum_bits(micro_image_size, lane_bits);
+
+  end function stack_sum_bits;
+
+  function stack_array_latency return positive is
+  begin
+
+    return STACK_COLUMN_LATENCY + sum_stage_latency(false) + DIVIDE_LATENCY;
+
+  end function stack_array_latency;
+
+end package body focal_stack_pkg;

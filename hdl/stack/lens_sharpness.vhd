@@ -1,0 +1,274 @@
+-- Sharpness of a slice around each micro image: absolute Laplacians between micro images, added over a window.
+--
+-- A scan goes over the sums of a complete row of micro images, the newest; Laplacians are those of the row before it,
+-- and the window's middle lies RADIUS rows further back. Behind the last micro image the scan goes on for 1 + RADIUS
+-- clocks. Rows beyond the frame count as nothing.
+--
+-- Latency: SHARPNESS_LATENCY clocks from a sum to the sharpness of the micro image 1 + RADIUS before it.
+-- Throughput: one micro image each clock.
+-- Ports: begins marks the clock of the first sum of a scan, ends that behind its last; lens: the sum's place, 2 clocks
+--   ahead; sum: the newest row's; inner_lens: place of the middle, 2 clocks ahead of the clock in which inner is set
+--   and its row is added. Of the newest row but one (that of the Laplacians): live: it belongs to a frame,
+--   joined_above, joined_below: so do the rows before and behind it. same: rows of the window behind the newest that
+--   belong to the frame of the middle one, the newest of all in the low bit.
+-- Equation: sharpness = sum over the window of |4 L - L(up) - L(down) - L(left) - L(right)|, of neighbours
+--   that are there.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+use work.sharpness_pkg.all;
+
+entity lens_sharpness is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- Micro images of the longest line.
+    LENSES : positive;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3;
+    -- Width of a channel.
+    PIXEL_BITS : positive;
+    -- Micro images from the middle of the window to its edge.
+    RADIUS : natural
+  );
+  port (
+    clk          : in    std_logic;
+    lens         : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    begins       : in    std_logic;
+    ends         : in    std_logic;
+    scans        : in    std_logic;
+    sum          : in    std_logic_vector(lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS) - 1 downto 0);
+    live         : in    std_logic;
+    joined_above : in    std_logic;
+    joined_below : in    std_logic;
+    same         : in    std_logic_vector(2 * RADIUS downto 0);
+    inner_lens   : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    inner        : in    std_logic;
+    sharpness    : out   unsigned(sharpness_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS, RADIUS) - 1 downto 0)
+  );
+end entity lens_sharpness;
+
+architecture rtl of lens_sharpness is
+
+  constant SUM_BITS       : positive := lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS);
+  constant LAPLACIAN_BITS : positive := SUM_BITS + 2;
+  constant ROW_BITS       : positive := row_sharpness_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS, RADIUS);
+  constant ALL_BITS       : positive := sharpness_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS, RADIUS);
+  constant ADDRESS_BITS   : positive := bits_for(LENSES - 1);
+  constant WINDOW         : positive := 2 * RADIUS + 1;
+
+  subtype address_t is unsigned(ADDRESS_BITS - 1 downto 0);
+
+  subtype sum_t is signed(SUM_BITS downto 0);
+
+  subtype difference_t is signed(LAPLACIAN_BITS downto 0);
+
+  subtype laplacian_t is unsigned(LAPLACIAN_BITS - 1 downto 0);
+
+  type laplacians_t is array (natural range 1 to WINDOW) of laplacian_t;
+
+  function wide (
+    value : std_logic_vector
+  ) return sum_t is
+  begin
+
+    return signed('0' & value);
+
+  end function wide;
+
+  -- A difference, of a neighbour that is there.
+  function difference (
+    centre    : sum_t;
+    neighbour : sum_t;
+    there     : std_logic
+  ) return difference_t is
+  begin
+
+    if there = '0' then
+      return (others => '0');
+    end if;
+
+    return resize(centre - neighbour, LAPLACIAN_BITS + 1);
+
+  end function difference;
+
+  -- Rows before the newest: the last and the one before it.
+  signal stored : std_logic_vector(2 * SUM_BITS - 1 downto 0);
+  signal kept   : std_logic_vector(2 * SUM_BITS - 1 downto 0);
+  signal lens_1 : address_t := (others => '0');
+  signal lens_2 : address_t := (others => '0');
+
+  -- Micro image 1 and 2 before; the newest row, the one before it, the one before that.
+  signal newest_1 : sum_t     := (others => '0');
+  signal centre_1 : sum_t     := (others => '0');
+  signal above_1  : sum_t     := (others => '0');
+  signal centre_2 : sum_t     := (others => '0');
+  signal has_1    : std_logic := '0';
+  signal has_2    : std_logic := '0';
+
+  signal begins_at  : std_logic_vector(1 to 4)        := (others => '0');
+  signal across     : difference_t                    := (others => '0');
+  signal along      : difference_t                    := (others => '0');
+  signal there_1    : std_logic                       := '0';
+  signal there_2    : std_logic                       := '0';
+  signal bend       : difference_t                    := (others => '0');
+  signal laplacian  : laplacian_t                     := (others => '0');
+  signal laplacians : laplacians_t                    := (others => (others => '0'));
+  signal row_sum    : unsigned(ROW_BITS - 1 downto 0) := (others => '0');
+  signal total      : unsigned(ALL_BITS - 1 downto 0) := (others => '0');
+
+begin
+
+  kept <= stored(SUM_BITS - 1 downto 0) & sum;
+
+  rows_before : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => 2 * SUM_BITS,
+      ADDRESS_BITS => ADDRESS_BITS,
+      WORDS        => LENSES,
+      READ_LATENCY => 2
+    )
+    port map (
+      clk           => clk,
+      write_enable  => scans,
+      write_address => lens_2,
+      write_data    => kept,
+      read_enable   => '1',
+      read_address  => lens,
+      read_data     => stored
+    );
+
+  bends : process (clk) is
+
+    variable centre : sum_t;
+    variable before : std_logic;
+
+  begin
+
+    if rising_edge(clk) then
+      lens_1 <= lens;
+      lens_2 <= lens_1;
+
+      -- 0: the sums; their neighbours to the left are one and two clocks old.
+      centre := wide(stored(SUM_BITS - 1 downto 0));
+      before := has_1 and not begins;
+
+      newest_1 <= wide(sum);
+      centre_1 <= centre;
+      above_1  <= wide(stored(2 * SUM_BITS - 1 downto SUM_BITS));
+      centre_2 <= centre_1;
+      has_1    <= scans;
+      has_2    <= before;
+
+      along   <= difference(centre_1, centre_2, has_2) + difference(centre_1, centre, not ends);
+      across  <= difference(centre_1, above_1, joined_above) + difference(centre_1, newest_1, joined_below);
+      there_1 <= before and live;
+
+      -- 1, 2: the absolute value.
+      bend    <= along + across;
+      there_2 <= there_1;
+
+      laplacian <= (others => '0');
+      if there_2 = '1' then
+        laplacian <= unsigned(resize(abs (bend), LAPLACIAN_BITS));
+      end if;
+
+      begins_at <= begins & begins_at(1 to 3);
+
+      -- 3: the window of the row.
+      if begins_at(3) = '1' then
+        laplacians <= (others => (others => '0'));
+        row_sum    <= resize(laplacian, ROW_BITS);
+      else
+        row_sum <= row_sum + laplacian - laplacians(WINDOW);
+
+        for i in 2 to WINDOW loop
+
+          laplacians(i) <= laplacians(i - 1);
+
+        end loop;
+
+      end if;
+      laplacians(1) <= laplacian;
+    end if;
+
+  end process bends;
+
+  sharpness <= total;
+
+  -- 4: the window of rows.
+  one_row : if RADIUS = 0 generate
+
+    add : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        total <= resize(row_sum, ALL_BITS);
+      end if;
+
+    end process add;
+
+  end generate one_row;
+
+  several_rows : if RADIUS > 0 generate
+
+    constant KEPT_BITS : positive := 2 * RADIUS * ROW_BITS;
+
+    signal rows         : std_logic_vector(KEPT_BITS - 1 downto 0);
+    signal moved        : std_logic_vector(KEPT_BITS + ROW_BITS - 1 downto 0);
+    signal inner_lens_1 : address_t := (others => '0');
+    signal inner_lens_2 : address_t := (others => '0');
+
+  begin
+
+    moved <= rows & std_logic_vector(row_sum);
+
+    row_sums : entity work.ram_simple_dual_port
+      generic map (
+        WIDTH        => KEPT_BITS,
+        ADDRESS_BITS => ADDRESS_BITS,
+        WORDS        => LENSES,
+        READ_LATENCY => 2
+      )
+      port map (
+        clk           => clk,
+        write_enable  => inner,
+        write_address => inner_lens_2,
+        write_data    => moved(KEPT_BITS - 1 downto 0),
+        read_enable   => '1',
+        read_address  => inner_lens,
+        read_data     => rows
+      );
+
+    add : process (clk) is
+
+      variable added : unsigned(ALL_BITS - 1 downto 0);
+
+    begin
+
+      if rising_edge(clk) then
+        inner_lens_1 <= inner_lens;
+        inner_lens_2 <= inner_lens_1;
+
+        added := (others => '0');
+
+        for i in 0 to 2 * RADIUS loop
+
+          if same(i) = '1' then
+            added := added + unsigned(moved((i + 1) * ROW_BITS - 1 downto i * ROW_BITS));
+          end if;
+
+        end loop;
+
+        total <= added;
+      end if;
+
+    end process add;
+
+  end generate several_rows;
+
+end architecture rtl;

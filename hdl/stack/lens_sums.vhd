@@ -1,0 +1,165 @@
+-- Luma of each micro image of a slice, summed over its pixels.
+--
+-- A register sums the pixels of a line, a memory the lines; with the last line of a row of micro images the sums go to
+-- a memory of their own, where they stay until the next row is complete.
+--
+-- Latency: 4 clocks from the last pixel of a micro image until its sum can be read; reading takes 2.
+-- Throughput: one pixel each clock.
+-- Ports: active: a pixel; lens: its micro image; lens_first, lens_last: the first and the last pixel of a line of
+--   it; row_first, row_last: the first and the last line of it; read_lens: address of sum, 2 clocks before.
+-- Equation: sum = sum of the luma of M x M pixels; of RGB R + 2 G + B.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+use work.sharpness_pkg.all;
+
+entity lens_sums is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- Micro images of the longest line.
+    LENSES : positive;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3;
+    -- Width of a channel.
+    PIXEL_BITS : positive
+  );
+  port (
+    clk        : in    std_logic;
+    active     : in    std_logic;
+    lens       : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    lens_first : in    std_logic;
+    lens_last  : in    std_logic;
+    row_first  : in    std_logic;
+    row_last   : in    std_logic;
+    data       : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    read_lens  : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    sum        : out   std_logic_vector(lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS) - 1 downto 0)
+  );
+end entity lens_sums;
+
+architecture rtl of lens_sums is
+
+  constant SUM_BITS     : positive := lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS);
+  constant ADDRESS_BITS : positive := bits_for(LENSES - 1);
+  constant LUMA_BITS    : positive := PIXEL_BITS + choose(CHANNELS = 1, 0, 2);
+
+  subtype address_t is unsigned(ADDRESS_BITS - 1 downto 0);
+
+  function luma_of (
+    pixel : std_logic_vector
+  ) return unsigned is
+
+    variable luma : unsigned(LUMA_BITS - 1 downto 0);
+
+  begin
+
+    luma := resize(unsigned(pixel(PIXEL_BITS - 1 downto 0)), LUMA_BITS);
+
+    if CHANNELS = 3 then
+      luma := luma + shift_left(resize(unsigned(pixel(2 * PIXEL_BITS - 1 downto PIXEL_BITS)), LUMA_BITS), 1) +
+              resize(unsigned(pixel(pixel'high downto pixel'high - PIXEL_BITS + 1)), LUMA_BITS);
+    end if;
+
+    return luma;
+
+  end function luma_of;
+
+  signal luma_1      : unsigned(LUMA_BITS - 1 downto 0)        := (others => '0');
+  signal active_1    : std_logic                               := '0';
+  signal first_1     : std_logic                               := '0';
+  signal ends_1      : std_logic                               := '0';
+  signal ends_2      : std_logic                               := '0';
+  signal ends_3      : std_logic                               := '0';
+  signal final_3     : std_logic;
+  signal row_first_1 : std_logic                               := '0';
+  signal row_first_2 : std_logic                               := '0';
+  signal row_last_1  : std_logic                               := '0';
+  signal row_last_2  : std_logic                               := '0';
+  signal row_last_3  : std_logic                               := '0';
+  signal lens_1      : address_t                               := (others => '0');
+  signal lens_2      : address_t                               := (others => '0');
+  signal lens_3      : address_t                               := (others => '0');
+  signal line_2      : unsigned(SUM_BITS - 1 downto 0)         := (others => '0');
+  signal above_2     : std_logic_vector(SUM_BITS - 1 downto 0);
+  signal sum_3       : std_logic_vector(SUM_BITS - 1 downto 0) := (others => '0');
+
+begin
+
+  add : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      luma_1      <= luma_of(data);
+      active_1    <= active;
+      first_1     <= lens_first;
+      ends_1      <= active and lens_last;
+      ends_2      <= ends_1;
+      ends_3      <= ends_2;
+      row_first_1 <= row_first;
+      row_first_2 <= row_first_1;
+      row_last_1  <= row_last;
+      row_last_2  <= row_last_1;
+      row_last_3  <= row_last_2;
+      lens_1      <= lens;
+      lens_2      <= lens_1;
+      lens_3      <= lens_2;
+
+      if active_1 = '1' then
+        if first_1 = '1' then
+          line_2 <= resize(luma_1, SUM_BITS);
+        else
+          line_2 <= line_2 + luma_1;
+        end if;
+      end if;
+
+      if row_first_2 = '1' then
+        sum_3 <= std_logic_vector(line_2);
+      else
+        sum_3 <= std_logic_vector(line_2 + unsigned(above_2));
+      end if;
+    end if;
+
+  end process add;
+
+  lines_above : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => SUM_BITS,
+      ADDRESS_BITS => ADDRESS_BITS,
+      WORDS        => LENSES,
+      READ_LATENCY => 1
+    )
+    port map (
+      clk           => clk,
+      write_enable  => ends_3,
+      write_address => lens_3,
+      write_data    => sum_3,
+      read_enable   => '1',
+      read_address  => lens_1,
+      read_data     => above_2
+    );
+
+  final_3 <= ends_3 and row_last_3;
+
+  complete : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => SUM_BITS,
+      ADDRESS_BITS => ADDRESS_BITS,
+      WORDS        => LENSES,
+      READ_LATENCY => 2
+    )
+    port map (
+      clk           => clk,
+      write_enable  => final_3,
+      write_address => lens_3,
+      write_data    => sum_3,
+      read_enable   => '1',
+      read_address  => read_lens,
+      read_data     => sum
+    );
+
+end architecture rtl;

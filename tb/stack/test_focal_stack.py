@@ -1,0 +1,99 @@
+"""Several slices at once in VHDL, against the bit-true model."""
+
+import random
+
+import pytest
+
+from plenofir import project
+from plenofir.stack_core import StackConfiguration
+from plenofir_tb import runner
+from plenofir_tb.faults import plant
+from plenofir_tb.runner import draw_seed, run_case
+
+
+def configuration(spare: int = 4, **options: object) -> StackConfiguration:
+    """Core with lines that it takes without a pause, or shorter."""
+    core = StackConfiguration.model_validate({"max_columns": 8, **options})
+    m = core.micro_image_size
+    columns = max(core.delay + 1, 2 * m, 4) + spare
+    core = core.model_copy(update={"max_columns": columns, "input_lines": m})
+    core.check_limits()
+    return core
+
+
+def run_stack(core: StackConfiguration, *, thorough: bool) -> None:
+    """Run the raster core's bench on a stack."""
+    run_case(
+        "focal_stack",
+        "refocus.raster_bench",
+        generics=core.generics(),
+        case={"core": core.model_dump(mode="json"), "thorough": thorough, "kind": "focal_stack"},
+    )
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"micro_image_size": 5, "shifts": (-3, 0, 3), "channels": 3},
+        {"micro_image_size": 3, "shifts": (3, 0, -3, 1)},
+        {"micro_image_size": 3, "shifts": (-3, 3), "channels": 3},
+        {"micro_image_size": 4, "shifts": (2, -2, 1), "pixel_bits": 16},
+        {"micro_image_size": 4, "shifts": (4, 2), "align": "causal"},
+        {"micro_image_size": 2, "shifts": (-3, -1, 0, 1, 4)},
+        {"micro_image_size": 1, "shifts": (0,)},
+        {"micro_image_size": 7, "shifts": (5,)},
+    ],
+    ids=lambda options: "_".join(str(value) for value in options.values()).replace(" ", ""),
+)
+def test_stacks_stalls_and_faults(options: dict) -> None:
+    run_stack(configuration(**options), thorough=True)
+
+
+def draw(rng: random.Random) -> dict[str, object]:
+    m = rng.choice([1, 2, 3, 4, 5, 6, 7])
+    return {
+        "micro_image_size": m,
+        "shifts": tuple(rng.sample(range(-2 * m - 1, 2 * m + 3), rng.randint(1, 5))),
+        "channels": rng.choice([1, 1, 3]),
+        "align": rng.choice(["centred", "centred", "causal"]),
+        "spare": rng.choice([0, 3, 9]),
+    }
+
+
+def run_random(number: int) -> None:
+    rng = random.Random(draw_seed() + number)
+    options = draw(rng)
+    print(options)
+    run_stack(configuration(**options), thorough=number % 2 == 0)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_random_stacks(number: int) -> None:
+    run_random(number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(100, 140))
+def test_more_random_stacks(number: int) -> None:
+    run_random(number)
+
+
+@pytest.mark.parametrize(
+    ("options", "file", "old", "new"),
+    [
+        ({"shifts": (-2, 3)}, "stack_columns.vhd", "=> phase_3,", "=> phase_2,"),
+        ({"shifts": (-2, 3)}, "column_sum.vhd", "SLICE, phase) + later", "0, phase) + later"),
+        ({"shifts": (-2, 3)}, "focal_stack.vhd", "KEEP_MODULUS  => true", "KEEP_MODULUS  => false"),
+        ({"shifts": (3, -3)}, "column_sum.vhd", "results_7 <= old_results", "results_7 <= sums_6"),
+        ({"shifts": (1, 2)}, "stack_array.vhd", "FIXED_SLICE      => s", "FIXED_SLICE      => 0"),
+    ],
+)  # fmt: skip
+def test_planted_fault_is_found(tmp_path, monkeypatch, options, file, old, new) -> None:
+    sources = plant(tmp_path, project.hdl_sources(), file, old, new)
+    monkeypatch.setattr(project, "hdl_sources", lambda: sources)
+    runner._built.cache_clear()
+    try:
+        with pytest.raises(pytest.fail.Exception):
+            run_stack(configuration(micro_image_size=3, spare=6, **options), thorough=True)
+    finally:
+        runner._built.cache_clear()

@@ -1,0 +1,72 @@
+"""Focal stack and depth index by command, in one pass through the VHDL."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plenofir import project
+from plenofir.images import read_image, write_png
+from plenofir.refocus import refocus
+from plenofir.refocus.sharpness import depth_index
+from plenofir_tb.runner import simulator_name
+
+PLENOFIR = str(Path(sys.executable).parent / "plenofir")
+SLICES = ("-3/5", "1/5", "1")
+
+
+def plenofir(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [PLENOFIR, "sim", "--simulator", simulator_name(), *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_crop_of_a_light_field(tmp_path: Path) -> None:
+    # Where three of the planes meet, and lines that are no multiple of M.
+    raw = read_image(project.DATA / "planes_5x5.png")[100:153, 300:377].copy()
+    write_png(tmp_path / "raw.png", raw)
+    out = tmp_path / "out"
+    stack = " ".join(SLICES)
+    done = plenofir(
+        *("--raw", str(tmp_path / "raw.png"), "-M", "5", "--stack", stack, "--window", "2"),
+        *("--out", str(out)),
+    )
+    assert done.returncode == 0, done.stderr
+    slices = np.stack([refocus(raw, 5, a) for a in SLICES])
+    want = depth_index(slices, 5, 2)
+    for a, image in zip(("-3_5", "1_5", "1"), slices, strict=True):
+        assert np.array_equal(read_image(out / f"refocused_{a}.png"), image)
+    assert np.array_equal(read_image(out / "all_in_focus.png"), want.image)
+    levels = read_image(out / "depth_index.png")[::5, ::5]
+    assert np.array_equal(levels, np.array([0, 127, 255])[want.index])
+    report = json.loads((out / "report.json").read_text())
+    assert report["mismatches"] == 0
+    assert report["pixels_compared"] == 5 * 53 * 77
+    assert report["clocks_per_pixel"] == 1
+    assert report["micro_images_of_slice"] == np.bincount(want.index.ravel()).tolist()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--stack", "0 0"), "STACK: 0 stands in it twice"),
+        (("--stack", "1/2 0"), "STACK"),
+        (("--stack", "0 1", "--iota", "3"), "IOTA: 3; expected 1 with STACK"),
+        (("--stack", "0 1", "--sweep", "0 1"), "SWEEP"),
+        (("--stack", "0 1", "--arith", "stored"), "ARITH: stored; expected exact with STACK"),
+        (("--stack", "0 1", "--window", "9"), "WINDOW: 9; expected a radius of 0 to 8"),
+        (("--stack", "0 1", "-M", "1"), "M"),
+    ],
+)
+def test_bad_input_is_one_line(tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
+    done = plenofir(*arguments, "--out", str(tmp_path / "out"))
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
