@@ -23,6 +23,7 @@ from plenofir.synthesis.primitives import with_primitives
 from plenofir.synthesis.tools import ghdl_version, plain_verilog, write_verilog, yosys_version
 
 DESIGNS = designs()
+SLOW = pytest.mark.slow
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -37,7 +38,7 @@ def tools() -> None:
 @pytest.mark.parametrize(
     "design",
     [
-        pytest.param(design, marks=[pytest.mark.slow] if design.slow else [], id=design.name)
+        pytest.param(design, marks=[SLOW] if design.slow else [], id=design.name)
         for design in DESIGNS
     ],
 )

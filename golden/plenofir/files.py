@@ -41,7 +41,7 @@ def publish(texts: Mapping[str, str], out: Path) -> None:
 
 
 def publish_files(results: Path, out: Path) -> None:
-    """Copy all files of a folder into another, each replacing its predecessor in one step.
+    """Copy the files of a folder into another, each replacing its predecessor in one step.
 
     Parameters
     ----------
@@ -59,7 +59,8 @@ def publish_files(results: Path, out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=out, prefix=".plenofir-") as staging:
             for file in results.iterdir():
-                shutil.copy(file, staging)
+                if file.is_file():
+                    shutil.copy(file, staging)
             for file in sorted(Path(staging).iterdir()):
                 file.replace(out / file.name)
     except OSError as error:

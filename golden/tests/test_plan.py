@@ -13,6 +13,7 @@ from plenofir import project
 from plenofir.bitstream.ise import TOP as BOARD
 from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
+from plenofir.files import publish_files
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
 from plenofir.plan.configure import TOP, configure, needed_sources
 from plenofir.plan.estimate import Memory, estimate, reciprocal_bits, video_usage
@@ -335,6 +336,13 @@ def test_configure_leaves_all_files(tmp_path: Path) -> None:
     package = (tmp_path / "out" / "scene_pkg.vhd").read_text()
     assert f'SHIFTS : string := "{" ".join(map(str, plan.core.shifts))}"' in package
     assert f"{1000 / plan.clock_mhz:.3f} ns" in (tmp_path / "out" / "scene_top.ucf").read_text()
+
+
+def test_project_files_are_published_as_they_are(tmp_path: Path) -> None:
+    configure(make_plan(load_scene(scene_files()[0])), tmp_path / "project")
+    publish_files(tmp_path / "project", tmp_path / "out")
+    wanted = {path.name for path in (tmp_path / "project").iterdir() if path.is_file()}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == wanted
 
 
 def test_configure_needs_a_folder_that_can_be_written(tmp_path: Path) -> None:

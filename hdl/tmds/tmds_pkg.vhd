@@ -63,25 +63,50 @@ package body tmds_pkg is
 
   end function is_token;
 
-  function count_ones (
-    byte : std_logic_vector(7 downto 0)
+  -- A table, not a chain of additions: this is in the longest path of the decoder.
+
+  function ones_of_four (
+    bits : std_logic_vector(3 downto 0)
   ) return natural is
 
-    variable ones : natural range 0 to 8;
+    variable ones : natural range 0 to 4;
 
   begin
 
-    ones := 0;
+    case bits is
 
-    for i in 0 to 7 loop
+      when "0000" =>
 
-      if byte(i) = '1' then
-        ones := ones + 1;
-      end if;
+        ones := 0;
 
-    end loop;
+      when "0001" | "0010" | "0100" | "1000" =>
+
+        ones := 1;
+
+      when "0111" | "1011" | "1101" | "1110" =>
+
+        ones := 3;
+
+      when "1111" =>
+
+        ones := 4;
+
+      when others =>
+
+        ones := 2;
+
+    end case;
 
     return ones;
+
+  end function ones_of_four;
+
+  function count_ones (
+    byte : std_logic_vector(7 downto 0)
+  ) return natural is
+  begin
+
+    return ones_of_four(byte(7 downto 4)) + ones_of_four(byte(3 downto 0));
 
   end function count_ones;
 

@@ -37,6 +37,12 @@ def test_chain() -> None:
     run_chain([0, 4])
 
 
+def test_pattern_of_two_slices(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Between both, what is in focus at a = 0.
+    monkeypatch.setenv("COCOTB_TEST_FILTER", "test_pattern")
+    run_chain([], shifts=(2, -1))
+
+
 @pytest.mark.slow
 def test_all_phases() -> None:
     run_chain([*range(10), *range(10)], shifts=(-2,))

@@ -326,6 +326,17 @@ async def follows_the_eye(dut: Any) -> None:
     dut.increase.value = 0
     await reset(dut)
     cocotb.start_soon(line.run())
+
+    async def watch() -> None:
+        """The next calibration comes an interval after the end of the last."""
+        idle = 0
+        while True:
+            await FallingEdge(dut.clk)
+            idle = 0 if int(dut.busy.value) else idle + 1
+            if int(dut.calibrate_slave.value) and int(dut.tracking.value):
+                assert not idle or idle >= CASE["interval"], idle
+
+    cocotb.start_soon(watch())
     for middle in (26, 12, 15):
         line.middle = middle
         for _ in range(CASE["interval"] * 20):

@@ -8,6 +8,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.plan.devices import Usage
+from plenofir.synthesis.parts import TMDS_ENDS
 from plenofir.synthesis.tools import Generics, cell_declarations, run_yosys, write_verilog
 
 # Look-up tables that a cell stands for; LUTs as memory come in slices of four.
@@ -24,7 +25,7 @@ _LUT_CELLS = {
 _FLIP_FLOP_CELLS = ("FDRE", "FDSE", "FDCE", "FDPE")
 _LATCH_CELLS = ("LDCE", "LDPE")
 # Cells that end a path from register to register.
-_REGISTERS = (*_FLIP_FLOP_CELLS, "RAM*", "DSP*", "SRL*")
+_REGISTERS = (*_FLIP_FLOP_CELLS, "RAM*", "DSP*", "SRL*", *TMDS_ENDS, "BUF*")
 
 
 class Figures(BaseModel):

@@ -203,6 +203,9 @@ def write_verilog(
     text = verilog.read_text()
     if board:
         text = with_primitives(text, cell_declarations())
+        # The library of components is of no use any more.
+        for name in (f"{MODELS_LIBRARY}-obj93.cf", f"{components.stem}.o"):
+            (directory / name).unlink(missing_ok=True)
     verilog.write_text(plain_verilog(text))
     return verilog
 
