@@ -174,7 +174,12 @@ begin
 
       laplacian <= (others => '0');
       if there_2 = '1' then
-        laplacian <= unsigned(resize(abs (bend), LAPLACIAN_BITS));
+        -- No abs: GHDL 2.0 writes it to Verilog as it stands.
+        if bend(bend'high) = '1' then
+          laplacian <= resize(unsigned(-bend), LAPLACIAN_BITS);
+        else
+          laplacian <= resize(unsigned(bend), LAPLACIAN_BITS);
+        end if;
       end if;
 
       begins_at <= begins & begins_at(1 to 3);

@@ -228,6 +228,29 @@ async def slices_change_while_video_runs(dut: Any) -> None:
     assert not bench.errors()
 
 
+@cocotb.test(skip=KIND != "sharpness_index")
+async def black_and_white_micro_images(dut: Any) -> None:
+    """The largest differences there are, and many slices that are equally sharp."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size()
+    await bench.reset(columns, rows)
+    bench.stall("none", "some")
+    m, core = bench.core.micro_image_size, bench.core
+    lenses = (-(-rows // m), -(-columns // m))
+    largest = (1 << core.pixel_bits) - 1
+    for board in (True, False):
+        levels = np.random.default_rng(bench.rng.randrange(1 << 32)).integers(
+            0, 2, (*lenses, core.slices)
+        )
+        if board:
+            levels[..., -1] = np.add.outer(*(np.arange(n) for n in lenses)) % 2
+        white = levels.repeat(m, 0).repeat(m, 1)[:rows, :columns].repeat(core.channels, 2)
+        frame = (white * largest).astype(np.uint8 if core.pixel_bits <= 8 else np.uint16)
+        bench.send_frame(frame[:, :, 0] if bench.channels == 1 else frame)
+    await bench.drain()
+    assert not bench.errors()
+
+
 @cocotb.test(skip=not read_case()["thorough"])
 async def any_stalls_any_gaps(dut: Any) -> None:
     """Several sizes, all stall patterns, with gaps between frames that cut flush lines short."""

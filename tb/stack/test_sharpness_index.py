@@ -74,6 +74,8 @@ def test_more_random_windows(number: int) -> None:
         ("depth_index.vhd", "if value > most(s - 1) then", "if value >= most(s - 1) then"),
         ("depth_index.vhd", "LENGTH => WRITING_DELAY - INNER_DELAY",
          "LENGTH => WRITING_DELAY - INNER_DELAY + 1"),
+        ("lens_sharpness.vhd", "resize(unsigned(bend), LAPLACIAN_BITS)",
+         "unsigned(resize(bend, LAPLACIAN_BITS))"),
         ("lens_sums.vhd", "if row_first_2 = '1' then", "if false then"),
         ("lens_sharpness.vhd", "difference(centre_1, centre, not ends)",
          "difference(centre_1, centre, '1')"),
