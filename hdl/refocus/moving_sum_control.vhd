@@ -3,18 +3,18 @@
 -- Two lines (for columns: frames) may be under way: pixels of the newer one come in while the last
 -- outputs of the older one go out. A line begins with its first step and ends with its last live one; what
 -- came before or later counts as zero, which ages tell. While a line's pixels come in, the sum that belongs to its
--- output 0 is gathered beside (initial), and taken over when output 0 is due (take): so lines follow
+-- output 0 is gathered beside (to_first), and taken over when output 0 is due (take): so lines follow
 -- each other without a gap. Lines must be output_delay + 1 steps apart at least.
 --
 -- Latency: 3 clocks after advance; the outputs hold until the next advance.
 -- Throughput: one step each clock.
 -- Ports: advance begins a step, first marks the first step of a line and reads slice, live the steps with a
---   pixel of the line. Of the step's own pixel: fresh: a line begins, initial, initial_held: it belongs to the first
+--   pixel of the line. Of the step's own pixel: fresh: a line begins, to_first, to_held: it belongs to the first
 --   sums. Of the pixel that enters: enter_age, enter (it belongs to the line), enter_now (it is the step's own);
 --   leave: the pixel that came M steps before it leaves; take: output 0 is due; clear: a new sum begins; update:
 --   a group of outputs begins; due: the output belongs to the line. Earlier, 1 clock after advance: step_1,
---   phase_1, first_1, live_1, of the step, take_1, slice_1 of the output; 2 clocks: step_2, enter_phase_2,
---   moves_2: the pixel that enters does not lie before the line.
+--   phase_1, first_1, live_1, of the step, take_1, slice_1 of the output; 2 clocks: step_2, enter_phase_2;
+--   3 clocks: moves_3: the pixel that enters does not lie before the line.
 -- Equation: see moving_sum_pkg.
 
 library ieee;
@@ -49,10 +49,10 @@ entity moving_sum_control is
     slice_1       : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
     step_2        : out   std_logic;
     enter_phase_2 : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
-    moves_2       : out   std_logic;
+    moves_3       : out   std_logic;
     fresh         : out   std_logic;
-    initial       : out   std_logic;
-    initial_held  : out   std_logic;
+    to_first      : out   std_logic;
+    to_held       : out   std_logic;
     enter_age     : out   natural range 0 to reach(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
     enter         : out   std_logic;
     enter_now     : out   std_logic;
@@ -76,12 +76,15 @@ architecture rtl of moving_sum_control is
   -- Steps since a line began, up to one beyond what matters.
   subtype count_t is natural range 0 to REACHED + 1;
 
+  -- Tables are by slice and phase, a power of two for each slice.
+  constant SLICE_STEP : positive := 2 ** bits_for(M - 1);
+
   -- What the pixel of a phase is to the first sums: its index there, REACHED + 1 for none.
-  type indices_t is array (natural range 0 to SLICES * M - 1) of count_t;
+  type indices_t is array (natural range 0 to SLICES * SLICE_STEP - 1) of count_t;
 
-  type phases_t is array (natural range 0 to SLICES * M - 1) of phase_t;
+  type phases_t is array (natural range 0 to SLICES * SLICE_STEP - 1) of phase_t;
 
-  type flags_t is array (natural range 0 to SLICES * M - 1) of std_logic;
+  type flags_t is array (natural range 0 to SLICES * SLICE_STEP - 1) of std_logic;
 
   function index_table (
     held : boolean
@@ -91,14 +94,14 @@ architecture rtl of moving_sum_control is
 
   begin
 
+    table := (others => REACHED + 1);
+
     for s in 0 to SLICES - 1 loop
 
       for v in 0 to M - 1 loop
 
-        table(s * M + v) := REACHED + 1;
-
         if is_initial(M, SHIFTS, CENTRED, s, v, held) then
-          table(s * M + v) := initial_index(M, SHIFTS, CENTRED, s, v, held);
+          table(s * SLICE_STEP + v) := initial_index(M, SHIFTS, CENTRED, s, v, held);
         end if;
 
       end loop;
@@ -116,11 +119,13 @@ architecture rtl of moving_sum_control is
 
   begin
 
+    table := (others => REACHED + 1);
+
     for s in 0 to SLICES - 1 loop
 
       for k in 0 to M - 1 loop
 
-        table(s * M + k) := entering_age(M, SHIFTS, CENTRED, s, entering_phase(M, SHIFTS, CENTRED, s, k));
+        table(s * SLICE_STEP + k) := entering_age(M, SHIFTS, CENTRED, s, entering_phase(M, SHIFTS, CENTRED, s, k));
 
       end loop;
 
@@ -136,11 +141,13 @@ architecture rtl of moving_sum_control is
 
   begin
 
+    table := (others => 0);
+
     for s in 0 to SLICES - 1 loop
 
       for k in 0 to M - 1 loop
 
-        table(s * M + k) := entering_phase(M, SHIFTS, CENTRED, s, k);
+        table(s * SLICE_STEP + k) := entering_phase(M, SHIFTS, CENTRED, s, k);
 
       end loop;
 
@@ -159,14 +166,14 @@ architecture rtl of moving_sum_control is
 
   begin
 
+    table := (others => '0');
+
     for s in 0 to SLICES - 1 loop
 
       for k in 0 to M - 1 loop
 
-        table(s * M + k) := '0';
-
         if begins_group(M, SHIFTS, CENTRED, s, (k + M - later mod M) mod M) then
-          table(s * M + k) := '1';
+          table(s * SLICE_STEP + k) := '1';
         end if;
 
       end loop;
@@ -266,8 +273,6 @@ begin
   live_1  <= own_live;
   take_1  <= due_first;
   slice_1 <= due_slice;
-  moves_2 <= '1' when age_2 <= due_count_2 else
-             '0';
 
   count_steps : process (clk) is
 
@@ -331,8 +336,8 @@ begin
 
   look_up : process (clk) is
 
-    variable own : natural range 0 to SLICES * M - 1;
-    variable row : natural range 0 to SLICES * M - 1;
+    variable own : natural range 0 to SLICES * SLICE_STEP - 1;
+    variable row : natural range 0 to SLICES * SLICE_STEP - 1;
 
   begin
 
@@ -340,8 +345,8 @@ begin
       own := own_phase;
       row := due_phase;
       if SLICES > 1 then
-        own := to_integer(own_slice) * M + own_phase;
-        row := to_integer(due_slice) * M + due_phase;
+        own := to_integer(own_slice) * SLICE_STEP + own_phase;
+        row := to_integer(due_slice) * SLICE_STEP + due_phase;
       end if;
 
       initial_2      <= '0';
@@ -371,13 +376,13 @@ begin
   begin
 
     if rising_edge(clk) then
-      leaving      := age_2 + M;
-      fresh        <= own_first_2;
-      initial      <= initial_2;
-      initial_held <= initial_held_2;
-      take         <= due_first_2;
-      update       <= update_2;
-      due          <= '0';
+      leaving  := age_2 + M;
+      fresh    <= own_first_2;
+      to_first <= initial_2;
+      to_held  <= initial_held_2;
+      take     <= due_first_2;
+      update   <= update_2;
+      due      <= '0';
       if due_ended_2 <= DELAY then
         due <= '1';
       end if;
@@ -386,6 +391,10 @@ begin
       enter     <= '0';
       enter_now <= '0';
       leave     <= '0';
+      moves_3   <= '0';
+      if age_2 <= due_count_2 then
+        moves_3 <= '1';
+      end if;
       if age_2 <= due_count_2 and age_2 >= due_ended_2 then
         enter <= '1';
       end if;
