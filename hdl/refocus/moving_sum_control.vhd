@@ -76,15 +76,17 @@ architecture rtl of moving_sum_control is
   -- Steps since a line began, up to one beyond what matters.
   subtype count_t is natural range 0 to REACHED + 1;
 
-  -- Tables are by slice and phase, a power of two for each slice.
-  constant SLICE_STEP : positive := 2 ** bits_for(M - 1);
+  -- Tables are by slice and phase.
+  constant SLICE_STEP : positive := phase_words(M);
+  constant WORDS      : positive := table_words(M, SHIFTS);
 
   -- What the pixel of a phase is to the first sums: its index there, REACHED + 1 for none.
-  type indices_t is array (natural range 0 to SLICES * SLICE_STEP - 1) of count_t;
+  type indices_t is array (natural range 0 to WORDS - 1) of count_t;
 
-  type phases_t is array (natural range 0 to SLICES * SLICE_STEP - 1) of phase_t;
+  type phases_t is array (natural range 0 to WORDS - 1) of phase_t;
 
-  type flags_t is array (natural range 0 to SLICES * SLICE_STEP - 1) of std_logic;
+  -- 1 for no, 2 for yes: see table_words.
+  type flags_t is array (natural range 0 to WORDS - 1) of natural range 1 to 2;
 
   function index_table (
     held : boolean
@@ -141,7 +143,7 @@ architecture rtl of moving_sum_control is
 
   begin
 
-    table := (others => 0);
+    table := (others => M - 1);
 
     for s in 0 to SLICES - 1 loop
 
@@ -166,14 +168,14 @@ architecture rtl of moving_sum_control is
 
   begin
 
-    table := (others => '0');
+    table := (others => 1);
 
     for s in 0 to SLICES - 1 loop
 
       for k in 0 to M - 1 loop
 
         if begins_group(M, SHIFTS, CENTRED, s, (k + M - later mod M) mod M) then
-          table(s * SLICE_STEP + k) := '1';
+          table(s * SLICE_STEP + k) := 2;
         end if;
 
       end loop;
@@ -336,18 +338,14 @@ begin
 
   look_up : process (clk) is
 
-    variable own : natural range 0 to SLICES * SLICE_STEP - 1;
-    variable row : natural range 0 to SLICES * SLICE_STEP - 1;
+    variable own : natural range 0 to WORDS - 1;
+    variable row : natural range 0 to WORDS - 1;
 
   begin
 
     if rising_edge(clk) then
-      own := own_phase;
-      row := due_phase;
-      if SLICES > 1 then
-        own := to_integer(own_slice) * SLICE_STEP + own_phase;
-        row := to_integer(due_slice) * SLICE_STEP + due_phase;
-      end if;
+      own := table_row(M, SHIFTS, own_slice, own_phase);
+      row := table_row(M, SHIFTS, due_slice, due_phase);
 
       initial_2      <= '0';
       initial_held_2 <= '0';
@@ -363,8 +361,14 @@ begin
       due_first_2   <= due_first;
       enter_phase_2 <= PHASE_OF(row);
       age_2         <= AGE_OF(row);
-      update_2      <= BEGINS(row);
-      clear_2       <= CLEARS(row);
+      update_2      <= '0';
+      clear_2       <= '0';
+      if BEGINS(row) = 2 then
+        update_2 <= '1';
+      end if;
+      if CLEARS(row) = 2 then
+        clear_2 <= '1';
+      end if;
     end if;
 
   end process look_up;

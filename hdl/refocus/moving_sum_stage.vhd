@@ -441,12 +441,12 @@ begin
     subtype ring_t is natural range 0 to choose(ALL_LINES = 0, 1, BANKS * ALL_LINES);
 
     -- By phase.
-    type rings_t is array (natural range 0 to M - 1) of ring_t;
+    constant SLICE_STEP : positive := phase_words(M);
 
-    -- By slice and phase, a power of two for each slice.
-    constant SLICE_STEP : positive := 2 ** bits_for(M - 1);
+    type rings_t is array (natural range 0 to SLICE_STEP - 1) of ring_t;
 
-    type places_t is array (natural range 0 to SLICES * SLICE_STEP - 1) of ring_t;
+    -- By slice and phase.
+    type places_t is array (natural range 0 to table_words(M, SHIFTS) - 1) of ring_t;
 
     subtype word_address_t is unsigned(WORD_BITS - 1 downto 0);
 
@@ -459,6 +459,8 @@ begin
       variable table : rings_t;
 
     begin
+
+      table := (others => 1);
 
       for v in 0 to M - 1 loop
 
@@ -476,6 +478,8 @@ begin
 
     begin
 
+      table := (others => 1);
+
       for v in 0 to M - 1 loop
 
         table(v) := 0;
@@ -490,7 +494,7 @@ begin
 
     end function base_table;
 
-    -- Lines of a phase that come before the first one that enters, modulo the ring.
+    -- Lines of a phase that come before the first one that enters, modulo the ring (1 to its size, see table_words).
     function skip_table return places_t is
 
       variable table : places_t;
@@ -499,7 +503,7 @@ begin
 
     begin
 
-      table := (others => 0);
+      table := (others => 1);
 
       for s in 0 to SLICES - 1 loop
 
@@ -508,8 +512,12 @@ begin
           index := initial_index(M, SHIFTS, CENTRED, s, v, false);
           ring  := ring_lines(M, SHIFTS, CENTRED, v);
 
-          if index >= 0 and ring > 0 then
-            table(s * SLICE_STEP + v) := (index / M + 1) mod ring;
+          if ring > 0 then
+            table(s * SLICE_STEP + v) := ring;
+
+            if index >= 0 then
+              table(s * SLICE_STEP + v) := index / M mod ring + 1;
+            end if;
           end if;
 
         end loop;
@@ -558,7 +566,7 @@ begin
 
     end function place_before;
 
-    type line_addresses_t is array (natural range 0 to choose(ALL_LINES = 0, 1, ALL_LINES) - 1) of word_address_t;
+    type line_addresses_t is array (natural range 0 to 2 ** bits_for(ALL_LINES) - 1) of word_address_t;
 
     -- A table instead of a multiplier.
     function line_table return line_addresses_t is
@@ -567,7 +575,10 @@ begin
 
     begin
 
-      for line in 0 to line_addresses_t'high loop
+      table    := (others => (others => '1'));
+      table(0) := (others => '0');
+
+      for line in 1 to ALL_LINES - 1 loop
 
         table(line) := to_unsigned(line * DEPTH, WORD_BITS);
 
@@ -649,7 +660,6 @@ begin
 
     find_lines : process (clk) is
 
-      variable table_row  : natural range 0 to (SLICES - 1) * SLICE_STEP;
       variable next_own   : ring_t;
       variable next_enter : ring_t;
 
@@ -666,11 +676,7 @@ begin
         taking_2    <= take_1;
 
         -- 2: the line that enters, and the one before it in its ring; with output 0 the places of what enters.
-        next_own  := moved(own_place_2, 1, RING_OF(own_2));
-        table_row := 0;
-        if SLICES > 1 then
-          table_row := to_integer(slice_1) * SLICE_STEP;
-        end if;
+        next_own := moved(own_place_2, 1, RING_OF(own_2));
         step_3   <= step_after;
         stored_3 <= '0';
         if RING_OF(own_2) > 0 then
@@ -691,7 +697,7 @@ begin
               write_place(v) <= next_own;
             end if;
             if taking_2 = '1' then
-              enter_place(v) <= moved(frame_place(v), SKIP_OF(table_row + v), RING_OF(v));
+              enter_place(v) <= moved(frame_place(v), SKIP_OF(table_row(M, SHIFTS, slice_1, v)), RING_OF(v));
             end if;
 
           end loop;
