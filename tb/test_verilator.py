@@ -56,6 +56,19 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
         CoreConfiguration(
             micro_image_size=5, shifts=(-5, 0, 5), max_columns=40, hold=True, arithmetic=STORED
         ),
+        CoreConfiguration(micro_image_size=4, shifts=(2, 4, 0), max_columns=40, engine="sums"),
+        pytest.param(
+            CoreConfiguration(
+                micro_image_size=11, shifts=(-3, 11), max_columns=130, channels=3, engine="sums"
+            ),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            CoreConfiguration(
+                micro_image_size=5, shifts=tuple(range(-5, 11)), max_columns=60, engine="sums"
+            ),
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=41, parallel_rows=3),
             marks=pytest.mark.slow,
@@ -75,7 +88,9 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
             marks=pytest.mark.slow,
         ),
     ],
-    ids=lambda core: f"M{core.micro_image_size}_rows{core.parallel_rows}_order{core.order}",
+    ids=lambda core: (
+        f"{core.engine}_M{core.micro_image_size}_rows{core.parallel_rows}_order{core.order}"
+    ),
 )
 def test_ghdl_verilog_equals_golden_model(
     tmp_path: Path, simulator: Simulator, core: CoreConfiguration

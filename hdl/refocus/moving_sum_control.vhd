@@ -13,8 +13,8 @@
 --   sums. Of the pixel that enters: enter_age, enter (it belongs to the line), enter_now (it is the step's own);
 --   leave: the pixel that came M steps before it leaves; take: output 0 is due; clear: a new sum begins; update:
 --   a group of outputs begins; due: the output belongs to the line. Earlier, 1 clock after advance: step_1,
---   phase_1, first_1, live_1, of the step, take_1, slice_1 of the output; 2 clocks: step_2, enter_phase_2,
---   moves_2: the pixel that enters does not lie before the line.
+--   phase_1, first_1, live_1, of the step, take_1, slice_1 of the output; 2 clocks: step_2, enter_phase_2;
+--   3 clocks: moves_3: the pixel that enters does not lie before the line.
 -- Equation: see moving_sum_pkg.
 
 library ieee;
@@ -51,7 +51,7 @@ entity moving_sum_control is
     slice_1       : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
     step_2        : out   std_logic;
     enter_phase_2 : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
-    moves_2       : out   std_logic;
+    moves_3       : out   std_logic;
     fresh         : out   std_logic;
     to_first      : out   std_logic;
     to_held       : out   std_logic;
@@ -78,12 +78,17 @@ architecture rtl of moving_sum_control is
   -- Steps since a line began, up to one beyond what matters.
   subtype count_t is natural range 0 to REACHED + 1;
 
+  -- Tables are by slice and phase.
+  constant SLICE_STEP : positive := phase_words(M);
+  constant WORDS      : positive := table_words(M, SHIFTS);
+
   -- What the pixel of a phase is to the first sums: its index there, REACHED + 1 for none.
-  type indices_t is array (natural range 0 to SLICES * M - 1) of count_t;
+  type indices_t is array (natural range 0 to WORDS - 1) of count_t;
 
-  type phases_t is array (natural range 0 to SLICES * M - 1) of phase_t;
+  type phases_t is array (natural range 0 to WORDS - 1) of phase_t;
 
-  type flags_t is array (natural range 0 to SLICES * M - 1) of std_logic;
+  -- 1 for no, 2 for yes: see table_words.
+  type flags_t is array (natural range 0 to WORDS - 1) of natural range 1 to 2;
 
   function index_table (
     held : boolean
@@ -93,14 +98,14 @@ architecture rtl of moving_sum_control is
 
   begin
 
+    table := (others => REACHED + 1);
+
     for s in 0 to SLICES - 1 loop
 
       for v in 0 to M - 1 loop
 
-        table(s * M + v) := REACHED + 1;
-
         if is_initial(M, SHIFTS, CENTRED, s, v, held) then
-          table(s * M + v) := initial_index(M, SHIFTS, CENTRED, s, v, held);
+          table(s * SLICE_STEP + v) := initial_index(M, SHIFTS, CENTRED, s, v, held);
         end if;
 
       end loop;
@@ -118,11 +123,13 @@ architecture rtl of moving_sum_control is
 
   begin
 
+    table := (others => REACHED + 1);
+
     for s in 0 to SLICES - 1 loop
 
       for k in 0 to M - 1 loop
 
-        table(s * M + k) := entering_age(M, SHIFTS, CENTRED, s, entering_phase(M, SHIFTS, CENTRED, s, k));
+        table(s * SLICE_STEP + k) := entering_age(M, SHIFTS, CENTRED, s, entering_phase(M, SHIFTS, CENTRED, s, k));
 
       end loop;
 
@@ -138,11 +145,13 @@ architecture rtl of moving_sum_control is
 
   begin
 
+    table := (others => M - 1);
+
     for s in 0 to SLICES - 1 loop
 
       for k in 0 to M - 1 loop
 
-        table(s * M + k) := entering_phase(M, SHIFTS, CENTRED, s, k);
+        table(s * SLICE_STEP + k) := entering_phase(M, SHIFTS, CENTRED, s, k);
 
       end loop;
 
@@ -161,14 +170,14 @@ architecture rtl of moving_sum_control is
 
   begin
 
+    table := (others => 1);
+
     for s in 0 to SLICES - 1 loop
 
       for k in 0 to M - 1 loop
 
-        table(s * M + k) := '0';
-
         if begins_group(M, SHIFTS, CENTRED, s, (k + M - later mod M) mod M) then
-          table(s * M + k) := '1';
+          table(s * SLICE_STEP + k) := 2;
         end if;
 
       end loop;
@@ -268,8 +277,6 @@ begin
   live_1  <= own_live;
   take_1  <= due_first;
   slice_1 <= due_slice;
-  moves_2 <= '1' when age_2 <= due_count_2 else
-             '0';
 
   count_steps : process (clk) is
 
@@ -333,20 +340,17 @@ begin
 
   look_up : process (clk) is
 
-    variable own : natural range 0 to SLICES * M - 1;
-    variable row : natural range 0 to SLICES * M - 1;
+    variable own : natural range 0 to WORDS - 1;
+    variable row : natural range 0 to WORDS - 1;
 
   begin
 
     if rising_edge(clk) then
-      own := own_phase;
-      row := due_phase;
+      own := table_row(M, SHIFTS, own_slice, own_phase);
+      row := table_row(M, SHIFTS, due_slice, due_phase);
       if FIXED_SLICE >= 0 then
-        own := FIXED_SLICE * M + own_phase;
-        row := FIXED_SLICE * M + due_phase;
-      elsif SLICES > 1 then
-        own := to_integer(own_slice) * M + own_phase;
-        row := to_integer(due_slice) * M + due_phase;
+        own := FIXED_SLICE * SLICE_STEP + own_phase;
+        row := FIXED_SLICE * SLICE_STEP + due_phase;
       end if;
 
       initial_2      <= '0';
@@ -363,8 +367,14 @@ begin
       due_first_2   <= due_first;
       enter_phase_2 <= PHASE_OF(row);
       age_2         <= AGE_OF(row);
-      update_2      <= BEGINS(row);
-      clear_2       <= CLEARS(row);
+      update_2      <= '0';
+      clear_2       <= '0';
+      if BEGINS(row) = 2 then
+        update_2 <= '1';
+      end if;
+      if CLEARS(row) = 2 then
+        clear_2 <= '1';
+      end if;
     end if;
 
   end process look_up;
@@ -391,6 +401,10 @@ begin
       enter     <= '0';
       enter_now <= '0';
       leave     <= '0';
+      moves_3   <= '0';
+      if age_2 <= due_count_2 then
+        moves_3 <= '1';
+      end if;
       if age_2 <= due_count_2 and age_2 >= due_ended_2 then
         enter <= '1';
       end if;

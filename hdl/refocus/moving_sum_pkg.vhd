@@ -15,6 +15,7 @@
 
 library ieee;
 use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
 
 library work;
 use work.refocus_pkg.all;
@@ -123,6 +124,26 @@ package moving_sum_pkg is
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean;
+    phase            : natural
+  ) return natural;
+
+  -- Words of a table by phase: a power of two, as of all tables here, so that an index needs no arithmetic.
+  function phase_words (
+    micro_image_size : positive
+  ) return positive;
+
+  -- Words of a table by slice and phase. A table must not end in 32 bits of zeros: GHDL 2.0 synthesises one whose
+  -- size is a multiple of them as if all of it were zero. So words without a meaning are not zero.
+  function table_words (
+    micro_image_size : positive;
+    shifts           : string
+  ) return positive;
+
+  -- Row of a table by slice and phase.
+  function table_row (
+    micro_image_size : positive;
+    shifts           : string;
+    slice            : unsigned;
     phase            : natural
   ) return natural;
 
@@ -523,6 +544,50 @@ package body moving_sum_pkg is
     return lines;
 
   end function bank_lines;
+
+  function phase_words (
+    micro_image_size : positive
+  ) return positive is
+  begin
+
+    return 2 ** bits_for(micro_image_size - 1);
+
+  end function phase_words;
+
+  function table_words (
+    micro_image_size : positive;
+    shifts           : string
+  ) return positive is
+  begin
+
+    if slice_count(shifts) = 1 then
+      return phase_words(micro_image_size);
+    end if;
+
+    return phase_words(micro_image_size) * 2 ** bits_for(slice_count(shifts) - 1);
+
+  end function table_words;
+
+  function table_row (
+    micro_image_size : positive;
+    shifts           : string;
+    slice            : unsigned;
+    phase            : natural
+  ) return natural is
+
+    variable row : unsigned(slice'length + bits_for(micro_image_size - 1) - 1 downto 0);
+
+  begin
+
+    if slice_count(shifts) = 1 then
+      return phase;
+    end if;
+
+    row := slice & to_unsigned(phase, bits_for(micro_image_size - 1));
+
+    return to_integer(row);
+
+  end function table_row;
 
   function sum_stage_latency (
     stored : boolean

@@ -145,7 +145,7 @@ architecture rtl of moving_sum_stage is
   signal slice_1        : unsigned(slice'range);
   signal step_after     : std_logic;
   signal enter_phase_2  : natural range 0 to M - 1;
-  signal moves_2        : std_logic;
+  signal moves_3        : std_logic;
 
   -- Orders and columns of a token, from 3 clocks behind its input on; index 2 with the memories' addresses.
   signal order_in  : orders_t;
@@ -291,7 +291,7 @@ begin
       slice_1       => slice_1,
       step_2        => step_after,
       enter_phase_2 => enter_phase_2,
-      moves_2       => moves_2,
+      moves_3       => moves_3,
       fresh         => fresh,
       to_first      => to_first,
       to_held       => to_held,
@@ -444,10 +444,12 @@ begin
     subtype ring_t is natural range 0 to choose(ALL_LINES = 0, 1, BANKS * ALL_LINES);
 
     -- By phase.
-    type rings_t is array (natural range 0 to M - 1) of ring_t;
+    constant SLICE_STEP : positive := phase_words(M);
+
+    type rings_t is array (natural range 0 to SLICE_STEP - 1) of ring_t;
 
     -- By slice and phase.
-    type places_t is array (natural range 0 to SLICES * M - 1) of ring_t;
+    type places_t is array (natural range 0 to table_words(M, SHIFTS) - 1) of ring_t;
 
     subtype word_address_t is unsigned(WORD_BITS - 1 downto 0);
 
@@ -460,6 +462,8 @@ begin
       variable table : rings_t;
 
     begin
+
+      table := (others => 1);
 
       for v in 0 to M - 1 loop
 
@@ -477,6 +481,8 @@ begin
 
     begin
 
+      table := (others => 1);
+
       for v in 0 to M - 1 loop
 
         table(v) := 0;
@@ -491,7 +497,7 @@ begin
 
     end function base_table;
 
-    -- Lines of a phase that come before the first one that enters, modulo the ring.
+    -- Lines of a phase that come before the first one that enters, modulo the ring (1 to its size, see table_words).
     function skip_table return places_t is
 
       variable table : places_t;
@@ -500,6 +506,8 @@ begin
 
     begin
 
+      table := (others => 1);
+
       for s in 0 to SLICES - 1 loop
 
         for v in 0 to M - 1 loop
@@ -507,10 +515,12 @@ begin
           index := initial_index(M, SHIFTS, CENTRED, s, v, false);
           ring  := ring_lines(M, SHIFTS, CENTRED, v);
 
-          table(s * M + v) := 0;
+          if ring > 0 then
+            table(s * SLICE_STEP + v) := ring;
 
-          if index >= 0 and ring > 0 then
-            table(s * M + v) := (index / M + 1) mod ring;
+            if index >= 0 then
+              table(s * SLICE_STEP + v) := index / M mod ring + 1;
+            end if;
           end if;
 
         end loop;
@@ -559,6 +569,30 @@ begin
 
     end function place_before;
 
+    type line_addresses_t is array (natural range 0 to 2 ** bits_for(ALL_LINES) - 1) of word_address_t;
+
+    -- A table instead of a multiplier.
+    function line_table return line_addresses_t is
+
+      variable table : line_addresses_t;
+
+    begin
+
+      table    := (others => (others => '1'));
+      table(0) := (others => '0');
+
+      for line in 1 to ALL_LINES - 1 loop
+
+        table(line) := to_unsigned(line * DEPTH, WORD_BITS);
+
+      end loop;
+
+      return table;
+
+    end function line_table;
+
+    constant ADDRESS_OF : line_addresses_t := line_table;
+
     -- The word that a line of a ring begins with, in its bank.
     function line_address (
       place : ring_t;
@@ -566,7 +600,7 @@ begin
     ) return word_address_t is
     begin
 
-      return to_unsigned(((BASE_OF(v) + place / BANKS) * DEPTH) mod 2 ** WORD_BITS, WORD_BITS);
+      return ADDRESS_OF(BASE_OF(v) + place / BANKS);
 
     end function line_address;
 
@@ -577,9 +611,11 @@ begin
     signal enter_place : rings_t := (others => 0);
 
     signal taking_2      : std_logic                := '0';
+    signal step_3        : std_logic                := '0';
+    signal taking_3      : std_logic                := '0';
     signal own_2         : natural range 0 to M - 1 := 0;
     signal own_place_2   : ring_t                   := 0;
-    signal stored_2      : std_logic                := '0';
+    signal live_2        : std_logic                := '0';
     signal own_3         : natural range 0 to M - 1 := 0;
     signal stored_3      : std_logic                := '0';
     signal enters_3      : natural range 0 to M - 1 := 0;
@@ -627,56 +663,63 @@ begin
 
     find_lines : process (clk) is
 
-      variable base      : rings_t;
-      variable table_row : natural range 0 to (SLICES - 1) * M;
+      variable next_own   : ring_t;
+      variable next_enter : ring_t;
 
     begin
 
       if rising_edge(clk) then
-        -- 1: the own line takes its place; with output 0 the places of what enters are found.
-        if step_1 = '1' then
-          base := frame_place;
-          if first_1 = '1' then
-            base := write_place;
-          end if;
-          frame_place <= base;
-          if live_1 = '1' then
-            write_place(phase_1) <= moved(write_place(phase_1), 1, RING_OF(phase_1));
-          end if;
-          if take_1 = '1' then
-            table_row := 0;
-            if SLICES > 1 then
-              table_row := to_integer(slice_1) * M;
-            end if;
-
-            for v in 0 to M - 1 loop
-
-              enter_place(v) <= moved(base(v), SKIP_OF(table_row + v), RING_OF(v));
-
-            end loop;
-
-          end if;
+        -- 1: the place of the own line.
+        if step_1 = '1' and first_1 = '1' then
+          frame_place <= write_place;
         end if;
         own_2       <= phase_1;
         own_place_2 <= write_place(phase_1);
-        stored_2    <= '0';
-        if RING_OF(phase_1) > 0 then
-          stored_2 <= live_1;
-        end if;
+        live_2      <= live_1;
+        taking_2    <= take_1;
 
-        -- 2: the line that enters, and the one before it in its ring.
+        -- 2: the line that enters, and the one before it in its ring; with output 0 the places of what enters.
+        next_own := moved(own_place_2, 1, RING_OF(own_2));
+        step_3   <= step_after;
+        stored_3 <= '0';
+        if RING_OF(own_2) > 0 then
+          stored_3 <= live_2;
+        end if;
         if step_after = '1' then
           own_3         <= own_2;
           own_place_3   <= own_place_2;
-          stored_3      <= stored_2;
           enters_3      <= enter_phase_2;
           enter_place_3 <= enter_place(enter_phase_2);
           leave_place_3 <= place_before(enter_place(enter_phase_2), RING_OF(enter_phase_2));
-          if moves_2 = '1' and taking_2 = '0' then
-            enter_place(enter_phase_2) <= moved(enter_place(enter_phase_2), 1, RING_OF(enter_phase_2));
-          end if;
+          taking_3      <= taking_2;
+
+          -- No element of varying index: GHDL 2.0 synthesises no register for it.
+          for v in 0 to M - 1 loop
+
+            if v = own_2 and live_2 = '1' then
+              write_place(v) <= next_own;
+            end if;
+            if taking_2 = '1' then
+              enter_place(v) <= moved(frame_place(v), SKIP_OF(table_row(M, SHIFTS, slice_1, v)), RING_OF(v));
+            end if;
+
+          end loop;
+
         end if;
-        taking_2 <= take_1;
+
+        -- 3: the next line of that phase will enter.
+        next_enter := moved(enter_place_3, 1, RING_OF(enters_3));
+        if step_3 = '1' and moves_3 = '1' and taking_3 = '0' then
+
+          for v in 0 to M - 1 loop
+
+            if v = enters_3 then
+              enter_place(v) <= next_enter;
+            end if;
+
+          end loop;
+
+        end if;
 
         -- 4: addresses of lines.
         own_line   <= line_address(own_place_3, own_3);
