@@ -171,7 +171,7 @@ begin
       slice_1       => open,
       step_2        => open,
       enter_phase_2 => enter_phase_2,
-      moves_2       => open,
+      moves_3       => open,
       fresh         => fresh,
       to_first      => to_first,
       to_held       => to_held,
