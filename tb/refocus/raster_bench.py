@@ -232,10 +232,10 @@ async def slices_change_while_video_runs(dut: Any) -> None:
 async def black_and_white_micro_images(dut: Any) -> None:
     """The largest differences there are, and many slices that are equally sharp."""
     bench = Bench(dut)
-    columns, rows = bench.random_size()
+    m, core = bench.core.micro_image_size, bench.core
+    columns, rows = core.max_columns, 4 * m
     await bench.reset(columns, rows)
     bench.stall("none", "some")
-    m, core = bench.core.micro_image_size, bench.core
     lenses = (-(-rows // m), -(-columns // m))
     largest = (1 << core.pixel_bits) - 1
     for board in (True, False):
@@ -243,7 +243,9 @@ async def black_and_white_micro_images(dut: Any) -> None:
             0, 2, (*lenses, core.slices)
         )
         if board:
+            # A chessboard and its negative are equally sharp.
             levels[..., -1] = np.add.outer(*(np.arange(n) for n in lenses)) % 2
+            levels[..., 0] = 1 - levels[..., -1]
         white = levels.repeat(m, 0).repeat(m, 1)[:rows, :columns].repeat(core.channels, 2)
         frame = (white * largest).astype(np.uint8 if core.pixel_bits <= 8 else np.uint16)
         bench.send_frame(frame[:, :, 0] if bench.channels == 1 else frame)
