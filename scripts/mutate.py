@@ -83,7 +83,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("common/[bes]*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
     ("common/reset*", (CHAIN,)),
     ("board/[cu]*", ("tb/board/test_board_entities.py -k board_control", CONTROL, CHAIN)),
-    ("board/[bdil]*", ("tb/board/test_board_entities.py -k {}", CONTROL, CHAIN)),
+    ("board/[bdilp]*", ("tb/board/test_board_entities.py -k {}", CONTROL, CHAIN)),
     ("board/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),
     ("tmds/tmds_pkg*", ("tb/tmds/test_tmds_entities.py", CHAIN)),
     ("tmds/*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
