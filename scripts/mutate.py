@@ -74,7 +74,7 @@ RASTER = "tb/refocus/test_raster_refocuser.py"
 SUMS = "tb/refocus/test_moving_sum_engine.py"
 CHAIN = "tb/hdmi/test_chain.py"
 # Words in front of a file of tests are variables; here, which of the chain's tests run.
-CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern {CHAIN}"
+CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
 VIDEO = "tb/video/test_video.py"
 OF_VIDEO = (f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video", CHAIN)
 # Tests behind the pump for the mutants of a source, the first pattern that fits; {} is its entity.
