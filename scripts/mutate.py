@@ -71,19 +71,20 @@ TEST_SECONDS = 600
 FAILED = re.compile(rb"cocotb\.regression .* failed")
 
 RASTER = "tb/refocus/test_raster_refocuser.py"
+SUMS = "tb/refocus/test_moving_sum_engine.py"
 CHAIN = "tb/hdmi/test_chain.py"
 # Words in front of a file of tests are variables; here, which of the chain's tests run.
-CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern {CHAIN}"
+CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
 VIDEO = "tb/video/test_video.py"
 OF_VIDEO = (f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video", CHAIN)
 # Tests behind the pump for the mutants of a source, the first pattern that fits; {} is its entity.
 TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("refocus/moving_sum*", ("tb/refocus/test_moving_sum_engine.py -k sets_stalls",)),
+    ("refocus/moving_sum*", (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice")),
     ("common/[bes]*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
     ("common/reset*", (CHAIN,)),
     ("board/[cu]*", ("tb/board/test_board_entities.py -k board_control", CONTROL, CHAIN)),
-    ("board/[bdil]*", ("tb/board/test_board_entities.py -k {}", CONTROL, CHAIN)),
-    ("board/*", (CONTROL, CHAIN)),
+    ("board/[bdilp]*", ("tb/board/test_board_entities.py -k {}", CONTROL, CHAIN)),
+    ("board/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),
     ("tmds/tmds_pkg*", ("tb/tmds/test_tmds_entities.py", CHAIN)),
     ("tmds/*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
     ("spartan6/*", (CHAIN,)),
@@ -97,7 +98,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
             f"{RASTER} -k stalls_gaps",
             f"{RASTER} -k array_slices",
             "tb/refocus/test_module_array.py",
-            "tb/refocus/test_moving_sum_engine.py -k sets_stalls",
+            f"{SUMS} -k sets_stalls",
         ),
     ),
 )

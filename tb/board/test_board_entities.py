@@ -27,3 +27,7 @@ def test_board_control() -> None:
 def test_link_supervisor() -> None:
     case = {"counts_10_mhz": 1000 // 10, "timeout": 300}
     run_unit("link_supervisor", {name.upper(): n for name, n in case.items()}, **case)
+
+
+def test_pll_configure() -> None:
+    run_unit("pll_configure", {"TIMEOUT": 60}, timeout=60)

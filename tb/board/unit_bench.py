@@ -8,6 +8,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
 
 from plenofir.hdmi.edid import make_edid, offered_modes
+from plenofir.hdmi.pll import HIGH, LOW
+from plenofir.hdmi.pll import registers as registers_of
 from plenofir_tb.entities import for_entity
 from plenofir_tb.runner import read_case
 
@@ -201,12 +203,15 @@ class Panel:
         self.dut.reset.value = 0
         await self.clocks(5)
 
-    async def send(self, text: str) -> None:
-        """Send characters."""
+    async def send(self, text: str, slow: float = 1) -> None:
+        """Send characters, slower than the receiver expects by a factor."""
         for code in text.encode():
-            for bit in (0, *(code >> i & 1 for i in range(8)), 1):
+            passed = 0
+            for number, bit in enumerate((0, *(code >> i & 1 for i in range(8)), 1), 1):
                 self.dut.line_in.value = bit
-                await ClockCycles(self.dut.clk, CASE["bit_clocks"])
+                clocks = round(number * slow * CASE["bit_clocks"]) - passed
+                await ClockCycles(self.dut.clk, clocks)
+                passed += clocks
 
     async def line(self) -> str:
         """Receive a line."""
@@ -230,10 +235,10 @@ class Panel:
             assert len(text) < 300, text
         return text.strip()
 
-    async def ask(self, text: str) -> str:
+    async def ask(self, text: str, slow: float = 1) -> str:
         """Send a command and receive its answer."""
         answer = cocotb.start_soon(self.line())
-        await self.send(text + "\r")
+        await self.send(text + "\r", slow)
         return await answer
 
     async def press(self, button: Any) -> None:
@@ -283,7 +288,7 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     # A reset inside a character: all settings are the first, and the next command is understood.
     await panel.send("s")
     dut.line_in.value = 0
-    await panel.clocks(3)
+    await panel.clocks(CASE["bit_clocks"] * 3 // 2)
     dut.line_in.value = 1
     await panel.reset()
     assert panel.state() == begin
@@ -291,6 +296,13 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     assert await panel.ask("w 3") == "ok"
     assert await panel.ask("w 0") == "ok"
     assert panel.state() == begin
+    # What is shorter than half a bit is no character, whenever the next one comes.
+    for offset in range(CASE["bit_clocks"]):
+        dut.line_in.value = 0
+        await ClockCycles(dut.clk, CASE["bit_clocks"] // 2 - 2)
+        dut.line_in.value = 1
+        await ClockCycles(dut.clk, 4 * CASE["bit_clocks"] + offset)
+        assert await panel.ask("w 0", 1.03) == "ok", offset
     # Buttons go around both ends.
     for button, step in ((dut.button_up, 1), (dut.button_down, -1)):
         for number in range(1, slices + 1):
@@ -435,3 +447,67 @@ async def clocks_come_up_and_are_lost(dut: Any) -> None:
     assert not int(dut.run.value)
     await plls.rate(742)
     assert int(dut.run.value)
+
+
+@for_entity("pll_configure")
+async def settings_are_written(dut: Any) -> None:
+    """Every register is read, changed where it may be, and written; a dead port is given up."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    Clock(dut.clk, 10, "ns").start()
+    registers: dict[int, int] = {}
+    writes: list[int] = []
+    alive = True
+
+    async def port() -> None:
+        while True:
+            dut.drp_ready.value = 0
+            await FallingEdge(dut.clk)
+            if not alive or str(dut.drp_enable.value) != "1":
+                continue
+            address = int(dut.drp_address.value)
+            if int(dut.drp_write.value):
+                registers[address] = int(dut.drp_in.value)
+                writes.append(address)
+            await ClockCycles(dut.clk, rng.randrange(1, 5))
+            await FallingEdge(dut.clk)
+            dut.drp_out.value = registers[address]
+            dut.drp_ready.value = 1
+            await FallingEdge(dut.clk)
+
+    async def write(high: int) -> int:
+        """Start, and clocks until it is done."""
+        await FallingEdge(dut.clk)
+        dut.high.value = high
+        dut.start.value = 1
+        await FallingEdge(dut.clk)
+        dut.start.value = 0
+        for clocks in range(1, 2000):
+            if int(dut.done.value):
+                return clocks
+            await FallingEdge(dut.clk)
+        raise AssertionError("never done")
+
+    dut.start.value = 0
+    dut.drp_out.value = 0
+    dut.reset.value = 1
+    await ClockCycles(dut.clk, 3)
+    await FallingEdge(dut.clk)
+    dut.reset.value = 0
+    await ClockCycles(dut.clk, 3)
+    assert int(dut.done.value)
+    assert str(dut.drp_enable.value) == "0"
+    cocotb.start_soon(port())
+    for high, setting in ((0, LOW), (1, HIGH), (0, LOW)):
+        before = {address: rng.randrange(1 << 16) for address in range(32)}
+        registers |= before
+        writes.clear()
+        await write(high)
+        wanted = registers_of(setting)
+        assert sorted(writes) == sorted(wanted)
+        for address, (mask, value) in wanted.items():
+            assert registers[address] == before[address] & ~mask | value, hex(address)
+    alive = False
+    assert abs(await write(1) - CASE["timeout"]) < 8
+    alive = True
+    await write(1)
+    assert len(writes) == 2 * len(wanted)

@@ -132,6 +132,21 @@ async def jitter(dut: Any) -> None:
         Command(Code.CLOCK_SKEW, round(bench.random.random() * 10 * bit_ps)),
     ]
     await bench.relock(MODE_720, [*script])
+    # What was wrong while it came up is no error.
+    assert bench.led() & 0x3F == 0x1F, f"LEDs {bench.led():08b}"
+
+
+@cocotb.test()
+async def wrong_words(dut: Any) -> None:
+    """Words in a picture that no encoder sends: an error, and the picture goes on."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    lost = bench.lost_frames(MODE_720)
+    words = encode_frames(MODE_720, bench.pictures(MODE_720, lost + 4))
+    begin = (lost + 2) * MODE_720.h_total * MODE_720.v_total
+    words[begin + 3 : begin + MODE_720.h_active - 3 : 8] ^= np.uint32(1 << 8)
+    await bench.link.play([*signal(MODE_720), words])
+    assert bench.led() & 0x3F == 0x3F, f"LEDs {bench.led():08b}"
 
 
 @cocotb.test()
