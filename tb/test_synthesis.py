@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
 from plenofir.plan.planner import full_core
 from plenofir.synthesis.figures import CORE, Design, designs, load_figures, scene_designs
@@ -70,14 +71,43 @@ def test_what_a_scene_does_not_need_is_absent(tmp_path: Path, design: Design) ->
     # No part of the video path, nor any stage, filter, product or divider more than needed.
     folders = {source.parent.name for source in sources} - {tmp_path.name}
     assert folders == {"common", "refocus"}
-    assert kinds["refocus_stage"] == 2 * (core.order + 1)
+    stages = {"taps": "refocus_stage", "sums": "moving_sum_stage"}
+    for engine, stage in stages.items():
+        assert kinds[stage] == (2 * (core.order + 1) if core.engine == engine else 0)
     exact = core.arithmetic.kind == "exact"
     assert bool(kinds["stored_product"]) != exact
     assert bool(kinds["divide_round"]) == exact
     instances = re.findall(r"^  switched_fir_\S+ module_\w+_fir \(", verilog, re.M)
-    assert len(instances) == 2 * core.channels * core.parallel_rows * (core.order + 1)
+    filters = 2 * core.channels * core.parallel_rows * (core.order + 1)
+    assert len(instances) == (filters if core.engine == "taps" else 0)
     # Sums of the taps of a row filter: no tap more than the slices need.
     assert core.taps < full_core(core).taps
+
+
+def data_path_adders(core: CoreConfiguration, folder: Path) -> tuple[int, int]:
+    """Additions and subtractions of pixels and sums that GHDL makes of the stages."""
+    from plenofir import project
+    from plenofir.synthesis.tools import write_verilog
+
+    file = next(s for s in project.hdl_sources() if s.stem == "moving_sum_stage")
+    lines = file.read_text().splitlines()
+    begin = next(n for n, line in enumerate(lines, 1) if "add : process" in line)
+    end = next(n for n, line in enumerate(lines, 1) if "end process add;" in line)
+    text = write_verilog(project.hdl_sources(), CORE, core.generics(), folder).read_text()
+    found = re.findall(
+        r"moving_sum_stage\.vhd:(\d+):\d+ +\*/\n  assign \w+ = \S+ ([+-]) \S+;", text
+    )
+    signs = [sign for line, sign in found if begin <= int(line) <= end]
+    return signs.count("+"), signs.count("-")
+
+
+def test_adders_do_not_grow_with_m_or_a(tmp_path: Path) -> None:
+    # For each dimension: a pixel in less one out, the running sum, the first sum of the next line.
+    for m, shift in ((3, 2), (5, -3), (11, 13)):
+        core = CoreConfiguration(micro_image_size=m, shifts=(shift,), max_columns=16, engine="sums")
+        folder = tmp_path / f"m{m}"
+        folder.mkdir()
+        assert data_path_adders(core, folder) == (2 * 2, 2 * 1)
 
 
 def test_scene_is_smaller_than_its_full_build() -> None:
