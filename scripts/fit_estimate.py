@@ -1,10 +1,13 @@
-"""Fits the weights of plenofir.plan.estimate to the file of figures and prints them."""
+"""Fits the weights of plenofir.plan.estimate to the files of figures and prints them."""
 
 import numpy as np
 
+from plenofir.core import CoreConfiguration
 from plenofir.plan.devices import Usage
 from plenofir.plan.estimate import memories, structure
+from plenofir.synthesis.comparison import load_comparison, measured_cells
 from plenofir.synthesis.figures import CORE, designs, load_figures
+from plenofir.synthesis.spartan6 import Figures
 
 _STEPS = 20000
 
@@ -21,20 +24,16 @@ def fitted(parts: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return weights / scale
 
 
-def main() -> None:
-    """Print both tables, and how far off the worst design is."""
-    known = load_figures().figures["2.0.0"]
-    cores = [design for design in designs() if design.name in known and design.top == CORE]
-    counted = [structure(design.core) for design in cores]
+def fit(prefix: str, cells: list[tuple[str, CoreConfiguration, Figures]]) -> None:
+    """Print both tables of an engine, and how far off the worst design is."""
+    counted = [structure(core) for _, core, _ in cells]
     names = list(counted[0])
     parts = np.array([[count[name] for name in names] for count in counted], dtype=float)
-    in_memories = [
-        sum((memory.usage for memory in memories(design.core)), Usage()).lut for design in cores
-    ]
-    figures = [known[design.name] for design in cores]
+    in_memories = [sum((m.usage for m in memories(core)), Usage()).lut for _, core, _ in cells]
+    luts = [f.lut - lut for (_, _, f), lut in zip(cells, in_memories, strict=True)]
     for title, wanted in (
-        ("_LUT_WEIGHTS", [f.lut - lut for f, lut in zip(figures, in_memories, strict=True)]),
-        ("_FLIP_FLOP_WEIGHTS", [f.flip_flops for f in figures]),
+        (f"{prefix}LUT_WEIGHTS", luts),
+        (f"{prefix}FLIP_FLOP_WEIGHTS", [f.flip_flops for _, _, f in cells]),
     ):
         goal = np.array(wanted, dtype=float)
         weights = fitted(parts, goal)
@@ -45,7 +44,25 @@ def main() -> None:
         print("}")
         errors = parts @ weights / goal - 1
         worst = int(np.abs(errors).argmax())
-        print(f"# worst: {cores[worst].name}, {errors[worst]:+.1%}")
+        print(f"# worst: {cells[worst][0]}, {errors[worst]:+.1%}")
+
+
+def main() -> None:
+    """Print the tables of both engines."""
+    known = load_figures().figures["2.0.0"]
+    cores = [
+        (design.name, design.core, known[design.name])
+        for design in designs()
+        if design.name in known and design.top == CORE
+    ]
+    measured = load_comparison().figures
+    cells = [
+        (cell.name, cell.core(), measured[cell.name])
+        for cell in measured_cells()
+        if cell.name in measured
+    ]
+    fit("_", [part for part in cores if part[1].engine == "taps"])
+    fit("_SUM_", [part for part in [*cores, *cells] if part[1].engine == "sums"])
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Synthesis with GHDL and Yosys: recorded counts; what a scene does not need is absent."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -152,6 +153,29 @@ endmodule
         'module top\n  (input  a);\n  PLL_ADV #(.TEXT("HI"), .FLAG("TRUE"), .SHARE(0.5), '
         ".COUNT(4'b0101)) pll (\n    .A(a));\nendmodule\n"
     )
+
+
+def data_path_adders(core: CoreConfiguration, folder: Path) -> tuple[int, int]:
+    """Additions and subtractions of pixels and sums that GHDL makes of the stages."""
+    file = next(s for s in project.hdl_sources() if s.stem == "moving_sum_stage")
+    lines = file.read_text().splitlines()
+    begin = next(n for n, line in enumerate(lines, 1) if "add : process" in line)
+    end = next(n for n, line in enumerate(lines, 1) if "end process add;" in line)
+    text = write_verilog(project.hdl_sources(), CORE, core.generics(), folder).read_text()
+    found = re.findall(
+        r"moving_sum_stage\.vhd:(\d+):\d+ +\*/\n  assign \w+ = \S+ ([+-]) \S+;", text
+    )
+    signs = [sign for line, sign in found if begin <= int(line) <= end]
+    return signs.count("+"), signs.count("-")
+
+
+def test_adders_do_not_grow_with_m_or_a(tmp_path: Path) -> None:
+    # For each dimension: a pixel in less one out, the running sum, the first sum of the next line.
+    for m, shift in ((3, 2), (5, -3), (11, 13)):
+        core = CoreConfiguration(micro_image_size=m, shifts=(shift,), max_columns=16, engine="sums")
+        folder = tmp_path / f"m{m}"
+        folder.mkdir()
+        assert data_path_adders(core, folder) == (2 * 2, 2 * 1)
 
 
 def test_scene_is_smaller_than_its_full_build() -> None:

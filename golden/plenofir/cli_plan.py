@@ -61,11 +61,19 @@ def print_plan(plan: Plan) -> None:
         typer.echo(f"{'slice':<11} a = {part.a} (a' = {part.shift}){depth}")
     for low, high in plan.gaps_mm:
         typer.echo(f"{'not covered':<11} {_millimetres(low)} to {_millimetres(high)} mm")
-    typer.echo(
-        f"{'filters':<11} {plan.taps} taps, {plan.line_buffers} lines of partial sums for each "
-        f"channel ({plan.line_buffer_bits / 1024:.0f} Kbit in all)"
-        f"{', outputs held' if core.hold else ''}"
-    )
+    kept = f"({plan.line_buffer_bits / 1024:.0f} Kbit in all)"
+    if core.engine == "sums":
+        kept = f"{plan.line_buffers} lines of pixels for each channel {kept}"
+        typer.echo(f"{'sums':<11} moving sums, {kept}")
+    else:
+        typer.echo(
+            f"{'filters':<11} {plan.taps} taps, {plan.line_buffers} lines of partial sums for each "
+            f"channel {kept}{', outputs held' if core.hold else ''}"
+        )
+    typer.echo(f"{'engine':<11} {core.engine}: {plan.engine_reason}")
+    for option in plan.engines:
+        numbers = option.refused if option.needs is None else _amounts(option.needs)
+        typer.echo(f"{'':<11} {option.engine}: {numbers}")
     arithmetic = core.arithmetic.model_dump()
     widths = "".join(f", {name} {value}" for name, value in arithmetic.items() if name != "kind")
     bound = f"error at most {plan.error_bound:.3g} grey levels"

@@ -20,6 +20,14 @@ from plenofir.plan.estimate import Memory, estimate, reciprocal_bits, video_usag
 from plenofir.plan.planner import without_idle_slices
 from plenofir.rays import Cover, Slice, covering_slices
 from plenofir.refocus import StoredProductArithmetic
+from plenofir.synthesis.comparison import (
+    ENGINES,
+    SETS,
+    Cell,
+    load_comparison,
+    measured_cells,
+    widest,
+)
 from plenofir.synthesis.figures import CORE, designs, load_figures, scene_files
 
 PLENOFIR = str(Path(sys.executable).parent / "plenofir")
@@ -103,16 +111,67 @@ def test_explicit_slices(tmp_path: Path) -> None:
     plan = make_plan(scene(tmp_path, *changes))
     assert plan.core.shifts == (-1, 2)
     assert not plan.core.hold
-    plan = make_plan(scene(tmp_path, (changes[0][0], 'slices = ["-1", "0", "1"]')))
+    integer = (changes[0][0], 'slices = ["-1", "0", "1"]')
+    plan = make_plan(scene(tmp_path, integer, build='engine = "taps"'))
     assert plan.core.hold
     assert plan.core.layout.can_hold
+
+
+def test_engine_that_fits_is_chosen(tmp_path: Path) -> None:
+    # 40 lines of partial sums of three channels are too much, the pixels are not.
+    slices = ", ".join(f'"{shift}/5"' for shift in range(-5, 11))
+    changes = [
+        ("columns = 640", "columns = 1280"),
+        ("near_mm = 800.0\nfar_mm = inf", f"slices = [{slices}]"),
+    ]
+    build = 'arithmetic = "exact"\n'
+    plan = make_plan(scene(tmp_path, *changes, build=build))
+    assert plan.core.engine == "sums"
+    assert re.match(r"taps would not fit: \d+ of 116 block RAM", plan.engine_reason)
+    assert plan.line_buffers == 36
+    taps, sums = plan.engines
+    assert (taps.engine, sums.engine) == ("taps", "sums")
+    assert taps.needs is not None
+    assert sums.needs == plan.needs
+    with pytest.raises(InputError, match=r"needs \d+ of 116 block RAM"):
+        make_plan(scene(tmp_path, *changes, build=build + 'engine = "taps"'))
+    one_row = scene(tmp_path, *changes[1:], build=build + "parallel_rows = 5")
+    with pytest.raises(InputError, match=r"needs \d+ of"):
+        make_plan(one_row)
+
+
+def test_smaller_engine_is_chosen(tmp_path: Path) -> None:
+    for a in ("1/5", "2/5", "1", "-1"):
+        slices = ("near_mm = 800.0\nfar_mm = inf", f'slices = ["{a}"]')
+        plan = make_plan(scene(tmp_path, slices))
+        shares = {
+            option.engine: max(option.needs[name] / plan.available[name] for name in option.needs)
+            for option in plan.engines
+            if option.needs is not None
+        }
+        assert plan.core.engine == min(shares, key=lambda engine: shares[engine])
+        assert f"{shares[plan.core.engine]:.0%} of the device's" in plan.engine_reason
+    chosen = make_plan(scene(tmp_path, slices, build='engine = "taps"'))
+    assert (chosen.core.engine, chosen.engine_reason) == ("taps", "as the scene wants it")
+
+
+def test_moving_sums_need_blanking(tmp_path: Path) -> None:
+    # Frames of 480 lines become 530, a multiple of M; the mode has 525 with its blanking.
+    changes = [
+        ('model = "f193-mla2"\nfocus_mm = 5000.0\nmicro_image_size = 5', "micro_image_size = 53"),
+        ("rows = 480", "rows = 480\nrate_hz = 60.0"),
+        ("near_mm = 800.0\nfar_mm = inf", 'slices = ["1/53"]'),
+    ]
+    plan = make_plan(scene(tmp_path, *changes, build='path = "video"\ndevice = "xc6slx150"'))
+    assert plan.core.engine == "taps"
+    assert plan.engine_reason == "sums: frames of 530 lines, the mode has 525"
 
 
 def test_auto_arithmetic_takes_what_fits(tmp_path: Path) -> None:
     wide = ("columns = 640", "columns = 2048")
     assert make_plan(scene(tmp_path)).core.arithmetic.kind == "exact"
     many = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-1", "4/5"]')
-    plan = make_plan(scene(tmp_path, wide, many))
+    plan = make_plan(scene(tmp_path, wide, many, build='engine = "taps"'))
     arithmetic = plan.core.arithmetic
     assert isinstance(arithmetic, StoredProductArithmetic)
     # With one fraction bit more it would not fit.
@@ -147,6 +206,8 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
         ('"f193-mla2"', '"f1"', r"f1: no such camera"),
         ("[build]", '[build]\ndevice = "xc7a35t"', r"build\.device = 'xc7a35t'; expected one of"),
         ("[build]", "[build]\nguard_bits = 9", r"guard_bits of at most fraction_bits"),
+        ("[build]", '[build]\nengine = "both"', r"build\.engine = 'both'; expected 'auto'"),
+        ("[build]", '[build]\nengine = "sums"\nparallel_rows = 2', r"parallel_rows = 1 for"),
         ("[build]", '[build]\npath = "video"', r"frame\.rate_hz for build\.path"),
         ("far_mm = inf", "far_mm = nan", r"depth"),
         ("focus_mm = 5000.0", "focus_mm = 5.0", r"."),
@@ -277,6 +338,34 @@ def test_estimates_against_synthesis() -> None:
         assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name
         compared += 1
     assert compared >= 15
+
+
+def test_estimates_of_moving_sums_against_synthesis() -> None:
+    known = load_comparison().figures
+    measured = [cell for cell in measured_cells() if cell.engine == "sums" and cell.name in known]
+    assert len(measured) >= 12
+    for cell in measured:
+        figures, usage = known[cell.name], estimate(cell.core())
+        assert (usage.ramb16, usage.ramb8, usage.dsp) == (
+            figures.ramb16,
+            figures.ramb8,
+            figures.dsp,
+        ), cell.name
+        assert usage.lut == pytest.approx(figures.lut, rel=0.15), cell.name
+        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), cell.name
+
+
+def test_goals_of_moving_sums() -> None:
+    # 1280 columns with any slice chosen at run time; what the frames' memory takes less.
+    device = DEVICES["xc6slx45"]
+    for part in SETS:
+        taps, sums = (Cell(*part, engine) for engine in ENGINES)
+        assert device.overflow(estimate(taps.core()))
+        assert not device.overflow(estimate(sums.core()))
+        assert widest(sums, device) >= 1280 > widest(taps, device)
+    for m, shift, channels, ratio in ((5, 10, 3, 2.5), (11, 11, 1, 3.0)):
+        taps, sums = (Cell(m, (shift,), channels, engine) for engine in ENGINES)
+        assert taps.core(1024).line_buffer_bits >= ratio * sums.core(1024).line_buffer_bits
 
 
 @pytest.mark.parametrize(

@@ -682,7 +682,7 @@ begin
         next_own := moved(own_place_2, 1, RING_OF(own_2));
         step_3   <= step_after;
         stored_3 <= '0';
-        if RING_OF(own_2) > 0 then
+        if ALL_LINES > 0 and RING_OF(own_2) > 0 then
           stored_3 <= live_2;
         end if;
         if step_after = '1' then

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from plenofir.core import CoreConfiguration
 from plenofir.plan.devices import Usage
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
+from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.switches import FilterLayout
 
 # Yosys takes the memory with the lowest cost: a RAMB8BWER 65, a RAMB16BWER 129, a group of four
@@ -44,6 +45,8 @@ class Memory:
         How many of it there are.
     rom
         Whether it is only read.
+    words
+        Words, if they are no power of two.
     """
 
     name: str
@@ -51,11 +54,16 @@ class Memory:
     width: int
     copies: int
     rom: bool = False
+    words: int | None = None
+
+    @property
+    def _words(self) -> int:
+        return 1 << self.address_bits if self.words is None else self.words
 
     @property
     def bits(self) -> int:
         """Bits of all copies."""
-        return self.copies * self.width << self.address_bits
+        return self.copies * self.width * self._words
 
     @property
     def usage(self) -> Usage:
@@ -65,7 +73,7 @@ class Memory:
             *self._blocks(_RAMB16_WIDTHS, _RAMB16_COST, half=False),
         ]
         if self.rom:
-            options.append(((self.width << self.address_bits) / _ROM_BITS_FOR_A_COST, Usage()))
+            options.append((self.width * self._words / _ROM_BITS_FOR_A_COST, Usage()))
         else:
             options.append(self._lut_ram())
         return min(options, key=lambda option: option[0])[1] * self.copies
@@ -79,7 +87,7 @@ class Memory:
     ) -> Iterator[tuple[float, Usage]]:
         """Block RAMs side by side, in one bank or several."""
         for bank_bits, width in widths.items():
-            banks = 1 << max(self.address_bits - bank_bits, 0)
+            banks = -(-self._words >> bank_bits) or 1
             count = banks * -(-self.width // width)
             lut = (banks - 1) * self.width // 2
             usage = Usage(lut, ramb8=count) if half else Usage(lut, ramb16=count)
@@ -88,7 +96,7 @@ class Memory:
     def _lut_ram(self) -> tuple[float, Usage]:
         """Four LUTs: 32 words of 6 bits, or 64 words of 3 bits."""
         width = 6 if self.address_bits <= 5 else 3
-        banks = 1 << max(self.address_bits - 6, 0)
+        banks = -(-self._words // 64)
         whole, rest = divmod(self.width, width)
         cost = _LUT_RAM_COST * whole + (1 + (_LUT_RAM_COST - 1) * rest / width if rest else 0)
         lut = 4 * (whole + (rest > 0)) * banks + (banks - 1) * self.width // 2
@@ -156,6 +164,107 @@ def _filters(core: CoreConfiguration) -> Iterator[_Filter]:
         )
 
 
+@dataclass(frozen=True)
+class _Sum:
+    """A stage of moving sums (the generics of moving_sum_stage in moving_sum_array.vhd).
+
+    Attributes
+    ----------
+    layout
+        Schedule.
+    columns
+        Whether it filters columns.
+    data_bits
+        Bits of a pixel of all channels, as it is summed.
+    sum_bits
+        Bits of a sum of all channels.
+    value_bits
+        Width of what a stored product reads; 0 for none.
+    tag_bits
+        Side information of a step.
+    """
+
+    layout: SumLayout
+    columns: bool
+    data_bits: int
+    sum_bits: int
+    value_bits: int
+    tag_bits: int
+
+    @property
+    def reach(self) -> int:
+        """Largest age at which a pixel is needed."""
+        m = self.layout.micro_image_size
+        slices = range(len(self.layout.shifts))
+        ages = (self.layout.entering_age(s, v) for s in slices for v in range(m))
+        return max(ages) + m
+
+    @property
+    def table_words(self) -> int:
+        """Words of a table by slice and phase."""
+        return _table_words(self.layout)
+
+
+def _table_words(layout: SumLayout) -> int:
+    slices = len(layout.shifts)
+    rows = 1 if slices == 1 else 1 << (slices - 1).bit_length()
+    return rows << max((layout.micro_image_size - 1).bit_length(), 1)
+
+
+def _sums(core: CoreConfiguration) -> Iterator[_Sum]:
+    """All stages of the engine of moving sums, in their order."""
+    passes, m = core.order + 1, core.micro_image_size
+    slice_bits = max((len(core.shifts) - 1).bit_length(), 1)
+    for number in range(2 * passes):
+        exact = isinstance(core.arithmetic, ExactArithmetic)
+        columns = exact == (number < passes)
+        layout = core.sum_layout
+        if number % passes:
+            layout = SumLayout(m, (1,), core.align)
+        value_bits = 0
+        largest = ((1 << core.pixel_bits) - 1) * m**number
+        if isinstance(core.arithmetic, StoredProductArithmetic):
+            guard, fraction = core.arithmetic.guard_bits, core.arithmetic.fraction_bits
+            value_bits = core.pixel_bits + (guard if number else 0)
+            scale_bits = fraction - (guard if number else 0)
+            largest = (((2 << value_bits) - 2 << scale_bits) + m) // (2 * m)
+        yield _Sum(
+            layout=layout,
+            columns=columns,
+            data_bits=core.channels * largest.bit_length(),
+            sum_bits=core.channels * (m * largest).bit_length(),
+            value_bits=value_bits,
+            tag_bits=2 + slice_bits + (0 if columns else 3),
+        )
+
+
+def _sum_memories(core: CoreConfiguration) -> Iterator[Memory]:
+    """Memories of the engine of moving sums."""
+    depth_bits = max((core.max_columns - 1).bit_length(), 1)
+    for part in _sums(core):
+        layout = part.layout
+        if part.columns and core.max_columns > 1:
+            banks = 1 + layout.pixels_leave
+            words = max(sum(layout.ring_lines) // banks, 1) * core.max_columns
+            if sum(layout.ring_lines):
+                address_bits = (words - 1).bit_length()
+                yield Memory("lines of pixels", address_bits, part.data_bits, banks, words=words)
+            sums = 2 + layout.holds_outputs + layout.begins_within_group
+            yield Memory("sums", depth_bits, part.sum_bits, sums, words=core.max_columns)
+        else:
+            bits = part.reach.bit_length()
+            yield Memory("pixels of a line", bits, part.data_bits, 1 + layout.pixels_leave)
+        if part.value_bits:
+            lane = part.data_bits // core.channels
+            yield Memory("stored products", part.value_bits, lane, core.channels, rom=True)
+        address_bits = (part.table_words - 1).bit_length()
+        for name, width in (
+            ("ages", (part.reach + 1).bit_length()),
+            ("phases", max((core.micro_image_size - 1).bit_length(), 1)),
+        ):
+            yield Memory(name, address_bits, width, 1, rom=True)
+
+
 def memories(core: CoreConfiguration) -> tuple[Memory, ...]:
     """List the memories of a raster core.
 
@@ -169,8 +278,8 @@ def memories(core: CoreConfiguration) -> tuple[Memory, ...]:
     tuple of Memory
         Line buffers, stored products, FIFOs, row buffers.
     """
-    found = []
-    for part in _filters(core):
+    found = list(_sum_memories(core)) if core.engine == "sums" else []
+    for part in _filters(core) if core.engine == "taps" else ():
         if part.depth > 1 and part.kept:
             bits = (part.depth - 1).bit_length()
             width = part.kept * part.sum_bits
@@ -265,8 +374,10 @@ def structure(core: CoreConfiguration) -> dict[str, int]:
     Returns
     -------
     dict
-        Name of a part to its bits.
+        Name of a part to its bits; the parts of the two engines differ.
     """
+    if core.engine == "sums":
+        return _sum_structure(core)
     n = core.parallel_rows
     counts = dict.fromkeys(
         (
@@ -314,6 +425,31 @@ def structure(core: CoreConfiguration) -> dict[str, int]:
     return counts
 
 
+def _sum_structure(core: CoreConfiguration) -> dict[str, int]:
+    """Parts of a core with moving sums."""
+    names = ("core", "sum bits", "pixel bits", "control bits", "tables", "delays", "rings")
+    counts = dict.fromkeys((*names, "skips", "address bits"), 0)
+    counts["core"] = 1
+    counts["address bits"] = (core.max_columns - 1).bit_length()
+    for part in _sums(core):
+        layout, m = part.layout, core.micro_image_size
+        counts["sum bits"] += part.sum_bits
+        counts["pixel bits"] += part.data_bits
+        counts["control bits"] += (part.reach + 1).bit_length()
+        tables = 3 * (part.reach + 1).bit_length() + 4 + 2
+        counts["tables"] += -(-part.table_words // 64) * tables
+        counts["delays"] += layout.delay
+        if part.columns and core.max_columns > 1:
+            ring = max(sum(layout.ring_lines), 1).bit_length()
+            counts["rings"] += m * ring
+            if len(layout.shifts) > 1:
+                counts["skips"] += m * ring * -(-part.table_words // 64)
+        if part.value_bits:
+            lane = part.data_bits // core.channels
+            counts["tables"] += core.channels * _rom_luts(part.value_bits, lane)
+    return counts
+
+
 # The board without its core, synthesised: receiver, transmitter, timing, control; no block RAM.
 _VIDEO_LUT = 2650
 _VIDEO_FLIP_FLOPS = 2885
@@ -338,6 +474,27 @@ _FLIP_FLOP_WEIGHTS = {
 }
 
 
+_SUM_LUT_WEIGHTS = {
+    "core": 123,
+    "sum bits": 1.93,
+    "pixel bits": 12.3,
+    "control bits": 1.22,
+    "tables": 1.08,
+    "rings": 5.33,
+    "address bits": 9.89,
+}
+_SUM_FLIP_FLOP_WEIGHTS = {
+    "core": 168,
+    "sum bits": 5.15,
+    "pixel bits": 8.28,
+    "control bits": 8.9,
+    "tables": 0.519,
+    "rings": 4.4,
+    "skips": 0.335,
+    "address bits": 15.4,
+}
+
+
 def estimate(core: CoreConfiguration) -> Usage:
     """Estimate what a raster core takes of the device.
 
@@ -353,9 +510,12 @@ def estimate(core: CoreConfiguration) -> Usage:
     """
     parts = structure(core)
     in_memories = sum((memory.usage for memory in memories(core)), Usage())
+    lut_weights, flip_flop_weights = _LUT_WEIGHTS, _FLIP_FLOP_WEIGHTS
+    if core.engine == "sums":
+        lut_weights, flip_flop_weights = _SUM_LUT_WEIGHTS, _SUM_FLIP_FLOP_WEIGHTS
     logic = Usage(
-        lut=round(sum(weight * parts[name] for name, weight in _LUT_WEIGHTS.items())),
-        flip_flops=round(sum(weight * parts[name] for name, weight in _FLIP_FLOP_WEIGHTS.items())),
+        lut=round(sum(weight * parts[name] for name, weight in lut_weights.items())),
+        flip_flops=round(sum(weight * parts[name] for name, weight in flip_flop_weights.items())),
         dsp=multipliers(core),
     )
     return in_memories + logic

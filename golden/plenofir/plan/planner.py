@@ -6,7 +6,7 @@ from math import inf
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.core import CoreConfiguration
+from plenofir.core import CoreConfiguration, Engine
 from plenofir.errors import InputError
 from plenofir.hdmi.modes import MODES, VideoMode, find_mode
 from plenofir.plan.devices import DEVICES, Device, Usage
@@ -16,6 +16,7 @@ from plenofir.rays import Cover, RayModel, covering_slices
 from plenofir.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.refocus import interpolation_order
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
+from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.shifts import shift_to_text
 
 # What the grid of a full build spans: a = -1 to 1.
@@ -61,6 +62,26 @@ class LeftOut(BaseModel):
     saves: dict[str, int]
 
 
+class EngineOption(BaseModel):
+    """One of the engines, as it was weighed.
+
+    Attributes
+    ----------
+    engine
+        "taps" or "sums".
+    needs
+        Resources (estimate); None if it was not considered.
+    refused
+        Why it cannot be built; empty if it can.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    engine: Engine
+    needs: dict[str, int] | None
+    refused: str
+
+
 class Plan(BaseModel):
     """What is built for a scene.
 
@@ -91,11 +112,13 @@ class Plan(BaseModel):
     taps
         Taps of the filters of each dimension.
     line_buffers
-        Lines of partial sums that each channel keeps.
+        Lines that each channel keeps: of partial sums, or of pixels (engine "sums").
     line_buffer_bits
         Bits of all of them.
     error_bound
         Largest distance from the real-valued operator in grey levels.
+    engines, engine_reason
+        Both engines with what they take, and why the one of `core` was chosen.
     needs, full, available
         Resources of the plan (estimate), of the full build, and of the device.
     video_needs
@@ -125,6 +148,8 @@ class Plan(BaseModel):
     line_buffers: int
     line_buffer_bits: int
     error_bound: float
+    engines: tuple[EngineOption, ...]
+    engine_reason: str
     needs: dict[str, int]
     video_needs: dict[str, int] | None
     full: dict[str, int]
@@ -207,12 +232,18 @@ def _arithmetics(
             yield StoredProductArithmetic(fraction_bits=fraction, guard_bits=guard)
 
 
-def _candidates(loaded: LoadedScene, shifts: tuple[int, ...]) -> Iterator[CoreConfiguration]:
+def _candidates(
+    loaded: LoadedScene, shifts: tuple[int, ...], device: Device
+) -> Iterator[CoreConfiguration]:
     """Cores that do the job, in order of preference; those of one arithmetic, smallest first."""
     scene = loaded.scene
+    wanted = scene.build.engine
+    variants: list[tuple[Engine, bool]] = [("taps", False), ("taps", True), ("sums", False)]
     for arithmetic in _arithmetics(loaded):
         cores = []
-        for hold in (False, True):
+        for engine, hold in variants:
+            if wanted not in ("auto", engine):
+                continue
             core = CoreConfiguration(
                 micro_image_size=scene.camera.micro_image_size,
                 shifts=shifts,
@@ -223,11 +254,84 @@ def _candidates(loaded: LoadedScene, shifts: tuple[int, ...]) -> Iterator[CoreCo
                 order=interpolation_order(scene.build.interpolation),
                 hold=hold,
                 parallel_rows=scene.build.parallel_rows,
+                engine=engine,
             )
-            if not hold or core.layout.can_hold:
+            if hold and not core.layout.can_hold:
+                continue
+            if engine == "taps" or wanted == "sums" or not _sums_refused(loaded, core):
                 cores.append(core)
-        # The simpler filter wins a tie.
-        yield from sorted(cores, key=lambda core: (_size(estimate(core)), core.hold))
+        # The smaller filter for each engine (the simpler one wins a tie), then the better engine.
+        usages = {core: _needs(core, scene.build.path) for core in cores}
+        smallest = sorted(cores, key=lambda core: (_size(usages[core]), core.hold))
+        yield from sorted(smallest, key=lambda core: _scarcest(usages[core], device)[0])
+
+
+def _scarcest(usage: Usage, device: Device) -> tuple[float, str]:
+    """Largest share of a resource of the device that a design takes, and the resource."""
+    totals = device.total.amounts()
+    return max((needed / totals[name], name) for name, needed in usage.amounts().items())
+
+
+def _sums_refused(loaded: LoadedScene, core: CoreConfiguration) -> str:
+    """Why moving sums cannot be used; empty if they can."""
+    scene = loaded.scene
+    try:
+        core.check_limits()
+    except InputError as error:
+        return f"{error.what}; expected {error.expected}"
+    frame = scene.frame
+    if scene.build.path == "video" and frame.rate_hz is not None:
+        mode = find_mode(frame.columns, frame.rows, frame.rate_hz)
+        if mode is not None:
+            if core.band_steps(frame.columns) > mode.h_total:
+                clocks = core.band_steps(frame.columns)
+                return f"lines of {clocks} clocks, the mode has {mode.h_total}"
+            if core.frame_lines(frame.rows) > mode.v_total:
+                lines = core.frame_lines(frame.rows)
+                return f"frames of {lines} lines, the mode has {mode.v_total}"
+    return ""
+
+
+def _engine_choice(
+    loaded: LoadedScene, core: CoreConfiguration, device: Device
+) -> tuple[tuple[EngineOption, ...], str]:
+    """Both engines with the arithmetic of the chosen core, and the reason in a line."""
+    options, usages, fits = [], {}, {}
+    engines: tuple[Engine, Engine] = ("taps", "sums")
+    for engine in engines:
+        found = core.model_copy(update={"engine": engine, "hold": False})
+        if engine == "taps" and core.layout.can_hold:
+            held = found.model_copy(update={"hold": True})
+            found = min(found, held, key=lambda other: _size(estimate(other)))
+        found = core if core.engine == engine else found
+        refused = _sums_refused(loaded, found) if engine == "sums" else ""
+        if engine == "taps":
+            try:
+                found.check_limits()
+            except InputError as error:
+                refused = f"{error.what}; expected {error.expected}"
+        usage = _needs(found, loaded.scene.build.path) if not refused else None
+        usages[engine], fits[engine] = usage, usage is not None and not device.overflow(usage)
+        options.append(
+            EngineOption(
+                engine=engine, needs=None if usage is None else usage.amounts(), refused=refused
+            )
+        )
+    other = engines[core.engine == engines[0]]
+    chosen, rest = usages[core.engine], usages[other]
+    assert chosen is not None
+    if loaded.scene.build.engine != "auto":
+        return tuple(options), "as the scene wants it"
+    if rest is None:
+        return tuple(options), f"{other}: {next(o.refused for o in options if o.engine == other)}"
+    if not fits[other]:
+        over = "; ".join(device.overflow(rest))
+        return tuple(options), f"{other} would not fit: {over}"
+    (share, name), (more, scarce) = _scarcest(chosen, device), _scarcest(rest, device)
+    return (
+        tuple(options),
+        f"{share:.0%} of the device's {name}, {other} {more:.0%} of its {scarce}",
+    )
 
 
 def _size(usage: Usage) -> tuple[int, int]:
@@ -255,7 +359,7 @@ def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> Cor
     """Take the first candidate that fits."""
     smallest: Usage | None = None
     refused: InputError | None = None
-    for core in _candidates(loaded, shifts):
+    for core in _candidates(loaded, shifts, device):
         try:
             core.check_limits()
         except InputError as error:
@@ -297,13 +401,23 @@ def full_core(core: CoreConfiguration) -> CoreConfiguration:
     )
 
 
+def _lines(core: CoreConfiguration) -> int:
+    """Lines of pixels that moving sums keep of the first pass."""
+    return sum(core.sum_layout.ring_lines)
+
+
 def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]:
     """What the scene leaves out: each text with the core that would have it."""
     full = full_core(core)
     spare = len(full.shifts) - len(core.shifts)
     if spare > 0:
         yield (
-            f"{spare} of {len(full.shifts)} slices, {full.taps - core.taps} of {full.taps} taps",
+            f"{spare} of {len(full.shifts)} slices"
+            + (
+                f", {full.taps - core.taps} of {full.taps} taps"
+                if core.engine == "taps"
+                else f", {_lines(full) - _lines(core)} of {_lines(full)} lines"
+            ),
             core.model_copy(update={"shifts": full.shifts, "hold": False}),
         )
     if core.channels < full.channels:
@@ -317,7 +431,7 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
             core.model_copy(update={"hold": False}),
         )
     unswitched = int((~core.layout.switched).sum())
-    if unswitched:
+    if unswitched and core.engine == "taps":
         yield f"switches and adders of {unswitched} taps that no slice closes", core
     if core.order == 0:
         yield "linear interpolation", core.model_copy(update={"order": 1})
@@ -384,7 +498,7 @@ def _clock(
     if mode is not None:
         return mode.pixel_clock / 1000, mode.h_total * mode.v_total
     # One pixel each clock on the raster's streams, however many rows the array takes at once.
-    clocks = max(frame.columns, core.band_steps(frame.columns)) * frame.rows
+    clocks = max(frame.columns, core.band_steps(frame.columns)) * core.frame_lines(frame.rows)
     if core.parallel_rows > 1:
         clocks = frame.columns * frame.rows
     return (None if rate is None else clocks * rate / 1e6), clocks
@@ -426,7 +540,11 @@ def make_plan(loaded: LoadedScene) -> Plan:
     clock_mhz, frame_clocks = _clock(loaded, core, mode)
     columns, rows = scene.frame.columns, scene.frame.rows
     full = full_core(core)
-    kept = core.taps - (core.order + 1) + core.hold
+    engines, reason = _engine_choice(loaded, core, device)
+    lines = core.taps - (core.order + 1) + core.hold
+    if core.engine == "sums":
+        sums = [SumLayout(m, (1,), core.align)] * core.order
+        lines = sum(sum(layout.ring_lines) for layout in (core.sum_layout, *sums))
     return Plan(
         scene=scene.name,
         path=scene.build.path,
@@ -446,13 +564,16 @@ def make_plan(loaded: LoadedScene) -> Plan:
         columns=columns,
         rows=rows,
         taps=core.taps,
-        line_buffers=kept if core.column_depth > 1 else 0,
+        line_buffers=lines if core.column_depth > 1 else 0,
         line_buffer_bits=core.line_buffer_bits,
+        engines=engines,
+        engine_reason=reason,
         error_bound=float(core.arithmetic.error_bound(m, core.pixel_bits, core.order)),
         needs=_needs(core, scene.build.path).amounts(),
         video_needs=None if mode is None else video_usage(core).amounts(),
         full=_needs(full, scene.build.path).amounts(),
-        full_build=f"{len(full.shifts)} slices, {full.channels} channels, {full.taps} taps",
+        full_build=f"{len(full.shifts)} slices, {full.channels} channels"
+        + (f", {full.taps} taps" if core.engine == "taps" else f", {_lines(full)} lines of pixels"),
         available=device.total.amounts(),
         left_out=_left_out(core, scene.build.path),
     )

@@ -124,6 +124,9 @@ class SceneBuild(_Part):
         "core": the streams of the raster core; "video": video in and out.
     device
         What it must fit.
+    engine
+        "taps" (semi-systolic filters), "sums" (moving sums), or "auto": the one that fits; of two,
+        the one that takes the smaller share of what the device has least of.
     """
 
     arithmetic: Literal["auto", "exact", "stored"] = "auto"
@@ -133,6 +136,7 @@ class SceneBuild(_Part):
     parallel_rows: Annotated[int, Field(ge=1, le=MAX_PARALLEL_ROWS)] = 1
     path: Literal["core", "video"] = "core"
     device: str = "xc6slx45"
+    engine: Literal["auto", "taps", "sums"] = "auto"
 
     @field_validator("device")
     @classmethod
@@ -145,6 +149,12 @@ class SceneBuild(_Part):
     def _guard_bits_are_fraction_bits(self) -> "SceneBuild":
         if self.guard_bits > self.fraction_bits:
             raise ValueError("guard_bits of at most fraction_bits")
+        return self
+
+    @model_validator(mode="after")
+    def _moving_sums_take_one_row(self) -> "SceneBuild":
+        if self.engine == "sums" and self.parallel_rows > 1:
+            raise ValueError('parallel_rows = 1 for engine = "sums"')
         return self
 
 

@@ -11,13 +11,22 @@ from functools import cache
 from plenofir.core import CoreConfiguration
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 
-PARTS = ("stages", "filters", "taps", "stored products", "dividers", "lane registers")
+PARTS = (
+    "stages",
+    "filters",
+    "taps",
+    "moving sums",
+    "stored products",
+    "dividers",
+    "lane registers",
+)
 """Parts of a core that are counted."""
 
 # Entities that are such a part.
 _ENTITIES = {
     "refocus_stage": "stages",
     "switched_fir": "filters",
+    "moving_sum_stage": "moving sums",
     "stored_product": "stored products",
     "divide_round": "dividers",
     "lane_skew": "lane registers",
@@ -101,7 +110,7 @@ def count_parts(verilog: str, top: str) -> dict[str, int]:
 
 
 def needed_parts(core: CoreConfiguration) -> dict[str, int]:
-    """Parts that a core with taps is to be built of.
+    """Parts that a core is to be built of.
 
     Parameters
     ----------
@@ -116,10 +125,12 @@ def needed_parts(core: CoreConfiguration) -> dict[str, int]:
     passes = core.order + 1
     lanes = core.channels * core.parallel_rows
     exact = isinstance(core.arithmetic, ExactArithmetic)
+    taps = core.engine == "taps"
     return {
-        "stages": 2 * passes,
-        "filters": 2 * passes * lanes,
-        "taps": 2 * lanes * core.taps,
+        "stages": 2 * passes if taps else 0,
+        "filters": 2 * passes * lanes if taps else 0,
+        "taps": 2 * lanes * core.taps if taps else 0,
+        "moving sums": 0 if taps else 2 * passes,
         "stored products": 0 if exact else 2 * passes * lanes,
         "dividers": lanes if exact else 0,
         # Two of each, in front of the columns and behind them.
