@@ -239,4 +239,11 @@ def test_verilog_that_ghdl_leaves_unfinished() -> None:
 
 
 def test_core_is_a_design() -> None:
-    assert {design.top for design in DESIGNS} == {CORE, "module_array", "scene_top", BOARD}
+    assert {design.top for design in DESIGNS} == {
+        CORE,
+        "module_array",
+        "focal_stack",
+        "sharpness_index",
+        "scene_top",
+        BOARD,
+    }

@@ -235,12 +235,15 @@ RATE = ("rows = 480", "rows = 480\nrate_hz = 60.0")
 
 def test_video_path(tmp_path: Path) -> None:
     core = make_plan(scene(tmp_path, RATE))
+    assert core.core.engine == "sums"
     plan = make_plan(scene(tmp_path, RATE, build='path = "video"'))
     assert plan.clock_mhz == 25.175
     assert plan.blanking == (160, 45)
     assert plan.frame_clocks == 800 * 525
-    # With nothing but nearest neighbours and exact sums: D lines, and D + 21 pixels.
-    assert plan.latency_clocks == plan.core.delay * 801 + 21
+    # With nothing but nearest neighbours and exact sums: D lines, and D + 35 pixels, with taps 14 fewer.
+    assert plan.latency_clocks == plan.core.delay * 801 + 35
+    taps = make_plan(scene(tmp_path, RATE, build='path = "video"\nengine = "taps"'))
+    assert taps.latency_clocks == plan.latency_clocks - 14
     assert plan.core == core.core
     assert plan.video_needs is not None
     assert core.video_needs is None
@@ -273,7 +276,7 @@ def test_video_path_that_does_not_fit_is_refused_with_it(tmp_path: Path) -> None
     # All RAM is needed for 720p with M = 11; LUTs of the core and of the video path are counted.
     changes = [("columns = 640", "columns = 1280"), ("rows = 480", "rows = 720\nrate_hz = 60.0")]
     slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-2", "1/5", "2"]')
-    build = 'path = "video"\narithmetic = "exact"'
+    build = 'path = "video"\narithmetic = "exact"\nengine = "taps"'
     with pytest.raises(InputError, match=r"XC6SLX45: needs \d+ of 116 block RAM"):
         make_plan(scene(tmp_path, *changes, slices, build=build))
 
