@@ -27,7 +27,7 @@ given = $(if $(filter-out file undefined,$(origin $1)),$($1))
 PYTHON := .venv/bin/python
 PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help sim synth pnr mutants figures test test-full golden lint docs waves bench bitstream bitstream-check venv simulator libpython clean
+.PHONY: help sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -53,6 +53,12 @@ mutants: venv libpython ## Change the VHDL in 120 ways; fails if a change that n
 figures: venv ## Write what `make test` wants of the synthesis anew (half an hour)
 	@scripts/setup.sh ghdl
 	@$(PYTHON) scripts/update_figures.py
+	@$(PYTHON) scripts/build_docs.py
+
+compare: venv ## Synthesise cells of the comparison of both engines that were not yet (hours)
+	@scripts/setup.sh ghdl
+	@$(PYTHON) scripts/compare_engines.py
+	@$(PYTHON) scripts/draw_engines.py
 	@$(PYTHON) scripts/build_docs.py
 
 test: venv simulator libpython lint bitstream-check ## Style, types, golden model, testbenches

@@ -23,6 +23,15 @@ from plenofir.plan.estimate import estimate
 from plenofir.plan.planner import full_core
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir.stack_core import StackConfiguration
+from plenofir.synthesis.comparison import (
+    ENGINES,
+    SETS,
+    SIZES,
+    Cell,
+    load_comparison,
+    shown_shifts,
+    widest,
+)
 from plenofir.synthesis.figures import (
     Design,
     core_designs,
@@ -191,6 +200,38 @@ def column_memory(text: str) -> str:
     return between_marks(text, "memory", "\n".join(lines))
 
 
+def engine_tables(text: str) -> str:
+    """Put what both engines take, cell by cell, between its marks in a page."""
+    device = DEVICES["xc6slx45"]
+    content = load_comparison()
+
+    def part(cell: Cell) -> str:
+        measured = content.figures.get(cell.name)
+        usage = estimate(cell.core()) if measured is None else measured.usage
+        about = "~" if measured is None else ""
+        return (
+            f"{about}{usage.lut} | {about}{usage.flip_flops} | {usage.block_rams} | {usage.dsp} "
+            f"| {widest(cell, device)}"
+        )
+
+    heads = "LUT | flip-flops | block RAM | DSP48A1 | widest"
+    lines = [f"| M | a' | colour | taps: {heads} | sums: {heads} |", "| --- " * 13 + "|"]
+    cells = [
+        *(
+            (m, (shift,), channels)
+            for channels in (1, 3)
+            for m in SIZES
+            for shift in shown_shifts(m)
+        ),
+        *SETS,
+    ]
+    for m, shifts, channels in cells:
+        shown = str(shifts[0]) if len(shifts) == 1 else f"{shifts[0]} to {shifts[-1]}"
+        both = " | ".join(part(Cell(m, shifts, channels, engine)) for engine in ENGINES)
+        lines.append(f"| {m} | {shown} | {'grey' if channels == 1 else 'RGB'} | {both} |")
+    return between_marks(text, "engines", "\n".join(lines))
+
+
 def resource_tables(text: str) -> str:
     """Put what the designs take of a Spartan-6 between its marks in a page."""
     content = load_figures()
@@ -334,7 +375,7 @@ def main() -> int:
     pages = {ENTITIES / f"{path.stem}.md": page(path) for path in paths}
     pages[ENTITIES / "README.md"] = index(paths)
     pages[GOLDEN_MODEL] = error_bounds(GOLDEN_MODEL.read_text())
-    pages[MOVING_SUM] = column_memory(MOVING_SUM.read_text())
+    pages[MOVING_SUM] = engine_tables(column_memory(MOVING_SUM.read_text()))
     pages[MODULE_ARRAY] = clock_tables(MODULE_ARRAY.read_text())
     pages[RESOURCES] = resource_tables(RESOURCES.read_text())
     pages[STACK] = stack_tables(STACK.read_text())

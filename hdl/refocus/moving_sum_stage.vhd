@@ -682,7 +682,7 @@ begin
         next_own := moved(own_place_2, 1, RING_OF(own_2));
         step_3   <= step_after;
         stored_3 <= '0';
-        if ALL_LINES > 0 and RING_OF(own_2) > 0 then
+        if RING_OF(own_2) > 0 then
           stored_3 <= live_2;
         end if;
         if step_after = '1' then
@@ -751,7 +751,7 @@ begin
 
     end process find_lines;
 
-    bank : for b in 0 to BANKS - 1 generate
+    bank : for b in 0 to choose(ALL_LINES = 0, 0, BANKS) - 1 generate
 
       signal write_enable : std_logic;
 

@@ -440,7 +440,7 @@ def _sum_structure(core: CoreConfiguration) -> dict[str, int]:
         counts["tables"] += -(-part.table_words // 64) * tables
         counts["delays"] += layout.delay
         if part.columns and core.max_columns > 1:
-            ring = max(sum(layout.ring_lines), 1).bit_length()
+            ring = sum(layout.ring_lines).bit_length()
             counts["rings"] += m * ring
             if len(layout.shifts) > 1:
                 counts["skips"] += m * ring * -(-part.table_words // 64)
@@ -475,23 +475,18 @@ _FLIP_FLOP_WEIGHTS = {
 
 
 _SUM_LUT_WEIGHTS = {
-    "core": 123,
-    "sum bits": 1.93,
-    "pixel bits": 12.3,
-    "control bits": 1.22,
-    "tables": 1.08,
-    "rings": 5.33,
-    "address bits": 9.89,
+    "core": 216,
+    "pixel bits": 12.4,
+    "tables": 2.29,
+    "rings": 6.44,
 }
 _SUM_FLIP_FLOP_WEIGHTS = {
-    "core": 168,
-    "sum bits": 5.15,
-    "pixel bits": 8.28,
-    "control bits": 8.9,
-    "tables": 0.519,
-    "rings": 4.4,
-    "skips": 0.335,
-    "address bits": 15.4,
+    "core": 271,
+    "pixel bits": 14.6,
+    "control bits": 6.17,
+    "tables": 0.638,
+    "rings": 6.19,
+    "address bits": 4.12,
 }
 
 
