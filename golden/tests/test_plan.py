@@ -156,15 +156,17 @@ def test_smaller_engine_is_chosen(tmp_path: Path) -> None:
 
 
 def test_moving_sums_need_blanking(tmp_path: Path) -> None:
-    # Frames of 480 lines become 530, a multiple of M; the mode has 525 with its blanking.
+    # Frames of 600 lines become 629, a multiple of M; the mode has 628 with its blanking.
     changes = [
-        ('model = "f193-mla2"\nfocus_mm = 5000.0\nmicro_image_size = 5', "micro_image_size = 53"),
-        ("rows = 480", "rows = 480\nrate_hz = 60.0"),
-        ("near_mm = 800.0\nfar_mm = inf", 'slices = ["1/53"]'),
+        ('model = "f193-mla2"\nfocus_mm = 5000.0\nmicro_image_size = 5', "micro_image_size = 37"),
+        ("columns = 640", "columns = 800"),
+        ("rows = 480", "rows = 600\nrate_hz = 60.0"),
+        ("near_mm = 800.0\nfar_mm = inf", 'slices = ["1/37"]'),
     ]
-    plan = make_plan(scene(tmp_path, *changes, build='path = "video"\ndevice = "xc6slx150"'))
+    build = 'path = "video"\narithmetic = "stored"\nfraction_bits = 0\nguard_bits = 0'
+    plan = make_plan(scene(tmp_path, *changes, build=build))
     assert plan.core.engine == "taps"
-    assert plan.engine_reason == "sums: frames of 530 lines, the mode has 525"
+    assert plan.engine_reason == "sums: frames of 629 lines, the mode has 628"
 
 
 def test_auto_arithmetic_takes_what_fits(tmp_path: Path) -> None:
@@ -240,7 +242,7 @@ def test_video_path(tmp_path: Path) -> None:
     assert plan.clock_mhz == 25.175
     assert plan.blanking == (160, 45)
     assert plan.frame_clocks == 800 * 525
-    # With nothing but nearest neighbours and exact sums: D lines, and D + 35 pixels, with taps 14 fewer.
+    # With nearest neighbours and exact sums: D lines, and D + 35 pixels, with taps 14 fewer.
     assert plan.latency_clocks == plan.core.delay * 801 + 35
     taps = make_plan(scene(tmp_path, RATE, build='path = "video"\nengine = "taps"'))
     assert taps.latency_clocks == plan.latency_clocks - 14
