@@ -19,7 +19,7 @@ from plenofir.plan.configure import TOP, configure, needed_sources
 from plenofir.plan.estimate import Memory, estimate, reciprocal_bits, video_usage
 from plenofir.plan.planner import without_idle_slices
 from plenofir.rays import Cover, Slice, covering_slices
-from plenofir.refocus import StoredProductArithmetic
+from plenofir.refocus import StoredProductArithmetic, shift_to_text
 from plenofir.synthesis.comparison import (
     ENGINES,
     SETS,
@@ -167,6 +167,27 @@ def test_moving_sums_need_blanking(tmp_path: Path) -> None:
     plan = make_plan(scene(tmp_path, *changes, build=build))
     assert plan.core.engine == "taps"
     assert plan.engine_reason == "sums: frames of 629 lines, the mode has 628"
+
+
+def test_many_slices_fit_the_board_with_moving_sums(tmp_path: Path) -> None:
+    def slices(m: int, low: int, high: int) -> tuple[str, str]:
+        texts = ", ".join(f'"{shift_to_text(shift, m)}"' for shift in range(low, high + 1))
+        return ("near_mm = 800.0\nfar_mm = inf", f"slices = [{texts}]")
+
+    size = [("columns = 640", "columns = 1280"), ("rows = 480", "rows = 720\nrate_hz = 60.0")]
+    plan = make_plan(scene(tmp_path, *size, slices(5, -5, 10), build='path = "video"'))
+    assert len(plan.core.shifts) == 16
+    assert plan.engine_reason.startswith("taps would not fit: 177 of 116 block RAM")
+    assert all(plan.needs[name] <= plan.available[name] for name in plan.available)
+    changes = [
+        *size,
+        slices(11, -11, 11),
+        ('model = "f193-mla2"\nfocus_mm = 5000.0\nmicro_image_size = 5', "micro_image_size = 11"),
+        ('"rgb"', '"grey"'),
+    ]
+    plan = make_plan(scene(tmp_path, *changes))
+    assert len(plan.core.shifts) == 23
+    assert plan.engine_reason.startswith("taps would not fit: 227 of 116 block RAM")
 
 
 def test_auto_arithmetic_takes_what_fits(tmp_path: Path) -> None:
