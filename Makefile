@@ -55,9 +55,10 @@ figures: venv ## Write what `make test` wants of the synthesis anew (half an hou
 	@$(PYTHON) scripts/update_figures.py
 	@$(PYTHON) scripts/build_docs.py
 
-compare: venv ## Synthesise cells of the comparison of both engines that were not yet (hours)
+compare: venv ## Synthesise and place the cells of the comparison of both engines that were not yet (hours)
 	@scripts/setup.sh ghdl
-	@$(PYTHON) scripts/compare_engines.py
+	@scripts/setup.sh pnr
+	@$(PYTHON) scripts/compare_engines.py --places
 	@$(PYTHON) scripts/draw_engines.py
 	@$(PYTHON) scripts/build_docs.py
 

@@ -211,11 +211,15 @@ def engine_tables(text: str) -> str:
         about = "~" if measured is None else ""
         return (
             f"{about}{usage.lut} | {about}{usage.flip_flops} | {usage.block_rams} | {usage.dsp} "
-            f"| {widest(cell, device)}"
+            f"| {widest(cell, device)} | {clock(cell)}"
         )
 
-    heads = "LUT | flip-flops | block RAM | DSP48A1 | widest"
-    lines = [f"| M | a' | colour | taps: {heads} | sums: {heads} |", "| --- " * 13 + "|"]
+    def clock(cell: Cell) -> str:
+        placed = content.placed.get(cell.name)
+        return "" if placed is None else f"{placed.fmax_mhz:.0f}"
+
+    heads = "LUT | flip-flops | block RAM | DSP48A1 | widest | MHz"
+    lines = [f"| M | a' | colour | taps: {heads} | sums: {heads} |", "| --- " * 15 + "|"]
     cells = [
         *(
             (m, (shift,), channels)

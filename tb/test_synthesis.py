@@ -236,6 +236,10 @@ def test_verilog_that_ghdl_leaves_unfinished() -> None:
     assert "default: n5_o <= 'bx;" in plain
     assert "memory[" not in plain
     assert "rom[0] = 2'b01;" in plain
+    # A constant of more than 32 bits is no text.
+    bits = "10" * 17
+    assert plain_verilog(f'  mask <= "{bits}";') == f"  mask <= 34'b{bits};"
+    assert plain_verilog('  .TEXT("11")') == '  .TEXT("11")'
 
 
 def test_core_is_a_design() -> None:

@@ -56,6 +56,7 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
         CoreConfiguration(
             micro_image_size=5, shifts=(-5, 0, 5), max_columns=40, hold=True, arithmetic=STORED
         ),
+        CoreConfiguration(micro_image_size=5, shifts=(8,), max_columns=40),
         CoreConfiguration(micro_image_size=4, shifts=(2, 4, 0), max_columns=40, engine="sums"),
         pytest.param(
             CoreConfiguration(

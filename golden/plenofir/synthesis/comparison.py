@@ -153,12 +153,12 @@ def placed_cells() -> Iterator[Cell]:
     Yields
     ------
     Cell
-        The sets, and a' = 2 for each M, grey.
+        The sets, and a' = 2 and M for each M, grey.
     """
     known = {cell.name for cell in measured_cells()}
     cells = [
         *(Cell(*part, "sums") for part in SETS),
-        *(Cell(m, (2,), 1, engine) for m in SIZES for engine in ENGINES),
+        *(Cell(m, (a,), 1, engine) for m in SIZES for a in (2, m) for engine in ENGINES),
     ]
     yield from (cell for cell in cells if cell.name in known)
 

@@ -108,9 +108,9 @@ def yosys_version() -> str:
 def plain_verilog(text: str) -> str:
     """Verilog as all tools take it, from GHDL's.
 
-    GHDL 2.0 prints constants of 0 bits (of a natural range 0 to 0), which no tool reads, leaves
-    out the default of one-hot cases, from which tools infer latches, and drives undriven bits with
-    high impedance. Memories of zeros need no initial values, which take Yosys most of its time:
+    GHDL 2.0 prints constants of 0 bits (of a natural range 0 to 0), which no tool reads, and those
+    of more than 32 bits as texts, which are other numbers; leaves out the default of one-hot cases,
+    from which tools infer latches, and drives undriven bits with high impedance. Memories of zeros need no initial values, which take Yosys most of its time:
     block RAM and Verilator begin with zeros.
 
     Parameters
@@ -124,6 +124,7 @@ def plain_verilog(text: str) -> str:
         The same circuit.
     """
     text = re.sub(r"^ *initial begin\n(?: *\w+\[\d+\] = \d+'b0+;\n)+ *end\n", "", text, flags=re.M)
+    text = re.sub(r'"([01XZ]{33,})"', lambda bits: f"{len(bits[1])}'b{bits[1]}", text)
     text = re.sub(r"\b0'b(?:[XZxz]|(?![01]))", "1'b0", text)
     text = re.sub(r"'b[zZ](?=[,}])", "'bX", text)
 
