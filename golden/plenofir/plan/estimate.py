@@ -457,36 +457,38 @@ _VIDEO_FLIP_FLOPS = 2885
 # LUTs and flip-flops of each part (scripts/fit_estimate.py).
 _LUT_WEIGHTS = {
     "core": 208,
-    "switched bits": 1.89,
-    "always closed bits": 1.6,
-    "switches": 2.1,
-    "skew bits": 1.7,
-    "parallel rows": 55,
-    "address bits": 1.48,
+    "switched bits": 1.88,
+    "always closed bits": 1.59,
+    "switches": 2.23,
+    "skew bits": 1.86,
+    "parallel rows": 52.3,
+    "address bits": 1.64,
 }
 _FLIP_FLOP_WEIGHTS = {
     "core": 233,
     "register bits": 0.565,
-    "switched bits": 0.058,
+    "switched bits": 0.0578,
     "restart bits": 1.6,
-    "switches": 0.0803,
-    "skew bits": 3.32,
+    "switches": 0.0833,
+    "skew bits": 3.35,
 }
 
 
 _SUM_LUT_WEIGHTS = {
-    "core": 216,
-    "pixel bits": 12.4,
-    "tables": 2.29,
-    "rings": 6.44,
+    "core": 142,
+    "pixel bits": 8.85,
+    "tables": 2.66,
+    "rings": 4.89,
+    "address bits": 12.9,
 }
 _SUM_FLIP_FLOP_WEIGHTS = {
-    "core": 271,
-    "pixel bits": 14.6,
-    "control bits": 6.17,
-    "tables": 0.638,
-    "rings": 6.19,
-    "address bits": 4.12,
+    "core": 164,
+    "pixel bits": 12.6,
+    "control bits": 9.79,
+    "tables": 0.321,
+    "delays": 1.49,
+    "rings": 5.26,
+    "address bits": 14.9,
 }
 
 
