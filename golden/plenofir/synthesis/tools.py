@@ -110,8 +110,9 @@ def plain_verilog(text: str) -> str:
 
     GHDL 2.0 prints constants of 0 bits (of a natural range 0 to 0), which no tool reads, and those
     of more than 32 bits as texts, which are other numbers; leaves out the default of one-hot cases,
-    from which tools infer latches, and drives undriven bits with high impedance. Memories of zeros need no initial values, which take Yosys most of its time:
-    block RAM and Verilator begin with zeros.
+    from which tools infer latches, and drives undriven bits with high impedance. Memories of zeros
+    need no initial values, which take Yosys most of its time: block RAM and Verilator begin with
+    zeros.
 
     Parameters
     ----------
