@@ -191,10 +191,10 @@ class CoreConfiguration(BaseModel):
         Returns
         -------
         int
-            At least `rows`, whole bands; lines of blanking count.
+            At least `rows`; lines of blanking count.
         """
         if self.engine == "taps":
-            return -(-rows // self.parallel_rows) * self.parallel_rows
+            return rows
         m = self.micro_image_size
         return -(-max(rows, self.delay + 1) // m) * m
 
@@ -213,7 +213,9 @@ class CoreConfiguration(BaseModel):
         bool
             False where lines or frames want a pause.
         """
-        return self.band_steps(columns) == columns and self.frame_lines(rows) == rows
+        shortest_band = min(rows, rows % self.parallel_rows or self.parallel_rows)
+        fast_bands = shortest_band * columns >= self.band_steps(columns)
+        return fast_bands and self.frame_lines(rows) == rows
 
     def array_latency_clocks(self, columns: int, *, deskew: bool = False) -> int:
         """Clocks from the module array's first pixel in to its first pixel out.

@@ -15,9 +15,8 @@
 -- Latency: with PARALLEL_ROWS = 1, D * (max(columns, 4) + 1) + 7 + array_latency clocks from the first pixel in
 --   to the first pixel out when nothing stalls, D = total_delay (nearest neighbour: D * (columns + 1) + 16, stored
 --   products 15). With more, CoreConfiguration.latency_clocks of the Python package gives it.
--- Throughput: one pixel of all channels each clock. With PARALLEL_ROWS > 1 the source is never refused where
---   lines and rows are multiples of it. Else up to PARALLEL_ROWS - 1 clocks are lost where two bands follow each
---   other directly, and the source may be refused for a while, as the lines of a band leave in a burst.
+-- Throughput: one pixel of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by itself (the last
+--   of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
 -- Ports: AXI4-Stream video, tuser(0) = start of frame, tlast = end of line, tid = slice of the frame
 --   that comes out, channel 0 in the low bits of tdata; columns, rows: frame size, read with the first
 --   pixel of a frame; slice, sweep, sweep_frames as in slice_select, read with it too; error_flags

@@ -1,10 +1,9 @@
 -- Turns bands of parallel rows back into a raster: row buffers behind the module array.
 --
 -- Each row has a FIFO. They are read line by line, from the first row of a band to the last. A
--- row that holds no image line leaves one word that says so, and is passed over.
+-- row that holds no image line leaves one word that says so, and is passed over with the end of the line before it.
 --
--- Latency: 2 clocks from a pixel to its offer when its turn has come. Throughput: one pixel each clock; a
---   row without an image line costs 1 clock.
+-- Latency: 2 clocks from a pixel to its offer when its turn has come. Throughput: one pixel each clock.
 -- Ports: row_valid marks pixels of image lines, row_skip rows of a band without one (once for each
 --   band); row_words is what goes with the pixels, row 0 in the low bits, bit LAST_BIT of a word
 --   marks the end of a line; m_axis_*: the words in raster order; room: all FIFOs can take the
@@ -48,8 +47,9 @@ end entity row_scatter;
 architecture rtl of row_scatter is
 
   -- Without parallel rows a line leaves as it comes, and rows without an image line leave nothing. Else a
-  -- line waits for those of the rows before it, which may lag by a token each.
-  constant LINE_WORDS   : natural  := choose(PARALLEL_ROWS = 1, 0, MAX_COLUMNS + PARALLEL_ROWS);
+  -- line waits for those of the rows before it, which may lag by a token each; and where a frame's last band is
+  -- not full, the next band comes before the lines of a full one before it have gone.
+  constant LINE_WORDS   : natural  := choose(PARALLEL_ROWS = 1, 0, 2 * MAX_COLUMNS + PARALLEL_ROWS);
   constant CAPACITY     : positive := LINE_WORDS + 2 * UNDER_WAY;
   constant ADDRESS_BITS : positive := bits_for(CAPACITY - 1);
   constant ROOM_LEVEL   : positive := 2 ** ADDRESS_BITS - UNDER_WAY;
@@ -70,6 +70,9 @@ architecture rtl of row_scatter is
   signal entry    : entry_t;
   signal offered  : std_logic;
   signal taken    : std_logic;
+  -- Rows that are passed over in this clock, and the one that comes behind them.
+  signal passed   : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  signal row_then : natural range 0 to PARALLEL_ROWS;
 
 begin
 
@@ -103,7 +106,7 @@ begin
       );
 
     take(r) <= taken when row = r else
-               '0';
+               passed(r);
 
     watch_room : process (clk) is
     begin
@@ -138,17 +141,43 @@ begin
   m_axis_tvalid <= offered and not entry(WIDTH);
   m_axis_tdata  <= entry(WIDTH - 1 downto 0);
 
+  pass_over : process (row, taken, entry, entries, on_offer) is
+
+    variable place : natural range 0 to PARALLEL_ROWS;
+    variable going : std_logic;
+
+  begin
+
+    passed <= (others => '0');
+    place  := row;
+    going  := taken and (entry(LAST_BIT) or entry(WIDTH));
+
+    for i in 1 to PARALLEL_ROWS loop
+
+      if going = '1' then
+        if place = PARALLEL_ROWS - 1 then
+          place := 0;
+        else
+          place := place + 1;
+        end if;
+        going := '0';
+        if i < PARALLEL_ROWS then
+          going         := on_offer(place) and entries(place)(WIDTH);
+          passed(place) <= going;
+        end if;
+      end if;
+
+    end loop;
+
+    row_then <= place;
+
+  end process pass_over;
+
   next_row : process (clk) is
   begin
 
     if rising_edge(clk) then
-      if taken = '1' and (entry(LAST_BIT) = '1' or entry(WIDTH) = '1') then
-        if row = PARALLEL_ROWS - 1 then
-          row <= 0;
-        else
-          row <= row + 1;
-        end if;
-      end if;
+      row <= row_then;
       if reset = '1' then
         row <= 0;
       end if;
