@@ -1,6 +1,7 @@
 """Changes the VHDL in many small ways and reports what the tests do not notice.
 
-Usage: python scripts/mutate.py [--seed N] [--count N] [--only FILE] [--out FILE] [--resume]
+Usage: python scripts/mutate.py [--seed N] [--count N] [--only FILE] [--jobs N] [--out FILE]
+       [--resume]
 
 A mutant is one change of one operator, constant, switch bit or reset in one source. It is simulated
 until something fails: first a few small cores in the file pump against the golden model, then the
@@ -26,6 +27,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -445,6 +447,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=120)
     parser.add_argument("--only", default="*", help="names of sources, a pattern")
     parser.add_argument("--out", type=Path, default=project.root() / "build" / "mutants.json")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants at a time")
     parser.add_argument(
         "--resume", action="store_true", help="go on from --out; only while nothing has changed"
     )
@@ -481,16 +484,28 @@ def main() -> int:
 
     # All mutants go through the short tests before any goes through the long ones.
     for number in range(max(len(rounds_of(mutant)) for mutant in taken)):
-        for place, mutant in enumerate(taken, 1):
+        waiting = []
+        for mutant in taken:
             rounds, found = done.get(mutant.key, (0, ""))
             # What is known to be noticed by nothing is only seen to be valid.
             last = number >= len(rounds_of(mutant)) or (number > 0 and mutant.key in known)
-            if found or number < rounds or last:
-                continue
-            done[mutant.key] = (number + 1, run(mutant, number))
-            save()
-            if sys.stderr.isatty():
-                print(f"\rround {number + 1}: {place} of {len(taken)}", end="", file=sys.stderr)
+            if not (found or number < rounds or last):
+                waiting.append(mutant)
+        with ThreadPoolExecutor(arguments.jobs) as pool:
+            running = {pool.submit(run, mutant, number): mutant for mutant in waiting}
+            try:
+                for place, future in enumerate(as_completed(running), 1):
+                    done[running[future].key] = (number + 1, future.result())
+                    save()
+                    if sys.stderr.isatty():
+                        print(
+                            f"\rround {number + 1}: {place} of {len(waiting)}",
+                            end="",
+                            file=sys.stderr,
+                        )
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
     unexplained = [m for m in taken if not done[m.key][1] and m.key not in known]
     for mutant in unexplained:
         print(
