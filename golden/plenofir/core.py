@@ -157,9 +157,13 @@ class CoreConfiguration(BaseModel):
     def array_clocks(self) -> int:
         """Clocks from a token at the module array's input to its output (array_latency)."""
         stored = isinstance(self.arithmetic, StoredProductArithmetic)
-        stage = 10 if self.engine == "sums" else 3 + (self.broadcast_taps > 0)
-        stage += stored
-        return 2 * (self.order + 1) * stage + (0 if stored else _DIVIDE_CLOCKS)
+        if self.engine == "sums":
+            # The memory of lines (ram_blocks) takes a clock more than that of a line's last pixels.
+            stages = 10 + 10 + (self.max_columns > 1)
+        else:
+            stages = 2 * (3 + (self.broadcast_taps > 0))
+        stages += 2 * stored
+        return (self.order + 1) * stages + (0 if stored else _DIVIDE_CLOCKS)
 
     def band_steps(self, columns: int) -> int:
         """Tokens from the beginning of a band to that of the next one at the earliest.

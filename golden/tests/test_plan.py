@@ -16,7 +16,8 @@ from plenofir.errors import InputError
 from plenofir.files import publish_files
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
 from plenofir.plan.configure import TOP, configure, needed_sources
-from plenofir.plan.estimate import Memory, estimate, reciprocal_bits, video_usage
+from plenofir.plan.devices import Usage
+from plenofir.plan.estimate import Memory, block_sizes, estimate, reciprocal_bits, video_usage
 from plenofir.plan.planner import without_idle_slices
 from plenofir.rays import Cover, Slice, covering_slices
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
@@ -412,6 +413,19 @@ def test_memories_as_yosys_maps_them(
 ) -> None:
     usage = Memory("", address_bits, width, 1).usage
     assert (usage.ramb16, usage.ramb8) == (ramb16, ramb8)
+
+
+def test_blocks_of_deep_memories_take_no_more_block_rams() -> None:
+    for width in (1, 8, 9, 11, 24, 48):
+        for words in (1, 513, 1500, 4097, 23040, 70400):
+            sizes = block_sizes(words, width)
+            assert sum(sizes) == words
+            bases = itertools.accumulate([0, *sizes[:-1]])
+            for base, size in zip(bases, sizes, strict=True):
+                assert base % (1 << (size - 1).bit_length()) == 0
+            parts = [Memory("", (n - 1).bit_length(), width, 1, words=n).usage for n in sizes]
+            whole = Memory("", (words - 1).bit_length(), width, 1, words=words).usage
+            assert sum(parts, Usage()).block_rams <= whole.block_rams, (words, width)
 
 
 def test_reciprocal_is_exact() -> None:

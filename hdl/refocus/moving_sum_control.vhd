@@ -251,8 +251,11 @@ architecture rtl of moving_sum_control is
   signal due_ended_2    : count_t   := 0;
   signal due_first_2    : std_logic := '0';
   signal age_2          : count_t   := 0;
-  signal update_2       : std_logic := '0';
-  signal clear_2        : std_logic := '0';
+  -- The counts as they were M steps before, when what leaves entered; ages come late from a block RAM.
+  signal left_count_2 : integer range -M to REACHED + 1 - M := -M;
+  signal left_ended_2 : integer range -M to REACHED + 1 - M := -M;
+  signal update_2     : std_logic                           := '0';
+  signal clear_2      : std_logic                           := '0';
 
 begin
 
@@ -364,6 +367,8 @@ begin
       own_first_2   <= own_first;
       due_count_2   <= due_count;
       due_ended_2   <= due_ended;
+      left_count_2  <= due_count - M;
+      left_ended_2  <= due_ended - M;
       due_first_2   <= due_first;
       enter_phase_2 <= PHASE_OF(row);
       age_2         <= AGE_OF(row);
@@ -380,13 +385,9 @@ begin
   end process look_up;
 
   compare_ages : process (clk) is
-
-    variable leaving : natural range 0 to REACHED + 1 + M;
-
   begin
 
     if rising_edge(clk) then
-      leaving  := age_2 + M;
       fresh    <= own_first_2;
       to_first <= initial_2;
       to_held  <= initial_held_2;
@@ -408,7 +409,7 @@ begin
       if age_2 <= due_count_2 and age_2 >= due_ended_2 then
         enter <= '1';
       end if;
-      if leaving <= due_count_2 and leaving >= due_ended_2 then
+      if age_2 <= left_count_2 and age_2 >= left_ended_2 then
         leave <= '1';
       end if;
       if age_2 = 0 then

@@ -147,15 +147,17 @@ package moving_sum_pkg is
     phase            : natural
   ) return natural;
 
-  -- Clocks from a token at a moving sum stage's input to its output.
+  -- Clocks from a token at a moving sum stage's input to its output; depth: 1 for rows, the longest line for columns.
   function sum_stage_latency (
-    stored : boolean
+    stored : boolean;
+    depth  : positive
   ) return positive;
 
   -- Clocks from a token at the moving sum array's input to its output.
   function sum_array_latency (
-    stored : boolean;
-    order  : natural
+    stored      : boolean;
+    order       : natural;
+    max_columns : positive
   ) return positive;
 
 end package moving_sum_pkg;
@@ -590,21 +592,25 @@ package body moving_sum_pkg is
   end function table_row;
 
   function sum_stage_latency (
-    stored : boolean
+    stored : boolean;
+    depth  : positive
   ) return positive is
   begin
 
-    return 10 + choose(stored, 1, 0);
+    -- The memory of lines (ram_blocks) takes a clock more than that of a line's last pixels.
+    return 10 + choose(stored, 1, 0) + choose(depth > 1, 1, 0);
 
   end function sum_stage_latency;
 
   function sum_array_latency (
-    stored : boolean;
-    order  : natural
+    stored      : boolean;
+    order       : natural;
+    max_columns : positive
   ) return positive is
   begin
 
-    return 2 * (order + 1) * sum_stage_latency(stored) + choose(stored, 0, DIVIDE_LATENCY);
+    return (order + 1) * (sum_stage_latency(stored, 1) + sum_stage_latency(stored, max_columns)) +
+           choose(stored, 0, DIVIDE_LATENCY);
 
   end function sum_array_latency;
 

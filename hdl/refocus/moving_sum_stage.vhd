@@ -82,7 +82,7 @@ architecture rtl of moving_sum_stage is
   constant M            : positive := MICRO_IMAGE_SIZE;
   constant DELAY        : natural  := output_delay(M, SHIFTS, CENTRED);
   constant REACHED      : natural  := reach(M, SHIFTS, CENTRED);
-  constant LATENCY      : positive := sum_stage_latency(STORED);
+  constant LATENCY      : positive := sum_stage_latency(STORED, DEPTH);
   constant PRODUCT_BITS : positive := bits_for(PRODUCT_MAX);
   constant SUM_BITS     : positive := bits_for(SUM_MAX);
   constant PIXEL_BITS   : positive := LANES * PRODUCT_BITS;
@@ -120,8 +120,15 @@ architecture rtl of moving_sum_stage is
 
   type words_t is array (natural range <>) of pixels_t;
 
-  -- Clocks from a token to the addresses of the memories.
+  -- Clocks from a token to the addresses of the memories, and from there to their words.
   constant ADDRESS_CLOCKS : positive := 5;
+  constant READ_CLOCKS    : positive := choose(DEPTH > 1, 3, 2);
+
+  -- What the control says of a token belongs to the memories' addresses at index 2, to their words at ADD_CHANGES.
+  constant ADD_CHANGES : positive := 2 + READ_CLOCKS;
+  constant ADD_SUMS    : positive := ADD_CHANGES + 1;
+  constant SHOW        : positive := ADD_CHANGES + 2;
+  constant SHOWN       : positive := ADD_CHANGES + 3;
 
   signal pixels         : pixels_t;
   signal active_delayed : std_logic_vector(0 downto 0);
@@ -147,12 +154,12 @@ architecture rtl of moving_sum_stage is
   signal enter_phase_2  : natural range 0 to M - 1;
   signal moves_3        : std_logic;
 
-  -- Orders and columns of a token, from 3 clocks behind its input on; index 2 with the memories' addresses.
+  -- Orders and columns of a token, from 3 clocks behind its input on, and its own pixels.
   signal order_in  : orders_t;
   signal slot_in   : unsigned(SLOT_BITS - 1 downto 0);
-  signal order     : pipeline_t(1 to 7) := (others => NO_ORDERS);
-  signal slot      : slots_t(1 to 7)    := (others => (others => '0'));
-  signal pixels_at : words_t(0 to 2)    := (others => (others => '0'));
+  signal order     : pipeline_t(1 to SHOWN)    := (others => NO_ORDERS);
+  signal slot      : slots_t(1 to SHOWN)       := (others => (others => '0'));
+  signal pixels_at : words_t(0 to READ_CLOCKS) := (others => (others => '0'));
   signal entering  : pixels_t;
   signal going     : pixels_t;
   -- Sums of output 0 of the line that comes in (as they go on, and as it shows), sums, results; and what they
@@ -160,7 +167,7 @@ architecture rtl of moving_sum_stage is
   signal changes     : sums_t := (others => '0');
   signal first_sums  : sums_t := (others => '0');
   signal held_sums   : sums_t := (others => '0');
-  signal held_sums_4 : sums_t := (others => '0');
+  signal held_before : sums_t := (others => '0');
   signal sums        : sums_t := (others => '0');
   signal results     : sums_t := (others => '0');
   signal old_first   : sums_t;
@@ -341,14 +348,14 @@ begin
   begin
 
     if rising_edge(clk) then
-      order(1)          <= order_in;
-      order(2 to 7)     <= order(1 to 6);
-      slot(1)           <= slot_in;
-      slot(2 to 7)      <= slot(1 to 6);
-      pixels_at(1 to 2) <= pixels_at(0 to 1);
+      order(1)                    <= order_in;
+      order(2 to SHOWN)           <= order(1 to SHOWN - 1);
+      slot(1)                     <= slot_in;
+      slot(2 to SHOWN)            <= slot(1 to SHOWN - 1);
+      pixels_at(1 to READ_CLOCKS) <= pixels_at(0 to READ_CLOCKS - 1);
       if reset = '1' then
 
-        for i in 1 to 7 loop
+        for i in 1 to SHOWN loop
 
           order(i).active <= '0';
 
@@ -360,7 +367,7 @@ begin
   end process go_along;
 
   --------------------------------------------------------------------------------------------------
-  -- The pixels that are in use, and which of them enter and leave (2 clocks behind the addresses).
+  -- The pixels that are in use, and which of them enter and leave (READ_CLOCKS behind the addresses).
 
   pixel_memory : if DEPTH = 1 generate
 
@@ -634,6 +641,7 @@ begin
     signal enter_bank_5  : natural range 0 to 1 := 0;
     signal enter_bank_6  : natural range 0 to 1 := 0;
     signal enter_bank_7  : natural range 0 to 1 := 0;
+    signal enter_bank_8  : natural range 0 to 1 := 0;
     signal stored_5      : std_logic := '0';
     signal write_address : word_address_t := (others => '0');
     signal read_address  : word_addresses_t := (others => (others => '0'));
@@ -747,6 +755,7 @@ begin
 
         enter_bank_6 <= enter_bank_5;
         enter_bank_7 <= enter_bank_6;
+        enter_bank_8 <= enter_bank_7;
       end if;
 
     end process find_lines;
@@ -760,19 +769,16 @@ begin
       write_enable <= order(2).active and stored_5 when own_bank_5 = b else
                       '0';
 
-      lines : entity work.ram_simple_dual_port
+      lines : entity work.ram_blocks
         generic map (
-          WIDTH        => PIXEL_BITS,
-          ADDRESS_BITS => WORD_BITS,
-          WORDS        => WORDS,
-          READ_LATENCY => 2
+          WIDTH => PIXEL_BITS,
+          WORDS => WORDS
         )
         port map (
           clk           => clk,
           write_enable  => write_enable,
           write_address => write_address,
           write_data    => pixels_at(0),
-          read_enable   => '1',
           read_address  => read_address(b),
           read_data     => bank_words(b)
         );
@@ -784,8 +790,8 @@ begin
     end generate one_bank;
 
     two_banks : if LEAVING generate
-      entering <= bank_words(enter_bank_7);
-      going    <= bank_words(1 - enter_bank_7);
+      entering <= bank_words(enter_bank_8);
+      going    <= bank_words(1 - enter_bank_8);
     end generate two_banks;
 
   end generate line_memory;
@@ -806,50 +812,50 @@ begin
 
       for i in 0 to LANES - 1 loop
 
-        -- 3: by how much the sums change; the sums of output 0 of the line that comes in.
-        own       := lane_of(pixels_at(2), i, PRODUCT_BITS);
+        -- By how much the sums change; the sums of output 0 of the line that comes in.
+        own       := lane_of(pixels_at(READ_CLOCKS), i, PRODUCT_BITS);
         pixel_in  := (others => '0');
         pixel_out := (others => '0');
-        if order(4).enter = '1' then
-          if order(4).enter_now = '1' then
+        if order(ADD_CHANGES).enter = '1' then
+          if order(ADD_CHANGES).enter_now = '1' then
             pixel_in := own;
           else
             pixel_in := lane_of(entering, i, PRODUCT_BITS);
           end if;
         end if;
-        if LEAVING and order(4).leave = '1' then
+        if LEAVING and order(ADD_CHANGES).leave = '1' then
           pixel_out := lane_of(going, i, PRODUCT_BITS);
         end if;
         changes((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(resize(pixel_in, SUM_BITS) -
                                                                                 resize(pixel_out, SUM_BITS));
 
-        if order(4).active = '1' then
+        if order(ADD_CHANGES).active = '1' then
           sum := (others => '0');
-          if order(4).fresh = '0' then
+          if order(ADD_CHANGES).fresh = '0' then
             sum := lane_of(old_first, i, SUM_BITS);
           end if;
-          if order(4).to_first = '1' then
+          if order(ADD_CHANGES).to_first = '1' then
             sum := sum + own;
           end if;
           first_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
 
           sum := (others => '0');
-          if order(4).fresh = '0' then
+          if order(ADD_CHANGES).fresh = '0' then
             sum := lane_of(old_held, i, SUM_BITS);
           end if;
-          if order(4).to_held = '1' then
+          if order(ADD_CHANGES).to_held = '1' then
             sum := sum + own;
           end if;
           held_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
         end if;
 
-        -- 4: the sums.
-        if order(5).active = '1' then
+        -- The sums.
+        if order(ADD_SUMS).active = '1' then
           sum := (others => '0');
-          if order(5).take = '1' then
+          if order(ADD_SUMS).take = '1' then
             sum := lane_of(first_sums, i, SUM_BITS);
           else
-            if LEAVING or order(5).clear = '0' then
+            if LEAVING or order(ADD_SUMS).clear = '0' then
               sum := lane_of(old_sums, i, SUM_BITS);
             end if;
             sum := sum + lane_of(changes, i, SUM_BITS);
@@ -859,16 +865,16 @@ begin
 
       end loop;
 
-      -- 5: results, the same for a group.
-      held_sums_4 <= held_sums;
-      if order(6).active = '1' then
-        if order(6).due = '0' then
+      -- Results, the same for a group.
+      held_before <= held_sums;
+      if order(SHOW).active = '1' then
+        if order(SHOW).due = '0' then
           -- No output of a line: whatever the sums hold.
           results <= (others => '0');
-        elsif order(6).update = '1' or not HOLDING then
+        elsif order(SHOW).update = '1' or not HOLDING then
           results <= sums;
-        elsif SPLIT and order(6).take = '1' then
-          results <= held_sums_4;
+        elsif SPLIT and order(SHOW).take = '1' then
+          results <= held_before;
         else
           results <= old_results;
         end if;
@@ -897,11 +903,11 @@ begin
       )
       port map (
         clk           => clk,
-        write_enable  => order(5).active,
-        write_address => slot(5),
+        write_enable  => order(ADD_SUMS).active,
+        write_address => slot(ADD_SUMS),
         write_data    => first_sums,
         read_enable   => '1',
-        read_address  => slot(2),
+        read_address  => slot(ADD_CHANGES - 2),
         read_data     => old_first
       );
 
@@ -914,11 +920,11 @@ begin
       )
       port map (
         clk           => clk,
-        write_enable  => order(6).active,
-        write_address => slot(6),
+        write_enable  => order(SHOW).active,
+        write_address => slot(SHOW),
         write_data    => sums,
         read_enable   => '1',
-        read_address  => slot(3),
+        read_address  => slot(ADD_CHANGES - 1),
         read_data     => old_sums
       );
 
@@ -933,11 +939,11 @@ begin
         )
         port map (
           clk           => clk,
-          write_enable  => order(7).active,
-          write_address => slot(7),
+          write_enable  => order(SHOWN).active,
+          write_address => slot(SHOWN),
           write_data    => results,
           read_enable   => '1',
-          read_address  => slot(4),
+          read_address  => slot(ADD_CHANGES),
           read_data     => old_results
         );
 
@@ -954,11 +960,11 @@ begin
         )
         port map (
           clk           => clk,
-          write_enable  => order(5).active,
-          write_address => slot(5),
+          write_enable  => order(ADD_SUMS).active,
+          write_address => slot(ADD_SUMS),
           write_data    => held_sums,
           read_enable   => '1',
-          read_address  => slot(2),
+          read_address  => slot(ADD_CHANGES - 2),
           read_data     => old_held
         );
 

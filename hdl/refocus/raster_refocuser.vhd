@@ -99,7 +99,8 @@ architecture rtl of raster_refocuser is
   constant INPUT_ADDRESS_BITS : positive := bits_for(MAX_COLUMNS + 2 * PARALLEL_ROWS - 1);
   -- Sequencer 2, gather, array.
   constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 1, 0) +
-                                          choose(MOVING_SUM, sum_array_latency(STORED, INTERPOLATION_ORDER),
+                                          choose(MOVING_SUM,
+                                                  sum_array_latency(STORED, INTERPOLATION_ORDER, MAX_COLUMNS),
                                                   array_latency(STORED, BROADCAST_TAPS, INTERPOLATION_ORDER));
 
   -- The shortest lines and frames that the engine takes without a pause.

@@ -166,7 +166,7 @@ package body focal_stack_pkg is
   function stack_array_latency return positive is
   begin
 
-    return STACK_COLUMN_LATENCY + sum_stage_latency(false) + DIVIDE_LATENCY;
+    return STACK_COLUMN_LATENCY + sum_stage_latency(false, 1) + DIVIDE_LATENCY;
 
   end function stack_array_latency;
 

@@ -70,7 +70,7 @@ architecture rtl of refocus_video is
   constant DELAY : natural := total_delay(MICRO_IMAGE_SIZE, SHIFTS, true, INTERPOLATION_ORDER);
   -- Clocks of the refocuser without its line buffers.
   constant PIPELINE : positive := STREAM_LATENCY +
-                                  choose(MOVING_SUM, sum_array_latency(not EXACT, INTERPOLATION_ORDER),
+                                  choose(MOVING_SUM, sum_array_latency(not EXACT, INTERPOLATION_ORDER, MAX_COLUMNS),
                                           array_latency(not EXACT, BROADCAST_TAPS, INTERPOLATION_ORDER));
 
   signal followed       : std_logic;

@@ -4,6 +4,7 @@ from dataclasses import asdict
 
 import pytest
 
+from plenofir.plan.estimate import block_sizes
 from plenofir.refocus import FilterLayout
 from plenofir_tb.runner import run_case
 
@@ -22,6 +23,16 @@ def test_divide_round(m: int, bits: int) -> None:
         {"VALUE_MAX": largest, "DIVISOR": divisor, "QUOTIENT_BITS": bits},
         value_max=largest,
         divisor=divisor,
+    )
+
+
+@pytest.mark.parametrize(
+    ("width", "words"), [(2, 1), (8, 700), (8, 5000), (9, 4099), (24, 6656), (1, 40000)]
+)
+def test_ram_blocks(width: int, words: int) -> None:
+    blocks = block_sizes(words, width)
+    run_unit(
+        "ram_blocks", {"WIDTH": width, "WORDS": words}, width=width, words=words, blocks=blocks
     )
 
 

@@ -103,6 +103,38 @@ class Memory:
         return banks * cost + self._joined(banks), Usage(lut)
 
 
+def block_sizes(words: int, width: int) -> list[int]:
+    """Blocks that ram_blocks.vhd divides a memory into.
+
+    Parameters
+    ----------
+    words, width
+        Words of the memory, bits of a word.
+
+    Returns
+    -------
+    list of int
+        Words of each block: none needs a multiplexer between block RAMs, and no other such division
+        into blocks of 2**n words takes fewer block RAMs, or as many in fewer blocks.
+    """
+
+    def divide(full: int, least: int) -> list[int]:
+        sizes, left = [], words
+        while left:
+            bits = min(full, left.bit_length() - 1)
+            sizes.append(1 << bits if bits >= least else left)
+            left -= sizes[-1]
+        return sizes
+
+    def block_rams(size: int) -> int:
+        bits = max((size - 1).bit_length(), min(_RAMB16_WIDTHS))
+        return -(-width // _RAMB16_WIDTHS[bits])
+
+    bits = sorted(_RAMB16_WIDTHS)
+    divisions = [divide(full, least) for full in bits for least in bits if least <= full]
+    return min(divisions, key=lambda sizes: (sum(map(block_rams, sizes)), len(sizes)))
+
+
 @dataclass(frozen=True)
 class _Filter:
     """The filters of a pass, with their stage.
@@ -247,8 +279,9 @@ def _sum_memories(core: CoreConfiguration) -> Iterator[Memory]:
             banks = 1 + layout.pixels_leave
             words = max(sum(layout.ring_lines) // banks, 1) * core.max_columns
             if sum(layout.ring_lines):
-                address_bits = (words - 1).bit_length()
-                yield Memory("lines of pixels", address_bits, part.data_bits, banks, words=words)
+                for size in block_sizes(words, part.data_bits):
+                    address_bits = (size - 1).bit_length()
+                    yield Memory("lines of pixels", address_bits, part.data_bits, banks, words=size)
             sums = 2 + layout.holds_outputs + layout.begins_within_group
             yield Memory("sums", depth_bits, part.sum_bits, sums, words=core.max_columns)
         else:
@@ -428,7 +461,7 @@ def structure(core: CoreConfiguration) -> dict[str, int]:
 def _sum_structure(core: CoreConfiguration) -> dict[str, int]:
     """Parts of a core with moving sums."""
     names = ("core", "sum bits", "pixel bits", "control bits", "tables", "delays", "rings")
-    counts = dict.fromkeys((*names, "skips", "address bits"), 0)
+    counts = dict.fromkeys((*names, "skips", "block bits", "address bits"), 0)
     counts["core"] = 1
     counts["address bits"] = (core.max_columns - 1).bit_length()
     for part in _sums(core):
@@ -442,6 +475,9 @@ def _sum_structure(core: CoreConfiguration) -> dict[str, int]:
         if part.columns and core.max_columns > 1:
             ring = sum(layout.ring_lines).bit_length()
             counts["rings"] += m * ring
+            banks = 1 + layout.pixels_leave
+            words = max(sum(layout.ring_lines) // banks, 1) * core.max_columns
+            counts["block bits"] += banks * part.data_bits * len(block_sizes(words, part.data_bits))
             if len(layout.shifts) > 1:
                 counts["skips"] += m * ring * -(-part.table_words // 64)
         if part.value_bits:
@@ -488,6 +524,7 @@ _SUM_FLIP_FLOP_WEIGHTS = {
     "tables": 0.321,
     "delays": 1.49,
     "rings": 5.26,
+    "block bits": 1.0,
     "address bits": 14.9,
 }
 

@@ -1,0 +1,278 @@
+-- A deep memory in blocks, with a register behind each block and the multiplexer behind these registers.
+--
+-- Synthesis would put the multiplexer between block RAMs in front of the first register, and their output is
+-- late. Here the words are divided into blocks that need none: some of the same size, then smaller ones for
+-- what is left. Of all such divisions it is the one with the fewest block RAMs, then the fewest blocks. A block's
+-- register is zero unless the block was read, so the multiplexer is an OR.
+--
+-- Latency: read data are valid 3 clocks after the address. Throughput: one read and one write each clock. A
+--   read of the word that is written in the same clock returns the old word.
+-- Ports: write_enable, write_address, write_data; read_address, read_data.
+-- Equation: read_data(t + 3) = memory(read_address(t)).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+
+entity ram_blocks is
+  generic (
+    -- Bits of a word.
+    WIDTH : positive;
+    -- Words of the memory.
+    WORDS : positive
+  );
+  port (
+    clk           : in    std_logic;
+    write_enable  : in    std_logic;
+    write_address : in    unsigned(bits_for(WORDS - 1) - 1 downto 0);
+    write_data    : in    std_logic_vector(WIDTH - 1 downto 0);
+    read_address  : in    unsigned(bits_for(WORDS - 1) - 1 downto 0);
+    read_data     : out   std_logic_vector(WIDTH - 1 downto 0)
+  );
+end entity ram_blocks;
+
+architecture rtl of ram_blocks is
+
+  constant ADDRESS_BITS : positive := bits_for(WORDS - 1);
+
+  -- A block RAM has 2**14 words of one bit to 2**9 words of 36.
+  constant MOST_BITS  : positive := 14;
+  constant LEAST_BITS : positive := 9;
+
+  -- Blocks of 2**full words; of what is left a block for each bit down to 2**least words; then one for the rest.
+  type division_t is record
+    full  : natural range LEAST_BITS to MOST_BITS;
+    least : natural range LEAST_BITS to MOST_BITS;
+  end record division_t;
+
+  -- Words of the next block.
+  function block_size (
+    left     : natural;
+    division : division_t
+  ) return natural is
+
+    variable size : natural;
+
+  begin
+
+    size := left;
+
+    for bits in division.least to division.full loop
+
+      if left >= 2 ** bits then
+        size := 2 ** bits;
+      end if;
+
+    end loop;
+
+    return size;
+
+  end function block_size;
+
+  -- Block RAMs that a block takes.
+  function block_rams (
+    size : positive
+  ) return positive is
+
+    variable bits : positive;
+
+  begin
+
+    bits := bits_for(size - 1);
+
+    if bits < LEAST_BITS then
+      bits := LEAST_BITS;
+    end if;
+
+    -- Words of eight bits have a parity bit, and wider ones in proportion.
+    return (WIDTH - 1) / (2 ** (MOST_BITS - bits) + 2 ** (MOST_BITS - bits) / 8) + 1;
+
+  end function block_rams;
+
+  function block_count (
+    division : division_t
+  ) return positive is
+
+    variable left  : natural;
+    variable count : natural;
+
+  begin
+
+    left  := WORDS;
+    count := 0;
+
+    while left > 0 loop
+
+      left  := left - block_size(left, division);
+      count := count + 1;
+
+    end loop;
+
+    return count;
+
+  end function block_count;
+
+  -- The first word of a block.
+  function block_base (
+    index    : natural;
+    division : division_t
+  ) return natural is
+
+    variable base : natural;
+
+  begin
+
+    base := 0;
+
+    for i in 1 to index loop
+
+      base := base + block_size(WORDS - base, division);
+
+    end loop;
+
+    return base;
+
+  end function block_base;
+
+  function all_rams (
+    division : division_t
+  ) return positive is
+
+    variable left  : natural;
+    variable count : natural;
+
+  begin
+
+    left  := WORDS;
+    count := 0;
+
+    while left > 0 loop
+
+      count := count + block_rams(block_size(left, division));
+      left  := left - block_size(left, division);
+
+    end loop;
+
+    return count;
+
+  end function all_rams;
+
+  function best_division return division_t is
+
+    variable best : division_t;
+    variable now  : division_t;
+
+  begin
+
+    best := (full => MOST_BITS, least => MOST_BITS);
+
+    for full in LEAST_BITS to MOST_BITS loop
+
+      for least in LEAST_BITS to full loop
+
+        now := (full => full, least => least);
+
+        if all_rams(now) < all_rams(best) or
+           (all_rams(now) = all_rams(best) and block_count(now) < block_count(best)) then
+          best := now;
+        end if;
+
+      end loop;
+
+    end loop;
+
+    return best;
+
+  end function best_division;
+
+  constant DIVISION : division_t := best_division;
+  constant BLOCKS   : positive   := block_count(DIVISION);
+
+  type words_t is array (natural range 0 to BLOCKS - 1) of std_logic_vector(WIDTH - 1 downto 0);
+
+  signal block_words : words_t := (others => (others => '0'));
+
+begin
+
+  part : for i in 0 to BLOCKS - 1 generate
+
+    constant BASE : natural  := block_base(i, DIVISION);
+    constant SIZE : positive := block_size(WORDS - BASE, DIVISION);
+    constant BITS : positive := bits_for(SIZE - 1);
+
+    signal writes    : std_logic;
+    signal reads     : std_logic;
+    signal was_read  : std_logic := '0';
+    signal read_word : std_logic_vector(WIDTH - 1 downto 0);
+
+  begin
+
+    the_only_one : if BLOCKS = 1 generate
+      writes <= write_enable;
+      reads  <= '1';
+    end generate the_only_one;
+
+    one_of_several : if BLOCKS > 1 generate
+      writes <= write_enable when write_address(ADDRESS_BITS - 1 downto BITS) = BASE / 2 ** BITS else
+                '0';
+      reads  <= '1' when read_address(ADDRESS_BITS - 1 downto BITS) = BASE / 2 ** BITS else
+                '0';
+    end generate one_of_several;
+
+    words_of_block : entity work.ram_simple_dual_port
+      generic map (
+        WIDTH        => WIDTH,
+        ADDRESS_BITS => BITS,
+        WORDS        => SIZE,
+        READ_LATENCY => 1
+      )
+      port map (
+        clk           => clk,
+        write_enable  => writes,
+        write_address => write_address(BITS - 1 downto 0),
+        write_data    => write_data,
+        read_enable   => reads,
+        read_address  => read_address(BITS - 1 downto 0),
+        read_data     => read_word
+      );
+
+    register_word : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        was_read <= reads;
+        if was_read = '1' then
+          block_words(i) <= read_word;
+        else
+          block_words(i) <= (others => '0');
+        end if;
+      end if;
+
+    end process register_word;
+
+  end generate part;
+
+  choose_word : process (clk) is
+
+    variable word : std_logic_vector(WIDTH - 1 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      word := (others => '0');
+
+      for i in 0 to BLOCKS - 1 loop
+
+        word := word or block_words(i);
+
+      end loop;
+
+      read_data <= word;
+    end if;
+
+  end process choose_word;
+
+end architecture rtl;
