@@ -16,7 +16,6 @@ from plenofir.rays import Cover, RayModel, covering_slices
 from plenofir.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.refocus import interpolation_order
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
-from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.shifts import shift_to_text
 
 # What the grid of a full build spans: a = -1 to 1.
@@ -543,7 +542,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
     engines, reason = _engine_choice(loaded, core, device)
     lines = core.taps - (core.order + 1) + core.hold
     if core.engine == "sums":
-        sums = [SumLayout(m, (1,), core.align)] * core.order
+        sums = [core.box_sum_layout] * core.order
         lines = sum(sum(layout.ring_lines) for layout in (core.sum_layout, *sums))
     return Plan(
         scene=scene.name,
