@@ -8,6 +8,7 @@ STACK ?=
 WINDOW ?= 1
 IOTA ?= 1
 ENGINE ?= taps
+ANY_ROWS ?= 0
 INTERPOLATION ?= nearest
 OUT ?= build/sim
 ARITH ?= exact
@@ -32,9 +33,9 @@ PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= STACK= WINDOW= IOTA= ENGINE= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES= SCENE=
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= STACK= WINDOW= IOTA= ENGINE= ANY_ROWS= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES= SCENE=
 	@.venv/bin/plenofir sim $(if $(RAW),--raw "$(RAW)") $(if $(M),--micro-image="$(M)") $(if $(A),--a="$(A)") \
-		--sweep="$(SWEEP)" --stack="$(STACK)" --window="$(WINDOW)" --iota="$(IOTA)" --engine "$(ENGINE)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
+		--sweep="$(SWEEP)" --stack="$(STACK)" --window="$(WINDOW)" --iota="$(IOTA)" --engine "$(ENGINE)" --any-rows "$(ANY_ROWS)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
 		--chain "$(CHAIN)" --simulator "$(SIM)" --waves "$(WAVES)" --scene "$(SCENE)"
 
 synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= (all shipped scenes, board, cores and arrays without)

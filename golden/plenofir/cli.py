@@ -152,6 +152,9 @@ def sim(
     ] = "1",
     iota: Annotated[str, typer.Option(help="Rows that are filtered at once.")] = "1",
     engine: Annotated[str, typer.Option(help="taps, or sums: the engine of moving sums.")] = "taps",
+    any_rows: Annotated[
+        str, typer.Option(help="1: moving sums take frames of any number of rows without a pause.")
+    ] = "0",
     interpolation: Annotated[
         str, typer.Option(help="nearest, linear, or the order of a B-spline, 0 to 3.")
     ] = "nearest",
@@ -170,6 +173,8 @@ def sim(
     """Refocus a raw image in the VHDL core and compare it with the golden model."""
     if waves not in ("", "0", "1"):
         raise InputError(f"{waves!r}", where="WAVES", expected="0 or 1")
+    if any_rows not in ("", "0", "1"):
+        raise InputError(f"{any_rows!r}", where="ANY_ROWS", expected="0 or 1")
     if chain not in get_args(Chain):
         raise InputError(f"{chain!r}", where="CHAIN", expected="core or hdmi")
     if engine not in get_args(Engine):
@@ -186,6 +191,7 @@ def sim(
                 "ARITH": (arith, "exact"),
                 "CHAIN": (chain, "core"),
                 "WAVES": (waves or "0", "0"),
+                "ANY_ROWS": (any_rows or "0", "0"),
             },
         )
         _run_stack(
@@ -206,6 +212,7 @@ def sim(
         interpolation=interpolation_order(interpolation, where="INTERPOLATION"),
         parallel_rows=rows,
         engine=cast(Engine, engine),
+        any_rows=any_rows == "1",
         out=Path(out),
         arithmetic=arithmetic_options(arith, fraction, guard),
         simulator=simulator,

@@ -65,6 +65,13 @@ def print_plan(plan: Plan) -> None:
     if core.engine == "sums":
         kept = f"{plan.line_buffers} lines of pixels for each channel {kept}"
         typer.echo(f"{'sums':<11} moving sums, {kept}")
+        if core.any_rows:
+            plain = sum(core.model_copy(update={"any_rows": False}).sum_layout.ring_lines)
+            more = sum(core.sum_layout.ring_lines) - plain
+            typer.echo(
+                f"{'rows':<11} {plan.rows}, no multiple of {core.micro_image_size}: frames without "
+                f"blank lines between them, for {more} lines of pixels more"
+            )
     else:
         typer.echo(
             f"{'filters':<11} {plan.taps} taps, {plan.line_buffers} lines of partial sums for each "

@@ -65,6 +65,9 @@ class CoreConfiguration(BaseModel):
         Taps that one latch of the broadcast net drives; 0 for no latches.
     engine
         "taps": semi-systolic filters; "sums": moving sums (`plenofir.refocus.moving_sum`).
+    any_rows
+        Moving sums only: whether frames whose rows are no multiple of M follow each other without
+        a pause, too, which takes a few lines of memory more.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -81,6 +84,7 @@ class CoreConfiguration(BaseModel):
     parallel_rows: Annotated[int, Field(ge=1)] = 1
     broadcast_taps: Annotated[int, Field(ge=0)] = 0
     engine: Engine = "taps"
+    any_rows: bool = False
 
     @property
     def layout(self) -> FilterLayout:
@@ -110,7 +114,12 @@ class CoreConfiguration(BaseModel):
     @property
     def sum_layout(self) -> SumLayout:
         """Schedule of the first moving sum of each dimension."""
-        return SumLayout(self.micro_image_size, self.shifts, self.align)
+        return SumLayout(self.micro_image_size, self.shifts, self.align, self.any_rows)
+
+    @property
+    def box_sum_layout(self) -> SumLayout:
+        """Schedule of the moving sums that interpolation appends."""
+        return SumLayout(self.micro_image_size, (1,), self.align, self.any_rows)
 
     @property
     def line_buffer_bits(self) -> int:
@@ -120,9 +129,7 @@ class CoreConfiguration(BaseModel):
         if self.engine == "sums":
             bits = 0
             for number in range(self.order + 1):
-                sums = self.sum_layout
-                if number:
-                    sums = SumLayout(self.micro_image_size, (1,), self.align)
+                sums = self.box_sum_layout if number else self.sum_layout
                 pixel_bits, sum_bits = self._moving_sum_widths(number)
                 bits += sum(sums.ring_lines) * pixel_bits + sums.sum_words * sum_bits
             return self.channels * self.max_columns * bits
@@ -199,6 +206,8 @@ class CoreConfiguration(BaseModel):
         """
         if self.engine == "taps":
             return rows
+        if self.any_rows:
+            return max(rows, self.delay + 1, self.sum_layout.reach)
         m = self.micro_image_size
         return -(-max(rows, self.delay + 1) // m) * m
 
@@ -367,6 +376,8 @@ class CoreConfiguration(BaseModel):
         }
         if self.engine == "sums":
             values["MOVING_SUM"] = True
+        if self.any_rows:
+            values["ANY_ROWS"] = True
         if isinstance(self.arithmetic, StoredProductArithmetic):
             values["FRACTION_BITS"] = self.arithmetic.fraction_bits
             values["GUARD_BITS"] = self.arithmetic.guard_bits
@@ -406,6 +417,8 @@ class CoreConfiguration(BaseModel):
             raise InputError(
                 f"{self.parallel_rows} rows at once", where="IOTA", expected="1 with ENGINE=sums"
             )
+        if self.engine != "sums" and self.any_rows:
+            raise InputError("any rows", where="ANY_ROWS", expected="0 without ENGINE=sums")
         too_many_taps = self.engine == "taps" and self.taps > MAX_TAPS
         if abs(largest_shift) > MAX_SHIFT or too_many_taps:
             raise refuse(

@@ -1,5 +1,7 @@
 """The moving sum engine's schedule against the definition of the operator."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,10 +18,16 @@ from plenofir.refocus.operator import output_offset
     shifts=st.lists(st.integers(-14, 16), min_size=1, max_size=4),
     lengths=st.lists(st.integers(1, 40), min_size=1, max_size=4),
     align=st.sampled_from(["centred", "causal"]),
+    any_length=st.booleans(),
     data=st.data(),
 )
-def test_equals_the_definition(m, shifts, lengths, align, data) -> None:
-    layout = SumLayout(m, tuple(shifts), align)
+def test_equals_the_definition(m, shifts, lengths, align, any_length, data) -> None:
+    # The rings hold real pixels: one that is overwritten before it left would make a sum wrong.
+    layout = SumLayout(m, tuple(shifts), align, any_length)
+    if any_length:
+        # Behind each other at full rate, as no frame is shorter than what the rings ask for.
+        lengths = [layout.reach + length for length in lengths]
+        assert all(layout.least_steps(k, columns=True) == k for k in lengths)
     slices = [data.draw(st.integers(0, len(shifts) - 1)) for _ in lengths]
     rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
     lines = [rng.integers(1, 256, length) for length in lengths]
@@ -39,6 +47,47 @@ def test_every_pixel_enters_once(m: int) -> None:
         assert min(ages) == 0 if m > 1 else ages == [layout.delay]
         # On average a pixel waits until half of the moving sum's length before its output is due.
         assert np.mean(ages) <= layout.delay
+
+
+def overwritten(layout: SumLayout, lengths: list[int]) -> set[int]:
+    """Phases of which a line is overwritten while a slice may still need it."""
+    m = layout.micro_image_size
+    found = set()
+    for phase, ring in enumerate(layout.ring_lines):
+        start, written = 0, []
+        for length in lengths:
+            written += [start + line for line in range(phase, length, m)]
+            start += layout.least_steps(length, columns=True)
+        needed = layout.oldest_entering(phase) + m * layout.pixels_leave
+        pairs = zip(written, written[ring:], strict=False) if needed else ()
+        if any(later < first + needed for first, later in pairs):
+            found.add(phase)
+    return found
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    m=st.integers(1, 11),
+    shifts=st.lists(st.integers(-14, 24), min_size=1, max_size=3),
+    lengths=st.lists(st.integers(1, 150), min_size=1, max_size=6),
+    align=st.sampled_from(["centred", "causal"]),
+    any_length=st.booleans(),
+)
+def test_no_line_is_overwritten_while_it_is_needed(m, shifts, lengths, align, any_length) -> None:
+    assert not overwritten(SumLayout(m, tuple(shifts), align, any_length), lengths)
+
+
+def test_frames_of_any_length_need_the_lines_that_they_get() -> None:
+    # Without them frames of n M + 1 lines overwrite what is needed; and not one phase has more.
+    for m, shifts in ((5, (10,)), (7, (7,)), (11, tuple(range(-11, 12)))):
+        plain, layout = (SumLayout(m, shifts, any_length=any_) for any_ in (False, True))
+        more = {v for v in range(m) if layout.ring_lines[v] > plain.ring_lines[v]}
+        assert more
+        at_full_rate = replace(layout)
+        at_full_rate.__dict__["ring_lines"] = plain.ring_lines
+        size = -(-layout.reach // m) * m
+        found = set().union(*(overwritten(at_full_rate, [size + h] * 5) for h in range(m)))
+        assert found == more
 
 
 def test_memory_is_what_the_phases_need() -> None:

@@ -15,10 +15,10 @@ from plenofir.core import CoreConfiguration
 from plenofir.errors import InputError
 from plenofir.files import publish_files
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
-from plenofir.plan.configure import TOP, configure, needed_sources
+from plenofir.plan.configure import TOP, configure, needed_sources, package_text
 from plenofir.plan.devices import Usage
 from plenofir.plan.estimate import Memory, block_sizes, estimate, reciprocal_bits, video_usage
-from plenofir.plan.planner import without_idle_slices
+from plenofir.plan.planner import Plan, without_idle_slices
 from plenofir.rays import Cover, Slice, covering_slices
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
 from plenofir.synthesis.comparison import (
@@ -170,6 +170,30 @@ def test_moving_sums_need_blanking(tmp_path: Path) -> None:
     assert plan.engine_reason == "sums: frames of 629 lines, the mode has 628"
 
 
+def test_rows_that_are_no_multiple_of_m_need_no_blank_lines(tmp_path: Path) -> None:
+    def planned(*changes: tuple[str, str], build: str) -> Plan:
+        slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["2"]')
+        return make_plan(scene(tmp_path, slices, *changes, build=build))
+
+    rate, odd = ("rows = 480", "rows = 480\nrate_hz = 60.0"), ("rows = 480", "rows = 482")
+    odd_rate = ("rows = 480", "rows = 482\nrate_hz = 60.0")
+    plan = planned(odd_rate, build='engine = "sums"')
+    assert plan.core.any_rows
+    assert plan.core.generics()["ANY_ROWS"] is True
+    assert "constant ANY_ROWS : boolean := true;" in package_text(plan)
+    assert plan.frame_clocks == 482 * plan.columns
+    without = planned(rate, build='engine = "sums"')
+    assert not without.core.any_rows
+    assert plan.line_buffers == without.line_buffers + 1
+    # Stills do not follow each other, taps ask for nothing, video has its blanking.
+    assert not planned(odd, build='engine = "sums"').core.any_rows
+    assert not planned(odd_rate, build='engine = "taps"').core.any_rows
+    camera = 'model = "f193-mla2"\nfocus_mm = 5000.0\nmicro_image_size = 5'
+    seven = (camera, "micro_image_size = 7")
+    assert planned(seven, rate, build='engine = "sums"').core.any_rows
+    assert not planned(seven, rate, build='engine = "sums"\npath = "video"').core.any_rows
+
+
 def test_many_slices_fit_the_board_with_moving_sums(tmp_path: Path) -> None:
     def slices(m: int, low: int, high: int) -> tuple[str, str]:
         texts = ", ".join(f'"{shift_to_text(shift, m)}"' for shift in range(low, high + 1))
@@ -265,9 +289,9 @@ def test_video_path(tmp_path: Path) -> None:
     assert plan.blanking == (160, 45)
     assert plan.frame_clocks == 800 * 525
     # With nearest neighbours and exact sums: D lines, and D + 35 pixels, with taps 14 fewer.
-    assert plan.latency_clocks == plan.core.delay * 801 + 35
+    assert plan.latency_clocks == plan.core.delay * 801 + 36
     taps = make_plan(scene(tmp_path, RATE, build='path = "video"\nengine = "taps"'))
-    assert taps.latency_clocks == plan.latency_clocks - 14
+    assert taps.latency_clocks == plan.latency_clocks - 15
     assert plan.core == core.core
     assert plan.video_needs is not None
     assert core.video_needs is None

@@ -9,7 +9,7 @@
 --
 -- Latency: D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay. Throughput: one pixel of
 --   all channels each clock, in lines of D + 1 tokens at least and frames of D + 1 lines at least and a multiple
---   of M lines; what is missing, empty tokens and lines must make up for.
+--   of M lines, with ANY_ROWS of least_frame lines at least; what is missing, empty tokens and lines must make up for.
 -- Ports: as module_array with PARALLEL_ROWS = 1.
 -- Equation: as module_array.
 
@@ -42,7 +42,9 @@ entity moving_sum_array is
     -- As in raster_refocuser.
     FRACTION_BITS : natural range 0 to 12 := 0;
     -- As in raster_refocuser.
-    GUARD_BITS : natural range 0 to 12 := 0
+    GUARD_BITS : natural range 0 to 12 := 0;
+    -- As in raster_refocuser.
+    ANY_ROWS : boolean := false
   );
   port (
     clk            : in    std_logic;
@@ -230,6 +232,7 @@ begin
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
         SHIFTS           => STAGE_SHIFTS,
         CENTRED          => CENTRED,
+        ANY_ROWS         => ANY_ROWS,
         DEPTH            => choose(COLUMNS, MAX_COLUMNS, 1),
         LANES            => CHANNELS,
         DATA_BITS        => IN_BITS,

@@ -111,11 +111,13 @@ package moving_sum_pkg is
     centred          : boolean
   ) return boolean;
 
-  -- Lines of a phase that the column memory keeps; even if pixels leave, for two banks.
+  -- Lines of a phase that the column memory keeps; even if pixels leave, for two banks. any_rows: frames of any
+  -- number of lines follow each other, once in `reach` lines at most; else those of a multiple of M.
   function ring_lines (
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean;
+    any_rows         : boolean;
     phase            : natural
   ) return natural;
 
@@ -124,6 +126,7 @@ package moving_sum_pkg is
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean;
+    any_rows         : boolean;
     phase            : natural
   ) return natural;
 
@@ -146,6 +149,15 @@ package moving_sum_pkg is
     slice            : unsigned;
     phase            : natural
   ) return natural;
+
+  -- Lines from the beginning of a frame to that of the next one at the earliest, of all passes.
+  function least_frame (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    order            : natural;
+    any_rows         : boolean
+  ) return positive;
 
   -- Clocks from a token at a moving sum stage's input to its output; depth: 1 for rows, the longest line for columns.
   function sum_stage_latency (
@@ -501,15 +513,24 @@ package body moving_sum_pkg is
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean;
+    any_rows         : boolean;
     phase            : natural
   ) return natural is
 
-    variable lines : natural;
+    variable oldest : natural;
+    variable lines  : natural;
 
   begin
 
+    oldest := oldest_entering(micro_image_size, shifts, centred, phase);
+
+    -- The first line of a frame may come early, that of phase v by M-1-v lines at most.
+    if any_rows and (oldest > 0 or pixels_leave(micro_image_size, shifts)) then
+      oldest := oldest + micro_image_size - 1 - phase;
+    end if;
+
     -- One line of the phase comes every M lines; the one that comes may take the place of the one that goes.
-    lines := (oldest_entering(micro_image_size, shifts, centred, phase) + micro_image_size - 1) / micro_image_size;
+    lines := (oldest + micro_image_size - 1) / micro_image_size;
 
     if pixels_leave(micro_image_size, shifts) then
       lines := lines + 1;
@@ -524,6 +545,7 @@ package body moving_sum_pkg is
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean;
+    any_rows         : boolean;
     phase            : natural
   ) return natural is
 
@@ -535,7 +557,7 @@ package body moving_sum_pkg is
 
     for v in 0 to phase - 1 loop
 
-      lines := lines + ring_lines(micro_image_size, shifts, centred, v);
+      lines := lines + ring_lines(micro_image_size, shifts, centred, any_rows, v);
 
     end loop;
 
@@ -590,6 +612,29 @@ package body moving_sum_pkg is
     return to_integer(row);
 
   end function table_row;
+
+  function least_frame (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    order            : natural;
+    any_rows         : boolean
+  ) return positive is
+
+    variable lines : positive;
+
+  begin
+
+    lines := total_delay(micro_image_size, shifts, centred, order) + 1;
+
+    -- No pass reaches further than the first.
+    if any_rows and reach(micro_image_size, shifts, centred) > lines then
+      lines := reach(micro_image_size, shifts, centred);
+    end if;
+
+    return lines;
+
+  end function least_frame;
 
   function sum_stage_latency (
     stored : boolean;

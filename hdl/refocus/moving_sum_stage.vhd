@@ -8,7 +8,7 @@
 -- neighbours in the ring, are read at the same time.
 --
 -- Lines (for columns: frames) must begin output_delay + 1 steps apart, frames as many lines as they have, rounded up
--- to a multiple of M; the sequencer appends empty ones.
+-- to a multiple of M; with ANY_ROWS least_frame lines, or as many as they have. The sequencer appends empty ones.
 --
 -- Latency: output_delay steps and sum_stage_latency clocks. Throughput: one token each clock; with DEPTH > 1
 --   the same column comes again PARTIAL_SUM_LOOP clocks later at the earliest.
@@ -34,6 +34,8 @@ entity moving_sum_stage is
     SHIFTS : string;
     -- As in raster_refocuser.
     CENTRED : boolean;
+    -- Columns only: whether frames of any number of lines follow each other without a gap.
+    ANY_ROWS : boolean := false;
     -- Rows only: the slice, if it is always the same; -1: `slice`.
     FIXED_SLICE : integer := -1;
     -- 1 for rows, the longest line for columns.
@@ -444,7 +446,7 @@ begin
 
     constant SLICES    : positive := slice_count(SHIFTS);
     constant BANKS     : positive := choose(LEAVING, 2, 1);
-    constant ALL_LINES : natural  := bank_lines(M, SHIFTS, CENTRED, M);
+    constant ALL_LINES : natural  := bank_lines(M, SHIFTS, CENTRED, ANY_ROWS, M);
     constant WORDS     : positive := choose(ALL_LINES = 0, 1, ALL_LINES) * DEPTH;
     constant WORD_BITS : positive := bits_for(WORDS - 1);
 
@@ -474,7 +476,7 @@ begin
 
       for v in 0 to M - 1 loop
 
-        table(v) := ring_lines(M, SHIFTS, CENTRED, v);
+        table(v) := ring_lines(M, SHIFTS, CENTRED, ANY_ROWS, v);
 
       end loop;
 
@@ -494,8 +496,8 @@ begin
 
         table(v) := 0;
 
-        if ring_lines(M, SHIFTS, CENTRED, v) > 0 then
-          table(v) := bank_lines(M, SHIFTS, CENTRED, v);
+        if ring_lines(M, SHIFTS, CENTRED, ANY_ROWS, v) > 0 then
+          table(v) := bank_lines(M, SHIFTS, CENTRED, ANY_ROWS, v);
         end if;
 
       end loop;
@@ -520,7 +522,7 @@ begin
         for v in 0 to M - 1 loop
 
           index := initial_index(M, SHIFTS, CENTRED, s, v, false);
-          ring  := ring_lines(M, SHIFTS, CENTRED, v);
+          ring  := ring_lines(M, SHIFTS, CENTRED, ANY_ROWS, v);
 
           if ring > 0 then
             table(s * SLICE_STEP + v) := ring;

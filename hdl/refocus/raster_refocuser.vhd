@@ -61,6 +61,8 @@ entity raster_refocuser is
     GUARD_BITS : natural range 0 to 12 := 0;
     -- The engine: filters of taps (module_array), or moving sums (moving_sum_array).
     MOVING_SUM : boolean := false;
+    -- Moving sums only: whether frames whose rows are no multiple of M follow each other without a pause, too.
+    ANY_ROWS : boolean := false;
     -- Taps that one latch of the broadcast net drives; 0: no latches, all taps from one register.
     BROADCAST_TAPS : natural := 0
   );
@@ -156,6 +158,10 @@ architecture rtl of raster_refocuser is
 
 begin
 
+  assert MOVING_SUM or not ANY_ROWS
+    report "raster_refocuser: ANY_ROWS is of MOVING_SUM"
+    severity failure;
+
   assert not MOVING_SUM or PARALLEL_ROWS = 1
     report "raster_refocuser: MOVING_SUM filters one row at once"
     severity failure;
@@ -204,8 +210,9 @@ begin
       ROW_FLUSH     => DELAY + PARALLEL_ROWS - 1 + choose(PARALLEL_ROWS > 1, TOKENS_UNDER_WAY, 0),
       COLUMN_FLUSH  => (DELAY + PARALLEL_ROWS - 1) / PARALLEL_ROWS,
       MIN_STEPS     => MIN_STEPS,
-      MIN_BANDS     => choose(MOVING_SUM, DELAY + 1, 1),
-      BAND_MODULUS  => choose(MOVING_SUM, MICRO_IMAGE_SIZE, 1)
+      MIN_BANDS     => choose(MOVING_SUM,
+                               least_frame(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER, ANY_ROWS), 1),
+      BAND_MODULUS  => choose(MOVING_SUM and not ANY_ROWS, MICRO_IMAGE_SIZE, 1)
     )
     port map (
       clk               => clk,
@@ -323,7 +330,8 @@ begin
         PIXEL_BITS          => PIXEL_BITS,
         EXACT               => EXACT,
         FRACTION_BITS       => FRACTION_BITS,
-        GUARD_BITS          => GUARD_BITS
+        GUARD_BITS          => GUARD_BITS,
+        ANY_ROWS            => ANY_ROWS
       )
       port map (
         clk            => clk,

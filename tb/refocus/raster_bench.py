@@ -137,10 +137,11 @@ class Bench:
         """
         m = self.core.micro_image_size
         core = self.core
+        least = max(m, core.frame_lines(1)) if full_rate else m
         sizes = [
             (columns, core.frame_lines(rows) if full_rate else rows)
             for columns in range(m, core.max_columns + 1)
-            for rows in range(m, 2 * m + 5)
+            for rows in range(least, least + m + 5)
         ]
         if full_rate:
             sizes = [size for size in sizes if core.full_rate(*size)] or sizes
@@ -178,6 +179,30 @@ async def frames_without_stalls(dut: Any) -> None:
     assert not bench.errors()
 
 
+@cocotb.test(skip=not read_case()["core"].get("any_rows"))
+async def frames_of_any_rows(dut: Any) -> None:
+    """Frames whose rows are no multiple of M, two back to back of each: never refused."""
+    bench = Bench(dut)
+    core = bench.core
+    columns, _ = bench.random_size(full_rate=True)
+    least = core.frame_lines(1)
+    sizes = [rows for rows in range(least, least + core.micro_image_size)]
+    await bench.reset(columns, least)
+    bench.stall("none", "none")
+    for rows in bench.rng.sample(sizes, len(sizes)):
+        assert core.full_rate(columns, rows)
+        slice_ = bench.rng.randrange(len(core.shifts))
+        dut.slice.value = slice_
+        bench.set_size(columns, rows)
+        for _ in range(2):
+            frame = bench.frame("random", columns, rows)
+            bench.scoreboard.expect(bench.golden(frame, slice_), slice_)
+            bench.source.append(frame_beats(frame, core.pixel_bits))
+        await bench.drain()
+    assert bench.source.refused_clocks == 0
+    assert not bench.errors()
+
+
 @cocotb.test()
 async def frames_with_stalls(dut: Any) -> None:
     """Frames of all remaining kinds, back to back, with stalls on both sides."""
@@ -196,7 +221,7 @@ async def slices_change_while_video_runs(dut: Any) -> None:
     """Slices chosen and swept at random clocks: each frame is of the one that was due."""
     bench = Bench(dut)
     rng = bench.rng
-    await bench.reset(*bench.random_size())
+    await bench.reset(*bench.random_size(full_rate=rng.random() < 0.5))
     columns, rows = int(dut.columns.value), int(dut.rows.value)
     frames = [bench.frame("random", columns, rows) for _ in range(10)]
     model = SliceModel(len(bench.core.shifts))

@@ -62,10 +62,10 @@ def test_every_slice_of_larger_micro_images(m: int, shift: int, stored: bool) ->
 @pytest.mark.parametrize(
     "options",
     [
-        {"micro_image_size": 5, "shifts": (-5, -3, 0, 4, 10), "channels": 3},
+        {"micro_image_size": 5, "shifts": (-5, -3, 0, 4, 10), "channels": 3, "any_rows": True},
         {"micro_image_size": 4, "shifts": (2, -2, 1), "pixel_bits": 16},
         {"micro_image_size": 3, "shifts": (3, 0, -3)},
-        {"micro_image_size": 3, "shifts": (-1, 2), "order": 1},
+        {"micro_image_size": 3, "shifts": (-1, 2), "order": 1, "any_rows": True},
         {"micro_image_size": 2, "shifts": (2,), "order": 2},
         {"micro_image_size": 4, "shifts": (4, 2), "align": "causal"},
         {"micro_image_size": 7, "shifts": (-2,), "arithmetic": STORED_VARIANTS[2]},
@@ -77,6 +77,11 @@ def test_sets_stalls_and_faults(options: dict) -> None:
     run_engine(thorough=True, **options)
 
 
+@pytest.mark.parametrize(("m", "shifts"), [(5, (10,)), (4, (-5, 2)), (4, (5,))])
+def test_frames_of_any_rows(m: int, shifts: tuple[int, ...]) -> None:
+    run_engine(thorough=False, micro_image_size=m, shifts=shifts, any_rows=True)
+
+
 def draw(rng: random.Random) -> dict[str, object]:
     m = rng.choice([1, 2, 3, 4, 5, 6, 7])
     stored = rng.random() < 0.4
@@ -86,6 +91,7 @@ def draw(rng: random.Random) -> dict[str, object]:
         "channels": rng.choice([1, 1, 3]),
         "align": rng.choice(["centred", "centred", "causal"]),
         "order": rng.choice([0, 0, 1]) if m < 6 else 0,
+        "any_rows": rng.random() < 0.5,
         "arithmetic": rng.choice(STORED_VARIANTS) if stored else ExactArithmetic(),
         "spare": rng.choice([0, 3, 9]),
     }

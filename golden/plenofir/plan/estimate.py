@@ -226,10 +226,7 @@ class _Sum:
     @property
     def reach(self) -> int:
         """Largest age at which a pixel is needed."""
-        m = self.layout.micro_image_size
-        slices = range(len(self.layout.shifts))
-        ages = (self.layout.entering_age(s, v) for s in slices for v in range(m))
-        return max(ages) + m
+        return self.layout.reach
 
     @property
     def table_words(self) -> int:
@@ -252,7 +249,7 @@ def _sums(core: CoreConfiguration) -> Iterator[_Sum]:
         columns = exact == (number < passes)
         layout = core.sum_layout
         if number % passes:
-            layout = SumLayout(m, (1,), core.align)
+            layout = core.box_sum_layout
         value_bits = 0
         largest = ((1 << core.pixel_bits) - 1) * m**number
         if isinstance(core.arithmetic, StoredProductArithmetic):

@@ -16,7 +16,6 @@ from plenofir.rays import Cover, RayModel, covering_slices
 from plenofir.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.refocus import interpolation_order
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
-from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.shifts import shift_to_text
 
 # What the grid of a full build spans: a = -1 to 1.
@@ -256,6 +255,7 @@ def _candidates(
                 parallel_rows=scene.build.parallel_rows,
                 engine=engine,
             )
+            core = core.model_copy(update={"any_rows": _wants_any_rows(loaded, core)})
             if hold and not core.layout.can_hold:
                 continue
             if engine == "taps" or wanted == "sums" or not _sums_refused(loaded, core):
@@ -264,6 +264,16 @@ def _candidates(
         usages = {core: _needs(core, scene.build.path) for core in cores}
         smallest = sorted(cores, key=lambda core: (_size(usages[core]), core.hold))
         yield from sorted(smallest, key=lambda core: _scarcest(usages[core], device)[0])
+
+
+def _wants_any_rows(loaded: LoadedScene, core: CoreConfiguration) -> bool:
+    """Whether frames follow each other that moving sums would otherwise ask blank lines for."""
+    scene = loaded.scene
+    if core.engine != "sums" or scene.build.path == "video" or scene.frame.rate_hz is None:
+        return False
+    rows = scene.frame.rows
+    any_rows = core.model_copy(update={"any_rows": True})
+    return any_rows.frame_lines(rows) < core.frame_lines(rows)
 
 
 def _scarcest(usage: Usage, device: Device) -> tuple[float, str]:
@@ -299,7 +309,8 @@ def _engine_choice(
     options, usages, fits = [], {}, {}
     engines: tuple[Engine, Engine] = ("taps", "sums")
     for engine in engines:
-        found = core.model_copy(update={"engine": engine, "hold": False})
+        found = core.model_copy(update={"engine": engine, "hold": False, "any_rows": False})
+        found = found.model_copy(update={"any_rows": _wants_any_rows(loaded, found)})
         if engine == "taps" and core.layout.can_hold:
             held = found.model_copy(update={"hold": True})
             found = min(found, held, key=lambda other: _size(estimate(other)))
@@ -543,7 +554,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
     engines, reason = _engine_choice(loaded, core, device)
     lines = core.taps - (core.order + 1) + core.hold
     if core.engine == "sums":
-        sums = [SumLayout(m, (1,), core.align)] * core.order
+        sums = [core.box_sum_layout] * core.order
         lines = sum(sum(layout.ring_lines) for layout in (core.sum_layout, *sums))
     return Plan(
         scene=scene.name,

@@ -35,11 +35,15 @@ class SumLayout:
         The set of a' in pixels; a slice is an index into it.
     align
         See `plenofir.refocus.operator.output_offset`.
+    any_length
+        Whether columns of any length follow each other without a gap; else those whose length is a
+        multiple of M.
     """
 
     micro_image_size: int
     shifts: tuple[int, ...]
     align: Align = "centred"
+    any_length: bool = False
 
     @cached_property
     def delay(self) -> int:
@@ -131,13 +135,30 @@ class SumLayout:
         """Whether output 0 of a slice is not the first of its group (even M only)."""
         return any(not self.begins_group(s, 0) for s in range(len(self.shifts)))
 
+    def oldest_entering(self, phase: int) -> int:
+        """Largest age at which a pixel of a phase enters, in any slice."""
+        return max(self.entering_age(s, phase) for s in range(len(self.shifts)))
+
+    @cached_property
+    def reach(self) -> int:
+        """Largest age at which a pixel is needed."""
+        m = self.micro_image_size
+        return max(map(self.oldest_entering, range(m))) + m
+
     @cached_property
     def ring_lines(self) -> tuple[int, ...]:
-        """Lines of each phase that the column memory keeps, in two banks if pixels leave."""
+        """Lines of each phase that the column memory keeps, in two banks if pixels leave.
+
+        A line of the phase comes every M lines. With columns of any length the first one of a frame
+        may come up to M-1-v lines early (a frame of n M + v + 1 lines), but only one in `reach`
+        lines does.
+        """
         m = self.micro_image_size
         lines = []
         for phase in range(m):
-            oldest = max(self.entering_age(s, phase) for s in range(len(self.shifts)))
+            oldest = self.oldest_entering(phase)
+            if self.any_length and (oldest > 0 or self.pixels_leave):
+                oldest += m - 1 - phase
             ring = -(-oldest // m)
             if self.pixels_leave:
                 ring = -(-(ring + 1) // 2) * 2
@@ -166,7 +187,9 @@ class SumLayout:
         """
         steps = max(length, self.delay + 1)
         m = self.micro_image_size
-        return max(steps, -(-length // m) * m) if columns else steps
+        if not columns:
+            return steps
+        return max(steps, self.reach) if self.any_length else max(steps, -(-length // m) * m)
 
 
 def moving_sum_lines(

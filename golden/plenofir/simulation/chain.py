@@ -103,6 +103,10 @@ def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> No
             where="IOTA",
             expected="1 with CHAIN=hdmi: a video stream brings one pixel a clock",
         )
+    if configuration.any_rows:
+        raise InputError(
+            "1", where="ANY_ROWS", expected="0 with CHAIN=hdmi: video has its blanking"
+        )
     mode = mode_for(columns, rows)
     if mode.v_total <= configuration.delay or mode.h_total <= configuration.delay + 32:
         raise InputError(

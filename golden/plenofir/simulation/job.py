@@ -52,7 +52,7 @@ class SimulationJob(BaseModel):
         Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
     parallel_rows
         Rows that are filtered at once (iota).
-    engine
+    engine, any_rows
         See `plenofir.core.CoreConfiguration`.
     out
         Folder for the results.
@@ -78,6 +78,7 @@ class SimulationJob(BaseModel):
     interpolation: int = 0
     parallel_rows: int = 1
     engine: Engine = "taps"
+    any_rows: bool = False
     out: Path
     arithmetic: Arithmetic = ExactArithmetic()
     simulator: str = "ghdl"
@@ -233,6 +234,9 @@ def scene_job(core: CoreConfiguration, job: SimulationJob) -> SimulationJob:
         The same with the scene's core, all of its slices.
     """
     m = core.micro_image_size
+    if job.chain == "hdmi":
+        # Video has its blanking.
+        core = core.model_copy(update={"any_rows": False})
     return job.model_copy(
         update={
             "core": core,
@@ -240,6 +244,8 @@ def scene_job(core: CoreConfiguration, job: SimulationJob) -> SimulationJob:
             "focus": tuple(shift_to_text(shift, m) for shift in core.shifts),
             "interpolation": core.order,
             "parallel_rows": core.parallel_rows,
+            "engine": core.engine,
+            "any_rows": core.any_rows,
             "arithmetic": core.arithmetic,
         }
     )
@@ -341,6 +347,7 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
         order=job.interpolation,
         parallel_rows=job.parallel_rows,
         engine=job.engine,
+        any_rows=job.any_rows,
     )
     configuration.check_limits()
     if job.chain == "hdmi":
