@@ -151,7 +151,9 @@ def sim(
         str, typer.Option(help="--stack: micro images around each that sharpness is judged in.")
     ] = "1",
     iota: Annotated[str, typer.Option(help="Rows that are filtered at once.")] = "1",
-    engine: Annotated[str, typer.Option(help="taps, or sums: the engine of moving sums.")] = "taps",
+    engine: Annotated[
+        str, typer.Option(help="taps, or sums (moving sums); taps if not given, sums with --stack.")
+    ] = "",
     interpolation: Annotated[
         str, typer.Option(help="nearest, linear, or the order of a B-spline, 0 to 3.")
     ] = "nearest",
@@ -172,6 +174,7 @@ def sim(
         raise InputError(f"{waves!r}", where="WAVES", expected="0 or 1")
     if chain not in get_args(Chain):
         raise InputError(f"{chain!r}", where="CHAIN", expected="core or hdmi")
+    engine = engine or ("sums" if stack else "taps")
     if engine not in get_args(Engine):
         raise InputError(f"{engine!r}", where="ENGINE", expected="taps or sums")
     rows = integer(iota, "IOTA")
@@ -179,8 +182,9 @@ def sim(
         raise InputError(f"{rows} rows at once", where="IOTA", expected="an integer, 1 or more")
     if stack:
         _check_stack_options(
-            {"SCENE": scene, "SWEEP": sweep},
+            {"SCENE": scene, "SWEEP": sweep, "FRACTION": fraction, "GUARD": guard},
             {
+                "ENGINE": (engine, "sums"),
                 "IOTA": (iota, "1"),
                 "INTERPOLATION": (interpolation, "nearest"),
                 "ARITH": (arith, "exact"),

@@ -41,7 +41,8 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
     stack = " ".join(SLICES)
     code, errors = plenofir(
         *("--raw", str(tmp_path / "raw.png"), "-M", "5", "--stack", stack, "--window", "2"),
-        *("--out", str(out)),
+        # As `make sim` gives what was not set.
+        *("--engine", "", "--fraction", "", "--out", str(out)),
     )
     assert code == 0, errors
     slices = np.stack([refocus(raw, 5, a) for a in SLICES])
@@ -63,6 +64,9 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
     [
         (("--stack", "0 0"), "STACK: 0 stands in it twice"),
         (("--stack", "1/2 0"), "STACK"),
+        (("--stack", "0 1", "--engine", "taps"), "ENGINE: taps; expected sums with STACK"),
+        (("--stack", "0 1", "--engine", "belt"), "ENGINE: 'belt'; expected taps or sums"),
+        (("--stack", "0 1", "--fraction", "3"), "FRACTION with STACK"),
         (("--stack", "0 1", "--iota", "3"), "IOTA: 3; expected 1 with STACK"),
         (("--stack", "0 1", "--sweep", "0 1"), "SWEEP"),
         (("--stack", "0 1", "--arith", "stored"), "ARITH: stored; expected exact with STACK"),
