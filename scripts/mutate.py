@@ -317,14 +317,15 @@ def pump_notices(sources: Sequence[Path], folder: Path) -> str:
     simulator = find_simulator("ghdl")
     folder.mkdir()
     # A core that hangs is given up sooner than one that works might need.
-    pump_file = folder / "refocus_pump.vhd"
-    text = (project.root() / "tb" / "pump" / "refocus_pump.vhd").read_text()
+    *_, package, patient_pump = pump.pump_sources()
+    pump_file = folder / patient_pump.name
+    text = patient_pump.read_text()
     patient, impatient = "IDLE_LIMIT : positive := 100000", "IDLE_LIMIT : positive := 3000"
     assert patient in text
     pump_file.write_text(text.replace(patient, impatient))
     names = {source.name for source in project.hdl_sources()}
     core = [source for source in sources if source.name in names]
-    for command in simulator.build_commands([*core, pump_file], pump.TOP):
+    for command in simulator.build_commands([*core, package, pump_file], pump.TOP):
         simulator.run(command, folder)
     for number, case in enumerate(CASES):
         frames = frames_of(case)

@@ -17,8 +17,6 @@ from plenofir.simulation.waves import SignalKind, WaveSignal
 from plenofir.synthesis.tools import write_verilog
 
 TOP = "refocus_pump"
-# Compiling a fast program takes some seconds more.
-_PIXELS_TO_OPTIMISE_FOR = 100_000
 
 _BIT: SignalKind = "bit"
 _DOWNTO: SignalKind = "downto"
@@ -115,7 +113,8 @@ def pump_sources() -> list[Path]:
     list of Path
         Files.
     """
-    return [*project.hdl_sources(), project.root() / "tb" / "pump" / "refocus_pump.vhd"]
+    pump = project.root() / "tb" / "pump"
+    return [*project.hdl_sources(), pump / "pump_pkg.vhd", pump / f"{TOP}.vhd"]
 
 
 def run_pump(
@@ -196,9 +195,7 @@ def run_pump(
             write_verilog(project.hdl_sources(), verilator.TOP, configuration.generics(), directory)
         ]
         command = verilator.pump_command(
-            verilator.build_pump(
-                simulator, files, directory, optimise=frames.size > _PIXELS_TO_OPTIMISE_FOR
-            ),
+            verilator.build_pump(simulator, files, directory, pixels=frames.size),
             configuration,
             frames.shape,
             sweep_frames=sweep_frames,
