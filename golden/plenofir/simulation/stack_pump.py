@@ -1,4 +1,4 @@
-"""A frame through focal stack and depth index in VHDL by way of a pump, ``tb/pump/stack_pump.*``."""
+"""A frame through focal stack and depth index in VHDL by way of a pump, ``tb/pump/stack_pump``."""
 
 import time
 from collections.abc import Callable, Sequence
