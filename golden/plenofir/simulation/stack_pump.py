@@ -11,7 +11,8 @@ import numpy.typing as npt
 from plenofir import project
 from plenofir.refocus.operator import Image
 from plenofir.simulation import verilator
-from plenofir.simulation.simulators import SimulationError, Simulator
+from plenofir.simulation.pump import read_counts
+from plenofir.simulation.simulators import Simulator
 from plenofir.stack_core import StackConfiguration
 from plenofir.synthesis.tools import write_verilog
 
@@ -136,18 +137,7 @@ def run_stack_pump(
     started = time.perf_counter()
     simulator.run(command, directory, poll=poll)
     seconds = time.perf_counter() - started
-    lines = (directory / "clocks.txt").read_text().splitlines()
-    counts = {name: int(value) for name, value in (line.split() for line in lines)}
-    if counts["received"] != rows * columns or counts["stacked"] != rows * columns:
-        raise SimulationError(
-            f"{counts['stacked']} pixels of slices and {counts['received']} of the picture for "
-            f"{rows * columns}"
-        )
-    if counts["framing_errors"] or counts["error_flags"]:
-        raise SimulationError(
-            f"{counts['framing_errors']} pixels with wrong tuser or tlast, "
-            f"error flags {counts['error_flags']:05b}"
-        )
+    counts = dict(read_counts(directory, rows * columns, ("stacked", "received")))
     slices_shape = (rows, columns, len(core.shifts), *raw.shape[2:])
     slices = np.fromfile(directory / "slices.bin", "<i4").reshape(slices_shape).astype(raw.dtype)
     found = np.fromfile(found_file, "<i4").reshape(rows, columns, core.channels + 1)
