@@ -74,6 +74,8 @@ FAILED = re.compile(rb"cocotb\.regression .* failed")
 
 RASTER = "tb/refocus/test_raster_refocuser.py"
 SUMS = "tb/refocus/test_moving_sum_engine.py"
+STACK = "tb/stack/test_focal_stack.py"
+INDEX = "tb/stack/test_sharpness_index.py"
 CHAIN = "tb/hdmi/test_chain.py"
 # Words in front of a file of tests are variables; here, which of the chain's tests run.
 CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
@@ -81,7 +83,13 @@ VIDEO = "tb/video/test_video.py"
 OF_VIDEO = (f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video", CHAIN)
 # Tests behind the pump for the mutants of a source, the first pattern that fits; {} is its entity.
 TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("refocus/moving_sum*", (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice")),
+    (
+        "refocus/moving_sum*",
+        (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice", f"{STACK} -k stalls_and_faults"),
+    ),
+    ("stack/[cf]*", (STACK,)),
+    ("stack/stack_*", (STACK,)),
+    ("stack/*", (INDEX,)),
     ("common/[bes]*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
     ("common/reset*", (CHAIN,)),
     ("board/[cu]*", ("tb/board/test_board_entities.py -k board_control", CONTROL, CHAIN)),
@@ -311,14 +319,15 @@ def pump_notices(sources: Sequence[Path], folder: Path) -> str:
     simulator = find_simulator("ghdl")
     folder.mkdir()
     # A core that hangs is given up sooner than one that works might need.
-    pump_file = folder / "refocus_pump.vhd"
-    text = (project.root() / "tb" / "pump" / "refocus_pump.vhd").read_text()
+    *_, package, patient_pump = pump.pump_sources()
+    pump_file = folder / patient_pump.name
+    text = patient_pump.read_text()
     patient, impatient = "IDLE_LIMIT : positive := 100000", "IDLE_LIMIT : positive := 3000"
     assert patient in text
     pump_file.write_text(text.replace(patient, impatient))
     names = {source.name for source in project.hdl_sources()}
     core = [source for source in sources if source.name in names]
-    for command in simulator.build_commands([*core, pump_file], pump.TOP):
+    for command in simulator.build_commands([*core, package, pump_file], pump.TOP):
         simulator.run(command, folder)
     for number, case in enumerate(CASES):
         frames = frames_of(case)
@@ -395,10 +404,14 @@ def tests_notice(folder: Path, test: str) -> str:
     return "" if passed else name
 
 
+def relative(source: Path) -> str:
+    """A source, relative to the folder of all sources."""
+    return str(source.relative_to(project.root() / "hdl"))
+
+
 def place_of(mutant: Mutant) -> str:
     """Source of a mutant, relative to the folder of all sources."""
-    source = next(source for source in project.board_sources() if source.name == mutant.file)
-    return str(source.relative_to(project.root() / "hdl"))
+    return relative(next(s for s in project.board_sources() if s.name == mutant.file))
 
 
 def tests_of(place: str) -> tuple[str, ...]:
@@ -445,7 +458,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=120)
-    parser.add_argument("--only", default="*", help="names of sources, a pattern")
+    parser.add_argument("--only", default="*", help="sources, a pattern: stack/*")
     parser.add_argument("--out", type=Path, default=project.root() / "build" / "mutants.json")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="mutants at a time")
     parser.add_argument(
@@ -465,7 +478,13 @@ def main() -> int:
     if run(None, 0):
         print("the sources themselves fail the suite", file=sys.stderr)
         return 1
-    sources = [s for s in project.board_sources() if fnmatch.fnmatch(s.name, arguments.only)]
+    sources = [
+        source
+        for source in project.board_sources()
+        if any(fnmatch.fnmatch(name, arguments.only) for name in (source.name, relative(source)))
+    ]
+    if not sources:
+        parser.error(f"--only {arguments.only}: no such source")
     # Two rules may make the same of a line.
     every = list(dict.fromkeys(mutants(sources)))
     taken = chosen(every, arguments.seed, arguments.count)

@@ -1,5 +1,6 @@
 """The core as synthesised: GHDL's Verilog, and the Spartan-6 netlist of Yosys, in Verilator."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ from plenofir.refocus import StoredProductArithmetic
 from plenofir.simulation import verilator
 from plenofir.simulation.pump import run_pump
 from plenofir.simulation.simulators import Simulator, find_simulator
+from plenofir.simulation.stack_pump import CORES, run_stack_pump, stack_sources
+from plenofir.stack_core import SharpnessConfiguration, StackConfiguration
 from plenofir.synthesis.spartan6 import cell_models, synthesise
 from plenofir.synthesis.tools import yosys_version
 
@@ -117,6 +120,74 @@ def test_pumps_agree(tmp_path: Path, simulator: Simulator) -> None:
     assert results[0].input_clocks == results[1].input_clocks
 
 
+def check_stack(
+    tool: Simulator,
+    core: StackConfiguration,
+    radius: int,
+    rows: int,
+    directory: Path,
+    verilog: Sequence[Path] | None = None,
+) -> tuple[int, int]:
+    """Compare all that comes out of a stack and its index; clocks of both ends."""
+    m = core.micro_image_size
+    raw = random_frames(core, 1, rows, core.max_columns)[0]
+    index_core = SharpnessConfiguration(
+        micro_image_size=m,
+        slices=len(core.shifts),
+        radius=radius,
+        max_columns=core.max_columns,
+        channels=core.channels,
+        pixel_bits=core.pixel_bits,
+    )
+    want_slices = core.golden(raw)
+    want = index_core.golden(want_slices)
+    assert want.index.min() < want.index.max()
+    result = run_stack_pump(
+        tool, core, radius, raw, directory, stall_percent=20, seed=9, verilog=verilog
+    )
+    assert np.array_equal(result.slices, want_slices)
+    assert np.array_equal(result.image, want.image)
+    index = want.index.repeat(m, 0).repeat(m, 1)
+    assert np.array_equal(result.index, index[:rows, : core.max_columns])
+    return result.clocks, result.input_clocks
+
+
+def test_stack_as_verilog_equals_golden_model(tmp_path: Path, simulator: Simulator) -> None:
+    # The pump in VHDL stalls and counts alike. A slice that holds outputs, cut micro images.
+    core = StackConfiguration(micro_image_size=3, shifts=(-3, -1, 3), max_columns=22)
+    clocks = [
+        check_stack(tool, core, 1, 16, tmp_path / tool.name)
+        for tool in (simulator, find_simulator("ghdl"))
+    ]
+    assert clocks[0] == clocks[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("core", "radius"),
+    [
+        (
+            StackConfiguration(
+                micro_image_size=5, shifts=(5, -3, 0, 2), max_columns=52, channels=3, input_lines=5
+            ),
+            2,
+        ),
+        (
+            StackConfiguration(
+                micro_image_size=4, shifts=(1, 4), max_columns=37, pixel_bits=16, align="causal"
+            ),
+            0,
+        ),
+        (StackConfiguration(micro_image_size=2, shifts=(-3, 0, 1, 2), max_columns=33), 3),
+    ],
+    ids=["rgb", "16_bit", "M2"],
+)
+def test_more_stacks_as_verilog(
+    tmp_path: Path, simulator: Simulator, core: StackConfiguration, radius: int
+) -> None:
+    check_stack(simulator, core, radius, 7 * core.micro_image_size + 1, tmp_path)
+
+
 @pytest.mark.parametrize(
     "core",
     [
@@ -151,3 +222,15 @@ def test_netlist_equals_golden_model(
         verilog=[netlist.verilog, cell_models()],
     )
     assert np.array_equal(result.frames, golden(core, frames))
+
+
+@pytest.mark.slow
+def test_netlist_of_stack_equals_golden_model(tmp_path: Path, simulator: Simulator) -> None:
+    try:
+        yosys_version()
+    except InputError as error:
+        pytest.skip(str(error))
+    core = StackConfiguration(micro_image_size=2, shifts=(-1, 2), max_columns=9)
+    netlist = synthesise(stack_sources(), CORES, {**core.generics(), "RADIUS": 0}, tmp_path)
+    assert netlist.figures.usage.block_rams == 0
+    check_stack(simulator, core, 0, 9, tmp_path / "pump", [netlist.verilog, cell_models()])

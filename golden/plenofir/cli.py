@@ -151,7 +151,9 @@ def sim(
         str, typer.Option(help="--stack: micro images around each that sharpness is judged in.")
     ] = "1",
     iota: Annotated[str, typer.Option(help="Rows that are filtered at once.")] = "1",
-    engine: Annotated[str, typer.Option(help="taps, or sums: the engine of moving sums.")] = "taps",
+    engine: Annotated[
+        str, typer.Option(help="taps, or sums (moving sums); taps if not given, sums with --stack.")
+    ] = "",
     any_rows: Annotated[
         str, typer.Option(help="1: moving sums take frames of any number of rows without a pause.")
     ] = "0",
@@ -177,6 +179,7 @@ def sim(
         raise InputError(f"{any_rows!r}", where="ANY_ROWS", expected="0 or 1")
     if chain not in get_args(Chain):
         raise InputError(f"{chain!r}", where="CHAIN", expected="core or hdmi")
+    engine = engine or ("sums" if stack else "taps")
     if engine not in get_args(Engine):
         raise InputError(f"{engine!r}", where="ENGINE", expected="taps or sums")
     rows = integer(iota, "IOTA")
@@ -184,8 +187,9 @@ def sim(
         raise InputError(f"{rows} rows at once", where="IOTA", expected="an integer, 1 or more")
     if stack:
         _check_stack_options(
-            {"SCENE": scene, "SWEEP": sweep},
+            {"SCENE": scene, "SWEEP": sweep, "FRACTION": fraction, "GUARD": guard},
             {
+                "ENGINE": (engine, "sums"),
                 "IOTA": (iota, "1"),
                 "INTERPOLATION": (interpolation, "nearest"),
                 "ARITH": (arith, "exact"),

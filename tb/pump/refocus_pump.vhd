@@ -16,6 +16,9 @@ use ieee.numeric_std.all;
 library std;
 use std.textio.all;
 
+library work;
+use work.pump_pkg.all;
+
 entity refocus_pump is
   generic (
     MICRO_IMAGE_SIZE    : positive := 1;
@@ -43,16 +46,9 @@ end entity refocus_pump;
 
 architecture test of refocus_pump is
 
-  constant CLOCK_PERIOD : time     := 10 ns;
-  constant PIXELS       : positive := COLUMNS * ROWS * FRAMES;
+  constant PIXELS : positive := COLUMNS * ROWS * FRAMES;
   -- Clocks without a pixel on either side after which the core counts as hung.
   constant IDLE_LIMIT : positive := 100000;
-  -- Clocks after the last pixel in which no other may come.
-  constant SILENCE : positive := 64;
-
-  type words_t is file of integer;
-
-  subtype random_t is natural range 0 to 65535;
 
   signal clk           : std_logic                                            := '0';
   signal reset         : std_logic                                            := '1';
@@ -134,7 +130,6 @@ begin
 
     variable word           : integer;
     variable pixel          : std_logic_vector(PIXEL_BITS - 1 downto 0);
-    variable text_line      : line;
     variable random         : random_t := SEED mod 65536;
     variable offered        : natural  := 0;
     variable received       : natural  := 0;
@@ -147,30 +142,6 @@ begin
     variable accepted       : natural  := 0;
     variable framing_errors : natural  := 0;
     variable frame_slice    : natural  := 0;
-
-    -- Whether this clock stalls: a linear congruential generator, high bits.
-
-    procedure draw (
-      variable stall : out boolean
-    ) is
-    begin
-
-      random := (random * 25173 + 13849) mod 65536;
-      stall  := (random / 64) * 100 < STALL_PERCENT * 1024;
-
-    end procedure draw;
-
-    procedure write_count (
-      name  : string;
-      value : natural
-    ) is
-    begin
-
-      write(text_line, name & " ");
-      write(text_line, value);
-      writeline(clocks_file, text_line);
-
-    end procedure write_count;
 
     procedure check_framing (
       column : natural;
@@ -205,7 +176,7 @@ begin
       end if;
 
       -- Offer the next one.
-      draw(stall);
+      draw(random, STALL_PERCENT, stall);
       if offered = accepted and offered < PIXELS and not stall then
 
         for c in 0 to CHANNELS - 1 loop
@@ -245,7 +216,7 @@ begin
         check_framing(received mod COLUMNS, (received / COLUMNS) mod ROWS);
         if received mod (COLUMNS * ROWS) = 0 then
           frame_slice := to_integer(unsigned(m_axis_tid));
-          write_count("slice", frame_slice);
+          write_count(clocks_file, "slice", frame_slice);
         elsif frame_slice /= to_integer(unsigned(m_axis_tid)) then
           framing_errors := framing_errors + 1;
         end if;
@@ -254,7 +225,7 @@ begin
         idle     := 0;
       end if;
 
-      draw(stall);
+      draw(random, STALL_PERCENT, stall);
       if stall then
         m_axis_tready <= '0';
       else
@@ -262,13 +233,13 @@ begin
       end if;
 
       if (received >= PIXELS and idle >= SILENCE) or idle >= IDLE_LIMIT then
-        write_count("accepted", accepted);
-        write_count("received", received);
-        write_count("clocks", last_out - first_in + 1);
-        write_count("latency", first_out - first_in);
-        write_count("input_clocks", last_in - first_in + 1);
-        write_count("framing_errors", framing_errors);
-        write_count("error_flags", to_integer(unsigned(error_flags)));
+        write_count(clocks_file, "accepted", accepted);
+        write_count(clocks_file, "received", received);
+        write_count(clocks_file, "clocks", last_out - first_in + 1);
+        write_count(clocks_file, "latency", first_out - first_in);
+        write_count(clocks_file, "input_clocks", last_in - first_in + 1);
+        write_count(clocks_file, "framing_errors", framing_errors);
+        write_count(clocks_file, "error_flags", to_integer(unsigned(error_flags)));
         running <= false;
       end if;
     end if;

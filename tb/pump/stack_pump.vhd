@@ -3,6 +3,8 @@
 -- Reads input.bin and writes slices.bin (all slices of a pixel one after another) and found.bin (the pixel, then
 -- its index) in the working directory: 32-bit little-endian words, one for each channel of each pixel, raster
 -- order. Then clocks.txt: one "name value" pair a line.
+--
+-- STALL_PERCENT, SEED: as in refocus_pump.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -12,6 +14,7 @@ library std;
 use std.textio.all;
 
 library work;
+use work.pump_pkg.all;
 use work.refocus_pkg.all;
 
 entity stack_pump is
@@ -25,22 +28,19 @@ entity stack_pump is
     INPUT_LINES      : positive := 1;
     RADIUS           : natural  := 1;
     COLUMNS          : positive := 1;
-    ROWS             : positive := 1
+    ROWS             : positive := 1;
+    STALL_PERCENT    : natural  := 0;
+    SEED             : positive := 1
   );
 end entity stack_pump;
 
 architecture test of stack_pump is
 
-  constant CLOCK_PERIOD : time     := 10 ns;
-  constant PIXELS       : positive := COLUMNS * ROWS;
-  constant SLICES       : positive := slice_count(SHIFTS);
-  constant DATA_BITS    : positive := CHANNELS * PIXEL_BITS;
+  constant PIXELS    : positive := COLUMNS * ROWS;
+  constant SLICES    : positive := slice_count(SHIFTS);
+  constant DATA_BITS : positive := CHANNELS * PIXEL_BITS;
   -- Clocks without a pixel on either side after which the core counts as hung, beyond the lines that wait in it.
   constant IDLE_LIMIT : positive := 100000 + 100 * MICRO_IMAGE_SIZE * MAX_COLUMNS;
-  -- Clocks after the last pixel in which no other may come.
-  constant SILENCE : positive := 64;
-
-  type words_t is file of integer;
 
   signal clk           : std_logic                                := '0';
   signal reset         : std_logic                                := '1';
@@ -57,12 +57,12 @@ architecture test of stack_pump is
   signal stack_tdata   : std_logic_vector(SLICES * DATA_BITS - 1 downto 0);
   signal stack_tuser   : std_logic_vector(0 downto 0);
   signal stack_tlast   : std_logic;
-  signal stack_errors  : std_logic_vector(4 downto 0);
-  signal found_tvalid  : std_logic;
-  signal found_tdata   : std_logic_vector(DATA_BITS + 7 downto 0);
-  signal found_tuser   : std_logic_vector(0 downto 0);
-  signal found_tlast   : std_logic;
-  signal found_errors  : std_logic_vector(4 downto 0);
+  signal m_axis_tvalid : std_logic;
+  signal m_axis_tready : std_logic                                := '0';
+  signal m_axis_tdata  : std_logic_vector(DATA_BITS + 7 downto 0);
+  signal m_axis_tuser  : std_logic_vector(0 downto 0);
+  signal m_axis_tlast  : std_logic;
+  signal error_flags   : std_logic_vector(4 downto 0);
 
 begin
 
@@ -72,7 +72,7 @@ begin
   columns_port <= std_logic_vector(to_unsigned(COLUMNS, 16));
   rows_port    <= std_logic_vector(to_unsigned(ROWS, 16));
 
-  stack : entity work.focal_stack
+  core : entity work.stack_and_index
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SHIFTS           => SHIFTS,
@@ -80,7 +80,8 @@ begin
       MAX_COLUMNS      => MAX_COLUMNS,
       CHANNELS         => CHANNELS,
       PIXEL_BITS       => PIXEL_BITS,
-      INPUT_LINES      => INPUT_LINES
+      INPUT_LINES      => INPUT_LINES,
+      RADIUS           => RADIUS
     )
     port map (
       clk           => clk,
@@ -92,41 +93,17 @@ begin
       s_axis_tdata  => s_axis_tdata,
       s_axis_tuser  => s_axis_tuser,
       s_axis_tlast  => s_axis_tlast,
-      m_axis_tvalid => stack_tvalid,
-      m_axis_tready => stack_tready,
-      m_axis_tdata  => stack_tdata,
-      m_axis_tuser  => stack_tuser,
-      m_axis_tlast  => stack_tlast,
-      error_flags   => stack_errors,
-      error_clear   => '0'
-    );
-
-  index : entity work.sharpness_index
-    generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SLICES           => SLICES,
-      RADIUS           => RADIUS,
-      MAX_COLUMNS      => MAX_COLUMNS,
-      CHANNELS         => CHANNELS,
-      PIXEL_BITS       => PIXEL_BITS
-    )
-    port map (
-      clk           => clk,
-      reset         => reset,
-      columns       => columns_port,
-      rows          => rows_port,
-      s_axis_tvalid => stack_tvalid,
-      s_axis_tready => stack_tready,
-      s_axis_tdata  => stack_tdata,
-      s_axis_tuser  => stack_tuser,
-      s_axis_tlast  => stack_tlast,
-      m_axis_tvalid => found_tvalid,
-      m_axis_tready => '1',
-      m_axis_tdata  => found_tdata,
-      m_axis_tuser  => found_tuser,
-      m_axis_tlast  => found_tlast,
-      error_flags   => found_errors,
-      error_clear   => '0'
+      stack_tvalid  => stack_tvalid,
+      stack_tready  => stack_tready,
+      stack_tdata   => stack_tdata,
+      stack_tuser   => stack_tuser,
+      stack_tlast   => stack_tlast,
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => m_axis_tdata,
+      m_axis_tuser  => m_axis_tuser,
+      m_axis_tlast  => m_axis_tlast,
+      error_flags   => error_flags
     );
 
   pump : process (clk) is
@@ -138,29 +115,18 @@ begin
 
     variable word           : integer;
     variable pixel          : std_logic_vector(PIXEL_BITS - 1 downto 0);
-    variable text_line      : line;
-    variable offered        : natural := 0;
-    variable accepted       : natural := 0;
-    variable stacked        : natural := 0;
-    variable received       : natural := 0;
-    variable clock          : natural := 0;
-    variable idle           : natural := 0;
-    variable first_in       : natural := 0;
-    variable last_out       : natural := 0;
-    variable last_in        : natural := 0;
-    variable framing_errors : natural := 0;
-
-    procedure write_count (
-      name  : string;
-      value : natural
-    ) is
-    begin
-
-      write(text_line, name & " ");
-      write(text_line, value);
-      writeline(clocks_file, text_line);
-
-    end procedure write_count;
+    variable random         : random_t := SEED mod 65536;
+    variable stall          : boolean;
+    variable offered        : natural  := 0;
+    variable accepted       : natural  := 0;
+    variable stacked        : natural  := 0;
+    variable received       : natural  := 0;
+    variable clock          : natural  := 0;
+    variable idle           : natural  := 0;
+    variable first_in       : natural  := 0;
+    variable last_out       : natural  := 0;
+    variable last_in        : natural  := 0;
+    variable framing_errors : natural  := 0;
 
     procedure check_framing (
       number : natural;
@@ -193,7 +159,8 @@ begin
       end if;
 
       -- Offer the next one.
-      if offered = accepted and offered < PIXELS then
+      draw(random, STALL_PERCENT, stall);
+      if offered = accepted and offered < PIXELS and not stall then
 
         for c in 0 to CHANNELS - 1 loop
 
@@ -232,31 +199,38 @@ begin
       end if;
 
       -- A pixel of the picture and its index came out.
-      if found_tvalid = '1' then
+      if m_axis_tvalid = '1' and m_axis_tready = '1' then
 
         for c in 0 to CHANNELS - 1 loop
 
-          word := to_integer(unsigned(found_tdata((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)));
+          word := to_integer(unsigned(m_axis_tdata((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)));
           write(found_file, word);
 
         end loop;
 
-        word     := to_integer(unsigned(found_tdata(DATA_BITS + 7 downto DATA_BITS)));
+        word     := to_integer(unsigned(m_axis_tdata(DATA_BITS + 7 downto DATA_BITS)));
         write(found_file, word);
-        check_framing(received, found_tuser(0), found_tlast);
+        check_framing(received, m_axis_tuser(0), m_axis_tlast);
         received := received + 1;
         last_out := clock;
         idle     := 0;
       end if;
 
+      draw(random, STALL_PERCENT, stall);
+      if stall then
+        m_axis_tready <= '0';
+      else
+        m_axis_tready <= '1';
+      end if;
+
       if (received >= PIXELS and idle >= SILENCE) or idle >= IDLE_LIMIT then
-        write_count("accepted", accepted);
-        write_count("stacked", stacked);
-        write_count("received", received);
-        write_count("clocks", last_out - first_in + 1);
-        write_count("input_clocks", last_in - first_in + 1);
-        write_count("framing_errors", framing_errors);
-        write_count("error_flags", to_integer(unsigned(stack_errors or found_errors)));
+        write_count(clocks_file, "accepted", accepted);
+        write_count(clocks_file, "stacked", stacked);
+        write_count(clocks_file, "received", received);
+        write_count(clocks_file, "clocks", last_out - first_in + 1);
+        write_count(clocks_file, "input_clocks", last_in - first_in + 1);
+        write_count(clocks_file, "framing_errors", framing_errors);
+        write_count(clocks_file, "error_flags", to_integer(unsigned(error_flags)));
         running <= false;
       end if;
     end if;

@@ -41,6 +41,8 @@ def slow(**options: object) -> Any:
     [
         {"micro_image_size": 5, "shifts": (-3, 0, 3), "channels": 3},
         {"micro_image_size": 3, "shifts": (-3, 3)},
+        # A phase of which no line is kept.
+        {"micro_image_size": 3, "shifts": (3,)},
         {"micro_image_size": 4, "shifts": (2, -2, 1), "pixel_bits": 16},
         {"micro_image_size": 2, "shifts": (-3, -1, 0, 1, 4)},
         slow(micro_image_size=3, shifts=(3, 0, -3, 1), channels=3),

@@ -9,9 +9,12 @@ import pytest
 
 from plenofir import project
 from plenofir.cli import main
+from plenofir.errors import EXIT_MISMATCH
 from plenofir.images import read_image, write_png
 from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
+from plenofir.simulation import stack_pump
+from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 
 SLICES = ("-3/5", "1/5", "1")
@@ -41,7 +44,8 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
     stack = " ".join(SLICES)
     code, errors = plenofir(
         *("--raw", str(tmp_path / "raw.png"), "-M", "5", "--stack", stack, "--window", "2"),
-        *("--out", str(out)),
+        # As `make sim` gives what was not set.
+        *("--engine", "", "--fraction", "", "--out", str(out)),
     )
     assert code == 0, errors
     slices = np.stack([refocus(raw, 5, a) for a in SLICES])
@@ -58,11 +62,32 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
     assert report["micro_images_of_slice"] == np.bincount(want.index.ravel()).tolist()
 
 
+def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) -> None:
+    # Exit code 1; the pictures are there all the same.
+    sources = plant(
+        tmp_path / "hdl", stack_pump.stack_sources(), "column_sum.vhd", "SLICE, phase)", "0, phase)"
+    )
+    monkeypatch.setattr(stack_pump, "stack_sources", lambda: sources)
+    raw = np.random.default_rng(2).integers(0, 256, (13, 24), np.uint8)
+    write_png(tmp_path / "raw.png", raw)
+    out = tmp_path / "out"
+    code, errors = plenofir(
+        *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--stack", "-2/3 1", "--out", str(out)),
+    )
+    assert code == EXIT_MISMATCH, errors
+    report = json.loads((out / "report.json").read_text())
+    assert 0 < report["mismatches"] < report["pixels_compared"]
+    assert (out / "all_in_focus.png").is_file()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("--stack", "0 0"), "STACK: 0 stands in it twice"),
         (("--stack", "1/2 0"), "STACK"),
+        (("--stack", "0 1", "--engine", "taps"), "ENGINE: taps; expected sums with STACK"),
+        (("--stack", "0 1", "--engine", "belt"), "ENGINE: 'belt'; expected taps or sums"),
+        (("--stack", "0 1", "--fraction", "3"), "FRACTION with STACK"),
         (("--stack", "0 1", "--iota", "3"), "IOTA: 3; expected 1 with STACK"),
         (("--stack", "0 1", "--sweep", "0 1"), "SWEEP"),
         (("--stack", "0 1", "--arith", "stored"), "ARITH: stored; expected exact with STACK"),

@@ -17,8 +17,6 @@ from plenofir.simulation.waves import SignalKind, WaveSignal
 from plenofir.synthesis.tools import write_verilog
 
 TOP = "refocus_pump"
-# Compiling a fast program takes some seconds more.
-_PIXELS_TO_OPTIMISE_FOR = 100_000
 
 _BIT: SignalKind = "bit"
 _DOWNTO: SignalKind = "downto"
@@ -115,7 +113,48 @@ def pump_sources() -> list[Path]:
     list of Path
         Files.
     """
-    return [*project.hdl_sources(), project.root() / "tb" / "pump" / "refocus_pump.vhd"]
+    pump = project.root() / "tb" / "pump"
+    return [*project.hdl_sources(), pump / "pump_pkg.vhd", pump / f"{TOP}.vhd"]
+
+
+def read_counts(
+    directory: Path, pixels: int, outputs: Sequence[str] = ("received",)
+) -> list[tuple[str, int]]:
+    """Read what a pump has counted.
+
+    Parameters
+    ----------
+    directory
+        Where the pump ran.
+    pixels
+        Pixels that went in.
+    outputs
+        Names of the counts that must be as many.
+
+    Returns
+    -------
+    list of tuple
+        Names and values of ``clocks.txt``.
+
+    Raises
+    ------
+    SimulationError
+        If pixels are missing, too many or wrongly framed.
+    """
+    lines = (directory / "clocks.txt").read_text().splitlines()
+    pairs = [(name, int(value)) for name, value in (line.split() for line in lines)]
+    counts = dict(pairs)
+    for name in outputs:
+        if counts[name] != pixels:
+            raise SimulationError(
+                f"{counts[name]} pixels {name} for {pixels} ({counts['accepted']} accepted)"
+            )
+    if counts["framing_errors"] or counts["error_flags"]:
+        raise SimulationError(
+            f"{counts['framing_errors']} pixels with wrong tuser or tlast, "
+            f"error flags {counts['error_flags']:05b}"
+        )
+    return pairs
 
 
 def run_pump(
@@ -196,9 +235,7 @@ def run_pump(
             write_verilog(project.hdl_sources(), verilator.TOP, configuration.generics(), directory)
         ]
         command = verilator.pump_command(
-            verilator.build_pump(
-                simulator, files, directory, optimise=frames.size > _PIXELS_TO_OPTIMISE_FOR
-            ),
+            verilator.build_pump(simulator, files, directory, pixels=frames.size),
             configuration,
             frames.shape,
             sweep_frames=sweep_frames,
@@ -218,20 +255,9 @@ def run_pump(
     simulator.run(command, directory, poll=poll)
     seconds = time.perf_counter() - started
 
-    lines = (directory / "clocks.txt").read_text().splitlines()
-    pairs = [(name, int(value)) for name, value in (line.split() for line in lines)]
+    pairs = read_counts(directory, count * rows * columns)
     counts = dict(pairs)
     words = np.fromfile(output, dtype="<i4")
-    if counts["received"] != count * rows * columns or words.size != frames.size:
-        raise SimulationError(
-            f"the core gave {counts['received']} pixels for {count * rows * columns} "
-            f"({counts['accepted']} taken)"
-        )
-    if counts["framing_errors"] or counts["error_flags"]:
-        raise SimulationError(
-            f"{counts['framing_errors']} pixels with wrong tuser or tlast, "
-            f"error flags {counts['error_flags']:05b}"
-        )
     return PumpResult(
         frames=words.reshape(frames.shape).astype(frames.dtype),
         clocks=counts["clocks"],

@@ -1,12 +1,9 @@
 """A raw image through the VHDL focal stack and its depth index, beside the golden model."""
 
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
 from plenofir import project
@@ -16,13 +13,12 @@ from plenofir.files import publish_files
 from plenofir.images import read_image, write_png
 from plenofir.output import check_folder
 from plenofir.refocus import check_raw, focus_to_shift, shift_to_text
-from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, depth_index_picture
 from plenofir.simulation.job import Progress, picture_names
-from plenofir.simulation.simulators import SimulationError, Simulator, find_simulator
+from plenofir.simulation.simulators import find_simulator
+from plenofir.simulation.stack_pump import run_stack_pump
 from plenofir.stack_core import SharpnessConfiguration, StackConfiguration
 
-TOP = "stack_pump"
 ALL_IN_FOCUS = "all_in_focus.png"
 DEPTH_INDEX = "depth_index.png"
 
@@ -43,7 +39,7 @@ class StackJob(BaseModel):
     out
         Folder for the results.
     simulator
-        "ghdl" or "nvc".
+        "ghdl", "nvc" or "verilator".
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -117,51 +113,6 @@ class StackReport(BaseModel):
     sharpness_bits: int
 
 
-def _run(
-    simulator: Simulator,
-    core: StackConfiguration,
-    radius: int,
-    raw: Image,
-    directory: Path,
-    progress: Callable[[int], None],
-) -> tuple[Image, Image, npt.NDArray[np.uint8], dict[str, int], float]:
-    """Slices, all-in-focus picture and index of each pixel; clocks; seconds."""
-    rows, columns = raw.shape[:2]
-    directory.mkdir(parents=True)
-    raw.astype("<i4").tofile(directory / "input.bin")
-    generics = {**core.generics(), "RADIUS": radius, "COLUMNS": columns, "ROWS": rows}
-    sources = [*project.hdl_sources(), project.root() / "tb" / "pump" / f"{TOP}.vhd"]
-    for command in simulator.build_commands(sources, TOP):
-        simulator.run(command, directory)
-    found_file = directory / "found.bin"
-    words = 4 * (core.channels + 1)
-
-    def poll() -> None:
-        if found_file.exists():
-            progress(found_file.stat().st_size // words)
-
-    started = time.perf_counter()
-    simulator.run(simulator.run_command(TOP, generics), directory, poll=poll)
-    seconds = time.perf_counter() - started
-    lines = (directory / "clocks.txt").read_text().splitlines()
-    counts = {name: int(value) for name, value in (line.split() for line in lines)}
-    if counts["received"] != rows * columns or counts["stacked"] != rows * columns:
-        raise SimulationError(
-            f"{counts['stacked']} pixels of slices and {counts['received']} of the picture for "
-            f"{rows * columns}"
-        )
-    if counts["framing_errors"] or counts["error_flags"]:
-        raise SimulationError(
-            f"{counts['framing_errors']} pixels with wrong tuser or tlast, "
-            f"error flags {counts['error_flags']:05b}"
-        )
-    shape = (rows, columns, len(core.shifts), *raw.shape[2:])
-    slices = np.fromfile(directory / "slices.bin", "<i4").reshape(shape).astype(raw.dtype)
-    found = np.fromfile(found_file, "<i4").reshape(rows, columns, core.channels + 1)
-    image = found[..., :-1].reshape(raw.shape).astype(raw.dtype)
-    return np.moveaxis(slices, 2, 0), image, found[..., -1].astype(np.uint8), counts, seconds
-
-
 def run_stack_job(job: StackJob, progress: Progress | None = None) -> StackReport:
     """Refocus a raw image to all slices in one pass of the VHDL, and compare with the golden model.
 
@@ -190,8 +141,6 @@ def run_stack_job(job: StackJob, progress: Progress | None = None) -> StackRepor
     m = job.micro_image_size
     if m < 2:
         raise InputError(f"M = {m} is too small", where="M", expected="2 or more with STACK")
-    if job.simulator == "verilator":
-        raise InputError("verilator", where="SIM", expected="ghdl or nvc with STACK")
     if not 0 <= job.radius <= MAX_SHARPNESS_RADIUS:
         raise InputError(
             f"{job.radius}", where="WINDOW", expected=f"a radius of 0 to {MAX_SHARPNESS_RADIUS}"
@@ -252,15 +201,16 @@ def run_stack_job(job: StackJob, progress: Progress | None = None) -> StackRepor
         tell("golden model", 1, 1)
         step, pixels = f"VHDL stack in {simulator.name.upper()}", rows * columns
         tell(step, 0, pixels)
-        slices, image, index, counts, seconds = _run(
+        result = run_stack_pump(
             simulator,
             core,
             job.radius,
             raw,
             work / "pump",
-            lambda done: tell(step, done, pixels),
+            progress=lambda done: tell(step, done, pixels),
         )
         tell(step, pixels, pixels)
+        slices, image, index = result.slices, result.image, result.index
         want_index = want.index.repeat(m, 0).repeat(m, 1)[:rows, :columns]
         pairs = [*zip(slices, want_slices, strict=True), (image, want.image), (index, want_index)]
         differ = [(got != golden).reshape(rows, columns, -1).any(-1) for got, golden in pairs]
@@ -285,9 +235,9 @@ def run_stack_job(job: StackJob, progress: Progress | None = None) -> StackRepor
             ),
             pixels_compared=len(pairs) * pixels,
             mismatches=int(sum(part.sum() for part in differ)),
-            clocks=counts["clocks"],
-            clocks_per_pixel=round(counts["input_clocks"] / pixels, 6),
-            simulated_clocks_per_second=round(counts["clocks"] / seconds),
+            clocks=result.clocks,
+            clocks_per_pixel=round(result.input_clocks / pixels, 6),
+            simulated_clocks_per_second=round(result.clocks / result.seconds),
             simulator=simulator.version,
             history_bits=core.history_bits,
             slice_bits=core.line_buffer_bits - core.history_bits,

@@ -1,4 +1,4 @@
-"""The core in Verilator, by way of GHDL's Verilog and a C++ pump (``tb/pump/refocus_pump.cpp``)."""
+"""Cores in Verilator, by way of GHDL's Verilog and a pump in C++ (``tb/pump/*.cpp``)."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,10 +8,18 @@ from plenofir.core import CoreConfiguration
 from plenofir.simulation.simulators import Simulator
 
 TOP = "raster_refocuser"
+# Compiling a fast program takes some seconds more.
+_PIXELS_TO_OPTIMISE_FOR = 100_000
 
 
 def build_pump(
-    simulator: Simulator, verilog: Sequence[Path], directory: Path, *, optimise: bool = True
+    simulator: Simulator,
+    verilog: Sequence[Path],
+    directory: Path,
+    *,
+    top: str = TOP,
+    pump: str = "refocus_pump",
+    pixels: int,
 ) -> Path:
     """Translate a core in Verilog and compile it with the pump.
 
@@ -23,15 +31,19 @@ def build_pump(
         Files; the core, or its netlist with models of the cells.
     directory
         Folder for the result.
-    optimise
-        Whether to spend time on a fast simulation.
+    top
+        Name of the core.
+    pump
+        Name of the pump.
+    pixels
+        How many will go through it: many are worth the time that a fast program takes.
 
     Returns
     -------
     Path
         The program.
     """
-    pump = project.root() / "tb" / "pump" / "refocus_pump.cpp"
+    optimisation = "-O3" if pixels > _PIXELS_TO_OPTIMISE_FOR else "-O0"
     simulator.run(
         [
             str(Path(simulator.environment["VERILATOR_ROOT"]) / "bin" / "verilator"),
@@ -48,15 +60,15 @@ def build_pump(
             "0",
             "-MAKEFLAGS",
             # The package lacks this setting, and compiles for size.
-            f"CFG_CXXFLAGS_PCH_I=-include OPT_FAST={'-O3' if optimise else '-O0'}",
+            f"CFG_CXXFLAGS_PCH_I=-include OPT_FAST={optimisation}",
             "--top-module",
-            TOP,
+            top,
             "--Mdir",
             "model",
             "-o",
             "pump",
             *(str(file.resolve()) for file in verilog),
-            str(pump),
+            str(project.root() / "tb" / "pump" / f"{pump}.cpp"),
         ],
         directory,
     )
