@@ -31,8 +31,11 @@ def slow(**options: object) -> Any:
     "options",
     [
         {"micro_image_size": 3, "slices": 3, "max_columns": 16, "channels": 3},
-        # Micro images of the longest line: a power of two, the last one cut.
-        {"micro_image_size": 2, "slices": 1, "max_columns": 15, "radius": 3},
+        # Sums of all their bits; a power of two of micro images a line, the last one cut.
+        {"micro_image_size": 2, "slices": 3, "max_columns": 15, "radius": 3},
+        {"micro_image_size": 4, "slices": 1, "max_columns": 14, "radius": 0},
+        # Lines shorter than the window.
+        {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
         slow(micro_image_size=2, slices=3, max_columns=16),
         slow(micro_image_size=3, slices=2, max_columns=22, channels=3, radius=2),
         slow(micro_image_size=5, slices=5, max_columns=22, channels=3),
