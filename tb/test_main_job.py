@@ -121,6 +121,22 @@ def test_sweep_through_the_array(tmp_path: Path) -> None:
     assert len(list(out.iterdir())) == 10
 
 
+def test_frames_of_any_rows_without_a_pause(tmp_path: Path) -> None:
+    write_png(tmp_path / "raw.png", random_image((42, 30)))
+    clocks = {}
+    for any_rows in ("0", "1"):
+        done = plenofir(
+            *("--raw", str(tmp_path / "raw.png"), "-M", "5", "--sweep", "-1/5 2", "--engine"),
+            *("sums", "--any-rows", any_rows, "--out", str(tmp_path / "out")),
+        )
+        assert done.returncode == 0, done.stderr
+        report = json.loads((tmp_path / "out" / "report.json").read_text())
+        assert report["mismatches"] == 0
+        clocks[any_rows] = report["clocks_per_pixel"]
+    # Three blank lines behind the first of the two frames, or none.
+    assert clocks["0"] > clocks["1"] == 1
+
+
 def test_waves(tmp_path: Path) -> None:
     import pywellen
 
@@ -203,6 +219,8 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["--raw", "grey.png", "--sweep", "0 1 5/5"], "stands in it twice"),
         (["--raw", "grey.png", "--iota", "0"], "0 rows at once"),
         (["--raw", "grey.png", "--iota", "65"], "at most 64"),
+        (["--raw", "grey.png", "--engine", "sums", "--any-rows", "2"], "ANY_ROWS"),
+        (["--raw", "grey.png", "--any-rows", "1"], "0 without ENGINE=sums"),
         (["--raw", "grey.png", "--interpolation", "cubic"], "nearest, linear"),
         (["--raw", "deep.png", "-M", "8", "--a", "0", "--interpolation", "3"], "INTERPOLATION"),
         (["--raw", "grey.png", "--arith", "float"], "no arithmetic"),

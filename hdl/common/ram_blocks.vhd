@@ -92,42 +92,26 @@ architecture rtl of ram_blocks is
 
   end function block_rams;
 
-  function block_count (
-    division : division_t
-  ) return positive is
-
-    variable left  : natural;
-    variable count : natural;
-
-  begin
-
-    left  := WORDS;
-    count := 0;
-
-    while left > 0 loop
-
-      left  := left - block_size(left, division);
-      count := count + 1;
-
-    end loop;
-
-    return count;
-
-  end function block_count;
-
-  -- The first word of a block.
+  -- The first word of a block. Those of the same size need no loop, whose length tools limit.
   function block_base (
     index    : natural;
     division : division_t
   ) return natural is
 
-    variable base : natural;
+    variable alike : natural;
+    variable base  : natural;
 
   begin
 
-    base := 0;
+    alike := WORDS / 2 ** division.full;
 
-    for i in 1 to index loop
+    if index <= alike then
+      return index * 2 ** division.full;
+    end if;
+
+    base := alike * 2 ** division.full;
+
+    for i in alike + 1 to index loop
 
       base := base + block_size(WORDS - base, division);
 
@@ -137,28 +121,35 @@ architecture rtl of ram_blocks is
 
   end function block_base;
 
-  function all_rams (
-    division : division_t
-  ) return positive is
+  -- Blocks in all, or with `rams` the block RAMs that they take.
+  function total (
+    division : division_t;
+    rams     : boolean
+  ) return natural is
 
-    variable left  : natural;
-    variable count : natural;
+    variable alike : natural;
+    variable base  : natural;
+    variable sum   : natural;
 
   begin
 
-    left  := WORDS;
-    count := 0;
+    alike := WORDS / 2 ** division.full;
+    base  := alike * 2 ** division.full;
+    sum   := alike * choose(rams, block_rams(2 ** division.full), 1);
 
-    while left > 0 loop
+    -- A block for each bit, and one for the rest.
+    for i in 0 to MOST_BITS - LEAST_BITS loop
 
-      count := count + block_rams(block_size(left, division));
-      left  := left - block_size(left, division);
+      if base < WORDS then
+        sum  := sum + choose(rams, block_rams(block_size(WORDS - base, division)), 1);
+        base := base + block_size(WORDS - base, division);
+      end if;
 
     end loop;
 
-    return count;
+    return sum;
 
-  end function all_rams;
+  end function total;
 
   function best_division return division_t is
 
@@ -175,8 +166,8 @@ architecture rtl of ram_blocks is
 
         now := (full => full, least => least);
 
-        if all_rams(now) < all_rams(best) or
-           (all_rams(now) = all_rams(best) and block_count(now) < block_count(best)) then
+        if total(now, true) < total(best, true) or
+           (total(now, true) = total(best, true) and total(now, false) < total(best, false)) then
           best := now;
         end if;
 
@@ -189,7 +180,7 @@ architecture rtl of ram_blocks is
   end function best_division;
 
   constant DIVISION : division_t := best_division;
-  constant BLOCKS   : positive   := block_count(DIVISION);
+  constant BLOCKS   : positive   := total(DIVISION, false);
 
   type words_t is array (natural range 0 to BLOCKS - 1) of std_logic_vector(WIDTH - 1 downto 0);
 

@@ -35,6 +35,7 @@ entity refocus_pump is
     GUARD_BITS          : natural  := 0;
     BROADCAST_TAPS      : natural  := 0;
     MOVING_SUM          : boolean  := false;
+    ANY_ROWS            : boolean  := false;
     COLUMNS             : positive := 1;
     ROWS                : positive := 1;
     FRAMES              : positive := 1;
@@ -97,7 +98,8 @@ begin
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
-      MOVING_SUM          => MOVING_SUM
+      MOVING_SUM          => MOVING_SUM,
+      ANY_ROWS            => ANY_ROWS
     )
     port map (
       clk           => clk,

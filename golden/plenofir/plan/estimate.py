@@ -512,6 +512,7 @@ _SUM_LUT_WEIGHTS = {
     "pixel bits": 8.85,
     "tables": 2.66,
     "rings": 4.89,
+    "block bits": 0.3,
     "address bits": 12.9,
 }
 _SUM_FLIP_FLOP_WEIGHTS = {

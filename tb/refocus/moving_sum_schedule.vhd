@@ -1,0 +1,129 @@
+-- Writes the schedule of moving_sum_pkg into schedule.txt, a number a line with what it is of.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library std;
+use std.textio.all;
+
+library work;
+use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
+
+entity moving_sum_schedule is
+  generic (
+    MICRO_IMAGE_SIZE : positive := 3;
+    SHIFTS           : string   := "1";
+    CENTRED          : boolean  := true
+  );
+end entity moving_sum_schedule;
+
+architecture bench of moving_sum_schedule is
+
+begin
+
+  write_all : process is
+
+    file results : text open write_mode is "schedule.txt";
+
+    procedure put (
+      name  : string;
+      value : integer
+    ) is
+
+      variable row : line;
+
+    begin
+
+      write(row, name & " " & integer'image(value));
+      writeline(results, row);
+
+    end procedure put;
+
+    procedure put (
+      name  : string;
+      first : integer;
+      value : integer
+    ) is
+    begin
+
+      put(name & " " & integer'image(first), value);
+
+    end procedure put;
+
+    procedure put (
+      name   : string;
+      first  : integer;
+      second : integer;
+      value  : integer
+    ) is
+    begin
+
+      put(name & " " & integer'image(first) & " " & integer'image(second), value);
+
+    end procedure put;
+
+    constant M : positive := MICRO_IMAGE_SIZE;
+
+  begin
+
+    put("output_delay", output_delay(M, SHIFTS, CENTRED));
+    put("reach", reach(M, SHIFTS, CENTRED));
+    put("holds_outputs", boolean'pos(holds_outputs(M, SHIFTS)));
+    put("pixels_leave", boolean'pos(pixels_leave(M, SHIFTS)));
+    put("begins_within_group", boolean'pos(begins_within_group(M, SHIFTS, CENTRED)));
+
+    for any_rows in boolean loop
+
+      for v in 0 to M - 1 loop
+
+        put("ring_lines", boolean'pos(any_rows), v, ring_lines(M, SHIFTS, CENTRED, any_rows, v));
+
+      end loop;
+
+      for order in 0 to 1 loop
+
+        put("least_frame", boolean'pos(any_rows), order, least_frame(M, SHIFTS, CENTRED, order, any_rows));
+
+      end loop;
+
+    end loop;
+
+    for stored in boolean loop
+
+      for order in 0 to 1 loop
+
+        put("sum_array_latency", boolean'pos(stored), order, sum_array_latency(stored, order, 64));
+
+      end loop;
+
+      put("of_a_column", boolean'pos(stored), sum_array_latency(stored, 0, 1));
+
+    end loop;
+
+    for s in 0 to slice_count(SHIFTS) - 1 loop
+
+      put("group_size", s, group_size(M, slice_shift(SHIFTS, s)));
+
+      for v in 0 to M - 1 loop
+
+        put("entering_phase", s, v, entering_phase(M, SHIFTS, CENTRED, s, v));
+        put("entering_age", s, v, entering_age(M, SHIFTS, CENTRED, s, v));
+        put("begins_group", s, v, boolean'pos(begins_group(M, SHIFTS, CENTRED, s, v)));
+
+        for held in boolean loop
+
+          put("initial_index " & boolean'image(held), s, v, initial_index(M, SHIFTS, CENTRED, s, v, held));
+          put("is_initial " & boolean'image(held), s, v, boolean'pos(is_initial(M, SHIFTS, CENTRED, s, v, held)));
+
+        end loop;
+
+      end loop;
+
+    end loop;
+
+    wait;
+
+  end process write_all;
+
+end architecture bench;
