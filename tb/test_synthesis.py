@@ -78,7 +78,7 @@ def test_what_a_scene_does_not_need_is_absent(tmp_path: Path, design: Design) ->
     folders = {source.parent.name for source in sources} - {tmp_path.name}
     assert folders == {"common", "refocus"}
     assert found == {**dict.fromkeys(TMDS_ENDS, 0), **needed_parts(core)}
-    assert core.taps < full_core(core).taps
+    assert core.line_buffer_bits < full_core(core).line_buffer_bits
 
 
 def test_board_has_the_tmds_ends_and_its_core_no_more_than_it_needs(tmp_path: Path) -> None:
@@ -185,8 +185,9 @@ def test_scene_is_smaller_than_its_full_build() -> None:
             if f"{name} full" not in figures:
                 continue
             scene, full = figures[design.name], figures[f"{name} full"]
-            assert scene.lut < full.lut / 1.2
-            assert scene.usage.block_rams < full.usage.block_rams
+            # Moving sums take about as many LUTs for any slices.
+            assert scene.lut < full.lut
+            assert scene.usage.block_rams < full.usage.block_rams / 1.2
             assert scene.dsp <= full.dsp
 
 

@@ -71,8 +71,8 @@ def test_shipped_scenes_fit(file: Path) -> None:
     assert plan.slices
     assert not plan.gaps_mm
     assert all(plan.needs[name] <= plan.available[name] for name in plan.available)
-    # What is left out makes the full build larger in every resource that counts.
-    assert plan.full["LUT"] > plan.needs["LUT"]
+    # What is left out makes the full build larger; LUTs of moving sums hardly depend on slices.
+    assert plan.full["LUT"] > plan.needs["LUT"] or plan.core.engine == "sums"
     assert plan.full["block RAM (18 Kbit)"] > plan.needs["block RAM (18 Kbit)"]
 
 

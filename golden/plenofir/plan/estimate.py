@@ -489,41 +489,39 @@ _VIDEO_FLIP_FLOPS = 2885
 
 # LUTs and flip-flops of each part (scripts/fit_estimate.py).
 _LUT_WEIGHTS = {
-    "core": 208,
-    "switched bits": 1.88,
-    "always closed bits": 1.59,
-    "switches": 2.23,
-    "skew bits": 1.86,
-    "parallel rows": 52.3,
-    "address bits": 1.64,
+    "core": 209,
+    "switched bits": 1.92,
+    "always closed bits": 1.63,
+    "switches": 1.81,
+    "skew bits": 0.946,
+    "parallel rows": 91.2,
+    "address bits": 1.34,
 }
 _FLIP_FLOP_WEIGHTS = {
-    "core": 233,
-    "register bits": 0.565,
-    "switched bits": 0.0578,
-    "restart bits": 1.6,
-    "switches": 0.0833,
-    "skew bits": 3.35,
+    "core": 232,
+    "register bits": 0.545,
+    "switched bits": 0.101,
+    "restart bits": 1.65,
+    "skew bits": 3.38,
 }
 
 
 _SUM_LUT_WEIGHTS = {
-    "core": 142,
-    "pixel bits": 8.85,
-    "tables": 2.66,
-    "rings": 4.89,
-    "block bits": 0.3,
-    "address bits": 12.9,
+    "core": 270,
+    "pixel bits": 9.4,
+    "control bits": 0.116,
+    "tables": 2.64,
+    "rings": 4.69,
+    "block bits": 0.618,
 }
 _SUM_FLIP_FLOP_WEIGHTS = {
-    "core": 164,
-    "pixel bits": 12.6,
-    "control bits": 9.79,
-    "tables": 0.321,
-    "delays": 1.49,
-    "rings": 5.26,
-    "block bits": 1.0,
-    "address bits": 14.9,
+    "core": 356,
+    "pixel bits": 11,
+    "control bits": 9.88,
+    "tables": 0.364,
+    "delays": 1.32,
+    "rings": 4.99,
+    "block bits": 1.75,
 }
 
 
