@@ -279,6 +279,9 @@ def _sum_memories(core: CoreConfiguration) -> Iterator[Memory]:
                 for size in block_sizes(words, part.data_bits):
                     address_bits = (size - 1).bit_length()
                     yield Memory("lines of pixels", address_bits, part.data_bits, banks, words=size)
+                line_bits = (sum(layout.ring_lines) // banks).bit_length()
+                width = (words - 1).bit_length()
+                yield Memory("addresses of lines", line_bits, width, 1 + banks, rom=True)
             sums = 2 + layout.holds_outputs + layout.begins_within_group
             yield Memory("sums", depth_bits, part.sum_bits, sums, words=core.max_columns)
         else:
