@@ -305,10 +305,10 @@ def is_valid(sources: Sequence[Path], folder: Path) -> bool:
     folder.mkdir()
     top = project.root() / "tb" / "pump" / "hdmi_pump.vhd"
     try:
-        for command in simulator.build_commands(
-            [*sources, top], top.stem, models=project.unisim_sources()
-        ):
+        for command in simulator.model_commands(project.unisim_sources()):
             simulator.run(command, folder)
+        files = [str(source) for source in (*sources, top)]
+        simulator.run(["ghdl", "-a", *simulator.global_options(board=True), *files], folder)
     except SimulationError:
         return False
     return True

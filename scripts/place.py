@@ -19,8 +19,6 @@ from plenofir.plan.configure import TOP
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene
 from plenofir.synthesis.ecp5 import (
-    DEVICE,
-    LARGER_DEVICE,
     Placed,
     check_tools,
     make_netlist,
@@ -34,8 +32,6 @@ from plenofir.synthesis.self_test import self_test_generics
 RESULTS = project.DATA / "ecp5.json"
 GRID = ("core M=1 a'=0 iota=1", "core M=3 a'=1 iota=1", "array M=3 a'=1 iota=1")
 ARRAYS = ("array M=3 a'=1 iota=3",)
-# DP16KD of the smaller device.
-_BLOCK_RAMS = 108
 BOARD_CORE = CoreConfiguration(micro_image_size=5, shifts=(-3,), max_columns=640, channels=3)
 BOARD_ROWS = 480
 
@@ -48,9 +44,7 @@ def place_design(design: Design, folder: Path) -> dict[int, Placed]:
         netlist = make_netlist(configure(design.plan, folder), TOP, {}, folder)
     else:
         netlist = make_netlist(project.hdl_sources(), design.top, design.core.generics(), folder)
-    blocks = netlist.read_text().count('"type": "DP16KD"')
-    device = DEVICE if blocks <= _BLOCK_RAMS else LARGER_DEVICE
-    return {grade: place(netlist, speed_grade=grade, device=device) for grade in (6, 8)}
+    return {grade: place(netlist, speed_grade=grade) for grade in (6, 8)}
 
 
 def place_board(out: Path) -> Placed:

@@ -89,7 +89,7 @@ class Simulator:
     def build_commands(
         self, sources: Sequence[Path], top: str, *, models: Sequence[Path] = ()
     ) -> list[list[str]]:
-        """Commands that analyse sources into a library in the working directory.
+        """Commands that build a design in a library in the working directory.
 
         Parameters
         ----------
@@ -111,7 +111,8 @@ class Simulator:
         commands = self.model_commands(models) if board else []
         if self.name == "nvc":
             return [*commands, ["nvc", *options, "-a", *(NVC_RELAXED if board else ()), *files]]
-        return [*commands, ["ghdl", "-a", *options, *files], ["ghdl", "-e", *options, top]]
+        # What the entity needs and no more.
+        return [*commands, ["ghdl", "-i", *options, *files], ["ghdl", "-m", *options, top]]
 
     def run_command(
         self,

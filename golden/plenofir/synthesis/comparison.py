@@ -153,14 +153,12 @@ def placed_cells() -> Iterator[Cell]:
     Yields
     ------
     Cell
-        The sets, and a' = 2 and M for each M, grey.
+        The sets, then a' = 2 and M for each M, then all others.
     """
-    known = {cell.name for cell in measured_cells()}
-    cells = [
-        *(Cell(*part, "sums") for part in SETS),
-        *(Cell(m, (a,), 1, engine) for m in SIZES for a in (2, m) for engine in ENGINES),
-    ]
-    yield from (cell for cell in cells if cell.name in known)
+    cells = list(measured_cells())
+    yield from sorted(
+        cells, key=lambda c: (len(c.shifts) == 1, c.shifts[0] not in (2, c.micro_image_size))
+    )
 
 
 def widest(cell: Cell, device: Device) -> int:

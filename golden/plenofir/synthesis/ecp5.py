@@ -15,6 +15,8 @@ from plenofir.synthesis.tools import Generics, run_tool, run_yosys, write_verilo
 DEVICE = "45k"
 PACKAGE = "CABGA381"
 LARGER_DEVICE = "85k"
+# DP16KD of the smaller device.
+_BLOCK_RAMS = 108
 _RESOURCES = {
     "lut": "TRELLIS_COMB",
     "flip_flops": "TRELLIS_FF",
@@ -104,7 +106,7 @@ def place(
     netlist: Path,
     *,
     speed_grade: int = 6,
-    device: str = DEVICE,
+    device: str | None = None,
     goal_mhz: float = 150,
     constraints: Path | None = None,
 ) -> Placed:
@@ -117,7 +119,7 @@ def place(
     speed_grade
         6 (slowest) to 8.
     device
-        ``"45k"`` or ``"85k"``.
+        ``"45k"`` or ``"85k"``; None: the smaller one that has the block RAMs.
     goal_mhz
         Clock that is aimed at.
     constraints
@@ -136,6 +138,9 @@ def place(
         If it fails, for instance because the design is too large.
     """
     check_tools()
+    if device is None:
+        blocks = netlist.read_text().count('"type": "DP16KD"')
+        device = DEVICE if blocks <= _BLOCK_RAMS else LARGER_DEVICE
     directory = netlist.parent
     pins = ["--lpf-allow-unconstrained"]
     if constraints is not None:
