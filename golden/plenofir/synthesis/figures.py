@@ -29,7 +29,7 @@ STACK = "focal_stack"
 INDEX = "sharpness_index"
 # GHDL 2.0 needs some kilobytes for each word of a memory: 20 GB for 24 Mbit.
 _MAX_LINE_BUFFER_BITS = 1 << 23
-_MANY_LINE_BUFFER_BITS = 1 << 20
+_MANY_LINE_BUFFER_BITS = 1 << 19
 
 
 @dataclass(frozen=True)
