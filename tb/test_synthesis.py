@@ -185,8 +185,9 @@ def test_scene_is_smaller_than_its_full_build() -> None:
             if f"{name} full" not in figures:
                 continue
             scene, full = figures[design.name], figures[f"{name} full"]
-            # Moving sums take about as many LUTs for any slices.
-            assert scene.lut < full.lut
+            # Moving sums take about as many LUTs for any slices, but not for any channels.
+            alike = design.core.engine == "sums" and design.core.channels == 3
+            assert scene.lut < full.lut / (1 if alike else 1.2)
             assert scene.usage.block_rams < full.usage.block_rams / 1.2
             assert scene.dsp <= full.dsp
 

@@ -27,9 +27,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Simulator, Path]:
     sources = [file for file in project.hdl_sources() if file.stem in PACKAGES]
     assert len(sources) == len(PACKAGES)
     sources.append(Path(__file__).with_name(f"{TOP}.vhd"))
-    for command in simulator.build_commands(
-        [*sources, Path(__file__).with_name(f"{TOP}.vhd")], TOP
-    ):
+    for command in simulator.build_commands(sources, TOP):
         simulator.run(command, folder)
     return simulator, folder
 

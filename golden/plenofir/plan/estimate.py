@@ -229,6 +229,16 @@ class _Sum:
         return self.layout.reach
 
     @property
+    def banks(self) -> int:
+        """Memories that the lines of pixels lie in."""
+        return 1 + self.layout.pixels_leave
+
+    @property
+    def bank_lines(self) -> int:
+        """Lines of a bank; a memory has one at least."""
+        return max(sum(self.layout.ring_lines) // self.banks, 1)
+
+    @property
     def table_words(self) -> int:
         """Words of a table by slice and phase."""
         return _table_words(self.layout)
@@ -273,8 +283,7 @@ def _sum_memories(core: CoreConfiguration) -> Iterator[Memory]:
     for part in _sums(core):
         layout = part.layout
         if part.columns and core.max_columns > 1:
-            banks = 1 + layout.pixels_leave
-            words = max(sum(layout.ring_lines) // banks, 1) * core.max_columns
+            banks, words = part.banks, part.bank_lines * core.max_columns
             if sum(layout.ring_lines):
                 for size in block_sizes(words, part.data_bits):
                     address_bits = (size - 1).bit_length()
@@ -475,8 +484,7 @@ def _sum_structure(core: CoreConfiguration) -> dict[str, int]:
         if part.columns and core.max_columns > 1:
             ring = sum(layout.ring_lines).bit_length()
             counts["rings"] += m * ring
-            banks = 1 + layout.pixels_leave
-            words = max(sum(layout.ring_lines) // banks, 1) * core.max_columns
+            banks, words = part.banks, part.bank_lines * core.max_columns
             counts["block bits"] += banks * part.data_bits * len(block_sizes(words, part.data_bits))
             if len(layout.shifts) > 1:
                 counts["skips"] += m * ring * -(-part.table_words // 64)

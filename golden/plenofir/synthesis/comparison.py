@@ -1,7 +1,7 @@
 """Both engines side by side: the designs, what they measure, and the widest frame that fits.
 
 ``data/comparison.json`` holds what Yosys and nextpnr make of the cells that were measured
-(`make compare`); for all others there is the estimate.
+(`make compare`); for all others there is the estimate, whose block RAM and multipliers are exact.
 """
 
 import json
