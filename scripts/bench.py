@@ -25,16 +25,14 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from plenofir.calibration import calibrate, decode, text_calibration
-from plenofir.calibration.frames import grey
-from plenofir.core import CoreConfiguration
+from plenofir.camera.calibration import calibrate, decode, text_calibration
+from plenofir.camera.calibration.frames import grey
+from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.errors import InputError
-from plenofir.precision import report as precision_report
-from plenofir.precision import stability as stability_report
-from plenofir.precision.machine import machine
-from plenofir.precision.methods import running_sums
-from plenofir.rays import RayModel, load_camera
-from plenofir.rays.report import error_against_run_time
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.simulate.pump import run_pump
+from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.refocus import (
     ExactArithmetic,
     StoredProductArithmetic,
@@ -44,9 +42,11 @@ from plenofir.refocus import (
     refocus,
 )
 from plenofir.refocus.operator import Image, Sums
-from plenofir.scene import regular_grid, white_image
-from plenofir.simulation.pump import run_pump
-from plenofir.simulation.simulators import find_simulator
+from plenofir.studies import precision_report
+from plenofir.studies import refocus_stability as stability_report
+from plenofir.studies.machine import machine
+from plenofir.studies.methods import running_sums
+from plenofir.studies.ray_report import error_against_run_time
 
 RUNS = 5
 CASES = ((5, -3), (11, 1), (11, 22))

@@ -14,16 +14,15 @@ import re
 import sys
 from pathlib import Path
 
-from plenofir import clock_counts, project
-from plenofir.bitstream.ise import TOP as BOARD
-from plenofir.core import CoreConfiguration
-from plenofir.hdl_text import Declaration, declarations
-from plenofir.plan.devices import DEVICES
-from plenofir.plan.estimate import estimate
-from plenofir.plan.planner import full_core
-from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
-from plenofir.stack_core import StackConfiguration
-from plenofir.synthesis.comparison import (
+from plenofir import project
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.ise import TOP as BOARD
+from plenofir.fpga.core import clock_counts
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.stack import StackConfiguration
+from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.hdl_text import Declaration, declarations
+from plenofir.fpga.synthesis.comparison import (
     ENGINES,
     SETS,
     SIZES,
@@ -32,7 +31,10 @@ from plenofir.synthesis.comparison import (
     shown_shifts,
     widest,
 )
-from plenofir.synthesis.figures import (
+from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
+from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.plan.figures import (
     Design,
     core_designs,
     grid_designs,
@@ -40,8 +42,8 @@ from plenofir.synthesis.figures import (
     scene_designs,
     stack_designs,
 )
-from plenofir.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
-from plenofir.synthesis.spartan6 import Figures
+from plenofir.plan.planner import full_core
+from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 
 ENTITIES = project.root() / "docs" / "entities"
 GOLDEN_MODEL = project.root() / "docs" / "golden-model.md"
@@ -375,7 +377,7 @@ def stack_tables(text: str) -> str:
 
 def main() -> int:
     """Write or check the pages."""
-    paths = project.board_sources()
+    paths = hdl.board_sources()
     pages = {ENTITIES / f"{path.stem}.md": page(path) for path in paths}
     pages[ENTITIES / "README.md"] = index(paths)
     pages[GOLDEN_MODEL] = error_bounds(GOLDEN_MODEL.read_text())

@@ -8,8 +8,8 @@ With --check nothing is written; exit code 1 if a package is missing or stale.
 import sys
 
 from plenofir import project
-from plenofir.hdmi.edid import edid_package
-from plenofir.hdmi.pll import settings_package
+from plenofir.fpga.hdmi.edid import edid_package
+from plenofir.fpga.hdmi.pll import settings_package
 
 
 def main() -> int:

@@ -15,16 +15,22 @@ import numpy as np
 from skimage import data
 
 from plenofir import project
-from plenofir.calibration import calibrate, decode
+from plenofir.camera.calibration import calibrate, decode
+from plenofir.camera.lightfield import (
+    all_in_focus,
+    depth_map,
+    focal_stack,
+    light_field,
+    sub_aperture,
+)
+from plenofir.camera.lightfield.pictures import figure_pixels
+from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
+from plenofir.fpga.simulate.pump import run_pump
+from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image, write_png
-from plenofir.lightfield import all_in_focus, depth_map, focal_stack, light_field, sub_aperture
-from plenofir.lightfield.pictures import figure_pixels
-from plenofir.rays import RayModel, load_camera
-from plenofir.scene import TexturedPlane, field_of_view, render
-from plenofir.scene.report import MICROSCOPE, microscope_picture
-from plenofir.scene.sweep import OBJECTS, SHIFTS, M, swept_scene
-from plenofir.simulation.pump import run_pump
-from plenofir.simulation.simulators import find_simulator
+from plenofir.studies.calibration_report import MICROSCOPE, microscope_picture
+from plenofir.studies.sweep import OBJECTS, SHIFTS, M, swept_scene
 
 IMAGES = project.root() / "docs" / "images"
 

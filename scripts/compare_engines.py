@@ -11,8 +11,8 @@ import time
 from collections.abc import Container
 from pathlib import Path
 
-from plenofir import project
-from plenofir.synthesis.comparison import (
+from plenofir.fpga import hdl
+from plenofir.fpga.synthesis.comparison import (
     FILE,
     Cell,
     Comparison,
@@ -21,10 +21,10 @@ from plenofir.synthesis.comparison import (
     placed_cells,
     save_comparison,
 )
-from plenofir.synthesis.ecp5 import check_tools, make_netlist, place
-from plenofir.synthesis.figures import CORE
-from plenofir.synthesis.spartan6 import Figures, synthesise
-from plenofir.synthesis.tools import ghdl_version, yosys_version
+from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place
+from plenofir.fpga.synthesis.spartan6 import Figures, synthesise
+from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
+from plenofir.plan.figures import CORE
 
 
 def main() -> int:
@@ -49,7 +49,7 @@ def main() -> int:
         started = time.perf_counter()
         with tempfile.TemporaryDirectory() as folder:
             figures = synthesise(
-                project.hdl_sources(), CORE, cell.core().generics(), Path(folder)
+                hdl.hdl_sources(), CORE, cell.core().generics(), Path(folder)
             ).figures
         seconds = time.perf_counter() - started
         print(f"{number + 1}/{len(cells)} {cell.name}: {figures} ({seconds:.0f} s)", flush=True)
@@ -63,9 +63,7 @@ def main() -> int:
     check_tools()
     for cell in chosen(list(placed_cells()), content.placed):
         with tempfile.TemporaryDirectory() as folder:
-            netlist = make_netlist(
-                project.hdl_sources(), CORE, cell.core().generics(), Path(folder)
-            )
+            netlist = make_netlist(hdl.hdl_sources(), CORE, cell.core().generics(), Path(folder))
             placed = place(netlist)
         print(f"{cell.name}: {placed}", flush=True)
         content = content.model_copy(update={"placed": {**content.placed, cell.name: placed}})

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from plenofir.fpga.simulate.job import FLOWER, FLOWER_MICRO_IMAGE_SIZE
 from plenofir.images import read_image, write_png
-from plenofir.simulation.job import FLOWER, FLOWER_MICRO_IMAGE_SIZE
 
 # Central view of the folder, and the part of each view that is kept (rows, columns).
 CENTRE = 5

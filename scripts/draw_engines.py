@@ -9,9 +9,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from plenofir import project
-from plenofir.plan.estimate import estimate
+from plenofir.fpga.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts, load_comparison
+from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.refocus.moving_sum import SumLayout
-from plenofir.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts, load_comparison
 
 IMAGES = project.root() / "docs" / "images"
 COLOURS = {"taps": "tab:orange", "sums": "tab:blue"}

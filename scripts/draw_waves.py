@@ -9,8 +9,8 @@ from pathlib import Path
 
 from plenofir import project
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError
-from plenofir.simulation.module_waves import RowBench, timing_diagrams
-from plenofir.simulation.simulators import SimulationError
+from plenofir.fpga.simulate.module_waves import RowBench, timing_diagrams
+from plenofir.fpga.simulate.simulators import SimulationError
 
 FOLDER = project.root() / "docs" / "images" / "waves"
 

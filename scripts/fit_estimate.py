@@ -1,13 +1,13 @@
-"""Fits the weights of plenofir.plan.estimate to the files of figures and prints them."""
+"""Fits the weights of plenofir.fpga.synthesis.estimate to the files of figures and prints them."""
 
 import numpy as np
 
-from plenofir.core import CoreConfiguration
-from plenofir.plan.devices import Usage
-from plenofir.plan.estimate import memories, structure
-from plenofir.synthesis.comparison import load_comparison, measured_cells
-from plenofir.synthesis.figures import CORE, designs, load_figures
-from plenofir.synthesis.spartan6 import Figures
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.devices import Usage
+from plenofir.fpga.synthesis.comparison import load_comparison, measured_cells
+from plenofir.fpga.synthesis.estimate import memories, structure
+from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.plan.figures import CORE, designs, load_figures
 
 _STEPS = 20000
 

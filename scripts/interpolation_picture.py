@@ -16,10 +16,10 @@ from PIL import Image, ImageDraw, ImageFont
 from rich.progress import track
 
 from plenofir import project
-from plenofir.core import CoreConfiguration
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.simulate.pump import run_pump
+from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image
-from plenofir.simulation.pump import run_pump
-from plenofir.simulation.simulators import find_simulator
 
 SIZE = 480
 MARGIN = 8

@@ -37,10 +37,11 @@ import numpy as np
 import pytest
 
 from plenofir import project
-from plenofir.core import CoreConfiguration
+from plenofir.fpga import hdl
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.simulate import pump
+from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
 from plenofir.refocus import StoredProductArithmetic
-from plenofir.simulation import pump
-from plenofir.simulation.simulators import SimulationError, find_simulator
 
 # What may be changed: pattern, and what takes its place.
 RULES: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -72,10 +73,10 @@ TEST_SECONDS = 600
 # A test of a bench that has failed, in its log.
 FAILED = re.compile(rb"cocotb\.regression .* failed")
 
-RASTER = "tb/refocus/test_raster_refocuser.py"
-SUMS = "tb/refocus/test_moving_sum_engine.py"
+RASTER = "tb/core/test_raster_refocuser.py"
+SUMS = "tb/moving_sum/test_moving_sum_engine.py"
 STACK = "tb/stack/test_focal_stack.py"
-INDEX = "tb/stack/test_sharpness_index.py"
+INDEX = "tb/depth/test_depth_index.py"
 CHAIN = "tb/hdmi/test_chain.py"
 # Words in front of a file of tests are variables; here, which of the chain's tests run.
 CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
@@ -84,12 +85,12 @@ OF_VIDEO = (f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video", CHAIN)
 # Tests behind the pump for the mutants of a source, the first pattern that fits; {} is its entity.
 TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     (
-        "refocus/moving_sum*",
+        "moving_sum/*",
         (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice", f"{STACK} -k stalls_and_faults"),
     ),
-    ("stack/[cf]*", (STACK,)),
-    ("stack/stack_*", (STACK,)),
-    ("stack/*", (INDEX,)),
+    ("core/focal_stack*", (STACK,)),
+    ("stack/*", (STACK,)),
+    ("depth/*", (INDEX,)),
     ("common/[bes]*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
     ("common/reset*", (CHAIN,)),
     ("board/[cu]*", ("tb/board/test_board_entities.py -k board_control", CONTROL, CHAIN)),
@@ -104,16 +105,16 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     (
         "*",
         (
-            "tb/refocus/test_units.py -k {}",
+            "tb/core/test_units.py -k {}",
             f"{RASTER} -k stalls_gaps",
             f"{RASTER} -k array_slices",
-            "tb/refocus/test_module_array.py",
+            "tb/fir/test_fir_array.py",
             f"{SUMS} -k sets_stalls",
         ),
     ),
 )
 # Of these the pump simulates every line.
-PUMPED = ("refocus/*", "common/*")
+PUMPED = ("core/[!f]*", "core/frame*", "fir/*", "moving_sum/*", "common/*")
 
 
 Key = tuple[str, str, str, int]
@@ -303,9 +304,9 @@ def is_valid(sources: Sequence[Path], folder: Path) -> bool:
     """Whether all sources analyse."""
     simulator = find_simulator("ghdl")
     folder.mkdir()
-    top = project.root() / "tb" / "pump" / "hdmi_pump.vhd"
+    top = project.root() / "tb" / "file_bench" / "hdmi_pump.vhd"
     try:
-        for command in simulator.model_commands(project.unisim_sources()):
+        for command in simulator.model_commands(hdl.unisim_sources()):
             simulator.run(command, folder)
         files = [str(source) for source in (*sources, top)]
         simulator.run(["ghdl", "-a", *simulator.global_options(board=True), *files], folder)
@@ -325,7 +326,7 @@ def pump_notices(sources: Sequence[Path], folder: Path) -> str:
     patient, impatient = "IDLE_LIMIT : positive := 100000", "IDLE_LIMIT : positive := 3000"
     assert patient in text
     pump_file.write_text(text.replace(patient, impatient))
-    names = {source.name for source in project.hdl_sources()}
+    names = {source.name for source in hdl.hdl_sources()}
     core = [source for source in sources if source.name in names]
     for command in simulator.build_commands([*core, package, pump_file], pump.TOP):
         simulator.run(command, folder)
@@ -362,11 +363,11 @@ def run_tests(folder: Path, words: Sequence[str]) -> int:
     sys.path.insert(0, str(project.root() / "tb"))
     from plenofir_tb import runner
 
-    portable = [folder / source.name for source in project.hdl_sources()]
-    board = [folder / source.name for source in project.board_sources()]
+    portable = [folder / source.name for source in hdl.hdl_sources()]
+    board = [folder / source.name for source in hdl.board_sources()]
     with (
-        mock.patch.object(project, "hdl_sources", return_value=portable),
-        mock.patch.object(project, "board_sources", return_value=board),
+        mock.patch.object(hdl, "hdl_sources", return_value=portable),
+        mock.patch.object(hdl, "board_sources", return_value=board),
         mock.patch.object(runner, "_BUILD", folder / "tb"),
     ):
         options = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow"]
@@ -411,7 +412,7 @@ def relative(source: Path) -> str:
 
 def place_of(mutant: Mutant) -> str:
     """Source of a mutant, relative to the folder of all sources."""
-    return relative(next(s for s in project.board_sources() if s.name == mutant.file))
+    return relative(next(s for s in hdl.board_sources() if s.name == mutant.file))
 
 
 def tests_of(place: str) -> tuple[str, ...]:
@@ -429,7 +430,7 @@ def rounds_of(mutant: Mutant) -> tuple[str, ...]:
 
 def outcome(mutant: Mutant | None, number: int, folder: Path) -> str:
     """What a round makes of a mutant: "invalid", what notices the change, or nothing."""
-    sources = write_mutant(mutant, project.board_sources(), folder / "hdl")
+    sources = write_mutant(mutant, hdl.board_sources(), folder / "hdl")
     if number == 0 and not is_valid(sources, folder / "analysis"):
         return "invalid"
     test = "pump" if mutant is None else rounds_of(mutant)[number]
@@ -480,7 +481,7 @@ def main() -> int:
         return 1
     sources = [
         source
-        for source in project.board_sources()
+        for source in hdl.board_sources()
         if any(fnmatch.fnmatch(name, arguments.only) for name in (source.name, relative(source)))
     ]
     if not sources:

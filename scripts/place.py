@@ -12,22 +12,23 @@ from dataclasses import replace
 from pathlib import Path
 
 from plenofir import project
-from plenofir.core import CoreConfiguration
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
 from plenofir.files import publish_files
-from plenofir.plan.configure import TOP
-from plenofir.plan.planner import make_plan
-from plenofir.plan.scene import load_scene
-from plenofir.synthesis.ecp5 import (
+from plenofir.fpga import hdl
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.synthesis.ecp5 import (
     Placed,
     check_tools,
     make_netlist,
     place,
     write_bitstream,
 )
-from plenofir.synthesis.figures import Design, core_designs, grid_designs
-from plenofir.synthesis.self_test import TOP as SELF_TEST
-from plenofir.synthesis.self_test import self_test_generics
+from plenofir.fpga.synthesis.self_test import TOP as SELF_TEST
+from plenofir.fpga.synthesis.self_test import self_test_generics
+from plenofir.plan.configure import TOP
+from plenofir.plan.figures import Design, core_designs, grid_designs
+from plenofir.plan.planner import make_plan
+from plenofir.plan.scene import load_scene
 
 RESULTS = project.DATA / "ecp5.json"
 GRID = ("core M=1 a'=0 iota=1", "core M=3 a'=1 iota=1", "array M=3 a'=1 iota=1")
@@ -43,7 +44,7 @@ def place_design(design: Design, folder: Path) -> dict[int, Placed]:
 
         netlist = make_netlist(configure(design.plan, folder), TOP, {}, folder)
     else:
-        netlist = make_netlist(project.hdl_sources(), design.top, design.core.generics(), folder)
+        netlist = make_netlist(hdl.hdl_sources(), design.top, design.core.generics(), folder)
     return {grade: place(netlist, speed_grade=grade) for grade in (6, 8)}
 
 
@@ -52,7 +53,7 @@ def place_board(out: Path) -> Placed:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         netlist = make_netlist(
-            project.hdl_sources(), SELF_TEST, self_test_generics(BOARD_CORE, BOARD_ROWS), folder
+            hdl.hdl_sources(), SELF_TEST, self_test_generics(BOARD_CORE, BOARD_ROWS), folder
         )
         constraints = project.root() / "constraints" / "ulx3s_self_test.lpf"
         placed = place(netlist, constraints=constraints, goal_mhz=25)

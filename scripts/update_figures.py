@@ -1,4 +1,4 @@
-"""Synthesises the designs of plenofir.synthesis.figures and writes their figures into the file.
+"""Synthesises the designs of plenofir.plan.figures and writes their figures into the file.
 
 Arguments: names of designs; all if there are none.
 """
@@ -8,7 +8,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from plenofir.synthesis.figures import (
+from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
+from plenofir.plan.figures import (
     FILE,
     Design,
     FiguresFile,
@@ -16,8 +18,6 @@ from plenofir.synthesis.figures import (
     load_figures,
     save_figures,
 )
-from plenofir.synthesis.spartan6 import Figures
-from plenofir.synthesis.tools import ghdl_version, yosys_version
 
 
 def chosen(names: list[str]) -> list[Design]:

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from plenofir import project
-from plenofir.bitstream.check import elaborate
-from plenofir.bitstream.ise import TOP, project_lines, source_of_line, top_with_generics
 from plenofir.errors import InputError
-from plenofir.simulation.simulators import find_simulator
+from plenofir.fpga.bitstream.check import elaborate
+from plenofir.fpga.bitstream.ise import TOP, project_lines, source_of_line, top_with_generics
+from plenofir.fpga.simulate.simulators import find_simulator
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
 
-from plenofir.hdmi.edid import make_edid, offered_modes
-from plenofir.hdmi.pll import HIGH, LOW
-from plenofir.hdmi.pll import registers as registers_of
+from plenofir.fpga.hdmi.edid import make_edid, offered_modes
+from plenofir.fpga.hdmi.pll import HIGH, LOW
+from plenofir.fpga.hdmi.pll import registers as registers_of
 from plenofir_tb.entities import for_entity
 from plenofir_tb.runner import read_case
 

@@ -7,9 +7,9 @@ import cocotb
 import numpy as np
 from cocotb.triggers import Timer
 
-from plenofir.hdmi.link import Packed, ReceivedFrame, encode_frames
-from plenofir.hdmi.modes import VideoMode
-from plenofir.hdmi.pump import Code, Command, pixel_period
+from plenofir.fpga.hdmi.link import Packed, ReceivedFrame, encode_frames
+from plenofir.fpga.hdmi.modes import VideoMode
+from plenofir.fpga.hdmi.pump import Code, Command, pixel_period
 from plenofir.refocus import ExactArithmetic
 from plenofir_tb.runner import read_case
 from plenofir_tb.serial import SKEWS, SerialLink, last_frames

@@ -20,7 +20,8 @@ import pytest
 from cocotb_tools.runner import Nvc, Runner, get_runner
 
 from plenofir import project
-from plenofir.simulation.simulators import GHDL_RUN_OPTIONS, NVC_RELAXED, find_simulator
+from plenofir.fpga import hdl
+from plenofir.fpga.simulate.simulators import GHDL_RUN_OPTIONS, NVC_RELAXED, find_simulator
 
 CASE_VARIABLE = "PLENOFIR_CASE"
 _BUILD = project.root() / "build" / "tb"
@@ -54,11 +55,11 @@ def _built(top: str, board: bool = False) -> tuple[Runner, Path]:
     """
     simulator = find_simulator(simulator_name())
     os.environ.update(simulator.environment)
-    sources = project.hdl_sources()
+    sources = hdl.hdl_sources()
     models: list[Path] = []
     if board:
-        sources = [*project.board_sources(), project.root() / "tb" / "pump" / "hdmi_pump.vhd"]
-        models = project.unisim_sources()
+        sources = [*hdl.board_sources(), project.root() / "tb" / "file_bench" / "hdmi_pump.vhd"]
+        models = hdl.unisim_sources()
     digest = hashlib.sha256(simulator.version.encode())
     for source in [*models, *sources]:
         digest.update(source.read_bytes())

@@ -1,4 +1,4 @@
-"""Serial TMDS bits into and out of the board: what ``tb/pump/hdmi_pump.vhd`` plays and takes."""
+"""Serial TMDS bits of the board: what ``tb/file_bench/hdmi_pump.vhd`` plays and takes."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from cocotb.triggers import FallingEdge, First, RisingEdge, Timer
 
-from plenofir.hdmi.link import LinkError, Packed, ReceivedFrame, decode_frames
-from plenofir.hdmi.pump import Code, Command, write_script
+from plenofir.fpga.hdmi.link import LinkError, Packed, ReceivedFrame, decode_frames
+from plenofir.fpga.hdmi.pump import Code, Command, write_script
 
 # Far longer than any script that the tests play, in ms of simulated time.
 PATIENCE_MS = 50

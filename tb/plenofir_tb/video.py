@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from cocotb.triggers import FallingEdge
 
-from plenofir.hdmi.link import RasterSignals, ReceivedFrame, split_frames
-from plenofir.hdmi.modes import VideoMode
+from plenofir.fpga.hdmi.link import RasterSignals, ReceivedFrame, split_frames
+from plenofir.fpga.hdmi.modes import VideoMode
 
 MEASURED = {"name": "measured", "pixel_clock": 1}
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from plenofir.core import CoreConfiguration
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.synthesis.self_test import TOP, self_test_generics
 from plenofir.refocus import StoredProductArithmetic
-from plenofir.synthesis.self_test import TOP, self_test_generics
 from plenofir_tb.runner import run_case
 
 COLUMNS, ROWS = 20, 12

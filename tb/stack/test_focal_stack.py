@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from plenofir import project
-from plenofir.stack_core import StackConfiguration
+from plenofir.fpga import hdl
+from plenofir.fpga.core.stack import StackConfiguration
 from plenofir_tb import runner
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import draw_seed, run_case
@@ -26,7 +26,7 @@ def run_stack(core: StackConfiguration, *, thorough: bool) -> None:
     """Run the raster core's bench on a stack."""
     run_case(
         "focal_stack",
-        "refocus.raster_bench",
+        "core.raster_bench",
         generics=core.generics(),
         case={"core": core.model_dump(mode="json"), "thorough": thorough, "kind": "focal_stack"},
     )
@@ -97,8 +97,8 @@ def test_more_random_stacks(number: int) -> None:
     ],
 )  # fmt: skip
 def test_planted_fault_is_found(tmp_path, monkeypatch, options, file, old, new) -> None:
-    sources = plant(tmp_path, project.hdl_sources(), file, old, new)
-    monkeypatch.setattr(project, "hdl_sources", lambda: sources)
+    sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
+    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
     runner._built.cache_clear()
     try:
         with pytest.raises(pytest.fail.Exception):

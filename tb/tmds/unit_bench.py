@@ -8,7 +8,7 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge, Timer
 
-from plenofir.hdmi import tmds
+from plenofir.fpga.hdmi import tmds
 from plenofir_tb.entities import for_entity
 from plenofir_tb.runner import read_case
 

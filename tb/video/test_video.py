@@ -2,7 +2,7 @@
 
 import pytest
 
-from plenofir.hdmi.modes import VideoMode
+from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir_tb.runner import run_case
 from plenofir_tb.video import MODE_720, shrunken
 

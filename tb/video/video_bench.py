@@ -8,8 +8,8 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
-from plenofir.hdmi.link import RasterSignals, raster_signals
-from plenofir.hdmi.modes import VideoMode
+from plenofir.fpga.hdmi.link import RasterSignals, raster_signals
+from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import read_case
 from plenofir_tb.slices import SliceModel

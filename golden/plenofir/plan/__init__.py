@@ -1,6 +1,6 @@
 """From a camera and a scene to the smallest hardware that does the job."""
 
-from plenofir.plan.devices import DEVICES, Device, Usage
+from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.plan.planner import LeftOut, Plan, make_plan
 from plenofir.plan.scene import LoadedScene, Scene, load_scene
 

@@ -5,10 +5,10 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from plenofir import project
-from plenofir.bitstream import ise
 from plenofir.files import publish
-from plenofir.plan.devices import DEVICES
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream import ise
+from plenofir.fpga.devices import DEVICES
 from plenofir.plan.planner import Plan
 
 TOP = "scene_top"
@@ -240,7 +240,7 @@ def configure(plan: Plan, out: Path) -> list[Path]:
     # XST wants the folder for its temporary files to be there.
     (out / "xst").mkdir(exist_ok=True)
     sources = [
-        *needed_sources(top, top.stem, project.board_sources()),
+        *needed_sources(top, top.stem, hdl.board_sources()),
         *(out / name for name in own if name.endswith(".vhd")),
     ]
     places = [os.path.relpath(source, out) for source in sources]

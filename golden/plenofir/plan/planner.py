@@ -6,14 +6,14 @@ from math import inf
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.core import CoreConfiguration, Engine
+from plenofir.camera.rays import Cover, RayModel, covering_slices
+from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.errors import InputError
-from plenofir.hdmi.modes import MODES, VideoMode, find_mode
-from plenofir.plan.devices import DEVICES, Device, Usage
-from plenofir.plan.estimate import estimate, video_usage
+from plenofir.fpga.core.configuration import CoreConfiguration, Engine
+from plenofir.fpga.devices import DEVICES, Device, Usage
+from plenofir.fpga.hdmi.modes import MODES, VideoMode, find_mode
+from plenofir.fpga.synthesis.estimate import estimate, video_usage
 from plenofir.plan.scene import LoadedScene
-from plenofir.rays import Cover, RayModel, covering_slices
-from plenofir.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.refocus import interpolation_order
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.shifts import shift_to_text

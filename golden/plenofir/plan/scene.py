@@ -8,16 +8,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from plenofir.bitstream.device import device as board_device
-from plenofir.core import (
+from plenofir.camera.rays import Camera, RayModel, load_camera
+from plenofir.errors import InputError, validation_error
+from plenofir.fpga.bitstream.spartan6_sites import device as board_device
+from plenofir.fpga.core.configuration import (
     MAX_COLUMNS,
     MAX_MICRO_IMAGE_SIZE,
     MAX_PARALLEL_ROWS,
     MAX_ROWS,
 )
-from plenofir.errors import InputError, validation_error
-from plenofir.plan.devices import DEVICES
-from plenofir.rays import Camera, RayModel, load_camera
+from plenofir.fpga.devices import DEVICES
 from plenofir.refocus.shifts import focus_to_shift
 
 Distance = Annotated[float, Field(gt=0)]

@@ -250,7 +250,7 @@ def refocus(
     step = 1 if upsample else M
     ranges = _ranges(region, (raw.shape[0] // step, raw.shape[1] // step))
     if other_library:
-        from plenofir.refocus.device import device_refocus
+        from plenofir.refocus.arrays import device_refocus
 
         if out is not None:
             raise InputError("is for NumPy arrays", where="out", expected="none for other arrays")

@@ -121,7 +121,7 @@ def fits(m: int, shift: int, pixel_bits: int) -> bool:
     Returns
     -------
     bool
-        False: `plenofir.refocus.device` has to do it.
+        False: `plenofir.refocus.arrays` has to do it.
     """
     largest = m * m * ((1 << pixel_bits) - 1)
     return largest + m * m // 2 < 1 << 31 and _tile(m, shift)[0] >= 1

@@ -1,8 +1,8 @@
 """Depth index and all-in-focus picture of a focal stack, in integers: what the VHDL computes.
 
-Sharpness is judged between micro lenses, as `plenofir.lightfield.stack.all_in_focus` does: whatever
-is finer are replicas. Each step is a sum or a comparison, so that hardware and model agree in every
-bit.
+Sharpness is judged between micro lenses, as `plenofir.camera.lightfield.stack.all_in_focus` does:
+whatever is finer are replicas. Each step is a sum or a comparison, so that hardware and model agree
+in every bit.
 """
 
 from dataclasses import dataclass

@@ -1,0 +1,1 @@
+"""The camera side: optics, ray model, calibration, light fields, a synthetic camera."""

@@ -1,0 +1,131 @@
+"""White, dark and raw frames: grey levels, dark level, and what makes a white image usable."""
+
+import numpy as np
+
+from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.grid import Floats
+from plenofir.errors import InputError
+from plenofir.refocus.operator import Image
+
+_LUMINANCE = np.array([0.2125, 0.7154, 0.0721], dtype=np.float32)
+_DARKEST_LEVELS = 16
+_CLIPPED_SHARE = 0.5
+_SMALLEST = 12
+
+
+def grey(image: Image | Floats) -> Image32:
+    """Grey levels of an image (luminance of RGB, Rec. 709).
+
+    Parameters
+    ----------
+    image
+        Shape (rows, columns) or (rows, columns, 3).
+
+    Returns
+    -------
+    Image32
+        Shape (rows, columns).
+    """
+    if image.ndim == 3:
+        return np.asarray(image.astype(np.float32) @ _LUMINANCE)
+    return image.astype(np.float32)
+
+
+def _size(image: Image) -> str:
+    return f"{image.shape[1]} x {image.shape[0]} pixels"
+
+
+def check_same_size(image: Image, shape: tuple[int, ...], where: str, other: str) -> None:
+    """Refuse an image that has not the size of another.
+
+    Parameters
+    ----------
+    image
+        The image.
+    shape
+        Shape of the other.
+    where
+        Name of the image.
+    other
+        Name of the other.
+
+    Raises
+    ------
+    InputError
+        If rows or columns differ.
+    """
+    if image.shape[:2] != tuple(shape[:2]):
+        raise InputError(
+            _size(image), where=where, expected=f"{shape[1]} x {shape[0]} pixels as {other}"
+        )
+
+
+def clipped_share(image: Image) -> float:
+    """Share of pixels at full scale.
+
+    Sensors of 10 to 14 bits whose pixels are stored as 16 bits clip at their own full scale.
+
+    Parameters
+    ----------
+    image
+        Grey or RGB, uint8 or uint16.
+
+    Returns
+    -------
+    float
+        0 to 1.
+    """
+    largest = int(image.max())
+    full = {255} if image.dtype == np.uint8 else {(1 << bits) - 1 for bits in (10, 12, 14, 16)}
+    if largest not in full:
+        return 0.0
+    at_full = image == largest
+    return float((at_full.any(axis=2) if image.ndim == 3 else at_full).mean())
+
+
+def white_signal(white: Image, dark: Image | None, *, where: str, dark_where: str) -> Image32:
+    """Grey levels of a white image above its dark frame.
+
+    Parameters
+    ----------
+    white
+        White image, grey or RGB, uint8 or uint16.
+    dark
+        Dark frame of the same size, or None.
+    where, dark_where
+        Names of the two for messages.
+
+    Returns
+    -------
+    Image32
+        Shape (rows, columns).
+
+    Raises
+    ------
+    InputError
+        If the white image is too small, too dark or too bright, or the sizes differ.
+    """
+    if min(white.shape[:2]) < _SMALLEST:
+        raise InputError(
+            _size(white), where=where, expected=f"at least {_SMALLEST} x {_SMALLEST} pixels"
+        )
+    signal = grey(white)
+    if dark is not None:
+        check_same_size(dark, white.shape, dark_where, f"the white image {where}")
+        signal = signal - grey(dark)
+    brightest = float(np.percentile(signal, 99.5))
+    if brightest < _DARKEST_LEVELS:
+        above = "above the dark frame" if dark is not None else "of the brightest parts"
+        raise InputError(
+            f"too dark: {max(brightest, 0):.1f} grey levels {above}",
+            where=where,
+            expected=f"at least {_DARKEST_LEVELS}: a longer exposure or more light",
+        )
+    clipped = clipped_share(white)
+    if clipped > _CLIPPED_SHARE:
+        raise InputError(
+            f"too bright: {100 * clipped:.0f} % of the pixels at full scale ({int(white.max())})",
+            where=where,
+            expected=f"at most {100 * _CLIPPED_SHARE:.0f} %: a shorter exposure or less light",
+        )
+    return signal

@@ -1,0 +1,53 @@
+"""Light fields from aligned raw images: indexing, views, focal stacks, disparity, depth."""
+
+from plenofir.camera.lightfield.disparity import (
+    DepthMap,
+    Disparity,
+    depth_map,
+    light_field_disparity,
+    sad_disparity,
+)
+from plenofir.camera.lightfield.folders import read_views, write_views
+from plenofir.camera.lightfield.fourier import fourier_slice, shifted_views
+from plenofir.camera.lightfield.indexing import (
+    compose,
+    light_field,
+    light_field_index,
+    raw_image,
+    raw_index,
+    sub_aperture,
+    views,
+)
+from plenofir.camera.lightfield.stack import (
+    AllInFocus,
+    all_in_focus,
+    focal_stack,
+    peak,
+    sharpness,
+    sharpness_curve,
+)
+
+__all__ = [
+    "AllInFocus",
+    "DepthMap",
+    "Disparity",
+    "all_in_focus",
+    "compose",
+    "depth_map",
+    "focal_stack",
+    "fourier_slice",
+    "light_field",
+    "light_field_disparity",
+    "light_field_index",
+    "peak",
+    "raw_image",
+    "raw_index",
+    "read_views",
+    "sad_disparity",
+    "sharpness",
+    "sharpness_curve",
+    "shifted_views",
+    "sub_aperture",
+    "views",
+    "write_views",
+]

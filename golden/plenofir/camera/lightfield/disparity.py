@@ -1,0 +1,220 @@
+"""Disparity between views by sums of absolute differences, and depth from it.
+
+A point that is sharp at focus setting a lies at x - a (u - c) micro lenses in view u, so the
+disparity between neighbouring views is a: the ray model gives its distance.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from plenofir.camera.calibration.frames import grey
+from plenofir.camera.lightfield.indexing import views
+from plenofir.camera.rays.model import RayModel
+from plenofir.errors import InputError
+from plenofir.refocus.operator import Image
+
+Floats = npt.NDArray[np.float64]
+
+# Candidates are this many pixels apart in the views that are farthest from each other.
+_STEP = 0.25
+
+
+@dataclass(frozen=True)
+class Disparity:
+    """Disparity of each pixel of a view.
+
+    Attributes
+    ----------
+    pixels_per_view
+        Disparity between neighbouring views in pixels (micro lenses), shape (t, s).
+    confidence
+        0 where all disparities fit equally well, towards 1 where one fits far better.
+    """
+
+    pixels_per_view: Floats
+    confidence: Floats
+
+
+@dataclass(frozen=True)
+class DepthMap:
+    """Depth of each pixel of the central view.
+
+    Attributes
+    ----------
+    distance_mm
+        Distance from the micro lenses; nan at and beyond infinity and where confidence is low.
+    disparity
+        What it comes from.
+    """
+
+    distance_mm: Floats
+    disparity: Disparity
+
+
+def sad_disparity(
+    reference: Image | Floats,
+    others: Sequence[tuple[Image | Floats, tuple[float, float]]],
+    *,
+    search: tuple[float, float] = (-0.5, 2.0),
+    window: int = 7,
+    progress: Callable[[int, int], None] | None = None,
+) -> Disparity:
+    """Disparity by the sum of absolute differences, with sub-pixel refinement.
+
+    Differences are summed over a window and over all views given; of views on opposite sides of
+    the reference, the side that fits better counts, because a point may be hidden from the other.
+
+    Parameters
+    ----------
+    reference
+        View, shape (t, s[, 3]).
+    others
+        Other views with their gaps (rows, columns) from the reference, counted in views.
+    search
+        Smallest and largest disparity in pixels per view.
+    window
+        Side of the window in pixels, odd.
+    progress
+        Called with the candidates done and to do.
+
+    Returns
+    -------
+    Disparity
+        Positive for what is nearer than the plane of disparity zero.
+
+    Raises
+    ------
+    InputError
+        If the views, the search range or the window cannot be used.
+    """
+    if not others or any(gap == (0, 0) for _, gap in others):
+        raise InputError("no other view", where="views", expected="views with gaps from the first")
+    if window < 1 or window % 2 == 0:
+        raise InputError(f"{window}", where="window", expected="an odd number of pixels")
+    low, high = search
+    if not -np.inf < low < high < np.inf:
+        raise InputError(f"{low} to {high}", where="search", expected="a smaller and a larger one")
+    base = grey(reference)
+    reach = max(float(np.hypot(*gap)) for _, gap in others)
+    count = int(np.ceil((high - low) * reach / _STEP)) + 1
+    candidates = np.linspace(low, high, max(count, 3))
+    splines = []
+    for image, gap in others:
+        if image.shape[:2] != base.shape:
+            raise InputError(
+                f"shapes {base.shape} and {image.shape[:2]}", where="views", expected="equal sizes"
+            )
+        splines.append((ndimage.spline_filter(grey(image), 3, np.float64, "mirror"), gap))
+    sides: dict[tuple[int, int], list[int]] = {}
+    for k, (_, gap) in enumerate(splines):
+        sides.setdefault((int(np.sign(gap[0])), int(np.sign(gap[1]))), []).append(k)
+    costs = np.empty((len(candidates), *base.shape))
+    for n, candidate in enumerate(candidates):
+        single = []
+        for values, gap in splines:
+            # The point at x is at x - candidate gap in the other view.
+            move = (candidate * gap[0], candidate * gap[1])
+            moved = ndimage.shift(values, move, order=3, mode="nearest", prefilter=False)
+            single.append(np.abs(base - moved))
+        by_side = {
+            side: ndimage.uniform_filter(
+                np.mean([single[k] for k in members], axis=0), window, mode="nearest"
+            )
+            for side, members in sides.items()
+        }
+        total = np.zeros(base.shape)
+        for side, cost in by_side.items():
+            opposite = by_side.get((-side[0], -side[1]))
+            total += cost if opposite is None else np.minimum(cost, opposite)
+        costs[n] = total
+        if progress is not None:
+            progress(n + 1, len(candidates))
+    best = np.argmin(costs, axis=0)
+    inner = np.clip(best, 1, len(candidates) - 2)[np.newaxis]
+    before, here, after = (np.take_along_axis(costs, inner + k, axis=0)[0] for k in (-1, 0, 1))
+    bend = before - 2 * here + after
+    shift = np.where(bend > 0, 0.5 * (before - after) / np.where(bend > 0, bend, 1), 0.0)
+    at_end = best != inner[0]
+    step = candidates[1] - candidates[0]
+    pixels = candidates[best] + np.where(at_end, 0.0, np.clip(shift, -1, 1) * step)
+    least, mean = costs.min(axis=0), costs.mean(axis=0)
+    confidence = 1 - least / np.maximum(mean, 1e-9)
+    return Disparity(pixels, np.where(mean > 1e-9, confidence, 0.0))
+
+
+def light_field_disparity(
+    raw: Image,
+    m: int,
+    *,
+    search: tuple[float, float] = (-0.5, 2.0),
+    window: int = 7,
+    progress: Callable[[int, int], None] | None = None,
+) -> Disparity:
+    """Disparity of the central view against those above, below, left and right of it.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    m
+        M in pixels, 2 or more; for even M the central view is the one below and right of the
+        centre.
+    search, window, progress
+        As in `sad_disparity`.
+
+    Returns
+    -------
+    Disparity
+        Shape (t, s).
+    """
+    if m < 2:
+        raise InputError(f"M = {m}", where="M", expected="2 or more: one view has no disparity")
+    images = views(raw, m)
+    centre = m // 2
+    gaps = sorted({-centre, -((centre + 1) // 2), (m - 1 - centre + 1) // 2, m - 1 - centre} - {0})
+    others = [
+        (images[centre + down, centre + right], (float(down), float(right)))
+        for down, right in [*((g, 0) for g in gaps), *((0, g) for g in gaps)]
+    ]
+    return sad_disparity(
+        images[centre, centre], others, search=search, window=window, progress=progress
+    )
+
+
+def depth_map(
+    raw: Image,
+    model: RayModel,
+    *,
+    search: tuple[float, float] = (-0.5, 2.0),
+    window: int = 7,
+    least_confidence: float = 0.3,
+    progress: Callable[[int, int], None] | None = None,
+) -> DepthMap:
+    """Depth of what a camera sees, in mm.
+
+    Parameters
+    ----------
+    raw
+        Raw image of micro images of the model's M.
+    model
+        The camera, focused as it was.
+    search, window, progress
+        As in `sad_disparity`.
+    least_confidence
+        Pixels below this confidence get no distance.
+
+    Returns
+    -------
+    DepthMap
+        Distances from the micro lenses, shape (t, s).
+    """
+    found = light_field_disparity(
+        raw, model.micro_image_size, search=search, window=window, progress=progress
+    )
+    distances = model.distance(found.pixels_per_view)
+    sure = found.confidence >= least_confidence
+    return DepthMap(np.where(sure, distances.mm, np.nan), found)

@@ -1,0 +1,176 @@
+"""Views as image files in a folder, whatever their names."""
+
+import re
+from collections.abc import Callable
+from itertools import combinations
+from math import isqrt
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from plenofir.camera.lightfield.indexing import views
+from plenofir.errors import InputError
+from plenofir.images import read_image, write_png
+from plenofir.refocus.operator import Image
+
+ViewOrder = Literal["rows", "columns"]
+Places = dict[tuple[int, int], Path]
+
+_SUFFIXES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".pgm", ".ppm"}
+_EXPECTED = "M x M views with their row and column, or a running number, in their names"
+
+
+def _numbers(path: Path) -> list[int]:
+    """Whole numbers in a name; the coordinates of some data sets (-776.88) are none."""
+    return [int(n) for n in re.findall(r"(?<![\d.])\d+(?![\d.]*\.\d|\d)", path.stem)]
+
+
+def arrange(paths: list[Path], where: str) -> Places:
+    """Find row and column of views in their names.
+
+    Two of the numbers in the names must run through a full square of rows and columns
+    (``view_03_07``, ``IMG_0002_013_02_08``, ``out_03_07_-776.8_-12.1``); otherwise one must run
+    through a square number of views, line by line (``Cam042``).
+
+    Parameters
+    ----------
+    paths
+        Files of the views.
+    where
+        Name of their folder for messages.
+
+    Returns
+    -------
+    dict
+        (first number, second number), both from 0, to file.
+
+    Raises
+    ------
+    InputError
+        If the names do not tell.
+    """
+    m = isqrt(len(paths))
+    numbers = [_numbers(path) for path in paths]
+    fields = min((len(n) for n in numbers), default=0)
+    if len({len(n) for n in numbers}) > 1:
+        raise InputError("names with different numbers of numbers", where=where, expected=_EXPECTED)
+    columns = [sorted({n[k] for n in numbers}) for k in range(fields)]
+    # The last pair that fits: exposures and dates stand in front.
+    for first, second in reversed(list(combinations(range(fields), 2))):
+        a, b = columns[first], columns[second]
+        pairs = {(n[first], n[second]) for n in numbers}
+        if len(a) == len(b) == m and len(pairs) == m * m == len(paths):
+            return {
+                (a.index(n[first]), b.index(n[second])): path
+                for n, path in zip(numbers, paths, strict=True)
+            }
+    for field in reversed(range(fields)):
+        run = columns[field]
+        if len(run) == len(paths) == m * m and run[-1] - run[0] == len(run) - 1:
+            return {
+                divmod(n[field] - run[0], m): path for n, path in zip(numbers, paths, strict=True)
+            }
+    found = f"{len(paths)} files" if len(paths) != m * m else "no rows and columns in the names"
+    raise InputError(found, where=where, expected=_EXPECTED)
+
+
+def read_views(
+    folder: Path,
+    *,
+    order: ViewOrder = "rows",
+    progress: Callable[[int, int], None] | None = None,
+) -> Image:
+    """Read the views of a light field from a folder.
+
+    Parameters
+    ----------
+    folder
+        Folder with M x M images and no others.
+    order
+        "rows": the first number in the names counts downwards, the second to the right;
+        "columns": the other way round.
+    progress
+        Called with the views done and to do.
+
+    Returns
+    -------
+    Image
+        Shape (v, u, t, s[, 3]), as `plenofir.camera.lightfield.compose` takes it.
+
+    Raises
+    ------
+    InputError
+        If the folder, the names or the images cannot be used.
+    """
+    if not folder.is_dir():
+        raise InputError("no such folder", where=str(folder), expected=_EXPECTED)
+    if order not in ("rows", "columns"):
+        raise InputError(f"{order!r}", where="order", expected="rows or columns")
+    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES)
+    if not paths:
+        raise InputError("no image files", where=str(folder), expected=_EXPECTED)
+    places = arrange(paths, str(folder))
+    m = isqrt(len(paths))
+    result: Image | None = None
+    for done, ((row, column), path) in enumerate(sorted(places.items()), 1):
+        image = read_image(path)
+        if result is None:
+            result = np.empty((m, m, *image.shape), dtype=image.dtype)
+        if image.shape != result.shape[2:] or image.dtype != result.dtype:
+            raise InputError(
+                f"{image.shape} of {image.dtype}",
+                where=str(path),
+                expected=f"{result.shape[2:]} of {result.dtype} as the first view",
+            )
+        result[(row, column) if order == "rows" else (column, row)] = image
+        if progress is not None:
+            progress(done, len(places))
+    assert result is not None
+    return result
+
+
+def named_views(raw: Image, m: int) -> dict[str, Image]:
+    """Views with the names of their files.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    m
+        M in pixels.
+
+    Returns
+    -------
+    dict
+        ``view_VV_UU.png`` to view, shape (t, s[, 3]); VV counts downwards, UU to the right.
+    """
+    images = views(raw, m)
+    digits = max(2, len(str(m - 1)))
+    return {
+        f"view_{v:0{digits}}_{u:0{digits}}.png": images[v, u] for v in range(m) for u in range(m)
+    }
+
+
+def write_views(raw: Image, m: int, folder: Path) -> list[Path]:
+    """Write the views of a raw image, see `named_views`.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    m
+        M in pixels.
+    folder
+        Existing folder.
+
+    Returns
+    -------
+    list of Path
+        Files written.
+    """
+    paths = []
+    for name, image in named_views(raw, m).items():
+        write_png(folder / name, np.ascontiguousarray(image))
+        paths.append(folder / name)
+    return paths

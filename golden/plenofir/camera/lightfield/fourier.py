@@ -1,0 +1,159 @@
+"""Refocusing in the frequency domain (Eq. 2.17), the method to compare shift and integration with.
+
+The spectrum of the refocused picture is a slice of the light field's 4-D spectrum: frequency k of
+the micro lenses (cycles a lens) together with frequency a k of the pixels (cycles a pixel). Slices
+lie between the samples of a discrete spectrum; a Kaiser-Bessel window interpolates, and its own
+shape is divided out beforehand.
+"""
+
+import numpy as np
+import numpy.typing as npt
+from scipy import fft
+from scipy.special import i0
+
+from plenofir.camera.lightfield.indexing import light_field
+from plenofir.errors import InputError
+from plenofir.refocus import check_raw
+from plenofir.refocus.operator import Image
+
+Floats = npt.NDArray[np.float64]
+
+
+def kaiser_bessel(x: Floats, width: float, beta: float) -> Floats:
+    """Kaiser-Bessel window.
+
+    Parameters
+    ----------
+    x
+        Distance from its middle in samples.
+    width
+        Full width in samples.
+    beta
+        Shape.
+
+    Returns
+    -------
+    Floats
+        Shape of `x`, 0 outside the width.
+    """
+    inside = np.abs(x) <= width / 2
+    root = np.sqrt(np.maximum(0.0, 1 - (2 * x / width) ** 2))
+    return np.asarray(np.where(inside, i0(beta * root) / width, 0.0))
+
+
+def kaiser_bessel_transform(n: Floats, width: float, beta: float) -> Floats:
+    """Fourier transform of the window.
+
+    Parameters
+    ----------
+    n
+        Frequency in cycles for each sample.
+    width, beta
+        As in `kaiser_bessel`.
+
+    Returns
+    -------
+    Floats
+        Shape of `n`.
+    """
+    root = np.sqrt((beta**2 - (np.pi * width * n) ** 2).astype(np.complex128))
+    return np.asarray((np.sinh(root) / root).real)
+
+
+def _slicing(
+    frequencies: Floats, m: int, a: float, width: float, oversampling: float
+) -> npt.NDArray[np.complex128]:
+    """Weights that take the slice along one dimension, shape (frequencies, samples)."""
+    # The window must fit into a period.
+    samples = max(round(oversampling * m), int(np.ceil(width)) + 1)
+    # Beatty's choice of the window's shape for this oversampling.
+    ratio = samples / m
+    spread = (width / ratio) ** 2 * (ratio - 0.5) ** 2 - 0.8
+    beta = np.pi * np.sqrt(max(spread, 0.1))
+    place = a * frequencies * samples
+    distance = place[:, np.newaxis] - np.arange(samples)
+    periods = np.round(distance / samples)
+    weights = kaiser_bessel(distance - samples * periods, width, beta)
+    if m % 2 == 0:
+        # Pixels are half-integers from the centre: their spectrum changes sign each period.
+        weights *= (-1.0) ** periods
+    # What the window does to the pixels is undone there; they are counted from the centre.
+    offset = np.arange(m) - (m - 1) / 2
+    undone = 1 / kaiser_bessel_transform(offset / samples, width, beta)
+    turns = np.exp(-2j * np.pi * np.outer(np.arange(samples), offset) / samples)
+    return np.asarray(weights @ (turns * undone))
+
+
+def fourier_slice(
+    raw: Image, m: int, a: float, *, width: float = 3.5, oversampling: float = 2.0
+) -> Floats:
+    """Refocus by slicing the 4-D spectrum (Eq. 2.17).
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    m
+        M in pixels.
+    a
+        Focus setting, any number.
+    width
+        Width of the Kaiser-Bessel window in samples; the text takes 3.5.
+    oversampling
+        Samples of the spectrum for each of the pixels of a micro image, 1 or more.
+
+    Returns
+    -------
+    Floats
+        Mean of the shifted views, a sample for each micro lens, shape (t, s[, 3]).
+    """
+    if not oversampling >= 1:
+        raise InputError(f"{oversampling}", where="oversampling", expected="1 or more")
+    return _in_frequency(raw, m, a, (width, oversampling))
+
+
+def shifted_views(raw: Image, m: int, a: float) -> Floats:
+    """Refocus by shifting each view by a (u - c) micro lenses (Eq. 3.50), band-limited.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    m
+        M in pixels.
+    a
+        Focus setting, any number.
+
+    Returns
+    -------
+    Floats
+        What `fourier_slice` approximates, shape (t, s[, 3]).
+    """
+    return _in_frequency(raw, m, a, None)
+
+
+def _in_frequency(raw: Image, m: int, a: float, window: tuple[float, float] | None) -> Floats:
+    check_raw(raw, m)
+    if not np.isfinite(a):
+        raise InputError(f"a = {a}", where="a", expected="a finite number")
+    field = light_field(raw, m).astype(np.float64)
+    if field.ndim == 4:
+        field = field[..., np.newaxis]
+    t, s = field.shape[:2]
+    # Outside the image the light field is zero.
+    margin = int(np.ceil(abs(a) * (m - 1) / 2)) + 1
+    shape = [fft.next_fast_len(n + 2 * margin) for n in (t, s)]
+    rows, columns = (fft.fftfreq(n) for n in shape)
+    result = np.empty((t, s, field.shape[4]))
+    for channel in range(field.shape[4]):
+        spectrum = fft.fft2(field[..., channel], s=shape, axes=(0, 1), workers=-1)
+        if window is None:
+            offset = np.arange(m) - (m - 1) / 2
+            down = np.exp(-2j * np.pi * a * np.outer(rows, offset))
+            right = np.exp(-2j * np.pi * a * np.outer(columns, offset))
+        else:
+            down = _slicing(rows, m, a, *window)
+            right = _slicing(columns, m, a, *window)
+        taken = np.einsum("tv,tsvu,su->ts", down, spectrum, right, optimize=True)
+        result[:, :, channel] = fft.ifft2(taken).real[:t, :s] / m**2
+    return result[:, :, 0] if raw.ndim == 2 else result

@@ -1,0 +1,271 @@
+"""Paraxial optics of a lens in air: ray transfer matrices, cardinal points, pupils.
+
+Lengths in mm. A ray is (height, reduced angle n * slope). A position is positive towards the image,
+counted from the first vertex V_1U on the object side and from the last vertex V_2U on the image
+side.
+"""
+
+from dataclasses import asdict, dataclass, fields
+
+import numpy as np
+
+from plenofir.camera.optics.dispersion import FloatArray
+from plenofir.camera.optics.prescription import LensSystem, Prescription
+from plenofir.errors import InputError
+
+
+@dataclass(frozen=True)
+class CardinalPoints:
+    """Focal points and principal planes of a lens in air.
+
+    Attributes
+    ----------
+    focal_length_mm
+        f_U, negative for a diverging lens.
+    front_focal_point_mm
+        From the first vertex V_1U to the object-side focal point.
+    back_focal_distance_mm
+        From the last vertex V_2U to the image-side focal point.
+    front_principal_plane_mm
+        From V_1U to H_1U.
+    back_principal_plane_mm
+        From V_2U to H_2U; negative inside the lens.
+    principal_plane_separation_mm
+        From H_1U to H_2U (thesis Eq. 5.15); negative when they are crossed.
+    """
+
+    focal_length_mm: float
+    front_focal_point_mm: float
+    back_focal_distance_mm: float
+    front_principal_plane_mm: float
+    back_principal_plane_mm: float
+    principal_plane_separation_mm: float
+
+
+@dataclass(frozen=True)
+class Pupil:
+    """An image of the aperture stop.
+
+    Attributes
+    ----------
+    position_mm
+        Entrance pupil: from the first vertex. Exit pupil: from the last vertex.
+    magnification
+        Height in the pupil for each unit of height in the stop; negative if inverted.
+    semi_diameter_mm
+        Radius of the pupil.
+    """
+
+    position_mm: float
+    magnification: float
+    semi_diameter_mm: float
+
+
+def _departure_from_identity(system: LensSystem) -> FloatArray:
+    """Ray transfer matrix less the identity.
+
+    Where a lens is thin against its focal length the diagonal of the matrix is close to 1 and the
+    principal planes follow from the difference. Multiplying (1 + E)(1 + F) = 1 + (E + F + EF) keeps
+    the difference's own digits.
+    """
+    powers = np.diff(system.indices) * system.curvatures
+    reduced = system.gaps / system.indices[1:-1]
+    departure = np.zeros((2, 2))
+    for number, power in enumerate(powers):
+        if number > 0:
+            step = np.array([[0.0, reduced[number - 1]], [0.0, 0.0]])
+            departure = departure + step + step @ departure
+        step = np.array([[0.0, 0.0], [-power, 0.0]])
+        departure = departure + step + step @ departure
+    return departure
+
+
+def transfer_matrix(system: LensSystem) -> FloatArray:
+    """Ray transfer matrix from the first to the last vertex.
+
+    Parameters
+    ----------
+    system
+        The lens at a wavelength.
+
+    Returns
+    -------
+    FloatArray
+        [[A, B], [C, D]] on (height in mm, reduced angle), determinant 1; -C is the power in 1/mm.
+    """
+    return np.eye(2) + _departure_from_identity(system)
+
+
+def is_afocal(system: LensSystem) -> bool:
+    """Whether the lens has no power, up to the rounding errors of its surfaces' powers.
+
+    Parameters
+    ----------
+    system
+        The lens at a wavelength.
+
+    Returns
+    -------
+    bool
+        True for plane plates and telescopes in infinity adjustment.
+    """
+    departure = _departure_from_identity(system)
+    powers = np.diff(system.indices) * system.curvatures
+    rounding = 16 * float(np.finfo(np.float64).eps) * float(np.sum(np.abs(powers)))
+    return abs(float(departure[1, 0])) <= rounding
+
+
+def cardinal_points(system: LensSystem) -> CardinalPoints:
+    """Focal length, focal points and principal planes.
+
+    Parameters
+    ----------
+    system
+        The lens at a wavelength, in air (equal media in front and behind).
+
+    Returns
+    -------
+    CardinalPoints
+        Lengths in mm.
+
+    Raises
+    ------
+    InputError
+        If the lens is afocal.
+    """
+    if is_afocal(system):
+        raise InputError(
+            f"the lens is afocal at {system.wavelength_nm:g} nm",
+            where=system.name,
+            expected="a lens with a focal length",
+        )
+    (da, _), (c, dd) = (tuple(map(float, row)) for row in _departure_from_identity(system))
+    medium = float(system.indices[-1])
+    front_principal, back_principal = medium * dd / c, -medium * da / c
+    return CardinalPoints(
+        focal_length_mm=-medium / c,
+        front_focal_point_mm=medium * (1 + dd) / c,
+        back_focal_distance_mm=-medium * (1 + da) / c,
+        front_principal_plane_mm=front_principal,
+        back_principal_plane_mm=back_principal,
+        principal_plane_separation_mm=system.length_mm + back_principal - front_principal,
+    )
+
+
+def exit_pupil(system: LensSystem) -> Pupil:
+    """The stop's image by the surfaces behind it: where chief rays to the sensor seem to come from.
+
+    Parameters
+    ----------
+    system
+        The lens at a wavelength; with the image plane at a distance b behind the last vertex, the
+        exit pupil distance is d_A' = b - `Pupil.position_mm`.
+
+    Returns
+    -------
+    Pupil
+        Position from the last vertex in mm.
+
+    Raises
+    ------
+    InputError
+        If the prescription has no stop, or the exit pupil is at infinity.
+    """
+    stop = system.stop_surface
+    behind = system.section(stop, len(system.curvatures) - 1)
+    departure = _departure_from_identity(behind)
+    b, d = float(departure[0, 1]), 1 + float(departure[1, 1])
+    # A ray from the centre of the stop leaves with height B and reduced angle D; the stop
+    # is a surface too, and its own refraction has no effect at its centre.
+    _refuse_telecentric(d, float(departure[1, 1]), system, "exit pupil", "image-side")
+    magnification = 1 / d
+    return Pupil(
+        position_mm=-float(system.indices[-1]) * b / d,
+        magnification=magnification,
+        semi_diameter_mm=abs(magnification) * float(system.semi_apertures[stop]),
+    )
+
+
+def entrance_pupil(system: LensSystem) -> Pupil:
+    """The stop's image by the surfaces in front of it, seen from the object.
+
+    Parameters
+    ----------
+    system
+        The lens at a wavelength.
+
+    Returns
+    -------
+    Pupil
+        Position from the first vertex in mm, positive behind it.
+
+    Raises
+    ------
+    InputError
+        If the prescription has no stop, or the entrance pupil is at infinity.
+    """
+    # Up to its vertex only: what the stop surface itself refracts is behind the entrance pupil.
+    stop = system.stop_surface
+    if stop == 0:
+        return Pupil(0.0, 1.0, float(system.semi_apertures[0]))
+    departure = _departure_from_identity(system.section(0, stop - 1))
+    gap = float(system.gaps[stop - 1]) / float(system.indices[stop])
+    a = 1 + (float(departure[0, 0]) + gap * float(departure[1, 0]))
+    b = float(departure[0, 1]) + gap * (1 + float(departure[1, 1]))
+    _refuse_telecentric(a, a - 1, system, "entrance pupil", "object-side")
+    return Pupil(
+        position_mm=float(system.indices[0]) * b / a,
+        magnification=1 / a,
+        semi_diameter_mm=abs(1 / a) * float(system.semi_apertures[stop]),
+    )
+
+
+def paraxial_properties(
+    prescription: Prescription, wavelength_nm: float = 550.0
+) -> dict[str, float | None]:
+    """What the ray model needs to know of a main lens, by name.
+
+    Parameters
+    ----------
+    prescription
+        The lens.
+    wavelength_nm
+        Wavelength in nm.
+
+    Returns
+    -------
+    dict
+        Lengths in mm: the fields of `CardinalPoints`; ``entrance_pupil_mm`` from V_1U and
+        ``exit_pupil_mm`` from V_2U; ``exit_pupil_distance_mm``, d_A' at infinity focus. None where
+        there is no number: for an afocal lens, without a stop, or for a pupil at infinity.
+
+    Raises
+    ------
+    InputError
+        If the wavelength is not positive, or a glass has no index there.
+    """
+    system = prescription.at(wavelength_nm)
+    properties: dict[str, float | None] = {field.name: None for field in fields(CardinalPoints)}
+    if not is_afocal(system):
+        properties |= asdict(cardinal_points(system))
+    for name, pupil in (("entrance_pupil_mm", entrance_pupil), ("exit_pupil_mm", exit_pupil)):
+        try:
+            properties[name] = pupil(system).position_mm
+        except InputError:
+            properties[name] = None
+    focus, exit_position = properties["back_focal_distance_mm"], properties["exit_pupil_mm"]
+    properties["exit_pupil_distance_mm"] = (
+        None if focus is None or exit_position is None else focus - exit_position
+    )
+    return properties
+
+
+def _refuse_telecentric(
+    element: float, departure: float, system: LensSystem, pupil: str, side: str
+) -> None:
+    if abs(element) <= 16 * float(np.finfo(np.float64).eps) * max(1.0, abs(departure)):
+        raise InputError(
+            f"the {pupil} is at infinity ({side} telecentric) at {system.wavelength_nm:g} nm",
+            where=system.name,
+            expected=f"a lens with a finite {pupil}",
+        )

@@ -1,0 +1,45 @@
+"""The ray model: distances and depths of field of refocused planes, and virtual cameras.
+
+`RayModel` is the model; `load_camera` reads what it is made from.
+"""
+
+from plenofir.camera.rays.camera import (
+    Camera,
+    MainLens,
+    MicroLensArray,
+    Sensor,
+    camera_names,
+    load_camera,
+)
+from plenofir.camera.rays.cover import Cover, Slice, covering_slices, depth_of_field, gaps_between
+from plenofir.camera.rays.diffraction import abbe_limit, airy_radius
+from plenofir.camera.rays.intersections import (
+    image_side_distance,
+    iterated_image_distance,
+    object_side_distance,
+)
+from plenofir.camera.rays.model import Distances, Planes, RayModel, State, lens_extension
+
+__all__ = [
+    "Camera",
+    "Cover",
+    "Distances",
+    "MainLens",
+    "MicroLensArray",
+    "Planes",
+    "RayModel",
+    "Sensor",
+    "Slice",
+    "State",
+    "abbe_limit",
+    "airy_radius",
+    "camera_names",
+    "covering_slices",
+    "depth_of_field",
+    "gaps_between",
+    "image_side_distance",
+    "iterated_image_distance",
+    "lens_extension",
+    "load_camera",
+    "object_side_distance",
+]

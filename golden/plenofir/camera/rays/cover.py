@@ -1,0 +1,145 @@
+"""Which slices cover a range of depths, and what lies between their depths of field."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import floor, inf
+
+import numpy as np
+
+from plenofir.camera.rays.model import RayModel, State
+from plenofir.errors import InputError
+
+
+@dataclass(frozen=True)
+class Slice:
+    """One refocused slice.
+
+    Attributes
+    ----------
+    a
+        Focus setting.
+    near_mm, far_mm
+        Depth of field; inf where it reaches infinity.
+    """
+
+    a: Fraction
+    near_mm: float
+    far_mm: float
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Slices, and the parts of the range that none of them covers.
+
+    Attributes
+    ----------
+    slices
+        From far to near.
+    gaps
+        (near, far) in mm of each uncovered part of the range, from far to near.
+    """
+
+    slices: tuple[Slice, ...]
+    gaps: tuple[tuple[float, float], ...]
+
+
+def depth_of_field(model: RayModel, a: Fraction) -> Slice | None:
+    """Depth of field of a slice in front of the lens.
+
+    Parameters
+    ----------
+    model
+        The focused camera.
+    a
+        Focus setting.
+
+    Returns
+    -------
+    Slice or None
+        None if no real distance is in focus.
+    """
+    near, far = model.near_border(float(a)), model.far_border(float(a))
+    if near.state() in (State.INFINITY, State.BEYOND_INFINITY):
+        return None
+    if far.state() is State.INSIDE_LENS:
+        return None
+    reach = inf if far.state() in (State.INFINITY, State.BEYOND_INFINITY) else float(far.mm)
+    return Slice(a, float(near.mm), reach)
+
+
+def gaps_between(
+    slices: list[Slice], near_mm: float, far_mm: float
+) -> tuple[tuple[float, float], ...]:
+    """Find the parts of a range that no slice covers.
+
+    Parameters
+    ----------
+    slices
+        Slices in any order.
+    near_mm, far_mm
+        The range.
+
+    Returns
+    -------
+    tuple
+        (near, far) of each gap, from far to near.
+    """
+    gaps = []
+    covered_down_to = far_mm
+    for part in sorted(slices, key=lambda s: s.far_mm, reverse=True):
+        if covered_down_to <= near_mm:
+            break
+        if part.far_mm < covered_down_to:
+            gaps.append((max(part.far_mm, near_mm), covered_down_to))
+        covered_down_to = min(covered_down_to, part.near_mm)
+    if covered_down_to > near_mm:
+        gaps.append((near_mm, covered_down_to))
+    return tuple(gap for gap in gaps if gap[0] < gap[1])
+
+
+def covering_slices(
+    model: RayModel, near_mm: float, far_mm: float, *, step: Fraction | None = None
+) -> Cover:
+    """Choose the fewest slices whose depths of field cover a range.
+
+    From the far end on, each slice is the nearest-focused one whose depth of field still reaches
+    what is not covered yet. Behind a gap that the grid leaves it goes on with the next slice.
+
+    Parameters
+    ----------
+    model
+        The focused camera.
+    near_mm, far_mm
+        Range of distances from the micro lenses; far may be inf.
+    step
+        Grid of focus settings; 1/M if None.
+
+    Returns
+    -------
+    Cover
+        Slices and remaining gaps.
+
+    Raises
+    ------
+    InputError
+        If the range is empty.
+    """
+    if not near_mm < far_mm or not near_mm > 0 or np.isnan(near_mm + far_mm):
+        raise InputError(
+            f"{near_mm:g} to {far_mm:g} mm", where="near, far", expected="0 < near < far"
+        )
+    grid = step or Fraction(1, model.micro_image_size)
+    chosen: list[Slice] = []
+    to_cover = far_mm
+    while to_cover > near_mm:
+        # Far borders come nearer as a grows: the last slice that still reaches to_cover.
+        index = floor(float(model.focus_setting(to_cover, "far")) / float(grid))
+        part = depth_of_field(model, index * grid)
+        if part is None or part.near_mm >= to_cover:
+            # A gap: the next slice begins below it.
+            part = depth_of_field(model, (index + 1) * grid)
+        if part is None or part.near_mm >= to_cover or part.far_mm <= near_mm:
+            break
+        chosen.append(part)
+        to_cover = part.near_mm
+    return Cover(tuple(chosen), gaps_between(chosen, near_mm, far_mm))

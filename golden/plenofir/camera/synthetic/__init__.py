@@ -1,0 +1,26 @@
+"""A synthetic plenoptic camera, for ground truth.
+
+`render` takes pictures of textured planes; `white_image` makes patterns with known centres.
+"""
+
+from plenofir.camera.synthetic.pattern import centres_within, regular_grid, white_image
+from plenofir.camera.synthetic.render import (
+    Capture,
+    TexturedPlane,
+    field_of_view,
+    micro_image_pitch,
+    render,
+    with_pitch,
+)
+
+__all__ = [
+    "Capture",
+    "TexturedPlane",
+    "centres_within",
+    "field_of_view",
+    "micro_image_pitch",
+    "regular_grid",
+    "render",
+    "white_image",
+    "with_pitch",
+]

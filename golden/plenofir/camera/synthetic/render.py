@@ -1,0 +1,323 @@
+"""A synthetic plenoptic camera: textured planes in front of a camera of the ray model.
+
+Each pixel looks along the chief ray from its place in the micro image through the centre of its
+micro lens and the main lens (Eqs. 3.21-3.28). A plane's texture is averaged beforehand over what
+a pixel sees of it: the pixel's width and the micro lens's width, each thrown onto the plane, which
+in the paraxial model is the same everywhere. Nearer planes cover farther ones.
+
+Micro image centres are true to the exit pupil: rays leave it, so the micro images' pitch is the
+micro lenses' times 1 + f_s / d_A'.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+from skimage.util import img_as_float64
+
+from plenofir.camera.calibration.grid import Floats, Grid, Layout
+from plenofir.camera.rays.model import RayModel
+from plenofir.camera.synthetic.pattern import Form, aperture, pixel_positions, regular_grid
+from plenofir.errors import InputError
+from plenofir.refocus.operator import Image
+
+_BLOCK_PIXELS = 1 << 19
+
+
+@dataclass(frozen=True)
+class TexturedPlane:
+    """A picture that stands in front of the camera, facing it.
+
+    Attributes
+    ----------
+    texture
+        Shape (rows, columns) or (rows, columns, 3), uint8 or floats from 0 to 1.
+    distance_mm
+        From the micro lenses.
+    width_mm
+        Width; the height follows.
+    centre_mm
+        (y, x) of its middle from the optical axis, y down, x to the right in the picture.
+    """
+
+    texture: Image | Floats
+    distance_mm: float
+    width_mm: float
+    centre_mm: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Capture:
+    """What the synthetic camera gives.
+
+    Attributes
+    ----------
+    raw
+        Raw capture, uint8 or uint16.
+    white
+        White image of the same camera, grey.
+    dark
+        Dark frame.
+    grid
+        True micro image centres.
+    model
+        The camera.
+    """
+
+    raw: Image
+    white: Image
+    dark: Image
+    grid: Grid
+    model: RayModel
+
+
+def micro_image_pitch(model: RayModel) -> float:
+    """Pitch of the micro images in pixels: p_M (1 + f_s / d_A') / p_p.
+
+    Parameters
+    ----------
+    model
+        The camera.
+
+    Returns
+    -------
+    float
+        Pixels.
+    """
+    pitch = model.camera.micro_lenses.pitch_mm
+    return float(model.micro_image_centre(pitch)) / model.camera.sensor.pixel_pitch_mm
+
+
+def with_pitch(model: RayModel, pitch_px: float) -> RayModel:
+    """The same camera with a sensor that gives micro images another pitch.
+
+    Parameters
+    ----------
+    model
+        The camera.
+    pitch_px
+        Pitch of the micro images in pixels.
+
+    Returns
+    -------
+    RayModel
+        The camera with another pixel pitch, which changes where its refocused planes lie.
+    """
+    if not 0 < pitch_px < np.inf:
+        raise InputError(f"{pitch_px}", where="pitch", expected="a positive number of pixels")
+    old = model.camera.sensor.pixel_pitch_mm
+    sensor = model.camera.sensor.model_copy(
+        update={"pixel_pitch_mm": old * micro_image_pitch(model) / pitch_px}
+    )
+    camera = model.camera.model_copy(update={"sensor": sensor})
+    return RayModel(camera, model.extension, model.micro_image_size)
+
+
+def field_of_view(model: RayModel, distance_mm: float, lenses: float) -> float:
+    """Width of what some micro lenses see in the central view at a distance.
+
+    Parameters
+    ----------
+    model
+        The camera.
+    distance_mm
+        From the micro lenses.
+    lenses
+        Number of micro lenses.
+
+    Returns
+    -------
+    float
+        mm.
+    """
+    scale, _ = _plane_scales(model, distance_mm)
+    return abs(scale) * lenses * model.camera.micro_lenses.pitch_mm
+
+
+def _plane_scales(model: RayModel, distance_mm: float) -> tuple[float, float]:
+    """Position on a plane for each mm of micro lens position and for each pixel of offset."""
+    from_lens = model.image_distance_mm + model.camera.main_lens.principal_plane_separation_mm
+    z = distance_mm - from_lens
+    slope_s, height_s = model.object_ray(0.0, 1.0)
+    slope_i, height_i = model.object_ray(1.0, 0.0)
+    return float(slope_s * z + height_s), float(slope_i * z + height_i)
+
+
+def box_kernel(width: float) -> Floats:
+    """Weights of a moving mean over a width that need not be a whole number.
+
+    Parameters
+    ----------
+    width
+        Width in samples.
+
+    Returns
+    -------
+    Floats
+        Odd number of weights, sum 1.
+    """
+    if width <= 1:
+        return np.ones(1)
+    side = int(np.ceil((width - 1) / 2))
+    kernel = np.ones(2 * side + 1)
+    kernel[[0, -1]] = (width - (2 * side - 1)) / 2
+    return np.asarray(kernel / kernel.sum())
+
+
+class _Layer:
+    """A plane ready to be looked at."""
+
+    def __init__(self, model: RayModel, plane: TexturedPlane) -> None:
+        texture = np.asarray(plane.texture)
+        if texture.ndim not in (2, 3) or 0 in texture.shape:
+            raise InputError(
+                f"texture of shape {texture.shape}",
+                where="scene",
+                expected="(rows, columns) or (rows, columns, 3)",
+            )
+        colours = np.asarray(img_as_float64(texture))  # type: ignore[no-untyped-call]
+        colours = colours[:, :, np.newaxis] if colours.ndim == 2 else colours
+        self.scale_s, self.scale_i = _plane_scales(model, plane.distance_mm)
+        self.step = plane.width_mm / texture.shape[1]
+        lens = model.camera.main_lens
+        z = plane.distance_mm - model.image_distance_mm - lens.principal_plane_separation_mm
+        if z <= 0 or plane.width_mm <= 0:
+            raise InputError(
+                f"plane at {plane.distance_mm} mm, {plane.width_mm} mm wide",
+                where="scene",
+                expected="a plane in front of the main lens with a width",
+            )
+        # Where the ray hits if only its place on the micro lens changes, not its slope.
+        across = abs(1 - z / lens.focal_length_mm) * model.camera.micro_lenses.pitch_mm
+        widths = across / self.step, abs(self.scale_i) / self.step
+        margin = int(np.ceil(sum(widths))) + 2
+        covered = np.concatenate([colours, np.ones((*colours.shape[:2], 1))], axis=2)
+        canvas = np.pad(covered, ((margin, margin), (margin, margin), (0, 0)))
+        for width in widths:
+            for axis in (0, 1):
+                canvas = ndimage.convolve1d(canvas, box_kernel(width), axis=axis, mode="constant")
+        self.canvas = canvas
+        middle = (np.array(texture.shape[:2]) - 1) / 2 + margin
+        self.origin = middle - np.array(plane.centre_mm) / self.step
+
+    def seen(self, position_mm: Floats, offset_px: Floats) -> Floats:
+        """Colours times coverage, and coverage, that rays see; shape (..., channels + 1)."""
+        # The main lens turns the picture upside down; so is the texture put up.
+        place = -(self.scale_s * position_mm + self.scale_i * offset_px) / self.step + self.origin
+        points = np.moveaxis(place, -1, 0)
+        return np.stack(
+            [
+                ndimage.map_coordinates(self.canvas[:, :, k], points, order=1, mode="constant")
+                for k in range(self.canvas.shape[2])
+            ],
+            axis=-1,
+        )
+
+
+def render(
+    model: RayModel,
+    planes: list[TexturedPlane],
+    lenses: tuple[int, int],
+    *,
+    grid: Grid | None = None,
+    rotation_degrees: float = 0.0,
+    layout: Layout = "rectangular",
+    offset: tuple[float, float] = (0.0, 0.0),
+    form: Form = "disc",
+    radius: float = 0.5,
+    softness: float = 0.5,
+    shading: float = 0.0,
+    level: float = 0.9,
+    noise: float = 0.0,
+    dark_level: float = 0.0,
+    bits: int = 16,
+    seed: int = 0,
+) -> Capture:
+    """Take a picture with the synthetic camera.
+
+    Parameters
+    ----------
+    model
+        The camera (`with_pitch` for micro images of another pitch).
+    planes
+        What stands in front of it.
+    lenses
+        Rows and columns of micro lenses that the sensor covers.
+    grid
+        Micro image centres; regular ones of the camera's pitch if None. Its pitch should be the
+        camera's.
+    rotation_degrees, layout, offset
+        Of that regular grid, see `plenofir.camera.synthetic.pattern.regular_grid`.
+    form, radius, softness
+        Shape of a micro image, radius in pitches, see
+        `plenofir.camera.synthetic.pattern.aperture`; a square of radius 0.5 or more fills
+        the sensor.
+    shading
+        Share of light lost in the corners besides cos^4.
+    level
+        Level of white as a share of full scale.
+    noise
+        Standard deviation of the noise as a share of white.
+    dark_level
+        Level without light as a share of full scale.
+    bits
+        8 or 16.
+    seed
+        Of the noise.
+
+    Returns
+    -------
+    Capture
+        Raw capture, white image, dark frame, and the truth.
+    """
+    pitch = micro_image_pitch(model)
+    shape = int(np.ceil(lenses[0] * pitch)), int(np.ceil(lenses[1] * pitch))
+    if grid is None:
+        # An even number of lenses is centred between two of them.
+        half = tuple(0.0 if n % 2 else pitch / 2 for n in lenses)
+        grid = regular_grid(
+            shape,
+            pitch,
+            rotation_degrees=rotation_degrees,
+            layout=layout,
+            offset=(half[0] + offset[0], half[1] + offset[1]),
+        )
+    layers = [_Layer(model, p) for p in sorted(planes, key=lambda p: -p.distance_mm)]
+    channels = max((layer.canvas.shape[2] - 1 for layer in layers), default=1)
+    rng = np.random.default_rng(seed)
+    pixel = model.camera.sensor.pixel_pitch_mm
+    stretch = 1 + model.camera.micro_lenses.focal_length_mm / model.exit_pupil_mm
+    middle = (np.array(shape) - 1) / 2
+    raw = np.empty((*shape, channels))
+    white = np.empty(shape)
+    block = max(1, _BLOCK_PIXELS // shape[1])
+    for start in range(0, shape[0], block):
+        part = slice(start, min(start + block, shape[0]))
+        places = pixel_positions(part, shape[1])
+        _, _, from_centre = grid.nearest(places)
+        position = (places - from_centre - middle) * pixel / stretch
+        slope = model.chief_ray_slope(from_centre, position)
+        light = aperture(from_centre, radius * pitch, form, softness)
+        light /= (1 + (slope**2).sum(axis=-1)) ** 2
+        light *= 1 - shading * (((places - middle) / middle) ** 2).sum(axis=-1) / 2
+        picture = np.zeros((*light.shape, channels))
+        for layer in layers:
+            seen = layer.seen(position, from_centre)
+            picture = seen[..., :-1] + (1 - seen[..., -1:]) * picture
+        raw[part] = picture * light[..., np.newaxis]
+        white[part] = light
+
+    full = (1 << bits) - 1
+
+    def exposed(values: Floats) -> Image:
+        values = values + rng.normal(0, noise, values.shape) if noise else values
+        levels = np.rint((values * level + dark_level) * full)
+        return np.clip(levels, 0, full).astype(np.uint8 if bits == 8 else np.uint16)
+
+    return Capture(
+        raw=exposed(raw if channels > 1 else raw[:, :, 0]),
+        white=exposed(white),
+        dark=exposed(np.zeros(shape)),
+        grid=grid,
+        model=model,
+    )

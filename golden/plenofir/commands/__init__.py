@@ -1,0 +1,1 @@
+"""The command ``plenofir``: one module for each group of commands."""

@@ -1,0 +1,142 @@
+"""Commands for waveform files: waves compare."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from fractions import Fraction
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from plenofir.errors import EXIT_MISMATCH
+from plenofir.fpga.simulate.dump_compare import (
+    CLOCK_NAME,
+    NO_CLOCK,
+    DumpComparison,
+    compare_dumps,
+    parse_bound,
+)
+from plenofir.fpga.simulate.dumps import time_text
+
+_SHOWN_DIFFERENCES = 8
+
+
+def _content(value: Any) -> Any:
+    """What JSON holds in place of a value: times as text."""
+    if isinstance(value, Fraction):
+        return time_text(value)
+    if isinstance(value, dict):
+        return {key: _content(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_content(entry) for entry in value]
+    return value
+
+
+def _line(name: str, text: str) -> None:
+    typer.echo(f"{name:<15} {text}")
+
+
+def _signals(number: int) -> str:
+    return f"{number} signal{'' if number == 1 else 's'}"
+
+
+def _print_names(name: str, signals: Sequence[str], listed: bool) -> None:
+    hint = " (--list names them)" if signals and not listed else ""
+    _line(name, f"{_signals(len(signals))}{hint}")
+    for signal in signals if listed else ():
+        typer.echo(f"  {signal}")
+
+
+def _print_comparison(result: DumpComparison, listed: bool) -> None:
+    unit = f"cycles of {result.clock}" if result.clock else "instants"
+    _line("compared", f"{_signals(result.signals)}, {result.samples} {unit}")
+    for name, signals in (
+        ("only in A", result.only_in_a),
+        ("only in B", result.only_in_b),
+        ("not comparable", result.not_comparable),
+        ("never defined", result.never_defined),
+    ):
+        if signals or name.startswith("only"):
+            _print_names(name, signals, listed)
+    if result.cycles_a != result.cycles_b:
+        _line("length differs", f"{result.cycles_a} cycles in A, {result.cycles_b} in B")
+    for number, difference in enumerate(result.differences):
+        if number == _SHOWN_DIFFERENCES and not listed:
+            rest = _signals(len(result.differences) - number)
+            _line("", f"{rest} more (--list names them)")
+            break
+        _line(("first differs", "then", "")[min(number, 2)], str(difference))
+    _line("result", "equal" if result.equal else "different")
+
+
+def compare(
+    a: Annotated[str, typer.Argument(help="Waveform A: VCD, FST or GHW.", show_default=False)],
+    b: Annotated[str, typer.Argument(help="Waveform B: VCD, FST or GHW.", show_default=False)],
+    signals: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--signals",
+            "-s",
+            help="Signal or scope, * and ? for any characters; may be repeated. All if left out.",
+        ),
+    ] = None,
+    begin: Annotated[
+        str, typer.Option("--from", help="First time (120ns, 1.5us) or cycle (40).")
+    ] = "",
+    end: Annotated[str, typer.Option("--to", help="Last time or cycle.")] = "",
+    clock: Annotated[
+        str,
+        typer.Option(
+            "--clock",
+            help=f"Clock. If left out, the outermost {CLOCK_NAME}; {NO_CLOCK}: at every change.",
+        ),
+    ] = "",
+    strict: Annotated[bool, typer.Option("--strict", help="Undefined values count too.")] = False,
+    listed: Annotated[
+        bool, typer.Option("--list", help="Name the signals behind the numbers.")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Compare two waveform files cycle by cycle: exit code 0 if equal, 1 if not."""
+    bounds = {
+        name: parse_bound(text, option) if text else None
+        for name, text, option in (("begin", begin, "--from"), ("end", end, "--to"))
+    }
+    columns = (TextColumn("{task.description:<10}"), BarColumn())
+    console = Console(stderr=True)
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bars:
+        task = bars.add_task("compare", total=None)
+        result = compare_dumps(
+            Path(a),
+            Path(b),
+            signals=signals or (),
+            clock=clock,
+            strict=strict,
+            progress=lambda done, total: bars.update(task, completed=done, total=total),
+            **bounds,
+        )
+    if as_json:
+        content = {"a": a, "b": b, "equal": result.equal, **_content(asdict(result))}
+        typer.echo(json.dumps(content, indent=2, allow_nan=False))
+    else:
+        _print_comparison(result, listed)
+    if not result.equal:
+        raise typer.Exit(EXIT_MISMATCH)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands.
+
+    Parameters
+    ----------
+    app
+        The command line.
+    """
+    waves = typer.Typer(no_args_is_help=True, help="Compare waveform files.")
+    waves.command()(compare)
+    app.add_typer(waves, name="waves")

@@ -1,0 +1,1 @@
+"""The FPGA side: cores and what they are built for, simulation, synthesis, bitstreams, HDMI."""

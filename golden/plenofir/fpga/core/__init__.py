@@ -1,0 +1,1 @@
+"""What cores can be built for: their generics, limits, resources and latency."""

@@ -1,0 +1,253 @@
+"""Settings of the Spartan-6 PLL that makes the serial clock: ten bits in each pixel clock.
+
+The PLL's oscillator runs from 400 to 1080 MHz (DS162, speed grade -3), so pixel clocks of 25 to
+100 MHz need two settings. The PLL takes another one at run time, through its reconfiguration port:
+each field of a setting is spread over the bits of 16 bit registers (XAPP879).
+"""
+
+from collections.abc import Mapping
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir.fpga.hdmi.modes import VideoMode
+
+VCO_RANGE = (400_000, 1_080_000)
+"""Oscillator in kHz (DS162)."""
+
+
+class PllSetting(BaseModel):
+    """Ratios of the PLL.
+
+    Attributes
+    ----------
+    name
+        "low" or "high".
+    multiply
+        Oscillator cycles in each pixel clock.
+    serial, pixel, half
+        Oscillator cycles in a bit, in a pixel and in half a pixel.
+    filter_bits
+        Loop filter for this multiplier (XAPP879, bandwidth "OPTIMIZED").
+    pixel_clocks
+        Lowest and highest pixel clock in kHz.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str
+    multiply: int
+    serial: int
+    pixel: int
+    half: int
+    filter_bits: int
+    pixel_clocks: tuple[int, int]
+
+
+LOW = PllSetting(
+    name="low",
+    multiply=20,
+    serial=2,
+    pixel=20,
+    half=10,
+    filter_bits=0b0010110111,
+    pixel_clocks=(25_000, 50_000),
+)
+HIGH = PllSetting(
+    name="high",
+    multiply=10,
+    serial=1,
+    pixel=10,
+    half=5,
+    filter_bits=0b1000110011,
+    pixel_clocks=(40_000, 100_000),
+)
+SETTINGS = (LOW, HIGH)
+
+_LOCK_BITS = 0b1111111101001111101011111010010000000001
+"""Lock detector, the same for both multipliers (XAPP879)."""
+
+# Register (hexadecimal) and bit of each bit of a field, lowest first (XAPP879).
+_PLACES = {
+    "CLKFBOUT": """
+        0F.9 0F.11 0F.10 0F.13 0F.15 0F.14 10.6 10.7 10.8 10.9 10.11 10.10
+        0F.12 10.5 12.10 0F.5 0F.4 0F.6 0F.7 0F.8 10.4 10.1 10.0
+    """,
+    "CLKOUT0": """
+        0D.5 0F.2 0D.4 0D.6 0B.9 0B.15 11.3 11.0 11.1 10.14 10.12 10.13
+        0F.3 06.2 05.8 05.9 05.11 05.10 05.13 05.15 11.2 09.13 09.12
+    """,
+    "CLKOUT1": """
+        11.4 06.11 06.10 06.13 06.15 06.14 07.7 07.8 07.9 07.11 07.10 07.12
+        06.12 07.4 06.5 06.4 06.6 06.7 11.5 06.9 07.6 07.1 07.0
+    """,
+    "CLKOUT2": """
+        08.7 11.6 08.8 08.9 08.10 08.13 09.5 09.4 09.6 09.7 09.9 11.7
+        08.11 09.3 08.1 08.3 08.2 08.5 08.4 08.6 09.2 08.12 08.15
+    """,
+    "FILTER": """
+        18.13 18.10 18.11 18.9 -- -- 18.15 18.14 18.7 18.8
+    """,
+    "LOCK": """
+        14.12 14.15 14.14 19.4 1D.14 1D.12 19.8 1D.15 17.3 17.2 16.10 19.11
+        19.10 16.14 19.12 16.15 16.12 17.5 18.1 18.2 19.9 19.13 17.0 17.1
+        19.15 19.14 18.6 16.13 1A.1 1A.0 19.0 19.2 15.1 19.3 19.1 19.7
+        19.6 19.5 15.3 15.0
+    """,
+}
+
+
+def _counter(divide: int) -> int:
+    """Code of a counter: low time, high time, "no count"; edge and phase are 0.
+
+    Odd ratios are high for a cycle more than low, as XAPP879 has it: only rising edges are used.
+    """
+    if divide == 1:
+        return 1 << 12 | 1 << 6 | 1
+    high = (divide + 1) // 2
+    return high << 6 | divide - high
+
+
+def places(field: str) -> list[tuple[int, int] | None]:
+    """Where the bits of a field lie.
+
+    Parameters
+    ----------
+    field
+        CLKFBOUT, CLKOUT0 to CLKOUT2, FILTER or LOCK.
+
+    Returns
+    -------
+    list
+        Register and bit of each, lowest first; None for bits that have no place.
+    """
+    words = _PLACES[field].split()
+    pairs = [None if word == "--" else word.split(".") for word in words]
+    return [None if pair is None else (int(pair[0], 16), int(pair[1])) for pair in pairs]
+
+
+def registers(setting: PllSetting) -> dict[int, tuple[int, int]]:
+    """Register contents of a setting.
+
+    Parameters
+    ----------
+    setting
+        What to set.
+
+    Returns
+    -------
+    dict
+        Register address to (mask, value): bits in the mask are written, the others kept.
+    """
+    fields = {
+        "CLKFBOUT": _counter(setting.multiply),
+        "CLKOUT0": _counter(setting.serial),
+        "CLKOUT1": _counter(setting.pixel),
+        "CLKOUT2": _counter(setting.half),
+        "FILTER": setting.filter_bits,
+        "LOCK": _LOCK_BITS,
+    }
+    out: dict[int, tuple[int, int]] = {}
+    for field, value in fields.items():
+        for i, place in enumerate(places(field)):
+            if place is not None:
+                register, bit = place
+                mask, word = out.get(register, (0, 0))
+                assert not mask >> bit & 1, f"two fields at register {register:02x} bit {bit}"
+                out[register] = (mask | 1 << bit, word | (value >> i & 1) << bit)
+    return dict(sorted(out.items()))
+
+
+def setting_for(mode: VideoMode) -> PllSetting:
+    """Choose the setting for a mode.
+
+    Parameters
+    ----------
+    mode
+        Video mode.
+
+    Returns
+    -------
+    PllSetting
+        The one whose range the pixel clock lies in; "high" where both fit.
+
+    Raises
+    ------
+    ValueError
+        If the pixel clock is out of reach.
+    """
+    for setting in (HIGH, LOW):
+        slowest, fastest = setting.pixel_clocks
+        if slowest <= mode.pixel_clock <= fastest:
+            return setting
+    raise ValueError(f"pixel clock of {mode.pixel_clock} kHz")
+
+
+def settings_package() -> str:
+    """Make the VHDL package with both settings.
+
+    Returns
+    -------
+    str
+        ``hdl/board/pll_settings_pkg.vhd``.
+    """
+    low, high = registers(LOW), registers(HIGH)
+    rows = []
+    for address, (mask, value) in low.items():
+        assert high[address][0] == mask
+        words = [f'x"{word:04X}"' for word in (mask, value, high[address][1])]
+        fields = ",\n".join(f"      {field}" for field in [f'b"{address:05b}"', *words])
+        rows.append(f"    (\n{fields}\n    )")
+    return _TEMPLATE.format(count=len(rows) - 1, rows=",\n".join(rows))
+
+
+_TEMPLATE = """\
+-- Register contents of the PLL for its two settings; built by scripts/build_hdl.py.
+--
+-- "low": pixel clocks of 25 to 50 MHz, the oscillator at 20 times the pixel clock; "high": 40 to
+-- 100 MHz, 10 times. Register addresses and bits: XAPP879.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+package pll_settings_pkg is
+
+  -- One register: address, the bits that are written (the others are kept), their values.
+
+  type pll_register_t is record
+    address : std_logic_vector(4 downto 0);
+    mask    : std_logic_vector(15 downto 0);
+    low     : std_logic_vector(15 downto 0);
+    high    : std_logic_vector(15 downto 0);
+  end record pll_register_t;
+
+  type pll_registers_t is array (0 to {count}) of pll_register_t;
+
+  constant PLL_REGISTERS : pll_registers_t :=
+  (
+{rows}
+  );
+
+end package pll_settings_pkg;
+"""
+
+
+def decode(written: Mapping[int, int], field: str) -> int:
+    """Read a field back from registers.
+
+    Parameters
+    ----------
+    written
+        Register address to contents.
+    field
+        Name of the field.
+
+    Returns
+    -------
+    int
+        Its value, bits without a place being 0.
+    """
+    value = 0
+    for i, place in enumerate(places(field)):
+        if place is not None:
+            value |= (written.get(place[0], 0) >> place[1] & 1) << i
+    return value

@@ -1,0 +1,70 @@
+"""Scripts for ``tb/file_bench/hdmi_pump.vhd``: TMDS words and commands in a file."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+
+import numpy as np
+
+from plenofir.fpga.hdmi.link import Packed
+from plenofir.fpga.hdmi.modes import VideoMode
+
+_PERIOD_UNIT_FS = 64
+
+
+class Code(IntEnum):
+    """Commands of the pump."""
+
+    PERIOD = 1
+    SKEW_0 = 2
+    SKEW_1 = 3
+    SKEW_2 = 4
+    JITTER = 5
+    CLOCK = 6
+    CABLE = 7
+    CLOCK_SKEW = 8
+    WAIT = 9
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command: what, and how much (units: see ``hdmi_pump.vhd``)."""
+
+    code: Code
+    value: int
+
+
+def pixel_period(mode: VideoMode) -> Command:
+    """Command that sets the pixel clock.
+
+    Parameters
+    ----------
+    mode
+        Mode with the pixel clock.
+
+    Returns
+    -------
+    Command
+        Its period.
+    """
+    return Command(Code.PERIOD, round(1e12 / mode.pixel_clock / _PERIOD_UNIT_FS))
+
+
+def write_script(path: Path, script: Sequence[Command | Packed]) -> None:
+    """Write a script.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    script
+        Commands, and arrays of words (see `plenofir.fpga.hdmi.link`).
+    """
+    with path.open("wb") as file:
+        for item in script:
+            if isinstance(item, Command):
+                if not 0 <= item.value < 1 << 24:
+                    raise ValueError(f"{item} exceeds 24 bits")
+                item = np.array([1 << 31 | item.code << 24 | item.value], np.uint32)
+            item.astype("<u4").tofile(file)

@@ -1,0 +1,233 @@
+"""Frames through the whole board, serial TMDS bits in and out (``tb/file_bench/hdmi_pump.vhd``)."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from plenofir import project
+from plenofir.errors import InputError
+from plenofir.fpga import hdl
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.hdmi.link import LinkError, decode_frames, encode_frames
+from plenofir.fpga.hdmi.modes import MODES, VideoMode
+from plenofir.fpga.hdmi.pump import Code, Command, pixel_period, write_script
+from plenofir.fpga.simulate.pump import PumpResult
+from plenofir.fpga.simulate.simulators import SimulationError, Simulator
+from plenofir.fpga.simulate.waves import SignalKind, WaveSignal
+from plenofir.refocus.operator import Image
+
+TOP = "hdmi_pump"
+
+FRAMES_TO_FOLLOW = 3
+"""Whole frames that the video path measures before it follows."""
+
+# The clock meter's window, in clocks of 100 MHz: a hundredth of the board's.
+_METER_WINDOW = 1600
+# Blanking that is sent first, in ns: clocks, word phases and sampling phases settle.
+_SETTLE_NS = 150_000
+# Lines behind the last frame: what the link itself holds, and the beginning of the next frame.
+_LINES_BEHIND = 3
+
+_BIT: SignalKind = "bit"
+_DOWNTO: SignalKind = "downto"
+WAVE_SIGNALS = tuple(
+    WaveSignal(f"/{TOP}/board/{name}", kind)
+    for kind, names in (
+        (_BIT, "clk run pixel_reset link_locked link_error"),
+        (_DOWNTO, "link_aligned"),
+        (_BIT, "video_active video_h_sync video_v_sync"),
+        (_DOWNTO, "video_pixel pixel_settings"),
+        (_BIT, "following shown_active shown_h_sync shown_v_sync"),
+        (_DOWNTO, "shown_pixel video_errors"),
+    )
+    for name in names.split()
+)
+
+
+def mode_for(columns: int, rows: int) -> VideoMode:
+    """Choose the timing for a picture.
+
+    Parameters
+    ----------
+    columns, rows
+        Size of the picture in pixels.
+
+    Returns
+    -------
+    VideoMode
+        The standard mode of that size, or one with the reduced blanking of VESA CVT 1.2
+        (version 2) and the pixel clock of 720p60.
+    """
+    for mode in MODES:
+        if (mode.h_active, mode.v_active) == (columns, rows):
+            return mode
+    return VideoMode(
+        name=f"{columns}x{rows}",
+        pixel_clock=74_250,
+        h_active=columns,
+        h_front=8,
+        h_sync=32,
+        h_back=40,
+        v_active=rows,
+        v_front=1,
+        v_sync=8,
+        v_back=6,
+        h_positive=True,
+        v_positive=False,
+    )
+
+
+def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> None:
+    """Refuse what the board's video path cannot carry.
+
+    Parameters
+    ----------
+    configuration
+        The refocuser.
+    rows, columns
+        Size of the picture in pixels.
+
+    Raises
+    ------
+    InputError
+        Naming the option or the size.
+    """
+    if configuration.pixel_bits != 8:
+        raise InputError(
+            f"pixels of {configuration.pixel_bits} bits", where="RAW", expected="8 bits for HDMI"
+        )
+    if configuration.parallel_rows != 1:
+        raise InputError(
+            f"{configuration.parallel_rows} rows at once",
+            where="IOTA",
+            expected="1 with CHAIN=hdmi: a video stream brings one pixel a clock",
+        )
+    if configuration.any_rows:
+        raise InputError(
+            "1", where="ANY_ROWS", expected="0 with CHAIN=hdmi: video has its blanking"
+        )
+    mode = mode_for(columns, rows)
+    if mode.v_total <= configuration.delay or mode.h_total <= configuration.delay + 32:
+        raise InputError(
+            f"a delay of {configuration.delay} lines in frames of {mode.v_total} lines of "
+            f"{mode.h_total} pixels, blanking included",
+            where="A",
+            expected="a delay shorter than a frame and, with the pipeline, than a line",
+        )
+
+
+def chain_sources() -> list[Path]:
+    """VHDL files of the pump and the board, in order of analysis.
+
+    Returns
+    -------
+    list of Path
+        Files.
+    """
+    return [*hdl.board_sources(), project.root() / "tb" / "file_bench" / f"{TOP}.vhd"]
+
+
+def run_chain(
+    simulator: Simulator,
+    configuration: CoreConfiguration,
+    raw: Image,
+    directory: Path,
+    *,
+    waves: Path | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> PumpResult:
+    """Show a picture at the board's input and take what its output shows.
+
+    The source shows the same picture all the time; with several shifts the board sweeps through
+    them, a frame for each.
+
+    Parameters
+    ----------
+    simulator
+        Simulator to use.
+    configuration
+        Generics of the refocuser, with three channels.
+    raw
+        Picture, shape (rows, columns, 3), uint8.
+    directory
+        Empty directory for the library and the pump's files.
+    waves
+        Waveform file to write, or None; see `Simulator.run_command`.
+    progress
+        Called with the share of the signal that came out so far.
+
+    Returns
+    -------
+    PumpResult
+        A frame for each slice; clocks are pixel clocks, the latency is known to one or two of them.
+
+    Raises
+    ------
+    SimulationError
+        If the simulator fails, or the signal at the output is not the one expected.
+    """
+    rows, columns = raw.shape[:2]
+    mode = mode_for(columns, rows)
+    slices = len(configuration.shifts)
+    frame = encode_frames(mode, [raw.astype(np.uint8)])
+    behind = (configuration.delay + _LINES_BEHIND) * mode.h_total
+    words = np.concatenate([frame] * (FRAMES_TO_FOLLOW + slices) + [np.resize(frame, behind)])
+    directory.mkdir(parents=True, exist_ok=True)
+    output = directory / "output.bin"
+    write_script(
+        directory / "input.bin",
+        [pixel_period(mode), Command(Code.CLOCK, 1), Command(Code.WAIT, _SETTLE_NS), words],
+    )
+    generics = {
+        name: value
+        for name, value in configuration.generics().items()
+        if name not in ("CENTRED", "PARALLEL_ROWS", "CHANNELS", "PIXEL_BITS")
+    } | {"AUTO_START": True, "SWEEP": slices > 1, "METER_WINDOW": _METER_WINDOW}
+
+    def poll() -> None:
+        if progress is not None and output.exists():
+            progress(min(output.stat().st_size / (4 * words.size), 1))
+
+    for command in simulator.build_commands(chain_sources(), TOP, models=hdl.unisim_sources()):
+        simulator.run(command, directory)
+    started = time.perf_counter()
+    simulator.run(
+        simulator.run_command(
+            TOP,
+            generics,
+            board=True,
+            waves=waves,
+            wave_signals=[signal.path for signal in WAVE_SIGNALS],
+        ),
+        directory,
+        poll=poll,
+    )
+    seconds = time.perf_counter() - started
+
+    taken = np.fromfile(output, "<u4")
+    # Both signals end at the same time; before the first frame followed there is only blanking.
+    sent_to_end = slices * frame.size + behind
+    shown_to_end = sent_to_end - configuration.delay * (mode.h_total + 1)
+    try:
+        frames = decode_frames(taken[-shown_to_end - mode.h_total :], from_start=True)
+    except LinkError as error:
+        raise SimulationError(f"no picture at the output: {error}") from None
+    wanted = mode.model_copy(update={"name": "measured", "pixel_clock": 1})
+    if len(frames) != slices or any(shown.mode != wanted for shown in frames):
+        found = ", ".join(
+            f"{shown.mode.h_active} x {shown.mode.v_active} in "
+            f"{shown.mode.h_total} x {shown.mode.v_total}"
+            for shown in frames
+        )
+        raise SimulationError(f"{slices} frames of {mode.name} expected, found: {found or 'none'}")
+    latency = sent_to_end - frames[0].to_end
+    return PumpResult(
+        frames=np.stack([shown.pixels for shown in frames]),
+        clocks=words.size,
+        input_clocks=slices * rows * columns,
+        latency_clocks=latency,
+        slices=tuple(range(slices)),
+        seconds=seconds,
+    )

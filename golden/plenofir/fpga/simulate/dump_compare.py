@@ -1,0 +1,547 @@
+"""Comparing two waveform files cycle by cycle.
+
+**Which signals.** Signals are matched by `plenofir.fpga.simulate.dumps.canonical_name`, without the
+outer levels of the hierarchy that all signals of a file share, as far as that matches more.
+
+**When.** Just before each rising edge of a clock: the values that the edge takes over. Cycle n is
+the n-th rising edge of each file, from 0, so neither time units nor clock periods matter. Without
+a clock: after each instant at which any of the signals changes in either file.
+
+**Which values.** Simulators differ in what they write for a bit that is neither 0 nor 1, and in
+when they write it. So L and H count as 0 and 1, and everything else (U, X, Z, W, -) as one
+undefined value. A bit is compared from the moment on at which it has had a defined value in both
+files. From then on defined against undefined is a difference, and so is a bit that gets a defined
+value in one of the files only. Strict comparison wants the same characters from the start.
+"""
+
+import difflib
+import re
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from math import ceil, floor, gcd
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.errors import InputError
+from plenofir.fpga.simulate.dumps import (
+    TIME_UNITS,
+    Changes,
+    Dump,
+    DumpSignal,
+    Times,
+    Value,
+    canonical_name,
+    time_text,
+)
+
+CLOCK_NAME = "clk"
+"""Name of the clock where none is given."""
+NO_CLOCK = "none"
+
+_LEVELS = str.maketrans("lhuxzw-", "0100000")
+_DEFINED = str.maketrans("01lhuxzw-", "111100000")
+# Bits of the widest signal that fits a signed machine word.
+_WORD_BITS = 63
+
+Bound = int | Fraction
+"""One end of what is compared: a cycle, or a time in seconds."""
+Pair = tuple[DumpSignal, DumpSignal]
+_Words = npt.NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Where a signal first differs.
+
+    Attributes
+    ----------
+    signal
+        Its canonical name, without levels that the files do not share.
+    cycle
+        Cycle of the clock, or None without a clock.
+    time_a, time_b
+        When, in seconds of each file.
+    value_a, value_b
+        What the files have there.
+    """
+
+    signal: str
+    cycle: int | None
+    time_a: Fraction
+    time_b: Fraction
+    value_a: str
+    value_b: str
+
+    def __str__(self) -> str:
+        """One line for a person."""
+        at = time_text(self.time_a)
+        if self.time_a != self.time_b:
+            at += f" in A, {time_text(self.time_b)} in B"
+        cycle = "" if self.cycle is None else f"cycle {self.cycle}, "
+        return f"{self.signal}, {cycle}{at}: {self.value_a} in A, {self.value_b} in B"
+
+
+@dataclass(frozen=True)
+class DumpComparison:
+    """Result of a comparison.
+
+    Attributes
+    ----------
+    clock
+        Name of the clock, or None.
+    samples
+        Number of cycles compared; without a clock, of instants.
+    signals
+        Number of signals compared.
+    differences
+        For each signal that differs, where it first does, in the order of time.
+    only_in_a, only_in_b
+        Names of the signals that the other file lacks.
+    not_comparable
+        Names of the signals that the files write with different types or widths.
+    never_defined
+        Names of the signals with bits that neither file ever defines.
+    cycles_a, cycles_b
+        Rising edges of the clock in each file, up to the end of what was asked for; 0 without
+        a clock.
+    """
+
+    clock: str | None
+    samples: int
+    signals: int
+    differences: tuple[Difference, ...]
+    only_in_a: tuple[str, ...]
+    only_in_b: tuple[str, ...]
+    not_comparable: tuple[str, ...]
+    never_defined: tuple[str, ...]
+    cycles_a: int
+    cycles_b: int
+
+    @property
+    def equal(self) -> bool:
+        """Whether no signal differs and both files have all cycles."""
+        return not self.differences and self.cycles_a == self.cycles_b
+
+
+def parse_bound(text: str, where: str) -> Bound:
+    """Read one end of the range to compare.
+
+    Parameters
+    ----------
+    text
+        A time such as ``120ns`` or ``1.5 us``, or the number of a cycle.
+    where
+        Option that it belongs to.
+
+    Returns
+    -------
+    int or Fraction
+        A cycle as an integer, a time in seconds as a `Fraction`.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if match := re.fullmatch(r"(\d+)(?:\.(\d+))?\s*([a-z]*)", text.strip().lower(), re.ASCII):
+        whole, decimals, unit = match.groups(default="")
+        if unit in TIME_UNITS:
+            return Fraction(f"{whole}.{decimals or 0}") * Fraction(10) ** TIME_UNITS[unit]
+        if not unit and not decimals:
+            return int(whole)
+    raise InputError(
+        f"{text!r} is neither a time nor a cycle",
+        where=where,
+        expected="a time such as 120ns or 1.5us, or a cycle such as 40",
+    )
+
+
+def compare_dumps(
+    a: Path,
+    b: Path,
+    *,
+    signals: Sequence[str] = (),
+    begin: Bound | None = None,
+    end: Bound | None = None,
+    clock: str = "",
+    strict: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> DumpComparison:
+    """Compare two waveform files.
+
+    Parameters
+    ----------
+    a, b
+        VCD, FST or GHW files.
+    signals
+        Names of signals or scopes to compare, ``*`` and ``?`` standing for any characters; outer
+        levels may be left out. All signals if empty.
+    begin, end
+        First and last cycle or time to compare; times are those of `a`.
+    clock
+        Name of the clock. If empty, the outermost signal named clk if there is one; ``"none"``
+        for none.
+    strict
+        Compare undefined values too.
+    progress
+        Called with the number of signals that are done and that there are.
+
+    Returns
+    -------
+    DumpComparison
+        Result.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, a name or the range selects nothing, or there is no such clock.
+    """
+    dumps = (Dump(a), Dump(b))
+    pairs, lone_a, lone_b = _matched(*dumps)
+    if not pairs:
+        raise InputError(
+            "no signal of one is in the other", where=f"{a}, {b}", expected="one design twice"
+        )
+    lone = {str(a): lone_a, str(b): lone_b}
+    clock_name = _clock_name(clock, pairs, lone)
+    selected = [_pattern(text) for text in signals] or [re.compile("")]
+    for text, pattern in zip(signals, selected, strict=False):
+        if not any(_is_selected([pattern], n, p) for n, p in pairs.items()):
+            raise _no_such_signal(text, "--signals", pairs, lone)
+    chosen = {
+        name: pair
+        for name, pair in pairs.items()
+        if name != clock_name and _is_selected(selected, name, pair)
+    }
+    compared = {n: pair for n, pair in chosen.items() if strict or _alike(*pair)}
+    if not compared:
+        what = f"no signal besides the clock {clock_name}"
+        if chosen:
+            what = f"{', '.join(chosen)}: the files have them with different types or widths"
+        raise InputError(what, where="--signals", expected="signals that can be compared")
+
+    if clock_name is None:
+        samples = _all_instants(dumps, list(compared.values()), begin, end)
+    else:
+        samples = _cycles(dumps, clock_name, pairs[clock_name], begin, end)
+    found: list[tuple[int, Difference]] = []
+    never_defined = []
+    for done, (name, pair) in enumerate(compared.items()):
+        if progress is not None:
+            progress(done, len(compared))
+        changes = [dump.changes(signal) for dump, signal in zip(dumps, pair, strict=True)]
+        held = [c.before(i) for c, i in zip(changes, samples.instants, strict=True)]
+        tracks = _text_tracks(changes, pair) if strict else _value_tracks(changes, pair)
+        at, defined_bits = _first_difference(
+            *(track[:, index + 1] for track, index in zip(tracks, held, strict=True))
+        )
+        if defined_bits != _all_bits(pair, strict):
+            never_defined.append(name)
+        if at is not None:
+            values = [
+                _value_text(c.values[i[at]] if i[at] >= 0 else None, s, strict)
+                for c, i, s in zip(changes, held, pair, strict=True)
+            ]
+            found.append((at, Difference(name, *samples.place(at), values[0], values[1])))
+    # Sorting keeps the order of the file, outer signals first, within a cycle.
+    found.sort(key=lambda entry: entry[0])
+    return DumpComparison(
+        clock=clock_name,
+        samples=samples.count,
+        signals=len(compared),
+        differences=tuple(difference for _, difference in found),
+        only_in_a=_names(lone_a, selected),
+        only_in_b=_names(lone_b, selected),
+        not_comparable=tuple(name for name in chosen if name not in compared),
+        never_defined=tuple(never_defined),
+        cycles_a=samples.cycles[0],
+        cycles_b=samples.cycles[1],
+    )
+
+
+def _by_name(dump: Dump, levels: int) -> dict[str, DumpSignal]:
+    """Signals by canonical name without its outer levels; a name that comes again is numbered."""
+    found: dict[str, DumpSignal] = {}
+    times: dict[str, int] = defaultdict(int)
+    for signal in dump.signals:
+        name = ".".join(signal.canonical.split(".")[levels:])
+        times[name] += 1
+        found[name if times[name] == 1 else f"{name} ({times[name]})"] = signal
+    return found
+
+
+def _shared_levels(dump: Dump) -> int:
+    """Number of outer levels that all signals share."""
+    if not dump.signals:
+        return 0
+    paths = [signal.canonical.split(".")[:-1] for signal in dump.signals]
+    lowest, highest = min(paths), max(paths)
+    return next(
+        (i for i, (x, y) in enumerate(zip(lowest, highest, strict=False)) if x != y),
+        min(len(lowest), len(highest)),
+    )
+
+
+def _matched(
+    a: Dump, b: Dump
+) -> tuple[dict[str, Pair], dict[str, DumpSignal], dict[str, DumpSignal]]:
+    """Signals that both files have, and those that only one has."""
+    named_a, named_b = (
+        [_by_name(dump, levels) for levels in range(_shared_levels(dump) + 1)] for dump in (a, b)
+    )
+    # Among equally good choices the first: the fewest levels left out.
+    depths = sorted(product(range(len(named_a)), range(len(named_b))), key=sum)
+    best = max(depths, key=lambda d: len(named_a[d[0]].keys() & named_b[d[1]].keys()))
+    in_a, in_b = named_a[best[0]], named_b[best[1]]
+    pairs = {name: (signal, in_b[name]) for name, signal in in_a.items() if name in in_b}
+    lone_a = {name: signal for name, signal in in_a.items() if name not in in_b}
+    lone_b = {name: signal for name, signal in in_b.items() if name not in in_a}
+    return pairs, lone_a, lone_b
+
+
+def _pattern(text: str) -> re.Pattern[str]:
+    """Pattern of the names that a user means."""
+    literal = re.escape(canonical_name(text).strip("."))
+    wild = literal.replace(r"\*", ".*").replace(r"\?", ".")
+    return re.compile(rf"(?:.*\.)?{wild}(?:[.\[ ].*)?\Z")
+
+
+def _is_selected(
+    patterns: Sequence[re.Pattern[str]], name: str, pair: Sequence[DumpSignal]
+) -> bool:
+    names = [name, *(signal.canonical for signal in pair)]
+    return any(pattern.match(n) for pattern in patterns for n in names)
+
+
+def _names(lone: Mapping[str, DumpSignal], patterns: Sequence[re.Pattern[str]]) -> tuple[str, ...]:
+    return tuple(name for name, signal in lone.items() if _is_selected(patterns, name, [signal]))
+
+
+def _no_such_signal(
+    text: str,
+    where: str,
+    pairs: Mapping[str, Pair],
+    lone: Mapping[str, Mapping[str, DumpSignal]],
+) -> InputError:
+    for path, signals in lone.items():
+        if _names(signals, [_pattern(text)]):
+            return InputError(f"{text!r} is only in {path}", where=where, expected="in both files")
+    name = canonical_name(text)
+    candidates = {n.rpartition(".")[2]: n for n in pairs} | {n: n for n in pairs}
+    close = [candidates[n] for n in difflib.get_close_matches(name, candidates, n=3)]
+    hint = ", ".join(dict.fromkeys(close)) or "a name in both files"
+    return InputError(f"{text!r}: no such signal", where=where, expected=hint)
+
+
+def _clock_name(
+    clock: str, pairs: Mapping[str, Pair], lone: Mapping[str, Mapping[str, DumpSignal]]
+) -> str | None:
+    """Name of the clock: the outermost that fits."""
+    if canonical_name(clock) == NO_CLOCK:
+        return None
+    wanted = canonical_name(clock or CLOCK_NAME)
+    fitting = [
+        name
+        for name, pair in pairs.items()
+        if wanted in (name, pair[0].canonical, pair[1].canonical) or name.endswith(f".{wanted}")
+    ]
+    if not fitting:
+        if clock:
+            raise _no_such_signal(clock, "--clock", pairs, lone)
+        return None
+    depth = min(name.count(".") for name in fitting)
+    outermost = [name for name in fitting if name.count(".") == depth]
+    if len(outermost) > 1:
+        raise InputError(
+            f"{len(outermost)} signals fit {wanted!r}",
+            where="--clock",
+            expected=f"one of {', '.join(outermost)}, or {NO_CLOCK}",
+        )
+    return outermost[0]
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """When to compare: the values that hold just before each instant."""
+
+    # In ticks of each file.
+    instants: tuple[Times, Times]
+    # In ticks of each file, for the report.
+    shown: tuple[Times, Times]
+    ticks: tuple[Fraction, Fraction]
+    # Number of the first cycle, None without a clock.
+    first_cycle: int | None
+    # Cycles that each file has.
+    cycles: tuple[int, int]
+
+    @property
+    def count(self) -> int:
+        return int(self.instants[0].size)
+
+    def place(self, at: int) -> tuple[int | None, Fraction, Fraction]:
+        times = [int(shown[at]) * tick for shown, tick in zip(self.shown, self.ticks, strict=True)]
+        return None if self.first_cycle is None else self.first_cycle + at, times[0], times[1]
+
+
+def _nothing_there() -> InputError:
+    return InputError("nothing happens in this range", where="--from, --to", expected="a wider one")
+
+
+def _cycles(
+    dumps: tuple[Dump, Dump],
+    name: str,
+    clock: Pair,
+    begin: Bound | None,
+    end: Bound | None,
+) -> _Samples:
+    edges = []
+    for dump, signal in zip(dumps, clock, strict=True):
+        changes = dump.changes(signal)
+        values = np.array([str(value).translate(_LEVELS) for value in changes.values])
+        defined = np.array([str(value).translate(_DEFINED) == "1" for value in changes.values])
+        high = (values == "1") & defined
+        low = (values == "0") & defined
+        edges.append(changes.times[1:][low[:-1] & high[1:]])
+        if signal.width != 1 or not edges[-1].size:
+            raise InputError(
+                f"{name} has no rising edge", where=str(dump.path), expected="a clock (--clock)"
+            )
+    first = 0
+    wanted = [len(edges[0]), len(edges[1])]
+    if isinstance(begin, Fraction):
+        first = int(np.searchsorted(edges[0], ceil(begin / dumps[0].tick), side="left"))
+    elif begin is not None:
+        first = begin
+    if isinstance(end, Fraction):
+        counts = [
+            int(np.searchsorted(found, floor(end / dump.tick), side="right"))
+            for found, dump in zip(edges, dumps, strict=True)
+        ]
+        # The clock of A tells the last cycle; where A ends earlier, B may still have cycles.
+        last = counts[0] if counts[0] < wanted[0] else max(counts)
+        wanted = [min(n, last) for n in wanted]
+    elif end is not None:
+        wanted = [min(n, end + 1) for n in wanted]
+    cycles = slice(first, min(wanted))
+    instants = (edges[0][cycles], edges[1][cycles])
+    if not instants[0].size:
+        raise _nothing_there()
+    return _Samples(
+        instants, instants, (dumps[0].tick, dumps[1].tick), first, (wanted[0], wanted[1])
+    )
+
+
+def _all_instants(
+    dumps: tuple[Dump, Dump],
+    pairs: Sequence[Pair],
+    begin: Bound | None,
+    end: Bound | None,
+) -> _Samples:
+    for bound, option in ((begin, "--from"), (end, "--to")):
+        if isinstance(bound, int):
+            raise InputError(
+                "cycles need a clock", where=option, expected="a time such as 120ns, or --clock"
+            )
+    # The ticks of both files are whole numbers of this step.
+    over = dumps[0].tick.denominator * dumps[1].tick.denominator
+    step = Fraction(gcd(*(int(dump.tick * over) for dump in dumps)), over)
+    scales = [int(dump.tick / step) for dump in dumps]
+    times = [
+        dump.changes(signal).times * scale
+        for pair in pairs
+        for dump, signal, scale in zip(dumps, pair, scales, strict=True)
+    ]
+    instants = np.unique(np.concatenate(times))
+    if begin is not None:
+        instants = instants[instants >= ceil(begin / step)]
+    if end is not None:
+        instants = instants[instants <= floor(end / step)]
+    if not instants.size:
+        raise _nothing_there()
+    shown = (instants // scales[0], instants // scales[1])
+    # The values after an instant hold just before the next tick.
+    after = (shown[0] + 1, shown[1] + 1)
+    return _Samples(after, shown, (dumps[0].tick, dumps[1].tick), None, (0, 0))
+
+
+def _alike(a: DumpSignal, b: DumpSignal) -> bool:
+    return a.is_bits == b.is_bits and a.width == b.width
+
+
+def _all_bits(pair: Pair, strict: bool) -> int:
+    """Mask of a signal's bits; whatever is compared by codes has them all."""
+    return (1 << pair[0].width) - 1 if pair[0].is_bits and not strict else -1
+
+
+def _value_tracks(changes: Sequence[Changes], pair: Pair) -> list[_Words]:
+    """Values as words, shape (2, changes + 1): levels, and which bits are defined.
+
+    Before the first change nothing is defined.
+    """
+    if not pair[0].is_bits:
+        return _coded_tracks([c.values for c in changes], undefined_at_first=True)
+    all_bits = _all_bits(pair, strict=False)
+    word = np.int64 if pair[0].width <= _WORD_BITS else object
+
+    def split(value: Value) -> tuple[int, int]:
+        if isinstance(value, int):
+            return value, all_bits
+        text = str(value)
+        return int(text.translate(_LEVELS), 2), int(text.translate(_DEFINED), 2)
+
+    return [np.array([(0, 0), *map(split, c.values)], dtype=word).reshape(-1, 2).T for c in changes]
+
+
+def _text_tracks(changes: Sequence[Changes], pair: Pair) -> list[_Words]:
+    """What the files say, to the character, with nothing undefined."""
+    texts = [
+        [_characters(value, s.width) for value in c.values]
+        for c, s in zip(changes, pair, strict=True)
+    ]
+    return _coded_tracks(texts, undefined_at_first=False)
+
+
+def _coded_tracks(values: Sequence[Sequence[Value]], *, undefined_at_first: bool) -> list[_Words]:
+    """Values as numbers, equal ones with equal numbers."""
+    codes: dict[str, int] = {}
+    tracks = []
+    for file_values in values:
+        levels = [0, *(codes.setdefault(str(v), len(codes) + 1) for v in file_values)]
+        defined = np.full(len(levels), -1, dtype=np.int64)
+        if undefined_at_first:
+            defined[0] = 0
+        tracks.append(np.stack([np.array(levels, dtype=np.int64), defined]))
+    return tracks
+
+
+def _first_difference(a: _Words, b: _Words) -> tuple[int | None, int]:
+    """First sample at which two tracks differ, and the bits that are ever defined."""
+    (level_a, defined_a), (level_b, defined_b) = a, b
+    seen_a, seen_b = np.bitwise_or.accumulate(defined_a), np.bitwise_or.accumulate(defined_b)
+    wrong = (level_a ^ level_b) & defined_a & defined_b | (defined_a ^ defined_b)
+    # A bit that only one file ever defines counts from the moment on at which it does.
+    lone = seen_a[-1] ^ seen_b[-1]
+    wrong = wrong & (seen_a & seen_b | (defined_a | defined_b) & lone)
+    differs = wrong != 0
+    at = int(np.argmax(differs)) if differs.any() else None
+    return at, int(seen_a[-1] | seen_b[-1])
+
+
+def _characters(value: Value, width: int) -> str:
+    return f"{value:0{width}b}" if width and isinstance(value, int) else str(value)
+
+
+def _value_text(value: Value | None, signal: DumpSignal, strict: bool) -> str:
+    if value is None:
+        return "nothing yet"
+    if not signal.is_bits:
+        return str(value)
+    if isinstance(value, str) or strict:
+        return f'"{_characters(value, signal.width).upper()}"'
+    return str(value) if signal.width == 1 else f"{value} (0x{value:x})"

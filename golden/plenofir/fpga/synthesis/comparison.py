@@ -1,0 +1,241 @@
+"""Both engines side by side: the designs, what they measure, and the widest frame that fits.
+
+``data/comparison.json`` holds what Yosys and nextpnr make of the cells that were measured
+(`make compare`); for all others there is the estimate, whose block RAM and multipliers are exact.
+"""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir import project
+from plenofir.fpga.core.configuration import MAX_COLUMNS, CoreConfiguration, Engine
+from plenofir.fpga.devices import Device
+from plenofir.fpga.synthesis.ecp5 import Placed
+from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.synthesis.spartan6 import Figures
+
+FILE = project.DATA / "comparison.json"
+SIZES = (3, 5, 7, 11, 15)
+COLUMNS = 1280
+ENGINES: tuple[Engine, Engine] = ("taps", "sums")
+# Focus sets that are chosen from at run time: M, a' and channels.
+SETS = ((5, tuple(range(-5, 11)), 3), (11, tuple(range(-11, 12)), 1))
+# Cells with more look-up tables than this (estimate) are not synthesised: hours for each.
+_MOST_LUTS = 4000
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of the comparison.
+
+    Attributes
+    ----------
+    micro_image_size
+        M in pixels.
+    shifts
+        a' in pixels; more than one: chosen at run time.
+    channels
+        1 (grey) or 3 (RGB).
+    engine
+        Which engine.
+    """
+
+    micro_image_size: int
+    shifts: tuple[int, ...]
+    channels: int
+    engine: Engine
+
+    @property
+    def name(self) -> str:
+        """Name in the file."""
+        first, last = self.shifts[0], self.shifts[-1]
+        shown = f"{first}" if first == last else f"{first}..{last}"
+        colour = "RGB" if self.channels == 3 else "grey"
+        return f"{self.engine} M={self.micro_image_size} a'={shown} {colour}"
+
+    def core(self, columns: int = COLUMNS) -> CoreConfiguration:
+        """Raster core of the cell.
+
+        Parameters
+        ----------
+        columns
+            Longest line in pixels.
+
+        Returns
+        -------
+        CoreConfiguration
+            8 bit, exact arithmetic, nearest neighbour.
+        """
+        return CoreConfiguration(
+            micro_image_size=self.micro_image_size,
+            shifts=self.shifts,
+            max_columns=columns,
+            channels=self.channels,
+            engine=self.engine,
+        )
+
+    def other(self, engine: Engine) -> "Cell":
+        """The same with an engine.
+
+        Parameters
+        ----------
+        engine
+            Which one.
+
+        Returns
+        -------
+        Cell
+            The cell beside.
+        """
+        return replace(self, engine=engine)
+
+
+def all_shifts(micro_image_size: int) -> range:
+    """Shifts of the comparison.
+
+    Parameters
+    ----------
+    micro_image_size
+        M in pixels.
+
+    Returns
+    -------
+    range
+        -M to 3 M.
+    """
+    return range(-micro_image_size, 3 * micro_image_size + 1)
+
+
+def shown_shifts(micro_image_size: int) -> tuple[int, ...]:
+    """Shifts that the table shows and that are synthesised.
+
+    Parameters
+    ----------
+    micro_image_size
+        M in pixels.
+
+    Returns
+    -------
+    tuple of int
+        Some of `all_shifts`.
+    """
+    m = micro_image_size
+    return tuple(sorted({-m, -1, 0, 1, 2, m, 2 * m, 3 * m}))
+
+
+def measured_cells() -> Iterator[Cell]:
+    """Cells that are synthesised, those that say most first.
+
+    Yields
+    ------
+    Cell
+        Grey cells with few taps first, the sets last; none that would take hours.
+    """
+    cells = [
+        Cell(m, (shift,), channels, engine)
+        for m in SIZES
+        for shift in shown_shifts(m)
+        for channels in (1, 3)
+        for engine in ENGINES
+        if channels == 1 or shift in (2, m)
+    ]
+    small = [cell for cell in cells if estimate(cell.core()).lut <= _MOST_LUTS]
+    yield from sorted(small, key=lambda cell: (cell.channels, cell.core().taps, cell.engine))
+    yield from (Cell(*part, "sums") for part in SETS)
+
+
+def placed_cells() -> Iterator[Cell]:
+    """Cells that are placed and routed for the clock.
+
+    Yields
+    ------
+    Cell
+        The sets, then a' = 2 and M for each M, then all others.
+    """
+    cells = list(measured_cells())
+    yield from sorted(
+        cells, key=lambda c: (len(c.shifts) == 1, c.shifts[0] not in (2, c.micro_image_size))
+    )
+
+
+def widest(cell: Cell, device: Device) -> int:
+    """Longest line with which a cell fits a device, by the estimate.
+
+    Parameters
+    ----------
+    cell
+        M, a', channels and engine.
+    device
+        The device.
+
+    Returns
+    -------
+    int
+        Columns, a multiple of M, at most the core's limit; 0 if none fits.
+    """
+    m = cell.micro_image_size
+    low, high = 0, MAX_COLUMNS // m
+    while low < high:
+        middle = (low + high + 1) // 2
+        if device.overflow(estimate(cell.core(middle * m))):
+            high = middle - 1
+        else:
+            low = middle
+    return low * m
+
+
+class Comparison(BaseModel):
+    """Content of the file.
+
+    Attributes
+    ----------
+    ghdl, yosys
+        Versions that made it.
+    figures
+        Name of a cell to what Yosys makes of it.
+    placed
+        Name of a cell to what nextpnr makes of it (speed grade 6).
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    ghdl: str
+    yosys: str
+    figures: dict[str, Figures]
+    placed: dict[str, Placed]
+
+
+def load_comparison() -> Comparison:
+    """Read the file.
+
+    Returns
+    -------
+    Comparison
+        Its content.
+    """
+    return Comparison.model_validate(json.loads(FILE.read_text()))
+
+
+def save_comparison(content: Comparison) -> None:
+    """Write the file, a cell a line.
+
+    Parameters
+    ----------
+    content
+        Its content.
+    """
+
+    def block(values: dict[str, Figures] | dict[str, Placed]) -> str:
+        lines = [
+            f"    {json.dumps(name)}: {json.dumps(value.model_dump())}"
+            for name, value in values.items()
+        ]
+        return "{\n" + ",\n".join(lines) + "\n  }" if lines else "{}"
+
+    FILE.write_text(
+        f'{{\n  "ghdl": {json.dumps(content.ghdl)},\n  "yosys": {json.dumps(content.yosys)},\n'
+        f'  "figures": {block(content.figures)},\n  "placed": {block(content.placed)}\n}}\n'
+    )

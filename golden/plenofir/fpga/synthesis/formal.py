@@ -1,0 +1,197 @@
+"""Proofs with Yosys' SAT solver and with ABC: see docs/formal.md."""
+
+import importlib.util
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from plenofir import project
+from plenofir.errors import ToolError
+from plenofir.fpga import hdl
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.synthesis.tools import Generics, run_yosys, write_verilog, yosys_version
+from plenofir.refocus.operator import output_offset
+
+# Yosys takes no negative parameters.
+_BIAS = 64
+
+
+@dataclass(frozen=True)
+class FirProof:
+    """The row filter equals the gather equation, for all inputs over a number of clocks.
+
+    Attributes
+    ----------
+    micro_image_size, shift
+        M and a' in pixels.
+    hold
+        See `plenofir.refocus.switches.FilterLayout`.
+    data_bits
+        Width of a pixel.
+    clocks
+        Clocks from the initial state on.
+    """
+
+    micro_image_size: int
+    shift: int
+    data_bits: int = 1
+    clocks: int = 14
+    hold: bool = False
+
+    @property
+    def name(self) -> str:
+        """Name of the proof."""
+        hold = " hold" if self.hold else ""
+        return (
+            f"filter M={self.micro_image_size} a'={self.shift}{hold}, "
+            f"{self.data_bits} bit, {self.clocks} clocks"
+        )
+
+    def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
+        """Prove it.
+
+        Parameters
+        ----------
+        directory
+            Empty folder for all files.
+        sources
+            VHDL files, if not those of the project.
+
+        Raises
+        ------
+        ToolError
+            If it does not hold.
+        """
+        m, shift = self.micro_image_size, self.shift
+        layout = CoreConfiguration(
+            micro_image_size=m, shifts=(shift,), max_columns=1, hold=self.hold
+        ).layout
+        largest = (1 << self.data_bits) - 1
+        sum_bits = (m * largest).bit_length()
+        generics: Generics = {
+            "MICRO_IMAGE_SIZE": m,
+            "SHIFTS": str(shift),
+            "CENTRED": True,
+            "HOLD": self.hold,
+            "MODULES": 1,
+            "DEPTH": 1,
+            "LANES": 1,
+            "DATA_BITS": self.data_bits,
+            "STORED": False,
+            "SCALE_BITS": 0,
+            "PRODUCT_MAX": largest,
+            "SUM_MAX": m * largest,
+            "DROP_BITS": 0,
+            "RESULT_BITS": sum_bits,
+            "BROADCAST_TAPS": 0,
+            "STEP_TAG_BITS": 2,
+            "TOKEN_TAG_BITS": 1,
+        }
+        parameters = {
+            "M": m,
+            "SHIFT_BIASED": shift + _BIAS,
+            "OFFSET_BIASED": output_offset(m, shift, "centred") + _BIAS,
+            "DATA_BITS": self.data_bits,
+            "SUM_BITS": sum_bits,
+            "LENGTH": min(self.clocks - layout.delay, 8),
+        }
+        _prepare("refocus_stage", "fir_properties", generics, parameters, directory, sources)
+        _check(directory, self.name, f"bmc3 -F {self.clocks}", "No output asserted in")
+
+
+@dataclass(frozen=True)
+class FifoProof:
+    """The stream buffer keeps order and number of words, for all inputs and for ever.
+
+    Attributes
+    ----------
+    address_bits
+        It holds 2**address_bits words.
+    width
+        Bits of a word.
+    """
+
+    address_bits: int
+    width: int = 1
+
+    @property
+    def name(self) -> str:
+        """Name of the proof."""
+        return f"buffer of {1 << self.address_bits} words of {self.width} bit, no bound"
+
+    def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
+        """Prove it; parameters as `FirProof.prove`."""
+        sizes = {"WIDTH": self.width, "ADDRESS_BITS": self.address_bits}
+        _prepare("axis_fifo", "fifo_properties", sizes, sizes, directory, sources)
+        _check(directory, self.name, "scorr; pdr -T 300", "Property proved")
+
+
+def _check(directory: Path, name: str, commands: str, wanted: str) -> None:
+    """Let ABC check the properties of ``proof.aig``."""
+    yosys_version()
+    package = importlib.util.find_spec("pyosys")
+    assert package is not None
+    assert package.origin is not None
+    done = subprocess.run(
+        [
+            str(Path(package.origin).parent / "yosys-abc"),
+            "-c",
+            f"read_aiger proof.aig; fold; strash; {commands}",
+        ],
+        cwd=directory,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    (directory / "proof.log").write_text(done.stdout + done.stderr)
+    if wanted not in done.stdout:
+        raise ToolError(f"{name}: not proved:\n{done.stdout[-500:]}")
+
+
+def _prepare(
+    entity: str,
+    properties: str,
+    generics: Generics,
+    parameters: dict[str, int],
+    directory: Path,
+    sources: Sequence[Path] | None,
+) -> None:
+    """Write the entity with its properties as one circuit of gates, proof.aig."""
+    verilog = write_verilog(sources or hdl.hdl_sources(), entity, generics, directory)
+    file = project.root() / "formal" / f"{properties}.sv"
+    values = " ".join(f"-set {name} {value}" for name, value in parameters.items())
+    run_yosys(
+        [
+            f"read_verilog {verilog.name}",
+            f"read_verilog -sv -formal {file}",
+            f"chparam {values} {properties}",
+            f"prep -top {properties}; flatten; memory_map; opt -full; async2sync",
+            "setundef -undriven -anyseq; setundef -init -zero",
+            "techmap; opt -full; dffunmap; setundef -init -zero; zinit -all",
+            "dfflegalize -cell $_DFF_P_ 01; aigmap; opt_clean; stat",
+            "write_aiger -zinit proof.aig",
+        ],
+        directory / "prepare.log",
+    )
+
+
+PROOFS = (
+    FirProof(2, 1),
+    FirProof(2, -1),
+    FirProof(3, 1),
+    FirProof(3, 2),
+    FifoProof(2),
+)
+"""Proofs of `make test`."""
+
+LONG_PROOFS = (
+    FirProof(2, 3, data_bits=2, clocks=18),
+    FirProof(3, 0),
+    FirProof(3, 0, hold=True, clocks=20),
+    FirProof(3, -1, clocks=16),
+    FirProof(3, 2, data_bits=2, clocks=16),
+    FifoProof(2, width=2),
+    FifoProof(3),
+)
+"""Proofs that `make test-full` adds."""

@@ -1,0 +1,170 @@
+"""What is in a netlist and what is not: parts counted, and how many there ought to be.
+
+The counts are taken in GHDL's Verilog, where every entity still is a module of its own.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from functools import cache
+
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
+
+PARTS = (
+    "stages",
+    "filters",
+    "taps",
+    "moving sums",
+    "stored products",
+    "dividers",
+    "lane registers",
+)
+"""Parts of a core that are counted."""
+
+# Entities that are such a part.
+_ENTITIES = {
+    "refocus_stage": "stages",
+    "switched_fir": "filters",
+    "moving_sum_stage": "moving sums",
+    "stored_product": "stored products",
+    "divide_round": "dividers",
+    "lane_skew": "lane registers",
+    "lane_exchange": "lane registers",
+}
+
+TMDS_ENDS = {
+    "IBUFDS": 4,
+    "IODELAY2": 6,
+    "ISERDES2": 6,
+    "OSERDES2": 8,
+    "OBUFDS": 4,
+    "BUFPLL": 2,
+    "PLL_ADV": 2,
+    "DCM_CLKGEN": 1,
+}
+"""Primitives of the TMDS ends and their clocks: three channels and a clock in, the same out."""
+
+
+def count_instances(verilog: str, top: str) -> Counter[str]:
+    """Count the instances of all modules and cells below a module.
+
+    Parameters
+    ----------
+    verilog
+        GHDL's Verilog.
+    top
+        Module.
+
+    Returns
+    -------
+    collections.Counter
+        Name of a module to its number.
+    """
+    found = re.findall(r"^module (\w+)\n(.*?)^endmodule", verilog, re.M | re.S)
+    below = {
+        name: Counter(re.findall(r"^  (\w+) (?:#\([^;]*?\) )?\w+ \(", body, re.M))
+        for name, body in found
+    }
+
+    @cache
+    def count(name: str) -> Counter[str]:
+        total: Counter[str] = Counter()
+        for part, number in below.get(name, Counter()).items():
+            total[part] += number
+            for deeper, times in count(part).items():
+                total[deeper] += number * times
+        return total
+
+    return count(top)
+
+
+def count_parts(verilog: str, top: str) -> dict[str, int]:
+    """Count the parts of a design.
+
+    Parameters
+    ----------
+    verilog
+        GHDL's Verilog.
+    top
+        Module.
+
+    Returns
+    -------
+    dict
+        `PARTS` and `TMDS_ENDS` to their number.
+    """
+    counts = dict.fromkeys((*PARTS, *TMDS_ENDS), 0)
+    for name, number in count_instances(verilog, top).items():
+        if name in TMDS_ENDS:
+            counts[name] += number
+        for entity, part in _ENTITIES.items():
+            # GHDL appends the generics: TAPS is a filter's first, LANES that of lane registers.
+            found = re.match(rf"{entity}_(\d+)_", name)
+            # A single lane is a wire.
+            if found and not (part == "lane registers" and found[1] == "1"):
+                counts[part] += number
+                if part == "filters":
+                    counts["taps"] += number * int(found[1])
+    return counts
+
+
+def needed_parts(core: CoreConfiguration) -> dict[str, int]:
+    """Parts that a core is to be built of.
+
+    Parameters
+    ----------
+    core
+        Its generics.
+
+    Returns
+    -------
+    dict
+        `PARTS` to their number; no TMDS ends.
+    """
+    passes = core.order + 1
+    lanes = core.channels * core.parallel_rows
+    exact = isinstance(core.arithmetic, ExactArithmetic)
+    taps = core.engine == "taps"
+    return {
+        "stages": 2 * passes if taps else 0,
+        "filters": 2 * passes * lanes if taps else 0,
+        "taps": 2 * lanes * core.taps if taps else 0,
+        "moving sums": 0 if taps else 2 * passes,
+        "stored products": 0 if exact else 2 * passes * lanes,
+        "dividers": lanes if exact else 0,
+        # Two of each, in front of the columns and behind them.
+        "lane registers": 4 if core.parallel_rows > 1 else 0,
+    }
+
+
+def left_out_in_turn() -> Iterator[tuple[str, CoreConfiguration]]:
+    """Yield a full build, the same without one thing after the other, and without all of them.
+
+    Yields
+    ------
+    tuple
+        What is left out, and the core.
+    """
+    everything = CoreConfiguration(
+        micro_image_size=3,
+        shifts=tuple(range(-3, 4)),
+        max_columns=64,
+        channels=3,
+        parallel_rows=2,
+        order=1,
+        arithmetic=StoredProductArithmetic(),
+    )
+    things: dict[str, dict[str, object]] = {
+        "two of three channels": {"channels": 1},
+        "six of seven slices": {"shifts": (1,)},
+        "interpolation": {"order": 0},
+        "stored products (exact sums)": {"arithmetic": ExactArithmetic()},
+        "the second row at once": {"parallel_rows": 1},
+    }
+    yield "nothing", everything
+    fitted: dict[str, object] = {}
+    for what, change in things.items():
+        yield what, everything.model_copy(update=change)
+        fitted |= change
+    yield "all of these", everything.model_copy(update=fitted)

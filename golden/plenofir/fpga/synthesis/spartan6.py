@@ -1,0 +1,171 @@
+"""Spartan-6 netlists with Yosys, and what they take of the device."""
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir.fpga.devices import Usage
+from plenofir.fpga.synthesis.parts import TMDS_ENDS
+from plenofir.fpga.synthesis.tools import Generics, cell_declarations, run_yosys, write_verilog
+
+# Look-up tables that a cell stands for; LUTs as memory come in slices of four.
+_LUT_CELLS = {
+    **{f"LUT{inputs}": 1 for inputs in range(1, 7)},
+    "RAM32M": 4,
+    "RAM64M": 4,
+    "RAM32X1D": 2,
+    "RAM64X1D": 2,
+    "RAM128X1D": 4,
+    "SRL16E": 1,
+    "SRLC32E": 1,
+}
+_FLIP_FLOP_CELLS = ("FDRE", "FDSE", "FDCE", "FDPE")
+_LATCH_CELLS = ("LDCE", "LDPE")
+# Cells that end a path from register to register.
+_REGISTERS = (*_FLIP_FLOP_CELLS, "RAM*", "DSP*", "SRL*", *TMDS_ENDS, "BUF*")
+
+
+class Figures(BaseModel):
+    """What a netlist consists of.
+
+    Attributes
+    ----------
+    lut
+        Look-up tables, those used as memory and shift registers included.
+    flip_flops
+        Flip-flops.
+    ramb16, ramb8
+        Block RAMs of 18 and 9 Kbit.
+    dsp
+        DSP48A1.
+    carry
+        Carry chains of 4 bits.
+    path
+        Cells on the longest path between registers.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    lut: int
+    flip_flops: int
+    ramb16: int
+    ramb8: int
+    dsp: int
+    carry: int
+    path: int
+
+    @property
+    def usage(self) -> Usage:
+        """The same as resources of a device."""
+        return Usage(self.lut, self.flip_flops, self.ramb16, self.ramb8, self.dsp)
+
+
+class Netlist(BaseModel):
+    """A synthesised design.
+
+    Attributes
+    ----------
+    figures
+        What it takes.
+    cells
+        Number of cells of each type.
+    edif, verilog
+        Files.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    figures: Figures
+    cells: dict[str, int]
+    edif: Path
+    verilog: Path
+
+
+def cell_models() -> Path:
+    """Simulation models of the cells of a netlist, those of block RAM excepted.
+
+    Returns
+    -------
+    Path
+        Verilog file of the installed Yosys.
+
+    Raises
+    ------
+    InputError
+        If Yosys is not installed.
+    """
+    return cell_declarations().with_name("cells_sim.v")
+
+
+def synthesise(
+    sources: Sequence[Path], top: str, generics: Generics, directory: Path, *, board: bool = False
+) -> Netlist:
+    """Synthesise a design for Spartan-6.
+
+    Parameters
+    ----------
+    sources
+        VHDL files in order of analysis.
+    top
+        Entity.
+    generics
+        Its generics.
+    directory
+        Empty folder for all files.
+    board
+        Whether the ports are pins and the sources instantiate Xilinx's primitives.
+
+    Returns
+    -------
+    Netlist
+        The netlist and what it takes.
+
+    Raises
+    ------
+    InputError
+        If a tool is missing.
+    ToolError
+        If a tool fails.
+    """
+    directory.mkdir(parents=True, exist_ok=True)
+    verilog = write_verilog(sources, top, generics, directory, board=board)
+    pads = "-iopad" if board else "-noiopad"
+    netlist = directory / f"{top}.netlist.v"
+    edif = directory / f"{top}.edif"
+    cells_file, path_file = directory / "cells.json", directory / "path.txt"
+    run_yosys(
+        [
+            f"read_verilog {verilog.name}",
+            f"synth_xilinx -family xc6s -flatten -ise {pads} -top {top}",
+            f"tee -q -o {cells_file.name} stat -json",
+            f"write_edif -pvector bra {edif.name}",
+            f"write_verilog -noattr -norename {netlist.name}",
+            "delete " + " ".join(f"t:{name}" for name in _REGISTERS),
+            f"tee -q -o {path_file.name} ltp -noff",
+        ],
+        directory / "yosys.log",
+    )
+    text = cells_file.read_text()
+    counted = json.loads(text[text.index("{") :])["design"]["num_cells_by_type"]
+    cells = Counter({name: n for name, n in counted.items() if not name.startswith("$")})
+    latches = sum(cells[name] for name in _LATCH_CELLS)
+    if latches:
+        raise AssertionError(f"{top} has {latches} latches")
+    length = next(
+        int(line.split("length=")[1].split(")")[0])
+        for line in path_file.read_text().splitlines()
+        if "length=" in line
+    )
+    figures = Figures(
+        lut=sum(cells[name] * luts for name, luts in _LUT_CELLS.items()),
+        flip_flops=sum(cells[name] for name in _FLIP_FLOP_CELLS),
+        ramb16=cells["RAMB16BWER"],
+        ramb8=cells["RAMB8BWER"],
+        dsp=cells["DSP48A1"],
+        carry=cells["CARRY4"],
+        path=length,
+    )
+    return Netlist(figures=figures, cells=dict(sorted(cells.items())), edif=edif, verilog=netlist)

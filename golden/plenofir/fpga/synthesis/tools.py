@@ -1,0 +1,253 @@
+"""The tools: GHDL's synthesis to Verilog, and Yosys."""
+
+import importlib.metadata
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from plenofir.errors import InputError, ToolError
+from plenofir.fpga import hdl
+from plenofir.fpga.simulate.simulators import MODELS_LIBRARY, find_simulator, generic_text
+from plenofir.fpga.synthesis.primitives import with_primitives
+
+Generics = Mapping[str, int | bool | str]
+
+
+def run_tool(
+    command: Sequence[str], log: Path, *, directory: Path | None = None, output: Path | None = None
+) -> None:
+    """Run a tool.
+
+    Parameters
+    ----------
+    command
+        What to run.
+    log
+        File for what it prints.
+    directory
+        Working directory; that of the log if None.
+    output
+        File for its standard output, if that is not for the log.
+
+    Raises
+    ------
+    ToolError
+        If it fails; the message ends with the last lines of the log.
+    """
+    with log.open("wb") as messages:
+        if output is None:
+            done = subprocess.run(
+                command,
+                cwd=directory or log.parent,
+                stdin=subprocess.DEVNULL,
+                stdout=messages,
+                stderr=subprocess.STDOUT,
+                check=False,
+            )
+        else:
+            with output.open("wb") as result:
+                done = subprocess.run(
+                    command,
+                    cwd=directory or log.parent,
+                    stdin=subprocess.DEVNULL,
+                    stdout=result,
+                    stderr=messages,
+                    check=False,
+                )
+    if done.returncode != 0:
+        lines = log.read_text(errors="replace").splitlines()
+        wrong = [line for line in lines if "error" in line.lower()][-5:] or lines[-5:]
+        raise ToolError(
+            f"{Path(command[0]).name} failed with status {done.returncode}:\n" + "\n".join(wrong)
+        )
+
+
+def ghdl_version() -> str:
+    """Version number of the installed GHDL.
+
+    Returns
+    -------
+    str
+        For instance ``"2.0.0"``.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    found = re.search(r"GHDL (\d+\.\d+\.\d+)", find_simulator("ghdl").version)
+    return found.group(1) if found else "unknown"
+
+
+def yosys_version() -> str:
+    """Version of the installed Yosys (the Python package pyosys).
+
+    Returns
+    -------
+    str
+        For instance ``"0.70"``.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if importlib.util.find_spec("pyosys") is None:
+        raise InputError(
+            "Yosys is not installed",
+            where="pyosys",
+            expected="the package pyosys of scripts/requirements.txt: make venv",
+        )
+    return importlib.metadata.version("pyosys")
+
+
+def plain_verilog(text: str) -> str:
+    """Verilog as all tools take it, from GHDL's.
+
+    GHDL 2.0 prints constants of 0 bits (of a natural range 0 to 0), which no tool reads, and those
+    of more than 32 bits as texts, which are other numbers; leaves out the default of one-hot cases,
+    from which tools infer latches, and drives undriven bits with high impedance. Memories of zeros
+    need no initial values, which take Yosys most of its time: block RAM and Verilator begin with
+    zeros.
+
+    Parameters
+    ----------
+    text
+        GHDL's Verilog.
+
+    Returns
+    -------
+    str
+        The same circuit.
+    """
+    text = re.sub(r"^ *initial begin\n(?: *\w+\[\d+\] = \d+'b0+;\n)+ *end\n", "", text, flags=re.M)
+    text = re.sub(r'"([01XZ]{33,})"', lambda bits: f"{len(bits[1])}'b{bits[1]}", text)
+    text = re.sub(r"\b0'b(?:[XZxz]|(?![01]))", "1'b0", text)
+    text = re.sub(r"'b[zZ](?=[,}])", "'bX", text)
+
+    def with_default(match: re.Match[str]) -> str:
+        body = match.group(0)
+        if "default:" in body:
+            return body
+        target = re.search(r": (\w+) (<?=) ", body)
+        if target is None:
+            return body
+        place = body.rindex("endcase")
+        default = f"  default: {target.group(1)} {target.group(2)} 'bx;\n    "
+        return body[:place] + default + body[place:]
+
+    return re.sub(r"^ *case \(.*?^ *endcase", with_default, text, flags=re.S | re.M)
+
+
+def write_verilog(
+    sources: Sequence[Path], top: str, generics: Generics, directory: Path, *, board: bool = False
+) -> Path:
+    """Synthesise VHDL to Verilog with GHDL.
+
+    Parameters
+    ----------
+    sources
+        VHDL-93 files in order of analysis.
+    top
+        Entity.
+    generics
+        Its generics.
+    directory
+        Folder for the result.
+    board
+        Whether the sources instantiate Xilinx's primitives.
+
+    Returns
+    -------
+    Path
+        The Verilog file.
+
+    Raises
+    ------
+    ToolError
+        If GHDL refuses the design.
+    """
+    environment = find_simulator("ghdl").environment
+    os.environ.update(environment)
+    verilog = directory / f"{top}.v"
+    overrides = [f"-g{name}={generic_text(value)}" for name, value in generics.items()]
+    library = []
+    if board:
+        # Components alone: nothing is bound to them, so each becomes a cell.
+        components = hdl.unisim_sources()[0]
+        library = [f"-P{directory.resolve()}"]
+        run_tool(
+            [
+                *("ghdl", "-a", "--std=93", f"--work={MODELS_LIBRARY}"),
+                *(f"--workdir={directory.resolve()}", str(components)),
+            ],
+            directory / f"{MODELS_LIBRARY}.ghdl.log",
+        )
+    run_tool(
+        [
+            "ghdl",
+            "--synth",
+            "--std=93",
+            "--out=verilog",
+            *library,
+            *overrides,
+            *(str(source.resolve()) for source in sources),
+            "-e",
+            top,
+        ],
+        directory / f"{top}.ghdl.log",
+        output=verilog,
+    )
+    text = verilog.read_text()
+    if board:
+        text = with_primitives(text, cell_declarations())
+        # The library of components is of no use any more.
+        for name in (f"{MODELS_LIBRARY}-obj93.cf", f"{components.stem}.o"):
+            (directory / name).unlink(missing_ok=True)
+    verilog.write_text(plain_verilog(text))
+    return verilog
+
+
+def cell_declarations() -> Path:
+    """Declarations of the cells that Yosys has no model of.
+
+    Returns
+    -------
+    Path
+        Verilog file of the installed Yosys.
+
+    Raises
+    ------
+    InputError
+        If Yosys is not installed.
+    """
+    yosys_version()
+    package = importlib.util.find_spec("pyosys")
+    assert package is not None
+    assert package.origin is not None
+    return Path(package.origin).parent / "share" / "xilinx" / "cells_xtra.v"
+
+
+def run_yosys(commands: Sequence[str], log: Path) -> None:
+    """Run Yosys in the folder of the log.
+
+    Parameters
+    ----------
+    commands
+        Yosys commands.
+    log
+        File for what it prints.
+
+    Raises
+    ------
+    InputError
+        If Yosys is not installed.
+    ToolError
+        If it fails.
+    """
+    yosys_version()
+    run_tool([sys.executable, "-m", "plenofir.fpga.synthesis.run_yosys", *commands], log)

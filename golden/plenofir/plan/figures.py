@@ -1,0 +1,314 @@
+"""The designs whose synthesis is kept watch of, and the file with their figures.
+
+``data/figures.json`` holds, for each version of GHDL, what Yosys makes of each design. Tests
+synthesise them anew and want the very same counts, so that a change that costs area shows in
+review.
+"""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir import project
+from plenofir.fpga import hdl
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.stack import SharpnessConfiguration, StackConfiguration
+from plenofir.fpga.synthesis.parts import left_out_in_turn
+from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
+from plenofir.plan.configure import configure, top_of
+from plenofir.plan.planner import Plan, full_core, make_plan
+from plenofir.plan.scene import load_scene
+from plenofir.refocus.arithmetic import StoredProductArithmetic
+
+FILE = project.DATA / "figures.json"
+CORE = "raster_refocuser"
+ARRAY = "module_array"
+STACK = "focal_stack"
+INDEX = "depth_index"
+# GHDL 2.0 needs some kilobytes for each word of a memory: 20 GB for 24 Mbit.
+_MAX_LINE_BUFFER_BITS = 1 << 23
+_MANY_LINE_BUFFER_BITS = 1 << 19
+
+
+@dataclass(frozen=True)
+class Design:
+    """Something to synthesise.
+
+    Attributes
+    ----------
+    name
+        Its name in the file of figures.
+    core
+        Generics.
+    top
+        Entity, if it is not a scene's.
+    plan
+        Plan of the scene that it is, or None.
+    slow
+        Whether its synthesis takes minutes.
+    index
+        The depth index behind a stack, if it is that what is synthesised.
+    """
+
+    name: str
+    core: CoreConfiguration
+    top: str = CORE
+    plan: Plan | None = None
+    slow: bool = False
+    index: SharpnessConfiguration | None = None
+
+    def synthesise(self, directory: Path) -> Netlist:
+        """Synthesise it for Spartan-6.
+
+        Parameters
+        ----------
+        directory
+            Empty folder for all files.
+
+        Returns
+        -------
+        Netlist
+            The netlist and what it takes.
+        """
+        if self.plan is not None:
+            sources = configure(self.plan, directory)
+            board = self.plan.path == "video"
+            return synthesise(sources, self.top, {}, directory, board=board)
+        generics = self.core.generics() if self.index is None else self.index.generics()
+        return synthesise(hdl.hdl_sources(), self.top, generics, directory)
+
+
+def scene_files() -> list[Path]:
+    """Shipped scene profiles.
+
+    Returns
+    -------
+    list of Path
+        TOML files.
+    """
+    return sorted((project.root() / "scenes").glob("*.toml"))
+
+
+def scene_design(plan: Plan) -> Design:
+    """Design of a scene.
+
+    Parameters
+    ----------
+    plan
+        Its plan.
+
+    Returns
+    -------
+    Design
+        Named as the scene.
+    """
+    # The larger boards take a minute and more.
+    slow = plan.path == "video" and plan.core.line_buffer_bits > _MANY_LINE_BUFFER_BITS
+    return Design(plan.scene, plan.core, top_of(plan), plan, slow=slow)
+
+
+def scene_designs() -> Iterator[Design]:
+    """Design of each shipped scene: a core, or the whole board.
+
+    Yields
+    ------
+    Design
+        Named as the scene.
+    """
+    for file in scene_files():
+        yield scene_design(make_plan(load_scene(file)))
+
+
+def core_designs() -> Iterator[Design]:
+    """Core of each shipped scene, without the video path around it.
+
+    Yields
+    ------
+    Design
+        Named as the scene, those of a board's scene with "core".
+    """
+    for design in scene_designs():
+        plan = design.plan
+        assert plan is not None
+        if plan.path == "core":
+            yield design
+        else:
+            core = scene_design(plan.model_copy(update={"path": "core"}))
+            yield replace(core, name=f"{plan.scene} core")
+
+
+def full_designs() -> Iterator[Design]:
+    """Full build of the core of each shipped scene, if GHDL can synthesise its line buffers.
+
+    Yields
+    ------
+    Design
+        Named as the scene, with "full".
+    """
+    for design in scene_designs():
+        core = full_core(design.core)
+        if core.line_buffer_bits <= _MAX_LINE_BUFFER_BITS:
+            yield Design(f"{design.name} full", core, slow=True)
+
+
+def _grid(top: str, m: int, shift: int, rows: int, *, slow: bool = False) -> Design:
+    core = CoreConfiguration(
+        micro_image_size=m, shifts=(shift,), max_columns=640, parallel_rows=rows
+    )
+    kind = "array" if top == ARRAY else "core"
+    return Design(f"{kind} M={m} a'={shift} iota={rows}", core, top, slow=slow)
+
+
+def _variant(name: str, **generics: object) -> Design:
+    values = {"micro_image_size": 5, "shifts": (2,), "max_columns": 640, **generics}
+    return Design(name, CoreConfiguration.model_validate(values), slow=True)
+
+
+def grid_designs() -> Iterator[Design]:
+    """Cores and arrays for grey pixels and 640 columns, and variants of one of them.
+
+    Yields
+    ------
+    Design
+        Named after M, a' and iota, or after what differs.
+    """
+    yield _grid(CORE, 1, 0, 1)
+    yield _grid(CORE, 2, 1, 1)
+    for shift in (-2, 0, 1, 2):
+        yield _grid(CORE, 3, shift, 1, slow=shift in (-2, 0))
+    for shift in (-3, 1, 2):
+        yield _grid(CORE, 5, shift, 1, slow=shift != 2)
+    yield _grid(CORE, 11, 1, 1)
+    yield _grid(CORE, 3, 1, 3, slow=True)
+    yield _grid(ARRAY, 3, 1, 1)
+    yield _grid(ARRAY, 3, 1, 3)
+    yield _grid(ARRAY, 5, 1, 5, slow=True)
+    stored = StoredProductArithmetic()
+    yield _variant("core M=5 a'=2 stored products", arithmetic=stored)
+    yield _variant("core M=5 a'=2 linear interpolation", order=1)
+    yield _variant("core M=5 a'=-5,0,5", shifts=(-5, 0, 5))
+    yield _variant("core M=5 a'=-5,0,5 hold", shifts=(-5, 0, 5), hold=True)
+    yield _variant("core M=5 a'=2 RGB", channels=3)
+    yield _variant("core M=5 a'=2 16 bit", pixel_bits=16)
+    yield _variant("core M=5 a'=2 latches of 4 taps", broadcast_taps=4)
+
+
+def left_out_designs() -> Iterator[Design]:
+    """Full build of a small core, and the same without one thing after the other.
+
+    Yields
+    ------
+    Design
+        Named after what is left out.
+    """
+    for what, core in left_out_in_turn():
+        yield Design(f"left out: {what}", core, slow=True)
+
+
+# Slices of the stacks: from two on with the same ends, so that delay and shared memory are equal.
+STACK_SLICES = {
+    5: ((-3,), (-3, 3), (-3, 0, 3), (-3, -1, 1, 3)),
+    11: ((-5,), (-5, 5), (-5, 0, 5), (-5, -2, 2, 5)),
+}
+
+
+def _stack(shifts: tuple[int, ...], m: int, channels: int, *, index: bool = False) -> Design:
+    core = StackConfiguration(micro_image_size=m, shifts=shifts, max_columns=640, channels=channels)
+    kind = "grey" if channels == 1 else "RGB"
+    if not index:
+        shown = ",".join(str(shift) for shift in shifts)
+        return Design(f"stack M={m} a'={shown} {kind}", core, STACK, slow=True)
+    judged = SharpnessConfiguration(
+        micro_image_size=m, slices=len(shifts), max_columns=640, channels=channels
+    )
+    name = f"index M={m} slices={len(shifts)} {kind}"
+    return Design(name, core, INDEX, slow=True, index=judged)
+
+
+def stack_designs() -> Iterator[Design]:
+    """Focal stacks of 1 to 4 slices for 640 columns, and depth indices behind them.
+
+    Yields
+    ------
+    Design
+        Named after M, a' or the number of slices, and the channels.
+    """
+    for m, sets in STACK_SLICES.items():
+        for shifts in sets:
+            yield _stack(shifts, m, 1)
+    few, many = STACK_SLICES[5][0], STACK_SLICES[5][2]
+    for shifts in (few, many):
+        yield _stack(shifts, 5, 3)
+    for shifts, channels in ((few, 1), (many, 1), (many, 3)):
+        yield _stack(shifts, 5, channels, index=True)
+
+
+def designs() -> list[Design]:
+    """All designs.
+
+    Returns
+    -------
+    list of Design
+        Scenes, cores and arrays, a core without one thing after the other, focal stacks, full
+        builds.
+    """
+    scenes = {design.name: design for design in [*scene_designs(), *core_designs()]}
+    return [
+        *scenes.values(),
+        *grid_designs(),
+        *left_out_designs(),
+        *stack_designs(),
+        *full_designs(),
+    ]
+
+
+class FiguresFile(BaseModel):
+    """Content of the file of figures.
+
+    Attributes
+    ----------
+    yosys
+        Version that made them.
+    figures
+        Version of GHDL to the name of a design to its figures.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    yosys: str
+    figures: dict[str, dict[str, Figures]]
+
+
+def load_figures() -> FiguresFile:
+    """Read the file of figures.
+
+    Returns
+    -------
+    FiguresFile
+        Its content.
+    """
+    return FiguresFile.model_validate(json.loads(FILE.read_text()))
+
+
+def save_figures(content: FiguresFile) -> None:
+    """Write the file of figures, a design a line.
+
+    Parameters
+    ----------
+    content
+        Its content.
+    """
+    parts = []
+    for version, figures in sorted(content.figures.items()):
+        lines = [
+            f"      {json.dumps(name)}: {json.dumps(values.model_dump())}"
+            for name, values in figures.items()
+        ]
+        parts.append(f"    {json.dumps(version)}: {{\n" + ",\n".join(lines) + "\n    }")
+    body = ",\n".join(parts)
+    FILE.write_text(
+        f'{{\n  "yosys": {json.dumps(content.yosys)},\n  "figures": {{\n{body}\n  }}\n}}\n'
+    )

@@ -1,0 +1,1 @@
+"""Measurements and comparisons: precision, validation, experiments, the tables of the thesis."""

@@ -1,0 +1,271 @@
+"""Ways to refocus a raw image, to compare with each other.
+
+All take a grey raw image, M and a', and give the refocused image in grey levels, at the raw image's
+size (pixels) or with a value for each micro lens.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from plenofir.camera.lightfield.fourier import fourier_slice
+from plenofir.camera.lightfield.indexing import views
+from plenofir.refocus import (
+    ExactArithmetic,
+    StoredProductArithmetic,
+    output_offset,
+    refocus,
+    refocus_sums,
+)
+from plenofir.refocus.operator import Image
+
+Floats = npt.NDArray[np.floating[Any]]
+Work = Callable[[Any, int, int], Any]
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to refocus.
+
+    Attributes
+    ----------
+    name
+        Name for tables.
+    work
+        Takes a raw image, M and a'.
+    lenses
+        Whether the result has a value for each micro lens, not for each pixel.
+    order
+        Order of the interpolation that it computes, or None if it is of another kind: then it is
+        compared with the truth alone.
+    hardware
+        Arithmetic, if it is the core's.
+    peer
+        Whether it is other software, which may not run with the libraries at hand.
+    """
+
+    name: str
+    work: Work
+    lenses: bool = False
+    order: int | None = 0
+    hardware: StoredProductArithmetic | ExactArithmetic | None = None
+    peer: bool = False
+
+
+def exact_sums(raw: Image, m: int, shift: int, order: int = 0) -> npt.NDArray[np.longdouble]:
+    """Value of the operator, sums in integers and one division in extended precision.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    m, shift, order
+        M, a', order of the interpolation.
+
+    Returns
+    -------
+    numpy.ndarray
+        S2 / M^(2 + 2 order) in grey levels, shape of `raw`.
+    """
+    sums = refocus_sums(raw, m, shift, order=order)
+    return np.asarray(sums.astype(np.longdouble) / m ** (2 + 2 * order))
+
+
+def shift_and_sum(raw: Any, m: int, shift: int, kind: type[np.floating[Any]]) -> Floats:
+    """Mean of the shifted sub-aperture images, each repeated M times, in floating point.
+
+    Parameters
+    ----------
+    raw
+        Raw image, any type.
+    m, shift
+        M, a'.
+    kind
+        Floating point type of the sums.
+
+    Returns
+    -------
+    Floats
+        Shape of `raw`.
+    """
+    x = raw.astype(kind)
+    offset = output_offset(m, shift, "centred")
+    total = np.zeros(raw.shape, kind)
+    places = []
+    for length in raw.shape:
+        out = np.arange(length) + offset
+        sources = [m * ((out - u * shift) // m) + u for u in range(m)]
+        places.append([(k, (k >= 0) & (k < length)) for k in sources])
+    for rows, row_there in places[0]:
+        for columns, column_there in places[1]:
+            part = x[np.ix_(rows[row_there], columns[column_there])]
+            total[np.ix_(row_there, column_there)] += part
+    return np.asarray(total / kind(m * m))
+
+
+def running_sums(raw: Any, m: int, shift: int, kind: Any) -> Any:
+    """Re-ordering and cumulative sums with NumPy, separable.
+
+    Parameters
+    ----------
+    raw
+        Raw image, any type.
+    m, shift
+        M, a'.
+    kind
+        Type of the sums; integers are divided with rounding, halves up.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape of `raw`.
+    """
+    sums = np.ascontiguousarray(raw).astype(kind)
+    offset = output_offset(m, shift, "centred")
+    for axis in (1, 0):
+        length = sums.shape[axis]
+        p = np.arange(offset - m + 1, offset + length)
+        entering = np.zeros((*sums.shape[:axis], p.size, *sums.shape[axis + 1 :]), kind)
+        for u in np.arange(m)[np.isin(np.arange(m) * shift % m, p % m)]:
+            # y[p] is the sum of the pixels with M j + u a' = p.
+            source = p - u * (shift - 1)
+            there = ((p - u * shift) % m == 0) & (source >= 0) & (source < length)
+            if axis == 1:
+                entering[:, there] += sums[:, source[there]]
+            else:
+                entering[there] += sums[source[there]]
+        total = np.cumsum(entering, axis=axis, dtype=kind)
+        if axis == 1:
+            sums = total[:, m - 1 :].copy()
+            sums[:, 1:] -= total[:, : length - 1]
+        else:
+            sums = total[m - 1 :].copy()
+            sums[1:] -= total[: length - 1]
+    if np.issubdtype(kind, np.integer):
+        return ((sums + m * m // 2) // (m * m)).astype(raw.dtype)
+    return sums / kind(m * m)
+
+
+def shifted_by_interpolation(raw: Image, m: int, shift: int, order: int) -> Floats:
+    """Mean of the sub-aperture images, each shifted between its samples by a spline.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    m, shift
+        M, a'.
+    order
+        Order of the spline: 0 nearest, 1 linear, 3 cubic.
+
+    Returns
+    -------
+    Floats
+        A value for each micro lens.
+    """
+    images, c = views(raw, m).astype(np.float64), (m - 1) / 2
+    total = np.zeros(images.shape[2:])
+    for v in range(m):
+        for u in range(m):
+            move = (shift / m * (v - c), shift / m * (u - c))
+            total += ndimage.shift(images[v, u], move, order=order, mode="constant")
+    return total / (m * m)
+
+
+def _plenopticam(raw: Image, m: int, shift: int) -> Floats:
+    """Shift and sum of plenopticam, normalised by what it makes of a white picture."""
+    from plenopticam.cfg import PlenopticamConfig
+    from plenopticam.lfp_refocuser import LfpShiftAndSum
+    from plenopticam.misc import PlenopticamStatus
+
+    def run(image: Any) -> Any:
+        settings = PlenopticamConfig()
+        settings.default_values()
+        a = Fraction(shift, m)
+        settings.params[settings.ptc_leng] = m
+        fine = a.denominator > 1
+        settings.params[settings.ran_refo] = [shift, shift + 1] if fine else [int(a), int(a) + 1]
+        settings.params[settings.opt_prnt] = False
+        settings.params[settings.opt_refi] = fine
+        field = views(image, m).astype(np.float64)[..., np.newaxis]
+        made = LfpShiftAndSum(vp_img_arr=field, cfg=settings, sta=PlenopticamStatus())
+        made.main()
+        return np.asarray(made.refo_stack)[0, ..., 0]
+
+    white = run(np.full(raw.shape, 255, raw.dtype))
+    middle = float(white[white.shape[0] // 2, white.shape[1] // 2])
+    return np.asarray(run(raw) * 255.0 / middle)
+
+
+def software() -> list[Method]:
+    """Every way in software.
+
+    Returns
+    -------
+    list of Method
+        This refocuser first; plenopticam where it is installed.
+    """
+
+    def fast(raw: Image, m: int, shift: int, order: int = 0) -> Image:
+        return refocus(raw, m, Fraction(shift, m), interpolation=order)
+
+    exact = ExactArithmetic()
+    names = {0: "nearest", 1: "linear", 3: "cubic"}
+    found = [Method("refocus", fast)]
+    found += [
+        Method(f"refocus, {names[order]}", partial(fast, order=order), order=order)
+        for order in (1, 3)
+    ]
+    found += [
+        Method("reference (gather)", exact.refocus),
+        Method("NumPy, separable int32", partial(running_sums, kind=np.int32)),
+        Method("running sums, float32", partial(running_sums, kind=np.float32)),
+        Method("running sums, float64", partial(running_sums, kind=np.float64)),
+        Method("shift and sum, float32", partial(shift_and_sum, kind=np.float32)),
+        Method("shift and sum, float64", partial(shift_and_sum, kind=np.float64)),
+    ]
+    found += [
+        Method(
+            f"shift and sum, {name}",
+            partial(shifted_by_interpolation, order=order),
+            lenses=True,
+            order=None,
+        )
+        for order, name in names.items()
+    ]
+    for width, oversampling in ((1.5, 2.0), (2.5, 2.0), (3.5, 1.25), (3.5, 2.0), (6.0, 2.0)):
+
+        def slice_(
+            raw: Image, m: int, shift: int, w: float = width, o: float = oversampling
+        ) -> Any:
+            return fourier_slice(raw, m, shift / m, width=w, oversampling=o)
+
+        name = f"Fourier slice, window {width:g}, oversampling {oversampling:g}"
+        found.append(Method(name, slice_, lenses=True, order=None))
+    if find_spec("plenopticam") is not None:
+        found.append(Method("plenopticam", _plenopticam, lenses=True, order=None, peer=True))
+    return found
+
+
+def hardware() -> list[Method]:
+    """The core's arithmetic, bit-true: exact, and stored products with F and G bits.
+
+    Returns
+    -------
+    list of Method
+        F = 0 .. 10, G = 0 .. 4 (G at most F).
+    """
+    found = [Method("core, exact", ExactArithmetic().refocus, hardware=ExactArithmetic())]
+    for fraction in range(11):
+        for guard in range(min(fraction, 4) + 1):
+            arithmetic = StoredProductArithmetic(fraction_bits=fraction, guard_bits=guard)
+            name = f"core, F = {fraction}, G = {guard}"
+            found.append(Method(name, arithmetic.refocus, hardware=arithmetic))
+    return found

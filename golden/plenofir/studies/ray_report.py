@@ -1,0 +1,366 @@
+"""The report on the ray model: Markdown with figures."""
+
+import statistics
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from math import inf, isinf
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from plenofir.camera.optics.prescription import shipped_lenses
+from plenofir.camera.rays.camera import load_camera
+from plenofir.camera.rays.intersections import (
+    image_side_distance,
+    iterated_image_distance,
+    object_side_distance,
+)
+from plenofir.camera.rays.model import RayModel
+from plenofir.camera.rays.real import compare_distances, real_micro_image_centres
+from plenofir.errors import InputError
+from plenofir.studies.ray_stability import CASES, Outcome, _error, oracle_distance, oracle_extension
+from plenofir.studies.ray_validation import Check, all_checks
+from plenofir.studies.thesis_tables import load_table
+
+Progress = Callable[[str, int, int], None]
+_FLOOR = 1e-17
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Format a Markdown table.
+
+    Parameters
+    ----------
+    heads
+        Column heads.
+    rows
+        Cells.
+
+    Returns
+    -------
+    list of str
+        Lines, an empty one last.
+    """
+    lines = [f"| {' | '.join(heads)} |", "| " + " | ".join("---" for _ in heads) + " |"]
+    return [*lines, *(f"| {' | '.join(row)} |" for row in rows), ""]
+
+
+def _magnitude(error: float) -> str:
+    return "no number" if isinf(error) else f"{error:.1e}"
+
+
+def _validation(checks: list[Check]) -> list[str]:
+    lines = [
+        "## The thesis's predictions",
+        "",
+        "Every prediction of the thesis that the repository's copy of its tables holds, computed "
+        "anew. A number agrees if it rounds to the printed digits; distances in mm may differ by "
+        "1e-4 more, because the printed ones come from image distances rounded to four decimals.",
+        "",
+    ]
+    rows = []
+    for name in dict.fromkeys(check.table for check in checks):
+        group = [check for check in checks if check.table == name]
+        errata = [check for check in group if check.erratum]
+        agree = sum(check.agrees for check in group if not check.erratum)
+        rows.append(
+            [name, str(len(group)), f"{agree} of {len(group) - len(errata)}", str(len(errata))]
+        )
+    lines += table(["table", "numbers", "agree", "known errata"], rows)
+    notes = dict.fromkeys(f"{c.table}: {c.erratum}" for c in checks if c.erratum)
+    lines += [f"- {note}" for note in notes]
+    lines += ["", "<details><summary>All numbers</summary>", ""]
+    lines += table(
+        ["table", "row", "quantity", "printed", "computed", ""],
+        [
+            [
+                c.table,
+                c.row,
+                c.quantity,
+                c.printed.text,
+                f"{c.computed:.6f}",
+                "agrees" if c.agrees else ("erratum" if c.erratum else "differs"),
+            ]
+            for c in checks
+        ],
+    )
+    return [*lines, "</details>", ""]
+
+
+def _real_rays(folder: Path) -> list[str]:
+    lines = [
+        "## Real rays",
+        "",
+        "The f100 lens of the text from its prescription: micro image centres from real chief rays "
+        "beside the text's simulation.",
+        "",
+    ]
+    rows = []
+    for number in ("5.3", "5.4"):
+        part = load_table(number).part("a")
+        extension = part.settings["b_u_mm"] - 99.5044
+        for row in part.rows:
+            position = np.array([row["s_over_p_m"] * 0.125])
+            found = float(real_micro_image_centres("f100", position, extension)[0])
+            printed = row.numbers["simulated_mm"]
+            cells = [f"{number}a", f"{row['s_over_p_m']:g}", printed.text, f"{found:.5f}"]
+            rows.append([*cells, f"{abs(found - printed.value):.1e}"])
+    lines += table(["table", "micro lens", "printed / mm", "traced / mm", "difference"], rows)
+    lines += [
+        "Refocusing distances predicted by the ray model and found with real rays, M = 13, micro "
+        "lenses (II), focus at infinity, 550 nm. The text's predictions stay within 0.35 % of its "
+        "simulation.",
+        "",
+        "![Deviation from real rays](real_rays.png)",
+        "",
+    ]
+    settings = np.array([0.5, 1.0, 2.0, 3.0, 4.0])
+    figure, axes = plt.subplots(figsize=(8, 4), constrained_layout=True)
+    rows = []
+    for lens in shipped_lenses():
+        worst = 0.0
+        for border in (1, 0, -1):
+            comparison = compare_distances(lens, settings, 13, border=border)
+            worst = max(worst, float(np.abs(comparison.deviation_percent).max()))
+        plane = compare_distances(lens, settings, 13)
+        axes.plot(settings, plane.deviation_percent, marker="o", label=lens)
+        pairs = zip(plane.predicted, plane.real, strict=True)
+        rows.append([lens, *(f"{p:.4f} / {r:.4f}" for p, r in pairs), f"{worst:.3f} %"])
+    axes.set_xlabel("a")
+    axes.set_ylabel("(predicted - real) / predicted in percent")
+    axes.legend(fontsize=8)
+    axes.grid(alpha=0.3)
+    figure.savefig(folder / "real_rays.png", dpi=110)
+    plt.close(figure)
+    heads = ["lens", *(f"a = {a:g}: predicted / real" for a in settings)]
+    return lines + table([*heads, "largest deviation, borders too"], rows)
+
+
+def _stability(folder: Path, outcomes: list[Outcome]) -> list[str]:
+    lines = [
+        "## Numerical stability",
+        "",
+        "Relative error against an oracle of 700 digits, worst case of each group, and the text's "
+        "formulas beside it. Where there is no distance, the model says so by name (`infinity`, "
+        '`beyond infinity`); "no number" means that a formula gave inf or nan, or a number where '
+        "there is none.",
+        "",
+        "![Relative errors](stability.png)",
+        "",
+    ]
+    ways = list(dict.fromkeys(way for outcome in outcomes for way in outcome.naive))
+    rows = []
+    groups = dict.fromkeys(outcome.group for outcome in outcomes)
+    for group in groups:
+        members = [outcome for outcome in outcomes if outcome.group == group]
+        cells = [group, str(len(members)), _magnitude(max(o.error for o in members))]
+        for way in ways:
+            errors = [o.naive[way] for o in members if way in o.naive]
+            cells.append(_magnitude(max(errors)) if errors else "")
+        rows.append(cells)
+    lines += table(["group", "cases", "plenofir", *ways], rows)
+    lines += ["<details><summary>All cases</summary>", ""]
+    lines += table(
+        ["group", "case", "value", "state", "plenofir", *ways],
+        [
+            [
+                o.group,
+                o.case,
+                "none" if o.want is None else f"{o.want:.10g}",
+                o.state,
+                _magnitude(o.error),
+                *(_magnitude(o.naive[way]) if way in o.naive else "" for way in ways),
+            ]
+            for o in outcomes
+        ],
+    )
+    lines += ["</details>", ""]
+
+    figure, axes = plt.subplots(figsize=(9, 5), constrained_layout=True)
+    place = {group: index for index, group in enumerate(groups)}
+    for way, marker in (("plenofir", "o"), *zip(ways, "sx^v*", strict=False)):
+        points = [
+            (o.error if way == "plenofir" else o.naive.get(way), place[o.group]) for o in outcomes
+        ]
+        shown = [(min(max(e, _FLOOR), 10.0), y) for e, y in points if e is not None]
+        offset = {"plenofir": 0.15}.get(way, -0.1)
+        axes.plot(
+            [e for e, _ in shown], [y + offset for _, y in shown], marker, label=way, alpha=0.6
+        )
+    axes.axvline(1e-12, color="0.5", linestyle=":")
+    axes.set_xscale("log")
+    axes.set_yticks(range(len(groups)), list(groups))
+    axes.set_xlabel("relative error (10: no number)")
+    axes.legend(fontsize=8)
+    figure.savefig(folder / "stability.png", dpi=110)
+    plt.close(figure)
+    return lines
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Error and run time of one way to the distances of planes.
+
+    Attributes
+    ----------
+    way
+        Which one.
+    error
+        Largest relative error against the oracle (real rays: deviation of the paraxial model).
+    nanoseconds
+        Run time for each plane of an array.
+    microseconds_single
+        Run time of a call for one plane.
+    """
+
+    way: str
+    error: float
+    nanoseconds: float
+    microseconds_single: float
+
+
+def _median(work: Callable[[], object], runs: int) -> float:
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def error_against_run_time() -> list[Timing]:
+    """Measure all ways to the distance of a plane: error and run time.
+
+    The planes lie between 0.25 m and 100 m; f100 focused to infinity, M = 13.
+
+    Returns
+    -------
+    list of Timing
+        Closed form, image side, object side, real rays; and for focus settings closed form
+        and iteration.
+    """
+    camera = load_camera("f100-mla2")
+    model = RayModel.focused(camera, inf, 13)
+    settings = np.geomspace(
+        float(model.focus_setting(100_000.0)), float(model.focus_setting(250.0)), 100_000
+    )
+    sample = settings[:: len(settings) // 50]
+    want = [oracle_distance(model, oracle_extension(1, 0, inf), float(a), 0) for a in sample]
+    ways: tuple[tuple[str, Callable[[np.ndarray], np.ndarray]], ...] = (
+        ("closed form", lambda a: model.distance(a).mm),
+        ("image side", lambda a: image_side_distance(model, a)),
+        ("object side", lambda a: object_side_distance(model, a)),
+    )
+    timings = []
+    one = np.array([0.5])
+    for name, way in ways:
+        error = max(_error(float(got), w) for got, w in zip(way(sample), want, strict=True))
+        array = _median(lambda way=way: way(settings), 9) / len(settings)  # type: ignore[misc]
+        single = _median(lambda way=way: way(one), 301)  # type: ignore[misc]
+        timings.append(Timing(name, error, array * 1e9, single * 1e6))
+    traced = compare_distances("f100", settings[:10_000], 13)
+    error = float(np.nanmax(np.abs(traced.deviation_percent))) / 100
+    array = _median(lambda: compare_distances("f100", settings[:10_000], 13), 3) / 10_000
+    single = _median(lambda: compare_distances("f100", np.array([0.5]), 13), 21)
+    timings.append(Timing("real rays", error, array * 1e9, single * 1e6))
+
+    lens = camera.main_lens
+    f, separation = lens.focal_length_mm, lens.principal_plane_separation_mm
+    focuses = np.geomspace(500.0, 1e7, 40)
+    exact = [oracle_extension(f, separation, float(d)) for d in focuses]
+
+    def iterated(d: float) -> float:
+        return iterated_image_distance(f, separation, d)[0] - f
+
+    def closed(d: float) -> float:
+        return RayModel.focused(camera, d, 13).extension_mm
+
+    for name, solve in (("focus, closed form", closed), ("focus, iteration", iterated)):
+        error = max(_error(solve(float(d)), e) for d, e in zip(focuses, exact, strict=True))
+        single = _median(lambda solve=solve: [solve(float(d)) for d in focuses], 9)  # type: ignore[misc]
+        timings.append(Timing(name, error, single / 40 * 1e9, single / 40 * 1e6))
+    return timings
+
+
+def _run_time(folder: Path, timings: list[Timing]) -> list[str]:
+    figure, axes = plt.subplots(figsize=(8, 4), constrained_layout=True)
+    for timing in timings:
+        axes.plot(timing.nanoseconds, max(timing.error, _FLOOR), "o")
+        axes.annotate(
+            f"  {timing.way}", (timing.nanoseconds, max(timing.error, _FLOOR)), fontsize=8
+        )
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("run time in nanoseconds for each plane")
+    axes.set_ylabel("largest relative error")
+    axes.margins(0.2)
+    axes.grid(alpha=0.3)
+    figure.savefig(folder / "run_time.png", dpi=110)
+    plt.close(figure)
+    return [
+        "## Error against run time",
+        "",
+        "Planes between 0.25 m and 100 m (f100, infinity focus, M = 13), arrays of 100,000 planes "
+        "and calls for one; focus settings from 0.5 m to 10 km, one call each. For real rays the "
+        "error is the deviation of the paraxial model from them.",
+        "",
+        "![Error against run time](run_time.png)",
+        "",
+        *table(
+            ["way", "largest relative error", "ns a plane", "µs a call"],
+            [
+                [t.way, f"{t.error:.1e}", f"{t.nanoseconds:.0f}", f"{t.microseconds_single:.0f}"]
+                for t in timings
+            ],
+        ),
+    ]
+
+
+def write_report(folder: Path, progress: Progress | None = None) -> Path:
+    """Write the report.
+
+    Parameters
+    ----------
+    folder
+        Folder for ``report.md`` and its figures.
+    progress
+        Called with the step's name, what is done and what there is to do.
+
+    Returns
+    -------
+    Path
+        The report.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written.
+    """
+
+    def tell(step: str, done: int) -> None:
+        if progress is not None:
+            progress(step, done, 4)
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tell("the thesis's predictions", 0)
+        lines = ["# The ray model: validation and stability", "", *_validation(all_checks())]
+        tell("real rays", 1)
+        lines += _real_rays(folder)
+        tell("numerical stability", 2)
+        lines += _stability(folder, [outcome for cases in CASES for outcome in cases()])
+        tell("error against run time", 3)
+        lines += _run_time(folder, error_against_run_time())
+        path = folder / "report.md"
+        path.write_text("\n".join(lines))
+    except OSError as error:
+        raise InputError(
+            f"cannot be written ({error.strerror})", where=str(folder), expected="a folder to write"
+        ) from None
+    return path

@@ -1,0 +1,335 @@
+"""Stiff and extreme cases: the ray model and the text's formulas against a high-precision oracle.
+
+The oracle evaluates the definitions to 700 digits (mpmath): two rays, their intersection, the lens
+equation. It shares no formula with `RayModel`.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import inf, isnan
+from typing import Any
+
+from mpmath import mp, mpf
+
+from plenofir.camera.optics.dispersion import MICRO_LENS_SELLMEIER, naive_sellmeier_index
+from plenofir.camera.optics.micro_lens import plano_convex
+from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor, load_camera
+from plenofir.camera.rays.intersections import (
+    image_side_distance,
+    iterated_image_distance,
+    object_side_distance,
+)
+from plenofir.camera.rays.model import RayModel, State
+
+DIGITS = 700
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One extreme case.
+
+    Attributes
+    ----------
+    group
+        What makes it hard.
+    case
+        What it is.
+    want
+        The oracle's number, or None where there is none.
+    state
+        What the model says of the plane.
+    error
+        Relative error of the model; 0 where both say that there is no number.
+    naive
+        Relative errors of the text's ways, by name; inf where they give no number.
+    """
+
+    group: str
+    case: str
+    want: float | None
+    state: str
+    error: float
+    naive: dict[str, float]
+
+
+def oracle_extension(f: float, separation: float, focus: float) -> Any:
+    """Extension b_U - f_U that focuses a lens (Eq. 5.16), to 700 digits.
+
+    Parameters
+    ----------
+    f, separation, focus
+        f_U, H1H2, d_f in mm.
+
+    Returns
+    -------
+    mpf
+        Root of a_U = d_f - b_U - H1H2 and 1/f_U = 1/a_U + 1/b_U that is nearer to f_U, less f_U.
+    """
+    with mp.workdps(DIGITS):
+        if focus == inf:
+            return mpf(0)
+        # b_U^2 - S b_U + S f_U = 0.
+        total = mpf(focus) - mpf(separation)
+        return (total - mp.sqrt(total * total - 4 * total * mpf(f))) / 2 - mpf(f)
+
+
+def oracle_distance(model: RayModel, extension: Any, a: float, border: int) -> Any:
+    """Distance of a plane (0) or of its near (1) or far (-1) border, to 700 digits.
+
+    Parameters
+    ----------
+    model
+        The model whose camera is meant.
+    extension
+        b_U - f_U as an mpf.
+    a
+        Focus setting.
+    border
+        1, 0 or -1.
+
+    Returns
+    -------
+    mpf or None
+        d from the micro lenses; None where the rays are parallel.
+    """
+    camera = model.camera
+    with mp.workdps(DIGITS):
+        f = mpf(camera.main_lens.focal_length_mm)
+        separation = mpf(camera.main_lens.principal_plane_separation_mm)
+        pupil = mpf(camera.main_lens.exit_pupil_mm) + extension
+        focal, pitch = mpf(camera.micro_lenses.focal_length_mm), mpf(camera.micro_lenses.pitch_mm)
+        pixel = mpf(camera.sensor.pixel_pitch_mm)
+        c = mpf(model.micro_image_size - 1) / 2
+        image_distance = f + extension
+        rays = []
+        for sign in (1, -1):
+            lens = sign * mpf(a) * c * pitch
+            sample = lens * (1 + focal / pupil) - sign * (c - mpf(border) / 2) * pixel
+            slope = (lens - sample) / focal
+            start = lens + sign * mpf(border) * pitch / 2
+            height = start + slope * image_distance
+            rays.append((slope - height / f, height))
+        (slope1, height1), (slope2, height2) = rays
+        if abs(slope1 - slope2) <= mpf(10) ** (50 - DIGITS):
+            return None
+        return image_distance + separation + (height2 - height1) / (slope1 - slope2)
+
+
+def _error(got: float, want: Any) -> float:
+    if want is None:
+        return 0.0 if isnan(got) else inf
+    if isnan(got) or got in (inf, -inf):
+        return inf
+    with mp.workdps(DIGITS):
+        return float(abs((mpf(got) - want) / want))
+
+
+def _plane(
+    group: str, case: str, model: RayModel, a: float, *, focus: float | None = None, border: int = 0
+) -> Outcome:
+    extension = (
+        mpf(0)
+        if focus is None
+        else oracle_extension(
+            model.camera.main_lens.focal_length_mm,
+            model.camera.main_lens.principal_plane_separation_mm,
+            focus,
+        )
+    )
+    want = oracle_distance(model, extension, a, border)
+    found = {1: model.near_border, 0: model.distance, -1: model.far_border}[border](a)
+    state, got = found.state(), float(found.mm)
+    if state in (State.INFINITY, State.BEYOND_INFINITY):
+        # No number is due; the oracle must say so too: parallel, or behind the front of the lens.
+        nothing = want is None if state is State.INFINITY else want is not None
+        error = 0.0 if isnan(got) and nothing else inf
+    else:
+        error = _error(got, want)
+    naive = {
+        "image side": _error(float(image_side_distance(model, a, border)), want),
+        "object side": _error(float(object_side_distance(model, a, border)), want),
+    }
+    return Outcome(group, case, None if want is None else float(want), state.value, error, naive)
+
+
+MICROSCOPE = Camera(
+    name="microscope",
+    main_lens=MainLens(focal_length_mm=4.0, principal_plane_separation_mm=-1.5, exit_pupil_mm=180),
+    micro_lenses=MicroLensArray(focal_length_mm=2.5, pitch_mm=0.1),
+    sensor=Sensor(pixel_pitch_mm=0.0065),
+)
+TELESCOPE = Camera(
+    name="telescope",
+    main_lens=MainLens(
+        focal_length_mm=8000.0, principal_plane_separation_mm=20, exit_pupil_mm=7900
+    ),
+    micro_lenses=MicroLensArray(focal_length_mm=1.25, pitch_mm=0.125),
+    sensor=Sensor(pixel_pitch_mm=0.009),
+)
+
+
+def plane_cases() -> Iterator[Outcome]:
+    """Planes: near and beyond infinity, inside the lens, small and large M, odd cameras.
+
+    Yields
+    ------
+    Outcome
+        One for each case.
+    """
+    camera = load_camera("f193-mla2")
+    at_infinity = RayModel.focused(camera, inf, 13)
+    for power in (-1, -3, -6, -9, -12, -100, -300):
+        for sign in (1, -1):
+            yield _plane(
+                "a near 0, b_U = f_U", f"a = {sign}e{power}", at_infinity, sign * 10.0**power
+            )
+    yield _plane("a near 0, b_U = f_U", "a = 0", at_infinity, 0.0)
+
+    focused = RayModel.focused(camera, 1500.0, 13)
+    for border, name in ((0, "plane"), (1, "near border"), (-1, "far border")):
+        kind = {0: "centre", 1: "near", -1: "far"}[border]
+        limit = float(focused.focus_setting(inf, kind))  # type: ignore[arg-type]
+        for power in (-2, -5, -8, -11, -14):
+            for sign in (1, -1):
+                a = limit * (1 + sign * 10.0**power)
+                case = f"{name}, a = limit (1 {'+' if sign > 0 else '-'} 1e{power})"
+                yield _plane("planes near infinity", case, focused, a, focus=1500.0, border=border)
+    for a in (-5.0, -2.0, 3.0, 10.0, 100.0, 1e6):
+        yield _plane("far from focus, inside the lens", f"a = {a:g}", focused, a, focus=1500.0)
+    pole = camera.sensor.pixel_pitch_mm / camera.micro_lenses.focal_length_mm
+    pole *= camera.main_lens.exit_pupil_mm / camera.micro_lenses.pitch_mm
+    for power in (-3, -7, -11, -15):
+        for sign in (1, -1):
+            a = pole * (1 + sign * 10.0**power)
+            case = f"a = pole (1 {'+' if sign > 0 else '-'} 1e{power})"
+            yield _plane("parallel behind the micro lenses", case, at_infinity, a)
+    for size in (2, 3, 99):
+        model = RayModel.focused(camera, inf, size)
+        for border, name in ((0, "plane"), (1, "near border"), (-1, "far border")):
+            for a in (0.0, 1.0, 1.0 / size, -1.0 / size):
+                case = f"M = {size}, {name}, a = {a:.3g}"
+                yield _plane("small and large M", case, model, a, border=border)
+    for odd, focuses in ((MICROSCOPE, (inf, 25.0, 14.6)), (TELESCOPE, (inf, 1e9, 1e6, 32100.0))):
+        for focus in focuses:
+            model = RayModel.focused(odd, focus, 11)
+            for a in (-1.0, -1e-6, 1e-6, 1.0):
+                case = f"{odd.name}, d_f = {focus:g}, a = {a:g}"
+                yield _plane("microscope and telescope", case, model, a, focus=focus)
+
+
+def focus_cases() -> Iterator[Outcome]:
+    """Focus distances: very far, and near 1:1 imaging.
+
+    Yields
+    ------
+    Outcome
+        Relative errors of the extension b_U - f_U.
+    """
+    camera = load_camera("f193-mla2")
+    lens = camera.main_lens
+    f, separation = lens.focal_length_mm, lens.principal_plane_separation_mm
+    nearest = 4 * f + separation
+    cases = [("far focus", d) for d in (1e4, 1e5, 1e6, 1e7, 1e8, 1e9)]
+    cases += [("1:1 imaging", nearest * (1 + 10.0**power)) for power in (-1, -4, -8, -12)]
+    for group, focus in cases:
+        want = oracle_extension(f, separation, focus)
+        got = RayModel.focused(camera, focus, 13).extension_mm
+        total = focus - separation
+        quadratic = (total - (total * total - 4 * total * f) ** 0.5) / 2 - f
+        # Near 1:1 the iteration hardly moves at all; it is given up after a thousand steps.
+        iterated, _ = iterated_image_distance(f, separation, focus, limit=1000)
+        naive = {
+            "quadratic formula": _error(quadratic, want),
+            "iteration": _error(iterated - f, want),
+        }
+        case = f"d_f = {focus:.15g} mm"
+        yield Outcome(group, case, float(want), "real", _error(got, want), naive)
+
+
+def view_cases() -> Iterator[Outcome]:
+    """Virtual cameras: small and large tilts, depths near and beyond the zero-disparity plane.
+
+    Yields
+    ------
+    Outcome
+        Relative errors of tilt and depth.
+    """
+    camera = load_camera("f193-mla2")
+    lens, array = camera.main_lens, camera.micro_lenses
+    for focus in (1e9, 1e6, 3000.0, 800.0):
+        model = RayModel.focused(camera, focus, 13)
+        extension = oracle_extension(
+            lens.focal_length_mm, lens.principal_plane_separation_mm, focus
+        )
+        with mp.workdps(DIGITS):
+            f, pupil = mpf(lens.focal_length_mm), mpf(lens.exit_pupil_mm)
+            slope = mpf(camera.sensor.pixel_pitch_mm) / mpf(array.focal_length_mm)
+            first, second = 2 * slope * extension / f, 8 * slope * extension / f
+            tilt = mp.degrees(mp.atan(first) - mp.atan(second))
+            base = 6 * slope * f * (pupil + extension) / pupil
+            unit = mpf(array.pitch_mm) * pupil / ((pupil + extension) * f)
+            depth = base / (mpf(2) * unit + mp.tan(mp.atan(second) - mp.atan(first)))
+        got = float(model.tilt(6, view=2))
+        yield Outcome(
+            "virtual cameras",
+            f"tilt, d_f = {focus:g}",
+            float(tilt),
+            "real",
+            _error(got, tilt),
+            {},
+        )
+        found = model.depth(2.0, 6, view=2)
+        yield Outcome(
+            "virtual cameras",
+            f"depth at 2 px, d_f = {focus:g}",
+            float(depth),
+            found.state().value,
+            _error(float(found.mm), depth),
+            {},
+        )
+
+
+def optics_cases() -> Iterator[Outcome]:
+    """Glass with cancelling terms (Eq. 5.7), and micro lenses with a plane side.
+
+    Yields
+    ------
+    Outcome
+        Relative errors of refractive indices and of principal plane separations.
+    """
+    glass = MICRO_LENS_SELLMEIER
+    for wavelength in (300.0, 400.0, 486.1, 550.0, 656.3, 1000.0, 2500.0):
+        with mp.workdps(DIGITS):
+            square = (mpf(wavelength) / 1000) ** 2
+            terms = zip(glass.strengths, glass.resonances_um2, strict=True)
+            # The coefficients as they are printed.
+            total = sum(mpf(repr(b)) * square / (square - mpf(repr(c))) for b, c in terms)
+            want = mp.sqrt(1 + total)
+        naive = float(naive_sellmeier_index(glass, wavelength))
+        yield Outcome(
+            "cancelling Sellmeier terms",
+            f"{wavelength:g} nm",
+            float(want),
+            "real",
+            _error(float(glass.index(wavelength)), want),
+            {"term by term": _error(naive, want)},
+        )
+    for focal, thickness in ((1.25, 1.1), (2.75, 1.1), (0.025, 0.01), (1e6, 1.1)):
+        lens = plano_convex(focal, thickness, 1.5626)
+        with mp.workdps(DIGITS):
+            index = mpf(1.5626)
+            separation = mpf(thickness) * (1 - 1 / index)
+        for name, got, want in (
+            ("focal length", lens.focal_length_mm, mpf(focal)),
+            ("principal planes", lens.principal_plane_separation_mm, separation),
+        ):
+            case = f"{name}, f_s = {focal:g} mm"
+            yield Outcome("plane surfaces", case, float(want), "real", _error(got, want), {})
+
+
+CASES: tuple[Callable[[], Iterator[Outcome]], ...] = (
+    plane_cases,
+    focus_cases,
+    view_cases,
+    optics_cases,
+)

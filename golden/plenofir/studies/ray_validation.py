@@ -1,0 +1,247 @@
+"""The thesis's printed predictions beside what the ray model says: for tests and the report."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from decimal import Decimal
+from math import inf, isnan
+
+from plenofir.camera.optics.micro_lens import plano_convex
+from plenofir.camera.rays.camera import load_camera
+from plenofir.camera.rays.model import Distances, RayModel, State
+from plenofir.studies.thesis_tables import Cells, Printed, load_table
+
+# The text's numbers come from b_U and d_A' rounded to four decimals, and are themselves rounded.
+_SLACK_MM = 1e-4
+
+
+@dataclass(frozen=True)
+class Check:
+    """One printed number and its counterpart.
+
+    Attributes
+    ----------
+    table
+        Number of the table, with its part.
+    row
+        What the row is for.
+    quantity
+        Name of the number, with its unit.
+    printed
+        The number as printed.
+    computed
+        What the model says.
+    slack
+        What is allowed beyond rounding of the printed number.
+    erratum
+        Why the printed number is known to be wrong, or None.
+    """
+
+    table: str
+    row: str
+    quantity: str
+    printed: Printed
+    computed: float
+    slack: float = 0.0
+    erratum: str | None = None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the two agree to the printed digits."""
+        return self.printed.agrees(self.computed, self.slack)
+
+
+def _as_printed(distances: Distances) -> float:
+    """Distance as the text prints it: planes at and beyond infinity are infinity."""
+    value = float(distances.mm)
+    beyond = (State.INFINITY, State.BEYOND_INFINITY)
+    return inf if isnan(value) and distances.state() in beyond else value
+
+
+def _model(lens: str, mla: str, focus_m: float, micro_image_size: int) -> RayModel:
+    """Model with the rounded image distance of Table 5.2, which the text's tables start from."""
+    camera = load_camera(f"{lens}-mla{len(mla)}")
+    if focus_m == inf:
+        return RayModel(camera, Decimal(0), micro_image_size)
+    for row in load_table("5.2").part().rows:
+        if row.labels["lens"] == lens and row["d_f_m"] == focus_m:
+            image_distance = Decimal(row.numbers["b_u_mm"].text)
+            focal_length = Decimal(str(camera.main_lens.focal_length_mm))
+            return RayModel(camera, image_distance - focal_length, micro_image_size)
+    raise ValueError(f"Table 5.2 has no focus of {focus_m} m for {lens}")
+
+
+def focus_checks() -> Iterator[Check]:
+    """Table 5.2: image distances and exit pupils.
+
+    Yields
+    ------
+    Check
+        One for each printed number.
+    """
+    for row in load_table("5.2").part().rows:
+        lens, focus = row.labels["lens"], row["d_f_m"]
+        model = RayModel.focused(load_camera(f"{lens}-mla2"), 1000 * focus, 13)
+        label = f"{lens}, d_f = {focus:g} m"
+        # H1H2 of f90 and f100 is known to fewer digits than these distances show.
+        slack = 4e-4 if lens in ("f90", "f100") and focus < inf else _SLACK_MM
+        for name, value in (
+            ("b_u_mm", model.image_distance_mm),
+            ("d_exit_mm", model.exit_pupil_mm),
+        ):
+            yield Check("5.2", label, name, row.numbers[name], value, slack)
+
+
+def micro_lens_checks() -> Iterator[Check]:
+    """Table 5.1: micro lenses.
+
+    Yields
+    ------
+    Check
+        One for each printed number that follows from others.
+    """
+    for row in load_table("5.1").part().rows:
+        focal, pitch = row["f_s_mm"], row["p_m_um"] / 1000
+        lens = plano_convex(focal, row["t_s_mm"], row["n"])
+        for name, value in (
+            ("f_number", focal / pitch),
+            ("r1_mm", lens.front_radius_mm),
+            ("h1h2_mm", lens.principal_plane_separation_mm),
+            ("d_s_mm", lens.sensor_distance_mm),
+        ):
+            yield Check("5.1", f"MLA {row.labels['mla']}", name, row.numbers[name], value)
+
+
+def micro_image_checks() -> Iterator[Check]:
+    """Tables 5.3 and 5.4: micro image centres from the principal plane and the exit pupil.
+
+    Yields
+    ------
+    Check
+        One for each printed number.
+    """
+    for number in ("5.3", "5.4"):
+        for part in load_table(number).parts:
+            labels, focus = part.settings.labels, part.settings["d_f_m"]
+            model = _model(labels["lens"], labels["mla"], focus, 13)
+            for row in part.rows:
+                position = float(model.micro_lens_position(row["s_over_p_m"]))
+                label = f"{labels['lens']}, MLA {labels['mla']}, lens {row['s_over_p_m']:g}"
+                for name, origin in (
+                    ("principal_plane_mm", "principal plane"),
+                    ("exit_pupil_mm", "exit pupil"),
+                ):
+                    computed = float(model.micro_image_centre(position, origin))  # type: ignore[arg-type]
+                    # The distances that they come from are rounded to four decimals.
+                    yield Check(number + part.name, label, name, row.numbers[name], computed, 1e-6)
+
+
+def _distance_row(table: str, label: str, model: RayModel, row: Cells) -> Iterator[Check]:
+    a = row["a"]
+    for name, found in (
+        ("predicted_near_mm", model.near_border(a)),
+        ("predicted_mm", model.distance(a)),
+        ("predicted_far_mm", model.far_border(a)),
+    ):
+        if name in row.numbers:
+            value = _as_printed(found)
+            yield Check(table, label, name, row.numbers[name], value, _SLACK_MM, row.erratum)
+
+
+def distance_checks() -> Iterator[Check]:
+    """Tables 5.5, 5.6 and 5.10: refocusing distances and depth of field borders.
+
+    Yields
+    ------
+    Check
+        One for each printed number.
+    """
+    for number in ("5.5", "5.6"):
+        part = load_table(number).part()
+        lens, mla = part.settings.labels["lens"], part.settings.labels["mla"]
+        for row in part.rows:
+            model = _model(lens, mla, row["d_f_m"], int(part.settings["micro_image_px"]))
+            label = f"{lens}, MLA {mla}, d_f = {row['d_f_m']:g} m, a = {row['a']:g}"
+            yield from _distance_row(number, label, model, row)
+    for part in load_table("5.10").parts:
+        settings = part.settings
+        size = int(settings["micro_image_px"])
+        model = _model(settings.labels["lens"], settings.labels["mla"], settings["d_f_m"], size)
+        for row in part.rows:
+            a = row["a"]
+            for name, found in (
+                ("near_cm", model.near_border(a)),
+                ("distance_cm", model.distance(a)),
+                ("far_cm", model.far_border(a)),
+            ):
+                if name in row.numbers:
+                    # Counted from the front of the lens.
+                    value = _as_printed(found) / 10 - settings["front_cm"]
+                    label = f"M = {size}, a = {row.numbers['a'].text}"
+                    yield Check("5.10" + part.name, label, name, row.numbers[name], value)
+
+
+def virtual_camera_checks() -> Iterator[Check]:
+    """Tables 5.8, 5.11, 5.12 and 5.13: virtual cameras and triangulation.
+
+    Yields
+    ------
+    Check
+        One for each printed number.
+    """
+    part = load_table("5.8").part()
+    gap = int(part.settings["gap"])
+    for row in part.rows:
+        lens, mla, focus = row.labels["lens"], row.labels["mla"], row["d_f_m"]
+        model = _model(lens, mla, focus, 13)
+        label = f"{lens}, MLA {mla}, d_f = {focus:g} m"
+        pupil = model.entrance_pupil_from_vertex_mm
+        for name, value in (
+            ("predicted_pupil_mm", inf if pupil is None else pupil),
+            ("predicted_baseline_mm", float(model.baseline(gap))),
+            ("predicted_tilt_deg", float(model.tilt(gap))),
+        ):
+            yield Check("5.8", label, name, row.numbers[name], value)
+    for number, name, cell in (
+        ("5.11", "baseline", "predicted_baseline_mm"),
+        ("5.12", "tilt", "predicted_tilt_deg"),
+    ):
+        for part in load_table(number).parts:
+            settings = part.settings
+            lens, mla, focus = settings.labels["lens"], settings.labels["mla"], settings["d_f_m"]
+            model = _model(lens, mla, focus, 11)
+            for row in part.rows:
+                gap = int(row["gap"] if "gap" in row.numbers else settings["gap"])
+                if cell in row.numbers:
+                    # Table 5.12 prints the size of the tilt.
+                    found = model.baseline(gap) if name == "baseline" else -model.tilt(gap)
+                    label = f"{lens}, G = {gap}"
+                    yield Check(number + part.name, label, cell, row.numbers[cell], float(found))
+                else:
+                    label = f"{lens}, G = {gap}, disparity {row['disparity_px']:g} px"
+                    depth = float(model.depth(row["disparity_px"], gap).mm) / 10
+                    printed = row.numbers["distance_cm"]
+                    yield Check(number + part.name, label, "distance_cm", printed, depth)
+    for row in load_table("5.13").part().rows:
+        name = "wide" if row["f_u_mm"] < 10 else "tele"
+        model = RayModel.focused(load_camera(f"lytro1-{name}"), inf, 9)
+        for gap in (1, 8):
+            cell = f"baseline_{gap}_mm"
+            value = float(model.baseline(gap))
+            yield Check("5.13", f"lytro1-{name}, G = {gap}", cell, row.numbers[cell], value)
+
+
+def all_checks() -> list[Check]:
+    """All printed numbers that the ray model predicts.
+
+    Returns
+    -------
+    list of Check
+        In the order of the tables.
+    """
+    return [
+        *micro_lens_checks(),
+        *focus_checks(),
+        *micro_image_checks(),
+        *distance_checks(),
+        *virtual_camera_checks(),
+    ]

@@ -1,0 +1,304 @@
+"""Calibration: accuracy on images with known centres, damage, bad input, the file."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from plenofir.camera.calibration import (
+    Calibration,
+    Grid,
+    calibrate,
+    load_calibration,
+    text_calibration,
+)
+from plenofir.camera.calibration.frames import grey
+from plenofir.camera.calibration.text_method import normalised, regression, rotated
+from plenofir.camera.synthetic import centres_within, regular_grid, white_image
+from plenofir.errors import InputError
+
+SHAPE = (440, 600)
+
+
+def errors(calibration: Calibration, truth: np.ndarray) -> np.ndarray:
+    """Distance from each true centre to the nearest one found."""
+    found = calibration.centres[~np.isnan(calibration.centres).any(axis=2)]
+    return cKDTree(found).query(truth)[0]
+
+
+def tilted_grid(shape: tuple[int, int], pitch: float, bend: float) -> Grid:
+    """Grid of a tilted array: the pitch changes across the image by about four bends."""
+    grid = regular_grid(shape, pitch, rotation_degrees=-2)
+    centre, down, right = grid.coefficients
+    turned = (-down[1] * bend, down[0] * bend)
+    return Grid(
+        layout="rectangular",
+        order=2,
+        middle=(0.0, 0.0),
+        scale=1.0,
+        coefficients=(centre, down, right, (0.0, bend), turned, (bend, 0.0)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("pitch", "rotation", "options"),
+    [
+        (11.03, 0.1, {}),
+        (11.03, 0.1, {"noise": 0.0, "form": "spot", "radius": 0.2}),
+        (11.03, 0.1, {"radius": 0.5, "softness": 0.3}),
+        (11.03, 0.1, {"layout": "hexagonal-rows"}),
+        (11.03, 2.0, {"layout": "hexagonal-columns"}),
+        (13.889, -3.0, {"form": "square", "radius": 0.46}),
+        (15.4, 1.0, {"form": "square", "radius": 0.485, "softness": 0.5}),
+        (15.4, 0.3, {"form": "spot", "radius": 0.1}),
+        (5.3, 12.0, {}),
+        (4.1, 0.5, {"layout": "hexagonal-rows", "radius": 0.4}),
+        (34.9, 0.0, {}),
+        (11.03, 0.1, {"noise": 0.1, "level": 0.3, "bits": 8}),
+    ],
+)
+def test_centres(pitch, rotation, options) -> None:
+    """Mean error below the goals (0.006 px), no lens missed, none too many."""
+    layout = options.pop("layout", "rectangular")
+    grid = regular_grid(SHAPE, pitch, rotation_degrees=rotation, layout=layout, offset=(0.3, -0.2))
+    calibration = calibrate(white_image(SHAPE, grid, **options))
+    truth = centres_within(grid, SHAPE)
+    distance = errors(calibration, truth)
+    assert distance.mean() < 0.006
+    assert distance.max() < 0.02
+    found = calibration.centres[~np.isnan(calibration.centres[..., 0])]
+    assert np.linalg.norm(grid.nearest(found)[2], axis=1).max() < 0.02
+    # Centres on the very border may count as inside.
+    inside = ((found >= -0.5) & (found <= np.array(SHAPE) - 0.5)).all(axis=1)
+    assert abs(inside.sum() - len(truth)) <= 1
+    assert len(found) - len(truth) <= 4
+    assert calibration.missing == ()
+    assert calibration.grid.layout == layout
+    assert calibration.grid.order == 1
+    assert calibration.grid.pitch == pytest.approx(grid.pitch, rel=1e-4)
+    assert calibration.grid.rotation_degrees == pytest.approx(rotation, abs=0.01)
+
+
+def test_peers_white_image() -> None:
+    """Pitch 11.03, rotated by 0.1 degree, 1100 x 1100, 1 % noise: the best peer has 0.006 px."""
+    shape = (1100, 1100)
+    grid = regular_grid(shape, 11.03, rotation_degrees=0.1)
+    calibration = calibrate(white_image(shape, grid))
+    distance = errors(calibration, centres_within(grid, shape))
+    assert distance.mean() < 0.001
+    assert distance.max() < 0.006
+
+
+@pytest.mark.slow
+def test_large_white_image() -> None:
+    shape = (3201, 3201)
+    grid = regular_grid(shape, 11.0)
+    calibration = calibrate(white_image(shape, grid))
+    distance = errors(calibration, centres_within(grid, shape))
+    assert len(distance) == 291**2
+    assert distance.mean() < 0.006
+
+
+def test_tilt() -> None:
+    shape = (400, 400)
+    grid = tilted_grid(shape, 7.69, 0.003)
+    assert grid.pitch[0] == pytest.approx(7.69)
+    calibration = calibrate(white_image(shape, grid))
+    assert calibration.grid.order == 2
+    assert errors(calibration, centres_within(grid, shape)).mean() < 0.006
+    with pytest.raises(InputError, match="no regular grid"):
+        calibrate(white_image(shape, grid), order=1)
+
+
+@pytest.mark.parametrize("bend", [-1.5, 1.5])
+def test_distortion(bend: float) -> None:
+    """Barrel and pincushion: the third order takes up what grows with the cube of the distance."""
+    shape = (400, 480)
+    flat = regular_grid(shape, 9.37, rotation_degrees=1.0)
+    # Scaled to 25 lenses: there, centres are off by `bend` pixels along the radius.
+    first, *steps = flat.coefficients
+    vectors = [(25 * y, 25 * x) for y, x in steps]
+    down, right = ((bend / 9.37 * y, bend / 9.37 * x) for y, x in steps)
+    grid = Grid(
+        layout="rectangular",
+        order=3,
+        middle=(0.0, 0.0),
+        scale=25.0,
+        coefficients=(first, *vectors, *[(0.0, 0.0)] * 3, down, right, down, right),
+    )
+    calibration = calibrate(white_image(shape, grid))
+    truth = centres_within(grid, shape)
+    assert calibration.grid.order == 3
+    assert errors(calibration, truth).mean() < 0.006
+    assert errors(calibration, truth).max() < 0.03
+    with_tilt_only = calibrate(white_image(shape, grid), order=2)
+    assert errors(with_tilt_only, truth).max() > 0.1
+
+
+def test_damaged_micro_images() -> None:
+    """Missing, dim and merged micro images do not bend the grid."""
+    grid = regular_grid(SHAPE, 11.03, rotation_degrees=1)
+    image = white_image(SHAPE, grid).astype(np.float64)
+    centres = centres_within(grid, SHAPE)
+    order = np.random.default_rng(3).permutation(len(centres))
+    missing, dim, merged = np.split(centres[order[:240]], [40, 100])
+    for group, change in ((missing, 0.0), (dim, 0.15)):
+        for y, x in np.rint(group).astype(int):
+            image[max(0, y - 5) : y + 6, max(0, x - 5) : x + 6] *= change
+    for y, x in np.rint(merged).astype(int):
+        image[max(0, y - 3) : y + 4, max(0, x) : x + 12] = 0.8 * 65535
+    calibration = calibrate(np.rint(image).astype(np.uint16))
+    found = calibration.model_centres[calibration.inside]
+    assert cKDTree(found).query(centres)[0].max() < 0.01
+    lost = errors(calibration, centres) > 1
+    # A merged neighbour may light up a missing micro image.
+    assert 30 <= len(calibration.missing) == lost.sum() <= 40
+    assert (cKDTree(missing).query(centres[lost])[0] < 0.01).all()
+    uneven = {(t, s) for t, s, _ in calibration.uneven}
+    t, s, _ = calibration.grid.nearest(dim)
+    assert len(uneven & set(zip(t.tolist(), s.tolist(), strict=True))) > 50
+
+
+def test_dark_frame_and_colours() -> None:
+    grid = regular_grid((200, 240), 10.3)
+    white = white_image((200, 240), grid, level=0.5)
+    dark = np.full(white.shape, 3000, dtype=np.uint16)
+    lifted = (white + dark).astype(np.uint16)
+    with_dark = calibrate(lifted, dark)
+    assert with_dark.dark_level == 3000
+    assert with_dark.centres == pytest.approx(calibrate(white).centres, abs=2e-3, nan_ok=True)
+    colour = np.stack([white, white // 2, white // 3], axis=2).astype(np.uint16)
+    assert calibrate(colour).centres == pytest.approx(
+        calibrate(white).centres, abs=2e-3, nan_ok=True
+    )
+    assert grey(colour).shape == white.shape
+
+
+def test_few_micro_images() -> None:
+    grid = regular_grid((300, 300), 60.0, layout="hexagonal-rows", offset=(3.0, 5.0))
+    calibration = calibrate(white_image((300, 300), grid))
+    assert errors(calibration, centres_within(grid, (300, 300))).max() < 0.2
+
+
+def test_file(tmp_path: Path) -> None:
+    grid = regular_grid(SHAPE, 11.03, rotation_degrees=8.0)
+    calibration = calibrate(white_image(SHAPE, grid))
+    path = tmp_path / "calib.json"
+    calibration.save(path)
+    assert path.stat().st_size < 50_000
+    read = load_calibration(path)
+    assert read == calibration
+    assert np.array_equal(read.centres, calibration.centres, equal_nan=True)
+    assert read.centres.shape == (*read.lenses, 2)
+    assert np.isnan(read.centres).any(), "a turned grid has corners outside the image"
+    # Rows go down, columns to the right.
+    assert np.nanmin(np.diff(read.centres[:, :, 0], axis=0)) > 0
+    assert np.nanmin(np.diff(read.centres[:, :, 1], axis=1)) > 0
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"format": "x"}, "format"),
+        ({"lenses": [0, 3]}, "lenses"),
+        ({"extra": 1}, "extra"),
+        ({"grid": {}}, "grid"),
+    ],
+)
+def test_bad_file(tmp_path: Path, change, message) -> None:
+    shape = (120, 120)
+    path = tmp_path / "calib.json"
+    calibrate(white_image(shape, regular_grid(shape, 11))).save(path)
+    path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
+    with pytest.raises(InputError, match=message):
+        load_calibration(path)
+    path.write_text("no json")
+    with pytest.raises(InputError, match="cannot be read"):
+        load_calibration(path)
+    with pytest.raises(InputError, match="no such file"):
+        load_calibration(tmp_path / "none.json")
+
+
+def bad_white(name: str) -> np.ndarray:
+    good = white_image(SHAPE, regular_grid(SHAPE, 11.03), bits=8)
+    rng = np.random.default_rng(0)
+    x = np.arange(SHAPE[1]) * np.ones((SHAPE[0], 1))
+    images = {
+        "black": np.zeros(SHAPE, np.uint8),
+        "dark": good // 30,
+        "bright": np.clip(good.astype(int) * 20, 0, 255),
+        "full": np.full(SHAPE, 65535, np.uint16),
+        "noise": rng.integers(0, 255, SHAPE),
+        "even": np.full(SHAPE, 100),
+        "ramp": x * 255 // 600,
+        "stripes": (127 + 100 * np.sin(x * 0.6)).astype(int),
+        "few": good[:44, :44],
+        "small": good[:10, :10],
+    }
+    image = images[name]
+    return image if image.dtype == np.uint16 else image.astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("black", "too dark"),
+        ("dark", "too dark"),
+        ("bright", "too bright"),
+        ("full", "too bright"),
+        ("noise", "grid"),
+        ("even", "grid"),
+        ("ramp", "grid"),
+        ("stripes", "grid"),
+        ("few", "at least 5 x 5 of them"),
+        ("small", "10 x 10 pixels"),
+    ],
+)
+def test_bad_white_image(name, message) -> None:
+    with pytest.raises(InputError, match=message) as error:
+        calibrate(bad_white(name), where="white.tif")
+    assert str(error.value).startswith("white.tif: ")
+    assert "expected" in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["brick", "camera", "grass", "gravel", "text", "moon"])
+def test_pictures_have_no_grid(name) -> None:
+    from skimage import data
+
+    with pytest.raises(InputError, match="expected a white image"):
+        calibrate(getattr(data, name)())
+
+
+def test_dark_frame_of_another_size() -> None:
+    white = white_image(SHAPE, regular_grid(SHAPE, 11.03))
+    with pytest.raises(InputError, match="599 x 440 pixels"):
+        calibrate(white, np.zeros((440, 599), np.uint16))
+
+
+def test_text_method() -> None:
+    """The text's method finds all regions of a clean image, but with less accuracy."""
+    grid = regular_grid(SHAPE, 11.03, rotation_degrees=0.5)
+    image = white_image(SHAPE, grid)
+    found = text_calibration(grey(image))
+    truth = centres_within(grid, SHAPE)
+    whole = ((truth > 6) & (truth < np.array(SHAPE) - 7)).all(axis=1)
+    distance = cKDTree(found.centroids).query(truth[whole])[0]
+    assert distance.max() < 0.5
+    assert distance.mean() > 5 * errors(calibrate(image), truth).mean()
+    assert found.pitch == pytest.approx(11.03, abs=0.05)
+    assert found.rotation_degrees == pytest.approx(0.5, abs=0.05)
+    assert len(found.row) in range(52, 56)
+
+
+def test_equations_of_the_text() -> None:
+    image = np.array([[10.0, 20.0], [30.0, 50.0]], dtype=np.float32)
+    assert normalised(image) == pytest.approx(np.array([[1, 64.75], [128.5, 256]]))
+    assert (normalised(np.ones((2, 2), np.float32)) == 1).all()
+    points = np.array([[1.0, 0.0], [3.0, 1.0], [5.0, 2.0]])
+    assert regression(points) == pytest.approx((1.0, 2.0))
+    middle = np.array([[50.0, 60.0]])
+    assert rotated(middle, 33.0, (100, 120)) == pytest.approx(middle)
+    right, down = np.array([[50.0, 61.0]]), np.array([[51.0, 60.0]])
+    assert rotated(right, 90.0, (100, 120)) == pytest.approx(down)

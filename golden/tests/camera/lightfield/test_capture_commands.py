@@ -1,0 +1,314 @@
+"""The commands from a raw capture to pictures."""
+
+import subprocess
+import sys
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plenofir.camera.calibration import calibrate, decode, load_calibration
+from plenofir.camera.lightfield import focal_stack
+from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.synthetic import (
+    TexturedPlane,
+    field_of_view,
+    regular_grid,
+    render,
+    white_image,
+)
+from plenofir.commands.app import main
+from plenofir.images import read_image, write_png
+from plenofir.refocus import refocus
+from plenofir.refocus.sharpness import depth_index
+from plenofir.studies.calibration_report import MICROSCOPE, microscope_raster
+
+PLENOFIR = str(Path(sys.executable).parent / "plenofir")
+M = 5
+A = 0.4
+
+
+@dataclass
+class Done:
+    """What a command in this process did: faster than starting one."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
+    def command(*arguments: str, cwd: Path) -> Done:
+        monkeypatch.chdir(cwd)
+        monkeypatch.setattr(sys, "argv", ["plenofir", *arguments])
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as exit_:
+            main()
+        out, err = capfd.readouterr()
+        return Done(int(exit_.value.code or 0), out, err)
+
+    return command
+
+
+def plenofir(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [PLENOFIR, *arguments], capture_output=True, text=True, cwd=cwd, check=False
+    )
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with a capture of one plane that is sharp at 2/5."""
+    folder = tmp_path_factory.mktemp("capture")
+    model = RayModel.focused(load_camera("f197-mla2"), inf, M)
+    distance = float(model.distance(A).mm)
+    texture = np.kron(np.random.default_rng(2).random((50, 50)), np.ones((12, 12)))
+    plane = TexturedPlane(texture, distance, field_of_view(model, distance, 80))
+    taken = render(model, [plane], (24, 30), rotation_degrees=0.5, noise=0.005, dark_level=0.01)
+    for name in ("raw", "white", "dark"):
+        write_png(folder / f"{name}.png", getattr(taken, name))
+    return folder
+
+
+def test_chain(capture: Path, run) -> None:
+    """Each command takes what the one before it left; files hold what the functions return."""
+    done = run(
+        *("calibrate", "white.png", "--dark", "dark.png", "--out", "calib.json"),
+        *("--picture", "grid.png"),
+        cwd=capture,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "14.26" in done.stdout
+    calibration = load_calibration(capture / "calib.json")
+    white, dark, raw = (read_image(capture / f"{n}.png") for n in ("white", "dark", "raw"))
+    assert calibration == calibrate(white, dark)
+    picture = read_image(capture / "grid.png")
+    crosses = (picture == (255, 0, 0)).all(axis=2).sum()
+    assert crosses > 4 * (~np.isnan(calibration.centres[..., 0])).sum()
+
+    for options, keywords in (
+        ((), {}),
+        (("--interpolation", "cubic", "--white", "white.png"), {"interpolation": "cubic"}),
+        (("--scale", "fit", "--no-devignette", "--dark", "dark.png"), {"scale": "fit"}),
+    ):
+        done = run(
+            *("decode", "raw.png", "--calib", "calib.json", "-M", str(M)), *options, cwd=capture
+        )
+        assert done.returncode == 0, done.stderr
+        want = decode(
+            raw,
+            calibration,
+            M,
+            white=white if "--white" in options else None,
+            dark=dark if "--dark" in options else None,
+            devignette="--no-devignette" not in options,
+            **keywords,
+        )
+        aligned = read_image(capture / "aligned.png")
+        assert aligned.dtype == np.uint16
+        assert np.array_equal(aligned, want)
+    write_png(capture / "aligned.png", decode(raw, calibration, M))
+    aligned = read_image(capture / "aligned.png")
+
+    done = run("refocus", "aligned.png", "-M", "5", "-a", "2/5", cwd=capture)
+    assert done.returncode == 0, done.stderr
+    assert np.array_equal(read_image(capture / "refocused.png"), refocus(aligned, M, "2/5"))
+    cases: list[tuple[tuple[str, ...], dict[str, Any]]] = [
+        (("-a", "2/5", "--interpolation", "linear"), {"a": "2/5", "interpolation": 1}),
+        (("-a", "1", "--no-upsample"), {"a": 1, "upsample": False}),
+        (("-a", "0", "--region", "5:,:20"), {"a": 0, "region": (slice(5, None), slice(20))}),
+    ]
+    for options, keywords in cases:
+        done = run("refocus", "aligned.png", "-M", "5", *options, cwd=capture)
+        assert done.returncode == 0, done.stderr
+        want = refocus(aligned, M, **keywords)
+        assert np.array_equal(read_image(capture / "refocused.png"), want)
+    for bad, where in (("5:,20", "--region"), ("900:,:", "--region")):
+        done = run("refocus", "aligned.png", "-M", "5", "-a", "0", "--region", bad, cwd=capture)
+        assert done.returncode == 2
+        assert where in done.stderr
+
+    done = run("views", "aligned.png", "-M", "5", cwd=capture)
+    assert done.returncode == 0, done.stderr
+    assert np.array_equal(read_image(capture / "views" / "view_03_01.png"), aligned[3::5, 1::5])
+    done = run("compose", "views", "--out", "again.png", cwd=capture)
+    assert done.returncode == 0, done.stderr
+    assert np.array_equal(read_image(capture / "again.png"), aligned)
+
+    done = run(
+        *("stack", "aligned.png", "-M", "5", "--from=-1/5", "--to", "1", "--all-in-focus"),
+        cwd=capture,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "sharpest: a = 2/5" in done.stdout
+    names = sorted(p.name for p in (capture / "stack").iterdir())
+    slices = ("-1_5", "0", "1_5", "2_5", "3_5", "4_5", "1")
+    assert names == sorted(
+        ["all_in_focus.png", "sharpness.png", *(f"refocused_{a}.png" for a in slices)]
+    )
+    found = read_image(capture / "stack" / "refocused_-1_5.png")
+    assert np.array_equal(found, refocus(aligned, M, "-1/5"))
+
+    options = ("stack", "aligned.png", "-M", "5", "--step", "2/5", "--out", "index")
+    done = run(*options, "--depth-index", "--window", "2", cwd=capture)
+    assert done.returncode == 0, done.stderr
+    settings = ("0", "2/5", "4/5")
+    want = depth_index(focal_stack(aligned, M, settings), M, 2)
+    assert np.array_equal(read_image(capture / "index" / "all_in_focus.png"), want.image)
+    levels = read_image(capture / "index" / "depth_index.png")[::M, ::M]
+    assert np.array_equal(levels, np.array([0, 127, 255])[want.index])
+    done = run(*options, "--depth-index", "--all-in-focus", cwd=capture)
+    assert done.returncode == 2
+    assert "--depth-index" in done.stderr
+    done = run(*options, "--depth-index", "--window", "9", cwd=capture)
+    assert done.returncode == 2
+    assert "--window" in done.stderr
+
+    done = run(
+        *("depth-map", "aligned.png", "-M", "5", "--camera", "f197-mla2", "--focus", "inf"),
+        cwd=capture,
+    )
+    assert done.returncode == 0, done.stderr
+    distances = np.load(capture / "depth" / "distance_mm.npy")
+    true = float(RayModel.focused(load_camera("f197-mla2"), inf, M).distance(A).mm)
+    assert np.nanmedian(distances) == pytest.approx(true, rel=0.03)
+    tenths = read_image(capture / "depth" / "distance_tenth_mm.png")
+    assert np.median(tenths) == pytest.approx(10 * np.nanmedian(distances), abs=1)
+    assert min(read_image(capture / "depth" / "depth.png").shape[:2]) > 200
+
+
+def test_bytes_and_colours(tmp_path: Path) -> None:
+    """8 bit RGB captures give 8 bit RGB rasters."""
+    shape = (160, 200)
+    white = white_image(shape, regular_grid(shape, 11.03), bits=8)
+    write_png(tmp_path / "white.png", np.stack([white] * 3, axis=2))
+    assert plenofir("calibrate", "white.png", cwd=tmp_path).returncode == 0
+    done = plenofir(
+        *("decode", "white.png", "--calib", "calib.json", "-M", "8", "--out", "new/a.png"),
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    raster = read_image(tmp_path / "new" / "a.png")
+    assert raster.dtype == np.uint8
+    assert raster.shape[2] == 3
+    assert raster.shape[0] % 8 == raster.shape[1] % 8 == 0
+
+
+def test_microscope_capture() -> None:
+    """The vesicle is a sharp ring at a = 0, blurred before and behind."""
+    white, dark = (read_image(MICROSCOPE / f"{n}.png") for n in ("white", "dark"))
+    calibration = calibrate(white, dark)
+    assert calibration.lenses == (28, 28)
+    assert calibration.grid.pitch == pytest.approx((15.40, 15.39), abs=0.02)
+    assert calibration.missing == ()
+    # The dim micro image is known.
+    assert min(calibration.uneven, key=lambda lens: lens[2])[:2] == (16, 24)
+    raster = microscope_raster()
+    largest = [
+        float(refocus(raster, 13, f"{k}/13")[60:-60, 60:-60].max()) for k in (-10, -5, 0, 5, 10)
+    ]
+    assert max(largest) == largest[2]
+
+
+@pytest.fixture(scope="module")
+def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("bad")
+    shape = (120, 140)
+    white = white_image(shape, regular_grid(shape, 11.03), bits=8)
+    images = {
+        "white": white,
+        "dim": white // 40,
+        "bright": np.clip(white.astype(int) * 20, 0, 255).astype(np.uint8),
+        "small": white[:50],
+        "plain": np.full(shape, 90, np.uint8),
+    }
+    for name, image in images.items():
+        write_png(folder / f"{name}.png", image)
+    calibrate(white).save(folder / "calib.json")
+    (folder / "views").mkdir()
+    (folder / "text.json").write_text("{}")
+    for name, text in (("spots", "1 2\n3 4\n"), ("lines", "one two\n")):
+        (folder / name).mkdir()
+        (folder / name / "two.txt").write_text(text)
+    write_png(folder / "lines" / "two.png", white)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("calibrate none.png", "no such file"),
+        ("calibrate dim.png", "too dark"),
+        ("calibrate bright.png", "too bright"),
+        ("calibrate plain.png", "grid"),
+        ("calibrate white.png --dark small.png", "140 x 50"),
+        ("calibrate white.png --layout round", "--layout"),
+        ("calibrate white.png --order 4", "--order"),
+        ("calibrate white.png --order x", "--order"),
+        ("calibrate white.png --out calib.txt", ".json"),
+        ("calibrate white.png --out /proc/none/c.json", "cannot be written"),
+        ("calibrate white.png --picture grid.gif", ".png"),
+        ("decode white.png --calib none.json -M 5", "no such file"),
+        ("decode white.png --calib text.json -M 5", "image_shape"),
+        ("decode small.png --calib calib.json -M 5", "140 x 50"),
+        ("decode white.png --calib calib.json -M 13", "more than the pitch"),
+        ("decode white.png --calib calib.json -M five", "no integer"),
+        ("decode white.png --calib calib.json -M 5 --interpolation sinc", "sinc"),
+        ("decode white.png --calib calib.json -M 5 --scale half", "half"),
+        ("decode white.png --calib calib.json -M 5 --out views", "no such kind"),
+        ("decode white.png --calib calib.json -M 5 --white small.png", "white image"),
+        ("views white.png -M 0", "M = 0"),
+        ("views white.png -M 200", "less than one micro image"),
+        ("views white.png -M 5 --out white.png/x", "white.png is not a folder"),
+        ("compose views", "no image files"),
+        ("compose none", "no such folder"),
+        ("compose views --order up", "order"),
+        ("refocus white.png -M 5 -a 1/3", "not on the grid"),
+        ("refocus white.png -M 5 -a x", "no focus setting"),
+        ("stack white.png -M 5 --from 1 --to 0", "--from"),
+        ("stack white.png -M 5 --step 1/3", "--step"),
+        ("stack white.png -M 5 --step 0", "--step"),
+        ("stack white.png -M 5 --to 1000", "slices"),
+        ("depth-map white.png -M 5 --camera none", "no such camera"),
+        ("depth-map white.png -M 5 --camera f197-mla2 --focus 3", "focus"),
+        ("depth-map white.png -M 5 --camera f197-mla2 --window 4", "odd"),
+        ("depth-map white.png -M 5 --camera f197-mla2 --near x", "--near"),
+        ("depth-map white.png -M 5 --camera f197-mla2 --near=-2", "search"),
+        ("report calibration --out /proc/none", "cannot be written"),
+        ("report calibration --out r --spots none", "no NAME.txt"),
+        ("report calibration --out r --spots spots", "two.png: no such file"),
+        ("report calibration --out r --spots lines", "no centres"),
+    ],
+)
+def test_bad_input(bad: Path, run, arguments: str, message: str) -> None:
+    before = sorted(bad.rglob("*"))
+    done = run(*arguments.split(), cwd=bad)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert message in done.stderr
+    assert "expected" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "Traceback" not in done.stderr
+    assert sorted(bad.rglob("*")) == before
+
+
+@pytest.mark.slow
+def test_report(tmp_path: Path) -> None:
+    spots = tmp_path / "spots"
+    spots.mkdir()
+    shape = (200, 220)
+    grid = regular_grid(shape, 11.03)
+    write_png(spots / "mine.png", white_image(shape, grid, form="spot", radius=0.2, bits=8))
+    np.savetxt(spots / "mine.txt", grid.centres(*np.mgrid[-7:8, -7:8]).reshape(-1, 2))
+    done = plenofir("report", "calibration", "--out", "r", "--spots", "spots", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "r" / "report.md").read_text()
+    for head in ("Micro image centres", "Rotation", "predicted distances", "Baselines", "run time"):
+        assert head in text
+    assert "mine.png, 1 % noise" in text
+    for picture in ("sharpness_a.png", "sharpness_b.png", "sharpness_c.png", "microscope.png"):
+        assert picture in text
+        assert (tmp_path / "r" / picture).stat().st_size > 5000

@@ -1,0 +1,182 @@
+"""Focal stacks, sharpness, Fourier slices, disparity."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from plenofir.camera.lightfield import (
+    all_in_focus,
+    compose,
+    focal_stack,
+    fourier_slice,
+    light_field_disparity,
+    peak,
+    sad_disparity,
+    sharpness,
+    sharpness_curve,
+    shifted_views,
+    sub_aperture,
+)
+from plenofir.camera.lightfield.fourier import kaiser_bessel, kaiser_bessel_transform
+from plenofir.errors import InputError
+from plenofir.refocus import refocus
+
+
+def texture(shape: tuple[int, int], seed: int = 0, blur: float = 1.0) -> np.ndarray:
+    noise = np.random.default_rng(seed).normal(0, 1, shape)
+    smooth = ndimage.gaussian_filter(noise, blur)
+    return (smooth - smooth.min()) / np.ptp(smooth)
+
+
+def plane_light_field(m: int, a: float, shape: tuple[int, int] = (30, 40)) -> np.ndarray:
+    """Raw image of one textured plane that is sharp at a."""
+    fine = texture((shape[0] * 8 + 320, shape[1] * 8 + 320), blur=8.0)
+    spline = ndimage.spline_filter(fine, 3)
+    c = (m - 1) / 2
+    images = np.empty((m, m, *shape))
+    for v in range(m):
+        for u in range(m):
+            y = 160 + 8 * (np.arange(shape[0]) + a * (v - c))
+            x = 160 + 8 * (np.arange(shape[1]) + a * (u - c))
+            place = np.stack(np.meshgrid(y, x, indexing="ij"))
+            images[v, u] = ndimage.map_coordinates(spline, place, order=3, prefilter=False)
+    return compose(np.clip(np.rint(60000 * images), 0, 65535).astype(np.uint16))
+
+
+@settings(max_examples=20)
+@given(m=st.integers(2, 6), a=st.floats(-1.5, 1.5), seed=st.integers(0, 99), colour=st.booleans())
+def test_fourier_slice_approximates_shifted_views(m, a, seed, colour) -> None:
+    shape = (7 * m, 9 * m, 3) if colour else (7 * m, 9 * m)
+    raw = np.random.default_rng(seed).integers(0, 65536, shape).astype(np.uint16)
+    want = shifted_views(raw, m, a) / 65535
+    assert want.shape == (7, 9, *shape[2:])
+    # The narrow window of the text, and wider ones.
+    for width, bound in ((3.5, 4e-3), (5.0, 2e-4), (6.0, 1e-5)):
+        found = fourier_slice(raw, m, a, width=width) / 65535
+        assert np.abs(found - want).max() < bound
+
+
+def test_shifted_views_at_whole_settings() -> None:
+    """Where views move by whole lenses, Eq. 3.50 is a sum of moved views."""
+    m = 3
+    raw = np.random.default_rng(4).integers(0, 256, (8 * m, 9 * m)).astype(np.uint8)
+    padded = np.zeros((3, 3, 10, 11))
+    want = np.zeros((8, 9))
+    for v in range(m):
+        for u in range(m):
+            padded[v, u, 1:-1, 1:-1] = sub_aperture(raw, m, v, u)
+            want += padded[v, u, 1 - (v - 1) : 9 - (v - 1), 1 - (u - 1) : 10 - (u - 1)]
+    assert shifted_views(raw, m, 1) == pytest.approx(want / 9, abs=1e-9)
+    # And so is the golden refocuser: each micro image of its output holds one value.
+    integer = refocus(raw, m, 1).astype(float)
+    assert np.abs(integer[1::m, 1::m] - want / 9).max() <= 0.5
+    with pytest.raises(InputError):
+        shifted_views(raw, m, np.inf)
+
+
+def test_kaiser_bessel_transform_is_its_transform() -> None:
+    x = np.linspace(-2, 2, 40001)
+    for frequency in (0.0, 0.1, 0.3, 0.6):
+        values = kaiser_bessel(x, 3.5, 7.0) * np.cos(2 * np.pi * frequency * x)
+        want = kaiser_bessel_transform(np.array([frequency]), 3.5, 7.0)[0]
+        assert np.trapezoid(values, x) == pytest.approx(want, rel=1e-3)
+
+
+def test_blur_metric() -> None:
+    """Eqs. 5.20-5.23 by hand, and its order: less blur, more sharpness."""
+    region = texture((40, 50))
+    spectrum = np.abs(np.fft.fft2(region)) ** 2
+    total = spectrum[:20, :25].sum()
+    assert sharpness(region) == pytest.approx((total - spectrum[:2, :2].sum()) / total, rel=1e-4)
+    assert sharpness(region, low=0.2) == pytest.approx(
+        (total - spectrum[:5, :6].sum()) / total, rel=1e-4
+    )
+    values = [sharpness(ndimage.gaussian_filter(region, s)) for s in (0, 1, 2, 4)]
+    assert values == sorted(values, reverse=True)
+    assert sharpness(np.full((9, 9), 7)) == pytest.approx(0, abs=1e-12)
+    assert sharpness(np.zeros((9, 9))) == 0
+    fine = np.kron(region, np.ones((3, 3)))
+    assert sharpness(fine, 3) < sharpness(fine)
+    with pytest.raises(InputError, match="3 x 9"):
+        sharpness(np.zeros((9, 3)))
+    with pytest.raises(InputError, match="at least 12 x 12"):
+        sharpness(np.zeros((9, 9)), 3)
+
+
+@given(st.floats(-0.4, 0.4), st.floats(0.1, 5))
+def test_peak(place: float, bend: float) -> None:
+    positions = np.arange(-4, 5) / 7
+    curve = 3 - bend * (positions - place) ** 2
+    assert peak(positions, curve) == pytest.approx(place, abs=1e-9)
+    assert peak([0, 1, 2], np.array([3.0, 2, 1])) == 0
+
+
+@pytest.mark.parametrize(("m", "a"), [(5, "-3/5"), (5, "2/5"), (4, "3/4"), (3, "1")])
+def test_stack_is_sharpest_where_the_plane_is(m: int, a: str) -> None:
+    number = int(a.split("/")[0]) / (int(a.split("/")[1]) if "/" in a else 1)
+    raw = plane_light_field(m, number)
+    settings_ = [f"{k}/{m}" for k in range(-m, 2 * m)]
+    stack = focal_stack(raw, m, settings_)
+    inside = (slice(6 * m, -6 * m),) * 2
+    curve = sharpness_curve(stack, inside, m)
+    assert curve.max() == 1
+    assert settings_[int(np.argmax(curve))] == (a if "/" in a else f"{m}/{m}")
+    with pytest.raises(InputError, match="no focus settings"):
+        focal_stack(raw, m, [])
+
+
+def test_all_in_focus() -> None:
+    """Left half at -2/5, right half at 4/5: each part comes from its own slice."""
+    m = 5
+    left, right = plane_light_field(m, -0.4), plane_light_field(m, 0.8)
+    raw = np.where(np.arange(left.shape[1]) < left.shape[1] // 2, left, right)
+    stack = focal_stack(raw, m, [f"{k}/5" for k in range(-4, 8)])
+    result = all_in_focus(stack, m)
+    assert result.image.shape == raw.shape
+    assert result.image.dtype == raw.dtype
+    assert np.median(result.slices[6:-6, 6:14]) == pytest.approx(2, abs=0.5)
+    assert np.median(result.slices[6:-6, 26:-6]) == pytest.approx(8, abs=0.5)
+    best = sharpness(result.image[30:-30, 30:-30], m)
+    assert all(best > sharpness(image[30:-30, 30:-30], m) for image in stack)
+
+
+@settings(max_examples=15)
+@given(a=st.floats(-0.4, 1.2), m=st.integers(3, 7))
+def test_disparity_of_a_plane(a: float, m: int) -> None:
+    """Disparity between neighbouring views is the focus setting, between samples too."""
+    found = light_field_disparity(plane_light_field(m, a), m, search=(-0.7, 1.5))
+    inside = found.pixels_per_view[10:-10, 10:-10]
+    # Small M has small gaps between views, and so less resolution.
+    assert np.median(inside) == pytest.approx(a, abs=0.01 + 0.03 / (m // 2))
+    assert np.abs(inside - a).mean() < 0.01 + 0.04 / (m // 2)
+    assert np.median(found.confidence) > 0.7
+
+
+def test_disparity_of_nothing() -> None:
+    found = light_field_disparity(np.full((60, 60), 90, np.uint8), 3)
+    assert (found.confidence == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"others": []}, "no other view"),
+        ({"gap": (0, 0)}, "no other view"),
+        ({"window": 4}, "odd"),
+        ({"search": (1.0, 1.0)}, "smaller"),
+        ({"search": (0.0, np.inf)}, "smaller"),
+        ({"shape": (4, 4)}, "shapes"),
+    ],
+)
+def test_bad_disparity(change, message) -> None:
+    other = np.zeros(change.pop("shape", (9, 9)), np.uint8)
+    others = change.pop("others", [(other, change.pop("gap", (0, 1)))])
+    with pytest.raises(InputError, match=message):
+        sad_disparity(np.zeros((9, 9), np.uint8), others, **change)
+
+
+def test_one_view_has_no_disparity() -> None:
+    with pytest.raises(InputError, match="M = 1"):
+        light_field_disparity(np.zeros((9, 9), np.uint8), 1)

@@ -1,0 +1,293 @@
+"""Properties of the ray model."""
+
+from decimal import Decimal
+from fractions import Fraction
+from math import inf
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plenofir.camera.rays import (
+    RayModel,
+    State,
+    abbe_limit,
+    airy_radius,
+    camera_names,
+    covering_slices,
+    depth_of_field,
+    gaps_between,
+    image_side_distance,
+    iterated_image_distance,
+    load_camera,
+    object_side_distance,
+)
+from plenofir.camera.rays.model import STATES
+from plenofir.errors import InputError
+
+F193 = load_camera("f193-mla2")
+
+
+def model(focus: float = 3000.0, size: int = 13, camera: str = "f193-mla2") -> RayModel:
+    return RayModel.focused(load_camera(camera), focus, size)
+
+
+@given(st.floats(-0.9, 6), st.sampled_from([1500.0, 3000.0, 1e5]), st.integers(2, 40))
+def test_three_ways_agree(a, focus, size):
+    m = model(focus, size)
+    for border, way in ((0, m.distance), (1, m.near_border), (-1, m.far_border)):
+        found = way(a)
+        if found.state() is State.REAL and float(found.mm) < 1e6:
+            assert float(image_side_distance(m, a, border)) == pytest.approx(
+                float(found.mm), rel=1e-7
+            )
+            assert float(object_side_distance(m, a, border)) == pytest.approx(
+                float(found.mm), rel=1e-7
+            )
+
+
+@given(st.floats(230, 1e7), st.sampled_from([inf, 1500.0, 3000.0]))
+def test_focus_setting_inverts_distance(distance, focus):
+    m = model(focus)
+    for border, way in (("centre", m.distance), ("near", m.near_border), ("far", m.far_border)):
+        a = float(m.focus_setting(distance, border))
+        assert float(way(a).mm) == pytest.approx(distance, rel=1e-9)
+
+
+def test_focus_setting_of_infinity():
+    assert float(model(inf).focus_setting(inf)) == 0
+    assert float(model(1500.0).focus_setting(inf)) == pytest.approx(-1.1037848, rel=1e-6)
+    assert float(model(1500.0).focus_setting(1500.0)) == pytest.approx(0, abs=1e-14)
+
+
+@given(st.floats(-0.1, 3.5))
+def test_borders_enclose_the_plane(a):
+    planes = model().planes(a)
+    near, centre, far = (float(d.mm) for d in (planes.near, planes.centre, planes.far))
+    assert near < centre
+    assert np.isnan(far) or centre < far
+
+
+def test_depth_of_field_shrinks_as_micro_images_grow():
+    depths = [
+        float(model(size=m).far_border(1).mm - model(size=m).near_border(1).mm)
+        for m in (5, 9, 13, 99)
+    ]
+    assert depths == sorted(depths, reverse=True)
+
+
+def test_the_plane_does_not_depend_on_the_micro_image_size():
+    want = pytest.approx(float(model().distance(1.0).mm), rel=1e-14)
+    for size in (2, 5, 99):
+        assert float(model(size=size).distance(1.0).mm) == want
+
+
+def test_states():
+    m = model(inf)
+    found = m.planes([0.0, -1.0, 1.0, 4.0, 8.0])
+    states = [STATES[s] for s in found.centre.states]
+    assert states == [
+        State.INFINITY,
+        State.BEYOND_INFINITY,
+        State.REAL,
+        State.REAL,
+        State.INSIDE_LENS,
+    ]
+    # Between the two last ones the near border passes the front vertex (Table 5.5, a = 4).
+    assert found.near.state(3) is State.INSIDE_LENS
+    assert np.isnan(found.centre.mm[:2]).all()
+    assert np.isfinite(found.centre.mm[2:]).all()
+
+
+def test_arrays_keep_their_shape():
+    a = np.linspace(0.1, 3, 12).reshape(3, 4)
+    m = model()
+    distances = m.distance(a)
+    assert distances.mm.shape == distances.states.shape == (3, 4)
+    for index in np.ndindex(3, 4):
+        assert distances.mm[index] == float(m.distance(float(a[index])).mm)
+
+
+@given(st.floats(1e3, 1e9))
+def test_focus_from_iteration_and_closed_form(focus):
+    lens = F193.main_lens
+    settled, _ = iterated_image_distance(
+        lens.focal_length_mm, lens.principal_plane_separation_mm, focus
+    )
+    m = RayModel.focused(F193, focus, 13)
+    assert m.image_distance_mm == pytest.approx(settled, rel=1e-10)
+    # Conjugate distances, f_U^2 = (a_U - f_U) (b_U - f_U).
+    object_distance = focus - m.image_distance_mm - lens.principal_plane_separation_mm
+    product = (object_distance - lens.focal_length_mm) * m.extension_mm
+    assert product == pytest.approx(lens.focal_length_mm**2, rel=1e-9)
+
+
+def test_one_to_one_imaging_is_the_nearest_focus():
+    lens = F193.main_lens
+    nearest = 4 * lens.focal_length_mm + lens.principal_plane_separation_mm
+    m = RayModel.focused(F193, nearest + 1e-9, 13)
+    assert m.image_distance_mm == pytest.approx(2 * lens.focal_length_mm, rel=1e-5)
+    with pytest.raises(InputError, match="nearer than the main lens can focus"):
+        RayModel.focused(F193, nearest - 1e-6, 13)
+
+
+def test_rays_of_a_view_meet_at_its_virtual_camera():
+    m = model(1500.0)
+    positions = m.micro_lens_position([-50, 0, 20])
+    from_plane = (
+        m.entrance_pupil_mm - m.image_distance_mm - F193.main_lens.principal_plane_separation_mm
+    )
+    for i in (-6, 0, 3):
+        slope, height = m.object_ray(i, positions)
+        assert slope * from_plane + height == pytest.approx(float(m.virtual_camera(i)), abs=1e-10)
+
+
+@given(
+    st.floats(-2, 9), st.sampled_from([inf, 1500.0, 4000.0]), st.integers(1, 8), st.integers(-6, 0)
+)
+def test_disparity_inverts_depth(disparity, focus, gap, view):
+    m = model(focus)
+    found = m.depth(disparity, gap, view=view)
+    if found.state() is State.REAL and float(found.mm) < 1e8:
+        back = float(m.disparity(float(found.mm), gap, view=view))
+        assert back == pytest.approx(disparity, rel=1e-6, abs=1e-6)
+
+
+def test_disparity_units():
+    m = model(inf)
+    one = m.depth(12.0, 6)
+    assert float(m.depth(2.0, 6, unit="pixels per view").mm) == float(one.mm)
+    assert float(m.disparity(one.mm, 6, unit="pixels per view")) == pytest.approx(2.0)
+    assert m.depth(0.0, 6).state() is State.INFINITY
+    assert m.depth(-1.0, 6).state() is State.BEYOND_INFINITY
+    with pytest.raises(InputError, match="unit"):
+        m.depth(1.0, 6, unit="mm")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="gap"):
+        m.depth(1.0, 0)
+
+
+def test_zero_disparity_lies_on_the_focused_plane():
+    m = model(1500.0)
+    assert float(m.depth(0.0, 4).mm) + m.entrance_pupil_mm == pytest.approx(1500.0, rel=1e-12)
+
+
+def test_refocusing_and_triangulation_agree():
+    # A point on plane a shows a disparity of a micro lenses for each view between the two.
+    m = model(1500.0)
+    for a in (-0.5, 0.5, 1.0, 2.0):
+        depth = float(m.distance(a).mm) - m.entrance_pupil_mm
+        assert float(m.disparity(depth, 6, unit="pixels per view")) == pytest.approx(a, rel=1e-9)
+
+
+def test_micro_image_centres():
+    m = model(inf)
+    s = m.micro_lens_position([0, 14, -14])
+    assert m.micro_image_centre(s, "ideal").tolist() == s.tolist()
+    exit_pupil = m.micro_image_centre(s)
+    assert exit_pupil[0] == 0
+    # Their slopes lead back to the exit pupil.
+    slopes = (s - exit_pupil) / 2.75
+    assert slopes[1:] * m.exit_pupil_mm == pytest.approx(-s[1:], rel=1e-12)
+    assert m.chief_ray_slope(0, s) == pytest.approx(slopes, rel=1e-9)
+
+
+def test_diffraction_limits():
+    # The numbers of sections 2.2.2 and 3.3.2: D = 250 nm for 700 nm and NA 1.4.
+    assert float(abbe_limit(700e-6, 1.4)) == pytest.approx(250e-6)
+    assert float(airy_radius(550e-6, 100.0, 50.0)) == pytest.approx(1.22 * 2 * 550e-6)
+
+
+@given(st.floats(300, 5000), st.floats(1.05, 50), st.sampled_from([inf, 1500.0]), st.booleans())
+def test_cover_has_gaps_exactly_where_no_slice_of_the_grid_reaches(near, ratio, focus, whole):
+    m = model(focus)
+    step = Fraction(1) if whole else Fraction(1, 13)
+    cover = covering_slices(m, near, near * ratio, step=step)
+    assert all(part.a % step == 0 for part in cover.slices)
+    assert [part.a for part in cover.slices] == sorted(part.a for part in cover.slices)
+    # No other slice of the grid would close a gap.
+    for low, high in cover.gaps:
+        middle = (low + high) / 2
+        centre = int(float(m.focus_setting(middle)) / float(step))
+        for index in range(centre - 3, centre + 4):
+            part = depth_of_field(m, index * step)
+            assert part is None or not part.near_mm < middle < part.far_mm
+    # Every slice is needed.
+    for index in range(len(cover.slices)):
+        rest = [s for i, s in enumerate(cover.slices) if i != index]
+        assert gaps_between(rest, near, near * ratio) != cover.gaps or len(cover.slices) == 1
+
+
+def test_cover_to_infinity():
+    cover = covering_slices(model(inf), 1000.0, inf)
+    assert cover.slices[0].far_mm == inf
+    assert cover.slices[-1].near_mm <= 1000.0
+    assert not cover.gaps
+
+
+@pytest.mark.parametrize(
+    ("near", "far"), [(500, 400), (-1, 100), (0, 100), (5, 5), (float("nan"), 9)]
+)
+def test_bad_ranges(near, far):
+    with pytest.raises(InputError, match="near, far"):
+        covering_slices(model(), near, far)
+
+
+def test_shipped_cameras():
+    assert {"f193-mla1", "f193-mla2", "f90-mla2", "f197-mla2", "f100-mla2"} <= set(camera_names())
+    for name in camera_names():
+        assert load_camera(name).name == name
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("focal_length_mm = 193.2935", "focal_length_mm = -1"), "main_lens.focal_length_mm = -1"),
+        (("pitch_mm = 0.125", "pitch_mm = 0"), "micro_lenses.pitch_mm = 0"),
+        (("pitch_mm = 0.125", 'pitch_mm = "wide"'), "micro_lenses.pitch_mm = 'wide'"),
+        (("exit_pupil_mm", "exit_pupi_mm"), "main_lens.exit_pupil_mm"),
+        (("pitch_mm = 0.125", "pitch_mm = inf"), "micro_lenses.pitch_mm = inf"),
+        (("[sensor]", "[sensors]"), "sensor"),
+        (("[sensor]", "[sensor"), "cannot be read"),
+    ],
+)
+def test_bad_camera_files(tmp_path, change, message):
+    from plenofir.camera.rays.camera import CAMERAS
+
+    text = (CAMERAS / "f193-mla2.toml").read_text()
+    assert change[0] in text
+    path = tmp_path / "camera.toml"
+    path.write_text(text.replace(*change))
+    with pytest.raises(InputError) as caught:
+        load_camera(path)
+    assert message in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_unknown_camera_names_the_known_ones():
+    with pytest.raises(InputError, match="f193-mla2"):
+        load_camera("f50")
+
+
+@pytest.mark.parametrize("size", [1, 0, -3, 2.5, True])
+def test_bad_micro_image_sizes(size):
+    with pytest.raises(InputError, match="2 or more"):
+        RayModel(F193, Decimal(0), size)
+
+
+@pytest.mark.parametrize("a", [inf, -inf, float("nan"), 1e101])
+def test_bad_focus_settings(a):
+    with pytest.raises(InputError, match="finite"):
+        model().distance(a)
+
+
+def test_never_a_silent_infinity():
+    tiny = 5e-324
+    m = model(inf)
+    for found in (m.distance(tiny), m.distance(-tiny), m.depth(tiny, 6), m.depth(-tiny, 6)):
+        assert np.isnan(float(found.mm))
+        assert found.state() in (State.INFINITY, State.BEYOND_INFINITY)
+    far = m.distance(1e100)
+    assert far.state() is State.INSIDE_LENS
+    assert np.isfinite(float(far.mm))

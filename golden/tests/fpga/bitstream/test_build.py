@@ -1,0 +1,444 @@
+"""The build flow with tools that only look like ISE's: order, options, reports, failures."""
+
+import json
+import os
+import re
+import stat
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from plenofir import project
+from plenofir.commands.app import app
+from plenofir.commands.bitstream import board_generics
+from plenofir.errors import EXIT_BAD_INPUT, InputError
+from plenofir.fpga.bitstream import ise
+from plenofir.fpga.bitstream.spartan6_sites import device
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.plan import load_scene, make_plan
+from plenofir.refocus import StoredProductArithmetic
+
+TOP = ise.TOP
+
+# What each fake tool does: it notes its command, and leaves what the true one leaves.
+REPORTS = {
+    "xst": "printf 'WARNING:Xst:1710 - FF/Latch <a_0> has a constant value of 0.\\n"
+    "WARNING:Xst:737 - Found 1-bit latch for signal <b>. Latches may be generated\\n   from "
+    "incomplete case statements.\\nWARNING:Xst:1710 - FF/Latch <a_0> has a constant value of 0.\\n'"
+    f"\ntouch {TOP}.ngc",
+    "ngdbuild": f"touch {TOP}.ngd",
+    "map": f"""cat > {TOP}_map.mrp <<'END'
+  Number of Slice Registers:                 9,876 out of  54,576   18%
+    Number used as Flip Flops:               9,870
+  Number of Slice LUTs:                      8,765 out of  27,288   32%
+  Number of RAMB16BWERs:                        84 out of     116   72%
+  Number of BUFG/BUFGMUXs:                       7 out of      16   43%
+END
+touch {TOP}_map.ncd""",
+    "par": f"touch {TOP}.ncd",
+    "trce": f"""cat > {TOP}.twr <<'END'
+================================================================================
+Timing constraint: TS_control = PERIOD TIMEGRP "control" 10 ns HIGH 50%;
+
+ 2345 paths analyzed, 678 endpoints analyzed, 0 failing endpoints
+ 0 timing errors detected. (0 setup errors, 0 hold errors, 0 component switching limit errors)
+ Minimum period is   6.123ns.
+--------------------------------------------------------------------------------
+================================================================================
+Timing constraint: TS_receive_clocks_pll_pixel = PERIOD TIMEGRP "receive_clocks_pll_pixel"
+        TS_tmds HIGH 50%;
+
+ 123456 paths analyzed, 7890 endpoints analyzed, $FAILING failing endpoints
+ $FAILING timing errors detected. ($FAILING setup errors, 0 hold errors, 0 component ...)
+ Minimum period is  $PERIOD.
+--------------------------------------------------------------------------------
+Timing constraint: TS_control_to_receive = MAXDELAY FROM TIMEGRP "control" TO ... TIG;
+
+ 12 paths analyzed, 12 endpoints analyzed, 0 failing endpoints
+ 0 timing errors detected. (0 setup errors, 0 hold errors)
+END
+""".replace("<<'END'", "<<END"),
+    "bitgen": f"printf BITS > {TOP}.bit",
+}
+
+
+def install(folder: Path, **bodies: str) -> Path:
+    """Put the fake tools into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for tool in ise.TOOLS:
+        script = folder / tool
+        body = bodies.get(tool, REPORTS[tool])
+        notes = folder / "commands.txt"
+        script.write_text(
+            f'#!/bin/sh\necho "$(basename $0) $*" >> {notes}\n'
+            f'echo "$LD_LIBRARY_PATH" >> {folder}/libraries.txt\n{body}\n'
+        )
+        script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    return folder
+
+
+def commands(folder: Path) -> list[list[str]]:
+    """Commands that the fake tools were given."""
+    return [line.split() for line in (folder / "commands.txt").read_text().splitlines()]
+
+
+@pytest.fixture
+def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Fake tools on the PATH, all well."""
+    folder = install(tmp_path / "tools")
+    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("FAILING", "0")
+    monkeypatch.setenv("PERIOD", "12.345ns")
+    return folder
+
+
+def run(out: Path, **generics: ise.Value) -> ise.BuildReport:
+    """Build with what is on the PATH."""
+    return ise.build(ise.find_installation(), generics, out, lambda *_: None)
+
+
+def test_flow(tools: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    report = run(out)
+    assert (out / "plenofir.bit").read_text() == "BITS"
+    assert report == ise.BuildReport(
+        part="xc6slx45-csg324-3",
+        generics=ise.default_generics(),
+        utilisation={
+            "Slice Registers": (9876, 54576),
+            "Slice LUTs": (8765, 27288),
+            "RAMB16BWERs": (84, 116),
+            "BUFG/BUFGMUXs": (7, 16),
+        },
+        timing=[
+            ise.Timing('TS_control = PERIOD TIMEGRP "control" 10 ns HIGH 50%', 2345, 0, 6.123),
+            ise.Timing(
+                "TS_receive_clocks_pll_pixel = PERIOD TIMEGRP "
+                '"receive_clocks_pll_pixel" TS_tmds HIGH 50%',
+                123456,
+                0,
+                12.345,
+            ),
+            ise.Timing(
+                'TS_control_to_receive = MAXDELAY FROM TIMEGRP "control" TO ... TIG', 12, 0, None
+            ),
+        ],
+        warnings=[
+            ise.Message(
+                "xst",
+                "Xst:737",
+                "Found 1-bit latch for signal <b>. Latches may be generated from incomplete "
+                "case statements.",
+                1,
+            )
+        ],
+        other_warnings=2,
+        seconds=report.seconds,
+    )
+    assert list(report.seconds) == list(ise.TOOLS)
+    written = json.loads((out / "report.json").read_text())
+    assert written["timing"][1]["best"] == 12.345
+    assert "latch" in (out / "xst.log").read_text()
+
+
+def test_commands(tools: Path, tmp_path: Path) -> None:
+    run(tmp_path / "out")
+    found = commands(tools)
+    assert [command[0] for command in found] == list(ise.TOOLS)
+    by_tool = {command[0]: command[1:] for command in found}
+    assert by_tool["xst"][-4:] == ["-ifn", f"{TOP}.xst", "-ofn", f"{TOP}.syr"]
+    constraints = str(project.root() / "constraints" / "atlys.ucf")
+    for tool in ("ngdbuild", "map"):
+        assert by_tool[tool][by_tool[tool].index("-p") + 1] == device().part
+    assert by_tool["ngdbuild"][-4:] == ["-uc", constraints, f"{TOP}.ngc", f"{TOP}.ngd"]
+    assert by_tool["map"][-4:] == ["-o", f"{TOP}_map.ncd", f"{TOP}.ngd", f"{TOP}.pcf"]
+    assert by_tool["par"][-3:] == [f"{TOP}_map.ncd", f"{TOP}.ncd", f"{TOP}.pcf"]
+    assert by_tool["bitgen"][-3:] == [f"{TOP}.ncd", f"{TOP}.bit", f"{TOP}.pcf"]
+    # Each option of a file is in the command, with its value beside it.
+    for tool in ise.TOOLS[1:]:
+        text = " ".join(by_tool[tool])
+        for option in ise.read_options(project.root() / "scripts" / "ise" / f"{tool}.opt"):
+            assert option in text
+    script = (tmp_path / "out" / "work" / f"{TOP}.xst").read_text().splitlines()
+    assert script[:2] == ['set -tmpdir "xst"', 'set -xsthdpdir "xst"']
+    begin = script.index("run")
+    assert all(line.startswith("set -") for line in script[:begin])
+    assert script[begin + 1 : begin + 6] == [
+        f"-ifn {TOP}.prj",
+        f"-ofn {TOP}",
+        "-ofmt NGC",
+        f"-p {device().part}",
+        f"-top {TOP}",
+    ]
+    assert "-bus_delimiter <>" in script[begin:]
+
+
+def test_generics_reach_the_project(tools: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run(out, MICRO_IMAGE_SIZE=3, SHIFTS="-2 0 2", EXACT=True, MAX_COLUMNS=640)
+    lines = (out / "work" / f"{TOP}.prj").read_text().splitlines()
+    top = out / "work" / f"{TOP}.vhd"
+    assert ise.source_of_line(lines[-1]) == top
+    assert lines[:-1] == ise.project_lines()[:-1]
+    generics = {
+        line.split(":")[0].strip(): line.split(":=")[1].strip().rstrip(";")
+        for line in top.read_text().split("port (")[0].splitlines()
+        if ":=" in line
+    }
+    assert generics["MICRO_IMAGE_SIZE"] == "3"
+    assert generics["SHIFTS"] == '"-2 0 2"'
+    assert generics["EXACT"] == "true"
+    assert generics["MAX_COLUMNS"] == "640"
+    default = ise.top_source().read_text()
+    # Nothing else has changed, and no line has moved.
+    changed = [
+        (a, b)
+        for a, b in zip(default.splitlines(), top.read_text().splitlines(), strict=True)
+        if a != b
+    ]
+    assert len(changed) == 4
+
+
+@pytest.mark.parametrize(
+    ("generics", "message"),
+    [
+        ({"M": 5}, "atlys_top has no generic M"),
+        ({"EXACT": 1}, "EXACT: 1; expected a value of type bool"),
+        ({"SHIFTS": '" & x & "'}, "expected numbers and blanks"),
+        ({"MICRO_IMAGE_SIZE": 11, "SHIFTS": "11"}, r"block RAMs .* expected at most 116"),
+        ({"MICRO_IMAGE_SIZE": 0}, "micro_image_size: Input should be greater than or equal to 1"),
+        ({"SHIFTS": ""}, "shifts: "),
+        ({"GUARD_BITS": 9}, "expected generics in their ranges"),
+        ({"MICRO_IMAGE_SIZE": 200}, "M = 200 exceeds the core's limit"),
+    ],
+)
+def test_generics_are_refused(
+    tools: Path, tmp_path: Path, generics: dict[str, ise.Value], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        run(tmp_path / "out", **generics)
+    assert not (tools / "commands.txt").exists()
+
+
+@pytest.mark.parametrize("tool", ise.TOOLS)
+def test_tool_that_fails(tools: Path, tmp_path: Path, tool: str) -> None:
+    out = tmp_path / "out"
+    run(out)
+    (tools / "commands.txt").unlink()
+    message = 'ERROR:HDLCompiler:69 - "a.vhd" Line 12: <b> is not declared.'
+    install(tools, **{tool: f"echo '{message}'; echo the end; exit 1"})
+    with pytest.raises(InputError) as caught:
+        run(out)
+    error = caught.value
+    assert error.what == f'{tool} failed: HDLCompiler:69: "a.vhd" Line 12: <b> is not declared.'
+    assert error.where == str(out / f"{tool}.log")
+    assert [command[0] for command in commands(tools)] == list(
+        ise.TOOLS[: ise.TOOLS.index(tool) + 1]
+    )
+    # Nothing is left that could be taken for a result.
+    assert not (out / "plenofir.bit").exists()
+    assert not (out / "report.json").exists()
+
+
+@pytest.mark.parametrize("tool", ise.TOOLS)
+def test_tool_that_leaves_nothing(tools: Path, tmp_path: Path, tool: str) -> None:
+    install(tools, **{tool: "echo nothing to do"})
+    with pytest.raises(InputError, match=f"{tool} failed: nothing to do"):
+        run(tmp_path / "out")
+
+
+def test_timing_not_met(tools: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FAILING", "17")
+    monkeypatch.setenv("PERIOD", "14.2ns")
+    with pytest.raises(InputError) as caught:
+        run(tmp_path / "out")
+    assert caught.value.what == (
+        "timing is not met: TS_receive_clocks_pll_pixel = PERIOD TIMEGRP "
+        '"receive_clocks_pll_pixel" TS_tmds HIGH 50% (17 errors, 14.2 ns would be met)'
+    )
+    assert commands(tools)[-1][0] == "trce"
+    assert not (tmp_path / "out" / "plenofir.bit").exists()
+
+
+def test_nothing_timed(tools: Path, tmp_path: Path) -> None:
+    install(tools, trce=f"touch {TOP}.twr")
+    with pytest.raises(InputError, match="no path was timed"):
+        run(tmp_path / "out")
+
+
+def test_settings_are_read_in_a_subshell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tools = install(tmp_path / "ISE_DS" / "bin")
+    settings = tmp_path / "ISE_DS" / "settings64.sh"
+    settings.write_text(
+        'test "$#" = 1 || exit 1\nPATH="$1/bin:$PATH"\nLD_LIBRARY_PATH=/ise/lib\n'
+        "export PATH LD_LIBRARY_PATH\necho settings are read\n"
+    )
+    monkeypatch.setenv("FAILING", "0")
+    monkeypatch.setenv("PERIOD", "12ns")
+    before = dict(os.environ)
+    out = tmp_path / "out"
+    ise.build(ise.find_installation(str(settings.parent)), {}, out, lambda *_: None)
+    assert dict(os.environ) == before
+    assert (tools / "libraries.txt").read_text().split() == ["/ise/lib"] * len(ise.TOOLS)
+    assert "settings are read" not in (out / "par.log").read_text()
+
+
+def test_library_path_of_the_caller(
+    tools: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LD_LIBRARY_PATH", "")
+    monkeypatch.setenv(ise.SAVED_LIBRARY_PATH, "/ise/lib")
+    run(tmp_path / "out")
+    assert set((tools / "libraries.txt").read_text().split()) == {"/ise/lib"}
+
+
+def test_without_ise(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(ise, "USUAL_PLACE", tmp_path)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match="Xilinx ISE is not installed"):
+        ise.find_installation()
+    with pytest.raises(InputError, match="no settings64"):
+        ise.find_installation(str(tmp_path))
+    (tmp_path / "settings64.sh").touch()
+    assert ise.find_installation().folder == tmp_path
+
+
+def test_command(tools: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = CliRunner().invoke(
+        app, ["bitstream", "build", "--sweep", "-3/5,0 3/5", "--columns", "640", "--out", str(out)]
+    )
+    assert done.exit_code == 0, done.output
+    assert "RAMB16BWERs 84 of 116" in done.output
+    assert "warning     xst: Xst:737: Found 1-bit latch" in done.output
+    generics = json.loads((out / "report.json").read_text())["generics"]
+    assert (generics["SHIFTS"], generics["MAX_COLUMNS"]) == ("-3 0 3", 640)
+
+
+def test_scene(tools: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    file = project.root() / "scenes" / "rgb-480p.toml"
+    command = ["bitstream", "build", "--scene", str(file), "--out", str(out)]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
+    core = make_plan(load_scene(file)).core
+    generics = json.loads((out / "report.json").read_text())["generics"]
+    assert ise.configuration(generics) == core
+    top = (out / "work" / f"{TOP}.vhd").read_text()
+    shifts = " ".join(map(str, core.shifts))
+    assert re.search(rf'SHIFTS +: string +:= "{shifts}";', top)
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "message"),
+    [
+        ("grey-microscope", [], 'a core without pins of a board; expected path = "video"'),
+        ("rgb-480p", ["--columns", "640"], "SCENE: settles MAX_COLUMNS by itself"),
+        ("none", [], "no such file"),
+    ],
+)
+def test_scenes_are_refused(
+    tools: Path, tmp_path: Path, scene: str, options: list[str], message: str
+) -> None:
+    file = project.root() / "scenes" / f"{scene}.toml"
+    command = ["bitstream", "build", "--scene", str(file), "--out", str(tmp_path / "o"), *options]
+    done = CliRunner().invoke(app, command)
+    assert isinstance(done.exception, InputError)
+    assert message in str(done.exception)
+    assert not (tools / "commands.txt").exists()
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize(
+    "core",
+    [
+        CoreConfiguration(micro_image_size=3, shifts=(2, -1), max_columns=800, channels=3),
+        CoreConfiguration(
+            micro_image_size=5,
+            shifts=(-5, 0),
+            max_columns=640,
+            channels=3,
+            order=1,
+            hold=True,
+            arithmetic=StoredProductArithmetic(fraction_bits=6, guard_bits=1),
+        ),
+        CoreConfiguration(
+            micro_image_size=3, shifts=(1,), max_columns=64, channels=3, engine="sums"
+        ),
+    ],
+)
+def test_configuration_and_generics_are_one(core: CoreConfiguration) -> None:
+    assert ise.configuration({**ise.default_generics(), **ise.board_generics(core)}) == core
+
+
+@pytest.mark.parametrize(
+    "change", [{"channels": 1}, {"parallel_rows": 2}, {"align": "causal"}, {"pixel_bits": 10}]
+)
+def test_board_has_no_such_core(change: dict[str, object]) -> None:
+    core = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=64, channels=3)
+    with pytest.raises(InputError, match="the board has no such refocuser"):
+        ise.board_generics(core.model_copy(update=change))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"micro_image": "7"}, "A: M without a focus setting"),
+        ({"micro_image": "0", "focus": ("1",)}, "M: 0; expected an integer, 1 or more"),
+        ({"focus": ("1/2",)}, "1/2 is not on the grid of M = 5"),
+        ({"columns": "many"}, "MAX_COLUMNS"),
+        ({"columns": "0"}, "MAX_COLUMNS: 0"),
+        ({"fraction": "4"}, "bits without an arithmetic"),
+        ({"arith": "float"}, "'float' is no arithmetic"),
+    ],
+)
+def test_options_are_refused(options: dict[str, str], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        board_generics(**options)  # type: ignore[arg-type]
+
+
+def test_options() -> None:
+    assert board_generics() == {}
+    assert board_generics(
+        micro_image="3", focus=("-2/3", "1"), arith="stored", interpolation="linear"
+    ) == {
+        "MICRO_IMAGE_SIZE": 3,
+        "SHIFTS": "-2 3",
+        "INTERPOLATION_ORDER": 1,
+        "EXACT": False,
+        "FRACTION_BITS": StoredProductArithmetic().fraction_bits,
+        "GUARD_BITS": StoredProductArithmetic().guard_bits,
+    }
+    assert board_generics(arith="exact") == {"EXACT": True}
+
+
+def test_exit_code_without_ise(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from plenofir.commands import app as cli
+
+    monkeypatch.setattr(ise, "USUAL_PLACE", tmp_path)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr("sys.argv", ["plenofir", "bitstream", "build", "--out", str(tmp_path)])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    assert caught.value.code == EXIT_BAD_INPUT
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("plenofir: bitstream: Xilinx ISE is not installed (xst, ngdbuild")
+
+
+WORDS = st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=20)
+
+
+@given(st.lists(st.tuples(st.sampled_from(("WARNING", "ERROR", "INFO")), WORDS), max_size=10))
+def test_messages(entries: list[tuple[str, str]]) -> None:
+    """Every warning of a log is found once for each of its texts, whatever stands around it."""
+    log = "\n".join(f"{severity}:Xst:1 - {text.strip()}x\nnoise" for severity, text in entries)
+    wanted = [f"{text.strip()}x" for severity, text in entries if severity == "WARNING"]
+    found = ise.messages("xst", log, "WARNING")
+    assert [message.text for message in found] == list(dict.fromkeys(wanted))
+    assert sum(message.times for message in found) == len(wanted)

@@ -1,0 +1,275 @@
+"""Checks of the bitstream's sources and constraints: the board passes, planted faults are found."""
+
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from plenofir import project
+from plenofir.errors import InputError
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream import check, ise
+from plenofir.fpga.bitstream.netlist import read_netlist
+from plenofir.fpga.bitstream.spartan6_sites import device, pins
+from plenofir.fpga.bitstream.ucf import read_constraints
+
+UCF = check.CONSTRAINTS.read_text()
+SOURCES = {path.stem: path.read_text() for path in hdl.board_sources()}
+
+
+def problems(tmp_path: Path, ucf: str = UCF, **changed: str) -> list[str]:
+    """What the checks say of a constraint file, and of sources some of which are changed."""
+    path = tmp_path / "board.ucf"
+    path.write_text(ucf)
+    sources = {**SOURCES, **changed}
+    netlist = read_netlist(ise.TOP, sources)
+    constraints = read_constraints(path)
+    return [
+        *check.check_pins(constraints, sources[ise.TOP]),
+        *check.check_clocks(constraints, netlist, sources[ise.TOP]),
+        *check.check_serial_banks(constraints, netlist),
+    ]
+
+
+def replaced(text: str, pattern: str, new: str) -> str:
+    """Text with one place changed."""
+    out, number = re.subn(pattern, new, text, count=1, flags=re.M)
+    assert number == 1, pattern
+    return out
+
+
+def without(pattern: str) -> str:
+    """Constraints without a line."""
+    return replaced(UCF, rf"^.*{pattern}.*\n", "")
+
+
+def test_board_passes(tmp_path: Path) -> None:
+    assert problems(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("ucf", "found"),
+    [
+        pytest.param(without(r'NET "uart_rx"'), "port uart_rx has no LOC", id="port"),
+        pytest.param(without(r'NET "led<3>"'), "port led<3> has no LOC", id="bit"),
+        pytest.param(
+            UCF + 'NET "led<8>" LOC = "V16" | IOSTANDARD = LVCMOS33;',
+            "pin led<8> is no port of atlys_top",
+            id="no-port",
+        ),
+        pytest.param(
+            replaced(UCF, '(NET "button_up".*)"N4"', r'\1"P3"'),
+            "ball P3 is used by button_up and button_down",
+            id="twice",
+        ),
+        pytest.param(
+            UCF + 'NET "uart_rx" LOC = "A15";', "pin uart_rx has several LOC", id="two-pins"
+        ),
+        pytest.param(replaced(UCF, '"U18"', '"I18"'), "led<0>: I18 is no ball of CSG324", id="I"),
+        pytest.param(replaced(UCF, '"U18"', '"U19"'), "led<0>: U19 is no ball of CSG324", id="19"),
+        pytest.param(
+            replaced(UCF, '"U18"', '"A1"'), "led<0>: ball A1 is GND, no I/O pin", id="ground"
+        ),
+        pytest.param(
+            replaced(UCF, '"U18"', '"A17"'), "led<0>: ball A17 is TCK, no I/O pin", id="jtag"
+        ),
+        pytest.param(
+            replaced(UCF, r'(LOC = "U18") \| IOSTANDARD = LVCMOS33', r"\1"),
+            "port led<0> has no IOSTANDARD",
+            id="standard",
+        ),
+        pytest.param(
+            replaced(UCF, r'(NET "button_up".*)LVCMOS18', r"\1LVCMOS33"),
+            "bank 3: button_up needs 3.3 V, button_down 1.8 V",
+            id="supply",
+        ),
+        pytest.param(
+            replaced(UCF, '"U18" . IOSTANDARD = LVCMOS33', '"U18" | IOSTANDARD = LVTTL'),
+            "led<0>: LVTTL is none of LVCMOS33, LVCMOS25, LVCMOS18, TMDS_33",
+            id="unknown-standard",
+        ),
+        pytest.param(
+            replaced(replaced(UCF, '"K17"', '"K99"'), '"K18"', '"K17"').replace("K99", "K18"),
+            "in_data_p<0>, in_data_n<0>: K18 and K17 are no P and N of a pair",
+            id="swapped",
+        ),
+        pytest.param(
+            replaced(replaced(UCF, '"A6"', '"C99"'), '"C8"', '"A6"').replace("C99", "C8"),
+            "out_clk_p, out_clk_n: B6 and C8 are no P and N of a pair",
+            id="mixed",
+        ),
+        pytest.param(
+            replaced(replaced(UCF, '"B6"', '"G16"'), '"A6"', '"G18"'),
+            "out_clk_p: bank 1 has no TMDS_33 drivers",
+            id="drivers",
+        ),
+        pytest.param(
+            replaced(replaced(UCF, '"K17"', '"D11"'), '"K18"', '"C11"'),
+            "receive_clocks/bit_buffer: serialisers in banks 0 (in_data_p<0>) and 1 "
+            "(in_data_p<1>), a BUFPLL reaches one",
+            id="bufpll",
+        ),
+        pytest.param(without("CONFIG"), "in_clk_p: TMDS_33 needs CONFIG VCCAUX = 3.3", id="aux"),
+        pytest.param(
+            replaced(UCF, '(NET "clk_100" +LOC = )"L15"', r'\1"M14"').replace(
+                '"led<1>"         LOC = "M14"', '"led<1>"         LOC = "L15"'
+            ),
+            "clock clk_100: ball M14 (IO_L53P_1) is no clock input",
+            id="clock-pin",
+        ),
+        pytest.param(without('PERIOD "control"'), "clock clk_100 has no period", id="period"),
+        pytest.param(without('PERIOD "tmds"'), "clock tx_clk_x2 has no period", id="derived"),
+        pytest.param(
+            UCF.replace('"clk" ', '"pixel_clk" '),
+            "TNM_NET pixel_clk is no net of atlys_top",
+            id="net",
+        ),
+        pytest.param(
+            replaced(UCF, 'TIMEGRP "receive"', 'TIMEGRP "received"'),
+            "group receive is not declared",
+            id="group",
+        ),
+        pytest.param(
+            without("TS_receive_to_transmit"),
+            "transmitter/cross: no TIG from clk to tx_clk",
+            id="elastic",
+        ),
+        pytest.param(
+            without("TS_counted_to_control"),
+            "meter: no TIG from tmds_clk_global to clk_100",
+            id="meter",
+        ),
+        pytest.param(
+            without("TS_receive_to_control"),
+            "size_crossing: no TIG from clk to clk_100",
+            id="bus",
+        ),
+        pytest.param(
+            UCF + 'TIMESPEC "TS_back" = FROM "control" TO "counted" TIG;',
+            "TIG from control to counted: no crossing goes that way",
+            id="idle",
+        ),
+        pytest.param(
+            UCF + 'TIMESPEC "TS_own" = FROM "receive" TO "pixels" TIG;',
+            "TIG from receive to pixels: they share a clock",
+            id="own",
+        ),
+        pytest.param(
+            UCF.replace("13.468", "15"),
+            "receive_clocks/pll: CLKIN1_PERIOD is 13.468 ns, the constraint 15 ns",
+            id="pll",
+        ),
+    ],
+)
+def test_constraint_faults(tmp_path: Path, ucf: str, found: str) -> None:
+    assert found in problems(tmp_path, ucf)
+
+
+def test_new_port_without_pin(tmp_path: Path) -> None:
+    top = replaced(
+        SOURCES[ise.TOP], r"^    uart_tx ", "    beeper         : out   std_logic;\n    uart_tx "
+    )
+    assert problems(tmp_path, atlys_top=top) == [
+        "port beeper has no LOC",
+        "port beeper has no IOSTANDARD",
+    ]
+
+
+def test_name_of_net_not_kept(tmp_path: Path) -> None:
+    top = replaced(SOURCES[ise.TOP], r"^  attribute keep of clk .*\n", "")
+    assert problems(tmp_path, atlys_top=top) == [
+        "TNM_NET clk: without the attribute keep its name may vanish"
+    ]
+
+
+def test_clock_of_no_constraint(tmp_path: Path) -> None:
+    """A register on a clock that no period reaches, deep in the design."""
+    meter = replaced(
+        SOURCES["clock_meter"],
+        r"^  divided\(0\) <= ",
+        "  slow : process (divided(0)) is\n  begin\n    if rising_edge(inner) then\n"
+        "    end if;\n  end process slow;\n\n  divided(0) <= ",
+    )
+    assert problems(tmp_path, clock_meter=meter) == ["clock meter/inner has no period"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('NET "a" LOC = "A2"', "no ; behind"),
+        ('NET "a" LOCK = "A2";', "'LOCK = \"A2\"' is not understood"),
+        ('NET "a" PULLUP = 3;', "is not understood"),
+        ('TIMESPEC "TS_a" = PERIOD "a" 10 MHz HIGH 50 %;', "is not understood"),
+        ('TIMESPEC "TS_a" = FROM "a" TO "b" 5 ns;', "is not understood"),
+    ],
+)
+def test_constraint_syntax(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "a.ucf"
+    path.write_text(f"CONFIG VCCAUX = 3.3;\n{text}\n")
+    with pytest.raises(InputError, match=re.escape(message)) as caught:
+        read_constraints(path)
+    assert caught.value.where == f"{path}:2"
+
+
+def test_constraints_of_the_core_are_understood() -> None:
+    folder = project.root() / "constraints"
+    assert read_constraints(folder / "raster_refocuser.ucf").periods == {"clk": 13.468}
+
+
+def test_package() -> None:
+    """The grid, and what the device has of I/O pins (DS160)."""
+    letters = "ABCDEFGHJKLMNPRTUV"
+    assert set(pins()) == {f"{a}{i}" for a in letters for i in range(1, 19)}
+    io = [pin for pin in pins().values() if pin.is_io]
+    assert len(io) == device().sites["IOB"]
+    assert len({pin.name for pin in io}) == len(io)
+    sides = Counter((pin.bank, pin.pair, pin.is_positive) for pin in io)
+    assert set(sides.values()) == {1}
+    assert {(bank, pair) for bank, pair, _ in sides} == {
+        (bank, pair) for bank, pair, positive in sides if positive
+    }
+    assert sum(pin.is_clock for pin in io) == 32
+
+
+def test_sites() -> None:
+    assert check.check_sites({"pll_adv": 4, "bufg": 15, "bufgmux": 1, "iserdes2": 376}) == []
+    assert check.check_sites({"pll_adv": 5}) == ["5 PLL_ADV, the device has 4"]
+    assert check.check_sites({"bufg": 16, "bufgmux": 1}) == ["17 BUFG, the device has 16"]
+    assert check.check_sites({"mmcme2_adv": 1}) == ["mmcme2_adv is no primitive of the device"]
+    assert check.check_sites({"ibufds": 100, "obufds": 10}) == ["220 IOB, the device has 218"]
+
+
+def test_project() -> None:
+    lines = ise.project_lines()
+    assert check.check_project(lines) == []
+    first, last = ise.source_of_line(lines[0]), ise.source_of_line(lines[-1])
+    assert last == ise.top_source()
+    assert check.check_project(lines[1:]) == [f"{first} is missing"]
+    assert check.check_project([*lines, lines[0]]) == [f"{first} is listed twice"]
+    model = hdl.unisim_sources()[0]
+    other = Path("/nowhere/a.vhd")
+    assert check.check_project([*lines, f'vhdl work "{model}"', f'vhdl work "{other}"']) == [
+        f"{other}: no such file",
+        f"{model} is no synthesisable source",
+        f"{other} is no synthesisable source",
+    ]
+    with pytest.raises(InputError, match="project file"):
+        check.check_project(["verilog work a.v"])
+
+
+def test_options(tmp_path: Path) -> None:
+    folder = project.root() / "scripts" / "ise"
+    assert check.check_options(folder) == []
+    for name in ise.OPTION_FILES:
+        (tmp_path / name).write_text((folder / name).read_text())
+    (tmp_path / "par.opt").unlink()
+    with (tmp_path / "map.opt").open("a") as file:
+        file.write("-ol std\n")
+    with (tmp_path / "xst.opt").open("a") as file:
+        file.write("opt_mode Area\n")
+    found = check.check_options(tmp_path)
+    assert "map.opt: -ol is there twice" in found
+    assert any(line.startswith(f"{tmp_path}/par.opt: no such file") for line in found)
+    assert any("'opt_mode Area' is no option" in line for line in found)
+    assert len(found) == 3

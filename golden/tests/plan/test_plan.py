@@ -1,0 +1,538 @@
+"""Scene profiles, plans, estimates, project files."""
+
+import itertools
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from plenofir.camera.rays import Cover, Slice, covering_slices
+from plenofir.errors import InputError
+from plenofir.files import publish_files
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.ise import TOP as BOARD
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.devices import Usage
+from plenofir.fpga.synthesis.comparison import (
+    ENGINES,
+    SETS,
+    Cell,
+    load_comparison,
+    measured_cells,
+    widest,
+)
+from plenofir.fpga.synthesis.estimate import (
+    Memory,
+    block_sizes,
+    estimate,
+    reciprocal_bits,
+    video_usage,
+)
+from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
+from plenofir.plan.configure import TOP, configure, needed_sources, package_text
+from plenofir.plan.figures import CORE, designs, load_figures, scene_files
+from plenofir.plan.planner import Plan, without_idle_slices
+from plenofir.refocus import StoredProductArithmetic, shift_to_text
+
+PLENOFIR = str(Path(sys.executable).parent / "plenofir")
+
+BASE = """
+name = "test"
+[camera]
+model = "f193-mla2"
+focus_mm = 5000.0
+micro_image_size = 5
+[frame]
+columns = 640
+rows = 480
+colour = "rgb"
+[depth]
+near_mm = 800.0
+far_mm = inf
+[build]
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "scene.toml"
+    path.write_text(text)
+    return path
+
+
+def scene(folder: Path, *changes: tuple[str, str], build: str = "") -> LoadedScene:
+    text = BASE + build
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return load_scene(write(folder, text))
+
+
+@pytest.mark.parametrize("file", scene_files(), ids=lambda file: file.stem)
+def test_shipped_scenes_fit(file: Path) -> None:
+    plan = make_plan(load_scene(file))
+    assert plan.scene == file.stem
+    assert plan.slices
+    assert not plan.gaps_mm
+    assert all(plan.needs[name] <= plan.available[name] for name in plan.available)
+    # What is left out makes the full build larger in every resource that counts. LUTs of moving
+    # sums grow with the channels, hardly with slices; those of filters with both.
+    assert plan.full["LUT"] > plan.needs["LUT"] or plan.core.channels == 3
+    assert plan.full["block RAM (18 Kbit)"] > plan.needs["block RAM (18 Kbit)"]
+    loaded = load_scene(file)
+    build = loaded.scene.build.model_copy(update={"engine": "taps"})
+    scene_of_taps = loaded.scene.model_copy(update={"build": build})
+    taps = make_plan(loaded.model_copy(update={"scene": scene_of_taps}))
+    assert taps.core.engine == "taps"
+    assert taps.full["LUT"] > taps.needs["LUT"]
+    assert taps.full["block RAM (18 Kbit)"] > taps.needs["block RAM (18 Kbit)"]
+
+
+def test_four_scenes_are_shipped() -> None:
+    plans = [make_plan(load_scene(file)) for file in scene_files()]
+    kinds = {(p.core.channels, p.core.micro_image_size, p.columns) for p in plans}
+    assert {(3, 3, 640), (3, 5, 1280), (1, 11, 3201)} < kinds
+    assert len(kinds) == 4
+
+
+def test_slices_cover_the_range_and_each_is_needed(tmp_path: Path) -> None:
+    loaded = scene(tmp_path)
+    plan = make_plan(loaded)
+    fields = [(part.near_mm, part.far_mm) for part in plan.slices]
+    assert fields[0][1] is None
+    assert fields[-1][0] <= 800
+    for (near, _), (_, far) in itertools.pairwise(fields):
+        assert far >= near
+    for number in range(1, len(fields) - 1):
+        # Without a slice in the middle, a gap opens between its neighbours.
+        assert fields[number - 1][0] > fields[number + 1][1]
+
+
+def test_idle_slices_are_dropped() -> None:
+    parts = (
+        Slice(0, 2000.0, float("inf")),
+        Slice(1, 1500.0, 2500.0),
+        Slice(2, 1000.0, 2100.0),
+    )
+    cover = without_idle_slices(Cover(parts, ()), 1000.0, float("inf"))
+    assert [part.a for part in cover.slices] == [0, 2]
+    assert cover.gaps == ()
+
+
+def test_explicit_slices(tmp_path: Path) -> None:
+    changes = [("near_mm = 800.0\nfar_mm = inf", 'slices = ["-1/5", "2/5"]')]
+    plan = make_plan(scene(tmp_path, *changes))
+    assert plan.core.shifts == (-1, 2)
+    assert not plan.core.hold
+    integer = (changes[0][0], 'slices = ["-1", "0", "1"]')
+    plan = make_plan(scene(tmp_path, integer, build='engine = "taps"'))
+    assert plan.core.hold
+    assert plan.core.layout.can_hold
+
+
+def test_engine_that_fits_is_chosen(tmp_path: Path) -> None:
+    # 40 lines of partial sums of three channels are too much, the pixels are not.
+    slices = ", ".join(f'"{shift}/5"' for shift in range(-5, 11))
+    changes = [
+        ("columns = 640", "columns = 1280"),
+        ("near_mm = 800.0\nfar_mm = inf", f"slices = [{slices}]"),
+    ]
+    build = 'arithmetic = "exact"\n'
+    plan = make_plan(scene(tmp_path, *changes, build=build))
+    assert plan.core.engine == "sums"
+    assert re.match(r"taps would not fit: \d+ of 116 block RAM", plan.engine_reason)
+    assert plan.line_buffers == 36
+    taps, sums = plan.engines
+    assert (taps.engine, sums.engine) == ("taps", "sums")
+    assert taps.needs is not None
+    assert sums.needs == plan.needs
+    with pytest.raises(InputError, match=r"needs \d+ of 116 block RAM"):
+        make_plan(scene(tmp_path, *changes, build=build + 'engine = "taps"'))
+    one_row = scene(tmp_path, *changes[1:], build=build + "parallel_rows = 5")
+    with pytest.raises(InputError, match=r"needs \d+ of"):
+        make_plan(one_row)
+
+
+def test_smaller_engine_is_chosen(tmp_path: Path) -> None:
+    for a in ("1/5", "2/5", "1", "-1"):
+        slices = ("near_mm = 800.0\nfar_mm = inf", f'slices = ["{a}"]')
+        plan = make_plan(scene(tmp_path, slices))
+        shares = {
+            option.engine: max(option.needs[name] / plan.available[name] for name in option.needs)
+            for option in plan.engines
+            if option.needs is not None
+        }
+        assert plan.core.engine == min(shares, key=lambda engine: shares[engine])
+        assert f"{shares[plan.core.engine]:.0%} of the device's" in plan.engine_reason
+    chosen = make_plan(scene(tmp_path, slices, build='engine = "taps"'))
+    assert (chosen.core.engine, chosen.engine_reason) == ("taps", "as the scene wants it")
+
+
+def test_moving_sums_need_blanking(tmp_path: Path) -> None:
+    # Frames of 600 lines become 629, a multiple of M; the mode has 628 with its blanking.
+    changes = [
+        ('model = "f193-mla2"\nfocus_mm = 5000.0\nmicro_image_size = 5', "micro_image_size = 37"),
+        ("columns = 640", "columns = 800"),
+        ("rows = 480", "rows = 600\nrate_hz = 60.0"),
+        ("near_mm = 800.0\nfar_mm = inf", 'slices = ["1/37"]'),
+    ]
+    build = 'path = "video"\narithmetic = "stored"\nfraction_bits = 0\nguard_bits = 0'
+    plan = make_plan(scene(tmp_path, *changes, build=build))
+    assert plan.core.engine == "taps"
+    assert plan.engine_reason == "sums: frames of 629 lines, the mode has 628"
+
+
+def test_rows_that_are_no_multiple_of_m_need_no_blank_lines(tmp_path: Path) -> None:
+    def planned(*changes: tuple[str, str], build: str) -> Plan:
+        slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["2"]')
+        return make_plan(scene(tmp_path, slices, *changes, build=build))
+
+    rate, odd = ("rows = 480", "rows = 480\nrate_hz = 60.0"), ("rows = 480", "rows = 482")
+    odd_rate = ("rows = 480", "rows = 482\nrate_hz = 60.0")
+    plan = planned(odd_rate, build='engine = "sums"')
+    assert plan.core.any_rows
+    assert plan.core.generics()["ANY_ROWS"] is True
+    assert "constant ANY_ROWS : boolean := true;" in package_text(plan)
+    assert plan.frame_clocks == 482 * plan.columns
+    without = planned(rate, build='engine = "sums"')
+    assert not without.core.any_rows
+    assert plan.line_buffers == without.line_buffers + 1
+    # Stills do not follow each other, taps ask for nothing, video has its blanking.
+    assert not planned(odd, build='engine = "sums"').core.any_rows
+    assert not planned(odd_rate, build='engine = "taps"').core.any_rows
+    camera = 'model = "f193-mla2"\nfocus_mm = 5000.0\nmicro_image_size = 5'
+    seven = (camera, "micro_image_size = 7")
+    assert planned(seven, rate, build='engine = "sums"').core.any_rows
+    assert not planned(seven, rate, build='engine = "sums"\npath = "video"').core.any_rows
+
+
+def test_many_slices_fit_the_board_with_moving_sums(tmp_path: Path) -> None:
+    def slices(m: int, low: int, high: int) -> tuple[str, str]:
+        texts = ", ".join(f'"{shift_to_text(shift, m)}"' for shift in range(low, high + 1))
+        return ("near_mm = 800.0\nfar_mm = inf", f"slices = [{texts}]")
+
+    size = [("columns = 640", "columns = 1280"), ("rows = 480", "rows = 720\nrate_hz = 60.0")]
+    plan = make_plan(scene(tmp_path, *size, slices(5, -5, 10), build='path = "video"'))
+    assert len(plan.core.shifts) == 16
+    assert plan.engine_reason.startswith("taps would not fit: 177 of 116 block RAM")
+    assert all(plan.needs[name] <= plan.available[name] for name in plan.available)
+    changes = [
+        *size,
+        slices(11, -11, 11),
+        ('model = "f193-mla2"\nfocus_mm = 5000.0\nmicro_image_size = 5', "micro_image_size = 11"),
+        ('"rgb"', '"grey"'),
+    ]
+    plan = make_plan(scene(tmp_path, *changes))
+    assert len(plan.core.shifts) == 23
+    assert plan.engine_reason.startswith("taps would not fit: 227 of 116 block RAM")
+
+
+def test_auto_arithmetic_takes_what_fits(tmp_path: Path) -> None:
+    wide = ("columns = 640", "columns = 2048")
+    assert make_plan(scene(tmp_path)).core.arithmetic.kind == "exact"
+    many = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-1", "4/5"]')
+    plan = make_plan(scene(tmp_path, wide, many, build='engine = "taps"'))
+    arithmetic = plan.core.arithmetic
+    assert isinstance(arithmetic, StoredProductArithmetic)
+    # With one fraction bit more it would not fit.
+    bits = arithmetic.fraction_bits + 1
+    more = StoredProductArithmetic(fraction_bits=bits, guard_bits=min(2, bits))
+    usage = estimate(plan.core.model_copy(update={"arithmetic": more}))
+    assert DEVICES["xc6slx45"].overflow(usage)
+
+
+def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
+    build = 'arithmetic = "exact"'
+    big = [("columns = 640", "columns = 4096"), ("far_mm = inf", "far_mm = 5000.0")]
+    with pytest.raises(InputError, match=r"XC6SLX45: needs \d+ of 116 block RAM") as refusal:
+        make_plan(scene(tmp_path, *big, build=build))
+    assert "xc6slx" in refusal.value.expected
+    device = refusal.value.expected.split("'")[1]
+    plan = make_plan(scene(tmp_path, *big, build=f'{build}\ndevice = "{device}"'))
+    assert plan.device == device
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("columns = 640", "columns = 0", r"frame\.columns = 0; expected greater than"),
+        ("columns = 640", 'columns = "640"', r"frame\.columns = '640'; expected a valid integer"),
+        ("columns = 640", "width = 640", r"frame\.columns; expected this field"),
+        ("rows = 480", "rows = 480\ndepth = 3", r"frame\.depth = 3; expected no such field"),
+        ('"rgb"', '"red"', r"frame\.colour = 'red'; expected 'grey' or 'rgb'"),
+        ("far_mm = inf", "far_mm = 700.0", r"depth cannot be used; expected near_mm below"),
+        ("far_mm = inf", "", r"depth cannot be used; expected either near_mm and far_mm"),
+        ('model = "f193-mla2"', "", r"camera\.model for a depth range"),
+        ('"f193-mla2"', '"f1"', r"f1: no such camera"),
+        ("[build]", '[build]\ndevice = "xc7a35t"', r"build\.device = 'xc7a35t'; expected one of"),
+        ("[build]", "[build]\nguard_bits = 9", r"guard_bits of at most fraction_bits"),
+        ("[build]", '[build]\nengine = "both"', r"build\.engine = 'both'; expected 'auto'"),
+        ("[build]", '[build]\nengine = "sums"\nparallel_rows = 2', r"parallel_rows = 1 for"),
+        ("[build]", '[build]\npath = "video"', r"frame\.rate_hz for build\.path"),
+        ("far_mm = inf", "far_mm = nan", r"depth"),
+        ("focus_mm = 5000.0", "focus_mm = 5.0", r"."),
+        ('name = "test"', 'name = "a b"', r"name = 'a b'"),
+        ("[frame]", "[frame", r"cannot be read"),
+        ("near_mm = 800.0\nfar_mm = inf", 'slices = ["1/7"]', r"grid of M = 5"),
+        ("near_mm = 800.0\nfar_mm = inf", 'slices = ["1", "5/5"]', r"twice"),
+        ("near_mm = 800.0\nfar_mm = inf", "slices = []", r"depth\.slices"),
+        ("near_mm = 800.0\nfar_mm = inf", "near_mm = 1.0\nfar_mm = 2.0", r"no slice|scene"),
+    ],
+)
+def test_bad_scenes(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = write(tmp_path, BASE.replace(old, new))
+    done = subprocess.run(
+        [PLENOFIR, "plan", str(path)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2, done.stdout
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert re.search(message, done.stderr), done.stderr
+
+
+RATE = ("rows = 480", "rows = 480\nrate_hz = 60.0")
+
+
+def test_video_path(tmp_path: Path) -> None:
+    core = make_plan(scene(tmp_path, RATE))
+    assert core.core.engine == "sums"
+    plan = make_plan(scene(tmp_path, RATE, build='path = "video"'))
+    assert plan.clock_mhz == 25.175
+    assert plan.blanking == (160, 45)
+    assert plan.frame_clocks == 800 * 525
+    # With nearest neighbours and exact sums: D lines, and D + 35 pixels, with taps 14 fewer.
+    assert plan.latency_clocks == plan.core.delay * 801 + 36
+    taps = make_plan(scene(tmp_path, RATE, build='path = "video"\nengine = "taps"'))
+    assert taps.latency_clocks == plan.latency_clocks - 15
+    assert plan.core == core.core
+    assert plan.video_needs is not None
+    assert core.video_needs is None
+    assert all(plan.needs[name] == n + plan.video_needs[name] for name, n in core.needs.items())
+    # What one has, the other leaves out.
+    texts = [part.what for part in core.left_out if "TMDS" in part.what]
+    assert len(texts) == 1
+    assert not any("TMDS" in part.what for part in plan.left_out)
+
+
+@pytest.mark.parametrize(
+    ("changes", "build", "message"),
+    [
+        ([("rows = 480", "rows = 480\nrate_hz = 61.0")], "", "61 Hz is no mode of the board"),
+        ([("rows = 480", "rows = 481\nrate_hz = 60.0")], "", "640 x 481 at 60 Hz is no mode"),
+        ([RATE, ('"rgb"', '"grey"')], "", 'frame.colour "rgb"'),
+        ([RATE], "parallel_rows = 2", "parallel_rows 1"),
+        ([RATE], 'device = "xc6slx9"', 'device "xc6slx45"'),
+        ([RATE, ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-160"]')], "", "exceeds"),
+    ],
+)
+def test_video_paths_that_cannot_be(
+    tmp_path: Path, changes: list[tuple[str, str]], build: str, message: str
+) -> None:
+    with pytest.raises(InputError, match=re.escape(message)):
+        make_plan(scene(tmp_path, *changes, build=f'path = "video"\n{build}'))
+
+
+def test_video_path_that_does_not_fit_is_refused_with_it(tmp_path: Path) -> None:
+    # All RAM is needed for 720p with M = 11; LUTs of the core and of the video path are counted.
+    changes = [("columns = 640", "columns = 1280"), ("rows = 480", "rows = 720\nrate_hz = 60.0")]
+    slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-2", "1/5", "2"]')
+    build = 'path = "video"\narithmetic = "exact"\nengine = "taps"'
+    with pytest.raises(InputError, match=r"XC6SLX45: needs \d+ of 116 block RAM"):
+        make_plan(scene(tmp_path, *changes, slices, build=build))
+
+
+def test_configure_of_the_board(tmp_path: Path) -> None:
+    plan = make_plan(scene(tmp_path, RATE, build='path = "video"'))
+    sources = configure(plan, tmp_path / "out")
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {
+        "plan.json",
+        "atlys_top.prj",
+        "atlys_top.ucf",
+        "atlys_top.vhd",
+        "atlys_top.xst",
+        "sources.txt",
+        "xst",
+    }
+    # Everything that the board is built of, in order, and nothing else.
+    built_of = {source.stem for source in sources}
+    assert {"refocus_video", "tmds_receiver", "serial_clocks", "atlys_top"} <= built_of
+    assert not {"self_test", "scene_top", "scene_pkg"} & built_of
+    listed = hdl.board_sources()
+    order = [[path.stem for path in listed].index(source.stem) for source in sources]
+    assert order == sorted(order)
+    top = (tmp_path / "out" / "atlys_top.vhd").read_text()
+    assert f'SHIFTS              : string   := "{plan.core.generics()["SHIFTS"]}"' in top
+    assert re.search(r"MAX_COLUMNS +: positive := 640;", top)
+    assert re.search(r"EXACT +: boolean +:= true;", top)
+    script = (tmp_path / "out" / "atlys_top.xst").read_text()
+    assert "-ifn atlys_top.prj" in script
+
+
+def test_plan_as_json() -> None:
+    done = subprocess.run(
+        [PLENOFIR, "plan", str(scene_files()[-1]), "--json"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    content = json.loads(done.stdout)
+    assert content["needs"]["DSP48A1"] == 1
+    assert content["slices"][0]["far_mm"] is None
+
+
+def test_estimates_against_synthesis() -> None:
+    # Block RAM and multipliers equal what Yosys makes; LUTs and flip-flops within some percent.
+    # The board is its core, and the video path around it.
+    known = load_figures().figures["2.0.0"]
+    compared = 0
+    for design in designs():
+        if design.name not in known or design.top not in (CORE, BOARD):
+            continue
+        figures, usage = known[design.name], estimate(design.core)
+        if design.top == BOARD:
+            usage += video_usage(design.core)
+        assert (usage.ramb16, usage.ramb8, usage.dsp) == (
+            figures.ramb16,
+            figures.ramb8,
+            figures.dsp,
+        ), design.name
+        assert usage.lut == pytest.approx(figures.lut, rel=0.15), design.name
+        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name
+        compared += 1
+    assert compared >= 15
+
+
+def test_estimates_of_both_engines_against_synthesis() -> None:
+    known = load_comparison().figures
+    measured = [cell for cell in measured_cells() if cell.name in known]
+    assert {cell.engine for cell in measured} == set(ENGINES)
+    assert len(measured) >= 60
+    for cell in measured:
+        figures, usage = known[cell.name], estimate(cell.core())
+        assert usage.block_rams == figures.usage.block_rams, cell.name
+        assert usage.dsp == figures.dsp, cell.name
+        assert usage.lut == pytest.approx(figures.lut, rel=0.15), cell.name
+        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), cell.name
+
+
+def test_goals_of_moving_sums() -> None:
+    # 1280 columns with any slice chosen at run time; what the frames' memory takes less.
+    device = DEVICES["xc6slx45"]
+    for part in SETS:
+        taps, sums = (Cell(*part, engine) for engine in ENGINES)
+        assert device.overflow(estimate(taps.core()))
+        assert not device.overflow(estimate(sums.core()))
+        assert widest(sums, device) >= 1280 > widest(taps, device)
+    for m, shift, channels, ratio in ((5, 10, 3, 2.5), (11, 11, 1, 3.0)):
+        taps, sums = (Cell(m, (shift,), channels, engine) for engine in ENGINES)
+        assert taps.core(1024).line_buffer_bits >= ratio * sums.core(1024).line_buffer_bits
+
+
+@pytest.mark.parametrize(
+    ("address_bits", "width", "ramb16", "ramb8"),
+    [
+        (5, 100, 0, 0),
+        (7, 36, 0, 1),
+        (7, 37, 0, 2),
+        (10, 9, 0, 1),
+        (10, 10, 1, 0),
+        (10, 19, 0, 3),
+        (11, 10, 0, 3),
+        (11, 27, 3, 0),
+        (13, 9, 4, 0),
+        (13, 10, 5, 0),
+        (13, 45, 20, 0),
+    ],
+)
+def test_memories_as_yosys_maps_them(
+    address_bits: int, width: int, ramb16: int, ramb8: int
+) -> None:
+    usage = Memory("", address_bits, width, 1).usage
+    assert (usage.ramb16, usage.ramb8) == (ramb16, ramb8)
+
+
+def test_blocks_of_deep_memories_take_no_more_block_rams() -> None:
+    for width in (1, 8, 9, 11, 24, 48):
+        for words in (1, 513, 1500, 4097, 23040, 70400):
+            sizes = block_sizes(words, width)
+            assert sum(sizes) == words
+            bases = itertools.accumulate([0, *sizes[:-1]])
+            for base, size in zip(bases, sizes, strict=True):
+                assert base % (1 << (size - 1).bit_length()) == 0
+            parts = [Memory("", (n - 1).bit_length(), width, 1, words=n).usage for n in sizes]
+            whole = Memory("", (words - 1).bit_length(), width, 1, words=words).usage
+            assert sum(parts, Usage()).block_rams <= whole.block_rams, (words, width)
+
+
+def test_reciprocal_is_exact() -> None:
+    for divisor in (3, 9, 25, 49, 121, 625):
+        largest = 255 * divisor
+        bits, factor_bits = reciprocal_bits(largest, divisor)
+        numerator = largest + divisor // 2
+        assert bits == numerator.bit_length()
+        exponent = next(t for t in range(64) if (-(1 << t)) % divisor * numerator < 1 << t)
+        factor = -(-(1 << exponent) // divisor)
+        assert factor.bit_length() == factor_bits
+        for n in range(0, numerator + 1, 7):
+            assert n * factor >> exponent == n // divisor
+
+
+def test_configure_leaves_all_files(tmp_path: Path) -> None:
+    plan = make_plan(load_scene(scene_files()[0]))
+    sources = configure(plan, tmp_path / "out")
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {
+        "plan.json",
+        "scene_pkg.vhd",
+        "scene_top.prj",
+        "scene_top.ucf",
+        "scene_top.vhd",
+        "scene_top.xst",
+        "sources.txt",
+        "xst",
+    }
+    listed = (tmp_path / "out" / "sources.txt").read_text().splitlines()
+    assert [(tmp_path / "out" / line).resolve() for line in listed] == [
+        source.resolve() for source in sources
+    ]
+    package = (tmp_path / "out" / "scene_pkg.vhd").read_text()
+    assert f'SHIFTS : string := "{" ".join(map(str, plan.core.shifts))}"' in package
+    assert f"{1000 / plan.clock_mhz:.3f} ns" in (tmp_path / "out" / "scene_top.ucf").read_text()
+
+
+def test_project_files_are_published_as_they_are(tmp_path: Path) -> None:
+    configure(make_plan(load_scene(scene_files()[0])), tmp_path / "project")
+    publish_files(tmp_path / "project", tmp_path / "out")
+    wanted = {path.name for path in (tmp_path / "project").iterdir() if path.is_file()}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == wanted
+
+
+def test_configure_needs_a_folder_that_can_be_written(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("")
+    plan = make_plan(load_scene(scene_files()[0]))
+    with pytest.raises(InputError, match="OUT"):
+        configure(plan, tmp_path / "out")
+
+
+def test_sources_of_a_core_are_those_it_is_built_of(tmp_path: Path) -> None:
+    top = tmp_path / f"{TOP}.vhd"
+    top.write_text("core : entity work.axis_fifo")
+    sources = needed_sources(top, TOP, hdl.hdl_sources())
+    assert [source.stem for source in sources] == ["ram_simple_dual_port", "axis_fifo"]
+
+
+def test_cover_needs_its_greedy_choice() -> None:
+    model = load_scene(scene_files()[1]).model()
+    assert model is not None
+    cover = covering_slices(model, 500.0, float("inf"))
+    again = without_idle_slices(cover, 500.0, float("inf"))
+    assert again.slices == cover.slices
+
+
+def test_hold_is_smaller() -> None:
+    core = CoreConfiguration(micro_image_size=5, shifts=(-5, 0, 5), max_columns=640)
+    held = core.model_copy(update={"hold": True})
+    assert estimate(held).lut < estimate(core).lut

@@ -1,0 +1,91 @@
+"""Integer sharpness, depth index and all-in-focus picture against their plain definition."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from plenofir import project
+from plenofir.camera.lightfield.stack import focal_stack
+from plenofir.errors import InputError
+from plenofir.images import read_image
+from plenofir.refocus.sharpness import depth_index, lens_sums, local_sharpness
+
+
+def plain_sharpness(image, m: int, radius: int) -> list[list[int]]:
+    rows, columns = image.shape[:2]
+    high, wide = -(-rows // m), -(-columns // m)
+    sums = [[0] * wide for _ in range(high)]
+    for y in range(rows):
+        for x in range(columns):
+            pixel = [int(value) for value in np.atleast_1d(image[y, x])]
+            luma = pixel[0] if len(pixel) == 1 else pixel[0] + 2 * pixel[1] + pixel[2]
+            sums[y // m][x // m] += luma
+    bends = [[0] * wide for _ in range(high)]
+    for t in range(high):
+        for s in range(wide):
+            for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+                if 0 <= t + down < high and 0 <= s + right < wide:
+                    bends[t][s] += sums[t][s] - sums[t + down][s + right]
+    window = range(-radius, radius + 1)
+    return [
+        [
+            sum(
+                abs(bends[t + i][s + j])
+                for i in window
+                for j in window
+                if 0 <= t + i < high and 0 <= s + j < wide
+            )
+            for s in range(wide)
+        ]
+        for t in range(high)
+    ]
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    m=st.integers(1, 4),
+    size=st.tuples(st.integers(1, 17), st.integers(1, 17)),
+    channels=st.sampled_from([(), (3,)]),
+    slices=st.integers(1, 4),
+    radius=st.integers(0, 3),
+    levels=st.sampled_from([2, 256]),
+    seed=st.integers(0, 1000),
+)
+def test_equals_the_plain_definition(m, size, channels, slices, radius, levels, seed) -> None:
+    rng = np.random.default_rng(seed)
+    stack = rng.integers(0, levels, (slices, *size, *channels)).astype(np.uint8)
+    got = depth_index(stack, m, radius)
+    energies = [plain_sharpness(image, m, radius) for image in stack]
+    for image, energy in zip(stack, energies, strict=True):
+        assert local_sharpness(image, m, radius).tolist() == energy
+    for y in range(size[0]):
+        for x in range(size[1]):
+            candidates = [energy[y // m][x // m] for energy in energies]
+            best = candidates.index(max(candidates))
+            assert got.index[y // m, x // m] == best
+            assert np.array_equal(got.image[y, x], stack[best, y, x])
+
+
+def test_finds_the_planes() -> None:
+    raw = read_image(project.DATA / "planes_5x5.png")
+    planes = ("-1", "-3/5", "1/5", "1")
+    found = depth_index(focal_stack(raw, 5, planes), 5, 2)
+    # The planes stand side by side: in the middle of each its own slice is the one most taken.
+    for quarter in np.array_split(found.index, 4, axis=1):
+        inside = quarter[6:-6, 6:-6]
+        counts = np.bincount(inside.ravel(), minlength=4)
+        assert counts.max() > 0.5 * inside.size, counts
+
+
+def test_even_stack_is_of_the_first_slice() -> None:
+    stack = np.full((3, 8, 8), 7, np.uint8)
+    assert not depth_index(stack, 2).index.any()
+    assert lens_sums(stack[0], 2).tolist() == [[28] * 4] * 4
+
+
+def test_bad_input_is_refused() -> None:
+    with pytest.raises(InputError, match="slices"):
+        depth_index(np.zeros((0, 4, 4), np.uint8), 2)
+    with pytest.raises(InputError, match="radius"):
+        depth_index(np.zeros((1, 4, 4), np.uint8), 2, 9)

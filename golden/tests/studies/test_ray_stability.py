@@ -1,0 +1,85 @@
+"""The ray model within 1e-12 of a high-precision oracle, however stiff the case."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from plenofir.camera.rays import RayModel, State, load_camera
+from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor
+from plenofir.studies.ray_stability import (
+    CASES,
+    Outcome,
+    _error,
+    oracle_distance,
+    oracle_extension,
+)
+
+GOAL = 1e-12
+OUTCOMES = [outcome for cases in CASES for outcome in cases()]
+
+
+@pytest.mark.parametrize("outcome", OUTCOMES, ids=lambda o: f"{o.group}: {o.case}")
+def test_extreme_case(outcome: Outcome) -> None:
+    assert outcome.error <= GOAL, outcome
+
+
+def test_the_cases_are_hard() -> None:
+    """The text's formulas lose their digits in them; otherwise they would show nothing."""
+    for group in ("a near 0, b_U = f_U", "planes near infinity", "far focus", "1:1 imaging"):
+        worst = max(max(o.naive.values()) for o in OUTCOMES if o.group == group)
+        assert worst > 1e-11, group
+
+
+def log_uniform(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
+
+
+cameras = st.builds(
+    Camera,
+    name=st.just("any"),
+    main_lens=st.builds(
+        MainLens,
+        focal_length_mm=log_uniform(0, 4),
+        principal_plane_separation_mm=st.floats(-50, 50),
+        exit_pupil_mm=log_uniform(0, 4),
+    ),
+    micro_lenses=st.builds(
+        MicroLensArray, focal_length_mm=log_uniform(-2, 1), pitch_mm=log_uniform(-2, 0)
+    ),
+    sensor=st.builds(Sensor, pixel_pitch_mm=log_uniform(-3.3, -1.5)),
+)
+
+
+@given(
+    cameras,
+    st.floats(0, 12).map(lambda x: 10.0**x),
+    st.integers(2, 99),
+    st.floats(-30, 30),
+    st.sampled_from([0, 1, -1]),
+)
+def test_any_camera(camera: Camera, beyond: float, size: int, a: float, border: int) -> None:
+    lens = camera.main_lens
+    f, separation = lens.focal_length_mm, lens.principal_plane_separation_mm
+    focus = 4 * f + separation + beyond
+    model = RayModel.focused(camera, focus, size)
+    want = oracle_distance(model, oracle_extension(f, separation, focus), a, border)
+    found = {1: model.near_border, 0: model.distance, -1: model.far_border}[border](a)
+    front = model.image_distance_mm + separation
+    if found.state() is State.INFINITY:
+        assert want is None
+    elif found.state() is State.BEYOND_INFINITY:
+        assert want < front
+    else:
+        if abs(want) > 1e-6 * front:
+            assert _error(float(found.mm), want) <= GOAL
+        assert (found.state() is State.REAL) == (float(found.mm) > front)
+
+
+def test_a_pole_behind_the_micro_lenses_is_no_pole() -> None:
+    # The rays are parallel behind the micro lenses; they meet in the focal plane of the main lens.
+    camera = load_camera("f193-mla2")
+    model = RayModel.focused(camera, float("inf"), 13)
+    lens = camera.main_lens
+    pole = model.pixel_slope * lens.exit_pupil_mm / camera.micro_lenses.pitch_mm
+    focal_plane = 2 * lens.focal_length_mm + lens.principal_plane_separation_mm
+    assert float(model.distance(pole).mm) == pytest.approx(focal_plane, rel=1e-12)

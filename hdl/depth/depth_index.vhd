@@ -1,0 +1,180 @@
+-- Depth index and all-in-focus picture of a focal stack, while it streams.
+--
+-- Frame sequencer -> depth index -> output FIFO. For each micro image the slice of largest local sharpness is
+-- found and all of its pixels are taken from there. When nothing follows, the core pushes the rest of the frame out by
+-- itself, in lines up to a multiple of M; what comes meanwhile waits in the source.
+--
+-- Latency: sharpness_delay lines and index_latency + 7 clocks when nothing stalls.
+-- Throughput: one pixel of all slices each clock.
+-- Ports: AXI4-Stream video: s_axis as focal_stack's m_axis; m_axis_tdata: the pixel, channel 0 in the low bits, and
+--   above it 8 bits of the index, that of the first slice being 0; columns, rows: frame size, read with the first
+--   pixel of a frame; error_flags as in frame_sequencer, set until error_clear.
+-- Equation: as sharpness_index.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+use work.sharpness_pkg.all;
+
+entity depth_index is
+  generic (
+    -- M: pixels a micro image in each dimension.
+    MICRO_IMAGE_SIZE : positive range 2 to 128;
+    -- Slices of the stack.
+    SLICES : positive range 1 to 256;
+    -- Sharpness is judged in a window of (2 RADIUS + 1) x (2 RADIUS + 1) micro images.
+    RADIUS : natural range 0 to 8 := 1;
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive range 1 to 8192 := 2048;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3 := 1;
+    -- Width of a channel.
+    PIXEL_BITS : positive range 1 to 16 := 8
+  );
+  port (
+    clk           : in    std_logic;
+    reset         : in    std_logic;
+    columns       : in    std_logic_vector(15 downto 0);
+    rows          : in    std_logic_vector(15 downto 0);
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS + 7 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic;
+    error_flags   : out   std_logic_vector(4 downto 0);
+    error_clear   : in    std_logic
+  );
+end entity depth_index;
+
+architecture rtl of depth_index is
+
+  constant STACK_BITS : positive := SLICES * CHANNELS * PIXEL_BITS;
+  constant OUT_BITS   : positive := CHANNELS * PIXEL_BITS + 8;
+  -- Sequencer 2, depth index.
+  constant TOKENS_UNDER_WAY : positive := 2 + index_latency(SLICES, RADIUS) + 4;
+
+  signal room : std_logic;
+  signal calm : std_logic;
+
+  signal token_strobe      : std_logic;
+  signal token_pixel       : std_logic;
+  signal token_line_first  : std_logic;
+  signal token_line_last   : std_logic;
+  signal token_frame_first : std_logic;
+  signal token_image       : std_logic;
+  signal token_data        : std_logic_vector(STACK_BITS - 1 downto 0);
+
+  signal found_valid : std_logic_vector(0 downto 0);
+  signal found_start : std_logic;
+  signal found_last  : std_logic;
+  signal found_index : unsigned(bits_for(SLICES - 1) - 1 downto 0);
+  signal found_data  : std_logic_vector(OUT_BITS - 9 downto 0);
+  signal found_word  : std_logic_vector(OUT_BITS + 1 downto 0);
+  signal output_word : std_logic_vector(OUT_BITS + 1 downto 0);
+
+begin
+
+  sequencer : entity work.frame_sequencer
+    generic map (
+      MAX_COLUMNS   => MAX_COLUMNS,
+      PARALLEL_ROWS => 1,
+      DATA_BITS     => STACK_BITS,
+      SLICE_BITS    => 1,
+      ROW_FLUSH     => 0,
+      COLUMN_FLUSH  => sharpness_delay(MICRO_IMAGE_SIZE, RADIUS),
+      MIN_STEPS     => 8 + RADIUS,
+      MIN_BANDS     => 1,
+      BAND_MODULUS  => MICRO_IMAGE_SIZE,
+      KEEP_MODULUS  => true
+    )
+    port map (
+      clk               => clk,
+      reset             => reset,
+      columns           => columns,
+      rows              => rows,
+      slice             => "0",
+      frame_start       => open,
+      s_axis_tvalid     => s_axis_tvalid,
+      s_axis_tready     => s_axis_tready,
+      s_axis_tdata      => s_axis_tdata,
+      s_axis_tuser      => s_axis_tuser(0),
+      s_axis_tlast      => s_axis_tlast,
+      room              => room,
+      calm              => calm,
+      token_strobe      => token_strobe,
+      token_pixel       => token_pixel,
+      token_line_first  => token_line_first,
+      token_line_last   => token_line_last,
+      token_row         => open,
+      token_band        => open,
+      token_frame_first => token_frame_first,
+      token_slice       => open,
+      token_image       => token_image,
+      token_data        => token_data,
+      error_flags       => error_flags,
+      error_clear       => error_clear
+    );
+
+  find : entity work.sharpness_index
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      SLICES           => SLICES,
+      RADIUS           => RADIUS,
+      MAX_COLUMNS      => MAX_COLUMNS,
+      CHANNELS         => CHANNELS,
+      PIXEL_BITS       => PIXEL_BITS
+    )
+    port map (
+      clk            => clk,
+      reset          => reset,
+      in_strobe      => token_strobe,
+      in_pixel       => token_pixel,
+      in_line_first  => token_line_first,
+      in_line_last   => token_line_last,
+      in_frame_first => token_frame_first,
+      in_image       => token_image,
+      in_data        => token_data,
+      out_valid      => found_valid(0),
+      out_start      => found_start,
+      out_last       => found_last,
+      out_index      => found_index,
+      out_data       => found_data
+    );
+
+  found_word <= found_start & found_last & std_logic_vector(resize(found_index, 8)) & found_data;
+
+  -- With one row at once a FIFO that tells the sequencer of its room.
+  scatter : entity work.row_scatter
+    generic map (
+      PARALLEL_ROWS => 1,
+      MAX_COLUMNS   => MAX_COLUMNS,
+      WIDTH         => OUT_BITS + 2,
+      LAST_BIT      => OUT_BITS,
+      UNDER_WAY     => TOKENS_UNDER_WAY
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      row_valid     => found_valid,
+      row_skip      => "0",
+      row_words     => found_word,
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => output_word,
+      room          => room,
+      calm          => calm
+    );
+
+  m_axis_tdata    <= output_word(OUT_BITS - 1 downto 0);
+  m_axis_tlast    <= output_word(OUT_BITS);
+  m_axis_tuser(0) <= output_word(OUT_BITS + 1);
+
+end architecture rtl;

@@ -1,0 +1,607 @@
+-- The slice of a focal stack in which each micro image is sharpest, and the picture made of those slices.
+--
+-- While the pixels wait in a ring of lines, micro images are summed and compared; when the last line of a row of micro
+-- images is in, a scan over the row's sums finds the index of the row RADIUS + 1 rows further back, whose
+-- first line then leaves the ring. Of equally sharp slices the first counts.
+--
+-- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one pixel of all slices each clock,
+--   in lines of 8 + RADIUS tokens at least and frames of a multiple of M lines; empty tokens and lines make up for it.
+-- Ports: in_*: tokens of frame_sequencer, in_data the slices of a pixel, the first in the low bits; out_index and
+--   out_data: slice and pixel.
+-- Equation: index = argmax over the slices of the sharpness (lens_sharpness).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.refocus_pkg.all;
+use work.sharpness_pkg.all;
+
+entity sharpness_index is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive range 2 to 128;
+    -- Slices of the stack.
+    SLICES : positive range 1 to 256;
+    -- Micro images from the middle of the window to its edge.
+    RADIUS : natural range 0 to 8 := 1;
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive := 2048;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3 := 1;
+    -- Width of a channel.
+    PIXEL_BITS : positive range 1 to 16 := 8
+  );
+  port (
+    clk            : in    std_logic;
+    reset          : in    std_logic;
+    in_strobe      : in    std_logic;
+    in_pixel       : in    std_logic;
+    in_line_first  : in    std_logic;
+    in_line_last   : in    std_logic;
+    in_frame_first : in    std_logic;
+    in_image       : in    std_logic;
+    in_data        : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+    out_valid      : out   std_logic;
+    out_start      : out   std_logic;
+    out_last       : out   std_logic;
+    out_index      : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    out_data       : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
+  );
+end entity sharpness_index;
+
+architecture rtl of sharpness_index is
+
+  constant M          : positive := MICRO_IMAGE_SIZE;
+  constant LENSES     : positive := lens_count(MAX_COLUMNS, M);
+  constant PLACE_BITS : positive := bits_for(LENSES - 1);
+  constant SUM_BITS   : positive := lens_bits(M, CHANNELS, PIXEL_BITS);
+  constant ALL_BITS   : positive := sharpness_bits(M, CHANNELS, PIXEL_BITS, RADIUS);
+  constant INDEX_BITS : positive := bits_for(SLICES - 1);
+  constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
+  constant STACK_BITS : positive := SLICES * DATA_BITS;
+  constant RING_LINES : positive := sharpness_delay(M, RADIUS);
+  constant RING_WORDS : positive := RING_LINES * MAX_COLUMNS;
+  constant RING_BITS  : positive := bits_for(RING_WORDS - 1);
+  constant WRITTEN    : positive := index_latency(SLICES, RADIUS);
+  -- Behind the address of the scan: micro images in the middle of the window, and their index.
+  constant INNER_DELAY   : positive := 5 + RADIUS;
+  constant WRITING_DELAY : positive := WRITTEN - LENS_SUM_LATENCY + 2;
+
+  subtype lens_t is unsigned(PLACE_BITS - 1 downto 0);
+
+  subtype index_t is unsigned(INDEX_BITS - 1 downto 0);
+
+  subtype sharpness_t is unsigned(ALL_BITS - 1 downto 0);
+
+  type sharpness_list_t is array (natural range 0 to SLICES - 1) of sharpness_t;
+
+  type indices_t is array (natural range 0 to SLICES - 1) of index_t;
+
+  -- A token, with the counts of its place.
+  signal active       : std_logic                                 := '0';
+  signal line_first   : std_logic                                 := '0';
+  signal line_last    : std_logic                                 := '0';
+  signal frame_first  : std_logic                                 := '0';
+  signal image        : std_logic                                 := '0';
+  signal data         : std_logic_vector(STACK_BITS - 1 downto 0) := (others => '0');
+  signal column_phase : natural range 0 to M - 1                  := 0;
+  signal line_phase   : natural range 0 to M - 1                  := 0;
+  signal lens         : lens_t                                    := (others => '0');
+  signal lens_first   : std_logic;
+  signal lens_last    : std_logic;
+  signal row_first    : std_logic;
+  signal row_last     : std_logic;
+  signal row_live     : std_logic                                 := '0';
+  signal row_starts   : std_logic                                 := '0';
+
+  -- The scan.
+  signal complete       : std_logic_vector(0 downto 0);
+  signal complete_3     : std_logic_vector(0 downto 0);
+  signal complete_lens  : lens_t    := (others => '0');
+  signal complete_live  : std_logic := '0';
+  signal complete_start : std_logic := '0';
+  signal scan_on        : std_logic := '0';
+  signal scan_lens      : lens_t    := (others => '0');
+  signal scan_tag       : std_logic_vector(2 downto 0);
+  signal scan_tag_2     : std_logic_vector(2 downto 0);
+  signal scan_ends_3    : std_logic := '0';
+  signal place          : std_logic_vector(PLACE_BITS downto 0);
+  signal inner_place    : std_logic_vector(PLACE_BITS downto 0);
+  signal inner_1        : std_logic := '0';
+  signal inner_2        : std_logic := '0';
+  signal written_place  : std_logic_vector(PLACE_BITS downto 0);
+  signal inner_lens     : lens_t;
+  signal written_lens   : lens_t;
+  signal written_index  : std_logic_vector(INDEX_BITS - 1 downto 0);
+
+  -- Rows of micro images, the newest first: whether they belong to a frame, begin one.
+  signal live         : std_logic_vector(0 to 1)              := (others => '0');
+  signal starts       : std_logic_vector(0 to 2 * RADIUS + 1) := (others => '0');
+  signal joined_above : std_logic;
+  signal joined_below : std_logic;
+  signal same         : std_logic_vector(2 * RADIUS downto 0);
+
+  signal sharpness : sharpness_list_t;
+  signal most      : sharpness_list_t;
+  signal best      : indices_t;
+
+  -- The pixels.
+  constant TAG_BITS : positive := 4 + PLACE_BITS;
+
+  signal token       : std_logic_vector(TAG_BITS - 1 downto 0);
+  signal token_late  : std_logic_vector(TAG_BITS - 1 downto 0);
+  signal line_tag    : std_logic_vector(1 downto 0);
+  signal line_tag_in : std_logic_vector(1 downto 0);
+  signal line_due    : std_logic_vector(1 downto 0);
+  signal line_out    : std_logic_vector(1 downto 0);
+  signal late_data   : std_logic_vector(STACK_BITS - 1 downto 0);
+  signal late_step   : std_logic;
+  signal ring_line   : unsigned(RING_BITS - 1 downto 0)          := (others => '0');
+  signal ring_word   : unsigned(RING_BITS - 1 downto 0)          := (others => '0');
+  signal ring_write  : std_logic                                 := '0';
+  signal ring_data   : std_logic_vector(STACK_BITS - 1 downto 0) := (others => '0');
+  signal token_1     : std_logic_vector(TAG_BITS - 1 downto 0)   := (others => '0');
+  signal lens_now    : lens_t                                    := (others => '0');
+  signal delayed     : std_logic_vector(STACK_BITS - 1 downto 0);
+  signal index_read  : std_logic_vector(INDEX_BITS - 1 downto 0);
+  signal result_in   : std_logic_vector(2 downto 0);
+  signal result      : std_logic_vector(2 downto 0);
+
+begin
+
+  --------------------------------------------------------------------------------------------------
+  -- Where a token lies in its micro image.
+
+  count : process (clk) is
+
+    variable next_phase : natural range 0 to M - 1;
+
+  begin
+
+    if rising_edge(clk) then
+      active      <= in_strobe and in_pixel;
+      line_first  <= in_line_first;
+      line_last   <= in_line_last;
+      frame_first <= in_frame_first;
+      image       <= in_image;
+      data        <= in_data;
+      if in_strobe = '1' and in_pixel = '1' then
+        if in_line_first = '1' then
+          column_phase <= 0;
+          lens         <= (others => '0');
+          next_phase   := 0;
+          if in_frame_first = '0' and line_phase < M - 1 then
+            next_phase := line_phase + 1;
+          end if;
+          line_phase <= next_phase;
+          if next_phase = 0 then
+            row_live   <= in_image;
+            row_starts <= in_image and in_frame_first;
+          end if;
+        elsif column_phase = M - 1 then
+          column_phase <= 0;
+          lens         <= lens + 1;
+        else
+          column_phase <= column_phase + 1;
+        end if;
+      end if;
+      if reset = '1' then
+        active     <= '0';
+        line_phase <= 0;
+      end if;
+    end if;
+
+  end process count;
+
+  lens_first <= '1' when column_phase = 0 else
+                '0';
+  lens_last  <= '1' when column_phase = M - 1 or line_last = '1' else
+                '0';
+  row_first  <= '1' when line_phase = 0 else
+                '0';
+  row_last   <= '1' when line_phase = M - 1 else
+                '0';
+
+  --------------------------------------------------------------------------------------------------
+  -- A scan over each complete row of micro images.
+
+  complete(0) <= active and line_last and row_last;
+
+  delay_complete : entity work.tag_delay
+    generic map (
+      WIDTH  => 1,
+      LENGTH => LENS_SUM_LATENCY - 3
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => complete,
+      delayed => complete_3
+    );
+
+  scan : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if complete(0) = '1' then
+        complete_lens  <= lens;
+        complete_live  <= row_live;
+        complete_start <= row_starts;
+      end if;
+
+      if complete_3(0) = '1' then
+        scan_on   <= '1';
+        scan_lens <= (others => '0');
+        live      <= complete_live & live(0);
+        starts    <= complete_start & starts(0 to 2 * RADIUS);
+      elsif scan_on = '1' then
+        if scan_lens = complete_lens then
+          scan_on <= '0';
+        else
+          scan_lens <= scan_lens + 1;
+        end if;
+      end if;
+
+      scan_ends_3 <= scan_tag_2(2);
+      inner_1     <= inner_place(0);
+      inner_2     <= inner_1;
+      if reset = '1' then
+        scan_on <= '0';
+        live    <= (others => '0');
+        inner_1 <= '0';
+        inner_2 <= '0';
+      end if;
+    end if;
+
+  end process scan;
+
+  -- Bit 0 is the one that reset clears.
+  scan_tag(0) <= scan_on;
+  scan_tag(1) <= '1' when scan_on = '1' and scan_lens = 0 else
+                 '0';
+  scan_tag(2) <= '1' when scan_on = '1' and scan_lens = complete_lens else
+                 '0';
+  place       <= std_logic_vector(scan_lens) & scan_on;
+
+  delay_scan : entity work.tag_delay
+    generic map (
+      WIDTH  => 3,
+      LENGTH => 2
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => scan_tag,
+      delayed => scan_tag_2
+    );
+
+  delay_inner : entity work.tag_delay
+    generic map (
+      WIDTH  => PLACE_BITS + 1,
+      LENGTH => INNER_DELAY
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => place,
+      delayed => inner_place
+    );
+
+  delay_written : entity work.tag_delay
+    generic map (
+      WIDTH  => PLACE_BITS + 1,
+      LENGTH => WRITING_DELAY - INNER_DELAY
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => inner_place,
+      delayed => written_place
+    );
+
+  inner_lens    <= unsigned(inner_place(PLACE_BITS downto 1));
+  written_lens  <= unsigned(written_place(PLACE_BITS downto 1));
+  written_index <= std_logic_vector(best(SLICES - 1));
+
+  -- Laplacians are those of row 1, the window's middle is row RADIUS + 1.
+  joined_above <= not starts(1);
+  joined_below <= live(0) and not starts(0);
+
+  find_same : process (starts) is
+  begin
+
+    same <= (others => '1');
+
+    for i in 0 to 2 * RADIUS loop
+
+      for j in 1 to 2 * RADIUS loop
+
+        if starts(j) = '1' and ((i + 1 <= j and j <= RADIUS) or (RADIUS + 1 <= j and j <= i)) then
+          same(i) <= '0';
+        end if;
+
+      end loop;
+
+    end loop;
+
+  end process find_same;
+
+  slice : for s in 0 to SLICES - 1 generate
+
+    signal sum   : std_logic_vector(SUM_BITS - 1 downto 0);
+    signal value : sharpness_t;
+
+  begin
+
+    sums : entity work.lens_sums
+      generic map (
+        MICRO_IMAGE_SIZE => M,
+        LENSES           => LENSES,
+        CHANNELS         => CHANNELS,
+        PIXEL_BITS       => PIXEL_BITS
+      )
+      port map (
+        clk        => clk,
+        active     => active,
+        lens       => lens,
+        lens_first => lens_first,
+        lens_last  => lens_last,
+        row_first  => row_first,
+        row_last   => row_last,
+        data       => data((s + 1) * DATA_BITS - 1 downto s * DATA_BITS),
+        read_lens  => scan_lens,
+        sum        => sum
+      );
+
+    judge : entity work.lens_sharpness
+      generic map (
+        MICRO_IMAGE_SIZE => M,
+        LENSES           => LENSES,
+        CHANNELS         => CHANNELS,
+        PIXEL_BITS       => PIXEL_BITS,
+        RADIUS           => RADIUS
+      )
+      port map (
+        clk          => clk,
+        lens         => scan_lens,
+        begins       => scan_tag_2(1),
+        ends         => scan_ends_3,
+        scans        => scan_tag_2(0),
+        sum          => sum,
+        live         => live(1),
+        joined_above => joined_above,
+        joined_below => joined_below,
+        same         => same,
+        inner_lens   => inner_lens,
+        inner        => inner_2,
+        sharpness    => sharpness(s)
+      );
+
+    -- The sharpest so far, a slice each clock.
+    first_slice : if s = 0 generate
+      most(0) <= sharpness(0);
+      best(0) <= (others => '0');
+    end generate first_slice;
+
+    next_slice : if s > 0 generate
+
+      signal found   : std_logic_vector(ALL_BITS - 1 downto 0);
+      signal waiting : std_logic_vector(ALL_BITS - 1 downto 0);
+
+    begin
+
+      wait_for_turn : entity work.tag_delay
+        generic map (
+          WIDTH  => ALL_BITS,
+          LENGTH => s - 1
+        )
+        port map (
+          clk     => clk,
+          reset   => '0',
+          enable  => '1',
+          tag     => found,
+          delayed => waiting
+        );
+
+      found <= std_logic_vector(sharpness(s));
+      value <= unsigned(waiting);
+
+      compare : process (clk) is
+      begin
+
+        if rising_edge(clk) then
+          most(s) <= most(s - 1);
+          best(s) <= best(s - 1);
+          if value > most(s - 1) then
+            most(s) <= value;
+            best(s) <= to_unsigned(s, INDEX_BITS);
+          end if;
+        end if;
+
+      end process compare;
+
+    end generate next_slice;
+
+  end generate slice;
+
+  --------------------------------------------------------------------------------------------------
+  -- The pixels: a ring of lines, left when the index of their row has been written.
+
+  token <= std_logic_vector(lens) & line_last & (line_first and active) & line_first & active;
+
+  delay_token : entity work.tag_delay
+    generic map (
+      WIDTH  => TAG_BITS,
+      LENGTH => WRITTEN - 2
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => token,
+      delayed => token_late
+    );
+
+  delay_data : entity work.tag_delay
+    generic map (
+      WIDTH  => STACK_BITS,
+      LENGTH => WRITTEN - 2
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => data,
+      delayed => late_data
+    );
+
+  line_tag <= frame_first & image;
+
+  delay_line_tag : entity work.tag_delay
+    generic map (
+      WIDTH  => 2,
+      LENGTH => WRITTEN - 2
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => line_tag,
+      delayed => line_tag_in
+    );
+
+  late_step <= token_late(2);
+
+  lines_due : entity work.tag_delay
+    generic map (
+      WIDTH  => 2,
+      LENGTH => RING_LINES + 1
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => late_step,
+      tag     => line_tag_in,
+      delayed => line_due
+    );
+
+  go_round : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if late_step = '1' then
+        if ring_line = (RING_LINES - 1) * MAX_COLUMNS then
+          ring_line <= (others => '0');
+          ring_word <= (others => '0');
+        else
+          ring_line <= ring_line + MAX_COLUMNS;
+          ring_word <= ring_line + MAX_COLUMNS;
+        end if;
+      elsif token_late(0) = '1' then
+        ring_word <= ring_word + 1;
+      end if;
+      ring_write <= token_late(0);
+      ring_data  <= late_data;
+      token_1    <= token_late;
+      lens_now   <= unsigned(token_1(TAG_BITS - 1 downto 4));
+    end if;
+
+  end process go_round;
+
+  ring : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => STACK_BITS,
+      ADDRESS_BITS => RING_BITS,
+      WORDS        => RING_WORDS,
+      READ_LATENCY => 2
+    )
+    port map (
+      clk           => clk,
+      write_enable  => ring_write,
+      write_address => ring_word,
+      write_data    => ring_data,
+      read_enable   => '1',
+      read_address  => ring_word,
+      read_data     => delayed
+    );
+
+  indices : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => INDEX_BITS,
+      ADDRESS_BITS => PLACE_BITS,
+      WORDS        => LENSES,
+      READ_LATENCY => 1
+    )
+    port map (
+      clk           => clk,
+      write_enable  => written_place(0),
+      write_address => written_lens,
+      write_data    => written_index,
+      read_enable   => '1',
+      read_address  => lens_now,
+      read_data     => index_read
+    );
+
+  pick : process (clk) is
+
+    variable chosen : natural range 0 to 2 ** INDEX_BITS - 1;
+
+  begin
+
+    if rising_edge(clk) then
+      chosen    := to_integer(unsigned(index_read));
+      out_index <= unsigned(index_read);
+      out_data  <= delayed(DATA_BITS - 1 downto 0);
+
+      for s in 1 to SLICES - 1 loop
+
+        if chosen = s then
+          out_data <= delayed((s + 1) * DATA_BITS - 1 downto s * DATA_BITS);
+        end if;
+
+      end loop;
+
+    end if;
+
+  end process pick;
+
+  -- Side information, with the ring's address, the ring's word, the result.
+  delay_line_due : entity work.tag_delay
+    generic map (
+      WIDTH  => 2,
+      LENGTH => 3
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => line_due,
+      delayed => line_out
+    );
+
+  result_in <= token_1(1) & token_1(3) & token_1(0);
+
+  delay_result : entity work.tag_delay
+    generic map (
+      WIDTH  => 3,
+      LENGTH => 3
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => result_in,
+      delayed => result
+    );
+
+  out_valid <= result(0) and line_out(0);
+  out_last  <= result(1);
+  out_start <= result(2) and line_out(1);
+
+end architecture rtl;

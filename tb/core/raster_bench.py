@@ -1,0 +1,399 @@
+"""cocotb tests of ``raster_refocuser``, ``focal_stack`` and ``depth_index``.
+
+Every pixel of every frame, of a stack every pixel of every slice, against the bit-true model.
+"""
+
+import logging
+import random
+from pathlib import Path
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import ClockCycles, RisingEdge
+
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.stack import SharpnessConfiguration, StackConfiguration
+from plenofir_tb.axi_video import (
+    AxiVideoSink,
+    AxiVideoSource,
+    Beat,
+    Frame,
+    frame_beats,
+    stall_pattern,
+)
+from plenofir_tb.frames import KINDS, make_frame, repaired_frames
+from plenofir_tb.runner import read_case
+from plenofir_tb.scoreboard import FrameScoreboard
+from plenofir_tb.slices import SliceModel
+
+ERROR_NAMES = ("line early", "line late", "frame early", "frame late", "size")
+CORES = {
+    "raster_refocuser": CoreConfiguration,
+    "focal_stack": StackConfiguration,
+    "depth_index": SharpnessConfiguration,
+}
+KIND = read_case().get("kind", "raster_refocuser")
+# Clocks without any output after which frames count as lost.
+PATIENCE = 50_000
+
+
+class Bench:
+    """Source, core, sink and scoreboard.
+
+    Parameters
+    ----------
+    dut
+        The core.
+    """
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.case = read_case()
+        self.core: Any = CORES[KIND].model_validate(self.case["core"])
+        # What a stack's slices are to the source of their sharpness.
+        self.channels = self.core.channels
+        if KIND == "depth_index":
+            self.channels *= self.core.slices
+        self.rng = random.Random(cocotb.RANDOM_SEED)
+        Clock(dut.clk, 10, "ns").start()
+        logging.getLogger(f"cocotb.{dut._name}.m_axis").setLevel(logging.WARNING)
+        self.source = AxiVideoSource(dut, "s_axis", dut.clk)
+        self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=dut.reset)
+        bits = 8 if KIND == "depth_index" else self.core.pixel_bits
+        self.scoreboard = FrameScoreboard(dut, self.sink, bits, Path(self.case["pictures"]))
+
+    async def reset(self, columns: int, rows: int) -> None:
+        """Reset the core and set the frame size."""
+        self.dut.reset.value = 1
+        self.dut.error_clear.value = 0
+        if KIND == "raster_refocuser":
+            self.dut.slice.value = 0
+            self.dut.sweep.value = 0
+            self.dut.sweep_frames.value = 0
+        self.set_size(columns, rows)
+        await ClockCycles(self.dut.clk, 3)
+        self.dut.reset.value = 0
+        await ClockCycles(self.dut.clk, 3)
+
+    def set_size(self, columns: int, rows: int) -> None:
+        """Set the size of the next frames."""
+        self.dut.columns.value = columns
+        self.dut.rows.value = rows
+
+    def stall(self, source: str, sink: str) -> None:
+        """Choose the stall patterns of both sides."""
+        self.source.stalls = stall_pattern(source, random.Random(self.rng.random()))
+        self.sink.stalls = stall_pattern(sink, random.Random(self.rng.random()))
+
+    def frame(self, kind: str, columns: int, rows: int) -> Frame:
+        """Make a frame for the core."""
+        return make_frame(kind, rows, columns, self.channels, self.core.pixel_bits, self.rng)
+
+    def golden(self, frame: Frame, slice_: int = 0) -> Frame:
+        """What the core must make of a frame: images and indices one after another in channels."""
+        core = self.core
+        if KIND == "focal_stack":
+            return np.dstack(list(core.golden(frame)))
+        if KIND == "depth_index":
+            rows, columns = frame.shape[:2]
+            shape = (rows, columns, core.slices, -1) if core.channels == 3 else (rows, columns, -1)
+            found = core.golden(np.moveaxis(frame.reshape(shape), 2, 0))
+            m = core.micro_image_size
+            index = found.index.repeat(m, 0).repeat(m, 1)[:rows, :columns]
+            image = np.ascontiguousarray(found.image).view(np.uint8).reshape(rows, columns, -1)
+            return np.dstack([image, index])
+        return core.arithmetic.refocus(
+            frame, core.micro_image_size, core.shifts[slice_], align=core.align, order=core.order
+        )
+
+    def send_frame(self, frame: Frame) -> None:
+        """Queue a frame and expect its refocused image."""
+        self.scoreboard.expect(self.golden(frame))
+        self.source.append(frame_beats(frame, self.core.pixel_bits))
+
+    async def drain(self) -> None:
+        """Wait until all expected frames are out, and a while longer for what must not come."""
+        quiet = 0
+        while self.scoreboard.waiting and quiet < PATIENCE:
+            before = len(self.scoreboard.received)
+            done = self.scoreboard.frames_done
+            await ClockCycles(self.dut.clk, 10)
+            same = (before, done) == (len(self.scoreboard.received), self.scoreboard.frames_done)
+            quiet = quiet + 10 if same else 0
+        await ClockCycles(self.dut.clk, 50)
+        self.scoreboard.result  # noqa: B018  (raises)
+
+    def errors(self) -> set[str]:
+        """Names of the error flags that are set."""
+        flags = int(self.dut.error_flags.value)
+        return {name for i, name in enumerate(ERROR_NAMES) if flags >> i & 1}
+
+    def random_size(self, *, full_rate: bool = False) -> tuple[int, int]:
+        """Columns and rows of a small frame, at least one micro image.
+
+        A size that is taken at full rate where the core has one.
+        """
+        m = self.core.micro_image_size
+        core = self.core
+        least = max(m, core.frame_lines(1)) if full_rate else m
+        sizes = [
+            (columns, core.frame_lines(rows) if full_rate else rows)
+            for columns in range(m, core.max_columns + 1)
+            for rows in range(least, least + m + 5)
+        ]
+        if full_rate:
+            sizes = [size for size in sizes if core.full_rate(*size)] or sizes
+        return self.rng.choice(sizes)
+
+
+@cocotb.test()
+async def frames_without_stalls(dut: Any) -> None:
+    """Back to back at full rate: never refused, and the latency is what the formula says."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size(full_rate=True)
+    await bench.reset(columns, rows)
+    bench.stall("none", "none")
+    clocks: list[int] = []
+
+    async def watch() -> None:
+        clock = 0
+        while len(clocks) < 2:
+            await RisingEdge(dut.clk)
+            clock += 1
+            if not clocks and int(dut.s_axis_tvalid.value) and int(dut.s_axis_tready.value):
+                clocks.append(clock)
+            if clocks and int(dut.m_axis_tvalid.value):
+                clocks.append(clock)
+
+    watcher = cocotb.start_soon(watch())
+    for kind in ("white", "gradient"):
+        bench.send_frame(bench.frame(kind, columns, rows))
+    await bench.drain()
+    await watcher
+    assert bench.source.refused_clocks == 0, f"refused for {bench.source.refused_clocks} clocks"
+    latency = clocks[1] - clocks[0]
+    want = bench.core.latency_clocks(columns, rows, frames=2)
+    assert latency == want, f"latency {latency} clocks, the formula says {want}"
+    assert not bench.errors()
+
+
+@cocotb.test(skip=not read_case()["core"].get("any_rows"))
+async def frames_of_any_rows(dut: Any) -> None:
+    """Frames whose rows are no multiple of M, two back to back of each: never refused."""
+    bench = Bench(dut)
+    core = bench.core
+    columns, _ = bench.random_size(full_rate=True)
+    least = core.frame_lines(1)
+    sizes = [rows for rows in range(least, least + core.micro_image_size)]
+    await bench.reset(columns, least)
+    bench.stall("none", "none")
+    for rows in bench.rng.sample(sizes, len(sizes)):
+        assert core.full_rate(columns, rows)
+        slice_ = bench.rng.randrange(len(core.shifts))
+        dut.slice.value = slice_
+        bench.set_size(columns, rows)
+        for _ in range(2):
+            frame = bench.frame("random", columns, rows)
+            bench.scoreboard.expect(bench.golden(frame, slice_), slice_)
+            bench.source.append(frame_beats(frame, core.pixel_bits))
+        await bench.drain()
+    assert bench.source.refused_clocks == 0
+    assert not bench.errors()
+
+
+@cocotb.test()
+async def frames_with_stalls(dut: Any) -> None:
+    """Frames of all remaining kinds, back to back, with stalls on both sides."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size()
+    await bench.reset(columns, rows)
+    bench.stall("some", "some")
+    for kind in ("impulse", "black", "random"):
+        bench.send_frame(bench.frame(kind, columns, rows))
+    await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test(skip=KIND != "raster_refocuser" or len(read_case()["core"]["shifts"]) == 1)
+async def slices_change_while_video_runs(dut: Any) -> None:
+    """Slices chosen and swept at random clocks: each frame is of the one that was due."""
+    bench = Bench(dut)
+    rng = bench.rng
+    await bench.reset(*bench.random_size(full_rate=rng.random() < 0.5))
+    columns, rows = int(dut.columns.value), int(dut.rows.value)
+    frames = [bench.frame("random", columns, rows) for _ in range(10)]
+    model = SliceModel(len(bench.core.shifts))
+    started = 0
+
+    async def watch_starts() -> None:
+        nonlocal started
+        while started < len(frames):
+            await RisingEdge(dut.clk)
+            if int(dut.frame_start.value):
+                slice_ = model.next_frame(
+                    int(dut.slice.value), int(dut.sweep.value), int(dut.sweep_frames.value)
+                )
+                bench.scoreboard.expect(bench.golden(frames[started], slice_), slice_)
+                started += 1
+
+    async def turn_knobs() -> None:
+        while True:
+            await ClockCycles(dut.clk, rng.randint(1, columns * rows))
+            dut.slice.value = rng.choice([*range(len(bench.core.shifts)), rng.randrange(256)])
+            dut.sweep.value = int(rng.random() < 0.5)
+            dut.sweep_frames.value = rng.randrange(4)
+
+    watcher = cocotb.start_soon(watch_starts())
+    cocotb.start_soon(turn_knobs())
+    bench.stall(*rng.choice([("none", "none"), ("some", "some"), ("none", "bursts")]))
+    for frame in frames:
+        bench.source.append(frame_beats(frame, bench.core.pixel_bits))
+    await watcher
+    await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test(skip=KIND != "depth_index")
+async def black_and_white_micro_images(dut: Any) -> None:
+    """The largest differences there are, and many slices that are equally sharp."""
+    bench = Bench(dut)
+    m, core = bench.core.micro_image_size, bench.core
+    columns, rows = core.max_columns, 4 * m
+    await bench.reset(columns, rows)
+    bench.stall("none", "some")
+    lenses = (-(-rows // m), -(-columns // m))
+    largest = (1 << core.pixel_bits) - 1
+    for board in (True, False):
+        levels = np.random.default_rng(bench.rng.randrange(1 << 32)).integers(
+            0, 2, (*lenses, core.slices)
+        )
+        if board:
+            # A chessboard and its negative are equally sharp.
+            levels[..., -1] = np.add.outer(*(np.arange(n) for n in lenses)) % 2
+            levels[..., 0] = 1 - levels[..., -1]
+        white = levels.repeat(m, 0).repeat(m, 1)[:rows, :columns].repeat(core.channels, 2)
+        frame = (white * largest).astype(np.uint8 if core.pixel_bits <= 8 else np.uint16)
+        bench.send_frame(frame[:, :, 0] if bench.channels == 1 else frame)
+    await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test(skip=not read_case()["thorough"])
+async def any_stalls_any_gaps(dut: Any) -> None:
+    """Several sizes, all stall patterns, with gaps between frames that cut flush lines short."""
+    bench = Bench(dut)
+    await bench.reset(*bench.random_size())
+    for stalls in (("none", "bursts"), ("bursts", "none"), ("many", "some"), ("some", "many")):
+        columns, rows = bench.random_size()
+        bench.set_size(columns, rows)
+        bench.stall(*stalls)
+        for _ in range(4):
+            bench.send_frame(bench.frame(bench.rng.choice(KINDS), columns, rows))
+            gap = bench.rng.choice([0, 1, 5, columns, 3 * columns])
+            await ClockCycles(dut.clk, bench.rng.randint(1, columns * rows) + gap)
+        await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test(skip=not read_case()["thorough"] or KIND == "depth_index")
+async def gaps_never_refuse_the_source(dut: Any) -> None:
+    """A source that cannot wait is never refused, not in the long run nor by flush lines."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size(full_rate=True)
+    await bench.reset(columns, rows)
+    bench.stall("none", "none")
+    for gap in (*[0] * 8, 1, 2, 3, columns // 2, columns, columns + 1, 3 * columns):
+        frame = bench.frame("random", columns, rows)
+        bench.scoreboard.expect(bench.golden(frame))
+        await bench.source.send(frame_beats(frame, bench.core.pixel_bits), sync=False)
+        if gap:
+            await ClockCycles(dut.clk, gap)
+    await bench.drain()
+    assert bench.source.refused_clocks == 0 or not bench.core.full_rate(columns, rows)
+
+
+@cocotb.test(skip=not read_case()["thorough"])
+async def broken_frames(dut: Any) -> None:
+    """Lines and frames that end early or late: flags are raised, the next good frame is right."""
+    bench = Bench(dut)
+    rng = bench.rng
+    core = bench.core
+    for _ in range(6):
+        columns, rows = bench.random_size()
+        await bench.reset(columns, rows)
+        bench.stall(rng.choice(["none", "some"]), rng.choice(["none", "some"]))
+        good = bench.frame("random", columns, rows)
+        beats = frame_beats(good, core.pixel_bits)
+        for _ in range(3):
+            broken = frame_beats(bench.frame("random", columns, rows), core.pixel_bits)
+            fault = rng.choice(["drop", "repeat", "cut", "no last", "no start", "noise"])
+            at = rng.randrange(len(broken))
+            if fault == "drop":
+                del broken[at : at + rng.randint(1, 3)]
+            elif fault == "repeat":
+                extra = [Beat(b.data, False, b.end_of_line) for b in broken[at : at + columns]]
+                broken[at:at] = extra[: rng.randint(1, columns)]
+            elif fault == "cut":
+                broken = broken[: at + 1]
+            elif fault == "no last":
+                broken = [Beat(b.data, b.start_of_frame, False) for b in broken]
+            elif fault == "no start":
+                broken = [Beat(b.data, False, b.end_of_line) for b in broken]
+            else:
+                broken = [Beat(b.data, rng.random() < 0.05, rng.random() < 0.2) for b in broken]
+            beats += broken
+        beats += frame_beats(good, core.pixel_bits)
+        frames, faults = repaired_frames(beats, columns, rows)
+        mask = (1 << core.pixel_bits) - 1
+        for lines in frames:
+            packed = np.array(lines, dtype=object)
+            planes = [(packed >> (c * core.pixel_bits)) & mask for c in range(bench.channels)]
+            frame = np.stack(planes, axis=-1).astype(good.dtype)
+            bench.scoreboard.expect(bench.golden(frame[:, :, 0] if bench.channels == 1 else frame))
+        assert np.array_equal(bench.scoreboard.frames[-1], bench.golden(good))
+        bench.source.append(beats)
+        await bench.drain()
+        assert bench.errors() == faults, f"flags {bench.errors()}, faults {faults}"
+        dut.error_clear.value = 1
+        await ClockCycles(dut.clk, 2)
+        dut.error_clear.value = 0
+        await RisingEdge(dut.clk)
+        assert not bench.errors()
+
+
+@cocotb.test(skip=not read_case()["thorough"])
+async def reset_inside_a_frame(dut: Any) -> None:
+    """After a reset in mid-frame nothing of the old frame comes out."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size()
+    await bench.reset(columns, rows)
+    bench.stall("none", "none")
+    for _ in range(3):
+        beats = frame_beats(bench.frame("white", columns, rows), bench.core.pixel_bits)
+        sent = beats[: bench.rng.randint(1, len(beats))]
+        # The sink refuses everything until the reset, so that nothing of this frame gets out.
+        bench.sink.stalls = iter(lambda: True, False)
+        await bench.source.send(sent[: bench.core.max_columns], sync=True)
+        await ClockCycles(dut.clk, bench.rng.randint(1, 40))
+        await bench.reset(columns, rows)
+        bench.stall("none", "some")
+        bench.send_frame(bench.frame("random", columns, rows))
+        await bench.drain()
+        assert not bench.errors()
+
+
+@cocotb.test(skip=not read_case()["thorough"])
+async def unsupported_size(dut: Any) -> None:
+    """A frame of a size that the core was not built for is dropped and flagged."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size()
+    await bench.reset(bench.core.max_columns + 1, rows)
+    frame = bench.frame("random", columns, rows)
+    await bench.source.send(frame_beats(frame, bench.core.pixel_bits))
+    await ClockCycles(dut.clk, 50)
+    assert "size" in bench.errors()
+    bench.set_size(columns, rows)
+    bench.send_frame(frame)
+    await bench.drain()

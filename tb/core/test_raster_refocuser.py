@@ -1,0 +1,168 @@
+"""The raster core against the bit-true model, for all M, a' and both arithmetics."""
+
+import random
+
+import pytest
+
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir_tb.runner import draw_seed, run_case
+
+MICRO_IMAGE_SIZES = (1, 2, 3, 4, 5, 7, 11)
+SHIFTS = range(-5, 13)
+STORED_VARIANTS = (
+    StoredProductArithmetic(fraction_bits=0, guard_bits=0),
+    StoredProductArithmetic(fraction_bits=4, guard_bits=4),
+    StoredProductArithmetic(fraction_bits=8, guard_bits=2),
+)
+
+
+def run_raster(core: CoreConfiguration, *, thorough: bool = False) -> None:
+    core.check_limits()
+    run_case(
+        "raster_refocuser",
+        "core.raster_bench",
+        generics=core.generics(),
+        case={"core": core.model_dump(mode="json"), "thorough": thorough},
+    )
+
+
+@pytest.mark.parametrize("m", MICRO_IMAGE_SIZES)
+@pytest.mark.parametrize("shift", SHIFTS)
+@pytest.mark.parametrize("kind", ["exact", "stored"])
+def test_every_slice(m: int, shift: int, kind: str) -> None:
+    # The variants of stored products, grey and RGB take turns along the grid.
+    turn = MICRO_IMAGE_SIZES.index(m) + shift
+    stored = STORED_VARIANTS[turn % len(STORED_VARIANTS)]
+    run_raster(
+        CoreConfiguration(
+            micro_image_size=m,
+            shifts=(shift,),
+            max_columns=2 * m + 5,
+            channels=3 if (turn + (kind == "stored")) % 3 == 0 else 1,
+            arithmetic=ExactArithmetic() if kind == "exact" else stored,
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    "core",
+    [
+        CoreConfiguration(micro_image_size=1, shifts=(2,), max_columns=6),
+        CoreConfiguration(micro_image_size=2, shifts=(-1,), max_columns=16, channels=3),
+        CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=32, align="causal"),
+        CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=9, align="causal"),
+        CoreConfiguration(micro_image_size=4, shifts=(0,), max_columns=20, pixel_bits=16),
+        CoreConfiguration(micro_image_size=5, shifts=(-3,), max_columns=23, channels=3),
+        CoreConfiguration(
+            micro_image_size=5, shifts=(7,), max_columns=16, arithmetic=STORED_VARIANTS[2]
+        ),
+        CoreConfiguration(
+            micro_image_size=3,
+            shifts=(4,),
+            max_columns=17,
+            channels=3,
+            arithmetic=STORED_VARIANTS[0],
+        ),
+        CoreConfiguration(
+            micro_image_size=2,
+            shifts=(3,),
+            max_columns=12,
+            pixel_bits=16,
+            arithmetic=STORED_VARIANTS[0],
+        ),
+        CoreConfiguration(micro_image_size=7, shifts=(1,), max_columns=7),
+    ],
+    ids=lambda core: (
+        f"M{core.micro_image_size}_shift{core.shifts[0]}_{core.arithmetic.kind}"
+        f"_{core.channels}x{core.pixel_bits}_{core.align}"
+    ),
+)
+def test_stalls_gaps_faults(core: CoreConfiguration) -> None:
+    run_raster(core, thorough=True)
+
+
+@pytest.mark.parametrize(
+    "core",
+    [
+        CoreConfiguration(micro_image_size=3, shifts=(-3, 0, 3), max_columns=12, hold=True),
+        CoreConfiguration(micro_image_size=3, shifts=(0,), max_columns=14, hold=True, channels=3),
+        CoreConfiguration(micro_image_size=3, shifts=(-2, 1, 4), max_columns=14, order=1),
+        CoreConfiguration(micro_image_size=2, shifts=(3,), max_columns=14, order=3),
+        CoreConfiguration(
+            micro_image_size=3, shifts=(2,), max_columns=12, order=2, arithmetic=STORED_VARIANTS[2]
+        ),
+        CoreConfiguration(
+            micro_image_size=5, shifts=(-3, 7), max_columns=13, broadcast_taps=4, channels=3
+        ),
+        CoreConfiguration(micro_image_size=3, shifts=(-4, 5), max_columns=15, align="causal"),
+        CoreConfiguration(
+            micro_image_size=4,
+            shifts=tuple(range(-4, 5)),
+            max_columns=15,
+            arithmetic=STORED_VARIANTS[1],
+        ),
+        CoreConfiguration(micro_image_size=3, shifts=(-1, 2), max_columns=18, parallel_rows=3),
+        CoreConfiguration(
+            micro_image_size=3, shifts=(2,), max_columns=7, parallel_rows=5, channels=3
+        ),
+        CoreConfiguration(micro_image_size=2, shifts=(0, 2), max_columns=5, parallel_rows=8),
+        CoreConfiguration(
+            micro_image_size=5,
+            shifts=(-5, 0, 5),
+            max_columns=12,
+            parallel_rows=2,
+            hold=True,
+            broadcast_taps=1,
+            order=1,
+            arithmetic=STORED_VARIANTS[2],
+        ),
+    ],
+    ids=lambda core: (
+        f"M{core.micro_image_size}_slices{len(core.shifts)}_rows{core.parallel_rows}"
+        f"_order{core.order}{'_hold' * core.hold}_latch{core.broadcast_taps}"
+    ),
+)
+def test_array_slices_interpolation(core: CoreConfiguration) -> None:
+    run_raster(core, thorough=True)
+
+
+def random_core(rng: random.Random) -> CoreConfiguration:
+    """Draw a configuration of any kind."""
+    m = rng.randint(1, 7)
+    guard = rng.randint(0, 4)
+    arithmetic = rng.choice(
+        [
+            ExactArithmetic(),
+            StoredProductArithmetic(guard_bits=guard, fraction_bits=rng.randint(guard, 12)),
+        ]
+    )
+    shifts = tuple(rng.randint(-9, 11) for _ in range(rng.choice([1, 1, 2, 5])))
+    align = rng.choice(["centred", "causal"])
+    hold = rng.random() < 0.3
+    if hold:
+        shifts = tuple(2 * m * (shift // 6) for shift in shifts)
+    rows = rng.choice([1, 1, 2, 3, m, rng.randint(1, 12)])
+    return CoreConfiguration(
+        micro_image_size=m,
+        shifts=shifts,
+        max_columns=rng.randint(max(m, 4, 2 * rows), 3 * m + 8 + 2 * rows),
+        channels=rng.choice([1, 3]),
+        align=align,
+        arithmetic=arithmetic,
+        order=rng.choice([0, 0, 0, 1, 2]),
+        hold=hold,
+        parallel_rows=rows,
+        broadcast_taps=rng.choice([0, 0, 1, 5, 1000]),
+    )
+
+
+@pytest.mark.parametrize(
+    "count", [3, *(pytest.param(8, marks=pytest.mark.slow, id=f"long{i}") for i in range(8))]
+)
+def test_random_configurations(count: int) -> None:
+    seed = draw_seed()
+    print(f"configurations drawn with seed {seed}")
+    rng = random.Random(seed)
+    for _ in range(count):
+        run_raster(random_core(rng), thorough=True)

@@ -1,0 +1,102 @@
+"""Depth index and all-in-focus picture in VHDL, against the bit-true model."""
+
+import random
+from typing import Any
+
+import pytest
+
+from plenofir.fpga import hdl
+from plenofir.fpga.core.stack import SharpnessConfiguration
+from plenofir_tb import runner
+from plenofir_tb.faults import plant
+from plenofir_tb.runner import draw_seed, run_case
+
+
+def run_index(**options: object) -> None:
+    """Run the raster core's bench on the sharpness of a stack."""
+    core = SharpnessConfiguration.model_validate(options)
+    run_case(
+        "depth_index",
+        "core.raster_bench",
+        generics=core.generics(),
+        case={"core": core.model_dump(mode="json"), "thorough": True, "kind": "depth_index"},
+    )
+
+
+def slow(**options: object) -> Any:
+    return pytest.param(options, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"micro_image_size": 3, "slices": 3, "max_columns": 16, "channels": 3},
+        # Sums of all their bits; a power of two of micro images a line, the last one cut.
+        {"micro_image_size": 2, "slices": 3, "max_columns": 15, "radius": 3},
+        {"micro_image_size": 4, "slices": 1, "max_columns": 14, "radius": 0},
+        # Lines shorter than the window.
+        {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
+        slow(micro_image_size=2, slices=3, max_columns=16),
+        slow(micro_image_size=3, slices=2, max_columns=22, channels=3, radius=2),
+        slow(micro_image_size=5, slices=5, max_columns=22, channels=3),
+        slow(micro_image_size=4, slices=4, max_columns=25, radius=0, pixel_bits=16),
+    ],
+    ids=lambda options: "_".join(str(value) for value in options.values()).replace(" ", ""),
+)
+def test_index_and_picture(options: dict) -> None:
+    run_index(**options)
+
+
+def run_random(number: int) -> None:
+    rng = random.Random(draw_seed() + number)
+    m = rng.choice([2, 2, 3, 4, 5, 6])
+    radius = rng.randint(0, 3)
+    options = {
+        "micro_image_size": m,
+        "slices": rng.randint(1, 6),
+        "radius": radius,
+        # Lines that are taken without a pause, and shorter ones.
+        "max_columns": max(2 * m, 8 + radius) + rng.randint(0, 4 * m),
+        "channels": rng.choice([1, 1, 3]),
+        "pixel_bits": rng.choice([8, 8, 16]),
+    }
+    print(options)
+    run_index(**options)
+
+
+@pytest.mark.parametrize("number", range(1))
+def test_random_windows(number: int) -> None:
+    run_random(number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(100, 130))
+def test_more_random_windows(number: int) -> None:
+    run_random(number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("sharpness_index.vhd", "joined_above <= not starts(1);", "joined_above <= '1';"),
+        ("sharpness_index.vhd", "same(i) <= '0';", "same(i) <= '1';"),
+        ("sharpness_index.vhd", "if value > most(s - 1) then", "if value >= most(s - 1) then"),
+        ("sharpness_index.vhd", "LENGTH => WRITING_DELAY - INNER_DELAY",
+         "LENGTH => WRITING_DELAY - INNER_DELAY + 1"),
+        ("lens_sharpness.vhd", "resize(unsigned(bend), LAPLACIAN_BITS)",
+         "unsigned(resize(bend, LAPLACIAN_BITS))"),
+        ("lens_sums.vhd", "if row_first_2 = '1' then", "if false then"),
+        ("lens_sharpness.vhd", "difference(centre_1, centre_2, has_2)",
+         "difference(centre_1, centre_2, '1')"),
+    ],
+)  # fmt: skip
+def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
+    sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
+    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
+    runner._built.cache_clear()
+    try:
+        with pytest.raises(pytest.fail.Exception):
+            run_index(micro_image_size=2, slices=3, radius=1, max_columns=14)
+    finally:
+        runner._built.cache_clear()

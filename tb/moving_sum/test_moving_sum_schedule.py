@@ -1,0 +1,98 @@
+"""The schedule of moving sums in VHDL (moving_sum_pkg) and in Python (SumLayout), side by side."""
+
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from plenofir.fpga import hdl
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.simulate.simulators import Simulator, find_simulator
+from plenofir.refocus import StoredProductArithmetic
+from plenofir.refocus.moving_sum import SumLayout
+from plenofir.refocus.operator import Align
+from plenofir_tb.runner import draw_seed, simulator_name
+
+TOP = "moving_sum_schedule"
+PACKAGES = ("refocus_pkg", "moving_sum_pkg")
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Simulator, Path]:
+    """The bench, analysed."""
+    name = simulator_name()
+    simulator = find_simulator("ghdl" if name == "verilator" else name)
+    folder = tmp_path_factory.mktemp(TOP)
+    sources = [file for file in hdl.hdl_sources() if file.stem in PACKAGES]
+    assert len(sources) == len(PACKAGES)
+    sources.append(Path(__file__).with_name(f"{TOP}.vhd"))
+    for command in simulator.build_commands(sources, TOP):
+        simulator.run(command, folder)
+    return simulator, folder
+
+
+def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[str, int]]:
+    """Yield what the bench writes, of SumLayout and CoreConfiguration."""
+    layout = SumLayout(m, shifts, align)
+
+    def core(**options: object) -> CoreConfiguration:
+        values = {"micro_image_size": m, "shifts": shifts, "align": align, "engine": "sums"}
+        return CoreConfiguration.model_validate({**values, "max_columns": 64, **options})
+
+    yield "output_delay", layout.delay
+    yield "reach", layout.reach
+    yield "holds_outputs", layout.holds_outputs
+    yield "pixels_leave", layout.pixels_leave
+    yield "begins_within_group", layout.begins_within_group
+    for any_rows in (False, True):
+        rings = SumLayout(m, shifts, align, any_rows).ring_lines
+        for v in range(m):
+            yield f"ring_lines {any_rows:d} {v}", rings[v]
+        for order in (0, 1):
+            # Where rows are a multiple of M it is that of the sequencer's MIN_BANDS.
+            lines = core(order=order, any_rows=True).frame_lines(1)
+            least = lines if any_rows else core(order=order).delay + 1
+            yield f"least_frame {any_rows:d} {order}", least
+    for stored in (False, True):
+        arithmetic = {"arithmetic": StoredProductArithmetic()} if stored else {}
+        for order in (0, 1):
+            clocks = core(order=order, **arithmetic).array_clocks
+            yield f"sum_array_latency {stored:d} {order}", clocks
+        yield f"of_a_column {stored:d}", core(max_columns=1, **arithmetic).array_clocks
+    for s in range(len(shifts)):
+        yield f"group_size {s}", layout.group_size(s)
+        for v in range(m):
+            yield f"entering_phase {s} {v}", layout.entering_phase(s, v)
+            yield f"entering_age {s} {v}", layout.entering_age(s, v)
+            yield f"begins_group {s} {v}", layout.begins_group(s, v)
+            for held in (False, True):
+                index = layout.initial_index(s, v, held=held)
+                name = str(held).lower()
+                yield f"initial_index {name} {s} {v}", -1 if index is None else index
+                yield f"is_initial {name} {s} {v}", layout.is_initial(s, v, held=held)
+
+
+def test_vhdl_and_python_have_one_schedule(built: tuple[Simulator, Path]) -> None:
+    simulator, folder = built
+    rng = random.Random(draw_seed())
+    cases = [(m, tuple(range(-m, 2 * m + 1))) for m in (1, 2, 3, 4, 5, 6)]
+    cases += [(11, tuple(range(-11, 12)))]
+    cases += [
+        (m, tuple(rng.sample(range(-3 * m, 3 * m + 2), rng.randint(1, 4))))
+        for m in rng.choices(range(1, 17), k=14)
+    ]
+    for m, shifts in cases:
+        aligns: tuple[Align, ...] = ("centred", "causal")
+        for align in aligns:
+            generics: dict[str, int | bool | str] = {
+                "MICRO_IMAGE_SIZE": m,
+                "SHIFTS": " ".join(map(str, shifts)),
+                "CENTRED": align == "centred",
+            }
+            simulator.run(simulator.run_command(TOP, generics), folder)
+            lines = (folder / "schedule.txt").read_text().splitlines()
+            got = {name: int(value) for name, value in (line.rsplit(" ", 1) for line in lines)}
+            want = {name: int(value) for name, value in schedule(m, shifts, align)}
+            wrong = {k: (got.get(k), want.get(k)) for k in got | want if got.get(k) != want.get(k)}
+            assert not wrong, f"M = {m}, {shifts}, {align}, VHDL and Python: {wrong}"

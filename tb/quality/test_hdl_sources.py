@@ -1,0 +1,133 @@
+"""What can be checked of the VHDL without running it: the standard, and that it synthesises."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from plenofir import project
+from plenofir.errors import InputError
+from plenofir.fpga import hdl
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.stack import SharpnessConfiguration, StackConfiguration
+from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.refocus import StoredProductArithmetic
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Library with all synthesisable sources, analysed as strict VHDL-93."""
+    try:
+        find_simulator("ghdl")
+    except InputError as error:
+        pytest.skip(str(error))
+    folder = tmp_path_factory.mktemp("library")
+    sources = [str(path) for path in hdl.hdl_sources()]
+    done = subprocess.run(
+        ["ghdl", "-a", "--std=93", *sources],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.parametrize(
+    "core",
+    [
+        CoreConfiguration(micro_image_size=1, shifts=(0,), max_columns=640),
+        CoreConfiguration(micro_image_size=2, shifts=(-2,), max_columns=100, pixel_bits=16),
+        CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=1280, channels=3),
+        CoreConfiguration(
+            micro_image_size=5,
+            shifts=(-3,),
+            max_columns=640,
+            channels=3,
+            arithmetic=StoredProductArithmetic(),
+        ),
+        CoreConfiguration(micro_image_size=11, shifts=(1,), max_columns=1280, align="causal"),
+        CoreConfiguration(
+            micro_image_size=3, shifts=(-2, 0, 3), max_columns=640, parallel_rows=3, order=1
+        ),
+        CoreConfiguration(
+            micro_image_size=5,
+            shifts=(-5, 0, 5),
+            max_columns=100,
+            hold=True,
+            broadcast_taps=8,
+            parallel_rows=2,
+            arithmetic=StoredProductArithmetic(),
+        ),
+    ],
+    ids=lambda core: (
+        f"M{core.micro_image_size}_shift{core.shifts[0]}_{core.arithmetic.kind}"
+        f"_rows{core.parallel_rows}"
+    ),
+)
+def test_core_synthesises(library: Path, core: CoreConfiguration) -> None:
+    # GHDL's synthesis refuses latches, several drivers of a signal, delays and dynamic loops.
+    generics = [f"-g{k}={str(v).lower()}" for k, v in core.generics().items()]
+    done = subprocess.run(
+        ["ghdl", "--synth", "--std=93", *generics, "--out=none", "raster_refocuser"],
+        cwd=library,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "latch" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("top", "core"),
+    [
+        (
+            "focal_stack",
+            StackConfiguration(micro_image_size=3, shifts=(-2, 0, 3), max_columns=640, channels=3),
+        ),
+        (
+            "depth_index",
+            SharpnessConfiguration(micro_image_size=3, slices=3, max_columns=640, channels=3),
+        ),
+    ],
+)
+def test_stack_synthesises(
+    library: Path, top: str, core: StackConfiguration | SharpnessConfiguration
+) -> None:
+    generics = [f"-g{k}={str(v).lower()}" for k, v in core.generics().items()]
+    done = subprocess.run(
+        ["ghdl", "--synth", "--std=93", *generics, "--out=none", top],
+        cwd=library,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "latch" not in done.stderr
+
+
+def test_one_entity_a_file() -> None:
+    for path in [*hdl.board_sources(), *hdl.unisim_sources()]:
+        words = [line.split() for line in path.read_text().lower().splitlines()]
+        units = [
+            w[1] for w in words if len(w) > 2 and w[0] in ("entity", "package") and w[2] == "is"
+        ]
+        assert units == [path.stem], path
+
+
+def test_every_source_is_listed() -> None:
+    folder = project.root() / "hdl"
+    sources = [*hdl.board_sources(), *hdl.unisim_sources()]
+    assert sorted(sources) == sorted(folder.rglob("*.vhd"))
+
+
+def test_every_entity_has_a_header() -> None:
+    for path in hdl.board_sources():
+        text = path.read_text()
+        assert text.startswith("-- "), path
+        if "\nentity " in text:
+            header = text[: text.index("\nlibrary ")]
+            for part in ("-- Latency:", "Throughput:", "-- Ports:", "-- Equation:"):
+                assert part in header, f"{path}: {part}"

@@ -1,0 +1,103 @@
+"""The main job through the whole board: serial TMDS bits in, refocused, serial TMDS bits out."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plenofir.errors import InputError
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.hdmi.modes import HD720, VGA
+from plenofir.fpga.simulate.chain import check_chain, mode_for, run_chain
+from plenofir.fpga.simulate.job import FLOWER, SimulationJob, run_job
+from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.images import read_image, write_png
+from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir.refocus.arithmetic import Arithmetic
+from plenofir_tb.runner import simulator_name
+
+
+def flower(rows: int, columns: int) -> np.ndarray:
+    """A part of the real light field, beginning with a whole micro image."""
+    return read_image(FLOWER)[200 : 200 + rows, 100 : 100 + columns]
+
+
+@pytest.mark.parametrize("grey", [False, True])
+def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
+    raw = flower(25, 40)
+    if grey:
+        raw = raw[:, :, 1]
+    write_png(tmp_path / "raw.png", raw)
+    job = SimulationJob(
+        raw=tmp_path / "raw.png",
+        micro_image_size=5,
+        focus=("-3/5", "0"),
+        out=tmp_path / "out",
+        simulator=simulator_name(),
+        chain="hdmi",
+        waves=grey and simulator_name() == "ghdl",
+    )
+    report = run_job(job)
+    assert report.mismatches == 0
+    assert report.pixels_compared == 2 * 25 * 40
+    for a, shift in (("-3_5", -3), ("0", 0)):
+        shown = read_image(job.out / f"refocused_{a}.png")
+        want = ExactArithmetic().refocus(raw, 5, shift)
+        if grey:
+            want = np.repeat(want[:, :, np.newaxis], 3, axis=2)
+        assert np.array_equal(shown, want)
+    # D lines, D pixels, and what the link holds.
+    line = mode_for(40, 25).h_total
+    assert 0 < report.latency_clocks - 10 * (line + 1) < 100
+    assert (job.out / "refocused.fst").exists() == job.waves
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("mode", "arithmetic"),
+    [
+        (VGA, ExactArithmetic()),
+        (HD720, StoredProductArithmetic(fraction_bits=4, guard_bits=2)),
+    ],
+    ids=["640x480p60", "1280x720p60"],
+)
+def test_standard_modes(tmp_path: Path, mode, arithmetic: Arithmetic) -> None:
+    """A whole frame with the real blanking and clock; 720 lines are made of two pictures."""
+    rows, columns = mode.v_active, mode.h_active
+    raw = np.tile(read_image(FLOWER), (1, 2, 1))[:rows, :columns]
+    assert mode_for(columns, rows) == mode
+    core = CoreConfiguration(
+        micro_image_size=5, shifts=(-3,), max_columns=columns, channels=3, arithmetic=arithmetic
+    )
+    result = run_chain(find_simulator(simulator_name()), core, raw, tmp_path)
+    assert np.array_equal(result.frames[0], arithmetic.refocus(raw, 5, -3))
+
+
+@pytest.mark.parametrize(
+    ("changes", "rows", "where"),
+    [
+        ({"pixel_bits": 16}, 40, "RAW"),
+        ({"parallel_rows": 2}, 40, "IOTA"),
+        ({"engine": "sums", "any_rows": True}, 40, "ANY_ROWS"),
+        ({"shifts": (12,)}, 8, "A"),
+    ],
+)
+def test_what_the_board_cannot_carry_is_refused(changes: dict, rows: int, where: str) -> None:
+    core = CoreConfiguration.model_validate(
+        {"micro_image_size": 5, "shifts": (-3,), "max_columns": 64, "channels": 3, **changes}
+    )
+    with pytest.raises(InputError) as error:
+        check_chain(core, rows, 64)
+    assert error.value.where == where
+
+
+def test_another_chain_is_refused() -> None:
+    command = str(Path(sys.executable).parent / "plenofir")
+    done = subprocess.run(
+        [command, "sim", "--chain", "sdi"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith("plenofir: CHAIN: 'sdi'")
+    assert "core or hdmi" in done.stderr

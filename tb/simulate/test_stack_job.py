@@ -1,0 +1,105 @@
+"""Focal stack and depth index by command, in one pass through the VHDL."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plenofir import project
+from plenofir.commands.app import main
+from plenofir.errors import EXIT_MISMATCH
+from plenofir.fpga.simulate import stack_pump
+from plenofir.images import read_image, write_png
+from plenofir.refocus import refocus
+from plenofir.refocus.sharpness import depth_index
+from plenofir_tb.faults import plant
+from plenofir_tb.runner import simulator_name
+
+SLICES = ("-3/5", "1/5", "1")
+
+
+@pytest.fixture
+def plenofir(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
+    """Run ``plenofir sim`` in this process; its exit code and what it said on standard error."""
+
+    def command(*arguments: str) -> tuple[int, str]:
+        monkeypatch.setattr(
+            sys, "argv", ["plenofir", "sim", "--simulator", simulator_name(), *arguments]
+        )
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as done:
+            main()
+        return int(done.value.code or 0), capfd.readouterr().err
+
+    return command
+
+
+def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
+    # Where three of the planes meet, and lines that are no multiple of M.
+    raw = read_image(project.DATA / "planes_5x5.png")[100:143, 300:352].copy()
+    write_png(tmp_path / "raw.png", raw)
+    out = tmp_path / "out"
+    stack = " ".join(SLICES)
+    code, errors = plenofir(
+        *("--raw", str(tmp_path / "raw.png"), "-M", "5", "--stack", stack, "--window", "2"),
+        # As `make sim` gives what was not set.
+        *("--engine", "", "--fraction", "", "--out", str(out)),
+    )
+    assert code == 0, errors
+    slices = np.stack([refocus(raw, 5, a) for a in SLICES])
+    want = depth_index(slices, 5, 2)
+    for a, image in zip(("-3_5", "1_5", "1"), slices, strict=True):
+        assert np.array_equal(read_image(out / f"refocused_{a}.png"), image)
+    assert np.array_equal(read_image(out / "all_in_focus.png"), want.image)
+    levels = read_image(out / "depth_index.png")[::5, ::5]
+    assert np.array_equal(levels, np.array([0, 127, 255])[want.index])
+    report = json.loads((out / "report.json").read_text())
+    assert report["mismatches"] == 0
+    assert report["pixels_compared"] == 5 * 43 * 52
+    assert report["clocks_per_pixel"] == 1
+    assert report["micro_images_of_slice"] == np.bincount(want.index.ravel()).tolist()
+
+
+def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) -> None:
+    # Exit code 1; the pictures are there all the same.
+    sources = plant(
+        tmp_path / "hdl", stack_pump.stack_sources(), "column_sum.vhd", "SLICE, phase)", "0, phase)"
+    )
+    monkeypatch.setattr(stack_pump, "stack_sources", lambda: sources)
+    raw = np.random.default_rng(2).integers(0, 256, (13, 24), np.uint8)
+    write_png(tmp_path / "raw.png", raw)
+    out = tmp_path / "out"
+    code, errors = plenofir(
+        *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--stack", "-2/3 1", "--out", str(out)),
+    )
+    assert code == EXIT_MISMATCH, errors
+    report = json.loads((out / "report.json").read_text())
+    assert 0 < report["mismatches"] < report["pixels_compared"]
+    assert (out / "all_in_focus.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--stack", "0 0"), "STACK: 0 stands in it twice"),
+        (("--stack", "1/2 0"), "STACK"),
+        (("--stack", "0 1", "--engine", "taps"), "ENGINE: taps; expected sums with STACK"),
+        (("--stack", "0 1", "--engine", "belt"), "ENGINE: 'belt'; expected taps or sums"),
+        (("--stack", "0 1", "--fraction", "3"), "FRACTION with STACK"),
+        (("--stack", "0 1", "--iota", "3"), "IOTA: 3; expected 1 with STACK"),
+        (("--stack", "0 1", "--sweep", "0 1"), "SWEEP"),
+        (("--stack", "0 1", "--arith", "stored"), "ARITH: stored; expected exact with STACK"),
+        (("--stack", "0 1", "--window", "9"), "WINDOW: 9; expected a radius of 0 to 8"),
+        (("--stack", "0 1", "-M", "1"), "M"),
+    ],
+)
+def test_bad_input_is_one_line(
+    tmp_path: Path, plenofir, arguments: tuple[str, ...], message: str
+) -> None:
+    code, errors = plenofir(*arguments, "--out", str(tmp_path / "out"))
+    assert code == 2
+    assert message in errors
+    assert len(errors.splitlines()) == 1
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,238 @@
+"""The core as synthesised: GHDL's Verilog, and the Spartan-6 netlist of Yosys, in Verilator."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plenofir.errors import InputError
+from plenofir.fpga import hdl
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.stack import SharpnessConfiguration, StackConfiguration
+from plenofir.fpga.simulate import verilator
+from plenofir.fpga.simulate.pump import run_pump
+from plenofir.fpga.simulate.simulators import Simulator, find_simulator
+from plenofir.fpga.simulate.stack_pump import CORES, run_stack_pump, stack_sources
+from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
+from plenofir.fpga.synthesis.tools import yosys_version
+from plenofir.refocus import StoredProductArithmetic
+
+STORED = StoredProductArithmetic(fraction_bits=4, guard_bits=2)
+
+
+@pytest.fixture(scope="module")
+def simulator() -> Simulator:
+    try:
+        find_simulator("ghdl")
+        return find_simulator("verilator")
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+def random_frames(core: CoreConfiguration, count: int, rows: int, columns: int) -> np.ndarray:
+    shape = (count, rows, columns) + ((core.channels,) if core.channels > 1 else ())
+    dtype = np.uint8 if core.pixel_bits <= 8 else np.uint16
+    return np.random.default_rng(1).integers(0, 1 << core.pixel_bits, shape, dtype)
+
+
+def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
+    """What a sweep with a frame for each slice must give."""
+    return np.array(
+        [
+            core.arithmetic.refocus(
+                frame,
+                core.micro_image_size,
+                core.shifts[number % len(core.shifts)],
+                align=core.align,
+                order=core.order,
+            )
+            for number, frame in enumerate(frames)
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    "core",
+    [
+        CoreConfiguration(micro_image_size=3, shifts=(-2, 1, 3), max_columns=40, channels=3),
+        CoreConfiguration(
+            micro_image_size=5, shifts=(-5, 0, 5), max_columns=40, hold=True, arithmetic=STORED
+        ),
+        CoreConfiguration(micro_image_size=5, shifts=(8,), max_columns=40),
+        CoreConfiguration(
+            micro_image_size=4, shifts=(2, 4, 0), max_columns=40, engine="sums", any_rows=True
+        ),
+        pytest.param(
+            CoreConfiguration(
+                micro_image_size=11, shifts=(-3, 11), max_columns=130, channels=3, engine="sums"
+            ),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            CoreConfiguration(
+                micro_image_size=5, shifts=tuple(range(-5, 11)), max_columns=60, engine="sums"
+            ),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=41, parallel_rows=3),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            CoreConfiguration(micro_image_size=2, shifts=(-1, 2), max_columns=40, order=1),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            CoreConfiguration(
+                micro_image_size=4, shifts=(3,), max_columns=40, pixel_bits=16, broadcast_taps=2
+            ),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            CoreConfiguration(micro_image_size=1, shifts=(0,), max_columns=40, align="causal"),
+            marks=pytest.mark.slow,
+        ),
+    ],
+    ids=lambda core: (
+        f"{core.engine}_M{core.micro_image_size}_rows{core.parallel_rows}_order{core.order}"
+    ),
+)
+def test_ghdl_verilog_equals_golden_model(
+    tmp_path: Path, simulator: Simulator, core: CoreConfiguration
+) -> None:
+    frames = random_frames(core, 4, 23, 37)
+    sweep = 1 if len(core.shifts) > 1 else 0
+    result = run_pump(simulator, core, frames, tmp_path, sweep_frames=sweep, stall_percent=20)
+    assert np.array_equal(result.frames, golden(core, frames))
+    assert result.slices == tuple(n % len(core.shifts) for n in range(4))
+
+
+def test_pumps_agree(tmp_path: Path, simulator: Simulator) -> None:
+    # The C++ pump stalls and counts as the VHDL pump does.
+    core = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=20)
+    frames = random_frames(core, 2, 9, 20)
+    results = [
+        run_pump(tool, core, frames, tmp_path / tool.name, stall_percent=25, seed=7)
+        for tool in (find_simulator("ghdl"), simulator)
+    ]
+    assert np.array_equal(results[0].frames, results[1].frames)
+    assert results[0].clocks == results[1].clocks
+    assert results[0].latency_clocks == results[1].latency_clocks
+    assert results[0].input_clocks == results[1].input_clocks
+
+
+def check_stack(
+    tool: Simulator,
+    core: StackConfiguration,
+    radius: int,
+    rows: int,
+    directory: Path,
+    verilog: Sequence[Path] | None = None,
+) -> tuple[int, int]:
+    """Compare all that comes out of a stack and its index; clocks of both ends."""
+    m = core.micro_image_size
+    raw = random_frames(core, 1, rows, core.max_columns)[0]
+    index_core = SharpnessConfiguration(
+        micro_image_size=m,
+        slices=len(core.shifts),
+        radius=radius,
+        max_columns=core.max_columns,
+        channels=core.channels,
+        pixel_bits=core.pixel_bits,
+    )
+    want_slices = core.golden(raw)
+    want = index_core.golden(want_slices)
+    assert want.index.min() < want.index.max()
+    result = run_stack_pump(
+        tool, core, radius, raw, directory, stall_percent=20, seed=9, verilog=verilog
+    )
+    assert np.array_equal(result.slices, want_slices)
+    assert np.array_equal(result.image, want.image)
+    index = want.index.repeat(m, 0).repeat(m, 1)
+    assert np.array_equal(result.index, index[:rows, : core.max_columns])
+    return result.clocks, result.input_clocks
+
+
+def test_stack_as_verilog_equals_golden_model(tmp_path: Path, simulator: Simulator) -> None:
+    # The pump in VHDL stalls and counts alike. A slice that holds outputs, cut micro images.
+    core = StackConfiguration(micro_image_size=3, shifts=(-3, -1, 3), max_columns=22)
+    clocks = [
+        check_stack(tool, core, 1, 16, tmp_path / tool.name)
+        for tool in (simulator, find_simulator("ghdl"))
+    ]
+    assert clocks[0] == clocks[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("core", "radius"),
+    [
+        (
+            StackConfiguration(
+                micro_image_size=5, shifts=(5, -3, 0, 2), max_columns=52, channels=3, input_lines=5
+            ),
+            2,
+        ),
+        (
+            StackConfiguration(
+                micro_image_size=4, shifts=(1, 4), max_columns=37, pixel_bits=16, align="causal"
+            ),
+            0,
+        ),
+        (StackConfiguration(micro_image_size=2, shifts=(-3, 0, 1, 2), max_columns=33), 3),
+    ],
+    ids=["rgb", "16_bit", "M2"],
+)
+def test_more_stacks_as_verilog(
+    tmp_path: Path, simulator: Simulator, core: StackConfiguration, radius: int
+) -> None:
+    check_stack(simulator, core, radius, 7 * core.micro_image_size + 1, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "core",
+    [
+        CoreConfiguration(micro_image_size=3, shifts=(-1, 2), max_columns=30),
+        pytest.param(
+            CoreConfiguration(
+                micro_image_size=2, shifts=(1,), max_columns=30, channels=3, arithmetic=STORED
+            ),
+            marks=pytest.mark.slow,
+        ),
+    ],
+    ids=["exact", "stored"],
+)
+def test_netlist_equals_golden_model(
+    tmp_path: Path, simulator: Simulator, core: CoreConfiguration
+) -> None:
+    # Small enough for memories of LUTs: Yosys has no model of Spartan-6's block RAM.
+    try:
+        yosys_version()
+    except InputError as error:
+        pytest.skip(str(error))
+    netlist = synthesise(hdl.hdl_sources(), verilator.TOP, core.generics(), tmp_path)
+    assert netlist.figures.usage.block_rams == 0
+    frames = random_frames(core, 4, 17, 30)
+    result = run_pump(
+        simulator,
+        core,
+        frames,
+        tmp_path / "pump",
+        sweep_frames=1 if len(core.shifts) > 1 else 0,
+        stall_percent=20,
+        verilog=[netlist.verilog, cell_models()],
+    )
+    assert np.array_equal(result.frames, golden(core, frames))
+
+
+@pytest.mark.slow
+def test_netlist_of_stack_equals_golden_model(tmp_path: Path, simulator: Simulator) -> None:
+    try:
+        yosys_version()
+    except InputError as error:
+        pytest.skip(str(error))
+    core = StackConfiguration(micro_image_size=2, shifts=(-1, 2), max_columns=9)
+    netlist = synthesise(stack_sources(), CORES, {**core.generics(), "RADIUS": 0}, tmp_path)
+    assert netlist.figures.usage.block_rams == 0
+    check_stack(simulator, core, 0, 9, tmp_path / "pump", [netlist.verilog, cell_models()])

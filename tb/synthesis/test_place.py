@@ -1,0 +1,47 @@
+"""Place and route for ECP5: recorded clocks reach their goals; a small design goes all the way."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from plenofir import project
+from plenofir.errors import InputError
+from plenofir.fpga import hdl
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place, write_bitstream
+from plenofir.fpga.synthesis.self_test import TOP, self_test_generics
+from plenofir.plan import load_scene, make_plan
+from plenofir.plan.figures import scene_files
+
+RECORDED = json.loads((project.DATA / "ecp5.json").read_text())
+VIDEO_720P, VIDEO_1080P = 74.25, 148.5
+
+
+@pytest.mark.parametrize("file", scene_files(), ids=lambda file: file.stem)
+def test_scenes_reach_their_clock(file: Path) -> None:
+    plan = make_plan(load_scene(file))
+    slowest = RECORDED[plan.scene]["6"]["fmax_mhz"]
+    assert slowest >= max(VIDEO_720P, plan.clock_mhz or 0)
+
+
+def test_fastest_configuration_reaches_1080p() -> None:
+    best = max(result["fmax_mhz"] for grades in RECORDED.values() for result in grades.values())
+    assert best >= VIDEO_1080P
+
+
+@pytest.mark.slow
+def test_bitstream_of_a_board(tmp_path: Path) -> None:
+    try:
+        check_tools()
+    except InputError as error:
+        pytest.skip(str(error))
+    core = CoreConfiguration(micro_image_size=3, shifts=(1,), max_columns=64)
+    netlist = make_netlist(hdl.hdl_sources(), TOP, self_test_generics(core, 48), tmp_path)
+    placed = place(
+        netlist,
+        goal_mhz=25,
+        constraints=project.root() / "constraints" / "ulx3s_self_test.lpf",
+    )
+    assert placed.fmax_mhz >= VIDEO_720P
+    assert write_bitstream(netlist.with_suffix(".config")).stat().st_size > 100_000

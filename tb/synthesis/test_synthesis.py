@@ -1,0 +1,255 @@
+"""Synthesis with GHDL and Yosys: recorded counts; what a scene does not need is absent."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from plenofir.errors import InputError
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.ise import TOP as BOARD
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.synthesis.parts import TMDS_ENDS, count_parts, left_out_in_turn, needed_parts
+from plenofir.fpga.synthesis.primitives import with_primitives
+from plenofir.fpga.synthesis.tools import ghdl_version, plain_verilog, write_verilog, yosys_version
+from plenofir.plan.configure import configure
+from plenofir.plan.figures import (
+    CORE,
+    Design,
+    core_designs,
+    designs,
+    load_figures,
+    scene_designs,
+)
+from plenofir.plan.planner import full_core
+
+DESIGNS = designs()
+SLOW = pytest.mark.slow
+
+
+@pytest.fixture(scope="module", autouse=True)
+def tools() -> None:
+    try:
+        ghdl_version()
+        yosys_version()
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.parametrize(
+    "design",
+    [
+        pytest.param(design, marks=[SLOW] if design.slow else [], id=design.name)
+        for design in DESIGNS
+    ],
+)
+def test_figures(tmp_path: Path, design: Design) -> None:
+    recorded = load_figures()
+    assert recorded.yosys == yosys_version()
+    figures = design.synthesise(tmp_path).figures
+    known = recorded.figures.get(ghdl_version())
+    if known is not None:
+        assert figures == known[design.name], "run make figures if the change is meant"
+        return
+    # Another GHDL than those recorded: its Verilog differs in detail.
+    nearest = recorded.figures[max(recorded.figures)][design.name]
+    assert (figures.ramb16, figures.ramb8, figures.dsp) == (
+        nearest.ramb16,
+        nearest.ramb8,
+        nearest.dsp,
+    )
+    assert figures.lut == pytest.approx(nearest.lut, rel=0.1)
+    assert figures.flip_flops == pytest.approx(nearest.flip_flops, rel=0.05)
+
+
+def test_every_design_is_recorded() -> None:
+    names = [design.name for design in DESIGNS]
+    for version, figures in load_figures().figures.items():
+        assert list(figures) == names, version
+
+
+@pytest.mark.parametrize("design", list(core_designs()), ids=lambda design: design.name)
+def test_what_a_scene_does_not_need_is_absent(tmp_path: Path, design: Design) -> None:
+    core = design.core
+    assert design.plan is not None
+    sources = configure(design.plan, tmp_path)
+    found = count_parts(write_verilog(sources, design.top, {}, tmp_path).read_text(), design.top)
+    # No part of the video path, nor any stage, filter, tap, product or divider more than needed.
+    folders = {source.parent.name for source in sources} - {tmp_path.name}
+    assert folders == {"common", "core", "moving_sum"}
+    assert found == {**dict.fromkeys(TMDS_ENDS, 0), **needed_parts(core)}
+    assert core.line_buffer_bits < full_core(core).line_buffer_bits
+
+
+def test_board_has_the_tmds_ends_and_its_core_no_more_than_it_needs(tmp_path: Path) -> None:
+    boards = [design for design in scene_designs() if design.top == BOARD]
+    design = boards[0]
+    assert len(boards) == 2
+    assert design.plan is not None
+    sources = configure(design.plan, tmp_path)
+    verilog = write_verilog(sources, design.top, {}, tmp_path, board=True).read_text()
+    assert count_parts(verilog, design.top) == {**TMDS_ENDS, **needed_parts(design.core)}
+
+
+@pytest.mark.parametrize(
+    ("what", "core"), list(left_out_in_turn()), ids=lambda value: str(value)[:20]
+)
+def test_what_is_left_out_in_turn_is_absent(
+    tmp_path: Path, what: str, core: CoreConfiguration
+) -> None:
+    verilog = write_verilog(hdl.hdl_sources(), CORE, core.generics(), tmp_path).read_text()
+    assert count_parts(verilog, CORE) == {**dict.fromkeys(TMDS_ENDS, 0), **needed_parts(core)}
+
+
+def test_what_is_left_out_saves_parts_and_area() -> None:
+    cores = dict(left_out_in_turn())
+    full = needed_parts(cores.pop("nothing"))
+    fewer = {
+        "two of three channels": {"filters", "taps", "stored products"},
+        "six of seven slices": {"taps"},
+        "interpolation": {"stages", "filters", "taps", "stored products"},
+        "stored products (exact sums)": {"stored products"},
+        "the second row at once": {"filters", "taps", "stored products", "lane registers"},
+        "all of these": {"stages", "filters", "taps", "stored products", "lane registers"},
+    }
+    assert cores.keys() == fewer.keys()
+    for what, core in cores.items():
+        parts = needed_parts(core)
+        assert {name for name in parts if parts[name] < full[name]} == fewer[what], what
+    for figures in load_figures().figures.values():
+        area = {name: figures[f"left out: {name}"] for name in ("nothing", *fewer)}
+        for name in fewer:
+            assert area[name].lut < area["nothing"].lut, name
+        assert area["all of these"].lut < area["nothing"].lut / 10
+        # The TMDS ends, and all that drives them.
+        assert figures["rgb-480p"].lut > figures["rgb-480p core"].lut + 2000
+        assert figures["rgb-480p"].flip_flops > figures["rgb-480p core"].flip_flops + 2000
+
+
+def test_primitives_become_cells(tmp_path: Path) -> None:
+    models = tmp_path / "cells.v"
+    models.write_text(
+        'module PLL_ADV (A);\n  parameter TEXT = "X";\n  parameter FLAG = "FALSE";\n'
+        "  parameter real SHARE = 0.0;\n  parameter integer COUNT = 1;\nendmodule\n"
+    )
+    text = """module pll_adv
+  #(parameter
+    TEXT)
+  (input  a);
+endmodule
+module top
+  (input  a);
+  pll_adv #(
+    .TEXT(16'b0100100001001001),
+    .FLAG(1'b1),
+    .SHARE(64'b0011111111100000000000000000000000000000000000000000000000000000),
+    .COUNT(4'b0101),
+    .OTHER(1'b1))
+    pll (
+    .a(a));
+endmodule
+"""
+    assert with_primitives(text, models) == (
+        'module top\n  (input  a);\n  PLL_ADV #(.TEXT("HI"), .FLAG("TRUE"), .SHARE(0.5), '
+        ".COUNT(4'b0101)) pll (\n    .A(a));\nendmodule\n"
+    )
+
+
+def data_path_adders(core: CoreConfiguration, folder: Path) -> tuple[int, int]:
+    """Additions and subtractions of pixels and sums that GHDL makes of the stages."""
+    file = next(s for s in hdl.hdl_sources() if s.stem == "moving_sum_stage")
+    lines = file.read_text().splitlines()
+    begin = next(n for n, line in enumerate(lines, 1) if "add : process" in line)
+    end = next(n for n, line in enumerate(lines, 1) if "end process add;" in line)
+    text = write_verilog(hdl.hdl_sources(), CORE, core.generics(), folder).read_text()
+    found = re.findall(
+        r"moving_sum_stage\.vhd:(\d+):\d+ +\*/\n  assign \w+ = \S+ ([+-]) \S+;", text
+    )
+    signs = [sign for line, sign in found if begin <= int(line) <= end]
+    return signs.count("+"), signs.count("-")
+
+
+def test_adders_do_not_grow_with_m_or_a(tmp_path: Path) -> None:
+    # For each dimension: a pixel in less one out, the running sum, the first sum of the next line.
+    for m, shift in ((3, 2), (5, -3), (11, 13)):
+        core = CoreConfiguration(micro_image_size=m, shifts=(shift,), max_columns=16, engine="sums")
+        folder = tmp_path / f"m{m}"
+        folder.mkdir()
+        assert data_path_adders(core, folder) == (2 * 2, 2 * 1)
+
+
+def test_scene_is_smaller_than_its_full_build() -> None:
+    for figures in load_figures().figures.values():
+        for design in core_designs():
+            name = design.name.removesuffix(" core")
+            if f"{name} full" not in figures:
+                continue
+            scene, full = figures[design.name], figures[f"{name} full"]
+            # Moving sums take about as many LUTs for any slices, but not for any channels.
+            alike = design.core.engine == "sums" and design.core.channels == 3
+            assert scene.lut < full.lut / (1 if alike else 1.2)
+            assert scene.usage.block_rams < full.usage.block_rams / 1.2
+            assert scene.dsp <= full.dsp
+
+
+def test_parts_cost_what_they_should() -> None:
+    for figures in load_figures().figures.values():
+        grey, rgb = figures["core M=5 a'=2 iota=1"], figures["core M=5 a'=2 RGB"]
+        assert (grey.dsp, rgb.dsp) == (1, 3)
+        assert rgb.lut > 2 * grey.lut
+        stored = figures["core M=5 a'=2 stored products"]
+        assert stored.dsp == 0
+        linear = figures["core M=5 a'=2 linear interpolation"]
+        assert linear.lut > grey.lut
+        hold, every = figures["core M=5 a'=-5,0,5 hold"], figures["core M=5 a'=-5,0,5"]
+        assert hold.lut < every.lut
+        assert hold.usage.block_rams <= every.usage.block_rams
+
+
+def test_missing_yosys_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    import importlib.util
+
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match="Yosys is not installed"):
+        yosys_version()
+
+
+def test_verilog_that_ghdl_leaves_unfinished() -> None:
+    text = """
+  localparam n1_o = 0'b;
+  assign n2_o = {n3_o, 4'bZ};
+  always @*
+    case (n4_o)
+      2'b10: n5_o <= n6_o;
+      2'b01: n5_o <= 1'b0;
+    endcase
+  initial begin
+    memory[1] = 2'b00;
+    memory[0] = 2'b00;
+    end
+  initial begin
+    rom[1] = 2'b00;
+    rom[0] = 2'b01;
+    end
+"""
+    plain = plain_verilog(text)
+    assert "0'b;" not in plain.replace("1'b0;", "")
+    assert "4'bX" in plain
+    assert "default: n5_o <= 'bx;" in plain
+    assert "memory[" not in plain
+    assert "rom[0] = 2'b01;" in plain
+    # A constant of more than 32 bits is no text.
+    bits = "10" * 17
+    assert plain_verilog(f'  mask <= "{bits}";') == f"  mask <= 34'b{bits};"
+    assert plain_verilog('  .TEXT("11")') == '  .TEXT("11")'
+
+
+def test_core_is_a_design() -> None:
+    assert {design.top for design in DESIGNS} == {
+        CORE,
+        "module_array",
+        "focal_stack",
+        "depth_index",
+        "scene_top",
+        BOARD,
+    }
