@@ -34,20 +34,7 @@ class InputError(ValueError):
 
 
 def validation_error(error: ValidationError, *, where: str) -> InputError:
-    """Say in one line what pydantic found first.
-
-    Parameters
-    ----------
-    error
-        What it raised.
-    where
-        The file that was read.
-
-    Returns
-    -------
-    InputError
-        Field, value and what is allowed.
-    """
+    """Say in one line what pydantic found first."""
     first = error.errors()[0]
     field = ".".join(str(part) for part in first["loc"])
     kind = first["type"]

@@ -17,20 +17,7 @@ def _cannot_write(out: Path, error: OSError) -> InputError:
 
 
 def publish(texts: Mapping[str, str], out: Path) -> None:
-    """Write text files into a folder, each replacing its predecessor in one step.
-
-    Parameters
-    ----------
-    texts
-        File name to content.
-    out
-        Folder; made where it is missing.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
+    """Write text files into a folder, each replacing its predecessor in one step."""
     try:
         with tempfile.TemporaryDirectory(prefix="plenofir-") as staging:
             for name, text in texts.items():
@@ -41,20 +28,7 @@ def publish(texts: Mapping[str, str], out: Path) -> None:
 
 
 def publish_files(results: Path, out: Path) -> None:
-    """Copy the files of a folder into another, each replacing its predecessor in one step.
-
-    Parameters
-    ----------
-    results
-        Folder with the files.
-    out
-        Folder; made where it is missing.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
+    """Copy the files of a folder into another, each replacing its predecessor in one step."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=out, prefix=".plenofir-") as staging:
@@ -71,20 +45,7 @@ _FOLDER = "a folder that can be written"
 
 
 def check_folder(folder: Path, where: str) -> None:
-    """Refuse a folder for results that cannot be written, whether it exists or not.
-
-    Parameters
-    ----------
-    folder
-        The folder; nothing is left in it.
-    where
-        Name of the option or the path for messages.
-
-    Raises
-    ------
-    InputError
-        If it, or what stands in its place, cannot be written.
-    """
+    """Refuse a folder for results that cannot be written, whether it exists or not."""
     existing = folder
     while not existing.exists() and existing != existing.parent:
         existing = existing.parent

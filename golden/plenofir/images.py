@@ -16,25 +16,8 @@ _EXPECTED = "an 8 or 16 bit grey or RGB image file (PNG, TIFF, PGM/PPM, BMP or J
 
 
 def read_image(path: Path) -> Image:
-    """Read an image as it is stored.
-
-    The OpenCV reader is used because it keeps 16 bit RGB, which Pillow cuts to 8 bit.
-
-    Parameters
-    ----------
-    path
-        Image file.
-
-    Returns
-    -------
-    Image
-        Shape (rows, columns) or (rows, columns, 3), uint8 or uint16.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or its depth or number of channels is not supported.
-    """
+    """Read an image as it is stored."""
+    # The OpenCV reader is used because it keeps 16 bit RGB, which Pillow cuts to 8 bit.
     if not path.is_file():
         raise InputError("no such file", where=str(path), expected=_EXPECTED)
     if not os.access(path, os.R_OK):
@@ -55,13 +38,5 @@ def read_image(path: Path) -> Image:
 
 
 def write_png(path: Path, image: Image) -> None:
-    """Write a PNG with the depth and channels of the array.
-
-    Parameters
-    ----------
-    path
-        File to write.
-    image
-        Shape (rows, columns) or (rows, columns, 3), uint8 or uint16.
-    """
+    """Write a PNG with the depth and channels of the array."""
     iio.imwrite(path, image, plugin="opencv", extension=".png")

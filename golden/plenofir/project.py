@@ -11,18 +11,7 @@ DATA = Path(__file__).resolve().parent / "data"
 
 
 def root() -> Path:
-    """Root of the repository that this package is installed from.
-
-    Returns
-    -------
-    Path
-        The folder with ``hdl/`` and ``tb/``.
-
-    Raises
-    ------
-    InputError
-        If the package was installed without the repository.
-    """
+    """Root of the repository that this package is installed from."""
     if not (_ROOT / "hdl" / "sources.txt").is_file():
         raise InputError(
             "the VHDL sources are missing",

@@ -26,42 +26,12 @@ from plenofir.refocus.operator import (
 
 
 def scaled_quotient(values: Sums, scale_bits: int, divisor: int) -> Sums:
-    """Contents of a stored-product ROM.
-
-    Parameters
-    ----------
-    values
-        Pixel values.
-    scale_bits
-        Fraction bits of the product above those of the value.
-    divisor
-        M.
-
-    Returns
-    -------
-    Sums
-        round(value * 2**scale_bits / divisor), halves up.
-    """
+    """Contents of a stored-product ROM."""
     return divide_half_up(values << scale_bits, divisor)
 
 
 def round_saturate(values: Sums, drop_bits: int, result_bits: int) -> Sums:
-    """Drop fraction bits with rounding (halves up) and limit to a width.
-
-    Parameters
-    ----------
-    values
-        Non-negative integers.
-    drop_bits
-        Number of bits to drop.
-    result_bits
-        Width of the result in bits.
-
-    Returns
-    -------
-    Sums
-        min(round(values / 2**drop_bits), 2**result_bits - 1).
-    """
+    """Drop fraction bits with rounding (halves up) and limit to a width."""
     return np.minimum(divide_half_up(values, 1 << drop_bits), (1 << result_bits) - 1)
 
 

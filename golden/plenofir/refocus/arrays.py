@@ -48,24 +48,7 @@ def device_refocus(
     region: tuple[range, range],
     upsample: bool,
 ) -> Any:
-    """Refocus an array of any library, arguments checked by the caller.
-
-    Parameters
-    ----------
-    raw
-        Raw image, shape (rows, columns[, 3]), uint8 or uint16.
-    m, shift
-        M, a'.
-    align, order, upsample
-        As in `plenofir.refocus.refocus`.
-    region
-        Rows and columns of the result, step 1.
-
-    Returns
-    -------
-    array
-        The result, of the type and on the device of `raw`.
-    """
+    """Refocus an array of any library, arguments checked by the caller."""
     xp = array_namespace(raw)
     bits = int(xp.iinfo(raw.dtype).bits)
     divisor = m ** (2 + 2 * order)

@@ -32,24 +32,12 @@ RECORD = "batch.json"
 
 @dataclass(frozen=True)
 class Settings:
-    """What is done to every frame.
+    """What is done to every frame."""
 
-    Attributes
-    ----------
-    m
-        M in pixels.
-    a
-        Focus settings.
-    order
-        Order of the interpolation.
-    upsample
-        See `plenofir.refocus.refocus`.
-    """
-
-    m: int
-    a: tuple[Fraction, ...]
-    order: int = 0
-    upsample: bool = True
+    m: int  # M in pixels
+    a: tuple[Fraction, ...]  # focus settings
+    order: int = 0  # order of the interpolation
+    upsample: bool = True  # see `plenofir.refocus.refocus`
 
     def signature(self) -> str:
         """Text that is equal for equal settings."""
@@ -59,44 +47,16 @@ class Settings:
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame and what became of it.
+    """A frame and what became of it."""
 
-    Attributes
-    ----------
-    source
-        Raw image.
-    results
-        Refocused images, one for each focus setting.
-    state
-        "done", "kept" (there already) or "failed".
-    reason
-        Why it failed.
-    """
-
-    source: Path
-    results: tuple[Path, ...]
-    state: State
-    reason: str = ""
+    source: Path  # raw image
+    results: tuple[Path, ...]  # refocused images, one for each focus setting
+    state: State  # "done", "kept" (there already) or "failed"
+    reason: str = ""  # why it failed
 
 
 def find_frames(pattern: str) -> list[Path]:
-    """Frames of a pattern, in the order of the numbers in their names.
-
-    Parameters
-    ----------
-    pattern
-        A path with wildcards, such as ``frames/*.png``.
-
-    Returns
-    -------
-    list of Path
-        ``frame_2.png`` before ``frame_10.png``.
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
+    """Frames of a pattern, in the order of the numbers in their names."""
     import glob
     import re
 
@@ -112,25 +72,7 @@ def find_frames(pattern: str) -> list[Path]:
 
 
 def result_names(sources: Sequence[Path], settings: Settings) -> list[tuple[str, ...]]:
-    """Names of the results of each frame.
-
-    Parameters
-    ----------
-    sources
-        Frames.
-    settings
-        With several focus settings their a' is in the name.
-
-    Returns
-    -------
-    list of tuple of str
-        PNG files.
-
-    Raises
-    ------
-    InputError
-        If two frames would have the same result.
-    """
+    """Names of the results of each frame."""
     names: list[tuple[str, ...]] = []
     seen: dict[str, Path] = {}
     for source in sources:
@@ -150,22 +92,7 @@ def result_names(sources: Sequence[Path], settings: Settings) -> list[tuple[str,
 
 
 def refocus_frame(source: Path, results: tuple[Path, ...], settings: Settings) -> str:
-    """Refocus a frame and write its results, each in one step.
-
-    Parameters
-    ----------
-    source
-        Raw image.
-    results
-        PNG files to write.
-    settings
-        What to do.
-
-    Returns
-    -------
-    str
-        Empty, or why it failed: one bad frame must not stop the others.
-    """
+    """Refocus a frame and write its results, each in one step."""
     try:
         raw = read_image(source)
         check_raw(raw, settings.m, where=str(source))

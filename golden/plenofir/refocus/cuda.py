@@ -109,20 +109,7 @@ def _kernel() -> Any:
 
 
 def fits(m: int, shift: int, pixel_bits: int) -> bool:
-    """Whether the kernel can do it: sums in 31 bits, a line of a tile in shared memory.
-
-    Parameters
-    ----------
-    m, shift
-        M, a'.
-    pixel_bits
-        Width of a pixel in bits.
-
-    Returns
-    -------
-    bool
-        False: `plenofir.refocus.arrays` has to do it.
-    """
+    """Whether the kernel can do it: sums in 31 bits, a line of a tile in shared memory."""
     largest = m * m * ((1 << pixel_bits) - 1)
     return largest + m * m // 2 < 1 << 31 and _tile(m, shift)[0] >= 1
 
@@ -142,23 +129,7 @@ def cuda_refocus(
     region: tuple[range, range],
     stream: int,
 ) -> None:
-    """Refocus an image on a GPU, arguments checked by the caller; see `fits`.
-
-    Parameters
-    ----------
-    raw
-        Raw image on the device, C-contiguous, shape (rows, columns * channels).
-    out
-        Result on the device, C-contiguous, shape (output rows, output columns * channels).
-    m, shift
-        M, a', centred.
-    pixel_bits
-        Width of a pixel in bits.
-    region
-        Rows and columns of the result.
-    stream
-        The library's stream, as a number.
-    """
+    """Refocus an image on a GPU, arguments checked by the caller; see `fits`."""
     tile_rows, width = _tile(m, shift)
     divisor = m * m
     chosen = field(divisor * ((1 << pixel_bits) - 1), divisor)

@@ -27,44 +27,18 @@ _SAMPLES_FOR_A_THREAD = 1 << 19
 
 
 class Field(NamedTuple):
-    """How sums are held and divided.
-
-    Attributes
-    ----------
-    kind
-        Type.
-    drop, multiplier
-        floor(n / divisor) is (n * multiplier) >> drop; 0 if there is no such multiplier.
-    """
+    """How sums are held and divided."""
 
     kind: type[np.unsignedinteger]
+    # floor(n / divisor) is (n * multiplier) >> drop; 0 if there is no such multiplier
     drop: int
     multiplier: int
 
 
 def field(largest: int, divisor: int) -> Field:
-    """Narrowest type for sums in which they can be divided exactly.
-
-    floor(n / d) is (n * multiplier) >> drop with multiplier = ceil(2^drop / d) if
-    (multiplier * d - 2^drop) n < 2^drop for the largest n.
-
-    Parameters
-    ----------
-    largest
-        Largest sum.
-    divisor
-        d.
-
-    Returns
-    -------
-    Field
-        16 or 32 bits with a multiplication, else 64 bits.
-
-    Raises
-    ------
-    InputError
-        If the sums are too wide for that.
-    """
+    """Narrowest type for sums in which they can be divided exactly."""
+    # floor(n / d) is (n * multiplier) >> drop with multiplier = ceil(2^drop / d) if
+    # (multiplier * d - 2^drop) n < 2^drop for the largest n.
     check_sums(largest)
     numerator = largest + divisor // 2
     for kind in (np.uint16, np.uint32):
@@ -91,35 +65,7 @@ def plan(
     region: tuple[range, range],
     upsample: bool,
 ) -> tuple[Plan, npt.NDArray[Any]]:
-    """Work out one slice.
-
-    Parameters
-    ----------
-    shape
-        Shape of the raw image, (rows, columns[, channels]).
-    pixel_bits
-        Width of a pixel in bits.
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    align, order
-        As in `plenofir.refocus.refocus`.
-    region
-        Rows and columns of the result, step 1.
-    upsample
-        False: one output for each micro lens; `shift` must be a multiple of M, `order` 0.
-
-    Returns
-    -------
-    tuple
-        The plan, and an array of the type that holds sums.
-
-    Raises
-    ------
-    InputError
-        If the sums are too wide for 64-bit words.
-    """
+    """Work out one slice."""
     m = micro_image_size
     offset = output_offset(m, shift, align)
     common = gcd(shift, m)
@@ -219,32 +165,7 @@ def fast_refocus(
     out: Image | None = None,
     threads: int | None = None,
 ) -> Image:
-    """Refocus an image, arguments checked by the caller (`plenofir.refocus.refocus`).
-
-    Parameters
-    ----------
-    raw
-        Raw image, shape (rows, columns[, 3]), uint8 or uint16.
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    align, order
-        As in `plenofir.refocus.refocus`.
-    region
-        Rows and columns of the result that are wanted, step 1.
-    upsample
-        False: one output for each micro lens; `shift` must be a multiple of M, `order` 0.
-    out
-        Where to write the result, C-contiguous, of the right shape and type.
-    threads
-        Number of threads; as many as there are processors if None.
-
-    Returns
-    -------
-    Image
-        The result.
-    """
+    """Refocus an image, arguments checked by the caller (`plenofir.refocus.refocus`)."""
     m = micro_image_size
     shape = (len(region[0]), len(region[1]), *raw.shape[2:])
     image: Image = np.empty(shape, raw.dtype) if out is None else out

@@ -36,18 +36,7 @@ Integers = npt.NDArray[Any]
 
 
 def compiled(work: Work) -> Work:
-    """Compile for this machine at the first call; kept on disk where that is possible.
-
-    Parameters
-    ----------
-    work
-        Function in the part of Python that numba compiles.
-
-    Returns
-    -------
-    Callable
-        The same; it lets other threads run meanwhile.
-    """
+    """Compile for this machine at the first call; kept on disk where that is possible."""
     try:
         return cast("Work", numba.njit(cache=True, nogil=True)(work))
     except RuntimeError:  # no folder that numba could write to
@@ -55,59 +44,32 @@ def compiled(work: Work) -> Work:
 
 
 class Axis(NamedTuple):
-    """What one dimension needs, all in whole numbers.
+    """What one dimension needs, all in whole numbers."""
 
-    Attributes
-    ----------
-    length
-        Pixels of the input.
-    outputs
-        Pixels of the output.
-    start
-        Pixel of the image that output 0 is (0 without a region of interest).
-    base, scale
-        Output o takes the sum number floor((o + base) / scale).
-    """
-
-    length: int
-    outputs: int
-    start: int
+    length: int  # pixels of the input
+    outputs: int  # pixels of the output
+    start: int  # pixel of the image that output 0 is (0 without a region of interest)
+    # output o takes the sum number floor((o + base) / scale)
     base: int
     scale: int
 
 
 class Plan(NamedTuple):
-    """One slice of one image, all in whole numbers.
+    """One slice of one image, all in whole numbers."""
 
-    Attributes
-    ----------
-    micro_image_size, shift, order, channels
-        M, a', order of the interpolation, channels.
-    common
-        gcd(a', M): S changes at its multiples only.
-    step
-        Sum number t is S[step t].
-    box_offset
-        Offset of the moving sums that interpolation appends.
-    rows, columns
-        The two dimensions.
-    half, divisor
-        The result is floor((S2 + half) / divisor).
-    multiplier, drop
-        The same division as (n * multiplier) >> drop, if multiplier is not 0.
-    """
-
-    micro_image_size: int
-    shift: int
-    order: int
+    micro_image_size: int  # M
+    shift: int  # a'
+    order: int  # of the interpolation
     channels: int
-    common: int
-    step: int
-    box_offset: int
+    common: int  # gcd(a', M): S changes at its multiples only
+    step: int  # sum number t is S[step t]
+    box_offset: int  # offset of the moving sums that interpolation appends
     rows: Axis
     columns: Axis
+    # the result is floor((S2 + half) / divisor)
     half: int
     divisor: int
+    # the same division as (n * multiplier) >> drop, if multiplier is not 0
     multiplier: int
     drop: int
 
@@ -138,10 +100,8 @@ def _subtract(target: Integers, line: Integers) -> None:
 
 @compiled
 def _first_pixels(plan: Plan) -> Integers:
-    """For each p mod M the first pixel u with u a' = p modulo M; -1 if there is none.
-
-    The others follow at distances of M / gcd(a', M).
-    """
+    """For each p mod M the first pixel u with u a' = p modulo M; -1 if there is none."""
+    # The others follow at distances of M / gcd(a', M).
     m = plan.micro_image_size
     first = np.full(m, -1, np.int64)
     for u in range(m // plan.common):
@@ -228,20 +188,9 @@ def _row_sums(
     start: int,
     origin: int,
 ) -> None:
-    """Sums along several lines at once, outputs `start`, `start` + 1, ...
-
-    Parameters
-    ----------
-    words
-        Column sums of the pixels from `origin` on, 0 where there is no pixel; flat, shape
-        (pixels, channels, lines).
-    sums
-        Result, laid out as `words`.
-    plan, first
-        The slice.
-    start, origin
-        See above.
-    """
+    """Sums along several lines at once, outputs `start`, `start` + 1, ..."""
+    # `words`: column sums of the pixels from `origin` on, 0 where there is no pixel; flat, shape
+    # (pixels, channels, lines), as are the results in `sums`.
     m, shift, common, channels = plan.micro_image_size, plan.shift, plan.common, plan.channels
     lines = LINE_BYTES // words.itemsize
     # Elements of a pixel.
@@ -352,28 +301,20 @@ def _divide(fields: Integers, result: Integers, plan: Plan) -> None:
 
 
 class Extent(NamedTuple):
-    """What a block of outputs takes.
+    """What a block of outputs takes."""
 
-    Attributes
-    ----------
-    top, bottom, left, right
-        Outputs of the first sums: more than wanted if interpolation follows.
-    origin, end
-        Pixels of the lines that they take.
-    low, high
-        Those of them that the image has.
-    first_line, lines
-        Number of the first line of sums, and how many there are, up to a whole number of vectors.
-    """
-
+    # outputs of the first sums: more than wanted if interpolation follows
     top: int
     bottom: int
     left: int
     right: int
+    # pixels of the lines that they take
     origin: int
     end: int
+    # those of them that the image has
     low: int
     high: int
+    # number of the first line of sums, and how many there are, up to a whole number of vectors
     first_line: int
     lines: int
 
@@ -405,21 +346,9 @@ def _extent(plan: Plan, block: Integers, vector_lines: int) -> Extent:
 def refocus_blocks(
     x: Integers, out: Integers, plan: Plan, blocks: Integers, like: Integers
 ) -> None:
-    """Make blocks of a refocused image.
-
-    Parameters
-    ----------
-    x
-        Raw image, shape (rows, columns * channels), uint8 or uint16.
-    out
-        Result, shape (output rows, output columns * channels), type of `x`.
-    plan
-        The slice.
-    blocks
-        Shape (blocks, 4): first and last + 1 row and column of each block of outputs.
-    like
-        Any array of the type that holds sums.
-    """
+    """Make blocks of a refocused image."""
+    # `x` and `out` have the shape (rows, columns * channels). A line of `blocks` is the first and
+    # last + 1 row and column of a block of outputs. `like` has the type that holds sums.
     m, order, channels = plan.micro_image_size, plan.order, plan.channels
     rows = plan.rows
     lines = LINE_BYTES // like.itemsize

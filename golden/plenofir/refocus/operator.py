@@ -172,18 +172,7 @@ def interpolated_sums(
 
 
 def check_sums(largest: int) -> None:
-    """Refuse sums that could wrap around in 64 bits, roundings included.
-
-    Parameters
-    ----------
-    largest
-        Largest possible sum.
-
-    Raises
-    ------
-    InputError
-        If it has more than 61 bits.
-    """
+    """Refuse sums that could wrap around in 64 bits, roundings included."""
     if largest.bit_length() > _SUM_BITS:
         raise InputError(
             f"sums of {largest.bit_length()} bits",
@@ -220,18 +209,5 @@ def refocus_sums(
 
 
 def divide_half_up(numerator: Sums, divisor: int) -> Sums:
-    """Divide and round to the nearest integer, halves up.
-
-    Parameters
-    ----------
-    numerator
-        Integers.
-    divisor
-        Positive integer.
-
-    Returns
-    -------
-    Sums
-        floor(numerator / divisor + 1/2).
-    """
+    """Divide and round to the nearest integer, halves up."""
     return (2 * numerator + divisor) // (2 * divisor)

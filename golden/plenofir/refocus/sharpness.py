@@ -37,20 +37,7 @@ class DepthIndex:
 
 
 def lens_sums(image: Image, m: int) -> Integers:
-    """Luma of each micro image, summed over its pixels; pixels beyond the edges count as 0.
-
-    Parameters
-    ----------
-    image
-        Slice, shape (rows, columns[, 3]); luma is R + 2 G + B.
-    m
-        M in pixels.
-
-    Returns
-    -------
-    Integers
-        Shape (ceil(rows / M), ceil(columns / M)).
-    """
+    """Luma of each micro image, summed over its pixels; pixels beyond the edges count as 0."""
     values = image.astype(np.int64)
     luma = values if values.ndim == 2 else values @ np.array([1, 2, 1])
     rows, columns = luma.shape
@@ -126,18 +113,5 @@ def depth_index(stack: Image, m: int, radius: int = 1) -> DepthIndex:
 
 
 def depth_index_picture(index: npt.NDArray[np.uint8], slices: int) -> npt.NDArray[np.uint8]:
-    """Depth index as grey levels, the first slice black, the last one white.
-
-    Parameters
-    ----------
-    index
-        Slice of each micro image or pixel.
-    slices
-        Number of slices.
-
-    Returns
-    -------
-    numpy.ndarray
-        8 bit grey, shape of the index.
-    """
+    """Depth index as grey levels, the first slice black, the last one white."""
     return (index.astype(np.uint16) * 255 // max(slices - 1, 1)).astype(np.uint8)

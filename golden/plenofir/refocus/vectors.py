@@ -54,13 +54,11 @@ def running_sum(
     pixel: Any,
     behind: Any,
 ) -> Any:
-    """Running sum of several lines; in steps r = 0 .. count - 1.
-
-    sums[target + r pixel] = the sum before + words[k] - words[k - behind],
-    k = place + r pixel + moves[phase + r], a vector of `LINE_BYTES` each; the sum before the first
-    is sums[target - back]. `sums` and `words` are one-dimensional, contiguous and of one type,
-    `moves` is an array of int64.
-    """
+    """Running sum of several lines; in steps r = 0 .. count - 1."""
+    # sums[target + r pixel] = the sum before + words[k] - words[k - behind],
+    # k = place + r pixel + moves[phase + r], a vector of `LINE_BYTES` each; the sum before the
+    # first is sums[target - back]. `sums` and `words` are one-dimensional, contiguous and of one
+    # type, `moves` is an array of int64.
     item_bytes = sums.dtype.bitwidth // 8
     integer = types.intp
 
@@ -96,11 +94,9 @@ def running_sum(
 def divide_vector(
     typing: Any, sums: Any, values: Any, place: Any, half: Any, multiplier: Any, drop: Any
 ) -> Any:
-    """values[...] = ((sums[...] + half) multiplier) >> drop, `LINE_BYTES` of sums from a place on.
-
-    The sum with half fits into the type of `sums`, as does the multiplier; `drop` is at least the
-    width of that type.
-    """
+    """`LINE_BYTES` of values[...] = ((sums[...] + half) multiplier) >> drop, from a place on."""
+    # The sum with half fits into the type of `sums`, as does the multiplier; `drop` is at least the
+    # width of that type.
     item_bytes, value_bytes = sums.dtype.bitwidth // 8, values.dtype.bitwidth // 8
     integer = types.int64
 
@@ -164,11 +160,9 @@ def prefetch(typing: Any, array: Any, row: Any, column: Any) -> Any:
 def transpose_tile(
     typing: Any, source: Any, start: Any, stride: Any, target: Any, first: Any, pitch: Any
 ) -> Any:
-    """Transpose a square of as many elements as fit into `TILE_BYTES`, through registers.
-
-    target[first + j pitch + i] = source[start + i stride + j], for one-dimensional contiguous
-    arrays of equal types.
-    """
+    """Transpose a square of as many elements as fit into `TILE_BYTES`, through registers."""
+    # target[first + j pitch + i] = source[start + i stride + j], for one-dimensional contiguous
+    # arrays of equal types.
     item_bytes = source.dtype.bitwidth // 8
     size = TILE_BYTES // item_bytes
     place = types.intp

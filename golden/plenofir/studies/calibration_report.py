@@ -52,41 +52,17 @@ _SEED = 1
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Errors of centres found, and how long that took.
+    """Errors of centres found, and how long that took."""
 
-    Attributes
-    ----------
-    mean, largest
-        Distance of found from true centres in pixels, over all that were found.
-    missed
-        True centres in the image without one found within half a pitch.
-    seconds
-        Wall time.
-    """
-
+    # distance of found from true centres in pixels, over all that were found
     mean: float
     largest: float
-    missed: int
-    seconds: float
+    missed: int  # true centres in the image without one found within half a pitch
+    seconds: float  # wall time
 
 
 def accuracy(found: Floats, truth: Floats, pitch: float, seconds: float) -> Accuracy:
-    """Compare centres found with true ones.
-
-    Parameters
-    ----------
-    found, truth
-        (y, x), shape (n, 2).
-    pitch
-        Pitch in pixels.
-    seconds
-        How long it took to find them.
-
-    Returns
-    -------
-    Accuracy
-        The comparison.
-    """
+    """Compare centres found with true ones."""
     distance = cKDTree(found).query(truth)[0]
     near = distance < pitch / 2
     return Accuracy(
@@ -98,22 +74,7 @@ def accuracy(found: Floats, truth: Floats, pitch: float, seconds: float) -> Accu
 
 
 def both_methods(image: Image, truth: Floats, pitch: float) -> tuple[Accuracy, Accuracy]:
-    """Calibrate with the grid fit and with the text's method.
-
-    Parameters
-    ----------
-    image
-        White image.
-    truth
-        True centres, shape (n, 2).
-    pitch
-        Pitch in pixels.
-
-    Returns
-    -------
-    tuple of Accuracy
-        Grid fit, text's method.
-    """
+    """Calibrate with the grid fit and with the text's method."""
     start = time.perf_counter()
     centres = calibrate(image).centres.reshape(-1, 2)
     middle = time.perf_counter()
@@ -395,30 +356,13 @@ def _method_lines(tell: Callable[[], None]) -> list[str]:
 
 
 def microscope_raster() -> Image:
-    """Aligned raster of the microscope capture that the package ships, M = 13.
-
-    Returns
-    -------
-    Image
-        uint16.
-    """
+    """Aligned raster of the microscope capture that the package ships, M = 13."""
     raw, white, dark = (read_image(MICROSCOPE / f"{n}.png") for n in ("raw", "white", "dark"))
     return decode(raw, calibrate(white, dark), MICROSCOPE_M, dark=dark)
 
 
 def microscope_picture(shifts: tuple[int, ...] = (-8, -4, 0, 4, 8)) -> Image:
-    """The microscope capture, refocused, side by side.
-
-    Parameters
-    ----------
-    shifts
-        a' of the slices.
-
-    Returns
-    -------
-    Image
-        8 bit grey.
-    """
+    """The microscope capture, refocused, side by side."""
     raster = microscope_raster()
     slices = [refocus(raster, MICROSCOPE_M, Fraction(k, MICROSCOPE_M)) for k in shifts]
     gap = np.full((raster.shape[0], 6), np.iinfo(raster.dtype).max, dtype=raster.dtype)
@@ -429,27 +373,7 @@ def microscope_picture(shifts: tuple[int, ...] = (-8, -4, 0, 4, 8)) -> Image:
 
 
 def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
-    """Write ``report.md`` and its figures.
-
-    Parameters
-    ----------
-    folder
-        Where to.
-    spots
-        Folder of other spot images with known centres, or None.
-    progress
-        Called with the steps done and to do.
-
-    Returns
-    -------
-    Path
-        The Markdown file.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written, or the spot images cannot be read.
-    """
+    """Write ``report.md`` and its figures."""
     own = [] if spots is None else list(_spot_images(spots))
     check_folder(folder, str(folder))
     folder.mkdir(parents=True, exist_ok=True)

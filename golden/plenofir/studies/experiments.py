@@ -43,53 +43,23 @@ _FAR_MM = 1e6
 
 @dataclass(frozen=True)
 class Scene:
-    """Objects side by side in front of the camera, captured and decoded.
-
-    Attributes
-    ----------
-    capture
-        The capture.
-    raster
-        Its aligned raster.
-    regions
-        Rows and columns of each object's inside, in micro lenses of the raster.
-    """
+    """Objects side by side in front of the camera, captured and decoded."""
 
     capture: Capture
-    raster: Image
+    raster: Image  # its aligned raster
+    # rows and columns of each object's inside, in micro lenses of the raster
     regions: list[tuple[slice, slice]]
 
 
 def textures() -> list[Image]:
-    """Grey pictures with detail everywhere (public domain, from scikit-image).
-
-    Returns
-    -------
-    list of Image
-        Four pictures.
-    """
+    """Grey pictures with detail everywhere (public domain, from scikit-image)."""
     gravel: Image = data.gravel()  # type: ignore[no-untyped-call]
     grass: Image = data.grass()  # type: ignore[no-untyped-call]
     return [gravel, grass, gravel[::-1, ::-1], grass[::-1, ::-1]]
 
 
 def take(model: RayModel, distances_mm: Sequence[float], *, seed: int = 0) -> Scene:
-    """Capture and decode objects side by side, a plain wall behind them.
-
-    Parameters
-    ----------
-    model
-        The camera.
-    distances_mm
-        Distance of each object from the micro lenses, left to right.
-    seed
-        Of the noise.
-
-    Returns
-    -------
-    Scene
-        The scene.
-    """
+    """Capture and decode objects side by side, a plain wall behind them."""
     count = len(distances_mm)
     columns = count * (_OBJECT_LENSES + 4) + 6
     planes = [
@@ -130,28 +100,15 @@ def take(model: RayModel, distances_mm: Sequence[float], *, seed: int = 0) -> Sc
 
 @dataclass(frozen=True)
 class Focused:
-    """An object and where it was found sharpest.
+    """An object and where it was found sharpest."""
 
-    Attributes
-    ----------
-    predicted
-        Focus setting at which the ray model says it is sharp.
-    distance_mm
-        Where it stands.
-    settings, curve
-        Focus settings of the stack and the object's sharpness there.
-    found
-        Position of the curve's maximum, between slices too.
-    found_mm
-        Distance of that setting by the ray model.
-    """
-
-    predicted: float
-    distance_mm: float
+    predicted: float  # focus setting at which the ray model says it is sharp
+    distance_mm: float  # where it stands
+    # focus settings of the stack and the object's sharpness there
     settings: Floats
     curve: Floats
-    found: float
-    found_mm: float
+    found: float  # position of the curve's maximum, between slices too
+    found_mm: float  # distance of that setting by the ray model
 
     @property
     def best(self) -> float:
@@ -165,20 +122,7 @@ class Focused:
 
 
 def model_of(m: int, focus_mm: float = inf) -> RayModel:
-    """The text's camera.
-
-    Parameters
-    ----------
-    m
-        M in pixels.
-    focus_mm
-        Focus distance.
-
-    Returns
-    -------
-    RayModel
-        The camera.
-    """
+    """The text's camera."""
     return RayModel.focused(load_camera(CAMERA), focus_mm, m)
 
 
@@ -189,24 +133,7 @@ def focus_experiment(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> list[Focused]:
-    """Sweep the focus over objects at known distances (Fig. 5.16).
-
-    Parameters
-    ----------
-    model
-        The camera.
-    distances_mm
-        Where the objects stand.
-    seed
-        Of the noise.
-    progress
-        Called with the slices done and to do.
-
-    Returns
-    -------
-    list of Focused
-        One for each object.
-    """
+    """Sweep the focus over objects at known distances (Fig. 5.16)."""
     m = model.micro_image_size
     scene = take(model, distances_mm, seed=seed)
     predicted = model.focus_setting(distances_mm)
@@ -225,51 +152,21 @@ def focus_experiment(
 
 @dataclass(frozen=True)
 class Measured:
-    """An object's disparity between two views, and what follows from it.
+    """An object's disparity between two views, and what follows from it."""
 
-    Attributes
-    ----------
-    gap
-        G, views between the two.
-    depth_mm
-        Z, distance of the object from the entrance pupil.
-    predicted_px, found_px
-        Disparity that the ray model predicts, and that was measured.
-    baseline_mm
-        Baseline from depth and measured disparity (Eq. 5.24).
-    tilt_degrees
-        Tilt from depth and measured disparity (Eq. 5.25), positive as the text's.
-    """
-
-    gap: int
-    depth_mm: float
+    gap: int  # G, views between the two
+    depth_mm: float  # Z, distance of the object from the entrance pupil
+    # disparity that the ray model predicts, and that was measured
     predicted_px: float
     found_px: float
-    baseline_mm: float
-    tilt_degrees: float
+    baseline_mm: float  # baseline from depth and measured disparity (Eq. 5.24)
+    tilt_degrees: float  # tilt from depth and measured disparity (Eq. 5.25), positive as the text's
 
 
 def disparity_experiment(
     model: RayModel, depths_mm: Sequence[float], gaps: Sequence[int] = (4, 8), *, seed: int = 0
 ) -> list[Measured]:
-    """Measure baselines and tilts from objects at known depths (Tables 5.11, 5.12).
-
-    Parameters
-    ----------
-    model
-        The camera, M odd and larger than the gaps.
-    depths_mm
-        Distances of the objects from the entrance pupil.
-    gaps
-        G of the pairs of views, even; they lie on both sides of the central one.
-    seed
-        Of the noise.
-
-    Returns
-    -------
-    list of Measured
-        One for each gap and object.
-    """
+    """Measure baselines and tilts from objects at known depths (Tables 5.11, 5.12)."""
     m = model.micro_image_size
     scene = take(model, [z + model.entrance_pupil_mm for z in depths_mm], seed=seed)
     images = views(scene.raster, m)
@@ -304,17 +201,10 @@ def disparity_experiment(
 
 @dataclass(frozen=True)
 class Ranged:
-    """An object at some distance, and how far two methods say that it is.
+    """An object at some distance, and how far two methods say that it is."""
 
-    Attributes
-    ----------
-    distance_mm
-        Where it stands, from the micro lenses.
-    by_disparity_mm, by_focus_mm
-        What the depth map and the sharpest slice say.
-    """
-
-    distance_mm: float
+    distance_mm: float  # where it stands, from the micro lenses
+    # what the depth map and the sharpest slice say
     by_disparity_mm: float
     by_focus_mm: float
 
@@ -322,24 +212,7 @@ class Ranged:
 def random_distances(
     model: RayModel, count: int, seed: int, a: tuple[float, float] = (0.2, 1.3)
 ) -> list[float]:
-    """Distances drawn evenly in focus settings.
-
-    Parameters
-    ----------
-    model
-        The camera.
-    count
-        How many.
-    seed
-        Of the draw.
-    a
-        Farthest and nearest focus setting.
-
-    Returns
-    -------
-    list of float
-        mm from the micro lenses.
-    """
+    """Distances drawn evenly in focus settings."""
     drawn = np.random.default_rng(seed).uniform(*a, count)
     return [float(d) for d in model.distance(drawn).mm]
 
@@ -351,24 +224,7 @@ def range_experiment(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> list[Ranged]:
-    """Measure the distance of objects that stand anywhere, not on slices.
-
-    Parameters
-    ----------
-    model
-        The camera.
-    distances_mm
-        Where the objects stand.
-    seed
-        Of the noise.
-    progress
-        Called with the groups of objects done and to do.
-
-    Returns
-    -------
-    list of Ranged
-        One for each object.
-    """
+    """Measure the distance of objects that stand anywhere, not on slices."""
     results = []
     groups = [list(distances_mm[k : k + 4]) for k in range(0, len(distances_mm), 4)]
     for done, group in enumerate(groups, 1):

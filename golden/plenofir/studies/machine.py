@@ -9,13 +9,7 @@ from plenofir.refocus import processors
 
 
 def machine() -> str:
-    """Processor, caches, load and versions.
-
-    Returns
-    -------
-    str
-        One line.
-    """
+    """Processor, caches, load and versions."""
     name = platform.processor() or platform.machine()
     information = Path("/proc/cpuinfo")
     if information.is_file():

@@ -32,69 +32,27 @@ Work = Callable[[Any, int, int], Any]
 
 @dataclass(frozen=True)
 class Method:
-    """A way to refocus.
+    """A way to refocus."""
 
-    Attributes
-    ----------
-    name
-        Name for tables.
-    work
-        Takes a raw image, M and a'.
-    lenses
-        Whether the result has a value for each micro lens, not for each pixel.
-    order
-        Order of the interpolation that it computes, or None if it is of another kind: then it is
-        compared with the truth alone.
-    hardware
-        Arithmetic, if it is the core's.
-    peer
-        Whether it is other software, which may not run with the libraries at hand.
-    """
-
-    name: str
-    work: Work
-    lenses: bool = False
+    name: str  # name for tables
+    work: Work  # takes a raw image, M and a'
+    lenses: bool = False  # whether the result has a value for each micro lens, not for each pixel
+    # order of the interpolation that it computes, or None if it is of another kind: then it is
+    # compared with the truth alone
     order: int | None = 0
+    # arithmetic, if it is the core's
     hardware: StoredProductArithmetic | ExactArithmetic | None = None
-    peer: bool = False
+    peer: bool = False  # whether it is other software, which may not run with the libraries at hand
 
 
 def exact_sums(raw: Image, m: int, shift: int, order: int = 0) -> npt.NDArray[np.longdouble]:
-    """Value of the operator, sums in integers and one division in extended precision.
-
-    Parameters
-    ----------
-    raw
-        Raw image.
-    m, shift, order
-        M, a', order of the interpolation.
-
-    Returns
-    -------
-    numpy.ndarray
-        S2 / M^(2 + 2 order) in grey levels, shape of `raw`.
-    """
+    """Value of the operator, sums in integers and one division in extended precision."""
     sums = refocus_sums(raw, m, shift, order=order)
     return np.asarray(sums.astype(np.longdouble) / m ** (2 + 2 * order))
 
 
 def shift_and_sum(raw: Any, m: int, shift: int, kind: type[np.floating[Any]]) -> Floats:
-    """Mean of the shifted sub-aperture images, each repeated M times, in floating point.
-
-    Parameters
-    ----------
-    raw
-        Raw image, any type.
-    m, shift
-        M, a'.
-    kind
-        Floating point type of the sums.
-
-    Returns
-    -------
-    Floats
-        Shape of `raw`.
-    """
+    """Mean of the shifted sub-aperture images, each repeated M times, in floating point."""
     x = raw.astype(kind)
     offset = output_offset(m, shift, "centred")
     total = np.zeros(raw.shape, kind)
@@ -111,22 +69,7 @@ def shift_and_sum(raw: Any, m: int, shift: int, kind: type[np.floating[Any]]) ->
 
 
 def running_sums(raw: Any, m: int, shift: int, kind: Any) -> Any:
-    """Re-ordering and cumulative sums with NumPy, separable.
-
-    Parameters
-    ----------
-    raw
-        Raw image, any type.
-    m, shift
-        M, a'.
-    kind
-        Type of the sums; integers are divided with rounding, halves up.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape of `raw`.
-    """
+    """Re-ordering and cumulative sums with NumPy, separable."""
     sums = np.ascontiguousarray(raw).astype(kind)
     offset = output_offset(m, shift, "centred")
     for axis in (1, 0):
@@ -154,22 +97,7 @@ def running_sums(raw: Any, m: int, shift: int, kind: Any) -> Any:
 
 
 def shifted_by_interpolation(raw: Image, m: int, shift: int, order: int) -> Floats:
-    """Mean of the sub-aperture images, each shifted between its samples by a spline.
-
-    Parameters
-    ----------
-    raw
-        Raw image.
-    m, shift
-        M, a'.
-    order
-        Order of the spline: 0 nearest, 1 linear, 3 cubic.
-
-    Returns
-    -------
-    Floats
-        A value for each micro lens.
-    """
+    """Mean of the sub-aperture images, each shifted between its samples by a spline."""
     images, c = views(raw, m).astype(np.float64), (m - 1) / 2
     total = np.zeros(images.shape[2:])
     for v in range(m):
@@ -205,13 +133,7 @@ def _plenopticam(raw: Image, m: int, shift: int) -> Floats:
 
 
 def software() -> list[Method]:
-    """Every way in software.
-
-    Returns
-    -------
-    list of Method
-        This refocuser first; plenopticam where it is installed.
-    """
+    """Every way in software."""
 
     def fast(raw: Image, m: int, shift: int, order: int = 0) -> Image:
         return refocus(raw, m, Fraction(shift, m), interpolation=order)
@@ -255,13 +177,7 @@ def software() -> list[Method]:
 
 
 def hardware() -> list[Method]:
-    """The core's arithmetic, bit-true: exact, and stored products with F and G bits.
-
-    Returns
-    -------
-    list of Method
-        F = 0 .. 10, G = 0 .. 4 (G at most F).
-    """
+    """The core's arithmetic, bit-true: exact, and stored products with F and G bits."""
     found = [Method("core, exact", ExactArithmetic().refocus, hardware=ExactArithmetic())]
     for fraction in range(11):
         for guard in range(min(fraction, 4) + 1):

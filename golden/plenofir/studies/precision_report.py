@@ -44,77 +44,37 @@ _LEAST_SECONDS = 0.2
 
 @dataclass(frozen=True)
 class Field:
-    """A light field to compare on.
+    """A light field to compare on."""
 
-    Attributes
-    ----------
-    name
-        Name for the report.
-    raw
-        Grey raw image.
-    m, shift
-        M, and the a' in which the object is in focus.
-    truth
-        The object itself, a value for each micro lens in grey levels; None if it is not known.
-    """
-
-    name: str
-    raw: Image
+    name: str  # name for the report
+    raw: Image  # grey raw image
+    # M, and the a' in which the object is in focus
     m: int
     shift: int
+    # the object itself, a value for each micro lens in grey levels; None if it is not known
     truth: Floats | None
 
 
 @dataclass(frozen=True)
 class Result:
-    """What a method does on a light field.
-
-    Attributes
-    ----------
-    method
-        The method.
-    seconds
-        Median run time of a slice; for hardware its clocks at `PIXEL_CLOCK_HZ`.
-    largest, rms
-        Distance from the exact value in grey levels, beyond the correct rounding where the result
-        is rounded; nan where the method computes something else.
-    truth_db
-        PSNR against the object itself; nan if that is not known.
-    sharp
-        Sharpness divided by the object's own; nan if that is not known.
-    ram_bits, adder_bits
-        Memory for line buffers and ROMs, and bits of the adders, of which each takes a LUT.
-    """
+    """What a method does on a light field."""
 
     method: Method
-    seconds: float
+    seconds: float  # median run time of a slice; for hardware its clocks at `PIXEL_CLOCK_HZ`
+    # distance from the exact value in grey levels, beyond the correct rounding where the result
+    # is rounded; nan where the method computes something else
     largest: float
     rms: float
-    truth_db: float
-    sharp: float
+    truth_db: float  # PSNR against the object itself; nan if that is not known
+    sharp: float  # sharpness divided by the object's own; nan if that is not known
+    # memory for line buffers and ROMs, and bits of the adders, of which each takes a LUT
     ram_bits: int = 0
     adder_bits: int = 0
 
 
 def plane_field(m: int, shift: int, lenses: tuple[int, int], seed: int = 0) -> Field:
-    """Light field of a textured plane that is in focus at a' = shift.
-
-    A point x is at micro lens x - a (u - c) in view u.
-
-    Parameters
-    ----------
-    m, shift
-        M, a'.
-    lenses
-        Rows and columns of micro lenses.
-    seed
-        Seed of the texture.
-
-    Returns
-    -------
-    Field
-        8 bit raw image and the texture.
-    """
+    """Light field of a textured plane that is in focus at a' = shift."""
+    # A point x is at micro lens x - a (u - c) in view u.
     margin = int(np.ceil(abs(shift) / m * (m - 1) / 2)) + 4
     shape = [n + 2 * margin for n in lenses]
     noise = np.random.default_rng(seed).normal(size=shape)
@@ -135,13 +95,7 @@ def plane_field(m: int, shift: int, lenses: tuple[int, int], seed: int = 0) -> F
 
 
 def fields() -> list[Field]:
-    """Real and synthetic light fields.
-
-    Returns
-    -------
-    list of Field
-        Fractional and integer settings, a photograph among them.
-    """
+    """Real and synthetic light fields."""
     flower = read_image(project.root() / "golden" / "plenofir" / "data" / "flower_5x5.png")
     green = np.ascontiguousarray(flower[..., 1] if flower.ndim == 3 else flower)
     return [
@@ -152,18 +106,7 @@ def fields() -> list[Field]:
 
 
 def median_seconds(work: Callable[[], object]) -> float:
-    """Median wall time of at least three runs.
-
-    Parameters
-    ----------
-    work
-        What to time; run once before.
-
-    Returns
-    -------
-    float
-        Seconds.
-    """
+    """Median wall time of at least three runs."""
     work()
     times: list[float] = []
     while len(times) < 3 or (sum(times) < _LEAST_SECONDS and len(times) < 50):
@@ -195,20 +138,7 @@ def _cost(field: Field, arithmetic: StoredProductArithmetic | ExactArithmetic) -
 
 
 def measure(field: Field, method: Method) -> Result:
-    """Run a method on a light field.
-
-    Parameters
-    ----------
-    field
-        Light field.
-    method
-        Method.
-
-    Returns
-    -------
-    Result
-        Time and errors.
-    """
+    """Run a method on a light field."""
     m, shift = field.m, field.shift
     image = method.work(field.raw, m, shift)
     exact = exact_sums(field.raw, m, shift, method.order or 0)
@@ -245,22 +175,7 @@ def measure(field: Field, method: Method) -> Result:
 def measure_all(
     field: Field, methods: Sequence[Method], step: Callable[[int], None] | None = None
 ) -> tuple[list[Result], list[str]]:
-    """Run several methods on a light field.
-
-    Parameters
-    ----------
-    field
-        Light field.
-    methods
-        Methods.
-    step
-        Called with the number of methods done.
-
-    Returns
-    -------
-    tuple
-        Results, and a line for each other software that does not run.
-    """
+    """Run several methods on a light field."""
     results: list[Result] = []
     left_out: list[str] = []
     for done, method in enumerate(methods, 1):
@@ -277,20 +192,7 @@ def measure_all(
 
 
 def pareto(results: Sequence[Result], error: Callable[[Result], float]) -> list[Result]:
-    """Results that no other one beats in both time and error.
-
-    Parameters
-    ----------
-    results
-        Candidates.
-    error
-        What to call the error of one; nan leaves it out.
-
-    Returns
-    -------
-    list of Result
-        By time.
-    """
+    """Results that no other one beats in both time and error."""
     front: list[Result] = []
     candidates = [r for r in results if not np.isnan(error(r))]
     for result in sorted(candidates, key=lambda r: (r.seconds, error(r))):
@@ -488,20 +390,7 @@ def _advice(chosen: Sequence[Field], everything: dict[str, list[Result]]) -> str
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
-    """Measure everything and write ``precision.md`` with its figures.
-
-    Parameters
-    ----------
-    folder
-        Where to write.
-    progress
-        Called with the measurements done and to do.
-
-    Returns
-    -------
-    Path
-        The report.
-    """
+    """Measure everything and write ``precision.md`` with its figures."""
     check_folder(folder, str(folder))
     chosen = fields()
     methods = [*software(), *hardware()]

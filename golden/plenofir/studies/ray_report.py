@@ -33,20 +33,7 @@ _FLOOR = 1e-17
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """Format a Markdown table.
-
-    Parameters
-    ----------
-    heads
-        Column heads.
-    rows
-        Cells.
-
-    Returns
-    -------
-    list of str
-        Lines, an empty one last.
-    """
+    """Format a Markdown table."""
     lines = [f"| {' | '.join(heads)} |", "| " + " | ".join("---" for _ in heads) + " |"]
     return [*lines, *(f"| {' | '.join(row)} |" for row in rows), ""]
 
@@ -205,24 +192,13 @@ def _stability(folder: Path, outcomes: list[Outcome]) -> list[str]:
 
 @dataclass(frozen=True)
 class Timing:
-    """Error and run time of one way to the distances of planes.
+    """Error and run time of one way to the distances of planes."""
 
-    Attributes
-    ----------
-    way
-        Which one.
-    error
-        Largest relative error against the oracle (real rays: deviation of the paraxial model).
-    nanoseconds
-        Run time for each plane of an array.
-    microseconds_single
-        Run time of a call for one plane.
-    """
-
-    way: str
+    way: str  # which one
+    # largest relative error against the oracle (real rays: deviation of the paraxial model)
     error: float
-    nanoseconds: float
-    microseconds_single: float
+    nanoseconds: float  # run time for each plane of an array
+    microseconds_single: float  # run time of a call for one plane
 
 
 def _median(work: Callable[[], object], runs: int) -> float:
@@ -235,16 +211,8 @@ def _median(work: Callable[[], object], runs: int) -> float:
 
 
 def error_against_run_time() -> list[Timing]:
-    """Measure all ways to the distance of a plane: error and run time.
-
-    The planes lie between 0.25 m and 100 m; f100 focused to infinity, M = 13.
-
-    Returns
-    -------
-    list of Timing
-        Closed form, image side, object side, real rays; and for focus settings closed form
-        and iteration.
-    """
+    """Measure all ways to the distance of a plane: error and run time."""
+    # The planes lie between 0.25 m and 100 m; f100 focused to infinity, M = 13.
     camera = load_camera("f100-mla2")
     model = RayModel.focused(camera, inf, 13)
     settings = np.geomspace(
@@ -323,25 +291,7 @@ def _run_time(folder: Path, timings: list[Timing]) -> list[str]:
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
-    """Write the report.
-
-    Parameters
-    ----------
-    folder
-        Folder for ``report.md`` and its figures.
-    progress
-        Called with the step's name, what is done and what there is to do.
-
-    Returns
-    -------
-    Path
-        The report.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written.
-    """
+    """Write the report."""
 
     def tell(step: str, done: int) -> None:
         if progress is not None:

@@ -26,45 +26,19 @@ DIGITS = 700
 
 @dataclass(frozen=True)
 class Outcome:
-    """One extreme case.
+    """One extreme case."""
 
-    Attributes
-    ----------
-    group
-        What makes it hard.
-    case
-        What it is.
-    want
-        The oracle's number, or None where there is none.
-    state
-        What the model says of the plane.
-    error
-        Relative error of the model; 0 where both say that there is no number.
-    naive
-        Relative errors of the text's ways, by name; inf where they give no number.
-    """
-
-    group: str
+    group: str  # what makes it hard
     case: str
-    want: float | None
-    state: str
-    error: float
+    want: float | None  # the oracle's number, or None where there is none
+    state: str  # what the model says of the plane
+    error: float  # relative error of the model; 0 where both say that there is no number
+    # relative errors of the text's ways, by name; inf where they give no number
     naive: dict[str, float]
 
 
 def oracle_extension(f: float, separation: float, focus: float) -> Any:
-    """Extension b_U - f_U that focuses a lens (Eq. 5.16), to 700 digits.
-
-    Parameters
-    ----------
-    f, separation, focus
-        f_U, H1H2, d_f in mm.
-
-    Returns
-    -------
-    mpf
-        Root of a_U = d_f - b_U - H1H2 and 1/f_U = 1/a_U + 1/b_U that is nearer to f_U, less f_U.
-    """
+    """Extension b_U - f_U that focuses a lens (Eq. 5.16), to 700 digits."""
     with mp.workdps(DIGITS):
         if focus == inf:
             return mpf(0)
@@ -74,24 +48,7 @@ def oracle_extension(f: float, separation: float, focus: float) -> Any:
 
 
 def oracle_distance(model: RayModel, extension: Any, a: float, border: int) -> Any:
-    """Distance of a plane (0) or of its near (1) or far (-1) border, to 700 digits.
-
-    Parameters
-    ----------
-    model
-        The model whose camera is meant.
-    extension
-        b_U - f_U as an mpf.
-    a
-        Focus setting.
-    border
-        1, 0 or -1.
-
-    Returns
-    -------
-    mpf or None
-        d from the micro lenses; None where the rays are parallel.
-    """
+    """Distance of a plane (0) or of its near (1) or far (-1) border, to 700 digits."""
     camera = model.camera
     with mp.workdps(DIGITS):
         f = mpf(camera.main_lens.focal_length_mm)
@@ -169,13 +126,7 @@ TELESCOPE = Camera(
 
 
 def plane_cases() -> Iterator[Outcome]:
-    """Planes: near and beyond infinity, inside the lens, small and large M, odd cameras.
-
-    Yields
-    ------
-    Outcome
-        One for each case.
-    """
+    """Planes: near and beyond infinity, inside the lens, small and large M, odd cameras."""
     camera = load_camera("f193-mla2")
     at_infinity = RayModel.focused(camera, inf, 13)
     for power in (-1, -3, -6, -9, -12, -100, -300):
@@ -218,13 +169,7 @@ def plane_cases() -> Iterator[Outcome]:
 
 
 def focus_cases() -> Iterator[Outcome]:
-    """Focus distances: very far, and near 1:1 imaging.
-
-    Yields
-    ------
-    Outcome
-        Relative errors of the extension b_U - f_U.
-    """
+    """Focus distances: very far, and near 1:1 imaging."""
     camera = load_camera("f193-mla2")
     lens = camera.main_lens
     f, separation = lens.focal_length_mm, lens.principal_plane_separation_mm
@@ -247,13 +192,7 @@ def focus_cases() -> Iterator[Outcome]:
 
 
 def view_cases() -> Iterator[Outcome]:
-    """Virtual cameras: small and large tilts, depths near and beyond the zero-disparity plane.
-
-    Yields
-    ------
-    Outcome
-        Relative errors of tilt and depth.
-    """
+    """Virtual cameras: small and large tilts, depths near and beyond the zero-disparity plane."""
     camera = load_camera("f193-mla2")
     lens, array = camera.main_lens, camera.micro_lenses
     for focus in (1e9, 1e6, 3000.0, 800.0):
@@ -290,13 +229,7 @@ def view_cases() -> Iterator[Outcome]:
 
 
 def optics_cases() -> Iterator[Outcome]:
-    """Glass with cancelling terms (Eq. 5.7), and micro lenses with a plane side.
-
-    Yields
-    ------
-    Outcome
-        Relative errors of refractive indices and of principal plane separations.
-    """
+    """Glass with cancelling terms (Eq. 5.7), and micro lenses with a plane side."""
     glass = MICRO_LENS_SELLMEIER
     for wavelength in (300.0, 400.0, 486.1, 550.0, 656.3, 1000.0, 2500.0):
         with mp.workdps(DIGITS):

@@ -16,33 +16,15 @@ _SLACK_MM = 1e-4
 
 @dataclass(frozen=True)
 class Check:
-    """One printed number and its counterpart.
+    """One printed number and its counterpart."""
 
-    Attributes
-    ----------
-    table
-        Number of the table, with its part.
-    row
-        What the row is for.
-    quantity
-        Name of the number, with its unit.
-    printed
-        The number as printed.
-    computed
-        What the model says.
-    slack
-        What is allowed beyond rounding of the printed number.
-    erratum
-        Why the printed number is known to be wrong, or None.
-    """
-
-    table: str
+    table: str  # number of the table, with its part
     row: str
-    quantity: str
-    printed: Printed
-    computed: float
-    slack: float = 0.0
-    erratum: str | None = None
+    quantity: str  # name of the number, with its unit
+    printed: Printed  # the number as printed
+    computed: float  # what the model says
+    slack: float = 0.0  # what is allowed beyond rounding of the printed number
+    erratum: str | None = None  # why the printed number is known to be wrong, or None
 
     @property
     def agrees(self) -> bool:
@@ -71,13 +53,7 @@ def _model(lens: str, mla: str, focus_m: float, micro_image_size: int) -> RayMod
 
 
 def focus_checks() -> Iterator[Check]:
-    """Table 5.2: image distances and exit pupils.
-
-    Yields
-    ------
-    Check
-        One for each printed number.
-    """
+    """Table 5.2: image distances and exit pupils."""
     for row in load_table("5.2").part().rows:
         lens, focus = row.labels["lens"], row["d_f_m"]
         model = RayModel.focused(load_camera(f"{lens}-mla2"), 1000 * focus, 13)
@@ -92,13 +68,7 @@ def focus_checks() -> Iterator[Check]:
 
 
 def micro_lens_checks() -> Iterator[Check]:
-    """Table 5.1: micro lenses.
-
-    Yields
-    ------
-    Check
-        One for each printed number that follows from others.
-    """
+    """Table 5.1: micro lenses."""
     for row in load_table("5.1").part().rows:
         focal, pitch = row["f_s_mm"], row["p_m_um"] / 1000
         lens = plano_convex(focal, row["t_s_mm"], row["n"])
@@ -112,13 +82,7 @@ def micro_lens_checks() -> Iterator[Check]:
 
 
 def micro_image_checks() -> Iterator[Check]:
-    """Tables 5.3 and 5.4: micro image centres from the principal plane and the exit pupil.
-
-    Yields
-    ------
-    Check
-        One for each printed number.
-    """
+    """Tables 5.3 and 5.4: micro image centres from the principal plane and the exit pupil."""
     for number in ("5.3", "5.4"):
         for part in load_table(number).parts:
             labels, focus = part.settings.labels, part.settings["d_f_m"]
@@ -148,13 +112,7 @@ def _distance_row(table: str, label: str, model: RayModel, row: Cells) -> Iterat
 
 
 def distance_checks() -> Iterator[Check]:
-    """Tables 5.5, 5.6 and 5.10: refocusing distances and depth of field borders.
-
-    Yields
-    ------
-    Check
-        One for each printed number.
-    """
+    """Tables 5.5, 5.6 and 5.10: refocusing distances and depth of field borders."""
     for number in ("5.5", "5.6"):
         part = load_table(number).part()
         lens, mla = part.settings.labels["lens"], part.settings.labels["mla"]
@@ -181,13 +139,7 @@ def distance_checks() -> Iterator[Check]:
 
 
 def virtual_camera_checks() -> Iterator[Check]:
-    """Tables 5.8, 5.11, 5.12 and 5.13: virtual cameras and triangulation.
-
-    Yields
-    ------
-    Check
-        One for each printed number.
-    """
+    """Tables 5.8, 5.11, 5.12 and 5.13: virtual cameras and triangulation."""
     part = load_table("5.8").part()
     gap = int(part.settings["gap"])
     for row in part.rows:
@@ -231,13 +183,7 @@ def virtual_camera_checks() -> Iterator[Check]:
 
 
 def all_checks() -> list[Check]:
-    """All printed numbers that the ray model predicts.
-
-    Returns
-    -------
-    list of Check
-        In the order of the tables.
-    """
+    """All printed numbers that the ray model predicts."""
     return [
         *micro_lens_checks(),
         *focus_checks(),

@@ -31,21 +31,12 @@ _CHUNK = 10**7
 
 @dataclass(frozen=True)
 class Outcome:
-    """One extreme input.
+    """One extreme input."""
 
-    Attributes
-    ----------
-    group
-        What makes it hard.
-    case
-        What it is.
-    errors
-        Largest error of each method in grey levels, beyond the correct rounding where the result is
-        rounded; inf where nan comes out that should not.
-    """
-
-    group: str
+    group: str  # what makes it hard
     case: str
+    # largest error of each method in grey levels, beyond the correct rounding where the result is
+    # rounded; inf where nan comes out that should not
     errors: dict[str, float]
 
 
@@ -80,13 +71,7 @@ def _errors(raw: Image, m: int, shift: int) -> dict[str, float]:
 
 
 def frames() -> Iterator[tuple[str, str, Image, int, int]]:
-    """Extreme frames that integers can hold.
-
-    Yields
-    ------
-    tuple
-        Group, case, raw image, M, a'.
-    """
+    """Extreme frames that integers can hold."""
     rng = np.random.default_rng(0)
 
     def random(rows: int, columns: int, kind: type = np.uint16) -> Image:
@@ -117,13 +102,7 @@ def frames() -> Iterator[tuple[str, str, Image, int, int]]:
 
 
 def floating_frames() -> Iterator[tuple[str, str, npt.NDArray[np.float64], int, int]]:
-    """Extreme frames that only floating point can hold.
-
-    Yields
-    ------
-    tuple
-        Group, case, raw image, M, a'.
-    """
+    """Extreme frames that only floating point can hold."""
     rng = np.random.default_rng(1)
     plain = rng.random((100, 2000)) + 1
     spike = plain.copy()
@@ -152,18 +131,7 @@ def _float_errors(raw: npt.NDArray[np.float64], m: int, shift: int) -> dict[str,
 
 
 def outcomes(progress: Progress | None = None) -> tuple[list[Outcome], list[Outcome]]:
-    """Run every case.
-
-    Parameters
-    ----------
-    progress
-        Called with the cases done and to do.
-
-    Returns
-    -------
-    tuple
-        Integer frames (errors in grey levels), floating point frames (relative errors).
-    """
+    """Run every case."""
     whole, floating = list(frames()), list(floating_frames())
     total = len(whole) + len(floating)
     integers, floats = [], []
@@ -179,19 +147,7 @@ def outcomes(progress: Progress | None = None) -> tuple[list[Outcome], list[Outc
 
 
 def long_sums(lengths: tuple[int, ...] = _LENGTHS) -> dict[str, list[float]]:
-    """Error of the mean of M = 5 neighbours at the end of an ever longer line.
-
-    Parameters
-    ----------
-    lengths
-        Lengths of the line in pixels, increasing.
-
-    Returns
-    -------
-    dict
-        For each method the largest error over the last 1000 pixels before each length, in grey
-        levels; the refocuser's is its own result's, on frames of that many pixels.
-    """
+    """Error of the mean of M = 5 neighbours at the end of an ever longer line."""
     m, tail = 5, 1000
     rng = np.random.default_rng(0)
     carried: dict[str, Any] = {"float32": np.float32(0), "float64": np.float64(0)}
@@ -236,13 +192,7 @@ def _cell(error: float) -> str:
 
 
 def widths() -> list[list[str]]:
-    """Widths of sums: derived, beside those of the types that hold them.
-
-    Returns
-    -------
-    list of list of str
-        M, order, bits of a pixel, bits of the largest sum, type.
-    """
+    """Widths of sums: derived, beside those of the types that hold them."""
     rows = []
     for m, order in ((5, 0), (11, 0), (16, 0), (17, 0), (99, 0), (11, 1), (11, 3), (99, 1)):
         for bits in (8, 16):
@@ -253,20 +203,7 @@ def widths() -> list[list[str]]:
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
-    """Run everything and write ``stability.md`` with its figure.
-
-    Parameters
-    ----------
-    folder
-        Where to write.
-    progress
-        Called with the cases done and to do.
-
-    Returns
-    -------
-    Path
-        The report.
-    """
+    """Run everything and write ``stability.md`` with its figure."""
     check_folder(folder, str(folder))
     integers, floats = outcomes(progress)
     growth = long_sums()

@@ -35,24 +35,12 @@ _INSIDE = 9
 
 @dataclass(frozen=True)
 class SweptScene:
-    """The capture's raster and its objects.
+    """The capture's raster and its objects."""
 
-    Attributes
-    ----------
-    model
-        The camera; its pixel pitch gives micro images of 6.3 pixels.
-    raster
-        Aligned raw image, 8 bit grey, M = 5.
-    distances_mm
-        Where the objects stand.
-    regions
-        Rows and columns of pixels of each object's inside.
-    """
-
-    model: RayModel
-    raster: Image
-    distances_mm: tuple[float, ...]
-    regions: tuple[tuple[slice, slice], ...]
+    model: RayModel  # the camera; its pixel pitch gives micro images of 6.3 pixels
+    raster: Image  # aligned raw image, 8 bit grey, M = 5
+    distances_mm: tuple[float, ...]  # where the objects stand
+    regions: tuple[tuple[slice, slice], ...]  # rows and columns of pixels of each object's inside
 
     @property
     def core(self) -> CoreConfiguration:
@@ -65,29 +53,12 @@ class SweptScene:
         )
 
     def curves(self, frames: Image) -> list[Floats]:
-        """Sharpness of each object in each frame of a sweep.
-
-        Parameters
-        ----------
-        frames
-            Shape (slices, rows, columns), size of the raster.
-
-        Returns
-        -------
-        list of Floats
-            One for each object.
-        """
+        """Sharpness of each object in each frame of a sweep."""
         return [sharpness_curve(frames, region, M) for region in self.regions]
 
 
 def swept_scene() -> SweptScene:
-    """Render, calibrate and decode the scene.
-
-    Returns
-    -------
-    SweptScene
-        The scene.
-    """
+    """Render, calibrate and decode the scene."""
     model = with_pitch(RayModel.focused(load_camera(CAMERA), inf, M), _PITCH)
     settings = [Fraction(k, M) for k in OBJECTS]
     distances = [float(model.distance(float(a)).mm) for a in settings]

@@ -20,24 +20,12 @@ _LABELS = frozenset({"lens", "mla", "object"})
 
 @dataclass(frozen=True)
 class Printed:
-    """A number as printed.
-
-    Parameters
-    ----------
-    text
-        A decimal number, a fraction such as ``4/11``, or ``inf`` or ``-inf``.
-    """
+    """A number as printed."""
 
     text: str
 
     def __post_init__(self) -> None:
-        """Refuse what is not a number.
-
-        Raises
-        ------
-        ValueError
-            For such a text.
-        """
+        """Refuse what is not a number."""
         if math.isnan(self.value):
             raise ValueError(f"not a number: {self.text!r}")
 
@@ -59,20 +47,7 @@ class Printed:
         return 0.5 * 10.0**-self.decimals
 
     def agrees(self, number: float, slack: float = 0.0) -> bool:
-        """Whether a computed number agrees with the printed one.
-
-        Parameters
-        ----------
-        number
-            The computed number.
-        slack
-            What is allowed beyond rounding, in the unit of the table.
-
-        Returns
-        -------
-        bool
-            True within half a unit of the last digit and the slack.
-        """
+        """Whether a computed number agrees with the printed one."""
         if math.isinf(self.value) or math.isinf(number):
             return self.value == number
         rounding_of_floats = 1e-12 * abs(self.value)
@@ -81,55 +56,20 @@ class Printed:
 
 @dataclass(frozen=True)
 class Cells:
-    """Named values: a row of a table or the settings of a part.
-
-    Parameters
-    ----------
-    numbers
-        Name, which ends in the unit, to number. Cells without a value are absent.
-    labels
-        Names of the main lens, of the micro lens array, of the object.
-    erratum
-        What is wrong with the printed numbers.
-    """
+    """Named values: a row of a table or the settings of a part."""
 
     numbers: Mapping[str, Printed]
     labels: Mapping[str, str]
     erratum: str | None = None
 
     def __getitem__(self, name: str) -> float:
-        """Value of a number.
-
-        Parameters
-        ----------
-        name
-            Its name.
-
-        Returns
-        -------
-        float
-            Value.
-        """
+        """Value of a number."""
         return self.numbers[name].value
 
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a table.
-
-    Parameters
-    ----------
-    name
-        ``a``, ``b``, ``c``, or empty for a table without parts.
-    settings
-        What holds for all rows.
-    rows
-        The rows, from the top.
-    left_out
-        Which rows are missing.
-    erratum
-        What is wrong with the printed numbers of all rows.
-    """
+    """A part of a table."""
 
     name: str
     settings: Cells
@@ -140,40 +80,14 @@ class Part:
 
 @dataclass(frozen=True)
 class Table:
-    """A table.
-
-    Parameters
-    ----------
-    number
-        Its number, such as ``5.5``.
-    topic
-        What it lists.
-    parts
-        Its parts, at least one.
-    """
+    """A table."""
 
     number: str
     topic: str
     parts: tuple[Part, ...]
 
     def part(self, name: str = "") -> Part:
-        """Part of a name.
-
-        Parameters
-        ----------
-        name
-            See `Part`.
-
-        Returns
-        -------
-        Part
-            The part.
-
-        Raises
-        ------
-        InputError
-            Where there is no such part.
-        """
+        """Part of a name."""
         for part in self.parts:
             if part.name == name:
                 return part
@@ -182,23 +96,7 @@ class Table:
 
 
 def load_table(number: str) -> Table:
-    """Read a table.
-
-    Parameters
-    ----------
-    number
-        One of `TABLES`.
-
-    Returns
-    -------
-    Table
-        The table.
-
-    Raises
-    ------
-    InputError
-        For a number that is not one of `TABLES`.
-    """
+    """Read a table."""
     if number not in TABLES:
         raise InputError(f"no table {number!r}", where="table", expected=", ".join(TABLES))
     folder = resources.files("plenofir").joinpath("data", "thesis")

@@ -141,17 +141,6 @@ def _profile(signal: Image32, fit: Fit, smooth: Floats) -> Floats:
 
 
 def unit_vectors(vectors: Floats) -> tuple[Floats, Floats]:
-    """Directions of a row step and a column step.
-
-    Parameters
-    ----------
-    vectors
-        Shape (..., 2, 2), see `plenofir.camera.calibration.grid.Grid.jacobian`.
-
-    Returns
-    -------
-    tuple of Floats
-        Vectors (y, x) of length 1, shape (..., 2) each.
-    """
+    """Directions of a row step and a column step."""
     unit = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
     return unit[..., 0, :], unit[..., 1, :]

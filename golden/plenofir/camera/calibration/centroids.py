@@ -27,36 +27,15 @@ _TRIAL_LENSES = 1000
 
 @dataclass(frozen=True)
 class Moments:
-    """Weighted moments of windows.
+    """Weighted moments of windows."""
 
-    Attributes
-    ----------
-    sums
-        Mean of the window, shape (n,).
-    offsets
-        Centroid from the window's middle, (y, x) in pixels, shape (n, 2).
-    variances
-        Second moments along y and x in square pixels, shape (n, 2).
-    """
-
-    sums: Floats
-    offsets: Floats
-    variances: Floats
+    sums: Floats  # mean of the window, shape (n,)
+    offsets: Floats  # centroid from the window's middle, (y, x) in pixels, shape (n, 2)
+    variances: Floats  # second moments along y and x in square pixels, shape (n, 2)
 
 
 def reach(pitch: float) -> float:
-    """Pixels around a centre that its window needs.
-
-    Parameters
-    ----------
-    pitch
-        Pitch in pixels.
-
-    Returns
-    -------
-    float
-        Distance from the centre to the window's outermost pixel.
-    """
+    """Pixels around a centre that its window needs."""
     # The trial moves of `response` included.
     return float(np.ceil((HALF_WIDTH + _TRIAL) * pitch)) + 1
 
@@ -69,24 +48,7 @@ def _window(distance: Floats, half_width: float) -> Floats:
 def windowed_moments(
     image: Image32, positions: Floats, pitch: tuple[float, float], half_width: float = HALF_WIDTH
 ) -> Moments:
-    """Moments of an image in windows.
-
-    Parameters
-    ----------
-    image
-        Shape (rows, columns).
-    positions
-        Middles of the windows, (y, x), at least `reach` from the image's borders, shape (n, 2).
-    pitch
-        Pitch along y and x in pixels.
-    half_width
-        Half width of the window in pitches.
-
-    Returns
-    -------
-    Moments
-        Moments of all windows.
-    """
+    """Moments of an image in windows."""
     halves = [half_width * p for p in pitch]
     sides = [int(np.ceil(h)) for h in halves]
     steps = [np.arange(-n, n + 1) for n in sides]
@@ -120,18 +82,7 @@ def windowed_moments(
 
 
 def core_brightness(image: Image32, positions: Floats, pitch: tuple[float, float]) -> Floats:
-    """Mean brightness of the middle of micro images.
-
-    Parameters
-    ----------
-    image, positions, pitch
-        As in `windowed_moments`.
-
-    Returns
-    -------
-    Floats
-        Shape (n,).
-    """
+    """Mean brightness of the middle of micro images."""
     return windowed_moments(image, positions, pitch, CORE_HALF_WIDTH).sums
 
 
@@ -141,19 +92,7 @@ def response(
     pitch: tuple[float, float],
     half_width: float = HALF_WIDTH,
 ) -> Floats:
-    """How far a window's centroid moves when the window moves by one pixel.
-
-    Parameters
-    ----------
-    image, positions, pitch, half_width
-        As in `windowed_moments`; positions a little farther from the borders.
-
-    Returns
-    -------
-    Floats
-        Factors along y and x: 1 if the centroid follows entirely, 0 or less if there is nothing
-        to follow.
-    """
+    """How far a window's centroid moves when the window moves by one pixel."""
     step = max(1, len(positions) // _TRIAL_LENSES)
     chosen = positions[::step]
     factors = np.empty(2)

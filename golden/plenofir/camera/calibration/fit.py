@@ -81,41 +81,13 @@ class Fit:
 
 
 def shading_at(coefficients: Floats, positions: Floats, image_shape: tuple[int, int]) -> Floats:
-    """Smooth part of the white image: vignetting of the main lens.
-
-    Parameters
-    ----------
-    coefficients
-        Of a polynomial of the logarithm in coordinates from -1 to 1 over the image.
-    positions
-        (y, x) in pixels, shape (..., 2).
-    image_shape
-        Rows and columns of the image.
-
-    Returns
-    -------
-    Floats
-        Brightness, shape (...).
-    """
+    """Smooth part of the white image: vignetting of the main lens."""
     order = next(n for n in range(20) if len(exponents(n)) == len(coefficients))
     return np.exp(polynomial_terms(_unit(positions, image_shape), order) @ coefficients)
 
 
 def within(centres: Floats, image_shape: tuple[int, int]) -> Flags:
-    """Whether centres lie in an image.
-
-    Parameters
-    ----------
-    centres
-        (y, x), shape (..., 2).
-    image_shape
-        Rows and columns of the image.
-
-    Returns
-    -------
-    Flags
-        Shape (...).
-    """
+    """Whether centres lie in an image."""
     end = np.array(image_shape) - 1
     return np.asarray(((centres >= -_BORDER) & (centres <= end + _BORDER)).all(axis=-1))
 
@@ -142,22 +114,7 @@ def _shading_slope(coefficients: Floats, positions: Floats, image_shape: tuple[i
 
 
 def weighted_fit(terms: Floats, values: Floats, weights: Floats) -> Floats:
-    """Linear least squares.
-
-    Parameters
-    ----------
-    terms
-        Shape (n, terms).
-    values
-        Shape (n, quantities).
-    weights
-        Shape (n,).
-
-    Returns
-    -------
-    Floats
-        Coefficients, shape (terms, quantities).
-    """
+    """Linear least squares."""
     # The terms' arguments are within -1 and 1, which keeps the normal equations well conditioned.
     weighted = terms * weights[:, np.newaxis]
     return np.asarray(np.linalg.lstsq(weighted.T @ terms, weighted.T @ values, rcond=None)[0])
@@ -166,24 +123,7 @@ def weighted_fit(terms: Floats, values: Floats, weights: Floats) -> Floats:
 def robust_fit(
     terms: Floats, values: Floats, floor: float, rounds: int = 8
 ) -> tuple[Floats, Floats, float]:
-    """Least squares that outliers cannot bend: iterated, with Tukey's biweight.
-
-    Parameters
-    ----------
-    terms
-        Shape (n, terms).
-    values
-        Shape (n, quantities).
-    floor
-        Smallest standard deviation that is believed.
-    rounds
-        Number of iterations.
-
-    Returns
-    -------
-    tuple
-        Coefficients (terms, quantities), weights (n,), robust standard deviation of a residual.
-    """
+    """Least squares that outliers cannot bend: iterated, with Tukey's biweight."""
     weights = np.ones(len(values))
     scale = 0.0
     for _ in range(rounds):
@@ -224,20 +164,7 @@ def _outline(low: Floats, high: Floats) -> Floats:
 
 
 def lens_indices(grid: Grid, image_shape: tuple[int, int]) -> tuple[Indices, Indices]:
-    """Rows and columns of all lenses that can lie in an image, and a few around it.
-
-    Parameters
-    ----------
-    grid
-        The grid.
-    image_shape
-        Rows and columns of the image.
-
-    Returns
-    -------
-    tuple of Indices
-        Rows and columns, shape (rows, columns).
-    """
+    """Rows and columns of all lenses that can lie in an image, and a few around it."""
     end = np.array(image_shape) - 0.5
     return _indices_within(grid, _outline(np.full(2, -0.5), end))
 
@@ -296,13 +223,11 @@ class _Fitter:
     def inner_slope(
         self, centres: Floats, moments: Moments, factors: Floats, shading: Floats
     ) -> Floats:
-        """Slope of the light within micro images, besides that of the shading.
-
-        Light falls off with the angle to the axis, so micro images far from the middle are a little
-        brighter on one side, which moves their centroids but not their borders. The slope shows
-        in a small window over the middle, which does not reach the borders. A line over the
-        image is fitted to the slopes. Spots have no even middle: for them it is not known.
-        """
+        """Slope of the light within micro images, besides that of the shading."""
+        # Light falls off with the angle to the axis, so micro images far from the middle are a
+        # little brighter on one side, which moves their centroids but not their borders. The slope
+        # shows in a small window over the middle, which does not reach the borders. A line over
+        # the image is fitted to the slopes. Spots have no even middle: for them it is not known.
         pitch = _extents(self.grid)
         few = np.random.default_rng(2).permutation(len(centres))[:_SLOPE_LENSES]
         core = windowed_moments(self.image, centres[few], pitch, CORE_HALF_WIDTH)
@@ -352,12 +277,10 @@ class _Fitter:
 
     @staticmethod
     def best_order(points: Floats, values: Floats, floor: float) -> int:
-        """Lowest order that predicts lenses left out of the fit as well as any higher one.
-
-        Each half of the lenses (drawn at random, always the same) is predicted from the other. A
-        higher order must be better by more than chance (three standard errors) and by more than
-        sampling does to centroids: pixels and micro images have a moire.
-        """
+        """Lowest order that predicts lenses left out of the fit as well as any higher one."""
+        # Each half of the lenses (drawn at random, always the same) is predicted from the other. A
+        # higher order must be better by more than chance (three standard errors) and by more than
+        # sampling does to centroids: pixels and micro images have a moire.
         drawn = np.random.default_rng(1).permutation(len(points))[:_ORDER_LENSES]
         points, values = points[drawn], values[drawn]
         half = np.arange(len(drawn)) % 2 == 0

@@ -14,18 +14,7 @@ _SMALLEST = 12
 
 
 def grey(image: Image | Floats) -> Image32:
-    """Grey levels of an image (luminance of RGB, Rec. 709).
-
-    Parameters
-    ----------
-    image
-        Shape (rows, columns) or (rows, columns, 3).
-
-    Returns
-    -------
-    Image32
-        Shape (rows, columns).
-    """
+    """Grey levels of an image (luminance of RGB, Rec. 709)."""
     if image.ndim == 3:
         return np.asarray(image.astype(np.float32) @ _LUMINANCE)
     return image.astype(np.float32)
@@ -36,24 +25,7 @@ def _size(image: Image) -> str:
 
 
 def check_same_size(image: Image, shape: tuple[int, ...], where: str, other: str) -> None:
-    """Refuse an image that has not the size of another.
-
-    Parameters
-    ----------
-    image
-        The image.
-    shape
-        Shape of the other.
-    where
-        Name of the image.
-    other
-        Name of the other.
-
-    Raises
-    ------
-    InputError
-        If rows or columns differ.
-    """
+    """Refuse an image that has not the size of another."""
     if image.shape[:2] != tuple(shape[:2]):
         raise InputError(
             _size(image), where=where, expected=f"{shape[1]} x {shape[0]} pixels as {other}"
@@ -61,20 +33,8 @@ def check_same_size(image: Image, shape: tuple[int, ...], where: str, other: str
 
 
 def clipped_share(image: Image) -> float:
-    """Share of pixels at full scale.
-
-    Sensors of 10 to 14 bits whose pixels are stored as 16 bits clip at their own full scale.
-
-    Parameters
-    ----------
-    image
-        Grey or RGB, uint8 or uint16.
-
-    Returns
-    -------
-    float
-        0 to 1.
-    """
+    """Share of pixels at full scale."""
+    # Sensors of 10 to 14 bits whose pixels are stored as 16 bits clip at their own full scale.
     largest = int(image.max())
     full = {255} if image.dtype == np.uint8 else {(1 << bits) - 1 for bits in (10, 12, 14, 16)}
     if largest not in full:
@@ -84,27 +44,7 @@ def clipped_share(image: Image) -> float:
 
 
 def white_signal(white: Image, dark: Image | None, *, where: str, dark_where: str) -> Image32:
-    """Grey levels of a white image above its dark frame.
-
-    Parameters
-    ----------
-    white
-        White image, grey or RGB, uint8 or uint16.
-    dark
-        Dark frame of the same size, or None.
-    where, dark_where
-        Names of the two for messages.
-
-    Returns
-    -------
-    Image32
-        Shape (rows, columns).
-
-    Raises
-    ------
-    InputError
-        If the white image is too small, too dark or too bright, or the sizes differ.
-    """
+    """Grey levels of a white image above its dark frame."""
     if min(white.shape[:2]) < _SMALLEST:
         raise InputError(
             _size(white), where=where, expected=f"at least {_SMALLEST} x {_SMALLEST} pixels"

@@ -25,22 +25,7 @@ MAX_ORDER = 3
 
 
 def lattice_coordinates(layout: Layout, stagger: int, t: Indices, s: Indices) -> Floats:
-    """Lattice coordinates of lenses.
-
-    Parameters
-    ----------
-    layout
-        Arrangement of the micro lenses.
-    stagger
-        0 or 1: which rows (columns) are moved by half a pitch, the odd or the even ones.
-    t, s
-        Row and column of lenses, same shape.
-
-    Returns
-    -------
-    Floats
-        Shape (..., 2).
-    """
+    """Lattice coordinates of lenses."""
     rows, columns = np.asarray(t, dtype=np.float64), np.asarray(s, dtype=np.float64)
     if layout == "hexagonal-rows":
         columns = columns + 0.5 * ((np.asarray(t) + stagger) % 2)
@@ -50,36 +35,12 @@ def lattice_coordinates(layout: Layout, stagger: int, t: Indices, s: Indices) ->
 
 
 def exponents(order: int) -> list[tuple[int, int]]:
-    """Exponents of the polynomial's terms.
-
-    Parameters
-    ----------
-    order
-        Order of the polynomial.
-
-    Returns
-    -------
-    list of tuple
-        Exponents of both coordinates, lower orders first: the constant, row, column, ...
-    """
+    """Exponents of the polynomial's terms."""
     return [(total - n, n) for total in range(order + 1) for n in range(total + 1)]
 
 
 def polynomial_terms(points: Floats, order: int) -> Floats:
-    """Terms of a polynomial in two variables.
-
-    Parameters
-    ----------
-    points
-        Shape (..., 2).
-    order
-        Order of the polynomial.
-
-    Returns
-    -------
-    Floats
-        Shape (..., terms).
-    """
+    """Terms of a polynomial in two variables."""
     powers = [np.ones_like(points)]
     for _ in range(order):
         powers.append(powers[-1] * points)

@@ -99,22 +99,7 @@ def _profile_at(calibration: Calibration, m: int, scale: Scale) -> Floats:
 
 
 def check_micro_image_size(calibration: Calibration, m: int, scale: Scale) -> None:
-    """Refuse micro image sizes that the calibration's grid does not have.
-
-    Parameters
-    ----------
-    calibration
-        The calibration.
-    m
-        M in pixels.
-    scale
-        Whether micro images are cropped or scaled to M.
-
-    Raises
-    ------
-    InputError
-        If M is not positive, or larger than the pitch where micro images are cropped.
-    """
+    """Refuse micro image sizes that the calibration's grid does not have."""
     if m < 1:
         raise InputError(f"M = {m}", where="M", expected="an integer, 1 or more")
     if scale not in ("native", "fit"):

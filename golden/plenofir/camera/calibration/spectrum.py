@@ -44,23 +44,7 @@ def _refined(magnitude: Image32, row: int, column: int) -> Floats:
 
 
 def reciprocal_vectors(image: Image32) -> Floats:
-    """Two shortest reciprocal vectors of the grid in the middle of an image.
-
-    Parameters
-    ----------
-    image
-        White image, shape (rows, columns).
-
-    Returns
-    -------
-    Floats
-        Two vectors (y, x) in cycles for each pixel, shape (2, 2).
-
-    Raises
-    ------
-    InputError
-        If there is no grid.
-    """
+    """Two shortest reciprocal vectors of the grid in the middle of an image."""
     crop, _ = _central(image, _CROP)
     rows, columns = crop.shape
     window = np.outer(np.hanning(rows + 2)[1:-1], np.hanning(columns + 2)[1:-1]).astype(np.float32)
@@ -97,22 +81,7 @@ def _strongest(magnitude: Image32, hidden: Flags) -> Floats:
 
 
 def magnitude_at(magnitude: Image32, frequency: Floats, samples: int = 1) -> float:
-    """Largest magnitude within a sample of a frequency.
-
-    Parameters
-    ----------
-    magnitude
-        Of the discrete Fourier transform.
-    frequency
-        (y, x) in cycles for each pixel.
-    samples
-        How far to look.
-
-    Returns
-    -------
-    float
-        The magnitude.
-    """
+    """Largest magnitude within a sample of a frequency."""
     row, column = np.round(frequency * magnitude.shape).astype(np.int64)
     near = np.arange(-samples, samples + 1)
     part = np.ix_((row + near) % magnitude.shape[0], (column + near) % magnitude.shape[1])
@@ -120,11 +89,9 @@ def magnitude_at(magnitude: Image32, frequency: Floats, samples: int = 1) -> flo
 
 
 def _without_multiples(magnitude: Image32, first: Floats, second: Floats) -> Floats:
-    """Reciprocal vectors of the whole lattice from those of two harmonics.
-
-    Small or sharp-edged micro images have harmonics as strong as the fundamental. If there is a
-    peak at a half or a third of a combination of the two, it belongs to the lattice too.
-    """
+    """Reciprocal vectors of the whole lattice from those of two harmonics."""
+    # Small or sharp-edged micro images have harmonics as strong as the fundamental. If there is a
+    # peak at a half or a third of a combination of the two, it belongs to the lattice too.
     strength = min(magnitude_at(magnitude, first), magnitude_at(magnitude, second))
     for _ in range(4):
         found = None
@@ -190,25 +157,7 @@ def _positive(vector: Floats, axis: int) -> Floats:
 
 
 def first_guess(image: Image32, layout: Layout | None = None) -> Grid:
-    """Grid in the middle of an image.
-
-    Parameters
-    ----------
-    image
-        White image, shape (rows, columns).
-    layout
-        Arrangement of the micro lenses, None to find out.
-
-    Returns
-    -------
-    Grid
-        Order 1; lens (0, 0) is the one nearest the middle of the image.
-
-    Raises
-    ------
-    InputError
-        If there is no grid.
-    """
+    """Grid in the middle of an image."""
     reciprocal = reciprocal_vectors(image)
     # Columns of the inverse are the lattice vectors: k_m . a_n = 1 if m = n, otherwise 0.
     inverse = np.linalg.inv(reciprocal)

@@ -39,20 +39,7 @@ class TextCalibration:
 
 
 def normalised(image: Image32, levels: int = 256) -> Image32:
-    """Stretch grey levels to 1 ... L (Eq. 4.1).
-
-    Parameters
-    ----------
-    image
-        Grey image.
-    levels
-        L.
-
-    Returns
-    -------
-    Image32
-        Same shape; 1 everywhere for a constant image.
-    """
+    """Stretch grey levels to 1 ... L (Eq. 4.1)."""
     low, high = float(image.min()), float(image.max())
     if high == low:
         return np.ones_like(image)
@@ -60,34 +47,12 @@ def normalised(image: Image32, levels: int = 256) -> Image32:
 
 
 def binary(image: Image32) -> Flags:
-    """Threshold an image by Otsu's method (Eq. 4.2).
-
-    Parameters
-    ----------
-    image
-        Normalised grey image.
-
-    Returns
-    -------
-    Flags
-        Same shape.
-    """
+    """Threshold an image by Otsu's method (Eq. 4.2)."""
     return np.asarray(image >= threshold_otsu(image))  # type: ignore[no-untyped-call]
 
 
 def region_centroids(regions: Flags) -> tuple[Floats, Floats]:
-    """Centroid of each connected region (Eq. 4.3).
-
-    Parameters
-    ----------
-    regions
-        Binary image.
-
-    Returns
-    -------
-    tuple
-        Centroids (y, x), shape (regions, 2), and numbers of pixels, shape (regions,).
-    """
+    """Centroid of each connected region (Eq. 4.3)."""
     labels = label(regions, connectivity=1)  # type: ignore[no-untyped-call]
     y, x = np.nonzero(labels)
     numbers = labels[y, x]
@@ -97,20 +62,7 @@ def region_centroids(regions: Flags) -> tuple[Floats, Floats]:
 
 
 def central_row(centroids: Floats, shape: tuple[int, int]) -> list[int]:
-    """Regions of the row that passes the middle of the image, left to right.
-
-    Parameters
-    ----------
-    centroids
-        Shape (regions, 2).
-    shape
-        Rows and columns of the image.
-
-    Returns
-    -------
-    list of int
-        Indices into `centroids`.
-    """
+    """Regions of the row that passes the middle of the image, left to right."""
     tree = cKDTree(centroids)
     distances, _ = tree.query(centroids, 2)
     pitch = float(np.median(distances[:, 1]))
@@ -130,40 +82,14 @@ def central_row(centroids: Floats, shape: tuple[int, int]) -> list[int]:
 
 
 def regression(points: Floats) -> tuple[float, float]:
-    """Straight line through centroids by least squares (Eqs. 4.4, 4.5).
-
-    Parameters
-    ----------
-    points
-        (y, x), shape (n, 2).
-
-    Returns
-    -------
-    tuple
-        Offset and slope: y = offset + slope x.
-    """
+    """Straight line through centroids by least squares (Eqs. 4.4, 4.5)."""
     x = np.stack([np.ones(len(points)), points[:, 1]], axis=-1)
     offset, slope = np.linalg.solve(x.T @ x, x.T @ points[:, 0])
     return float(offset), float(slope)
 
 
 def rotated(centroids: Floats, degrees: float, shape: tuple[int, int]) -> Floats:
-    """Rotate centroids about the image's middle (Eqs. 4.7-4.9).
-
-    Parameters
-    ----------
-    centroids
-        (y, x), shape (n, 2).
-    degrees
-        Angle, positive from x towards y.
-    shape
-        Rows and columns of the image.
-
-    Returns
-    -------
-    Floats
-        Rotated centroids, shape (n, 2).
-    """
+    """Rotate centroids about the image's middle (Eqs. 4.7-4.9)."""
     angle = np.radians(degrees)
     middle = np.array(shape) / 2
     y, x = (centroids - middle).T

@@ -27,29 +27,10 @@ def _numbers(path: Path) -> list[int]:
 
 
 def arrange(paths: list[Path], where: str) -> Places:
-    """Find row and column of views in their names.
-
-    Two of the numbers in the names must run through a full square of rows and columns
-    (``view_03_07``, ``IMG_0002_013_02_08``, ``out_03_07_-776.8_-12.1``); otherwise one must run
-    through a square number of views, line by line (``Cam042``).
-
-    Parameters
-    ----------
-    paths
-        Files of the views.
-    where
-        Name of their folder for messages.
-
-    Returns
-    -------
-    dict
-        (first number, second number), both from 0, to file.
-
-    Raises
-    ------
-    InputError
-        If the names do not tell.
-    """
+    """Find row and column of views in their names."""
+    # Two of the numbers in the names must run through a full square of rows and columns
+    # (``view_03_07``, ``IMG_0002_013_02_08``, ``out_03_07_-776.8_-12.1``); otherwise one must run
+    # through a square number of views, line by line (``Cam042``).
     m = isqrt(len(paths))
     numbers = [_numbers(path) for path in paths]
     fields = min((len(n) for n in numbers), default=0)
@@ -131,20 +112,7 @@ def read_views(
 
 
 def named_views(raw: Image, m: int) -> dict[str, Image]:
-    """Views with the names of their files.
-
-    Parameters
-    ----------
-    raw
-        Raw image.
-    m
-        M in pixels.
-
-    Returns
-    -------
-    dict
-        ``view_VV_UU.png`` to view, shape (t, s[, 3]); VV counts downwards, UU to the right.
-    """
+    """Views with the names of their files."""
     images = views(raw, m)
     digits = max(2, len(str(m - 1)))
     return {

@@ -20,42 +20,14 @@ Floats = npt.NDArray[np.float64]
 
 
 def kaiser_bessel(x: Floats, width: float, beta: float) -> Floats:
-    """Kaiser-Bessel window.
-
-    Parameters
-    ----------
-    x
-        Distance from its middle in samples.
-    width
-        Full width in samples.
-    beta
-        Shape.
-
-    Returns
-    -------
-    Floats
-        Shape of `x`, 0 outside the width.
-    """
+    """Kaiser-Bessel window."""
     inside = np.abs(x) <= width / 2
     root = np.sqrt(np.maximum(0.0, 1 - (2 * x / width) ** 2))
     return np.asarray(np.where(inside, i0(beta * root) / width, 0.0))
 
 
 def kaiser_bessel_transform(n: Floats, width: float, beta: float) -> Floats:
-    """Fourier transform of the window.
-
-    Parameters
-    ----------
-    n
-        Frequency in cycles for each sample.
-    width, beta
-        As in `kaiser_bessel`.
-
-    Returns
-    -------
-    Floats
-        Shape of `n`.
-    """
+    """Fourier transform of the window."""
     root = np.sqrt((beta**2 - (np.pi * width * n) ** 2).astype(np.complex128))
     return np.asarray((np.sinh(root) / root).real)
 

@@ -17,18 +17,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def figure_pixels(figure: Figure) -> Image:
-    """Draw a figure.
-
-    Parameters
-    ----------
-    figure
-        The figure; it is closed.
-
-    Returns
-    -------
-    Image
-        8 bit RGB.
-    """
+    """Draw a figure."""
     figure.canvas.draw()
     pixels = np.asarray(figure.canvas.buffer_rgba())[:, :, :3].copy()  # type: ignore[attr-defined]
     plt.close(figure)
@@ -40,22 +29,7 @@ def sharpness_picture(
     curves: Mapping[str, Floats],
     predicted: Mapping[str, float] | None = None,
 ) -> Image:
-    """Plot of sharpness over focus settings (Fig. 5.16).
-
-    Parameters
-    ----------
-    settings
-        Focus settings a.
-    curves
-        Sharpness for each object's name.
-    predicted
-        Where the ray model says that each object is sharpest.
-
-    Returns
-    -------
-    Image
-        8 bit RGB.
-    """
+    """Plot of sharpness over focus settings (Fig. 5.16)."""
     figure, axes = plt.subplots(figsize=(8, 4), constrained_layout=True)
     for name, curve in curves.items():
         (line,) = axes.plot(settings, curve, marker="o", markersize=3, label=name or None)
@@ -70,18 +44,7 @@ def sharpness_picture(
 
 
 def depth_picture(distance_mm: Floats) -> Image:
-    """Map of distances in colours, with a scale; grey where there is none.
-
-    Parameters
-    ----------
-    distance_mm
-        Shape (t, s), nan where unknown.
-
-    Returns
-    -------
-    Image
-        8 bit RGB.
-    """
+    """Map of distances in colours, with a scale; grey where there is none."""
     rows, columns = distance_mm.shape
     width = 8.0
     height = min(max(width * rows / columns * 0.85, 2.0), 16.0)

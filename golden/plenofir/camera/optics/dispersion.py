@@ -235,13 +235,11 @@ class Sellmeier(_Formula):
 
     @cached_property
     def _combined(self) -> tuple[tuple[float, float, float, float | None], ...]:
-        """Terms (slope, offset, C_1, C_2): L^2 (slope L^2 - offset) / (L^2 - C_1) / (L^2 - C_2).
-
-        A term with a negative strength is joined with the positive one of the nearest resonance:
-        slope B_1 + B_2 and offset B_1 C_2 + B_2 C_1 are where the pair cancels, and they are
-        computed exactly from the coefficients as written. A term left alone has the offset 0 and no
-        C_2, and stands for slope L^2 / (L^2 - C_1).
-        """
+        """Terms (slope, offset, C_1, C_2): L^2 (slope L^2 - offset) / (L^2 - C_1) / (L^2 - C_2)."""
+        # A term with a negative strength is joined with the positive one of the nearest resonance:
+        # slope B_1 + B_2 and offset B_1 C_2 + B_2 C_1 are where the pair cancels, and they are
+        # computed exactly from the coefficients as written. A term left alone has the offset 0 and
+        # no C_2, and stands for slope L^2 / (L^2 - C_1).
         terms = [
             (_as_written(b), _as_written(c))
             for b, c in zip(self.strengths, self.resonances_um2, strict=True)

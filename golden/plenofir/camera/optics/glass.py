@@ -187,13 +187,7 @@ def read_glass_table(path: Path, formula: Literal["sellmeier", "schott"]) -> dic
 
 @cache
 def glass_catalogue() -> Mapping[str, Glass]:
-    """Glasses that the package ships tables of.
-
-    Returns
-    -------
-    Mapping
-        Glasses by name.
-    """
+    """Glasses that the package ships tables of."""
     glasses = read_glass_table(LENS_DATA / "glasses_schott.csv", "schott")
     glasses |= read_glass_table(LENS_DATA / "glasses_sellmeier.csv", "sellmeier")
     return MappingProxyType(glasses)

@@ -62,12 +62,10 @@ class Pupil:
 
 
 def _departure_from_identity(system: LensSystem) -> FloatArray:
-    """Ray transfer matrix less the identity.
-
-    Where a lens is thin against its focal length the diagonal of the matrix is close to 1 and the
-    principal planes follow from the difference. Multiplying (1 + E)(1 + F) = 1 + (E + F + EF) keeps
-    the difference's own digits.
-    """
+    """Ray transfer matrix less the identity."""
+    # Where a lens is thin against its focal length the diagonal of the matrix is close to 1 and
+    # the principal planes follow from the difference. Multiplying (1 + E)(1 + F) = 1 + (E + F +
+    # EF) keeps the difference's own digits.
     powers = np.diff(system.indices) * system.curvatures
     reduced = system.gaps / system.indices[1:-1]
     departure = np.zeros((2, 2))

@@ -7,23 +7,7 @@ from plenofir.errors import InputError
 
 
 def read_text(path: Path) -> str:
-    """Read a text file.
-
-    Parameters
-    ----------
-    path
-        File in UTF-8, with or without a byte order mark.
-
-    Returns
-    -------
-    str
-        Its text.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, unreadable or not text.
-    """
+    """Read a text file."""
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
@@ -39,29 +23,7 @@ def read_text(path: Path) -> str:
 def parse_number(
     text: str, *, where: str, least: float = -math.inf, exclusive: bool = False
 ) -> float:
-    """Read a finite number.
-
-    Parameters
-    ----------
-    text
-        The field.
-    where
-        File, row and field for the error message.
-    least
-        Smallest value allowed.
-    exclusive
-        Whether the value must be above `least`, not only at least that.
-
-    Returns
-    -------
-    float
-        The number.
-
-    Raises
-    ------
-    InputError
-        If the text is no finite number, or too small.
-    """
+    """Read a finite number."""
     if math.isinf(least):
         expected = "a number"
     else:

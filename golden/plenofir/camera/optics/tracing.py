@@ -202,11 +202,9 @@ def trace(system: LensSystem, rays: Rays, *, clip: bool = False) -> Trace:
 def _meet_sphere(
     points: FloatArray, directions: FloatArray, curvature: float
 ) -> tuple[BoolArray, FloatArray, FloatArray, FloatArray]:
-    """Intersect rays with a sphere whose vertex is the origin.
-
-    Returns the mask of rays that meet it, the points, the unit normals towards positive z, and the
-    cosines between ray and normal; the values of rays that miss it are meaningless.
-    """
+    """Intersect rays with a sphere whose vertex is the origin."""
+    # Returns the mask of rays that meet it, the points, the unit normals towards positive z, and
+    # the cosines between ray and normal; the values of rays that miss it are meaningless.
     forward = directions[:, 2] > 0
     dz = np.where(forward, directions[:, 2], 1.0)
     # A ray across the axis may overflow here; it then counts as one that misses the sphere.

@@ -15,11 +15,9 @@ from plenofir.camera.rays.precise import Values
 
 
 def _pair(model: RayModel, a: Values, border: int) -> tuple[Values, Values, Values, Values]:
-    """Slopes and heights at the micro lenses of the two rays that meet on a plane.
-
-    `border` is 1 for the near border (inner rays through the outer edges of the micro lenses), 0
-    for the plane, -1 for the far border (outer rays through the inner edges).
-    """
+    """Slopes and heights at the micro lenses of the two rays that meet on a plane."""
+    # `border` is 1 for the near border (inner rays through the outer edges of the micro lenses), 0
+    # for the plane, -1 for the far border (outer rays through the inner edges).
     c = (model.micro_image_size - 1) / 2
     pitch = model.camera.micro_lenses.pitch_mm
     first = a * c * pitch

@@ -222,13 +222,11 @@ class RayModel:
 
     @cached_property
     def _lines(self) -> dict[int, tuple[Line, Line]]:
-        """D and V of the near border (1), the plane (0) and the far border (-1).
-
-        With w = a (M-1), multiplied by f_s d_A' so that no quotient is left:
-
-            V = e ((M-1-k) p_p d_A' - w p_M f_s) + (w + k) p_M f_s d_A'
-            D = (b_U + H1H2) V + f_U (V + f_U ((M-1-k) p_p d_A' - w p_M f_s))
-        """
+        """D and V of the near border (1), the plane (0) and the far border (-1)."""
+        # With w = a (M-1), multiplied by f_s d_A' so that no quotient is left:
+        #
+        #     V = e ((M-1-k) p_p d_A' - w p_M f_s) + (w + k) p_M f_s d_A'
+        #     D = (b_U + H1H2) V + f_U (V + f_U ((M-1-k) p_p d_A' - w p_M f_s))
         lens, array = self.camera.main_lens, self.camera.micro_lenses
         f, e = exact(lens.focal_length_mm), self.extension
         span = self.micro_image_size - 1

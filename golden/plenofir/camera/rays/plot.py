@@ -49,22 +49,7 @@ def _draw_rays(axes: Axes, model: RayModel, a: float, colour: str, reach: float)
 
 
 def plot_bench(model: RayModel, settings: Sequence[Fraction], path: Path) -> None:
-    """Draw the optical bench with the planes' rays, and their depths of field.
-
-    Parameters
-    ----------
-    model
-        The focused camera.
-    settings
-        Focus settings a.
-    path
-        PNG file to write.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Draw the optical bench with the planes' rays, and their depths of field."""
     planes = model.planes([float(a) for a in settings])
     seen = planes.centre.mm[np.isfinite(planes.centre.mm) & (planes.centre.states == 0)]
     lens = model.image_distance_mm

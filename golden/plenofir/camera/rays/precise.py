@@ -21,35 +21,18 @@ _SPLITTER = 134217729.0  # 2^27 + 1
 
 @dataclass(frozen=True)
 class Line:
-    """The function c0 + c1 x with coefficients to about 32 digits.
+    """The function c0 + c1 x with coefficients to about 32 digits."""
 
-    Attributes
-    ----------
-    constant, constant_low
-        c0 as the sum of two doubles.
-    factor, factor_low
-        c1 as the sum of two doubles.
-    """
-
+    # c0 as the sum of two doubles
     constant: float
     constant_low: float
+    # c1 as the sum of two doubles
     factor: float
     factor_low: float
 
     @classmethod
     def of(cls, constant: Decimal, factor: Decimal) -> "Line":
-        """Round sixty-digit coefficients to two doubles each.
-
-        Parameters
-        ----------
-        constant, factor
-            c0 and c1.
-
-        Returns
-        -------
-        Line
-            The function.
-        """
+        """Round sixty-digit coefficients to two doubles each."""
         high, factor_high = float(constant), float(factor)
         return cls(
             high,
@@ -59,20 +42,7 @@ class Line:
         )
 
     def at(self, x: Values, halves: tuple[Values, Values]) -> Values:
-        """Evaluate the function.
-
-        Parameters
-        ----------
-        x
-            Arguments; finite.
-        halves
-            The arguments' halves (`split`).
-
-        Returns
-        -------
-        Values
-            c0 + c1 x, to a few units in the last place however far the terms cancel.
-        """
+        """Evaluate the function."""
         x_high, x_low = halves
         factor_high, factor_low = split(np.float64(self.factor))
         # Exact product of x and the high factor (Dekker).
@@ -94,34 +64,12 @@ class Line:
 
 
 def split(x: npt.NDArray[np.float64] | np.float64) -> tuple[Any, Any]:
-    """Split doubles into halves of 26 bits, whose products are exact (Dekker, Veltkamp).
-
-    Parameters
-    ----------
-    x
-        Numbers below 2^996 in size.
-
-    Returns
-    -------
-    tuple
-        High and low halves; their sum is x.
-    """
+    """Split doubles into halves of 26 bits, whose products are exact (Dekker, Veltkamp)."""
     scaled = x * _SPLITTER
     high = scaled - (scaled - x)
     return high, x - high
 
 
 def exact(value: Any) -> Decimal:
-    """Convert a number without rounding.
-
-    Parameters
-    ----------
-    value
-        int, float or Decimal.
-
-    Returns
-    -------
-    Decimal
-        The same number.
-    """
+    """Convert a number without rounding."""
     return Decimal(value)

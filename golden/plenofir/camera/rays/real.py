@@ -20,37 +20,16 @@ SENSOR = Sensor(pixel_pitch_mm=0.009, columns=4008, rows=2672)
 
 @dataclass(frozen=True)
 class RealCamera:
-    """A camera whose main lens is known by its prescription.
+    """A camera whose main lens is known by its prescription."""
 
-    Attributes
-    ----------
-    system
-        The lens's surfaces.
-    back_focal_distance_mm
-        From the last vertex to the focal plane.
-    camera
-        The same camera in paraxial data.
-    """
-
-    system: LensSystem
-    back_focal_distance_mm: float
-    camera: Camera
+    system: LensSystem  # the lens's surfaces
+    back_focal_distance_mm: float  # from the last vertex to the focal plane
+    camera: Camera  # the same camera in paraxial data
 
 
 @cache
 def real_camera(lens: str) -> RealCamera:
-    """Make a camera with micro lenses (II) of the text from a shipped prescription.
-
-    Parameters
-    ----------
-    lens
-        Name of a shipped lens.
-
-    Returns
-    -------
-    RealCamera
-        The camera.
-    """
+    """Make a camera with micro lenses (II) of the text from a shipped prescription."""
     system = load_prescription(lens).at(WAVELENGTH_NM)
     points, pupil = cardinal_points(system), exit_pupil(system)
     main_lens = MainLens(
@@ -67,20 +46,11 @@ def real_camera(lens: str) -> RealCamera:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Predicted and real distances of planes.
+    """Predicted and real distances of planes."""
 
-    Attributes
-    ----------
-    a
-        Focus settings.
-    border
-        1 near border, 0 plane, -1 far border.
-    predicted, real
-        Distances from the micro lenses in mm; nan where there is none.
-    """
-
-    a: Values
-    border: int
+    a: Values  # focus settings
+    border: int  # 1 near border, 0 plane, -1 far border
+    # distances from the micro lenses in mm; nan where there is none
     predicted: Values
     real: Values
 
@@ -93,28 +63,8 @@ class Comparison:
 def compare_distances(
     lens: str, a: Values, micro_image_size: int, *, extension_mm: float = 0.0, border: int = 0
 ) -> Comparison:
-    """Predict planes, and find them with real rays from the sensor (section 5.2.2).
-
-    Rays start in pairs symmetric to the axis, from the heights and with the slopes of the model.
-
-    Parameters
-    ----------
-    lens
-        Name of a shipped lens.
-    a
-        Focus settings.
-    micro_image_size
-        M.
-    extension_mm
-        b_U - f_U.
-    border
-        1 near border, 0 plane, -1 far border.
-
-    Returns
-    -------
-    Comparison
-        Both distances.
-    """
+    """Predict planes, and find them with real rays from the sensor (section 5.2.2)."""
+    # Rays start in pairs symmetric to the axis, from the heights and with the slopes of the model.
     real = real_camera(lens)
     model = RayModel(real.camera, Decimal(extension_mm), micro_image_size)
     predicted = {1: model.near_border, 0: model.distance, -1: model.far_border}[border](a).mm
@@ -132,22 +82,7 @@ def compare_distances(
 
 
 def real_micro_image_centres(lens: str, positions_mm: Values, extension_mm: float) -> Values:
-    """Micro image centres from real chief rays (Tables 5.3 and 5.4, simulation).
-
-    Parameters
-    ----------
-    lens
-        Name of a shipped lens.
-    positions_mm
-        Positions of micro lenses.
-    extension_mm
-        b_U - f_U.
-
-    Returns
-    -------
-    Values
-        Heights on the sensor in mm.
-    """
+    """Micro image centres from real chief rays (Tables 5.3 and 5.4, simulation)."""
     real = real_camera(lens)
     # The image plane that the prescription states, as the text's simulation has it.
     image_distance = real.system.image_distance_mm + extension_mm

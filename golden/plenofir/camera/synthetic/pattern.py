@@ -63,24 +63,7 @@ def regular_grid(
 
 
 def aperture(distance: Floats, radius: float, form: Form, softness: float) -> Floats:
-    """Brightness across a micro image.
-
-    Parameters
-    ----------
-    distance
-        (y, x) from its centre in pixels, shape (..., 2).
-    radius
-        Radius (disc), half side (square) or standard deviation (spot) in pixels.
-    form
-        Shape of the micro image: the exit pupil as a micro lens sees it.
-    softness
-        Width of its edge in pixels.
-
-    Returns
-    -------
-    Floats
-        0 to 1, shape (...).
-    """
+    """Brightness across a micro image."""
     if form == "spot":
         return np.asarray(np.exp(-(distance**2).sum(axis=-1) / (2 * radius**2)))
     if form == "disc":
@@ -153,20 +136,7 @@ def white_image(
 
 
 def pixel_positions(rows: slice, columns: int) -> Floats:
-    """Positions of the pixels of some rows.
-
-    Parameters
-    ----------
-    rows
-        Rows, start and stop given.
-    columns
-        Number of columns.
-
-    Returns
-    -------
-    Floats
-        (y, x), shape (rows, columns, 2).
-    """
+    """Positions of the pixels of some rows."""
     y, x = np.meshgrid(np.arange(rows.start, rows.stop), np.arange(columns), indexing="ij")
     return np.stack([y, x], axis=-1).astype(np.float64)
 

@@ -144,18 +144,7 @@ def _plane_scales(model: RayModel, distance_mm: float) -> tuple[float, float]:
 
 
 def box_kernel(width: float) -> Floats:
-    """Weights of a moving mean over a width that need not be a whole number.
-
-    Parameters
-    ----------
-    width
-        Width in samples.
-
-    Returns
-    -------
-    Floats
-        Odd number of weights, sum 1.
-    """
+    """Weights of a moving mean over a width that need not be a whole number."""
     if width <= 1:
         return np.ones(1)
     side = int(np.ceil((width - 1) / 2))
