@@ -176,8 +176,8 @@ def clock_tables(text: str) -> str:
 def column_memory(text: str) -> str:
     """Put the column memories of both engines between their marks in a page."""
     lines = [
-        "| M | a' | channels | taps: lines of partial sums, kbit "
-        "| moving sums: lines of pixels, kbit | ratio |",
+        "| M | a' | channels | fir: lines of partial sums, kbit "
+        "| moving_sum: lines of pixels, kbit | ratio |",
         "| --- " * 6 + "|",
     ]
     for m, shifts, channels in MEMORY_CASES:
@@ -191,7 +191,7 @@ def column_memory(text: str) -> str:
                     "engine": engine,
                 }
             )
-            for engine in ("taps", "sums")
+            for engine in ("fir", "moving_sum")
         ]
         taps, sums = (core.line_buffer_bits for core in cores)
         shown = str(shifts[0]) if len(shifts) == 1 else f"{shifts[0]} to {shifts[-1]}"
@@ -221,7 +221,7 @@ def engine_tables(text: str) -> str:
         return "" if placed is None else f"{placed.fmax_mhz:.0f}"
 
     heads = "LUT | flip-flops | block RAM | DSP48A1 | widest | MHz"
-    lines = [f"| M | a' | colour | taps: {heads} | sums: {heads} |", "| --- " * 15 + "|"]
+    lines = [f"| M | a' | colour | fir: {heads} | moving_sum: {heads} |", "| --- " * 15 + "|"]
     cells = [
         *(
             (m, (shift,), channels)
@@ -334,7 +334,7 @@ def stack_tables(text: str) -> str:
                     shifts=(shift,),
                     max_columns=core.max_columns,
                     channels=core.channels,
-                    engine="sums",
+                    engine="moving_sum",
                 ).line_buffer_bits
                 for shift in core.shifts
             )

@@ -14,7 +14,7 @@ from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.refocus.moving_sum import SumLayout
 
 IMAGES = project.root() / "docs" / "images"
-COLOURS = {"taps": "tab:orange", "sums": "tab:blue"}
+COLOURS = {"fir": "tab:orange", "moving_sum": "tab:blue"}
 
 
 def draw_resources() -> None:

@@ -61,8 +61,8 @@ def main() -> None:
         for cell in measured_cells()
         if cell.name in measured
     ]
-    fit("_", [part for part in cores if part[1].engine == "taps"])
-    fit("_SUM_", [part for part in [*cores, *cells] if part[1].engine == "sums"])
+    fit("_", [part for part in cores if part[1].engine == "fir"])
+    fit("_SUM_", [part for part in [*cores, *cells] if part[1].engine == "moving_sum"])
 
 
 if __name__ == "__main__":

@@ -186,13 +186,13 @@ CASES = (
     ),
     Case(_core(micro_image_size=3, shifts=(0,), order=1, broadcast_taps=2), 16, 9, 2),
     Case(_core(micro_image_size=4, shifts=(1,), max_columns=6, align="causal"), 3, 5, 3),
-    Case(_core(micro_image_size=3, shifts=(-2, 1, 3), engine="sums"), 17, 10, 4),
+    Case(_core(micro_image_size=3, shifts=(-2, 1, 3), engine="moving_sum"), 17, 10, 4),
     Case(
         _core(
             micro_image_size=4,
             shifts=(1,),
             channels=3,
-            engine="sums",
+            engine="moving_sum",
             arithmetic=StoredProductArithmetic(fraction_bits=4, guard_bits=2),
         ),
         19,

@@ -18,7 +18,7 @@ STORED_VARIANTS = (
 
 def run_engine(*, thorough: bool, spare: int = 4, **options: object) -> None:
     """Run the raster core's bench, with lines that the engine takes without a pause, or shorter."""
-    core = CoreConfiguration.model_validate({"engine": "sums", "max_columns": 8, **options})
+    core = CoreConfiguration.model_validate({"engine": "moving_sum", "max_columns": 8, **options})
     core = core.model_copy(
         update={"max_columns": max(core.delay + 1, 2 * core.micro_image_size, 4) + spare}
     )

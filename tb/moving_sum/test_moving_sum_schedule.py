@@ -37,7 +37,7 @@ def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[st
     layout = SumLayout(m, shifts, align)
 
     def core(**options: object) -> CoreConfiguration:
-        values = {"micro_image_size": m, "shifts": shifts, "align": align, "engine": "sums"}
+        values = {"micro_image_size": m, "shifts": shifts, "align": align, "engine": "moving_sum"}
         return CoreConfiguration.model_validate({**values, "max_columns": 64, **options})
 
     yield "output_delay", layout.delay

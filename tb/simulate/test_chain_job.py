@@ -80,7 +80,7 @@ def test_standard_modes(tmp_path: Path, mode, arithmetic: Arithmetic) -> None:
     [
         ({"pixel_bits": 16}, 40, "RAW"),
         ({"parallel_rows": 2}, 40, "IOTA"),
-        ({"engine": "sums", "any_rows": True}, 40, "ANY_ROWS"),
+        ({"engine": "moving_sum", "any_rows": True}, 40, "ANY_ROWS"),
         ({"shifts": (12,)}, 8, "A"),
     ],
 )

@@ -127,7 +127,7 @@ def test_frames_of_any_rows_without_a_pause(tmp_path: Path) -> None:
     for any_rows in ("0", "1"):
         done = plenofir(
             *("--raw", str(tmp_path / "raw.png"), "-M", "5", "--sweep", "-1/5 2", "--engine"),
-            *("sums", "--any-rows", any_rows, "--out", str(tmp_path / "out")),
+            *("moving_sum", "--any-rows", any_rows, "--out", str(tmp_path / "out")),
         )
         assert done.returncode == 0, done.stderr
         report = json.loads((tmp_path / "out" / "report.json").read_text())
@@ -151,7 +151,7 @@ def test_waves(tmp_path: Path) -> None:
     saved = (tmp_path / "refocused.gtkw").read_text().splitlines()
     shown = {line.partition("[")[0] for line in saved if line[0] not in "[@-*"}
     assert shown <= names
-    assert len(shown) == len(wave_signals("taps"))
+    assert len(shown) == len(wave_signals("fir"))
 
 
 @pytest.mark.parametrize(
@@ -219,8 +219,8 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["--raw", "grey.png", "--sweep", "0 1 5/5"], "stands in it twice"),
         (["--raw", "grey.png", "--iota", "0"], "0 rows at once"),
         (["--raw", "grey.png", "--iota", "65"], "at most 64"),
-        (["--raw", "grey.png", "--engine", "sums", "--any-rows", "2"], "ANY_ROWS"),
-        (["--raw", "grey.png", "--any-rows", "1"], "0 without ENGINE=sums"),
+        (["--raw", "grey.png", "--engine", "moving_sum", "--any-rows", "2"], "ANY_ROWS"),
+        (["--raw", "grey.png", "--any-rows", "1"], "0 without ENGINE=moving_sum"),
         (["--raw", "grey.png", "--interpolation", "cubic"], "nearest, linear"),
         (["--raw", "deep.png", "-M", "8", "--a", "0", "--interpolation", "3"], "INTERPOLATION"),
         (["--raw", "grey.png", "--arith", "float"], "no arithmetic"),

@@ -85,8 +85,8 @@ def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) ->
     [
         (("--stack", "0 0"), "STACK: 0 stands in it twice"),
         (("--stack", "1/2 0"), "STACK"),
-        (("--stack", "0 1", "--engine", "taps"), "ENGINE: taps; expected sums with STACK"),
-        (("--stack", "0 1", "--engine", "belt"), "ENGINE: 'belt'; expected taps or sums"),
+        (("--stack", "0 1", "--engine", "fir"), "ENGINE: fir; expected moving_sum with STACK"),
+        (("--stack", "0 1", "--engine", "belt"), "ENGINE: 'belt'; expected fir or moving_sum"),
         (("--stack", "0 1", "--fraction", "3"), "FRACTION with STACK"),
         (("--stack", "0 1", "--iota", "3"), "IOTA: 3; expected 1 with STACK"),
         (("--stack", "0 1", "--sweep", "0 1"), "SWEEP"),

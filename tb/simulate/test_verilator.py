@@ -61,17 +61,21 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
         ),
         CoreConfiguration(micro_image_size=5, shifts=(8,), max_columns=40),
         CoreConfiguration(
-            micro_image_size=4, shifts=(2, 4, 0), max_columns=40, engine="sums", any_rows=True
+            micro_image_size=4, shifts=(2, 4, 0), max_columns=40, engine="moving_sum", any_rows=True
         ),
         pytest.param(
             CoreConfiguration(
-                micro_image_size=11, shifts=(-3, 11), max_columns=130, channels=3, engine="sums"
+                micro_image_size=11,
+                shifts=(-3, 11),
+                max_columns=130,
+                channels=3,
+                engine="moving_sum",
             ),
             marks=pytest.mark.slow,
         ),
         pytest.param(
             CoreConfiguration(
-                micro_image_size=5, shifts=tuple(range(-5, 11)), max_columns=60, engine="sums"
+                micro_image_size=5, shifts=tuple(range(-5, 11)), max_columns=60, engine="moving_sum"
             ),
             marks=pytest.mark.slow,
         ),

@@ -36,7 +36,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def check_equal(found: DumpComparison) -> None:
     assert found.equal, found.differences[0]
-    assert found.signals == len(pump.wave_signals("taps")) - 1
+    assert found.signals == len(pump.wave_signals("fir")) - 1
     assert found.samples > FRAME.size
     assert found.clock is not None
     assert found.clock.endswith("clk")

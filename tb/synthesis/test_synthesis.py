@@ -172,7 +172,9 @@ def data_path_adders(core: CoreConfiguration, folder: Path) -> tuple[int, int]:
 def test_adders_do_not_grow_with_m_or_a(tmp_path: Path) -> None:
     # For each dimension: a pixel in less one out, the running sum, the first sum of the next line.
     for m, shift in ((3, 2), (5, -3), (11, 13)):
-        core = CoreConfiguration(micro_image_size=m, shifts=(shift,), max_columns=16, engine="sums")
+        core = CoreConfiguration(
+            micro_image_size=m, shifts=(shift,), max_columns=16, engine="moving_sum"
+        )
         folder = tmp_path / f"m{m}"
         folder.mkdir()
         assert data_path_adders(core, folder) == (2 * 2, 2 * 1)
@@ -186,7 +188,7 @@ def test_scene_is_smaller_than_its_full_build() -> None:
                 continue
             scene, full = figures[design.name], figures[f"{name} full"]
             # Moving sums take about as many LUTs for any slices, but not for any channels.
-            alike = design.core.engine == "sums" and design.core.channels == 3
+            alike = design.core.engine == "moving_sum" and design.core.channels == 3
             assert scene.lut < full.lut / (1 if alike else 1.2)
             assert scene.usage.block_rams < full.usage.block_rams / 1.2
             assert scene.dsp <= full.dsp

@@ -149,7 +149,7 @@ def sim(
     ] = "1",
     iota: Annotated[str, typer.Option(help="Rows that are filtered at once.")] = "1",
     engine: Annotated[
-        str, typer.Option(help="taps, or sums (moving sums); taps if not given, sums with --stack.")
+        str, typer.Option(help="fir or moving_sum; fir if not given, moving_sum with --stack.")
     ] = "",
     any_rows: Annotated[
         str, typer.Option(help="1: moving sums take frames of any number of rows without a pause.")
@@ -176,9 +176,9 @@ def sim(
         raise InputError(f"{any_rows!r}", where="ANY_ROWS", expected="0 or 1")
     if chain not in get_args(Chain):
         raise InputError(f"{chain!r}", where="CHAIN", expected="core or hdmi")
-    engine = engine or ("sums" if stack else "taps")
+    engine = engine or ("moving_sum" if stack else "fir")
     if engine not in get_args(Engine):
-        raise InputError(f"{engine!r}", where="ENGINE", expected="taps or sums")
+        raise InputError(f"{engine!r}", where="ENGINE", expected="fir or moving_sum")
     rows = integer(iota, "IOTA")
     if rows < 1:
         raise InputError(f"{rows} rows at once", where="IOTA", expected="an integer, 1 or more")
@@ -186,7 +186,7 @@ def sim(
         _check_stack_options(
             {"SCENE": scene, "SWEEP": sweep, "FRACTION": fraction, "GUARD": guard},
             {
-                "ENGINE": (engine, "sums"),
+                "ENGINE": (engine, "moving_sum"),
                 "IOTA": (iota, "1"),
                 "INTERPOLATION": (interpolation, "nearest"),
                 "ARITH": (arith, "exact"),

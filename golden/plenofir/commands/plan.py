@@ -62,9 +62,9 @@ def print_plan(plan: Plan) -> None:
     for low, high in plan.gaps_mm:
         typer.echo(f"{'not covered':<11} {_millimetres(low)} to {_millimetres(high)} mm")
     kept = f"({plan.line_buffer_bits / 1024:.0f} Kbit in all)"
-    if core.engine == "sums":
+    if core.engine == "moving_sum":
         kept = f"{plan.line_buffers} lines of pixels for each channel {kept}"
-        typer.echo(f"{'sums':<11} moving sums, {kept}")
+        typer.echo(f"{'engine':<11} moving sums, {kept}")
         if core.any_rows:
             plain = sum(core.model_copy(update={"any_rows": False}).sum_layout.ring_lines)
             more = sum(core.sum_layout.ring_lines) - plain

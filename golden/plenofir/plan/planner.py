@@ -67,7 +67,7 @@ class EngineOption(BaseModel):
     Attributes
     ----------
     engine
-        "taps" or "sums".
+        "fir" or "moving_sum".
     needs
         Resources (estimate); None if it was not considered.
     refused
@@ -111,7 +111,7 @@ class Plan(BaseModel):
     taps
         Taps of the filters of each dimension.
     line_buffers
-        Lines that each channel keeps: of partial sums, or of pixels (engine "sums").
+        Lines that each channel keeps: of partial sums, or of pixels (engine "moving_sum").
     line_buffer_bits
         Bits of all of them.
     error_bound
@@ -237,7 +237,7 @@ def _candidates(
     """Cores that do the job, in order of preference; those of one arithmetic, smallest first."""
     scene = loaded.scene
     wanted = scene.build.engine
-    variants: list[tuple[Engine, bool]] = [("taps", False), ("taps", True), ("sums", False)]
+    variants: list[tuple[Engine, bool]] = [("fir", False), ("fir", True), ("moving_sum", False)]
     for arithmetic in _arithmetics(loaded):
         cores = []
         for engine, hold in variants:
@@ -258,7 +258,7 @@ def _candidates(
             core = core.model_copy(update={"any_rows": _wants_any_rows(loaded, core)})
             if hold and not core.layout.can_hold:
                 continue
-            if engine == "taps" or wanted == "sums" or not _sums_refused(loaded, core):
+            if engine == "fir" or wanted == "moving_sum" or not _sums_refused(loaded, core):
                 cores.append(core)
         # The smaller filter for each engine (the simpler one wins a tie), then the better engine.
         usages = {core: _needs(core, scene.build.path) for core in cores}
@@ -269,7 +269,7 @@ def _candidates(
 def _wants_any_rows(loaded: LoadedScene, core: CoreConfiguration) -> bool:
     """Whether frames follow each other that moving sums would otherwise ask blank lines for."""
     scene = loaded.scene
-    if core.engine != "sums" or scene.build.path == "video" or scene.frame.rate_hz is None:
+    if core.engine != "moving_sum" or scene.build.path == "video" or scene.frame.rate_hz is None:
         return False
     rows = scene.frame.rows
     any_rows = core.model_copy(update={"any_rows": True})
@@ -307,16 +307,16 @@ def _engine_choice(
 ) -> tuple[tuple[EngineOption, ...], str]:
     """Both engines with the arithmetic of the chosen core, and the reason in a line."""
     options, usages, fits = [], {}, {}
-    engines: tuple[Engine, Engine] = ("taps", "sums")
+    engines: tuple[Engine, Engine] = ("fir", "moving_sum")
     for engine in engines:
         found = core.model_copy(update={"engine": engine, "hold": False, "any_rows": False})
         found = found.model_copy(update={"any_rows": _wants_any_rows(loaded, found)})
-        if engine == "taps" and core.layout.can_hold:
+        if engine == "fir" and core.layout.can_hold:
             held = found.model_copy(update={"hold": True})
             found = min(found, held, key=lambda other: _size(estimate(other)))
         found = core if core.engine == engine else found
-        refused = _sums_refused(loaded, found) if engine == "sums" else ""
-        if engine == "taps":
+        refused = _sums_refused(loaded, found) if engine == "moving_sum" else ""
+        if engine == "fir":
             try:
                 found.check_limits()
             except InputError as error:
@@ -426,7 +426,7 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
             f"{spare} of {len(full.shifts)} slices"
             + (
                 f", {full.taps - core.taps} of {full.taps} taps"
-                if core.engine == "taps"
+                if core.engine == "fir"
                 else f", {_lines(full) - _lines(core)} of {_lines(full)} lines"
             ),
             core.model_copy(update={"shifts": full.shifts, "hold": False}),
@@ -442,7 +442,7 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
             core.model_copy(update={"hold": False}),
         )
     unswitched = int((~core.layout.switched).sum())
-    if unswitched and core.engine == "taps":
+    if unswitched and core.engine == "fir":
         yield f"switches and adders of {unswitched} taps that no slice closes", core
     if core.order == 0:
         yield "linear interpolation", core.model_copy(update={"order": 1})
@@ -485,7 +485,7 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
         )
     # As video_to_stream decides it.
     delay = core.video_delay_pixels
-    blank_lines = core.micro_image_size - 1 if core.engine == "sums" else 0
+    blank_lines = core.micro_image_size - 1 if core.engine == "moving_sum" else 0
     if (
         delay >= mode.h_total
         or core.delay >= mode.v_total
@@ -553,7 +553,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
     full = full_core(core)
     engines, reason = _engine_choice(loaded, core, device)
     lines = core.taps - (core.order + 1) + core.hold
-    if core.engine == "sums":
+    if core.engine == "moving_sum":
         sums = [core.box_sum_layout] * core.order
         lines = sum(sum(layout.ring_lines) for layout in (core.sum_layout, *sums))
     return Plan(
@@ -584,7 +584,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
         video_needs=None if mode is None else video_usage(core).amounts(),
         full=_needs(full, scene.build.path).amounts(),
         full_build=f"{len(full.shifts)} slices, {full.channels} channels"
-        + (f", {full.taps} taps" if core.engine == "taps" else f", {_lines(full)} lines of pixels"),
+        + (f", {full.taps} taps" if core.engine == "fir" else f", {_lines(full)} lines of pixels"),
         available=device.total.amounts(),
         left_out=_left_out(core, scene.build.path),
     )

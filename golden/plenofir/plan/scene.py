@@ -125,8 +125,8 @@ class SceneBuild(_Part):
     device
         What it must fit.
     engine
-        "taps" (semi-systolic filters), "sums" (moving sums), or "auto": the one that fits; of two,
-        the one that takes the smaller share of what the device has least of.
+        "fir" (semi-systolic filters), "moving_sum", or "auto": the one that fits; of two, the one
+        that takes the smaller share of what the device has least of.
     """
 
     arithmetic: Literal["auto", "exact", "stored"] = "auto"
@@ -136,7 +136,7 @@ class SceneBuild(_Part):
     parallel_rows: Annotated[int, Field(ge=1, le=MAX_PARALLEL_ROWS)] = 1
     path: Literal["core", "video"] = "core"
     device: str = "xc6slx45"
-    engine: Literal["auto", "taps", "sums"] = "auto"
+    engine: Literal["auto", "fir", "moving_sum"] = "auto"
 
     @field_validator("device")
     @classmethod
@@ -153,8 +153,8 @@ class SceneBuild(_Part):
 
     @model_validator(mode="after")
     def _moving_sums_take_one_row(self) -> "SceneBuild":
-        if self.engine == "sums" and self.parallel_rows > 1:
-            raise ValueError('parallel_rows = 1 for engine = "sums"')
+        if self.engine == "moving_sum" and self.parallel_rows > 1:
+            raise ValueError('parallel_rows = 1 for engine = "moving_sum"')
         return self
 
 

@@ -82,10 +82,10 @@ def test_shipped_scenes_fit(file: Path) -> None:
     assert plan.full["LUT"] > plan.needs["LUT"] or plan.core.channels == 3
     assert plan.full["block RAM (18 Kbit)"] > plan.needs["block RAM (18 Kbit)"]
     loaded = load_scene(file)
-    build = loaded.scene.build.model_copy(update={"engine": "taps"})
+    build = loaded.scene.build.model_copy(update={"engine": "fir"})
     scene_of_taps = loaded.scene.model_copy(update={"build": build})
     taps = make_plan(loaded.model_copy(update={"scene": scene_of_taps}))
-    assert taps.core.engine == "taps"
+    assert taps.core.engine == "fir"
     assert taps.full["LUT"] > taps.needs["LUT"]
     assert taps.full["block RAM (18 Kbit)"] > taps.needs["block RAM (18 Kbit)"]
 
@@ -127,7 +127,7 @@ def test_explicit_slices(tmp_path: Path) -> None:
     assert plan.core.shifts == (-1, 2)
     assert not plan.core.hold
     integer = (changes[0][0], 'slices = ["-1", "0", "1"]')
-    plan = make_plan(scene(tmp_path, integer, build='engine = "taps"'))
+    plan = make_plan(scene(tmp_path, integer, build='engine = "fir"'))
     assert plan.core.hold
     assert plan.core.layout.can_hold
 
@@ -141,15 +141,15 @@ def test_engine_that_fits_is_chosen(tmp_path: Path) -> None:
     ]
     build = 'arithmetic = "exact"\n'
     plan = make_plan(scene(tmp_path, *changes, build=build))
-    assert plan.core.engine == "sums"
-    assert re.match(r"taps would not fit: \d+ of 116 block RAM", plan.engine_reason)
+    assert plan.core.engine == "moving_sum"
+    assert re.match(r"fir would not fit: \d+ of 116 block RAM", plan.engine_reason)
     assert plan.line_buffers == 36
     taps, sums = plan.engines
-    assert (taps.engine, sums.engine) == ("taps", "sums")
+    assert (taps.engine, sums.engine) == ("fir", "moving_sum")
     assert taps.needs is not None
     assert sums.needs == plan.needs
     with pytest.raises(InputError, match=r"needs \d+ of 116 block RAM"):
-        make_plan(scene(tmp_path, *changes, build=build + 'engine = "taps"'))
+        make_plan(scene(tmp_path, *changes, build=build + 'engine = "fir"'))
     one_row = scene(tmp_path, *changes[1:], build=build + "parallel_rows = 5")
     with pytest.raises(InputError, match=r"needs \d+ of"):
         make_plan(one_row)
@@ -166,8 +166,8 @@ def test_smaller_engine_is_chosen(tmp_path: Path) -> None:
         }
         assert plan.core.engine == min(shares, key=lambda engine: shares[engine])
         assert f"{shares[plan.core.engine]:.0%} of the device's" in plan.engine_reason
-    chosen = make_plan(scene(tmp_path, slices, build='engine = "taps"'))
-    assert (chosen.core.engine, chosen.engine_reason) == ("taps", "as the scene wants it")
+    chosen = make_plan(scene(tmp_path, slices, build='engine = "fir"'))
+    assert (chosen.core.engine, chosen.engine_reason) == ("fir", "as the scene wants it")
 
 
 def test_moving_sums_need_blanking(tmp_path: Path) -> None:
@@ -180,8 +180,8 @@ def test_moving_sums_need_blanking(tmp_path: Path) -> None:
     ]
     build = 'path = "video"\narithmetic = "stored"\nfraction_bits = 0\nguard_bits = 0'
     plan = make_plan(scene(tmp_path, *changes, build=build))
-    assert plan.core.engine == "taps"
-    assert plan.engine_reason == "sums: frames of 629 lines, the mode has 628"
+    assert plan.core.engine == "fir"
+    assert plan.engine_reason == "moving_sum: frames of 629 lines, the mode has 628"
 
 
 def test_rows_that_are_no_multiple_of_m_need_no_blank_lines(tmp_path: Path) -> None:
@@ -191,21 +191,21 @@ def test_rows_that_are_no_multiple_of_m_need_no_blank_lines(tmp_path: Path) -> N
 
     rate, odd = ("rows = 480", "rows = 480\nrate_hz = 60.0"), ("rows = 480", "rows = 482")
     odd_rate = ("rows = 480", "rows = 482\nrate_hz = 60.0")
-    plan = planned(odd_rate, build='engine = "sums"')
+    plan = planned(odd_rate, build='engine = "moving_sum"')
     assert plan.core.any_rows
     assert plan.core.generics()["ANY_ROWS"] is True
     assert "constant ANY_ROWS : boolean := true;" in package_text(plan)
     assert plan.frame_clocks == 482 * plan.columns
-    without = planned(rate, build='engine = "sums"')
+    without = planned(rate, build='engine = "moving_sum"')
     assert not without.core.any_rows
     assert plan.line_buffers == without.line_buffers + 1
     # Stills do not follow each other, taps ask for nothing, video has its blanking.
-    assert not planned(odd, build='engine = "sums"').core.any_rows
-    assert not planned(odd_rate, build='engine = "taps"').core.any_rows
+    assert not planned(odd, build='engine = "moving_sum"').core.any_rows
+    assert not planned(odd_rate, build='engine = "fir"').core.any_rows
     camera = 'model = "f193-mla2"\nfocus_mm = 5000.0\nmicro_image_size = 5'
     seven = (camera, "micro_image_size = 7")
-    assert planned(seven, rate, build='engine = "sums"').core.any_rows
-    assert not planned(seven, rate, build='engine = "sums"\npath = "video"').core.any_rows
+    assert planned(seven, rate, build='engine = "moving_sum"').core.any_rows
+    assert not planned(seven, rate, build='engine = "moving_sum"\npath = "video"').core.any_rows
 
 
 def test_many_slices_fit_the_board_with_moving_sums(tmp_path: Path) -> None:
@@ -216,7 +216,7 @@ def test_many_slices_fit_the_board_with_moving_sums(tmp_path: Path) -> None:
     size = [("columns = 640", "columns = 1280"), ("rows = 480", "rows = 720\nrate_hz = 60.0")]
     plan = make_plan(scene(tmp_path, *size, slices(5, -5, 10), build='path = "video"'))
     assert len(plan.core.shifts) == 16
-    assert plan.engine_reason.startswith("taps would not fit: 177 of 116 block RAM")
+    assert plan.engine_reason.startswith("fir would not fit: 177 of 116 block RAM")
     assert all(plan.needs[name] <= plan.available[name] for name in plan.available)
     changes = [
         *size,
@@ -226,14 +226,14 @@ def test_many_slices_fit_the_board_with_moving_sums(tmp_path: Path) -> None:
     ]
     plan = make_plan(scene(tmp_path, *changes))
     assert len(plan.core.shifts) == 23
-    assert plan.engine_reason.startswith("taps would not fit: 227 of 116 block RAM")
+    assert plan.engine_reason.startswith("fir would not fit: 227 of 116 block RAM")
 
 
 def test_auto_arithmetic_takes_what_fits(tmp_path: Path) -> None:
     wide = ("columns = 640", "columns = 2048")
     assert make_plan(scene(tmp_path)).core.arithmetic.kind == "exact"
     many = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-1", "4/5"]')
-    plan = make_plan(scene(tmp_path, wide, many, build='engine = "taps"'))
+    plan = make_plan(scene(tmp_path, wide, many, build='engine = "fir"'))
     arithmetic = plan.core.arithmetic
     assert isinstance(arithmetic, StoredProductArithmetic)
     # With one fraction bit more it would not fit.
@@ -269,7 +269,7 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
         ("[build]", '[build]\ndevice = "xc7a35t"', r"build\.device = 'xc7a35t'; expected one of"),
         ("[build]", "[build]\nguard_bits = 9", r"guard_bits of at most fraction_bits"),
         ("[build]", '[build]\nengine = "both"', r"build\.engine = 'both'; expected 'auto'"),
-        ("[build]", '[build]\nengine = "sums"\nparallel_rows = 2', r"parallel_rows = 1 for"),
+        ("[build]", '[build]\nengine = "moving_sum"\nparallel_rows = 2', r"parallel_rows = 1 for"),
         ("[build]", '[build]\npath = "video"', r"frame\.rate_hz for build\.path"),
         ("far_mm = inf", "far_mm = nan", r"depth"),
         ("focus_mm = 5000.0", "focus_mm = 5.0", r"."),
@@ -297,14 +297,14 @@ RATE = ("rows = 480", "rows = 480\nrate_hz = 60.0")
 
 def test_video_path(tmp_path: Path) -> None:
     core = make_plan(scene(tmp_path, RATE))
-    assert core.core.engine == "sums"
+    assert core.core.engine == "moving_sum"
     plan = make_plan(scene(tmp_path, RATE, build='path = "video"'))
     assert plan.clock_mhz == 25.175
     assert plan.blanking == (160, 45)
     assert plan.frame_clocks == 800 * 525
     # With nearest neighbours and exact sums: D lines, and D + 35 pixels, with taps 14 fewer.
     assert plan.latency_clocks == plan.core.delay * 801 + 36
-    taps = make_plan(scene(tmp_path, RATE, build='path = "video"\nengine = "taps"'))
+    taps = make_plan(scene(tmp_path, RATE, build='path = "video"\nengine = "fir"'))
     assert taps.latency_clocks == plan.latency_clocks - 15
     assert plan.core == core.core
     assert plan.video_needs is not None
@@ -338,7 +338,7 @@ def test_video_path_that_does_not_fit_is_refused_with_it(tmp_path: Path) -> None
     # All RAM is needed for 720p with M = 11; LUTs of the core and of the video path are counted.
     changes = [("columns = 640", "columns = 1280"), ("rows = 480", "rows = 720\nrate_hz = 60.0")]
     slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-2", "1/5", "2"]')
-    build = 'path = "video"\narithmetic = "exact"\nengine = "taps"'
+    build = 'path = "video"\narithmetic = "exact"\nengine = "fir"'
     with pytest.raises(InputError, match=r"XC6SLX45: needs \d+ of 116 block RAM"):
         make_plan(scene(tmp_path, *changes, slices, build=build))
 

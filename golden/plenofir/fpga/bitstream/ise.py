@@ -273,7 +273,7 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
             "order": values["INTERPOLATION_ORDER"],
             "hold": values["HOLD"],
             "broadcast_taps": values["BROADCAST_TAPS"],
-            "engine": "sums" if values["MOVING_SUM"] else "taps",
+            "engine": "moving_sum" if values["MOVING_SUM"] else "fir",
         }
     )
 

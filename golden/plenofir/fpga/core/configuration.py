@@ -33,7 +33,7 @@ _SEQUENCER_GATHER = 3
 _VIDEO_CLOCKS = 5
 
 
-Engine = Literal["taps", "sums"]
+Engine = Literal["fir", "moving_sum"]
 
 
 class CoreConfiguration(BaseModel):
@@ -64,7 +64,7 @@ class CoreConfiguration(BaseModel):
     broadcast_taps
         Taps that one latch of the broadcast net drives; 0 for no latches.
     engine
-        "taps": semi-systolic filters; "sums": moving sums (`plenofir.refocus.moving_sum`).
+        "fir": semi-systolic filters; "moving_sum": moving sums (`plenofir.refocus.moving_sum`).
     any_rows
         Moving sums only: whether frames whose rows are no multiple of M follow each other without
         a pause, too, which takes a few lines of memory more.
@@ -83,7 +83,7 @@ class CoreConfiguration(BaseModel):
     hold: bool = False
     parallel_rows: Annotated[int, Field(ge=1)] = 1
     broadcast_taps: Annotated[int, Field(ge=0)] = 0
-    engine: Engine = "taps"
+    engine: Engine = "fir"
     any_rows: bool = False
 
     @property
@@ -126,7 +126,7 @@ class CoreConfiguration(BaseModel):
         """Bits that the column filters of all channels keep: partial sums, or pixels and sums."""
         if self.column_depth == 1:
             return 0
-        if self.engine == "sums":
+        if self.engine == "moving_sum":
             bits = 0
             for number in range(self.order + 1):
                 sums = self.box_sum_layout if number else self.sum_layout
@@ -164,7 +164,7 @@ class CoreConfiguration(BaseModel):
     def array_clocks(self) -> int:
         """Clocks from a token at the module array's input to its output (array_latency)."""
         stored = isinstance(self.arithmetic, StoredProductArithmetic)
-        if self.engine == "sums":
+        if self.engine == "moving_sum":
             # The memory of lines (ram_blocks) takes a clock more than that of a line's last pixels.
             stages = 10 + 10 + (self.max_columns > 1)
         else:
@@ -187,7 +187,7 @@ class CoreConfiguration(BaseModel):
         """
         n = self.parallel_rows
         least = n if self.max_columns <= n else n - 1 + PARTIAL_SUM_LOOP
-        if self.engine == "sums":
+        if self.engine == "moving_sum":
             least = max(least, self.delay + 1)
         return -(-max(columns, least) // n) * n
 
@@ -204,7 +204,7 @@ class CoreConfiguration(BaseModel):
         int
             At least `rows`; lines of blanking count.
         """
-        if self.engine == "taps":
+        if self.engine == "fir":
             return rows
         if self.any_rows:
             return max(rows, self.delay + 1, self.sum_layout.reach)
@@ -374,7 +374,7 @@ class CoreConfiguration(BaseModel):
             "EXACT": isinstance(self.arithmetic, ExactArithmetic),
             "BROADCAST_TAPS": self.broadcast_taps,
         }
-        if self.engine == "sums":
+        if self.engine == "moving_sum":
             values["MOVING_SUM"] = True
         if self.any_rows:
             values["ANY_ROWS"] = True
@@ -409,17 +409,19 @@ class CoreConfiguration(BaseModel):
             raise refuse(
                 f"{self.parallel_rows} rows at once", "IOTA", f"at most {MAX_PARALLEL_ROWS}"
             )
-        if self.engine == "sums" and self.hold:
+        if self.engine == "moving_sum" and self.hold:
             raise InputError(
                 "hold", where="hold", expected="no hold: moving sums hold by themselves"
             )
-        if self.engine == "sums" and self.parallel_rows > 1:
+        if self.engine == "moving_sum" and self.parallel_rows > 1:
             raise InputError(
-                f"{self.parallel_rows} rows at once", where="IOTA", expected="1 with ENGINE=sums"
+                f"{self.parallel_rows} rows at once",
+                where="IOTA",
+                expected="1 with ENGINE=moving_sum",
             )
-        if self.engine != "sums" and self.any_rows:
-            raise InputError("any rows", where="ANY_ROWS", expected="0 without ENGINE=sums")
-        too_many_taps = self.engine == "taps" and self.taps > MAX_TAPS
+        if self.engine != "moving_sum" and self.any_rows:
+            raise InputError("any rows", where="ANY_ROWS", expected="0 without ENGINE=moving_sum")
+        too_many_taps = self.engine == "fir" and self.taps > MAX_TAPS
         if abs(largest_shift) > MAX_SHIFT or too_many_taps:
             raise refuse(
                 f"a filter of {self.taps} taps (M = {m}, a' = {largest_shift})",

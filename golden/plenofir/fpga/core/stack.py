@@ -25,7 +25,7 @@ class StackConfiguration(CoreConfiguration):
         Lines that the input FIFO holds.
     """
 
-    engine: Engine = "sums"
+    engine: Engine = "moving_sum"
     input_lines: Annotated[int, Field(ge=1)] = 1
 
     @property
@@ -122,8 +122,8 @@ class StackConfiguration(CoreConfiguration):
                 where="INTERPOLATION",
                 expected="nearest with STACK",
             )
-        if self.engine != "sums":
-            raise InputError(self.engine, where="ENGINE", expected="sums with STACK")
+        if self.engine != "moving_sum":
+            raise InputError(self.engine, where="ENGINE", expected="moving_sum with STACK")
 
 
 class SharpnessConfiguration(BaseModel):

@@ -76,7 +76,7 @@ class SimulationJob(BaseModel):
     focus: tuple[str, ...] = (FLOWER_FOCUS,)
     interpolation: int = 0
     parallel_rows: int = 1
-    engine: Engine = "taps"
+    engine: Engine = "fir"
     any_rows: bool = False
     out: Path
     arithmetic: Arithmetic = ExactArithmetic()
@@ -479,7 +479,7 @@ def report_summary(report: Report) -> list[tuple[str, Any]]:
     depth = f"{report.channels} x {report.pixel_bits} bit"
     focus = " ".join(slice_.a for slice_ in report.slices)
     at_once = f", {report.parallel_rows} rows at once" if report.parallel_rows > 1 else ""
-    width = f"{report.taps} taps" if report.engine == "taps" else "moving sums"
+    width = f"{report.taps} taps" if report.engine == "fir" else "moving sums"
     order = f", interpolation of order {report.interpolation}" if report.interpolation else ""
     largest = max(slice_.largest_error for slice_ in report.slices)
     rms = max(slice_.rms_error for slice_ in report.slices)

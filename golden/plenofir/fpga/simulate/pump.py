@@ -25,7 +25,7 @@ _TO: SignalKind = "to"
 _ARRAY = "core/tap_engine/modules/"
 _SUMS = "core/sum_engine/sums/"
 _ENGINE_SIGNALS: dict[Engine, tuple[tuple[SignalKind, str, str], ...]] = {
-    "taps": (
+    "fir": (
         (_DOWNTO, f"{_ARRAY}row_pass(0)/stage/control/", "phase"),
         (_TO, f"{_ARRAY}row_pass(0)/stage/control/", "closed"),
         (_BIT, f"{_ARRAY}row_pass(0)/stage/control/", "restart"),
@@ -35,7 +35,7 @@ _ENGINE_SIGNALS: dict[Engine, tuple[tuple[SignalKind, str, str], ...]] = {
         (_BIT, f"{_ARRAY}column_pass(0)/stage/control/", "restart"),
         (_DOWNTO, _ARRAY, "row_sums"),
     ),
-    "sums": tuple(
+    "moving_sum": tuple(
         (kind, f"{_SUMS}every_stage({stage})/stage/", names)
         for stage in (0, 1)
         for kind, names in (

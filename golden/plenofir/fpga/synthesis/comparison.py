@@ -20,7 +20,7 @@ from plenofir.fpga.synthesis.spartan6 import Figures
 FILE = project.DATA / "comparison.json"
 SIZES = (3, 5, 7, 11, 15)
 COLUMNS = 1280
-ENGINES: tuple[Engine, Engine] = ("taps", "sums")
+ENGINES: tuple[Engine, Engine] = ("fir", "moving_sum")
 # Focus sets that are chosen from at run time: M, a' and channels.
 SETS = ((5, tuple(range(-5, 11)), 3), (11, tuple(range(-11, 12)), 1))
 # Cells with more look-up tables than this (estimate) are not synthesised: hours for each.
@@ -144,7 +144,7 @@ def measured_cells() -> Iterator[Cell]:
     ]
     small = [cell for cell in cells if estimate(cell.core()).lut <= _MOST_LUTS]
     yield from sorted(small, key=lambda cell: (cell.channels, cell.core().taps, cell.engine))
-    yield from (Cell(*part, "sums") for part in SETS)
+    yield from (Cell(*part, "moving_sum") for part in SETS)
 
 
 def placed_cells() -> Iterator[Cell]:

@@ -320,8 +320,8 @@ def memories(core: CoreConfiguration) -> tuple[Memory, ...]:
     tuple of Memory
         Line buffers, stored products, FIFOs, row buffers.
     """
-    found = list(_sum_memories(core)) if core.engine == "sums" else []
-    for part in _filters(core) if core.engine == "taps" else ():
+    found = list(_sum_memories(core)) if core.engine == "moving_sum" else []
+    for part in _filters(core) if core.engine == "fir" else ():
         if part.depth > 1 and part.kept:
             bits = (part.depth - 1).bit_length()
             width = part.kept * part.sum_bits
@@ -418,7 +418,7 @@ def structure(core: CoreConfiguration) -> dict[str, int]:
     dict
         Name of a part to its bits; the parts of the two engines differ.
     """
-    if core.engine == "sums":
+    if core.engine == "moving_sum":
         return _sum_structure(core)
     n = core.parallel_rows
     counts = dict.fromkeys(
@@ -552,7 +552,7 @@ def estimate(core: CoreConfiguration) -> Usage:
     parts = structure(core)
     in_memories = sum((memory.usage for memory in memories(core)), Usage())
     lut_weights, flip_flop_weights = _LUT_WEIGHTS, _FLIP_FLOP_WEIGHTS
-    if core.engine == "sums":
+    if core.engine == "moving_sum":
         lut_weights, flip_flop_weights = _SUM_LUT_WEIGHTS, _SUM_FLIP_FLOP_WEIGHTS
     logic = Usage(
         lut=round(sum(weight * parts[name] for name, weight in lut_weights.items())),

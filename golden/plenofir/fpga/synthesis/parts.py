@@ -125,7 +125,7 @@ def needed_parts(core: CoreConfiguration) -> dict[str, int]:
     passes = core.order + 1
     lanes = core.channels * core.parallel_rows
     exact = isinstance(core.arithmetic, ExactArithmetic)
-    taps = core.engine == "taps"
+    taps = core.engine == "fir"
     return {
         "stages": 2 * passes if taps else 0,
         "filters": 2 * passes * lanes if taps else 0,

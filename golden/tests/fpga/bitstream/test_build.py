@@ -366,7 +366,7 @@ def test_scenes_are_refused(
             arithmetic=StoredProductArithmetic(fraction_bits=6, guard_bits=1),
         ),
         CoreConfiguration(
-            micro_image_size=3, shifts=(1,), max_columns=64, channels=3, engine="sums"
+            micro_image_size=3, shifts=(1,), max_columns=64, channels=3, engine="moving_sum"
         ),
     ],
 )
