@@ -1,27 +1,24 @@
 """Build what the documentation takes from the sources.
 
-One page for each VHDL entity (header, generics, ports), the table of error bounds in
-``docs/golden-model.md``, the clock counts in ``docs/module-array.md`` and the figures of the
-synthesis in ``docs/resources.md`` and ``docs/stack.md``.
+Committed: the long tables of ``docs/measured``, and the short ones between marks in the pages
+that people write. Not committed: one page for each VHDL entity, in ``build/docs/entities``.
 
 Usage: python scripts/build_docs.py [--check]
 
-With --check nothing is written; exit code 1 if a page is missing, stale or left over.
+With --check nothing is written; exit code 1 if a committed page is missing, stale or left over.
 """
 
 import json
-import re
 import sys
 from pathlib import Path
 
+from entity_pages import entity_pages
 from plenofir import project
-from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.ise import TOP as BOARD
 from plenofir.fpga.core import clock_counts
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack import StackConfiguration
 from plenofir.fpga.devices import DEVICES
-from plenofir.fpga.hdl_text import Declaration, declarations
 from plenofir.fpga.synthesis.comparison import (
     ENGINES,
     SETS,
@@ -45,9 +42,9 @@ from plenofir.plan.figures import (
 from plenofir.plan.planner import full_core
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 
-ENTITIES = project.root() / "docs" / "entities"
-GOLDEN_MODEL = project.root() / "docs" / "golden-model.md"
-MOVING_SUM = project.root() / "docs" / "moving-sum.md"
+DOCS = project.root() / "docs"
+MEASURED = DOCS / "measured"
+ENTITIES = project.root() / "build" / "docs" / "entities"
 MEMORY_COLUMNS = 1024
 MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
     (3, (1,), 3),
@@ -61,89 +58,9 @@ MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
     (11, (11,), 1),
     (11, tuple(range(-11, 12)), 1),
 ]
-MODULE_ARRAY = project.root() / "docs" / "module-array.md"
-RESOURCES = project.root() / "docs" / "resources.md"
-STACK = project.root() / "docs" / "stack.md"
 REFERENCE_GHDL = "2.0.0"
 BOUND_SIZES = (2, 3, 5, 7, 11)
 BOUND_WIDTHS = ((0, 0), (4, 2), (8, 2))
-SECTIONS = ("Latency", "Throughput", "Ports", "Equation")
-
-
-def header_of(text: str) -> tuple[str, dict[str, str]]:
-    """Split the header comment into its description and its named sections."""
-    header = text[: text.index("\nlibrary ")]
-    lines = [line[3:] if line.startswith("-- ") else line[2:] for line in header.splitlines()]
-    body = "\n".join(lines)
-    # Sections may share a line ("Latency: 1 clock. Throughput: ...").
-    parts = re.split(rf"\b({'|'.join(SECTIONS)}): ", body)
-    sections = {
-        name: " ".join(content.split())
-        for name, content in zip(parts[1::2], parts[2::2], strict=True)
-    }
-    return parts[0].strip(), sections
-
-
-def escaped(text: str) -> str:
-    """Keep Markdown from reading operators as emphasis."""
-    return text.replace("*", r"\*")
-
-
-def table(kind: str, rows: list[Declaration]) -> list[str]:
-    """Format declarations as a Markdown table."""
-    if not rows:
-        return []
-    if kind == "generic":
-        lines = [
-            "## Generics",
-            "",
-            "| name | type | default | meaning |",
-            "| --- | --- | --- | --- |",
-        ]
-        lines += [
-            f"| `{r.name}` | {r.type_name} | {r.default} | {escaped(r.comment)} |" for r in rows
-        ]
-    else:
-        lines = ["## Ports", "", "| name | mode | type |", "| --- | --- | --- |"]
-        lines += [f"| `{r.name}` | {r.mode} | {r.type_name} |" for r in rows]
-    return [*lines, ""]
-
-
-def page(path: Path) -> str:
-    """Make the page of one source file."""
-    text = path.read_text()
-    description, sections = header_of(text)
-    source = path.relative_to(project.root())
-    used = sorted(set(re.findall(r"entity work\.(\w+)", text)))
-    lines = [
-        f"# {path.stem}",
-        "",
-        f"Built by `make docs` from [`{source}`](../../{source}).",
-        "",
-        # Text that is set out in columns (equations) stays as it is.
-        *(
-            f"    {line}" if line.startswith("  ") else escaped(line)
-            for line in description.splitlines()
-        ),
-        "",
-    ]
-    lines += [f"- **{name}:** {escaped(sections[name])}" for name in SECTIONS if name in sections]
-    lines += [""] if sections else []
-    lines += table("generic", declarations(text, "generic"))
-    lines += table("port", declarations(text, "port"))
-    if used:
-        lines += ["Built of " + ", ".join(f"[{name}]({name}.md)" for name in used) + ".", ""]
-    return "\n".join(lines)
-
-
-def index(paths: list[Path]) -> str:
-    """Make the list of all pages."""
-    lines = ["# Entities", "", "One page each, built by `make docs`, in the order of analysis.", ""]
-    for path in paths:
-        description, _ = header_of(path.read_text())
-        summary = escaped(" ".join(description.split("\n\n")[0].split()))
-        lines.append(f"- [{path.stem}]({path.stem}.md): {summary}")
-    return "\n".join([*lines, ""])
 
 
 def error_bounds(text: str) -> str:
@@ -167,9 +84,20 @@ def between_marks(text: str, name: str, content: str) -> str:
     return f"{before}<!-- {name} -->\n{content}\n<!-- end of {name} -->\n{after}"
 
 
-def clock_tables(text: str) -> str:
-    """Put the clock counts of the module array between their marks in a page."""
-    text = between_marks(text, "simulated", clock_counts.table(clock_counts.SIMULATED))
+def measured(title: str, explained_in: str, *tables: tuple[str, list[str]]) -> str:
+    """Make a page of measured tables: titles and lines."""
+    lines = [
+        f"# {title}",
+        "",
+        f"Built by `make docs`; explained in [{explained_in}](../{explained_in}).",
+    ]
+    for heading, table in tables:
+        lines += ["", f"## {heading}", "", *table]
+    return "\n".join([*lines, ""])
+
+
+def clock_table(text: str) -> str:
+    """Put the clock counts of the text's example between their marks in a page."""
     return between_marks(text, "extrapolated", clock_counts.table(clock_counts.EXTRAPOLATED))
 
 
@@ -202,8 +130,8 @@ def column_memory(text: str) -> str:
     return between_marks(text, "memory", "\n".join(lines))
 
 
-def engine_tables(text: str) -> str:
-    """Put what both engines take, cell by cell, between its marks in a page."""
+def engine_table() -> list[str]:
+    """Make the table of what both engines take, cell by cell."""
     device = DEVICES["xc6slx45"]
     content = load_comparison()
 
@@ -235,32 +163,34 @@ def engine_tables(text: str) -> str:
         shown = str(shifts[0]) if len(shifts) == 1 else f"{shifts[0]} to {shifts[-1]}"
         both = " | ".join(part(Cell(m, shifts, channels, engine)) for engine in ENGINES)
         lines.append(f"| {m} | {shown} | {'grey' if channels == 1 else 'RGB'} | {both} |")
-    return between_marks(text, "engines", "\n".join(lines))
+    return lines
+
+
+FIGURE_HEADS = "| LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | CARRY4 | path |"
+
+
+def figure_row(name: str, f: Figures) -> str:
+    """Make the row of a design under these heads."""
+    return (
+        f"| {name} | {f.lut} | {f.flip_flops} | {f.ramb16} | {f.ramb8} "
+        f"| {f.usage.block_rams} | {f.dsp} | {f.carry} | {f.path} |"
+    )
 
 
 def resource_tables(text: str) -> str:
     """Put what the designs take of a Spartan-6 between its marks in a page."""
     content = load_figures()
     figures = content.figures[REFERENCE_GHDL]
-    heads = "| LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | CARRY4 | path |"
-    rule = "| --- " * 9 + "|"
-
-    def row(name: str, f: Figures) -> str:
-        return (
-            f"| {name} | {f.lut} | {f.flip_flops} | {f.ramb16} | {f.ramb8} "
-            f"| {f.usage.block_rams} | {f.dsp} | {f.carry} | {f.path} |"
-        )
-
-    lines = [f"| scene {heads}", rule]
+    lines = [f"| scene {FIGURE_HEADS}", "| --- " * 9 + "|"]
     boards = {design.name: design for design in scene_designs() if design.top == BOARD}
     for design in core_designs():
         scene = design.name.removesuffix(" core")
         if scene in boards:
-            lines.append(row(f"**{scene}**, the whole board", figures[scene]))
-        lines.append(row(f"**{scene}**, core", figures[design.name]))
+            lines.append(figure_row(f"**{scene}**, the whole board", figures[scene]))
+        lines.append(figure_row(f"**{scene}**, core", figures[design.name]))
         name = f"{scene}, full build"
         if f"{scene} full" in figures:
-            lines.append(row(name, figures[f"{scene} full"]))
+            lines.append(figure_row(name, figures[f"{scene} full"]))
             continue
         guess = estimate(full_core(design.core))
         lines.append(
@@ -273,13 +203,6 @@ def resource_tables(text: str) -> str:
         "| | |"
     )
     text = between_marks(text, "scenes", "\n".join(lines))
-    lines = [f"| design {heads}", rule]
-    lines += [
-        row(design.name, figures[design.name])
-        for design in grid_designs()
-        if design.name in figures
-    ]
-    text = between_marks(text, "grid", "\n".join(lines))
     lines = [f"| left out | {' | '.join(PARTS)} | LUT | flip-flops | block RAM | DSP48A1 |"]
     lines.append("| --- " * (len(PARTS) + 5) + "|")
     for what, core in left_out_in_turn():
@@ -294,7 +217,25 @@ def resource_tables(text: str) -> str:
     lines.append(f"| {', '.join(boards)} | {' | '.join(map(str, TMDS_ENDS.values()))} |")
     cores = ", ".join(d.name for d in core_designs())
     lines.append(f"| {cores} | {' | '.join('0' for _ in TMDS_ENDS)} |")
-    text = between_marks(text, "ends", "\n".join(lines))
+    return between_marks(text, "ends", "\n".join(lines))
+
+
+def grid_table() -> list[str]:
+    """Make the table of what cores and arrays take of a Spartan-6."""
+    figures = load_figures().figures[REFERENCE_GHDL]
+    return [
+        f"| design {FIGURE_HEADS}",
+        "| --- " * 9 + "|",
+        *(
+            figure_row(design.name, figures[design.name])
+            for design in grid_designs()
+            if design.name in figures
+        ),
+    ]
+
+
+def ecp5_table() -> list[str]:
+    """Make the table of the clocks that designs reach on an ECP5."""
     lines = ["| design | grade | MHz | LUT4 | flip-flops | DP16KD | MULT18X18D | device |"]
     lines.append("| --- " * 8 + "|")
     for name, grades in json.loads((project.DATA / "ecp5.json").read_text()).items():
@@ -303,11 +244,11 @@ def resource_tables(text: str) -> str:
                 f"| {name} | {grade} | {p['fmax_mhz']} | {p['lut']} | {p['flip_flops']} "
                 f"| {p['block_rams']} | {p['multipliers']} | {p['device']} |"
             )
-    return between_marks(text, "ecp5", "\n".join(lines))
+    return lines
 
 
-def stack_tables(text: str) -> str:
-    """Put what focal stacks and their depth indices take between their marks in a page."""
+def stack_tables() -> tuple[list[str], list[str]]:
+    """Make the tables of what focal stacks and their depth indices take."""
     figures = load_figures().figures[REFERENCE_GHDL]
     heads = "LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | path"
 
@@ -366,38 +307,63 @@ def stack_tables(text: str) -> str:
         lines.append(
             f"| **each slice more, M = {m}, {kind}** | {shown} | | {own / added / 1024:.0f} | |"
         )
-    text = between_marks(text, "stack", "\n".join(lines))
+    of_stacks = lines
     lines = [f"| design | {heads} | waiting, judged: kbit |", "| --- " * 9 + "|"]
     for design in stack_designs():
         if design.index is not None and design.name in figures:
             waiting, judged = design.index.memory_bits
             lines.append(row(design, f"{waiting / 1024:.0f}, {judged / 1024:.0f}"))
-    return between_marks(text, "index", "\n".join(lines))
+    return of_stacks, lines
+
+
+def committed_pages() -> dict[Path, str]:
+    """Make the pages that stand in the repository."""
+    of_stacks, of_indices = stack_tables()
+    written = {
+        DOCS / "golden-model.md": error_bounds,
+        DOCS / "moving-sum.md": column_memory,
+        DOCS / "module-array.md": clock_table,
+        DOCS / "resources.md": resource_tables,
+    }
+    return {
+        **{path: fill(path.read_text()) for path, fill in written.items()},
+        MEASURED / "array-clocks.md": measured(
+            "Clocks of the module array",
+            "module-array.md",
+            ("Simulated", clock_counts.table(clock_counts.SIMULATED).splitlines()),
+        ),
+        MEASURED / "engines.md": measured(
+            "Both engines, cell by cell", "moving-sum.md", ("Spartan-6, XC6SLX45", engine_table())
+        ),
+        MEASURED / "resources.md": measured(
+            "Cores and arrays, and clocks",
+            "resources.md",
+            ("Cores and arrays on a Spartan-6", grid_table()),
+            ("Clocks on an ECP5", ecp5_table()),
+        ),
+        MEASURED / "stack.md": measured(
+            "Focal stacks", "stack.md", ("Stacks", of_stacks), ("Depth indices", of_indices)
+        ),
+    }
 
 
 def main() -> int:
     """Write or check the pages."""
-    paths = hdl.board_sources()
-    pages = {ENTITIES / f"{path.stem}.md": page(path) for path in paths}
-    pages[ENTITIES / "README.md"] = index(paths)
-    pages[GOLDEN_MODEL] = error_bounds(GOLDEN_MODEL.read_text())
-    pages[MOVING_SUM] = engine_tables(column_memory(MOVING_SUM.read_text()))
-    pages[MODULE_ARRAY] = clock_tables(MODULE_ARRAY.read_text())
-    pages[RESOURCES] = resource_tables(RESOURCES.read_text())
-    pages[STACK] = stack_tables(STACK.read_text())
-    present = {*ENTITIES.glob("*.md"), GOLDEN_MODEL, MODULE_ARRAY, MOVING_SUM, RESOURCES, STACK}
-    stale = {path for path in pages if path not in present or path.read_text() != pages[path]}
-    stale |= present - pages.keys()
+    pages = committed_pages()
+    # Building the other pages checks the headers that they are made of.
+    built = entity_pages(ENTITIES)
+    stale = {path for path, text in pages.items() if not path.exists() or path.read_text() != text}
+    left_over = set(MEASURED.glob("*")) - pages.keys()
     if "--check" in sys.argv[1:]:
-        for path in sorted(stale):
+        for path in sorted(stale | left_over):
             print(f"{path.relative_to(project.root())} is stale; run make docs", file=sys.stderr)
-        return 1 if stale else 0
-    ENTITIES.mkdir(parents=True, exist_ok=True)
-    for path in stale:
-        if path in pages:
-            path.write_text(pages[path])
-        else:
-            path.unlink()
+        return 1 if stale | left_over else 0
+    for path in left_over | set(ENTITIES.glob("*")):
+        path.unlink()
+    for folder in (MEASURED, ENTITIES):
+        folder.mkdir(parents=True, exist_ok=True)
+    for path, text in {**built, **{path: pages[path] for path in stale}}.items():
+        path.write_text(text)
     return 0
 
 

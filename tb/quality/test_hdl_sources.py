@@ -10,6 +10,7 @@ from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack import SharpnessConfiguration, StackConfiguration
+from plenofir.fpga.hdl_text import declarations, unexplained_ports
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.refocus import StoredProductArithmetic
 
@@ -129,5 +130,33 @@ def test_every_entity_has_a_header() -> None:
         assert text.startswith("-- "), path
         if "\nentity " in text:
             header = text[: text.index("\nlibrary ")]
-            for part in ("-- Latency:", "Throughput:", "-- Ports:", "-- Equation:"):
+            for part in ("-- Latency:", "Throughput:", "-- Equation:"):
                 assert part in header, f"{path}: {part}"
+
+
+def test_every_port_is_explained() -> None:
+    for path in hdl.board_sources():
+        text = path.read_text()
+        if "\n-- Ports:" not in text:
+            assert not unexplained_ports(text), path
+
+
+def test_ports_without_a_comment_are_found() -> None:
+    text = """entity example is
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Explains two
+    -- ports.
+    first  : in    std_logic;
+    second : in    std_logic;
+
+    third  : in    std_logic;
+    fourth : out   std_logic; -- beside
+    fifth  : out   std_logic
+  );
+end entity example;
+"""
+    assert unexplained_ports(text) == ["third", "fifth"]
+    comments = [port.comment for port in declarations(text, "port")]
+    assert comments == ["", "", "Explains two ports.", "Explains two ports.", "", "beside", ""]

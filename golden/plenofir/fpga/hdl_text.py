@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Declaration:
-    """One generic or port: name, mode (ports), type, default, and the comment above it."""
+    """One generic or port: name, mode (ports), type, default, and the comment that explains it."""
 
     name: str
     mode: str
@@ -35,6 +35,9 @@ class Declaration:
 def declarations(text: str, kind: str) -> list[Declaration]:
     """Read the generic or port clause of an entity.
 
+    A comment beside a declaration explains it alone; one above explains all that follow, up to
+    the next comment above or an empty line.
+
     Parameters
     ----------
     text
@@ -48,21 +51,33 @@ def declarations(text: str, kind: str) -> list[Declaration]:
         In their order.
     """
     clause = re.search(rf"^  {kind} \(\n(.*?)^  \);", text, re.S | re.M)
-    found = []
-    comment: list[str] = []
-    for line in clause.group(1).splitlines() if clause else []:
-        stripped = line.strip().rstrip(";")
-        if stripped.startswith("--"):
-            comment.append(stripped[2:].strip())
+    found: list[Declaration] = []
+    above: list[str] = []
+    complete = False
+    for line in clause[1].splitlines() if clause else []:
+        code, _, beside = (part.strip() for part in line.partition("--"))
+        if not code:
+            above = [] if complete or not beside else above
+            above += [beside] if beside else []
+            complete = False
             continue
-        name, _, rest = (part.strip() for part in stripped.partition(":"))
+        complete = True
+        name, _, rest = (part.strip() for part in code.rstrip(";").partition(":"))
         mode = ""
         if kind == "port":
             mode, rest = rest.split(None, 1)
         type_name, _, default = (part.strip() for part in rest.partition(":="))
-        found.append(Declaration(name, mode, type_name, default, " ".join(comment)))
-        comment = []
+        found.append(Declaration(name, mode, type_name, default, beside or " ".join(above)))
     return found
+
+
+def unexplained_ports(text: str) -> list[str]:
+    """Names of the ports that no comment explains; ``clk`` and ``reset`` explain themselves."""
+    return [
+        port.name
+        for port in declarations(text, "port")
+        if not port.comment and port.name not in ("clk", "reset")
+    ]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,99 @@
+"""The built pages of the VHDL entities: header, generics, ports with what they mean."""
+
+import re
+from pathlib import Path
+
+from plenofir import project
+from plenofir.fpga import hdl
+from plenofir.fpga.hdl_text import Declaration, declarations
+
+SECTIONS = ("Latency", "Throughput", "Ports", "Equation")
+
+
+def header_of(text: str) -> tuple[str, dict[str, str]]:
+    """Split the header comment into its description and its named sections."""
+    header = text[: text.index("\nlibrary ")]
+    lines = [line[3:] if line.startswith("-- ") else line[2:] for line in header.splitlines()]
+    body = "\n".join(lines)
+    # Sections may share a line ("Latency: 1 clock. Throughput: ...").
+    parts = re.split(rf"\b({'|'.join(SECTIONS)}): ", body)
+    sections = {
+        name: " ".join(content.split())
+        for name, content in zip(parts[1::2], parts[2::2], strict=True)
+    }
+    return parts[0].strip(), sections
+
+
+def escaped(text: str) -> str:
+    """Keep Markdown from reading operators as emphasis."""
+    return text.replace("*", r"\*")
+
+
+def table(title: str, heads: str, rows: list[list[str]]) -> list[str]:
+    """Format declarations as a Markdown table."""
+    if not rows:
+        return []
+    lines = [f"## {title}", "", f"| {heads} |", "| --- " * len(rows[0]) + "|"]
+    return [*lines, *(f"| {' | '.join(row)} |" for row in rows), ""]
+
+
+def page(path: Path, folder: Path) -> str:
+    """Make the page of one source file, for a folder of the project."""
+    text = path.read_text()
+    description, sections = header_of(text)
+    source = path.relative_to(project.root())
+    up = "../" * len(folder.relative_to(project.root()).parts)
+    used = sorted(set(re.findall(r"entity work\.(\w+)", text)))
+
+    def meaning(row: Declaration) -> str:
+        return escaped(row.comment)
+
+    lines = [
+        f"# {path.stem}",
+        "",
+        f"Built by `make docs` from [`{source}`]({up}{source}).",
+        "",
+        # Text that is set out in columns (equations) stays as it is.
+        *(
+            f"    {line}" if line.startswith("  ") else escaped(line)
+            for line in description.splitlines()
+        ),
+        "",
+    ]
+    lines += [f"- **{name}:** {escaped(sections[name])}" for name in SECTIONS if name in sections]
+    lines += [""] if sections else []
+    lines += table(
+        "Generics",
+        "name | type | default | meaning",
+        [
+            [f"`{r.name}`", r.type_name, r.default, meaning(r)]
+            for r in declarations(text, "generic")
+        ],
+    )
+    lines += table(
+        "Ports",
+        "name | mode | type | meaning",
+        [[f"`{r.name}`", r.mode, r.type_name, meaning(r)] for r in declarations(text, "port")],
+    )
+    if used:
+        lines += ["Built of " + ", ".join(f"[{name}]({name}.md)" for name in used) + ".", ""]
+    return "\n".join(lines)
+
+
+def index(paths: list[Path]) -> str:
+    """Make the list of all pages."""
+    lines = ["# Entities", "", "One page each, built by `make docs`, in the order of analysis.", ""]
+    for path in paths:
+        description, _ = header_of(path.read_text())
+        summary = escaped(" ".join(description.split("\n\n")[0].split()))
+        lines.append(f"- [{path.stem}]({path.stem}.md): {summary}")
+    return "\n".join([*lines, ""])
+
+
+def entity_pages(folder: Path) -> dict[Path, str]:
+    """Make all pages, to be written into a folder of the project."""
+    paths = hdl.board_sources()
+    return {
+        folder / "README.md": index(paths),
+        **{folder / f"{path.stem}.md": page(path, folder) for path in paths},
+    }
