@@ -17,39 +17,33 @@ package pll_settings_pkg is
     high    : std_logic_vector(15 downto 0);
   end record pll_register_t;
 
-  type pll_registers_t is array (0 to 18) of pll_register_t;
+  type pll_registers_t is array (0 to 14) of pll_register_t;
 
   constant PLL_REGISTERS : pll_registers_t :=
   (
     (
-      b"00101",
-      x"AF00",
-      x"0000",
-      x"0000"
-    ),
-    (
       b"00110",
-      x"FEF4",
+      x"FC04",
       x"2800",
       x"0400"
     ),
     (
       b"00111",
-      x"1FD3",
+      x"1F90",
       x"0900",
       x"0280"
     ),
     (
       b"01000",
-      x"BFFE",
+      x"2F80",
       x"0180",
-      x"0000"
+      x"0080"
     ),
     (
       b"01001",
-      x"32FC",
+      x"02F8",
       x"0060",
-      x"0030"
+      x"0018"
     ),
     (
       b"01011",
@@ -65,33 +59,21 @@ package pll_settings_pkg is
     ),
     (
       b"01111",
-      x"FFFC",
+      x"FE0C",
       x"2800",
       x"0608"
     ),
     (
       b"10000",
-      x"7FF3",
+      x"7FE0",
       x"0280",
       x"0140"
     ),
     (
       b"10001",
-      x"00FF",
+      x"00DB",
       x"0008",
       x"0058"
-    ),
-    (
-      b"10010",
-      x"0400",
-      x"0000",
-      x"0000"
-    ),
-    (
-      b"10100",
-      x"D000",
-      x"1000",
-      x"1000"
     ),
     (
       b"10101",
@@ -107,33 +89,27 @@ package pll_settings_pkg is
     ),
     (
       b"10111",
-      x"002F",
-      x"0022",
+      x"0023",
+      x"0021",
       x"0022"
     ),
     (
       b"11000",
       x"EFC6",
-      x"6C46",
-      x"2546"
+      x"6F46",
+      x"4FC6"
     ),
     (
       b"11001",
-      x"FFFF",
-      x"E0EB",
-      x"E0EB"
+      x"FEEF",
+      x"C0EB",
+      x"40EB"
     ),
     (
       b"11010",
       x"0003",
-      x"0000",
-      x"0000"
-    ),
-    (
-      b"11101",
-      x"D000",
-      x"0000",
-      x"0000"
+      x"0002",
+      x"0003"
     )
   );
 

@@ -26,8 +26,6 @@ class PllSetting(BaseModel):
         Oscillator cycles in each pixel clock.
     serial, pixel, half
         Oscillator cycles in a bit, in a pixel and in half a pixel.
-    filter_bits
-        Loop filter for this multiplier (XAPP879, bandwidth "OPTIMIZED").
     pixel_clocks
         Lowest and highest pixel clock in kHz.
     """
@@ -39,7 +37,6 @@ class PllSetting(BaseModel):
     serial: int
     pixel: int
     half: int
-    filter_bits: int
     pixel_clocks: tuple[int, int]
 
 
@@ -49,7 +46,6 @@ LOW = PllSetting(
     serial=2,
     pixel=20,
     half=10,
-    filter_bits=0b0010110111,
     pixel_clocks=(25_000, 50_000),
 )
 HIGH = PllSetting(
@@ -58,53 +54,82 @@ HIGH = PllSetting(
     serial=1,
     pixel=10,
     half=5,
-    filter_bits=0b1000110011,
     pixel_clocks=(40_000, 100_000),
 )
 SETTINGS = (LOW, HIGH)
 
-_LOCK_BITS = 0b1111111101001111101011111010010000000001
-"""Lock detector, the same for both multipliers (XAPP879)."""
+# What the PLL needs besides its ratios, for each multiplier from 1 on (Spartan-6 tables of XAPP879;
+# prjcombine's database of the fabric has the same rows).
+# Loop filter at bandwidth "OPTIMIZED": a digit for the resistor, one for the charge pump.
+_FILTERS = bytes.fromhex("""
+    B2 F5 B6 FE BE DE 3F 5F 9F EE EF 1F 1F 6E 6E AE
+    AE AF AF AF AF CD CD CE CE CF CF CF CF CF 2E 2E
+    CF CF 2D 2D 4F 2C 2C 2C 84 84 84 45 27 83 83 83
+    83 83 83 83 83 83 83 83 43 43 43 43 43 43 43 43
+""")
+_HIGH_FREQUENCY = 0b11
+# Lock detector: delay of the reference (the feedback's is 2 less), and cycles until LOCKED.
+_LOCK_DELAYS = (9, 9, 13, 18, 22, 26, *[31] * 58)
+_LOCK_CYCLES = (
+    *[1000] * 10,
+    *(900, 825, 750, 700, 650, 625, 575, 550, 525, 500, 475, 450, 425, 400, 400, 375),
+    *(350, 350, 325, 325, 300, 300, 300, 275, 275, 275),
+    *[250] * 28,
+)
+_LOCK_SATURATION = 1001
 
-# Register (hexadecimal) and bit of each bit of a field, lowest first (XAPP879).
+
+def filter_bits(multiply: int) -> int:
+    """Loop filter of a multiplier: resistor (4 bits), LFHF (2), charge pump (4)."""
+    resistor, pump = divmod(_FILTERS[multiply - 1], 16)
+    return resistor << 6 | _HIGH_FREQUENCY << 4 | pump
+
+
+def lock_bits(multiply: int) -> int:
+    """Lock detector of a multiplier: both delays (5 bits each), cycles and saturation (10 each)."""
+    delay = _LOCK_DELAYS[multiply - 1]
+    delays = delay << 5 | delay - 2
+    return delays << 20 | _LOCK_CYCLES[multiply - 1] << 10 | _LOCK_SATURATION
+
+
+# Register (hexadecimal) and bit of each bit of a field, lowest first (XAPP879). Phases, delays and
+# the unlock count are the same in all settings, so they are left as the bitstream has them.
 _PLACES = {
     "CLKFBOUT": """
-        0F.9 0F.11 0F.10 0F.13 0F.15 0F.14 10.6 10.7 10.8 10.9 10.11 10.10
-        0F.12 10.5 12.10 0F.5 0F.4 0F.6 0F.7 0F.8 10.4 10.1 10.0
+        0F.9 0F.11 0F.10 0F.13 0F.15 0F.14 10.6 10.7 10.8 10.9 10.11 10.10 0F.12
+        10.5
     """,
     "CLKOUT0": """
-        0D.5 0F.2 0D.4 0D.6 0B.9 0B.15 11.3 11.0 11.1 10.14 10.12 10.13
-        0F.3 06.2 05.8 05.9 05.11 05.10 05.13 05.15 11.2 09.13 09.12
+        0D.5 0F.2 0D.4 0D.6 0B.9 0B.15 11.3 11.0 11.1 10.14 10.12 10.13 0F.3
+        06.2
     """,
     "CLKOUT1": """
         11.4 06.11 06.10 06.13 06.15 06.14 07.7 07.8 07.9 07.11 07.10 07.12
-        06.12 07.4 06.5 06.4 06.6 06.7 11.5 06.9 07.6 07.1 07.0
+        06.12 07.4
     """,
     "CLKOUT2": """
-        08.7 11.6 08.8 08.9 08.10 08.13 09.5 09.4 09.6 09.7 09.9 11.7
-        08.11 09.3 08.1 08.3 08.2 08.5 08.4 08.6 09.2 08.12 08.15
+        08.7 11.6 08.8 08.9 08.10 08.13 09.5 09.4 09.6 09.7 09.9 11.7 08.11 09.3
     """,
     "FILTER": """
         18.13 18.10 18.11 18.9 -- -- 18.15 18.14 18.7 18.8
     """,
     "LOCK": """
-        14.12 14.15 14.14 19.4 1D.14 1D.12 19.8 1D.15 17.3 17.2 16.10 19.11
-        19.10 16.14 19.12 16.15 16.12 17.5 18.1 18.2 19.9 19.13 17.0 17.1
-        19.15 19.14 18.6 16.13 1A.1 1A.0 19.0 19.2 15.1 19.3 19.1 19.7
-        19.6 19.5 15.3 15.0
+        16.10 19.11 19.10 16.14 19.12 16.15 16.12 17.5 18.1 18.2 19.9 19.13 17.0
+        17.1 19.15 19.14 18.6 16.13 1A.1 1A.0 19.0 19.2 15.1 19.3 19.1 19.7 19.6
+        19.5 15.3 15.0
     """,
 }
 
 
 def _counter(divide: int) -> int:
-    """Code of a counter: low time, high time, "no count"; edge and phase are 0.
+    """Code of a counter at 50 %: low time, high time (6 bits each), "no count", edge.
 
-    Odd ratios are high for a cycle more than low, as XAPP879 has it: only rising edges are used.
+    An odd ratio is high for half a cycle more than its high time: the edge bit (XAPP879).
     """
     if divide == 1:
         return 1 << 12 | 1 << 6 | 1
-    high = (divide + 1) // 2
-    return high << 6 | divide - high
+    high = divide // 2
+    return divide % 2 << 13 | high << 6 | divide - high
 
 
 def places(field: str) -> list[tuple[int, int] | None]:
@@ -143,8 +168,8 @@ def registers(setting: PllSetting) -> dict[int, tuple[int, int]]:
         "CLKOUT0": _counter(setting.serial),
         "CLKOUT1": _counter(setting.pixel),
         "CLKOUT2": _counter(setting.half),
-        "FILTER": setting.filter_bits,
-        "LOCK": _LOCK_BITS,
+        "FILTER": filter_bits(setting.multiply),
+        "LOCK": lock_bits(setting.multiply),
     }
     out: dict[int, tuple[int, int]] = {}
     for field, value in fields.items():

@@ -10,6 +10,8 @@ from plenofir.fpga.hdmi.pll import (
     VCO_RANGE,
     PllSetting,
     decode,
+    filter_bits,
+    lock_bits,
     registers,
     setting_for,
 )
@@ -43,18 +45,56 @@ def test_registers(setting: PllSetting) -> None:
         ("CLKOUT2", setting.half),
     ):
         code = decode(written, field)
-        low, high, no_count = code & 63, code >> 6 & 63, code >> 12 & 1
+        low, high, no_count, edge = code & 63, code >> 6 & 63, code >> 12 & 1, code >> 13
         assert (1 if no_count else low + high) == ratio
-        assert code >> 13 == 0
+        # Half of the time high.
+        assert no_count or 2 * high + edge == ratio
     # Bits 4 and 5 of the filter have no place.
-    assert decode(written, "FILTER") == setting.filter_bits & ~0x30
+    assert decode(written, "FILTER") == filter_bits(setting.multiply) & ~0x30
 
 
-def test_register_masks() -> None:
-    """Bits that are written, of registers that the counters fill by themselves (XAPP879)."""
-    masks = {address: mask for address, (mask, _) in registers(LOW).items()}
-    assert masks[0x05] == 0xFFFF ^ 0x50FF
-    assert masks[0x07] == 0xFFFF ^ 0xE02C
-    assert masks[0x08] == 0xFFFF ^ 0x4001
-    assert masks[0x10] == 0xFFFF ^ 0x800C
-    assert masks[0x19] == 0xFFFF
+# Rows of the tables as XAPP879 and prjcombine's database of the Spartan-6 print them: resistor,
+# LFHF and charge pump; reference delay, feedback delay, lock count, saturation.
+ROWS = {
+    1: ("1011_11_0010", "01001_00111_1111101000_1111101001"),
+    3: ("1011_11_0110", "01101_01011_1111101000_1111101001"),
+    6: ("1101_11_1110", "11010_11000_1111101000_1111101001"),
+    10: ("1110_11_1110", "11111_11101_1111101000_1111101001"),
+    11: ("1110_11_1111", "11111_11101_1110000100_1111101001"),
+    16: ("1010_11_1110", "11111_11101_1001110001_1111101001"),
+    20: ("1010_11_1111", "11111_11101_0111110100_1111101001"),
+    25: ("1100_11_1110", "11111_11101_0110010000_1111101001"),
+    32: ("0010_11_1110", "11111_11101_0100101100_1111101001"),
+    36: ("0010_11_1101", "11111_11101_0100010011_1111101001"),
+    37: ("0100_11_1111", "11111_11101_0011111010_1111101001"),
+    45: ("0010_11_0111", "11111_11101_0011111010_1111101001"),
+    55: ("1000_11_0011", "11111_11101_0011111010_1111101001"),
+    64: ("0100_11_0011", "11111_11101_0011111010_1111101001"),
+}
+
+
+@pytest.mark.parametrize("multiply", ROWS)
+def test_rows_of_the_tables(multiply: int) -> None:
+    filter_row, lock_row = ROWS[multiply]
+    assert f"{filter_bits(multiply):010b}" == filter_row.replace("_", "")
+    assert f"{lock_bits(multiply):030b}" == lock_row.replace("_", "")
+
+
+def test_words_of_working_firmware() -> None:
+    """The values that firmware running on this board writes for 10 and 20 times the clock."""
+    low, high = (
+        {address: value for address, (_, value) in registers(setting).items()}
+        for setting in (LOW, HIGH)
+    )
+    assert [low[a] for a in (0x17, 0x18, 0x19, 0x1A)] == [0x0021, 0x6F46, 0xC0EB, 0x0002]
+    assert [high[a] for a in (0x18, 0x19, 0x1A)] == [0x4FC6, 0x40EB, 0x0003]
+    # Divide by 5: low for 3 cycles, high for 2 and a half.
+    assert decode(high, "CLKOUT2") == 1 << 13 | 2 << 6 | 3
+
+
+def test_nothing_needless_is_written() -> None:
+    written = registers(LOW)
+    assert not {0x05, 0x14, 0x1D} & set(written)
+    assert {address: mask for address, (mask, _) in written.items()} == {
+        address: mask for address, (mask, _) in registers(HIGH).items()
+    }
