@@ -41,7 +41,7 @@ module fir_properties #(
   wire [SUM_BITS-1:0] sum;
   wire [1:0] tag;
 
-  refocus_stage dut (
+  fir_stage dut (
       .clk(clk),
       .reset(1'b0),
       .strobe(takes),

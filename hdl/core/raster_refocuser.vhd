@@ -1,6 +1,6 @@
 -- Refocuses a raster scan of a light field: one pixel each clock, all channels at once.
 --
--- Input FIFO -> frame sequencer -> row gather -> module array -> row scatter. With PARALLEL_ROWS = 1 the array
+-- Input FIFO -> frame sequencer -> row gather -> filter array -> row scatter. With PARALLEL_ROWS = 1 the array
 -- is one row module and one column module on line buffers, gather and scatter are wires and a
 -- FIFO. With more, the gather stores lines until it has as many, and the scatter puts them in order again.
 --
@@ -30,6 +30,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.moving_sum_pkg.all;
 
@@ -59,7 +60,7 @@ entity raster_refocuser is
     FRACTION_BITS : natural range 0 to 12 := 0;
     -- Stored products only: guard bits of the intermediate image.
     GUARD_BITS : natural range 0 to 12 := 0;
-    -- The engine: filters of taps (module_array), or moving sums (moving_sum_array).
+    -- The engine: filters of taps (fir_array), or moving sums (moving_sum_array).
     MOVING_SUM : boolean := false;
     -- Moving sums only: whether frames whose rows are no multiple of M follow each other without a pause, too.
     ANY_ROWS : boolean := false;
@@ -208,7 +209,7 @@ begin
       DATA_BITS     => DATA_BITS,
       SLICE_BITS    => SLICE_BITS,
       ROW_FLUSH     => DELAY + PARALLEL_ROWS - 1 + choose(PARALLEL_ROWS > 1, TOKENS_UNDER_WAY, 0),
-      COLUMN_FLUSH  => (DELAY + PARALLEL_ROWS - 1) / PARALLEL_ROWS,
+      COLUMN_FLUSH  => divide_up(DELAY, PARALLEL_ROWS),
       MIN_STEPS     => MIN_STEPS,
       MIN_BANDS     => choose(MOVING_SUM,
                                least_frame(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER, ANY_ROWS), 1),
@@ -275,7 +276,7 @@ begin
   -- The engine.
   tap_engine : if not MOVING_SUM generate
 
-    modules : entity work.module_array
+    modules : entity work.fir_array
       generic map (
         MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
         SHIFTS              => SHIFTS,

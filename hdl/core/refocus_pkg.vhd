@@ -21,18 +21,10 @@
 library ieee;
 use ieee.std_logic_1164.all;
 
+library work;
+use work.math_pkg.all;
+
 package refocus_pkg is
-
-  -- Bits of an unsigned number that holds 0 to max_value.
-  function bits_for (
-    max_value : natural
-  ) return positive;
-
-  function choose (
-    condition : boolean;
-    yes       : integer;
-    no        : integer
-  ) return integer;
 
   -- Number of shifts in a set.
   function slice_count (
@@ -102,13 +94,6 @@ package refocus_pkg is
     centred          : boolean
   ) return boolean;
 
-  -- value * 2**scale_bits / divisor, rounded to the nearest integer, halves up.
-  function scaled_quotient (
-    value      : natural;
-    scale_bits : natural;
-    divisor    : positive
-  ) return natural;
-
   -- Clocks from reading a stream's partial sums to the next possible read: block RAM 2, add 1, write 1.
   constant PARTIAL_SUM_LOOP : positive := 4;
 
@@ -126,7 +111,7 @@ package refocus_pkg is
     broadcast_taps  : natural
   ) return positive;
 
-  -- Clocks from a token at the module array's input to its output.
+  -- Clocks from a token at the filter array's input to its output.
   function array_latency (
     stored         : boolean;
     broadcast_taps : natural;
@@ -142,48 +127,6 @@ package refocus_pkg is
 end package refocus_pkg;
 
 package body refocus_pkg is
-
-  function bits_for (
-    max_value : natural
-  ) return positive is
-
-    variable remaining : natural;
-    variable bits      : natural;
-
-  begin
-
-    remaining := max_value;
-    bits      := 0;
-
-    while remaining > 0 loop
-
-      remaining := remaining / 2;
-      bits      := bits + 1;
-
-    end loop;
-
-    if bits = 0 then
-      bits := 1;
-    end if;
-
-    return bits;
-
-  end function bits_for;
-
-  function choose (
-    condition : boolean;
-    yes       : integer;
-    no        : integer
-  ) return integer is
-  begin
-
-    if condition then
-      return yes;
-    end if;
-
-    return no;
-
-  end function choose;
 
   function slice_count (
     shifts : string
@@ -325,7 +268,6 @@ package body refocus_pkg is
   ) return natural is
 
     variable largest : natural;
-    variable own     : natural;
 
   begin
 
@@ -333,11 +275,7 @@ package body refocus_pkg is
 
     for i in 0 to slice_count(shifts) - 1 loop
 
-      own := own_delay(micro_image_size, slice_shift(shifts, i), centred);
-
-      if own > largest then
-        largest := own;
-      end if;
+      largest := larger(largest, own_delay(micro_image_size, slice_shift(shifts, i), centred));
 
     end loop;
 
@@ -377,7 +315,6 @@ package body refocus_pkg is
 
     variable largest : natural;
     variable shift   : integer;
-    variable own     : natural;
 
   begin
 
@@ -385,13 +322,9 @@ package body refocus_pkg is
 
     for i in 0 to slice_count(shifts) - 1 loop
 
-      shift := slice_shift(shifts, i);
-      own   := closed_width(micro_image_size, hold) + (micro_image_size - 1) * abs (shift - 1) -
-               own_delay(micro_image_size, shift, centred);
-
-      if own > largest then
-        largest := own;
-      end if;
+      shift   := slice_shift(shifts, i);
+      largest := larger(largest, closed_width(micro_image_size, hold) + (micro_image_size - 1) * abs (shift - 1) -
+                        own_delay(micro_image_size, shift, centred));
 
     end loop;
 
@@ -485,17 +418,6 @@ package body refocus_pkg is
 
   end function can_hold;
 
-  function scaled_quotient (
-    value      : natural;
-    scale_bits : natural;
-    divisor    : positive
-  ) return natural is
-  begin
-
-    return (2 * value * 2 ** scale_bits + divisor) / (2 * divisor);
-
-  end function scaled_quotient;
-
   function min_line_steps (
     parallel_rows : positive;
     max_columns   : positive
@@ -506,8 +428,7 @@ package body refocus_pkg is
       return parallel_rows;
     end if;
 
-    -- parallel_rows - 1 + PARTIAL_SUM_LOOP, rounded up to a multiple of parallel_rows.
-    return ((2 * parallel_rows - 2 + PARTIAL_SUM_LOOP) / parallel_rows) * parallel_rows;
+    return divide_up(parallel_rows - 1 + PARTIAL_SUM_LOOP, parallel_rows) * parallel_rows;
 
   end function min_line_steps;
 

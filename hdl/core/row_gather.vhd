@@ -1,11 +1,11 @@
--- Gathers the lines of a raster into bands of parallel rows: row buffers in front of the module array.
+-- Gathers the lines of a raster into bands of parallel rows: row buffers in front of the filter array.
 --
 -- All lines of a band but the last are stored; while they come in, the array gets empty tokens. With
 -- the line that completes the band it gets a pixel of each row. Rows that the band lacks (behind a
 -- frame's last line, in flush lines) are zeros and no image lines.
 --
 -- Latency: 1 clock (PARALLEL_ROWS = 1: 0). Throughput: one token each clock.
--- Ports: token_*: as frame_sequencer gives them; array_*: as module_array takes them, row 0 in the
+-- Ports: token_*: as frame_sequencer gives them; array_*: as fir_array takes them, row 0 in the
 --   low bits of array_data.
 -- Equation: row r of the band at column k = pixel k of the r-th line since the last band.
 
@@ -14,7 +14,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.refocus_pkg.all;
+use work.math_pkg.all;
 
 entity row_gather is
   generic (

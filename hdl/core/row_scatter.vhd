@@ -1,4 +1,4 @@
--- Turns bands of parallel rows back into a raster: row buffers behind the module array.
+-- Turns bands of parallel rows back into a raster: row buffers behind the filter array.
 --
 -- Each row has a FIFO. They are read line by line, from the first row of a band to the last. A
 -- row that holds no image line leaves one word that says so, and is passed over with the end of the line before it.
@@ -15,7 +15,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.refocus_pkg.all;
+use work.math_pkg.all;
 
 entity row_scatter is
   generic (

@@ -10,7 +10,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.refocus_pkg.all;
+use work.math_pkg.all;
 
 entity stored_product is
   generic (

@@ -14,7 +14,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.refocus_pkg.all;
+use work.math_pkg.all;
 use work.sharpness_pkg.all;
 
 entity lens_sums is

@@ -4,7 +4,7 @@
 -- sum the absolute Laplacians of a window of (2 RADIUS + 1) x (2 RADIUS + 1) micro images are added.
 
 library work;
-use work.refocus_pkg.all;
+use work.math_pkg.all;
 
 package sharpness_pkg is
 

@@ -1,4 +1,4 @@
--- The 2-D module array: N rows of an image at once through N row modules and N column modules.
+-- The 2-D filter array: N rows of an image at once through N row modules and N column modules.
 --
 -- Row modules filter the rows of a band in step. Skew registers delay row r by r tokens, so that a
 -- column's pixels come one after the other; a pixel counter and demultiplexers hand column k to
@@ -36,9 +36,10 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.refocus_pkg.all;
 
-entity module_array is
+entity fir_array is
   generic (
     -- As in raster_refocuser.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
@@ -87,16 +88,16 @@ entity module_array is
     out_slice      : out   std_logic_vector(PARALLEL_ROWS * bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
     out_data       : out   std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0)
   );
-end entity module_array;
+end entity fir_array;
 
-architecture rtl of module_array is
+architecture rtl of fir_array is
 
   constant STORED     : boolean  := not EXACT;
   constant PASSES     : positive := INTERPOLATION_ORDER + 1;
   constant SLICE_BITS : positive := in_slice'length;
   -- Filters that work in step in a row stage, and streams of a column module.
   constant ROW_LANES : positive := PARALLEL_ROWS * CHANNELS;
-  constant DEPTH     : positive := (MAX_COLUMNS + PARALLEL_ROWS - 1) / PARALLEL_ROWS;
+  constant DEPTH     : positive := divide_up(MAX_COLUMNS, PARALLEL_ROWS);
 
   constant PIXEL_MAX   : positive := 2 ** PIXEL_BITS - 1;
   constant MIDDLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
@@ -219,19 +220,19 @@ architecture rtl of module_array is
 begin
 
   assert slice_count(SHIFTS) >= 1
-    report "module_array: SHIFTS names no slice"
+    report "fir_array: SHIFTS names no slice"
     severity failure;
 
   assert not HOLD or can_hold(MICRO_IMAGE_SIZE, SHIFTS, CENTRED)
-    report "module_array: HOLD needs outputs that are equal throughout a micro image"
+    report "fir_array: HOLD needs outputs that are equal throughout a micro image"
     severity failure;
 
   assert EXACT or GUARD_BITS <= FRACTION_BITS
-    report "module_array: GUARD_BITS exceeds FRACTION_BITS"
+    report "fir_array: GUARD_BITS exceeds FRACTION_BITS"
     severity failure;
 
   assert EXACT or PIXEL_BITS + GUARD_BITS <= 16
-    report "module_array: PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
+    report "fir_array: PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
     severity failure;
 
   -- Row modules: every token is a step.
@@ -261,7 +262,7 @@ begin
       slice <= (others => '0');
     end generate later_pass;
 
-    stage : entity work.refocus_stage
+    stage : entity work.fir_stage
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
         SHIFTS           => STAGE_SHIFTS,
@@ -389,7 +390,7 @@ begin
 
     advance <= column_tags(i)(PIXEL) and column_tags(i)(BAND_FIRST);
 
-    stage : entity work.refocus_stage
+    stage : entity work.fir_stage
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
         SHIFTS           => STAGE_SHIFTS,

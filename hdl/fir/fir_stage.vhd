@@ -27,9 +27,10 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.refocus_pkg.all;
 
-entity refocus_stage is
+entity fir_stage is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
@@ -82,9 +83,9 @@ entity refocus_stage is
     out_step_tag  : out   std_logic_vector(STEP_TAG_BITS - 1 downto 0);
     out_token_tag : out   std_logic_vector(TOKEN_TAG_BITS - 1 downto 0)
   );
-end entity refocus_stage;
+end entity fir_stage;
 
-architecture rtl of refocus_stage is
+architecture rtl of fir_stage is
 
   constant TAPS         : positive := tap_count(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, HOLD);
   constant DELAY        : natural  := output_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);

@@ -8,7 +8,7 @@ library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
-use work.refocus_pkg.all;
+use work.math_pkg.all;
 
 entity lane_skew is
   generic (

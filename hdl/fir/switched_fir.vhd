@@ -5,7 +5,7 @@
 -- filter is a memory of DEPTH words, so that one filter serves DEPTH interleaved streams:
 -- DEPTH = 1 filters a row, DEPTH = columns of a frame filters every column of a raster scan, its
 -- registers then are line buffers in block RAM. A filter may take several steps of a stream
--- at once before it turns to the next (the module array's columns do); only the first of
+-- at once before it turns to the next (the filter array's columns do); only the first of
 -- them reads the memory.
 --
 -- With HOLD the output of the last tap is kept until the next update (the write enable of
@@ -27,7 +27,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.refocus_pkg.all;
+use work.math_pkg.all;
 
 entity switched_fir is
   generic (
@@ -66,7 +66,7 @@ architecture rtl of switched_fir is
 
   -- Latches of the input, each the source of a group of neighbouring taps.
   constant GROUP_TAPS : positive := choose(BROADCAST_TAPS = 0 or BROADCAST_TAPS > TAPS, TAPS, BROADCAST_TAPS);
-  constant GROUPS     : positive := (TAPS + GROUP_TAPS - 1) / GROUP_TAPS;
+  constant GROUPS     : positive := divide_up(TAPS, GROUP_TAPS);
 
   subtype partial_sum_t is natural range 0 to SUM_MAX;
 

@@ -1,6 +1,6 @@
 -- The second engine: the refocusing filters of a raster scan as re-orderings and moving sums.
 --
--- It takes and gives what module_array does with one row at once, bit for bit, and needs an adder or
+-- It takes and gives what fir_array does with one row at once, bit for bit, and needs an adder or
 -- two for each sum, whatever M and a' are, and column memories of pixels instead of partial sums. With exact
 -- arithmetic columns come first, so that their memory holds the pixels as they come; stored products
 -- round between rows and columns, so there rows are first.
@@ -10,14 +10,15 @@
 -- Latency: D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay. Throughput: one pixel of
 --   all channels each clock, in lines of D + 1 tokens at least and frames of D + 1 lines at least and a multiple
 --   of M lines, with ANY_ROWS of least_frame lines at least; what is missing, empty tokens and lines must make up for.
--- Ports: as module_array with PARALLEL_ROWS = 1.
--- Equation: as module_array.
+-- Ports: as fir_array with PARALLEL_ROWS = 1.
+-- Equation: as fir_array.
 
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.moving_sum_pkg.all;
 

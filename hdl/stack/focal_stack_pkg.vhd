@@ -8,6 +8,7 @@ library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
+use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.moving_sum_pkg.all;
 

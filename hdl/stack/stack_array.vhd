@@ -7,13 +7,14 @@
 --   channels and slices each clock, in lines of D + 1 tokens at least; frames begin D + 1 lines apart at least, and a
 --   multiple of M lines; empty tokens and lines must make up for what is missing.
 -- Ports: as moving_sum_array; out_data: the pixels, slice 0 and channel 0 in the low bits.
--- Equation: as module_array, for each slice.
+-- Equation: as fir_array, for each slice.
 
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.moving_sum_pkg.all;
 use work.focal_stack_pkg.all;

@@ -1,4 +1,4 @@
-"""cocotb tests of ``module_array`` by itself: parallel rows in and out, clocks counted."""
+"""cocotb tests of ``fir_array`` by itself: parallel rows in and out, clocks counted."""
 
 import random
 from collections import deque

@@ -9,7 +9,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
-use work.refocus_pkg.all;
+use work.math_pkg.all;
 
 entity module_bench is
   generic (
@@ -51,7 +51,7 @@ begin
   reset <= '0' after 2 * CLOCK_PERIOD;
   valid <= out_strobe and out_is_pixel(0);
 
-  stage : entity work.refocus_stage
+  stage : entity work.fir_stage
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SHIFTS           => SHIFTS,

@@ -11,7 +11,7 @@ from plenofir_tb.runner import run_case
 def run_array(core: CoreConfiguration, columns: int, rows: int, *, deskew: bool = False) -> None:
     core.check_limits()
     run_case(
-        "module_array",
+        "fir_array",
         "fir.array_bench",
         generics={**core.generics(), "DESKEW": deskew},
         case={

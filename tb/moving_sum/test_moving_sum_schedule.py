@@ -15,7 +15,7 @@ from plenofir.refocus.operator import Align
 from plenofir_tb.runner import draw_seed, simulator_name
 
 TOP = "moving_sum_schedule"
-PACKAGES = ("refocus_pkg", "moving_sum_pkg")
+PACKAGES = ("math_pkg", "refocus_pkg", "moving_sum_pkg")
 
 
 @pytest.fixture(scope="module")

@@ -249,7 +249,7 @@ def test_verilog_that_ghdl_leaves_unfinished() -> None:
 def test_core_is_a_design() -> None:
     assert {design.top for design in DESIGNS} == {
         CORE,
-        "module_array",
+        "fir_array",
         "focal_stack",
         "depth_index",
         "scene_top",

@@ -25,7 +25,7 @@ from plenofir.refocus.arithmetic import StoredProductArithmetic
 
 FILE = project.DATA / "figures.json"
 CORE = "raster_refocuser"
-ARRAY = "module_array"
+ARRAY = "fir_array"
 STACK = "focal_stack"
 INDEX = "depth_index"
 # GHDL 2.0 needs some kilobytes for each word of a memory: 20 GB for 24 Mbit.

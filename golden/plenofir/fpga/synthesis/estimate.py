@@ -170,7 +170,7 @@ class _Filter:
 
 
 def _filters(core: CoreConfiguration) -> Iterator[_Filter]:
-    """All passes, rows first (the generics of refocus_stage in module_array.vhd)."""
+    """All passes, rows first (the generics of fir_stage in fir_array.vhd)."""
     passes = core.order + 1
     m = core.micro_image_size
     pixel_max = (1 << core.pixel_bits) - 1

@@ -96,7 +96,7 @@ class FirProof:
             "SUM_BITS": sum_bits,
             "LENGTH": min(self.clocks - layout.delay, 8),
         }
-        _prepare("refocus_stage", "fir_properties", generics, parameters, directory, sources)
+        _prepare("fir_stage", "fir_properties", generics, parameters, directory, sources)
         _check(directory, self.name, f"bmc3 -F {self.clocks}", "No output asserted in")
 
 

@@ -24,7 +24,7 @@ PARTS = (
 
 # Entities that are such a part.
 _ENTITIES = {
-    "refocus_stage": "stages",
+    "fir_stage": "stages",
     "switched_fir": "filters",
     "moving_sum_stage": "moving sums",
     "stored_product": "stored products",

@@ -1,0 +1,110 @@
+-- Arithmetic of integers for widths, sizes and tables. All functions are evaluated at elaboration only.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+package math_pkg is
+
+  -- Bits of an unsigned number that holds 0 to max_value.
+  function bits_for (
+    max_value : natural
+  ) return positive;
+
+  function choose (
+    condition : boolean;
+    yes       : integer;
+    no        : integer
+  ) return integer;
+
+  function larger (
+    a : integer;
+    b : integer
+  ) return integer;
+
+  -- value / divisor, rounded up.
+  function divide_up (
+    value   : natural;
+    divisor : positive
+  ) return natural;
+
+  -- value * 2**scale_bits / divisor, rounded to the nearest integer, halves up.
+  function scaled_quotient (
+    value      : natural;
+    scale_bits : natural;
+    divisor    : positive
+  ) return natural;
+
+end package math_pkg;
+
+package body math_pkg is
+
+  function bits_for (
+    max_value : natural
+  ) return positive is
+
+    variable remaining : natural;
+    variable bits      : positive;
+
+  begin
+
+    remaining := max_value / 2;
+    bits      := 1;
+
+    while remaining > 0 loop
+
+      remaining := remaining / 2;
+      bits      := bits + 1;
+
+    end loop;
+
+    return bits;
+
+  end function bits_for;
+
+  function choose (
+    condition : boolean;
+    yes       : integer;
+    no        : integer
+  ) return integer is
+  begin
+
+    if condition then
+      return yes;
+    end if;
+
+    return no;
+
+  end function choose;
+
+  function larger (
+    a : integer;
+    b : integer
+  ) return integer is
+  begin
+
+    return choose(a > b, a, b);
+
+  end function larger;
+
+  function divide_up (
+    value   : natural;
+    divisor : positive
+  ) return natural is
+  begin
+
+    return (value + divisor - 1) / divisor;
+
+  end function divide_up;
+
+  function scaled_quotient (
+    value      : natural;
+    scale_bits : natural;
+    divisor    : positive
+  ) return natural is
+  begin
+
+    return (2 * value * 2 ** scale_bits + divisor) / (2 * divisor);
+
+  end function scaled_quotient;
+
+end package body math_pkg;
