@@ -46,14 +46,14 @@ def lens_sums(image: Image, m: int) -> Integers:
     return np.asarray(lenses.sum((1, 3)))
 
 
-def local_sharpness(image: Image, m: int, radius: int) -> Integers:
+def local_sharpness(image: Image, micro_image_size: int, radius: int) -> Integers:
     """Sharpness around each micro image: absolute Laplacian between micro images in a window.
 
     Parameters
     ----------
     image
         Slice, shape (rows, columns[, 3]).
-    m
+    micro_image_size
         M in pixels.
     radius
         The window has 2 radius + 1 micro images in each dimension.
@@ -64,7 +64,7 @@ def local_sharpness(image: Image, m: int, radius: int) -> Integers:
         Sums of absolute values of the four differences to the neighbours added, shape (t, s).
         What lies beyond the edges is no neighbour and adds nothing.
     """
-    sums = lens_sums(image, m)
+    sums = lens_sums(image, micro_image_size)
     laplacian = np.zeros_like(sums)
     for axis in (0, 1):
         difference = np.diff(sums, axis=axis)
@@ -79,14 +79,14 @@ def local_sharpness(image: Image, m: int, radius: int) -> Integers:
     return window
 
 
-def depth_index(stack: Image, m: int, radius: int = 1) -> DepthIndex:
+def depth_index(stack: Image, micro_image_size: int, radius: int = 1) -> DepthIndex:
     """Find the slice in which each micro image is sharpest, and take it from there.
 
     Parameters
     ----------
     stack
         Focal stack, shape (slices, rows, columns[, 3]), at most 256 slices.
-    m
+    micro_image_size
         M in pixels.
     radius
         See `local_sharpness`.
@@ -105,9 +105,11 @@ def depth_index(stack: Image, m: int, radius: int = 1) -> DepthIndex:
         raise InputError(f"{len(stack)} slices", where="stack", expected=f"1 to {MAX_STACK} slices")
     if not 0 <= radius <= MAX_SHARPNESS_RADIUS:
         raise InputError(f"{radius}", where="radius", expected=f"0 to {MAX_SHARPNESS_RADIUS}")
-    best = np.argmax(np.stack([local_sharpness(image, m, radius) for image in stack]), axis=0)
+    best = np.argmax(
+        np.stack([local_sharpness(image, micro_image_size, radius) for image in stack]), axis=0
+    )
     rows, columns = stack.shape[1:3]
-    of_pixels = best.repeat(m, 0).repeat(m, 1)[:rows, :columns]
+    of_pixels = best.repeat(micro_image_size, 0).repeat(micro_image_size, 1)[:rows, :columns]
     line, column = np.ogrid[:rows, :columns]
     return DepthIndex(best.astype(np.uint8), stack[of_pixels, line, column])
 

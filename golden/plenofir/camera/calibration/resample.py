@@ -118,7 +118,7 @@ def check_micro_image_size(calibration: Calibration, m: int, scale: Scale) -> No
 def decode(
     raw: Image,
     calibration: Calibration,
-    m: int,
+    micro_image_size: int,
     *,
     dark: Image | None = None,
     white: Image | None = None,
@@ -136,7 +136,7 @@ def decode(
         Raw capture, grey or RGB, uint8 or uint16.
     calibration
         Calibration of the camera.
-    m
+    micro_image_size
         M, odd or even.
     dark
         Dark frame; without one the calibration's dark level is subtracted.
@@ -165,6 +165,7 @@ def decode(
     InputError
         If an image has another size than the calibration's, or M is too large.
     """
+    m = micro_image_size
     check_micro_image_size(calibration, m, scale)
     if interpolation not in _ORDERS:
         raise InputError(f"{interpolation!r}", where="interpolation", expected="bilinear or cubic")

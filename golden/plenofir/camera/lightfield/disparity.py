@@ -148,7 +148,7 @@ def sad_disparity(
 
 def light_field_disparity(
     raw: Image,
-    m: int,
+    micro_image_size: int,
     *,
     search: tuple[float, float] = (-0.5, 2.0),
     window: int = 7,
@@ -160,7 +160,7 @@ def light_field_disparity(
     ----------
     raw
         Raw image.
-    m
+    micro_image_size
         M in pixels, 2 or more; for even M the central view is the one below and right of the
         centre.
     search, window, progress
@@ -171,6 +171,7 @@ def light_field_disparity(
     Disparity
         Shape (t, s).
     """
+    m = micro_image_size
     if m < 2:
         raise InputError(f"M = {m}", where="M", expected="2 or more: one view has no disparity")
     images = views(raw, m)

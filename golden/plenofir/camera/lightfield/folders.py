@@ -120,14 +120,14 @@ def named_views(raw: Image, m: int) -> dict[str, Image]:
     }
 
 
-def write_views(raw: Image, m: int, folder: Path) -> list[Path]:
+def write_views(raw: Image, micro_image_size: int, folder: Path) -> list[Path]:
     """Write the views of a raw image, see `named_views`.
 
     Parameters
     ----------
     raw
         Raw image.
-    m
+    micro_image_size
         M in pixels.
     folder
         Existing folder.
@@ -138,7 +138,7 @@ def write_views(raw: Image, m: int, folder: Path) -> list[Path]:
         Files written.
     """
     paths = []
-    for name, image in named_views(raw, m).items():
+    for name, image in named_views(raw, micro_image_size).items():
         write_png(folder / name, np.ascontiguousarray(image))
         paths.append(folder / name)
     return paths

@@ -57,7 +57,7 @@ def _slicing(
 
 
 def fourier_slice(
-    raw: Image, m: int, a: float, *, width: float = 3.5, oversampling: float = 2.0
+    raw: Image, micro_image_size: int, a: float, *, width: float = 3.5, oversampling: float = 2.0
 ) -> Floats:
     """Refocus by slicing the 4-D spectrum (Eq. 2.17).
 
@@ -65,7 +65,7 @@ def fourier_slice(
     ----------
     raw
         Raw image.
-    m
+    micro_image_size
         M in pixels.
     a
         Focus setting, any number.
@@ -81,17 +81,17 @@ def fourier_slice(
     """
     if not oversampling >= 1:
         raise InputError(f"{oversampling}", where="oversampling", expected="1 or more")
-    return _in_frequency(raw, m, a, (width, oversampling))
+    return _in_frequency(raw, micro_image_size, a, (width, oversampling))
 
 
-def shifted_views(raw: Image, m: int, a: float) -> Floats:
+def shifted_views(raw: Image, micro_image_size: int, a: float) -> Floats:
     """Refocus by shifting each view by a (u - c) micro lenses (Eq. 3.50), band-limited.
 
     Parameters
     ----------
     raw
         Raw image.
-    m
+    micro_image_size
         M in pixels.
     a
         Focus setting, any number.
@@ -101,7 +101,7 @@ def shifted_views(raw: Image, m: int, a: float) -> Floats:
     Floats
         What `fourier_slice` approximates, shape (t, s[, 3]).
     """
-    return _in_frequency(raw, m, a, None)
+    return _in_frequency(raw, micro_image_size, a, None)
 
 
 def _in_frequency(raw: Image, m: int, a: float, window: tuple[float, float] | None) -> Floats:

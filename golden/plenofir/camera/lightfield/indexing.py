@@ -13,7 +13,9 @@ from plenofir.refocus import check_raw
 from plenofir.refocus.operator import Image
 
 
-def raw_index(lens: npt.ArrayLike, offset: npt.ArrayLike, m: int) -> npt.NDArray[np.int64]:
+def raw_index(
+    lens: npt.ArrayLike, offset: npt.ArrayLike, micro_image_size: int
+) -> npt.NDArray[np.int64]:
     """Pixel of the raw image from micro lens and offset (Eqs. 3.46, 3.48).
 
     Parameters
@@ -22,7 +24,7 @@ def raw_index(lens: npt.ArrayLike, offset: npt.ArrayLike, m: int) -> npt.NDArray
         Micro lens j (or h).
     offset
         i (or g), counted from the micro image's centre; half-integers if M is even.
-    m
+    micro_image_size
         M.
 
     Returns
@@ -30,12 +32,12 @@ def raw_index(lens: npt.ArrayLike, offset: npt.ArrayLike, m: int) -> npt.NDArray
     numpy.ndarray
         k = j M + c + i.
     """
-    pixel = np.asarray(lens) * m + (m - 1) / 2 + np.asarray(offset)
+    pixel = np.asarray(lens) * micro_image_size + (micro_image_size - 1) / 2 + np.asarray(offset)
     return np.asarray(np.rint(pixel), dtype=np.int64)
 
 
 def light_field_index(
-    pixel: npt.ArrayLike, m: int
+    pixel: npt.ArrayLike, micro_image_size: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
     """Micro lens and offset from a pixel of the raw image (Eqs. 3.47, 3.49).
 
@@ -43,7 +45,7 @@ def light_field_index(
     ----------
     pixel
         k (or l).
-    m
+    micro_image_size
         M.
 
     Returns
@@ -51,11 +53,11 @@ def light_field_index(
     tuple
         Micro lens j and offset i from the micro image's centre.
     """
-    lens, place = np.divmod(np.asarray(pixel, dtype=np.int64), m)
-    return lens, place - (m - 1) / 2
+    lens, place = np.divmod(np.asarray(pixel, dtype=np.int64), micro_image_size)
+    return lens, place - (micro_image_size - 1) / 2
 
 
-def light_field(raw: Image, m: int) -> Image:
+def light_field(raw: Image, micro_image_size: int) -> Image:
     """Light field of a raw image, as a view of the same memory.
 
     Parameters
@@ -63,7 +65,7 @@ def light_field(raw: Image, m: int) -> Image:
     raw
         Raw image, shape (rows, columns[, 3]); what is no whole micro image at the right and at the
         bottom is left out.
-    m
+    micro_image_size
         M in pixels.
 
     Returns
@@ -76,6 +78,7 @@ def light_field(raw: Image, m: int) -> Image:
     InputError
         If the image is no raw image of that M.
     """
+    m = micro_image_size
     check_raw(raw, m)
     rows, columns = raw.shape[0] // m, raw.shape[1] // m
     blocks = raw[: rows * m, : columns * m].reshape(rows, m, columns, m, *raw.shape[2:])
@@ -108,14 +111,14 @@ def raw_image(field: Image) -> Image:
     return np.moveaxis(field, 1, 2).reshape(t * m, s * m, *field.shape[4:])
 
 
-def sub_aperture(raw: Image, m: int, v: int, u: int) -> Image:
+def sub_aperture(raw: Image, micro_image_size: int, v: int, u: int) -> Image:
     """Sub-aperture image: pixel (v, u) of all micro images (Eq. 3.45), as a view.
 
     Parameters
     ----------
     raw
         Raw image.
-    m
+    micro_image_size
         M in pixels.
     v, u
         Pixel of the micro images, 0 to M - 1.
@@ -130,19 +133,20 @@ def sub_aperture(raw: Image, m: int, v: int, u: int) -> Image:
     InputError
         If there is no such view.
     """
+    m = micro_image_size
     if not (0 <= v < m and 0 <= u < m):
         raise InputError(f"view ({v}, {u})", where="view", expected=f"numbers from 0 to {m - 1}")
     return light_field(raw, m)[:, :, v, u]
 
 
-def views(raw: Image, m: int) -> Image:
+def views(raw: Image, micro_image_size: int) -> Image:
     """All sub-aperture images, as a view.
 
     Parameters
     ----------
     raw
         Raw image.
-    m
+    micro_image_size
         M in pixels.
 
     Returns
@@ -150,7 +154,7 @@ def views(raw: Image, m: int) -> Image:
     Image
         Shape (v, u, t, s[, 3]).
     """
-    return np.moveaxis(light_field(raw, m), (2, 3), (0, 1))
+    return np.moveaxis(light_field(raw, micro_image_size), (2, 3), (0, 1))
 
 
 def compose(images: Image) -> Image:

@@ -19,7 +19,7 @@ Focus = int | str | Fraction
 
 def focal_stack(
     raw: Image,
-    m: int,
+    micro_image_size: int,
     settings: Iterable[Focus],
     progress: Callable[[int, int], None] | None = None,
 ) -> Image:
@@ -29,7 +29,7 @@ def focal_stack(
     ----------
     raw
         Raw image.
-    m
+    micro_image_size
         M in pixels.
     settings
         Focus settings a, as `plenofir.refocus.refocus` takes them.
@@ -44,25 +44,25 @@ def focal_stack(
     chosen = list(settings)
     if not chosen:
         raise InputError("no focus settings", where="a", expected="one or more")
-    check_raw(raw, m)
+    check_raw(raw, micro_image_size)
     for a in chosen:
-        focus_to_shift(a, m)
+        focus_to_shift(a, micro_image_size)
     slices = np.empty((len(chosen), *raw.shape), raw.dtype)
     for number, a in enumerate(chosen):
-        refocus(raw, m, a, out=slices[number])
+        refocus(raw, micro_image_size, a, out=slices[number])
         if progress is not None:
             progress(number + 1, len(chosen))
     return slices
 
 
-def sharpness(region: Image | Floats, m: int = 1, low: float = 0.01) -> float:
+def sharpness(region: Image | Floats, micro_image_size: int = 1, low: float = 0.01) -> float:
     """Sharpness of a region of interest (Eqs. 5.20-5.23): energy of high frequencies over all.
 
     Parameters
     ----------
     region
         Grey or RGB image.
-    m
+    micro_image_size
         Pixels for each micro lens: M for pictures of the raw image's size. Frequencies above half a
         cycle a micro lens are left out; there are only replicas of lower ones, more or less of
         them depending on how the views' samples fall, not on the focus.
@@ -80,6 +80,7 @@ def sharpness(region: Image | Floats, m: int = 1, low: float = 0.01) -> float:
     InputError
         If the region has less than 4 x 4 micro lenses.
     """
+    m = micro_image_size
     if min(region.shape[:2]) < 4 * m:
         raise InputError(
             f"{region.shape[1]} x {region.shape[0]} pixels",
@@ -98,7 +99,7 @@ def sharpness(region: Image | Floats, m: int = 1, low: float = 0.01) -> float:
 def sharpness_curve(
     stack: Image,
     region: tuple[slice, slice] = (slice(None), slice(None)),
-    m: int = 1,
+    micro_image_size: int = 1,
     low: float = 0.01,
 ) -> Floats:
     """Sharpness of a region in each slice of a focal stack.
@@ -117,7 +118,7 @@ def sharpness_curve(
     Floats
         Shape (slices,), divided by its largest value as in Fig. 5.16.
     """
-    curve = np.array([sharpness(image[region], m, low) for image in stack])
+    curve = np.array([sharpness(image[region], micro_image_size, low) for image in stack])
     return np.asarray(curve / curve.max() if curve.max() > 0 else curve)
 
 
@@ -162,14 +163,14 @@ class AllInFocus:
     slices: Floats
 
 
-def all_in_focus(stack: Image, m: int, window: float = 2.0) -> AllInFocus:
+def all_in_focus(stack: Image, micro_image_size: int, window: float = 2.0) -> AllInFocus:
     """Take every part of a picture from the slice in which it is sharpest.
 
     Parameters
     ----------
     stack
         Focal stack, shape (slices, rows, columns[, 3]).
-    m
+    micro_image_size
         M: sharpness is judged between micro lenses, of which each fills M pixels.
     window
         Standard deviation of the window that sharpness is averaged over, in micro lenses.
@@ -179,6 +180,7 @@ def all_in_focus(stack: Image, m: int, window: float = 2.0) -> AllInFocus:
     AllInFocus
         Picture and slices.
     """
+    m = micro_image_size
     rows, columns = (n // m for n in stack.shape[1:3])
     if min(rows, columns) < 1:
         raise InputError("less than one micro image", where="stack", expected="a larger image")
