@@ -44,9 +44,9 @@ from plenofir.refocus import (
 from plenofir.refocus.operator import Image, Sums
 from plenofir.studies import precision_report
 from plenofir.studies import refocus_stability as stability_report
-from plenofir.studies.machine import machine
 from plenofir.studies.methods import running_sums
 from plenofir.studies.ray_report import error_against_run_time
+from plenofir.studies.report_parts import machine
 
 RUNS = 5
 CASES = ((5, -3), (11, 1), (11, 22))

@@ -34,7 +34,7 @@ from plenofir.studies.experiments import (
     range_experiment,
     take,
 )
-from plenofir.studies.ray_report import table
+from plenofir.studies.report_parts import table
 from plenofir.studies.thesis_tables import load_table
 
 Floats = npt.NDArray[np.float64]

@@ -23,7 +23,6 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.images import read_image, write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus, shift_to_text
 from plenofir.refocus.operator import Image
-from plenofir.studies.machine import machine
 from plenofir.studies.methods import (
     Method,
     exact_sums,
@@ -32,7 +31,7 @@ from plenofir.studies.methods import (
     shift_and_sum,
     software,
 )
-from plenofir.studies.ray_report import table
+from plenofir.studies.report_parts import machine, table
 
 Floats = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]

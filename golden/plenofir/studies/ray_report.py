@@ -2,7 +2,7 @@
 
 import statistics
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isinf
 from pathlib import Path
@@ -26,16 +26,11 @@ from plenofir.camera.rays.real import compare_distances, real_micro_image_centre
 from plenofir.errors import InputError
 from plenofir.studies.ray_stability import CASES, Outcome, _error, oracle_distance, oracle_extension
 from plenofir.studies.ray_validation import Check, all_checks
+from plenofir.studies.report_parts import table
 from plenofir.studies.thesis_tables import load_table
 
 Progress = Callable[[str, int, int], None]
 _FLOOR = 1e-17
-
-
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """Format a Markdown table."""
-    lines = [f"| {' | '.join(heads)} |", "| " + " | ".join("---" for _ in heads) + " |"]
-    return [*lines, *(f"| {' | '.join(row)} |" for row in rows), ""]
 
 
 def _magnitude(error: float) -> str:

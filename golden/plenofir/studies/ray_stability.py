@@ -14,12 +14,13 @@ from mpmath import mp, mpf
 from plenofir.camera.optics.dispersion import MICRO_LENS_SELLMEIER, naive_sellmeier_index
 from plenofir.camera.optics.micro_lens import plano_convex
 from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor, load_camera
+from plenofir.camera.rays.distances import State
 from plenofir.camera.rays.intersections import (
     image_side_distance,
     iterated_image_distance,
     object_side_distance,
 )
-from plenofir.camera.rays.model import RayModel, State
+from plenofir.camera.rays.model import RayModel
 
 DIGITS = 700
 

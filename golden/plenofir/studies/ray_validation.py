@@ -7,7 +7,8 @@ from math import inf, isnan
 
 from plenofir.camera.optics.micro_lens import plano_convex
 from plenofir.camera.rays.camera import load_camera
-from plenofir.camera.rays.model import Distances, RayModel, State
+from plenofir.camera.rays.distances import Distances, State
+from plenofir.camera.rays.model import RayModel
 from plenofir.studies.thesis_tables import Cells, Printed, load_table
 
 # The text's numbers come from b_U and d_A' rounded to four decimals, and are themselves rounded.

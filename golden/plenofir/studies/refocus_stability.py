@@ -18,9 +18,8 @@ from plenofir.images import write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir.refocus.fast import field
 from plenofir.refocus.operator import Image
-from plenofir.studies.machine import machine
 from plenofir.studies.methods import exact_sums, running_sums, shift_and_sum
-from plenofir.studies.ray_report import table
+from plenofir.studies.report_parts import machine, table
 
 Progress = Callable[[int, int], None]
 Work = Callable[[Any, int, int], Any]

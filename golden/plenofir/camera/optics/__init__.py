@@ -5,6 +5,12 @@ Lengths in mm, wavelengths in nm, angles as slopes. `load_prescription` reads a 
 `tracing` work on that.
 """
 
+from plenofir.camera.optics.chief_rays import (
+    ChiefRays,
+    MicroImageCentres,
+    chief_rays,
+    micro_image_centres,
+)
 from plenofir.camera.optics.dispersion import (
     C_LINE_NM,
     D_LINE_NM,
@@ -47,17 +53,13 @@ from plenofir.camera.optics.prescription import (
     shipped_lenses,
 )
 from plenofir.camera.optics.tracing import (
-    ChiefRays,
     Meetings,
-    MicroImageCentres,
     Rays,
     RayState,
     RefocusedPlanes,
     Trace,
-    chief_rays,
     intersect,
     meridional_rays,
-    micro_image_centres,
     refocused_planes,
     trace,
     trace_to_object,

@@ -13,12 +13,13 @@ from plenofir.camera.rays.camera import (
 )
 from plenofir.camera.rays.cover import Cover, Slice, covering_slices, depth_of_field, gaps_between
 from plenofir.camera.rays.diffraction import abbe_limit, airy_radius
+from plenofir.camera.rays.distances import Distances, Planes, State, lens_extension
 from plenofir.camera.rays.intersections import (
     image_side_distance,
     iterated_image_distance,
     object_side_distance,
 )
-from plenofir.camera.rays.model import Distances, Planes, RayModel, State, lens_extension
+from plenofir.camera.rays.model import RayModel
 
 __all__ = [
     "Camera",

@@ -6,7 +6,8 @@ from math import floor, inf
 
 import numpy as np
 
-from plenofir.camera.rays.model import RayModel, State
+from plenofir.camera.rays.distances import State
+from plenofir.camera.rays.model import RayModel
 from plenofir.errors import InputError
 
 

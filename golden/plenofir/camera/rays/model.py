@@ -21,143 +21,26 @@ d = D(a) / V(a), without any intermediate infinity. V, the vergence, vanishes at
 
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
-from enum import StrEnum
 from functools import cached_property
-from math import inf, isfinite
+from math import inf
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from plenofir.camera.rays.camera import Camera
+from plenofir.camera.rays.distances import Distances, Planes, lens_extension
 from plenofir.camera.rays.precise import CONTEXT, Line, Values, exact, split
 from plenofir.errors import InputError
 
 DisparityUnit = Literal["pixels", "pixels per view"]
 
 
-class State(StrEnum):
-    """Where the rays of a plane meet.
-
-    Attributes
-    ----------
-    REAL
-        In front of the main lens.
-    INFINITY
-        Nowhere: they are parallel.
-    BEYOND_INFINITY
-        They diverge towards the scene.
-    INSIDE_LENS
-        Inside the main lens: nothing can be placed there.
-    """
-
-    REAL = "real"
-    INFINITY = "infinity"
-    BEYOND_INFINITY = "beyond infinity"
-    INSIDE_LENS = "inside lens"
-
-
-States = npt.NDArray[np.int8]
-"""Indices into `STATES`."""
-STATES = tuple(State)
 _REAL, _INFINITY, _BEYOND, _INSIDE = range(4)
 # Beyond this the products of the coefficients would overflow.
 _LARGEST_A = 1e100
 # Planes are evaluated in blocks that stay in the processor's cache.
 _BLOCK = 8192
-
-
-@dataclass(frozen=True)
-class Distances:
-    """Distances of planes from the micro lenses.
-
-    Attributes
-    ----------
-    mm
-        Distance in mm; nan for planes at and beyond infinity. Planes inside the lens have the
-        number at which their rays would meet.
-    states
-        Indices into `STATES`, same shape.
-    """
-
-    mm: Values
-    states: States
-
-    def state(self, *index: int) -> State:
-        """State of one plane.
-
-        Parameters
-        ----------
-        *index
-            Its index.
-
-        Returns
-        -------
-        State
-            The state.
-        """
-        return STATES[int(self.states[index])]
-
-
-@dataclass(frozen=True)
-class Planes:
-    """Refocused planes with their depths of field.
-
-    Attributes
-    ----------
-    a
-        Focus settings.
-    centre, near, far
-        Distances of the planes and of the borders of their depths of field.
-    """
-
-    a: Values
-    centre: Distances
-    near: Distances
-    far: Distances
-
-
-def lens_extension(
-    focal_length_mm: float, principal_plane_separation_mm: float, focus_mm: float
-) -> Decimal:
-    """Extension e = b_U - f_U that focuses the main lens to a distance, Eq. (5.16) solved.
-
-    With S = d_f - H1H2 and T = S - 2 f_U, e is the smaller root of e^2 - T e + f_U^2 = 0:
-    e = 2 f_U^2 / (T + sqrt(S (S - 4 f_U))). S = 4 f_U is imaging at 1:1; nearer there is no image.
-
-    Parameters
-    ----------
-    focal_length_mm
-        f_U.
-    principal_plane_separation_mm
-        H1H2.
-    focus_mm
-        d_f from the micro lenses to the focused plane; inf is allowed.
-
-    Returns
-    -------
-    Decimal
-        e in mm to about sixty digits, 0 for infinity.
-
-    Raises
-    ------
-    InputError
-        If no real image exists at that distance.
-    """
-    if focus_mm == inf:
-        return Decimal(0)
-    f = exact(focal_length_mm)
-    with localcontext(CONTEXT):
-        nearest = 4 * f + exact(principal_plane_separation_mm)
-        if not isfinite(focus_mm) or exact(focus_mm) < nearest:
-            raise InputError(
-                f"{focus_mm} mm is nearer than the main lens can focus",
-                where="focus",
-                expected=f"inf, or at least {float(nearest):.4f} mm",
-            )
-        distance = exact(focus_mm) - exact(principal_plane_separation_mm)
-        root = (distance * (distance - 4 * f)).sqrt()
-        return 2 * f * f / (distance - 2 * f + root)
 
 
 @dataclass(frozen=True)
@@ -215,10 +98,8 @@ class RayModel:
             If M or the focus is not possible.
         """
         lens = camera.main_lens
-        extension = lens_extension(
-            lens.focal_length_mm, lens.principal_plane_separation_mm, focus_mm
-        )
-        return cls(camera, extension, micro_image_size)
+        f, separation = lens.focal_length_mm, lens.principal_plane_separation_mm
+        return cls(camera, lens_extension(f, separation, focus_mm), micro_image_size)
 
     @cached_property
     def _lines(self) -> dict[int, tuple[Line, Line]]:
@@ -318,17 +199,11 @@ class RayModel:
         return self._distances(a, 0)
 
     def near_border(self, a: npt.ArrayLike) -> Distances:
-        """Near borders of the depths of field (Eqs. 3.36-3.43, inner rays).
-
-        Parameters and result as `distance`.
-        """
+        """Near borders of the depths of field (Eqs. 3.36-3.43, inner rays), as `distance`."""
         return self._distances(a, 1)
 
     def far_border(self, a: npt.ArrayLike) -> Distances:
-        """Far borders of the depths of field (Eqs. 3.36-3.43, outer rays).
-
-        Parameters and result as `distance`.
-        """
+        """Far borders of the depths of field (Eqs. 3.36-3.43, outer rays), as `distance`."""
         return self._distances(a, -1)
 
     def planes(self, a: npt.ArrayLike) -> Planes:
@@ -611,9 +486,8 @@ class RayModel:
         """
         self._in_pixels(0.0, gap, unit)
         z = np.asarray(depth_mm, dtype=np.float64)
-        pixels = (self.baseline(gap) / z - self._convergence(gap, view)) / (
-            self._pixel_at_unit_distance
-        )
+        turn = self.baseline(gap) / z - self._convergence(gap, view)
+        pixels = turn / self._pixel_at_unit_distance
         return np.asarray(pixels / gap if unit == "pixels per view" else pixels)
 
     @staticmethod

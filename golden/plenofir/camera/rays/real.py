@@ -6,9 +6,10 @@ from functools import cache
 
 import numpy as np
 
+from plenofir.camera.optics.chief_rays import micro_image_centres
 from plenofir.camera.optics.paraxial import cardinal_points, exit_pupil
 from plenofir.camera.optics.prescription import LensSystem, load_prescription
-from plenofir.camera.optics.tracing import micro_image_centres, refocused_planes
+from plenofir.camera.optics.tracing import refocused_planes
 from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor
 from plenofir.camera.rays.model import RayModel
 from plenofir.camera.rays.precise import Values

@@ -23,7 +23,7 @@ from plenofir.camera.rays import (
     load_camera,
     object_side_distance,
 )
-from plenofir.camera.rays.model import STATES
+from plenofir.camera.rays.distances import STATES
 from plenofir.errors import InputError
 
 F193 = load_camera("f193-mla2")

@@ -1,15 +1,22 @@
-"""Description of the machine that something was measured on."""
+"""What all reports share: Markdown tables, and the machine that something was measured on."""
 
 import os
 import platform
+from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
 from plenofir.refocus import processors
 
 
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Format a Markdown table."""
+    lines = [f"| {' | '.join(heads)} |", "| " + " | ".join("---" for _ in heads) + " |"]
+    return [*lines, *(f"| {' | '.join(row)} |" for row in rows), ""]
+
+
 def machine() -> str:
-    """Processor, caches, load and versions."""
+    """Processor, caches, load and versions of libraries."""
     name = platform.processor() or platform.machine()
     information = Path("/proc/cpuinfo")
     if information.is_file():
