@@ -1,23 +1,59 @@
-"""Build the VHDL packages whose contents Python computes.
+"""Build the VHDL packages that follow from something else: computed contents, repeated ports.
 
 Usage: python scripts/build_hdl.py [--check]
 
 With --check nothing is written; exit code 1 if a package is missing or stale.
 """
 
+import re
 import sys
 
 from plenofir import project
 from plenofir.fpga.hdmi.edid import edid_package
 from plenofir.fpga.hdmi.pll import settings_package
 
+HDL = project.root() / "hdl"
+UNISIM = HDL / "sim" / "unisim"
+VCOMPONENTS = UNISIM / "vcomponents.vhd"
+
+COMPONENTS_PACKAGE = """\
+-- The Spartan-6 primitives that the board uses, declared as in Xilinx's library of this name;
+-- built by scripts/build_hdl.py from the entities of the models.
+--
+-- For simulation without Xilinx's tools: a small library `unisim` with behavioural models, written
+-- from UG381, UG382, UG615 and XAPP879. Ports and generics have Xilinx's names; only those in use
+-- are here. Each model says at its head what it leaves out.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+package vcomponents is
+
+{components}
+
+end package vcomponents;
+"""
+
+
+def components_package() -> str:
+    """Make ``hdl/sim/unisim/vcomponents.vhd``, the components of all models."""
+    components = []
+    for path in sorted(set(UNISIM.glob("*.vhd")) - {VCOMPONENTS}):
+        entity = re.search(r"^entity (\w+) is\n(.*?)^end entity", path.read_text(), re.S | re.M)
+        if entity is None:
+            raise ValueError(f"{path}: no entity")
+        name, clauses = entity.groups()
+        component = f"component {name} is\n{clauses}end component {name};"
+        components.append(re.sub(r"^(?=.)", "  ", component, flags=re.M))
+    return COMPONENTS_PACKAGE.format(components="\n\n".join(components))
+
 
 def main() -> int:
     """Write or check the packages."""
-    hdl = project.root() / "hdl"
     packages = {
-        hdl / "board" / "edid_pkg.vhd": edid_package(),
-        hdl / "board" / "pll_settings_pkg.vhd": settings_package(),
+        HDL / "board" / "edid_pkg.vhd": edid_package(),
+        HDL / "board" / "pll_settings_pkg.vhd": settings_package(),
+        VCOMPONENTS: components_package(),
     }
     stale = {p for p, text in packages.items() if not p.exists() or p.read_text() != text}
     if "--check" in sys.argv[1:]:

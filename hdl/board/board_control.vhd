@@ -4,8 +4,6 @@
 -- on if either is. A sweep started by the switch shows each slice for SWITCH_FRAMES frames.
 --
 -- Latency: a few clocks. Throughput: not applicable.
--- Ports: line_in, line_out: serial port; button_*, switch_*: pins; status_values: see command_line,
---   without the settings, which come first; the rest are the settings.
 -- Equation: none.
 
 library ieee;
@@ -29,22 +27,28 @@ entity board_control is
     SWITCH_FRAMES : positive range 1 to 255 := 30
   );
   port (
-    clk            : in    std_logic;
-    reset          : in    std_logic;
-    line_in        : in    std_logic;
-    line_out       : out   std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Serial port.
+    line_in  : in    std_logic;
+    line_out : out   std_logic;
+    -- Pins of buttons and switches, active high.
     button_up      : in    std_logic;
     button_down    : in    std_logic;
     switch_pattern : in    std_logic;
     switch_pass    : in    std_logic;
     switch_sweep   : in    std_logic;
-    status_values  : in    std_logic_vector(16 * FIELDS - 1 downto 0);
-    slice          : out   std_logic_vector(7 downto 0);
-    sweep          : out   std_logic;
-    sweep_frames   : out   std_logic_vector(7 downto 0);
-    pass_through   : out   std_logic;
-    pattern        : out   std_logic;
-    clear_errors   : out   std_logic
+    -- FIELDS numbers of 16 bits for the status line, the first one in the low bits; slice, slices,
+    -- sweep, pass and pattern come before them.
+    status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
+    -- The settings.
+    slice        : out   std_logic_vector(7 downto 0);
+    sweep        : out   std_logic;
+    sweep_frames : out   std_logic_vector(7 downto 0);
+    pass_through : out   std_logic;
+    pattern      : out   std_logic;
+    -- Clear the error flags, for a clock.
+    clear_errors : out   std_logic
   );
 end entity board_control;
 

@@ -5,7 +5,6 @@
 -- frequency in units of 100 kHz.
 --
 -- Latency: WINDOW clocks. Throughput: one count each WINDOW clocks.
--- Ports: measured_clk: below a quarter of 16 times clk; count, and updated with each new one.
 -- Equation: count = f(measured_clk) / 16 * WINDOW / f(clk).
 
 library ieee;
@@ -18,10 +17,12 @@ entity clock_meter is
     WINDOW : positive := 16000
   );
   port (
-    clk          : in    std_logic;
+    clk : in    std_logic;
+    -- Any clock slower than 4 times clk.
     measured_clk : in    std_logic;
-    count        : out   unsigned(11 downto 0);
-    updated      : out   std_logic
+    -- Last count, and high for a clock with each new one.
+    count   : out   unsigned(11 downto 0);
+    updated : out   std_logic
   );
 end entity clock_meter;
 

@@ -12,9 +12,6 @@
 --
 -- Latency: the length of the line. Throughput: one command at a time; what arrives during an
 --   answer is dropped.
--- Ports: s_axis_*: characters in (always taken); m_axis_*: characters out; set_*: a command was
---   given, for a clock, with value; status_values: FIELDS numbers of 16 bits for the status, first
---   one in the low bits; slices: number of slices, the limit of "s".
 -- Equation: none.
 
 library ieee;
@@ -28,21 +25,27 @@ entity command_line is
     FIELDS : positive
   );
   port (
-    clk           : in    std_logic;
-    reset         : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Characters in, always taken.
     s_axis_tvalid : in    std_logic;
     s_axis_tdata  : in    std_logic_vector(7 downto 0);
+    -- Characters out.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(7 downto 0);
+    -- FIELDS numbers of 16 bits for the status line, the first one in the low bits.
     status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
-    slices        : in    unsigned(8 downto 0);
-    value         : out   unsigned(7 downto 0);
-    set_slice     : out   std_logic;
-    set_sweep     : out   std_logic;
-    set_pass      : out   std_logic;
-    set_pattern   : out   std_logic;
-    clear_errors  : out   std_logic
+    -- Number of slices, the limit of the command "s".
+    slices : in    unsigned(8 downto 0);
+    -- Number of the last command.
+    value : out   unsigned(7 downto 0);
+    -- The command that came, high for a clock; value goes with it.
+    set_slice    : out   std_logic;
+    set_sweep    : out   std_logic;
+    set_pass     : out   std_logic;
+    set_pattern  : out   std_logic;
+    clear_errors : out   std_logic
   );
 end entity command_line;
 

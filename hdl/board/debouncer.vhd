@@ -1,8 +1,6 @@
 -- Level and edge of a button or switch.
 --
 -- Latency: STABLE clocks. Throughput: not applicable.
--- Ports: contact: from the pin, active high; level: after STABLE equal samples; pressed: it became
---   high, for a clock.
 -- Equation: level changes when the contact has differed from it for STABLE clocks.
 
 library ieee;
@@ -14,9 +12,12 @@ entity debouncer is
     STABLE : positive := 1000000
   );
   port (
-    clk     : in    std_logic;
+    clk : in    std_logic;
+    -- From the pin, active high.
     contact : in    std_logic;
-    level   : out   std_logic;
+    -- The contact after STABLE equal samples.
+    level : out   std_logic;
+    -- The level became high, for a clock.
     pressed : out   std_logic
   );
 end entity debouncer;

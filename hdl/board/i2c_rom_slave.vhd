@@ -6,8 +6,6 @@
 --
 -- Latency: FILTER + 3 clocks from a falling edge of the clock line to the data line. Throughput: I2C
 --   up to 400 kHz, with clk of 100 MHz.
--- Ports: scl, sda: the lines; sda_low: pull the data line low (open drain); read_byte: a byte of
---   the block was read, for a clock.
 -- Equation: the n-th byte of a read = EDID(address + n).
 
 library ieee;
@@ -25,11 +23,14 @@ entity i2c_rom_slave is
     MAX_COLUMNS : positive := 1280
   );
   port (
-    clk       : in    std_logic;
-    reset     : in    std_logic;
-    scl       : in    std_logic;
-    sda       : in    std_logic;
-    sda_low   : out   std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- The lines, as they are at the pins.
+    scl : in    std_logic;
+    sda : in    std_logic;
+    -- Pull the data line low (open drain).
+    sda_low : out   std_logic;
+    -- A byte of the block was read, for a clock.
     read_byte : out   std_logic
   );
 end entity i2c_rom_slave;
@@ -38,30 +39,39 @@ architecture rtl of i2c_rom_slave is
 
   constant DEVICE : std_logic_vector(6 downto 0) := "1010000";
 
+  type rom_t is array (0 to 127) of std_logic_vector(7 downto 0);
+
   -- The block with the longest lines that fit; 640x480 in any case.
   function chosen_block (
     columns : positive
-  ) return natural is
+  ) return rom_t is
 
-    variable block_index : natural;
+    variable block_bits : edid_t;
+    variable rom        : rom_t;
 
   begin
 
-    block_index := 0;
+    block_bits := EDIDS(0);
 
     for i in EDID_COLUMNS'range loop
 
       if EDID_COLUMNS(i) <= columns then
-        block_index := i;
+        block_bits := EDIDS(i);
       end if;
 
     end loop;
 
-    return block_index;
+    for i in rom'range loop
+
+      rom(i) := block_bits(8 * i to 8 * i + 7);
+
+    end loop;
+
+    return rom;
 
   end function chosen_block;
 
-  constant EDID : edid_t := EDIDS(chosen_block(MAX_COLUMNS));
+  constant EDID : rom_t := chosen_block(MAX_COLUMNS);
 
   -- idle: not addressed; device_byte, address_byte, discard: bytes coming in; acknowledge: the
   -- slave's bit; send: a byte going out; acknowledged: the master's bit.

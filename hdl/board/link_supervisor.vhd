@@ -9,9 +9,6 @@
 -- overlap, and a clock within both does not switch back and forth.
 --
 -- Latency: the PLLs' lock times. Throughput: not applicable.
--- Ports: want_own: the board's own clock is wanted; own_ready: it runs; rate, rate_updated: TMDS clock,
---   see clock_meter; use_own: clock choice; configure, high, configured: to the PLLs' settings;
---   receive_*, transmit_*: PLLs; run: release the logic; present: there is a TMDS clock in range.
 -- Equation: run = clock in range, and all that it goes through is locked.
 
 library ieee;
@@ -26,22 +23,31 @@ entity link_supervisor is
     TIMEOUT : positive := 1000000
   );
   port (
-    clk             : in    std_logic;
-    reset           : in    std_logic;
-    want_own        : in    std_logic;
-    own_ready       : in    std_logic;
-    rate            : in    unsigned(11 downto 0);
-    rate_updated    : in    std_logic;
-    use_own         : out   std_logic;
-    configure       : out   std_logic;
-    high            : out   std_logic;
-    configured      : in    std_logic;
-    receive_reset   : out   std_logic;
-    receive_locked  : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- The board's own clock is wanted, and whether it runs.
+    want_own  : in    std_logic;
+    own_ready : in    std_logic;
+    -- The TMDS clock, see clock_meter.
+    rate         : in    unsigned(11 downto 0);
+    rate_updated : in    std_logic;
+    -- Clock choice: the board's own one.
+    use_own : out   std_logic;
+    -- Write the settings of both PLLs (high: those for 40 to 100 MHz); configured: they are
+    -- written.
+    configure  : out   std_logic;
+    high       : out   std_logic;
+    configured : in    std_logic;
+    -- The receiver's PLL.
+    receive_reset  : out   std_logic;
+    receive_locked : in    std_logic;
+    -- The transmitter's PLL.
     transmit_reset  : out   std_logic;
     transmit_locked : in    std_logic;
-    run             : out   std_logic;
-    present         : out   std_logic
+    -- Release the logic.
+    run : out   std_logic;
+    -- There is a TMDS clock in range.
+    present : out   std_logic
   );
 end entity link_supervisor;
 

@@ -5,8 +5,6 @@
 -- tells.
 --
 -- Latency: about 10 clocks for each register. Throughput: one setting at a time.
--- Ports: start: write the setting (high: 40 to 100 MHz, else 25 to 50 MHz); done: nothing under way;
---   drp_*: the PLL's port; the PLL is in reset meanwhile.
 -- Equation: register = (register and not mask) or setting.
 
 library ieee;
@@ -22,11 +20,14 @@ entity pll_configure is
     TIMEOUT : positive := 255
   );
   port (
-    clk         : in    std_logic;
-    reset       : in    std_logic;
-    start       : in    std_logic;
-    high        : in    std_logic;
-    done        : out   std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Write the setting; high: for 40 to 100 MHz, else for 25 to 50 MHz.
+    start : in    std_logic;
+    high  : in    std_logic;
+    -- Nothing is being written.
+    done : out   std_logic;
+    -- The PLL's reconfiguration port. The PLL must be in reset while it is in use.
     drp_enable  : out   std_logic;
     drp_write   : out   std_logic;
     drp_address : out   std_logic_vector(4 downto 0);

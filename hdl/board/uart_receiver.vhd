@@ -1,8 +1,6 @@
 -- Serial receiver: 8 data bits, no parity, 1 stop bit.
 --
 -- Latency: in the middle of the stop bit. Throughput: one byte each 10 bits.
--- Ports: line: idle high; data, valid: a byte came in, for a clock; bytes without a stop bit are
---   dropped.
 -- Equation: data bit n is the level of the line n + 1.5 bits behind the falling edge.
 
 library ieee;
@@ -16,7 +14,9 @@ entity uart_receiver is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    line  : in    std_logic;
+    -- Serial line, idle high.
+    line : in    std_logic;
+    -- A byte, and high for a clock when it came in. Bytes without a stop bit are dropped.
     data  : out   std_logic_vector(7 downto 0);
     valid : out   std_logic
   );

@@ -1,7 +1,6 @@
 -- Serial transmitter: 8 data bits, no parity, 1 stop bit.
 --
 -- Latency: 1 clock to the start bit. Throughput: one byte each 10 bits.
--- Ports: s_axis_*: bytes; line: idle high.
 -- Equation: line = start bit (low), data bits 0 to 7, stop bit (high), each BIT_CLOCKS long.
 
 library ieee;
@@ -13,12 +12,14 @@ entity uart_transmitter is
     BIT_CLOCKS : positive range 4 to 65535 := 868
   );
   port (
-    clk           : in    std_logic;
-    reset         : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Bytes to send.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(7 downto 0);
-    line          : out   std_logic
+    -- Serial line, idle high.
+    line : out   std_logic
   );
 end entity uart_transmitter;
 

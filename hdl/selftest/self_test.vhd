@@ -5,8 +5,6 @@
 -- refocused pixels. Nothing but a clock and LEDs is needed, so it runs on any board and any FPGA.
 --
 -- Latency: a frame and the latency of the core until the first result. Throughput: one pixel each clock.
--- Ports: reset, synchronous; tested is '1' from the first result on, passed while every signature so far
---   was right, blink changes every 2**BLINK_BITS frames.
 -- Equation: pixel(n) = low bits of state(n), state(0) = SEED, state(n+1) = 2*state(n) modulo P over GF(2);
 --   signature(n+1) = (2*signature(n) modulo P) xor pixel(n), P = x**32 + x**22 + x**2 + x + 1.
 
@@ -40,11 +38,14 @@ entity self_test is
     BLINK_BITS : positive := 5
   );
   port (
-    clk    : in    std_logic;
-    reset  : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- High from the first result on.
     tested : out   std_logic;
+    -- High while every signature so far was right.
     passed : out   std_logic;
-    blink  : out   std_logic
+    -- Changes every 2**BLINK_BITS frames.
+    blink : out   std_logic
   );
 end entity self_test;
 

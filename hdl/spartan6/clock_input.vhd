@@ -1,8 +1,6 @@
 -- Differential clock input of the TMDS clock lane.
 --
 -- Latency: the buffers. Throughput: one clock.
--- Ports: clk_p, clk_n: pins; clk: for a clock multiplexer or PLL; clk_global: the same on a global
---   buffer, for logic that counts it.
 -- Equation: clk = clk_p.
 
 library ieee;
@@ -13,9 +11,12 @@ use unisim.vcomponents.all;
 
 entity clock_input is
   port (
-    clk_p      : in    std_logic;
-    clk_n      : in    std_logic;
-    clk        : out   std_logic;
+    -- Pins.
+    clk_p : in    std_logic;
+    clk_n : in    std_logic;
+    -- For a clock multiplexer or PLL.
+    clk : out   std_logic;
+    -- The same on a global buffer, for logic that counts it.
     clk_global : out   std_logic
   );
 end entity clock_input;

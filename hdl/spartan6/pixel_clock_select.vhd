@@ -5,7 +5,6 @@
 -- reset meanwhile.
 --
 -- Latency: the buffer. Throughput: one clock.
--- Ports: clk_100; tmds_clk; use_own: choice; clk: to the PLL; own_ready: the board's own clock runs.
 -- Equation: clk = own clock if use_own, else tmds_clk.
 
 library ieee;
@@ -21,11 +20,16 @@ entity pixel_clock_select is
     DIVIDE   : positive := 143
   );
   port (
-    clk_100   : in    std_logic;
-    reset     : in    std_logic;
-    tmds_clk  : in    std_logic;
-    use_own   : in    std_logic;
-    clk       : out   std_logic;
+    -- The board's oscillator.
+    clk_100 : in    std_logic;
+    reset   : in    std_logic;
+    -- Clock of the HDMI input.
+    tmds_clk : in    std_logic;
+    -- Choice: the clock made on the board.
+    use_own : in    std_logic;
+    -- The chosen clock, to the PLL.
+    clk : out   std_logic;
+    -- The clock made on the board runs.
     own_ready : out   std_logic
   );
 end entity pixel_clock_select;

@@ -4,8 +4,6 @@
 -- (see pll_settings_pkg). Out of configuration it is set for 40 to 100 MHz.
 --
 -- Latency: not applicable. Throughput: not applicable.
--- Ports: clk_in: pixel clock; pll_reset; drp_*: reconfiguration port, in drp_clk; clk, clk_x2:
---   global; io_clk, io_strobe: to the serialisers of one bank; locked: all of them run.
 -- Equation: f(io_clk) = 10 f(clk_in), f(clk_x2) = 2 f(clk_in), f(clk) = f(clk_in).
 
 library ieee;
@@ -16,8 +14,11 @@ use unisim.vcomponents.all;
 
 entity serial_clocks is
   port (
-    clk_in      : in    std_logic;
-    pll_reset   : in    std_logic;
+    -- Pixel clock.
+    clk_in : in    std_logic;
+    -- Reset of the PLL.
+    pll_reset : in    std_logic;
+    -- Reconfiguration port of the PLL.
     drp_clk     : in    std_logic;
     drp_enable  : in    std_logic;
     drp_write   : in    std_logic;
@@ -25,11 +26,14 @@ entity serial_clocks is
     drp_in      : in    std_logic_vector(15 downto 0);
     drp_out     : out   std_logic_vector(15 downto 0);
     drp_ready   : out   std_logic;
-    clk         : out   std_logic;
-    clk_x2      : out   std_logic;
-    io_clk      : out   std_logic;
-    io_strobe   : out   std_logic;
-    locked      : out   std_logic
+    -- Pixel clock and twice that, on global buffers.
+    clk    : out   std_logic;
+    clk_x2 : out   std_logic;
+    -- Ten times the pixel clock and its strobe, to the serialisers of one bank.
+    io_clk    : out   std_logic;
+    io_strobe : out   std_logic;
+    -- All clocks run.
+    locked : out   std_logic
   );
 end entity serial_clocks;
 

@@ -3,8 +3,6 @@
 -- Master and slave of a differential pair: the master samples the bits, the slave their edges.
 --
 -- Latency: the deserialiser, 2 to 3 clocks of clk_x2. Throughput: five bits each clock of clk_x2.
--- Ports: data_p, data_n: pins; io_clk, io_strobe: from serial_clocks; half (clk_x2): bit 0 came first;
---   calibrate_*, delay_reset, step, step_up, busy, valid, increase: see phase_detector_control.
 -- Equation: half = five bits in a row.
 
 library ieee;
@@ -15,12 +13,17 @@ use unisim.vcomponents.all;
 
 entity tmds_input is
   port (
-    data_p           : in    std_logic;
-    data_n           : in    std_logic;
-    io_clk           : in    std_logic;
-    io_strobe        : in    std_logic;
-    clk_x2           : in    std_logic;
-    reset            : in    std_logic;
+    -- Pins of the channel.
+    data_p : in    std_logic;
+    data_n : in    std_logic;
+    -- From serial_clocks.
+    io_clk    : in    std_logic;
+    io_strobe : in    std_logic;
+    -- Clock of the halves.
+    clk_x2 : in    std_logic;
+    -- Reset in clk_x2.
+    reset : in    std_logic;
+    -- See phase_detector_control.
     calibrate_master : in    std_logic;
     calibrate_slave  : in    std_logic;
     delay_reset      : in    std_logic;
@@ -29,7 +32,8 @@ entity tmds_input is
     busy             : out   std_logic;
     valid            : out   std_logic;
     increase         : out   std_logic;
-    half             : out   std_logic_vector(4 downto 0)
+    -- Five bits, in clk_x2; bit 0 came first.
+    half : out   std_logic_vector(4 downto 0)
   );
 end entity tmds_input;
 

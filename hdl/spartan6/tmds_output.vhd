@@ -1,8 +1,6 @@
 -- Output of one TMDS lane: serialiser 5:1 and pins.
 --
 -- Latency: the serialiser, about 2 clocks of clk_x2. Throughput: five bits each clock of clk_x2.
--- Ports: half (clk_x2): bit 0 is sent first; io_clk, io_strobe: from serial_clocks; data_p, data_n:
---   pins.
 -- Equation: the bits of half, one each clock of io_clk.
 
 library ieee;
@@ -13,13 +11,18 @@ use unisim.vcomponents.all;
 
 entity tmds_output is
   port (
-    half      : in    std_logic_vector(4 downto 0);
+    -- Five bits, in clk_x2; bit 0 is sent first.
+    half : in    std_logic_vector(4 downto 0);
+    -- From serial_clocks.
     io_clk    : in    std_logic;
     io_strobe : in    std_logic;
-    clk_x2    : in    std_logic;
-    reset     : in    std_logic;
-    data_p    : out   std_logic;
-    data_n    : out   std_logic
+    -- Clock of the halves.
+    clk_x2 : in    std_logic;
+    -- Reset in clk_x2.
+    reset : in    std_logic;
+    -- Pins of the lane.
+    data_p : out   std_logic;
+    data_n : out   std_logic
   );
 end entity tmds_output;
 

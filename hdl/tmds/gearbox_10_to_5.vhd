@@ -6,7 +6,6 @@
 --
 -- Latency: 1 clock of clk, then 1 clock of clk_x2 to the first half.
 -- Throughput: ten bits each clock of clk, five bits each clock of clk_x2.
--- Ports: bits (clk): bit 0 is sent first; half (clk_x2): bit 0 is sent first.
 -- Equation: half = bits 4..0, then bits 9..5.
 
 library ieee;
@@ -14,10 +13,13 @@ use ieee.std_logic_1164.all;
 
 entity gearbox_10_to_5 is
   port (
+    -- Word clock, and twice that from the same PLL.
     clk    : in    std_logic;
     clk_x2 : in    std_logic;
-    bits   : in    std_logic_vector(9 downto 0);
-    half   : out   std_logic_vector(4 downto 0)
+    -- Word, in clk; bit 0 is sent first.
+    bits : in    std_logic_vector(9 downto 0);
+    -- Five bits, in clk_x2; bit 0 is sent first.
+    half : out   std_logic_vector(4 downto 0)
   );
 end entity gearbox_10_to_5;
 

@@ -6,7 +6,6 @@
 --
 -- Latency: 1 clock of clk_x2, then 1 clock of clk.
 -- Throughput: five bits each clock of clk_x2, ten bits each clock of clk.
--- Ports: half (clk_x2): bit 0 came first; bits (clk): bit 0 came first.
 -- Equation: bits = the last two halves, the older one in the low bits.
 
 library ieee;
@@ -14,10 +13,13 @@ use ieee.std_logic_1164.all;
 
 entity gearbox_5_to_10 is
   port (
+    -- Word clock, and twice that from the same PLL.
     clk    : in    std_logic;
     clk_x2 : in    std_logic;
-    half   : in    std_logic_vector(4 downto 0);
-    bits   : out   std_logic_vector(9 downto 0)
+    -- Five bits, in clk_x2; bit 0 came first.
+    half : in    std_logic_vector(4 downto 0);
+    -- Ten bits, in clk; bit 0 came first.
+    bits : out   std_logic_vector(9 downto 0)
   );
 end entity gearbox_5_to_10;
 

@@ -10,9 +10,6 @@
 -- for ever.
 --
 -- Latency: FILTER edges from a deviation to a step. Throughput: one step for each INTERVAL clocks.
--- Ports: clk: the clock of the deserialiser's words; busy: a delay line is being calibrated; valid,
---   increase: phase detector: there was an edge, and the delay should grow; calibrate_master,
---   calibrate_slave, delay_reset, step, step_up: to the delay lines; tracking: calibrated once.
 -- Equation: the delay moves by +1 or -1 when a counter that goes up with each late edge and down with
 --   each early one has moved by FILTER.
 
@@ -30,17 +27,22 @@ entity phase_detector_control is
     TIMEOUT : positive := 1023
   );
   port (
-    clk              : in    std_logic;
-    reset            : in    std_logic;
-    busy             : in    std_logic;
-    valid            : in    std_logic;
-    increase         : in    std_logic;
+    -- Clock of the deserialiser's words.
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A delay line is being calibrated.
+    busy : in    std_logic;
+    -- Phase detector: there was an edge, and the delay should grow.
+    valid    : in    std_logic;
+    increase : in    std_logic;
+    -- To the delay lines: calibrate, reset the delay, step (each for a clock) and its direction.
     calibrate_master : out   std_logic;
     calibrate_slave  : out   std_logic;
     delay_reset      : out   std_logic;
     step             : out   std_logic;
     step_up          : out   std_logic;
-    tracking         : out   std_logic
+    -- Calibrated once since the reset.
+    tracking : out   std_logic
   );
 end entity phase_detector_control;
 

@@ -1,8 +1,6 @@
 -- TMDS decoder of one channel.
 --
 -- Latency: 2 clocks. Throughput: one word each clock.
--- Ports: word: bit 0 came first; active: the word is no control token; data: its byte; control: C1
---   & C0 of the last token; error: no encoder sends this word.
 -- Equation: DVI 1.0, figure 3-6. Of the 1024 words 460 are data words: the chain must be the one
 --   that an encoder chooses for the byte, and a balanced chain is inverted if it is of XNORs only.
 
@@ -15,13 +13,18 @@ use work.tmds_pkg.all;
 
 entity tmds_decoder is
   port (
-    clk     : in    std_logic;
-    reset   : in    std_logic;
-    word    : in    std_logic_vector(9 downto 0);
-    active  : out   std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Bit 0 came first.
+    word : in    std_logic_vector(9 downto 0);
+    -- The word is no control token.
+    active : out   std_logic;
+    -- C1 and C0 of the last token.
     control : out   std_logic_vector(1 downto 0);
-    data    : out   std_logic_vector(7 downto 0);
-    error   : out   std_logic
+    -- Byte of the word.
+    data : out   std_logic_vector(7 downto 0);
+    -- No encoder sends this word.
+    error : out   std_logic
   );
 end entity tmds_decoder;
 

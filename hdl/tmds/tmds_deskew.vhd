@@ -6,8 +6,6 @@
 -- with the taps in use count; the same deviation twice moves the taps.
 --
 -- Latency: 2 clocks for the channel that comes last. Throughput: one word of each channel each clock.
--- Ports: words, tokens, aligned of the channels (channel 0 in the low bits); out_words: words of the
---   same pixel; locked: the taps were confirmed within TIMEOUT words and all channels are aligned.
 -- Equation: out_words(t) of channel c = words(t - 2 - tap(c)), tap(c) = last arrival - arrival(c).
 
 library ieee;
@@ -23,13 +21,17 @@ entity tmds_deskew is
     TIMEOUT : positive := 262143
   );
   port (
-    clk       : in    std_logic;
-    reset     : in    std_logic;
-    words     : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
-    tokens    : in    std_logic_vector(CHANNELS - 1 downto 0);
-    aligned   : in    std_logic_vector(CHANNELS - 1 downto 0);
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Words of the channels, channel 0 in the low bits; which are control tokens; which channels
+    -- are aligned.
+    words   : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
+    tokens  : in    std_logic_vector(CHANNELS - 1 downto 0);
+    aligned : in    std_logic_vector(CHANNELS - 1 downto 0);
+    -- Words that belong to the same pixel.
     out_words : out   std_logic_vector(10 * CHANNELS - 1 downto 0);
-    locked    : out   std_logic
+    -- All channels are aligned, and their delays were confirmed within TIMEOUT words.
+    locked : out   std_logic
   );
 end entity tmds_deskew;
 

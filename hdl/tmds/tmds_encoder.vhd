@@ -1,8 +1,6 @@
 -- TMDS encoder of one channel.
 --
 -- Latency: 3 clocks. Throughput: one word each clock.
--- Ports: active: data enable; data is sent while active, control (C1 & C0) while not; word: bit 0
---   is sent first. Reset clears the running disparity.
 -- Equation: DVI 1.0, figure 3-5: transitions minimised, then inverted where that brings the
 --   running disparity (ones minus zeros since the last control token) nearer to zero.
 
@@ -15,12 +13,17 @@ use work.tmds_pkg.all;
 
 entity tmds_encoder is
   port (
-    clk     : in    std_logic;
-    reset   : in    std_logic;
-    active  : in    std_logic;
+    clk : in    std_logic;
+    -- Clears the running disparity.
+    reset : in    std_logic;
+    -- Data enable: data is sent while high, control while low.
+    active : in    std_logic;
+    -- C1 and C0.
     control : in    std_logic_vector(1 downto 0);
-    data    : in    std_logic_vector(7 downto 0);
-    word    : out   std_logic_vector(9 downto 0)
+    -- Byte to send.
+    data : in    std_logic_vector(7 downto 0);
+    -- Bit 0 is sent first.
+    word : out   std_logic_vector(9 downto 0)
   );
 end entity tmds_encoder;
 

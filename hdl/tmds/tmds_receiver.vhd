@@ -4,10 +4,6 @@
 -- say, so that one wrong token does not tear a line.
 --
 -- Latency: about 12 clocks, plus the skew that is taken out. Throughput: one pixel each clock.
--- Ports: halves (clk_x2): five bits of each channel, channel 0 (blue) in the low bits, bit 0 came
---   first; active, h_sync, v_sync, pixel (clk): red in the low bits, black where not active;
---   aligned: each channel; locked: all channels aligned and deskewed; error: this pixel holds a word
---   that no encoder sends, or the channels disagree on data enable.
 -- Equation: DVI 1.0, sections 3.2 and 3.3.
 
 library ieee;
@@ -24,17 +20,23 @@ entity tmds_receiver is
     ALIGN_TIMEOUT : positive := 8192
   );
   port (
-    clk     : in    std_logic;
-    clk_x2  : in    std_logic;
-    reset   : in    std_logic;
-    halves  : in    std_logic_vector(5 * CHANNELS - 1 downto 0);
-    active  : out   std_logic;
-    h_sync  : out   std_logic;
-    v_sync  : out   std_logic;
-    pixel   : out   std_logic_vector(23 downto 0);
+    -- Pixel clock, and twice that from the same PLL.
+    clk    : in    std_logic;
+    clk_x2 : in    std_logic;
+    reset  : in    std_logic;
+    -- Five bits of each channel, in clk_x2: channel 0 (blue) in the low bits, bit 0 came first.
+    halves : in    std_logic_vector(5 * CHANNELS - 1 downto 0);
+    -- Video, in clk: red in the low bits of pixel, black where not active.
+    active : out   std_logic;
+    h_sync : out   std_logic;
+    v_sync : out   std_logic;
+    pixel  : out   std_logic_vector(23 downto 0);
+    -- Each channel is aligned to words.
     aligned : out   std_logic_vector(CHANNELS - 1 downto 0);
-    locked  : out   std_logic;
-    error   : out   std_logic
+    -- All channels are aligned and deskewed.
+    locked : out   std_logic;
+    -- The pixel holds a word that no encoder sends, or the channels disagree on data enable.
+    error : out   std_logic
   );
 end entity tmds_receiver;
 

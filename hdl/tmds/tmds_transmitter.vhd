@@ -3,9 +3,6 @@
 -- Encoders -> elastic buffer into the serialisers' clock -> gearbox.
 --
 -- Latency: about 17 clocks. Throughput: one pixel each clock.
--- Ports: active, h_sync, v_sync, pixel (clk): red in the low bits; halves (tx_clk_x2): five bits of
---   channels 0 to 2 and of the clock lane (high bits), bit 0 is sent first. tx_clk and tx_clk_x2
---   come from one PLL and have the frequency of clk and twice that; their phase to clk is free.
 -- Equation: DVI 1.0, sections 3.2 and 3.3; the clock lane is high for the first five bits of a word.
 
 library ieee;
@@ -16,16 +13,22 @@ use work.tmds_pkg.all;
 
 entity tmds_transmitter is
   port (
-    clk       : in    std_logic;
-    reset     : in    std_logic;
-    active    : in    std_logic;
-    h_sync    : in    std_logic;
-    v_sync    : in    std_logic;
-    pixel     : in    std_logic_vector(23 downto 0);
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Video, in clk: red in the low bits of pixel.
+    active : in    std_logic;
+    h_sync : in    std_logic;
+    v_sync : in    std_logic;
+    pixel  : in    std_logic_vector(23 downto 0);
+    -- Clocks of the transmitter, from one PLL, with the frequency of clk and twice that and any
+    -- phase to it.
     tx_clk    : in    std_logic;
     tx_clk_x2 : in    std_logic;
-    tx_reset  : in    std_logic;
-    halves    : out   std_logic_vector(5 * CHANNELS + 4 downto 0)
+    -- Reset in tx_clk.
+    tx_reset : in    std_logic;
+    -- Five bits of channels 0 to 2 and, in the high bits, of the clock lane, in tx_clk_x2; bit 0 is
+    -- sent first.
+    halves : out   std_logic_vector(5 * CHANNELS + 4 downto 0)
   );
 end entity tmds_transmitter;
 

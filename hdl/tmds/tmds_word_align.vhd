@@ -6,8 +6,6 @@
 -- been seen for TIMEOUT words the channel counts as not aligned, and looks on.
 --
 -- Latency: 3 clocks at phase 0; a whole run later a new phase is used. Throughput: one word each clock.
--- Ports: bits: ten bits of the channel, bit 0 came first; word: aligned word; token: it is a control
---   token; aligned: a run was seen within TIMEOUT words.
 -- Equation: word(t) = ten bits from bit 10 t + phase on.
 
 library ieee;
@@ -25,11 +23,15 @@ entity tmds_word_align is
     TIMEOUT : positive := 8192
   );
   port (
-    clk     : in    std_logic;
-    reset   : in    std_logic;
-    bits    : in    std_logic_vector(9 downto 0);
-    word    : out   std_logic_vector(9 downto 0);
-    token   : out   std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Ten bits of the channel, bit 0 came first.
+    bits : in    std_logic_vector(9 downto 0);
+    -- Aligned word.
+    word : out   std_logic_vector(9 downto 0);
+    -- The word is a control token.
+    token : out   std_logic;
+    -- A run of tokens was seen within TIMEOUT words.
     aligned : out   std_logic
   );
 end entity tmds_word_align;

@@ -5,7 +5,6 @@
 -- M * j + u * a', in both dimensions.
 --
 -- Latency: 2 clocks from the raster. Throughput: one pixel each clock.
--- Ports: timing: see video_pkg; active, h_sync, v_sync, pixel: video, red in the low bits.
 -- Equation: pixel(x, y) is light where bit CELL of (M j + u a') and of (M i + v a') differ, x = M j + u,
 --   y = M i + v, a' by band.
 
@@ -31,9 +30,11 @@ entity light_field_pattern is
     CELL : natural := 3
   );
   port (
-    clk    : in    std_logic;
-    reset  : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Video timing to draw, see video_pkg.
     timing : in    std_logic_vector(TIMING_BITS - 1 downto 0);
+    -- Video: red in the low bits of pixel.
     active : out   std_logic;
     h_sync : out   std_logic;
     v_sync : out   std_logic;

@@ -1,10 +1,6 @@
 -- Makes the raster of a video mode: position, data enable, syncs.
 --
 -- Latency: 1 clock from start to the first active pixel. Throughput: one pixel each clock.
--- Ports: timing: see video_pkg, stable while running; start: the next pixel is the first one of a
---   frame, whatever the position; column, row: position; active: inside the picture; frame_first,
---   line_last: first pixel of the frame, last active pixel of a line; h_sync, v_sync. Before the
---   first start all is quiet, and so after reset.
 -- Equation: position(t + 1) = position(t) + 1 pixel, modulo line_length and frame_lines.
 
 library ieee;
@@ -16,18 +12,26 @@ use work.video_pkg.all;
 
 entity raster_generator is
   port (
-    clk         : in    std_logic;
-    reset       : in    std_logic;
-    timing      : in    std_logic_vector(TIMING_BITS - 1 downto 0);
-    start       : in    std_logic;
-    running     : out   std_logic;
-    column      : out   unsigned(COUNT_BITS - 1 downto 0);
-    row         : out   unsigned(COUNT_BITS - 1 downto 0);
-    active      : out   std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- See video_pkg; stable while running.
+    timing : in    std_logic_vector(TIMING_BITS - 1 downto 0);
+    -- The next pixel is the first one of a frame, whatever the position is now.
+    start : in    std_logic;
+    -- High from the first start on; before it, and after a reset, no pixels come out.
+    running : out   std_logic;
+    -- Position of the pixel.
+    column : out   unsigned(COUNT_BITS - 1 downto 0);
+    row    : out   unsigned(COUNT_BITS - 1 downto 0);
+    -- Inside the picture.
+    active : out   std_logic;
+    -- First pixel of the frame.
     frame_first : out   std_logic;
-    line_last   : out   std_logic;
-    h_sync      : out   std_logic;
-    v_sync      : out   std_logic
+    -- Last active pixel of a line.
+    line_last : out   std_logic;
+    -- Syncs with the polarity of the timing.
+    h_sync : out   std_logic;
+    v_sync : out   std_logic
   );
 end entity raster_generator;
 

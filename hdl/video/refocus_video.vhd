@@ -13,11 +13,6 @@
 -- Latency: D lines and D + 21 pixels with exact sums of nearest neighbours, D = total_delay of the
 --   refocuser (in general D + PIPELINE + 5 pixels), the same for all slices; 1 clock passed through.
 -- Throughput: one pixel each clock.
--- Ports: slice, sweep, sweep_frames: as in raster_refocuser, in effect with the next frame; in_*, out_*:
---   video, pixel with red in the low bits; following: input understood and
---   refocused; unsupported: stable timing that cannot be followed; timing: see video_pkg; errors:
---   each set for a clock: 0 a pixel was lost at the refocuser's input, 1 a pixel was missing at its
---   output, 2 a frame began elsewhere, 3 any of the refocuser's error flags.
 -- Equation: out frame = refocus(in frame), see raster_refocuser.
 
 library ieee;
@@ -45,24 +40,33 @@ entity refocus_video is
     MOVING_SUM          : boolean := false
   );
   port (
-    clk          : in    std_logic;
-    reset        : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Show the input as it is.
     pass_through : in    std_logic;
+    -- As in raster_refocuser, from the next frame on.
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);
-    in_active    : in    std_logic;
-    in_h_sync    : in    std_logic;
-    in_v_sync    : in    std_logic;
-    in_pixel     : in    std_logic_vector(23 downto 0);
-    out_active   : out   std_logic;
-    out_h_sync   : out   std_logic;
-    out_v_sync   : out   std_logic;
-    out_pixel    : out   std_logic_vector(23 downto 0);
-    following    : out   std_logic;
-    unsupported  : out   std_logic;
-    timing       : out   std_logic_vector(TIMING_BITS - 1 downto 0);
-    errors       : out   std_logic_vector(3 downto 0)
+    -- Video in: red in the low bits of the pixel.
+    in_active : in    std_logic;
+    in_h_sync : in    std_logic;
+    in_v_sync : in    std_logic;
+    in_pixel  : in    std_logic_vector(23 downto 0);
+    -- Video out.
+    out_active : out   std_logic;
+    out_h_sync : out   std_logic;
+    out_v_sync : out   std_logic;
+    out_pixel  : out   std_logic_vector(23 downto 0);
+    -- The input is understood and refocused.
+    following : out   std_logic;
+    -- The input has a stable timing that cannot be followed.
+    unsupported : out   std_logic;
+    -- Timing of the input, see video_pkg.
+    timing : out   std_logic_vector(TIMING_BITS - 1 downto 0);
+    -- Each for a clock: 0 a pixel was lost at the refocuser's input, 1 one was missing at its
+    -- output, 2 a frame began elsewhere, 3 any of the refocuser's error flags.
+    errors : out   std_logic_vector(3 downto 0)
   );
 end entity refocus_video;
 

@@ -10,9 +10,6 @@
 -- that does not begin where it should (after a fault) is dropped up to the next start of frame.
 --
 -- Latency: 1 clock from the generator to the outputs. Throughput: one pixel each clock.
--- Ports: following, timing, column, row: from video_to_stream; s_axis_*: pixels; active, h_sync,
---   v_sync, pixel: video; running: there is a timing to show; underflow: an active pixel had no
---   pixel of the stream, for a clock.
 -- Equation: output position(t) = input position(t) - DELAY_LINES lines - DELAY_PIXELS - 2 pixels.
 
 library ieee;
@@ -29,22 +26,27 @@ entity stream_to_video is
     DELAY_PIXELS : natural
   );
   port (
-    clk           : in    std_logic;
-    reset         : in    std_logic;
-    following     : in    std_logic;
-    timing        : in    std_logic_vector(TIMING_BITS - 1 downto 0);
-    column        : in    unsigned(COUNT_BITS - 1 downto 0);
-    row           : in    unsigned(COUNT_BITS - 1 downto 0);
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- From video_to_stream: whether there is a timing, which one, and the position of its pixel.
+    following : in    std_logic;
+    timing    : in    std_logic_vector(TIMING_BITS - 1 downto 0);
+    column    : in    unsigned(COUNT_BITS - 1 downto 0);
+    row       : in    unsigned(COUNT_BITS - 1 downto 0);
+    -- Pixels to show.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(23 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
-    active        : out   std_logic;
-    h_sync        : out   std_logic;
-    v_sync        : out   std_logic;
-    pixel         : out   std_logic_vector(23 downto 0);
-    running       : out   std_logic;
-    underflow     : out   std_logic
+    -- Video: red in the low bits of pixel.
+    active : out   std_logic;
+    h_sync : out   std_logic;
+    v_sync : out   std_logic;
+    pixel  : out   std_logic_vector(23 downto 0);
+    -- There is a timing to show.
+    running : out   std_logic;
+    -- The stream had no pixel for an active one, for a clock.
+    underflow : out   std_logic
   );
 end entity stream_to_video;
 

@@ -7,8 +7,6 @@
 --
 -- Latency: 1 clock to frame_start; a timing is known with the first pixel of the next frame.
 -- Throughput: one pixel each clock.
--- Ports: active, h_sync, v_sync: incoming video; frame_start: that pixel was the first of a
---   frame; timing, stable: of the last whole frame, change one clock behind frame_start.
 -- Equation: see video_pkg for what is counted.
 
 library ieee;
@@ -20,14 +18,18 @@ use work.video_pkg.all;
 
 entity video_timing_meter is
   port (
-    clk         : in    std_logic;
-    reset       : in    std_logic;
-    active      : in    std_logic;
-    h_sync      : in    std_logic;
-    v_sync      : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Incoming video.
+    active : in    std_logic;
+    h_sync : in    std_logic;
+    v_sync : in    std_logic;
+    -- The pixel was the first one of a frame.
     frame_start : out   std_logic;
-    timing      : out   std_logic_vector(TIMING_BITS - 1 downto 0);
-    stable      : out   std_logic
+    -- Timing of the last whole frame, and whether it was that of the one before; they change one
+    -- clock after frame_start.
+    timing : out   std_logic_vector(TIMING_BITS - 1 downto 0);
+    stable : out   std_logic
   );
 end entity video_timing_meter;
 

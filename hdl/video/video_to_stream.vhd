@@ -12,9 +12,6 @@
 --
 -- Latency: 3 clocks. Throughput: one pixel each clock; the input cannot wait, so a stall of the stream
 --   loses a pixel and sets overflow for a clock.
--- Ports: active, h_sync, v_sync, pixel: incoming video; m_axis_*: its active pixels; following: the
---   generator runs; timing: the one that it follows; column, row: position of what is on
---   m_axis_*, also in the blanking; miss: a frame began elsewhere.
 -- Equation: m_axis_tdata(t) = pixel(t - 3) if active(t - 3), else 0.
 
 library ieee;
@@ -35,24 +32,32 @@ entity video_to_stream is
     BLANK_LINES : natural := 0
   );
   port (
-    clk           : in    std_logic;
-    reset         : in    std_logic;
-    active        : in    std_logic;
-    h_sync        : in    std_logic;
-    v_sync        : in    std_logic;
-    pixel         : in    std_logic_vector(23 downto 0);
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Incoming video: red in the low bits of pixel.
+    active : in    std_logic;
+    h_sync : in    std_logic;
+    v_sync : in    std_logic;
+    pixel  : in    std_logic_vector(23 downto 0);
+    -- Its active pixels.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(23 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    timing        : out   std_logic_vector(TIMING_BITS - 1 downto 0);
-    column        : out   unsigned(COUNT_BITS - 1 downto 0);
-    row           : out   unsigned(COUNT_BITS - 1 downto 0);
-    following     : out   std_logic;
-    unsupported   : out   std_logic;
-    overflow      : out   std_logic;
-    miss          : out   std_logic
+    -- Timing that the generator follows, see video_pkg.
+    timing : out   std_logic_vector(TIMING_BITS - 1 downto 0);
+    -- Position of what is on m_axis_*, also in the blanking.
+    column : out   unsigned(COUNT_BITS - 1 downto 0);
+    row    : out   unsigned(COUNT_BITS - 1 downto 0);
+    -- The generator runs.
+    following : out   std_logic;
+    -- The input has a stable timing that cannot be followed.
+    unsupported : out   std_logic;
+    -- A pixel was lost because the stream stalled, for a clock.
+    overflow : out   std_logic;
+    -- A frame began elsewhere than expected, for a clock.
+    miss : out   std_logic
   );
 end entity video_to_stream;
 

@@ -166,13 +166,13 @@ def edid_package() -> str:
     blocks = []
     for offer in offers:
         block = make_edid(offer, preferred=offer[-1])
-        rows = ",\n".join(f'      x"{byte:02X}"' for byte in block)
-        blocks.append(f"    (\n{rows}\n    )")
+        rows = [f'x"{block[i : i + 16].hex().upper()}"' for i in range(0, EDID_BYTES, 16)]
+        blocks.append("    " + " &\n    ".join(rows))
     return _TEMPLATE.format(
         modes=", ".join(mode.name for mode in MODES),
         columns=", ".join(str(offer[-1].h_active) for offer in offers),
         blocks=",\n".join(blocks),
-        last=EDID_BYTES - 1,
+        last_bit=8 * EDID_BYTES - 1,
         last_offer=len(offers) - 1,
     )
 
@@ -188,7 +188,8 @@ use ieee.std_logic_1164.all;
 
 package edid_pkg is
 
-  type edid_t is array (0 to {last}) of std_logic_vector(7 downto 0);
+  -- The bytes of a block one after the other, the first one at the left.
+  subtype edid_t is std_logic_vector(0 to {last_bit});
 
   type edids_t is array (0 to {last_offer}) of edid_t;
 

@@ -220,8 +220,8 @@ def settings_package() -> str:
     for address, (mask, value) in low.items():
         assert high[address][0] == mask
         words = [f'x"{word:04X}"' for word in (mask, value, high[address][1])]
-        fields = ",\n".join(f"      {field}" for field in [f'b"{address:05b}"', *words])
-        rows.append(f"    (\n{fields}\n    )")
+        fields = ", ".join([f'b"{address:05b}"', *words])
+        rows.append(f"    ({fields})")
     return _TEMPLATE.format(count=len(rows) - 1, rows=",\n".join(rows))
 
 
