@@ -35,7 +35,7 @@ entity atlys_top is
     FRACTION_BITS       : natural  := 4;
     GUARD_BITS          : natural  := 2;
     BROADCAST_TAPS      : natural  := 0;
-    MOVING_SUM          : boolean  := false;
+    ENGINE              : string   := "fir";
     -- Test pattern: 640x480p60.
     PATTERN_H_ACTIVE : positive := 640;
     PATTERN_H_FRONT  : positive := 16;
@@ -685,7 +685,7 @@ begin
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
-      MOVING_SUM          => MOVING_SUM
+      ENGINE              => ENGINE
     )
     port map (
       clk          => clk,

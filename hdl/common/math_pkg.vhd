@@ -1,4 +1,5 @@
--- Arithmetic of integers for widths, sizes and tables. All functions are evaluated at elaboration only.
+-- Arithmetic of integers for widths, sizes and tables, and the comparison of names.
+-- All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -26,6 +27,12 @@ package math_pkg is
     value   : natural;
     divisor : positive
   ) return natural;
+
+  -- Whether two texts, of any length, are the same: synthesis tools differ on "=" of different lengths.
+  function same_text (
+    a : string;
+    b : string
+  ) return boolean;
 
   -- value * 2**scale_bits / divisor, rounded to the nearest integer, halves up.
   function scaled_quotient (
@@ -95,6 +102,29 @@ package body math_pkg is
     return (value + divisor - 1) / divisor;
 
   end function divide_up;
+
+  function same_text (
+    a : string;
+    b : string
+  ) return boolean is
+
+    variable same : boolean;
+
+  begin
+
+    same := a'length = b'length;
+
+    for i in natural range 0 to a'length - 1 loop
+
+      if same then
+        same := a(a'left + i) = b(b'left + i);
+      end if;
+
+    end loop;
+
+    return same;
+
+  end function same_text;
 
   function scaled_quotient (
     value      : natural;

@@ -60,8 +60,8 @@ entity raster_refocuser is
     FRACTION_BITS : natural range 0 to 12 := 0;
     -- Stored products only: guard bits of the intermediate image.
     GUARD_BITS : natural range 0 to 12 := 0;
-    -- The engine: filters of taps (fir_array), or moving sums (moving_sum_array).
-    MOVING_SUM : boolean := false;
+    -- "fir" (fir_array) or "moving_sum" (moving_sum_array).
+    ENGINE : string := "fir";
     -- Moving sums only: whether frames whose rows are no multiple of M follow each other without a pause, too.
     ANY_ROWS : boolean := false;
     -- Taps that one latch of the broadcast net drives; 0: no latches, all taps from one register.
@@ -93,6 +93,7 @@ end entity raster_refocuser;
 
 architecture rtl of raster_refocuser is
 
+  constant MOVING_SUM : boolean  := same_text(ENGINE, "moving_sum");
   constant STORED     : boolean  := not EXACT;
   constant DELAY      : natural  := total_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER);
   constant SLICES     : positive := slice_count(SHIFTS);
@@ -159,12 +160,16 @@ architecture rtl of raster_refocuser is
 
 begin
 
+  assert MOVING_SUM or same_text(ENGINE, "fir")
+    report "raster_refocuser: unknown ENGINE " & ENGINE & ", expected fir or moving_sum"
+    severity failure;
+
   assert MOVING_SUM or not ANY_ROWS
-    report "raster_refocuser: ANY_ROWS is of MOVING_SUM"
+    report "raster_refocuser: ANY_ROWS requires the engine moving_sum"
     severity failure;
 
   assert not MOVING_SUM or PARALLEL_ROWS = 1
-    report "raster_refocuser: MOVING_SUM filters one row at once"
+    report "raster_refocuser: PARALLEL_ROWS above 1 requires the engine fir"
     severity failure;
 
   -- Stream to tokens.

@@ -37,7 +37,7 @@ entity refocus_video is
     FRACTION_BITS       : natural := 8;
     GUARD_BITS          : natural := 2;
     BROADCAST_TAPS      : natural := 0;
-    MOVING_SUM          : boolean := false
+    ENGINE              : string  := "fir"
   );
   port (
     clk   : in    std_logic;
@@ -71,6 +71,8 @@ entity refocus_video is
 end entity refocus_video;
 
 architecture rtl of refocus_video is
+
+  constant MOVING_SUM : boolean := same_text(ENGINE, "moving_sum");
 
   constant DELAY : natural := total_delay(MICRO_IMAGE_SIZE, SHIFTS, true, INTERPOLATION_ORDER);
   -- Clocks of the refocuser without its line buffers.
@@ -156,7 +158,7 @@ begin
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
-      MOVING_SUM          => MOVING_SUM
+      ENGINE              => ENGINE
     )
     port map (
       clk           => clk,

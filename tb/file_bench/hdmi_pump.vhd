@@ -32,7 +32,7 @@ entity hdmi_pump is
     INTERPOLATION_ORDER : natural  := 0;
     HOLD                : boolean  := false;
     BROADCAST_TAPS      : natural  := 0;
-    MOVING_SUM          : boolean  := false;
+    ENGINE              : string   := "fir";
     PATTERN_H_ACTIVE    : positive := 64;
     PATTERN_H_FRONT     : positive := 6;
     PATTERN_H_SYNC      : positive := 4;
@@ -158,7 +158,7 @@ begin
       INTERPOLATION_ORDER => INTERPOLATION_ORDER,
       HOLD                => HOLD,
       BROADCAST_TAPS      => BROADCAST_TAPS,
-      MOVING_SUM          => MOVING_SUM,
+      ENGINE              => ENGINE,
       PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
       PATTERN_H_FRONT     => PATTERN_H_FRONT,
       PATTERN_H_SYNC      => PATTERN_H_SYNC,

@@ -34,7 +34,7 @@ entity refocus_pump is
     FRACTION_BITS       : natural  := 0;
     GUARD_BITS          : natural  := 0;
     BROADCAST_TAPS      : natural  := 0;
-    MOVING_SUM          : boolean  := false;
+    ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
     COLUMNS             : positive := 1;
     ROWS                : positive := 1;
@@ -98,7 +98,7 @@ begin
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
-      MOVING_SUM          => MOVING_SUM,
+      ENGINE              => ENGINE,
       ANY_ROWS            => ANY_ROWS
     )
     port map (

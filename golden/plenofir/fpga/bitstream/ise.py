@@ -182,8 +182,8 @@ def top_with_generics(values: Mapping[str, Value]) -> str:
             kind = type(known[name]).__name__
             raise InputError(f"{value!r}", where=name, expected=f"a value of type {kind}")
         if isinstance(value, str):
-            if not re.fullmatch(r"[-0-9 ]*", value):
-                raise InputError(f"{value!r}", where=name, expected="numbers and blanks")
+            if not re.fullmatch(r"[-0-9 ]*|[a-z_]+", value):
+                raise InputError(f"{value!r}", where=name, expected="numbers and blanks, or a name")
             literal = f'"{value}"'
         else:
             literal = str(value).lower()
@@ -273,7 +273,7 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
             "order": values["INTERPOLATION_ORDER"],
             "hold": values["HOLD"],
             "broadcast_taps": values["BROADCAST_TAPS"],
-            "engine": "moving_sum" if values["MOVING_SUM"] else "fir",
+            "engine": values["ENGINE"],
         }
     )
 

@@ -375,7 +375,7 @@ class CoreConfiguration(BaseModel):
             "BROADCAST_TAPS": self.broadcast_taps,
         }
         if self.engine == "moving_sum":
-            values["MOVING_SUM"] = True
+            values["ENGINE"] = self.engine
         if self.any_rows:
             values["ANY_ROWS"] = True
         if isinstance(self.arithmetic, StoredProductArithmetic):
