@@ -1,7 +1,7 @@
 """Xilinx's primitives in GHDL's Verilog, as Yosys knows them.
 
-GHDL writes a component that nothing is bound to as an empty module, in lower case, once for each
-set of its generics, with texts and real numbers as bits.
+GHDL writes an instance of a component that nothing is bound to in lower case, with real numbers as
+bits. GHDL 2.0 adds an empty module for each set of generics and writes texts as bits too.
 """
 
 import re
@@ -12,32 +12,13 @@ from plenofir import project
 
 
 def primitives() -> list[str]:
-    """Primitives that the sources instantiate.
-
-    Returns
-    -------
-    list of str
-        Names of components, lower case.
-    """
+    """Components that the sources instantiate, in lower case."""
     text = (project.root() / "hdl" / "sim" / "unisim" / "vcomponents.vhd").read_text()
     return re.findall(r"^  component (\w+) is", text, re.M)
 
 
 def parameter_kinds(models: str, name: str) -> dict[str, str]:
-    """Parameters of a cell.
-
-    Parameters
-    ----------
-    models
-        Verilog with the cell's module.
-    name
-        Cell, upper case.
-
-    Returns
-    -------
-    dict
-        Parameter to "text", "real" or "integer".
-    """
+    """Parameters of a cell (upper case) to "text", "real" or "integer"."""
     begin = re.search(rf"^module {name} ?\(", models, re.M)
     if begin is None:
         return {}
@@ -50,54 +31,44 @@ def parameter_kinds(models: str, name: str) -> dict[str, str]:
     return kinds
 
 
-def _value(kind: str, bits: str) -> str:
-    """A parameter's value, from GHDL's bits."""
-    if kind == "text":
-        if len(bits) == 1:
-            return '"TRUE"' if bits == "1" else '"FALSE"'
-        return '"' + int(bits, 2).to_bytes(len(bits) // 8, "big").decode("ascii") + '"'
+def _value(kind: str, value: str) -> str:
+    """A parameter's value, from GHDL's text or bits."""
+    bits = value.partition("'b")[2]
+    if value.startswith('"') or kind == "integer":
+        return value
     if kind == "real":
         return repr(struct.unpack(">d", int(bits, 2).to_bytes(8, "big"))[0])
-    return f"{len(bits)}'b{bits}"
+    if len(bits) == 1:
+        return '"TRUE"' if bits == "1" else '"FALSE"'
+    return '"' + int(bits, 2).to_bytes(len(bits) // 8, "big").decode("ascii") + '"'
 
 
 def with_primitives(text: str, models: Path) -> str:
-    """Instances of Yosys' cells instead of GHDL's empty modules.
+    """Replace GHDL's components in Verilog by Yosys' cells, declared in the file `models`.
 
-    Parameters
-    ----------
-    text
-        GHDL's Verilog.
-    models
-        Yosys' declarations of the cells.
-
-    Returns
-    -------
-    str
-        The same circuit; parameters that a cell does not have are left out.
+    Parameters that a cell does not have are left out.
     """
     declared = models.read_text()
-    for name in primitives():
-        if not re.search(rf"^module {name}$", text, re.M):
-            continue
-        text = re.sub(rf"^module {name}\n.*?^endmodule\n", "", text, flags=re.M | re.S)
-        kinds = parameter_kinds(declared, name.upper())
+    names = "|".join(primitives())
+    text = re.sub(rf"^module (?:{names})\n.*?^endmodule\n", "", text, flags=re.M | re.S)
 
-        def instance(
-            match: re.Match[str], *, name: str = name, kinds: dict[str, str] = kinds
-        ) -> str:
-            values = [
-                f".{parameter}({_value(kinds[parameter], bits)})"
-                for parameter, bits in re.findall(r"\.(\w+)\(\d+'b([01]+)\)", match["values"] or "")
-                if parameter in kinds
-            ]
-            ports = re.sub(r"\.(\w+)\(", lambda port: f".{port[1].upper()}(", match["ports"])
-            return f"  {name.upper()} #({', '.join(values)}) {match['label']} ({ports});\n"
+    def instance(match: re.Match[str]) -> str:
+        name = match["name"].upper()
+        kinds = parameter_kinds(declared, name)
+        values = [
+            f".{parameter}({_value(kinds[parameter], value)})"
+            for parameter, value in re.findall(
+                r"""\.(\w+)\((\d+'b[01]+|"[^"]*")\)""", match["values"] or ""
+            )
+            if parameter in kinds
+        ]
+        ports = re.sub(r"\.(\w+)\(", lambda port: f".{port[1].upper()}(", match["ports"])
+        return f"  {name} #({', '.join(values)}) {match['label']} ({ports});\n"
 
-        text = re.sub(
-            rf"^  {name} (?:#\((?P<values>[^;]*?)\)\n    )?(?P<label>\w+) \((?P<ports>[^;]*)\);\n",
-            instance,
-            text,
-            flags=re.M,
-        )
-    return text
+    return re.sub(
+        rf"^  (?P<name>{names}) (?:#\((?P<values>[^;]*?)\)\n    )?"
+        r"(?P<label>\w+) \((?P<ports>[^;]*)\);\n",
+        instance,
+        text,
+        flags=re.M,
+    )
