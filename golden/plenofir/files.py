@@ -1,47 +1,152 @@
-"""Writing results: refused before any work is done, then all files at once or none."""
+"""Writing results: refused before any work is done, then all files at once or none.
 
+Every file is written whole beside its place, flushed to the disk, and then renamed, so that a full
+disk, a killed run or a lost network leaves what was there before.
+"""
+
+import errno
+import os
 import shutil
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
+from types import TracebackType
 
 from plenofir.errors import InputError
 
+_REMEDIES = {
+    errno.ENOSPC: "enough room on the disk",
+    errno.EDQUOT: "enough room within the quota",
+    errno.EFBIG: "a limit for files (ulimit -f) above the size of the result",
+    errno.ENAMETOOLONG: "a shorter name",
+    errno.EROFS: "a file system that can be written",
+    errno.ENOTDIR: "a folder",
+    errno.EISDIR: "a file or nothing in its place",
+}
+_FOLDER = "a folder that can be written"
 
-def _cannot_write(out: Path, error: OSError) -> InputError:
+
+def cannot_write(path: Path, error: OSError, where: str = "") -> InputError:
+    """One line for a failed write: the file, the cause, what to do."""
     return InputError(
-        f"cannot write: {error.strerror}",
-        where=f"OUT ({out})",
-        expected="a folder that can be written, with enough room",
+        f"{path} cannot be written ({error.strerror or error})",
+        where=where or str(path),
+        expected=_REMEDIES.get(error.errno or 0, "permission to write there"),
     )
 
 
-def publish(texts: Mapping[str, str], out: Path) -> None:
-    """Write text files into a folder, each replacing its predecessor in one step."""
-    try:
-        with tempfile.TemporaryDirectory(prefix="plenofir-") as staging:
-            for name, text in texts.items():
-                (Path(staging) / name).write_text(text)
-            publish_files(Path(staging), out)
-    except OSError as error:
-        raise _cannot_write(out, error) from None
+class Results:
+    """Files that appear in a folder all together, when the block ends without an error.
+
+    Attributes
+    ----------
+    folder
+        Where they appear; made where it is missing.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._staging: tempfile.TemporaryDirectory[str] | None = None
+
+    def path(self, name: str) -> Path:
+        """Where a tool may write the file itself before the block ends."""
+        assert self._staging is not None, "outside of the block"
+        return Path(self._staging.name) / name
+
+    def write(self, name: str, content: bytes | memoryview | str) -> None:
+        """Write a file and flush it to the disk.
+
+        Parameters
+        ----------
+        name
+            Name in the folder.
+        content
+            What it holds; text in UTF-8.
+
+        Raises
+        ------
+        InputError
+            If it cannot be written.
+        """
+        try:
+            with self.path(name).open("wb") as file:
+                file.write(content.encode() if isinstance(content, str) else content)
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            raise cannot_write(self.folder / name, error) from None
+
+    def __enter__(self) -> "Results":
+        """Make the folder and a hidden one in it, where the files wait."""
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._staging = tempfile.TemporaryDirectory(dir=self.folder, prefix=".plenofir-")
+        except OSError as error:
+            raise cannot_write(self.folder, error) from None
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Put the files in their places, or drop them after an error."""
+        assert self._staging is not None
+        with self._staging:
+            if kind is not None:
+                return
+            names = sorted(os.listdir(self._staging.name))
+            for name in names:
+                target = self.folder / name
+                if target.is_dir():
+                    raise InputError(
+                        f"{target} is a folder", where=str(target), expected="a file or nothing"
+                    )
+            for name in names:
+                try:
+                    self.path(name).replace(self.folder / name)
+                except OSError as failure:
+                    raise cannot_write(self.folder / name, failure) from None
 
 
-def publish_files(results: Path, out: Path) -> None:
-    """Copy the files of a folder into another, each replacing its predecessor in one step."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=out, prefix=".plenofir-") as staging:
-            for file in results.iterdir():
-                if file.is_file():
-                    shutil.copy(file, staging)
-            for file in sorted(Path(staging).iterdir()):
-                file.replace(out / file.name)
-    except OSError as error:
-        raise _cannot_write(out, error) from None
+def publish(files: Mapping[str, bytes | str], out: Path) -> None:
+    """Write files into a folder, all or none, see `Results`.
+
+    Parameters
+    ----------
+    files
+        Name to content.
+    out
+        Folder; made where it is missing.
+
+    Raises
+    ------
+    InputError
+        If they cannot be written.
+    """
+    with Results(out) as results:
+        for name, content in files.items():
+            results.write(name, content)
 
 
-_FOLDER = "a folder that can be written"
+def publish_files(folder: Path, out: Path) -> None:
+    """Copy the files of a folder into another one, all or none, see `Results`."""
+    with Results(out) as results:
+        for file in sorted(folder.iterdir()):
+            if file.is_file():
+                try:
+                    with file.open("rb") as source, results.path(file.name).open("wb") as copy:
+                        shutil.copyfileobj(source, copy)
+                        copy.flush()
+                        os.fsync(copy.fileno())
+                except OSError as error:
+                    raise cannot_write(out / file.name, error) from None
+
+
+def write_file(path: Path, content: bytes | str) -> None:
+    """Write a file in one step, see `Results`."""
+    publish({path.name: content}, path.parent)
 
 
 def check_folder(folder: Path, where: str) -> None:
@@ -56,5 +161,4 @@ def check_folder(folder: Path, where: str) -> None:
         with tempfile.TemporaryDirectory(dir=existing, prefix=".plenofir-"):
             pass
     except OSError as error:
-        what = f"{existing} cannot be written ({error.strerror})"
-        raise InputError(what, where=where, expected=_FOLDER) from None
+        raise cannot_write(existing, error, where) from None

@@ -1,42 +1,196 @@
-"""Reading and writing images without losing depth."""
+"""Reading and writing images without losing depth; damaged files are refused.
 
-import os
+Each format is read by the library that reports its errors best: PNG by libpng (imagecodecs), TIFF
+by tifffile, PNM by netpbmfile, JPEG and BMP by Pillow. JPEG, PNM and BMP, and TIFF without
+compression or with LZW or PackBits, have no checksum: there a wrong length is found, a flipped bit
+may not be.
+"""
+
+import io
+import logging
+import zlib
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, NamedTuple
 
-os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
-
-import cv2
-import imageio.v3 as iio
 import numpy as np
 
 from plenofir.errors import InputError
+from plenofir.files import write_file
 from plenofir.refocus.operator import Image
 
-_EXPECTED = "an 8 or 16 bit grey or RGB image file (PNG, TIFF, PGM/PPM, BMP or JPEG)"
+_EXPECTED = "an 8 to 16 bit grey or RGB image file (PNG, TIFF, PGM/PPM, BMP or JPEG)"
+_WHOLE = "a whole file: copy or convert it again"
+_PNG = b"\x89PNG\r\n\x1a\n"
 
 
-def read_image(path: Path) -> Image:
-    """Read an image as it is stored."""
-    # The OpenCV reader is used because it keeps 16 bit RGB, which Pillow cuts to 8 bit.
-    if not path.is_file():
-        raise InputError("no such file", where=str(path), expected=_EXPECTED)
-    if not os.access(path, os.R_OK):
-        raise InputError("file cannot be read", where=str(path), expected="read permission")
+class Picture(NamedTuple):
+    """An image as its file has it.
+
+    Attributes
+    ----------
+    pixels
+        Shape (rows, columns) or (rows, columns, 3), uint8 or uint16.
+    bits
+        Bits of a pixel that the file says are used, 8 to 16: 12 of a camera's 12 bit capture in
+        words of 16.
+    """
+
+    pixels: Image
+    bits: int
+
+
+class _DamagedError(ValueError):
+    """A file that is not whole."""
+
+
+def _png(data: bytes) -> tuple[Any, int]:
+    from imagecodecs import png_decode
+
+    place, kind, bits = len(_PNG), b"", 0
+    while kind != b"IEND":
+        head = data[place : place + 8]
+        length, kind = int.from_bytes(head[:4], "big"), head[4:]
+        body = data[place + 8 : place + 8 + length]
+        checksum = data[place + 8 + length : place + 12 + length]
+        if len(head) < 8 or len(body) < length or len(checksum) < 4:
+            raise _DamagedError("it ends in the middle")
+        if int.from_bytes(checksum, "big") != zlib.crc32(kind + body):
+            raise _DamagedError(f"wrong checksum at byte {place}")
+        if kind == b"sBIT":
+            bits = max(body)
+        place += 12 + length
+    return png_decode(data), bits
+
+
+def _tiff(data: bytes) -> tuple[Any, int]:
+    from imagecodecs import lzw_decode
+    from tifffile import COMPRESSION, PHOTOMETRIC, TiffFile
+
+    logging.getLogger("tifffile").addHandler(logging.NullHandler())
+    with TiffFile(io.BytesIO(data)) as file:
+        page: Any = file.pages[0]
+        if len(file.pages) > 1:
+            raise InputError(f"{len(file.pages)} pages", where="", expected="one image")
+        if page.photometric == PHOTOMETRIC.PALETTE:
+            raise InputError("colours from a palette", where="", expected=_EXPECTED)
+        if page.compression == COMPRESSION.LZW:
+            row = -(-page.imagewidth * page.samplesperpixel * page.bitspersample // 8)
+            for number, (offset, count) in enumerate(
+                zip(page.dataoffsets, page.databytecounts, strict=True)
+            ):
+                if page.is_tiled or page.planarconfig != 1:
+                    break
+                rows = min(page.rowsperstrip, page.imagelength - number * page.rowsperstrip)
+                if len(lzw_decode(data[offset : offset + count])) != rows * row:
+                    raise _DamagedError(f"strip {number} has a wrong length")
+        image = page.asarray()
+        if image.ndim == 3 and page.planarconfig != 1:
+            image = np.moveaxis(image, 0, -1)
+        if page.photometric == PHOTOMETRIC.MINISWHITE:
+            image = (1 << page.bitspersample) - 1 - image
+        return image, page.bitspersample
+
+
+def _netpbm(data: bytes) -> tuple[Any, int]:
+    from netpbmfile import NetpbmFile
+
+    with NetpbmFile(io.BytesIO(data)) as file:
+        return file.asarray(), int(file.maxval).bit_length()
+
+
+def _pillow(data: bytes) -> tuple[Any, int]:
+    from PIL import Image as PillowImage
+
+    with PillowImage.open(io.BytesIO(data)) as image:
+        image.load()
+        if image.mode not in ("L", "RGB"):
+            raise InputError(f"pixels of mode {image.mode}", where="", expected=_EXPECTED)
+        return np.asarray(image), 8
+
+
+_READERS: tuple[tuple[bytes, Callable[[bytes], tuple[Any, int]]], ...] = (
+    (_PNG, _png),
+    (b"II*\0", _tiff),
+    (b"MM\0*", _tiff),
+    (b"II+\0", _tiff),
+    (b"MM\0+", _tiff),
+    (b"\xff\xd8\xff", _pillow),
+    (b"BM", _pillow),
+    *((b"P%d" % kind, _netpbm) for kind in (2, 3, 5, 6)),
+)
+
+
+def read_picture(path: Path) -> Picture:
+    """Read an image as it is stored, and how many of its bits are used.
+
+    Parameters
+    ----------
+    path
+        Image file.
+
+    Returns
+    -------
+    Picture
+        Pixels and bits.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is damaged, holds several images, or its depth or number of
+        channels is not supported.
+    """
+    where = str(path)
     try:
-        image = iio.imread(path, plugin="opencv", flags=cv2.IMREAD_UNCHANGED)
-    except (OSError, ValueError, cv2.error):
-        raise InputError("no image that can be read", where=str(path), expected=_EXPECTED) from None
-    if image.dtype not in (np.uint8, np.uint16):
-        raise InputError(f"pixels of type {image.dtype}", where=str(path), expected=_EXPECTED)
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise InputError("no such file", where=where, expected=_EXPECTED) from None
+    except IsADirectoryError:
+        raise InputError("is a folder", where=where, expected=_EXPECTED) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be read ({reason})", where=where, expected=_EXPECTED) from None
+    read = next((read for magic, read in _READERS if data.startswith(magic)), None)
+    if read is None:
+        what = "an empty file" if not data else "no image of a known kind"
+        raise InputError(what, where=where, expected=_EXPECTED)
+    try:
+        image, bits = read(data)
+    except InputError as error:
+        raise InputError(error.what, where=where, expected=error.expected) from None
+    except MemoryError:
+        raise InputError(
+            "too large for the memory", where=where, expected="a smaller image"
+        ) from None
+    except Exception as error:  # Decoders raise whatever a damaged file leads them to.
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"damaged ({reason})", where=where, expected=_WHOLE) from None
+    if image.dtype.newbyteorder("=") not in (np.uint8, np.uint16) or (bits and bits < 8):
+        what = f"pixels of {bits} bit" if bits and bits < 8 else f"pixels of type {image.dtype}"
+        raise InputError(what, where=where, expected=_EXPECTED)
+    image = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("="))
     if image.ndim == 3 and image.shape[2] == 1:
         image = image[:, :, 0]
     if image.ndim == 3 and image.shape[2] != 3:
-        raise InputError(f"{image.shape[2]} channels", where=str(path), expected=_EXPECTED)
-    if image.ndim != 2 and image.ndim != 3:
-        raise InputError(f"{image.ndim} dimensions", where=str(path), expected=_EXPECTED)
-    return np.asarray(image)
+        raise InputError(f"{image.shape[2]} channels", where=where, expected=_EXPECTED)
+    if image.ndim not in (2, 3):
+        raise InputError(f"{image.ndim} dimensions", where=where, expected=_EXPECTED)
+    return Picture(image, bits or 8 * image.dtype.itemsize)
+
+
+def read_image(path: Path) -> Image:
+    """Pixels of `read_picture`."""
+    return read_picture(path).pixels
+
+
+def encode_png(image: Image) -> bytes:
+    """PNG with the depth and channels of the array."""
+    from imagecodecs import png_encode
+
+    with_channels = image.reshape(*image.shape[:2], -1)
+    return bytes(png_encode(np.ascontiguousarray(with_channels), level=1))
 
 
 def write_png(path: Path, image: Image) -> None:
-    """Write a PNG with the depth and channels of the array."""
-    iio.imwrite(path, image, plugin="opencv", extension=".png")
+    """Write a PNG with the depth and channels of the array, in one step."""
+    write_file(path, encode_png(image))

@@ -1,7 +1,7 @@
 """Commands from a raw capture to pictures: calibrate, decode, views, refocus, stack, depth-map."""
 
+import io
 import re
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
@@ -16,8 +16,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from plenofir.commands.rays import CameraOption, FocusOption, integer, number
 from plenofir.errors import InputError
-from plenofir.files import check_folder
-from plenofir.images import read_image, write_png
+from plenofir.files import Results, check_folder
+from plenofir.images import encode_png, read_image
 from plenofir.refocus import (
     check_raw,
     focus_to_shift,
@@ -77,22 +77,14 @@ def _check_file(out: str, suffixes: tuple[str, ...]) -> Path:
 
 def _publish(files: Mapping[str, Image | Floats], folder: Path) -> None:
     """Write PNG and NumPy files, all or none of them."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".plenofir-") as staging:
-            for name, values in files.items():
-                if name.endswith(".npy"):
-                    np.save(Path(staging) / name, values)
-                else:
-                    write_png(Path(staging) / name, cast("Image", np.ascontiguousarray(values)))
-            for name in files:
-                (Path(staging) / name).replace(folder / name)
-    except OSError as error:
-        raise InputError(
-            f"cannot be written ({error.strerror})",
-            where=str(folder),
-            expected="a folder that can be written, with enough room",
-        ) from None
+    with Results(folder) as results:
+        for name, values in files.items():
+            if name.endswith(".npy"):
+                content = io.BytesIO()
+                np.save(content, values)
+                results.write(name, content.getbuffer())
+            else:
+                results.write(name, encode_png(cast("Image", values)))
 
 
 def _optional(path: str) -> Image | None:

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from plenofir.camera.calibration.fit import shading_at, within
 from plenofir.camera.calibration.grid import Flags, Floats, Grid
 from plenofir.errors import InputError
+from plenofir.files import write_file
 
 PROFILE_REACH = 0.6
 """Half width of the stored profile of a micro image in pitches."""
@@ -112,14 +113,7 @@ class Calibration(BaseModel):
         content = self.model_dump()
         # A line for each field keeps the file readable and small.
         lines = [f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in content.items()]
-        try:
-            path.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
-        except OSError as error:
-            raise InputError(
-                f"cannot be written ({error.strerror})",
-                where=str(path),
-                expected="a file that can be written",
-            ) from None
+        write_file(path, "{\n" + ",\n".join(lines) + "\n}\n")
 
 
 def load_calibration(path: str | Path) -> Calibration:

@@ -1,5 +1,6 @@
 """Pictures of the optical bench: rays, refocused planes, depths of field."""
 
+import io
 from collections.abc import Sequence
 from fractions import Fraction
 from math import isnan
@@ -15,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 
 from plenofir.camera.rays.model import RayModel
-from plenofir.errors import InputError
+from plenofir.files import write_file
 
 _COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "tab:brown")
 
@@ -96,11 +97,7 @@ def plot_bench(model: RayModel, settings: Sequence[Fraction], path: Path) -> Non
     depths.tick_params(axis="x", which="minor", labelsize=7)
     depths.set_yticks(range(len(settings)), [f"a = {a}" for a in settings])
     depths.set_xlabel("depth of field: distance from the micro lenses / mm")
-    try:
-        figure.savefig(path, dpi=120, format="png")
-    except OSError as error:
-        raise InputError(
-            f"cannot be written ({error.strerror})", where=str(path), expected="a file to write"
-        ) from None
-    finally:
-        plt.close(figure)
+    content = io.BytesIO()
+    figure.savefig(content, dpi=120, format="png")
+    plt.close(figure)
+    write_file(path, content.getvalue())

@@ -1,0 +1,185 @@
+"""Images come back as they were written, with the bits that the file tells; damaged ones do not."""
+
+import io
+import random
+import struct
+import zlib
+from pathlib import Path
+
+import imagecodecs
+import numpy as np
+import pytest
+import tifffile
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+from PIL import Image as PillowImage
+
+from plenofir.errors import InputError
+from plenofir.images import encode_png, read_image, read_picture, write_png
+
+RNG = np.random.default_rng(5)
+
+
+def picture(dtype: type = np.uint16, channels: int = 3, bits: int = 16) -> np.ndarray:
+    """Something like a photograph: a ramp with noise."""
+    ramp = np.linspace(0, 0.9, 40 * 30 * channels).reshape(40, 30, channels)
+    values = (ramp + 0.1 * RNG.random(ramp.shape)) * ((1 << bits) - 1)
+    return np.squeeze(values.astype(dtype))
+
+
+@given(
+    arrays(np.uint16, array_shapes(min_dims=2, max_dims=2, max_side=9))
+    | arrays(np.uint8, st.tuples(st.integers(1, 9), st.integers(1, 9), st.just(3)))
+    | arrays(np.uint16, st.tuples(st.integers(1, 9), st.integers(1, 9), st.just(3)))
+)
+def test_png_keeps_every_bit(tmp_path_factory: pytest.TempPathFactory, image: np.ndarray) -> None:
+    path = tmp_path_factory.mktemp("png") / "image.png"
+    write_png(path, image[::1, ::-1])
+    got = read_image(path)
+    assert got.dtype == image.dtype
+    assert np.array_equal(got, image[:, ::-1])
+
+
+def netpbm(image: np.ndarray, largest: int) -> bytes:
+    kind = b"P6" if image.ndim == 3 else b"P5"
+    size = b"%d %d" % (image.shape[1], image.shape[0])
+    data = image.astype(">u2" if largest > 255 else "u1").tobytes()
+    return b"\n".join([kind, size, b"%d" % largest, data])
+
+
+def tiff(image: np.ndarray, **options: object) -> bytes:
+    file = io.BytesIO()
+    tifffile.imwrite(file, image, **options)  # type: ignore[arg-type]
+    return file.getvalue()
+
+
+def pillow(image: np.ndarray, kind: str) -> bytes:
+    file = io.BytesIO()
+    PillowImage.fromarray(image).save(file, kind)
+    return file.getvalue()
+
+
+def with_chunk(png: bytes, kind: bytes, body: bytes) -> bytes:
+    """A PNG with one more chunk behind its header."""
+    chunk = struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+    return png[:33] + chunk + png[33:]
+
+
+DEEP = picture()
+TWELVE = picture(bits=12)
+EIGHT = picture(np.uint8, bits=8)
+GREY = picture(np.uint8, 1, bits=8)
+
+CASES = {
+    "png16": (encode_png(DEEP), DEEP, 16),
+    "png, 12 significant bits": (with_chunk(encode_png(TWELVE), b"sBIT", b"\x0c" * 3), TWELVE, 12),
+    "tiff": (tiff(DEEP), DEEP, 16),
+    "tiff big endian": (tiff(DEEP, byteorder=">"), DEEP, 16),
+    "tiff big": (tiff(GREY, bigtiff=True), GREY, 8),
+    "tiff lzw": (tiff(DEEP, compression="lzw", predictor=True), DEEP, 16),
+    "tiff deflate": (tiff(EIGHT, compression="zlib"), EIGHT, 8),
+    "tiff planes": (tiff(np.moveaxis(DEEP, 2, 0), photometric="rgb"), DEEP, 16),
+    "tiff tiles": (tiff(GREY, tile=(16, 16), compression="lzw"), GREY, 8),
+    "tiff white is zero": (tiff(GREY, photometric="miniswhite"), 255 - GREY, 8),
+    "tiff 12 bit": (
+        tiff(TWELVE[..., 0], bitspersample=12, photometric="minisblack"),
+        TWELVE[..., 0],
+        12,
+    ),
+    "ppm 10 bit": (netpbm(picture(bits=10), 1023), None, 10),
+    "ppm": (netpbm(DEEP, 65535), DEEP, 16),
+    "pgm": (netpbm(GREY, 255), GREY, 8),
+    "bmp": (pillow(EIGHT, "BMP"), EIGHT, 8),
+    "jpeg": (pillow(GREY, "JPEG"), None, 8),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_formats(tmp_path: Path, case: str) -> None:
+    data, want, bits = CASES[case]
+    path = tmp_path / "image"
+    path.write_bytes(data)
+    got = read_picture(path)
+    assert got.bits == bits
+    assert got.pixels.dtype == (np.uint8 if bits == 8 else np.uint16)
+    assert got.pixels.flags.c_contiguous
+    if want is not None:
+        assert np.array_equal(got.pixels, want)
+
+
+def refuses(path: Path, data: bytes, match: str) -> None:
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=match) as refused:
+        read_image(path)
+    assert "\n" not in str(refused.value)
+    assert str(path) in str(refused.value)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_cut_files_are_refused(tmp_path: Path, case: str) -> None:
+    data = CASES[case][0]
+    seed = random.SystemRandom().randrange(1 << 31)
+    print(f"seed {seed}")
+    draw = random.Random(seed)
+    # The last bytes of a TIFF may be its padding.
+    for length in (0, 1, len(data) // 2, *(draw.randrange(len(data) - 16) for _ in range(20))):
+        refuses(tmp_path / "image", data[:length], "damaged|empty|no image")
+
+
+@pytest.mark.parametrize("case", ["png16", "png, 12 significant bits", "tiff deflate"])
+def test_every_flipped_bit_is_found(tmp_path: Path, case: str) -> None:
+    """Of formats with checksums: in the pixels, and in a PNG anywhere."""
+    data, want, _ = CASES[case]
+    first = 8 if case.startswith("png") else 400
+    seed = random.SystemRandom().randrange(1 << 31)
+    print(f"seed {seed}")
+    draw = random.Random(seed)
+    for _ in range(100):
+        damaged = bytearray(data)
+        damaged[draw.randrange(first, len(data) - 16)] ^= 1 << draw.randrange(8)
+        path = tmp_path / "image"
+        path.write_bytes(bytes(damaged))
+        try:
+            assert np.array_equal(read_image(path), want)
+        except InputError as error:
+            assert "damaged" in str(error)  # noqa: PT017
+
+
+def test_lzw_strips_of_a_wrong_length_are_refused(tmp_path: Path) -> None:
+    """LZW has no checksum; a strip that decodes to another length is found."""
+    data = tiff(DEEP, compression="lzw")
+    with tifffile.TiffFile(io.BytesIO(data)) as file:
+        page = file.pages[0]
+        place = page.dataoffsets[0]
+    short = imagecodecs.lzw_encode(DEEP.tobytes()[:-600])
+    refuses(tmp_path / "image.tif", data[:place] + short + data[place + len(short) :], "strip 0")
+
+
+@pytest.mark.parametrize(
+    ("data", "match"),
+    [
+        (tiff(np.zeros((3, 20, 20), np.uint8), photometric="minisblack"), "3 pages"),
+        (tiff(np.zeros((20, 20), np.float32)), "type float32"),
+        (tiff(np.zeros((20, 20, 4), np.uint8)), "4 channels"),
+        (encode_png(np.zeros((5, 5, 4), np.uint8)), "4 channels"),
+        (pillow(np.zeros((9, 9, 4), np.uint8), "TIFF"), "4 channels"),
+        (b"P4\n8 1\n\0", "no image of a known kind"),
+        (netpbm(GREY >> 4, 15), "4 bit"),
+        (b"GIF89a", "no image of a known kind"),
+        (b"", "an empty file"),
+    ],
+)
+def test_refused_by_name(tmp_path: Path, data: bytes, match: str) -> None:
+    refuses(tmp_path / "image", data, match)
+
+
+def test_what_is_no_file(tmp_path: Path) -> None:
+    for path, match in (
+        (tmp_path / "none.png", "no such file"),
+        (tmp_path, "is a folder"),
+        (tmp_path / ("x" * 300), "File name too long"),
+        (Path("nul\0"), "null"),
+    ):
+        with pytest.raises(InputError, match=match):
+            read_image(path)
