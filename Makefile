@@ -79,7 +79,7 @@ lint: venv ## Style of Python and VHDL, Python types
 	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb -name '*.vhd')
 	@$(PYTHON) scripts/build_docs.py --check
 	@$(PYTHON) scripts/build_hdl.py --check
-	@$(PYTHON) scripts/draw_board.py --check
+	@$(PYTHON) scripts/draw_diagrams.py --check
 
 bitstream: venv ## Build the bitstream of the Atlys board with ISE 14.7: M= A= SWEEP= MAX_COLUMNS= INTERPOLATION= ARITH= FRACTION= GUARD= SCENE= OUT= ISE=
 	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= .venv/bin/plenofir bitstream build --micro-image="$(M)" --a="$(A)" --sweep="$(SWEEP)" \
@@ -95,7 +95,7 @@ bench: venv simulator ## Measure refocuser, ray model, calibration, simulators; 
 docs: venv ## Build what the documentation takes from the sources
 	@$(PYTHON) scripts/build_hdl.py
 	@$(PYTHON) scripts/build_docs.py
-	@$(PYTHON) scripts/draw_board.py
+	@$(PYTHON) scripts/draw_diagrams.py
 
 waves: venv ## Draw the timing diagrams of docs/waves.md from simulations
 	@scripts/setup.sh ghdl

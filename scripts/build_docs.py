@@ -322,14 +322,14 @@ def committed_pages() -> dict[Path, str]:
     written = {
         DOCS / "golden-model.md": error_bounds,
         DOCS / "moving-sum.md": column_memory,
-        DOCS / "module-array.md": clock_table,
+        DOCS / "fir-array.md": clock_table,
         DOCS / "resources.md": resource_tables,
     }
     return {
         **{path: fill(path.read_text()) for path, fill in written.items()},
         MEASURED / "array-clocks.md": measured(
-            "Clocks of the module array",
-            "module-array.md",
+            "Clocks of the filter array",
+            "fir-array.md",
             ("Simulated", clock_counts.table(clock_counts.SIMULATED).splitlines()),
         ),
         MEASURED / "engines.md": measured(

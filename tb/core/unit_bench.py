@@ -129,7 +129,7 @@ async def every_row(dut: Any) -> None:
 async def interleaved_streams(dut: Any) -> None:
     """DEPTH independent streams through one filter: each as if it had a filter of its own.
 
-    Each stream takes a few steps at once, as the columns of the module array do.
+    Each stream takes a few steps at once, as the columns of the filter array do.
     """
     layout, depth, latency = case_layout(), CASE["depth"], CASE["latency"]
     m, taps, delay = layout.micro_image_size, layout.taps, layout.delay

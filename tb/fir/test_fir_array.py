@@ -1,4 +1,4 @@
-"""The module array by itself: exact, and as many clocks as the formulas say."""
+"""The filter array by itself: exact, and as many clocks as the formulas say."""
 
 import pytest
 

@@ -1,7 +1,7 @@
 """Where hardware, golden refocuser and ray model meet: a rendered capture, swept.
 
 Three objects stand at distances that the ray model predicts for three slices. The capture is
-calibrated and decoded like a real one; the raster goes through the module array once for each
+calibrated and decoded like a real one; the raster goes through the filter array once for each
 slice, and each object must be sharpest in its own.
 """
 
@@ -44,7 +44,7 @@ class SweptScene:
 
     @property
     def core(self) -> CoreConfiguration:
-        """The module array that the raster is swept through."""
+        """The filter array that the raster is swept through."""
         return CoreConfiguration(
             micro_image_size=M,
             shifts=SHIFTS,
