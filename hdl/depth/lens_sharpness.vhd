@@ -2,15 +2,10 @@
 --
 -- A scan goes over the sums of a complete row of micro images, the newest; Laplacians are those of the row before it,
 -- and the window's middle lies RADIUS rows further back. Behind the last micro image the scan goes on for 1 + RADIUS
--- clocks. Rows beyond the frame count as nothing.
+-- clocks. Rows beyond the frame count as nothing; right of the last micro image the sum read stays its own.
 --
 -- Latency: SHARPNESS_LATENCY clocks from a sum to the sharpness of the micro image 1 + RADIUS before it.
 -- Throughput: one micro image each clock.
--- Ports: begins marks the clock of the first sum of a scan, ends that behind its last; lens: the sum's place, 2 clocks
---   ahead; sum: the newest row's; inner_lens: place of the middle, 2 clocks ahead of the clock in which inner is set
---   and its row is added. Of the newest row but one (that of the Laplacians): live: it belongs to a frame,
---   joined_above, joined_below: so do the rows before and behind it. same: rows of the window behind the newest that
---   belong to the frame of the middle one, the newest of all in the low bit.
 -- Equation: sharpness = sum over the window of |4 L - L(up) - L(down) - L(left) - L(right)|, of neighbours
 --   that are there.
 
@@ -36,19 +31,26 @@ entity lens_sharpness is
     RADIUS : natural
   );
   port (
-    clk          : in    std_logic;
-    lens         : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    begins       : in    std_logic;
-    ends         : in    std_logic;
-    scans        : in    std_logic;
-    sum          : in    std_logic_vector(lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS) - 1 downto 0);
+    clk : in    std_logic;
+    -- Place of the sum, 2 clocks ahead; behind the last one of a scan it stays.
+    lens : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    -- Marks the first sum of a scan, and all of them.
+    begins : in    std_logic;
+    scans  : in    std_logic;
+    -- The newest row's.
+    sum : in    std_logic_vector(lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS) - 1 downto 0);
+    -- Of the row before the newest, that of the Laplacians: whether it belongs to a frame, and whether its neighbours
+    -- belong to the same one.
     live         : in    std_logic;
     joined_above : in    std_logic;
     joined_below : in    std_logic;
-    same         : in    std_logic_vector(2 * RADIUS downto 0);
-    inner_lens   : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    inner        : in    std_logic;
-    sharpness    : out   unsigned(sharpness_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS, RADIUS) - 1 downto 0)
+    -- Rows of the window behind the newest that belong to the frame of the middle one, the newest in the low bit.
+    same : in    std_logic_vector(2 * RADIUS downto 0);
+    -- Place of the middle, 2 clocks ahead of the clock in which inner is set and its row is added.
+    inner_lens : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    inner      : in    std_logic;
+    -- Of the middle.
+    sharpness : out   unsigned(sharpness_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS, RADIUS) - 1 downto 0)
   );
 end entity lens_sharpness;
 
@@ -142,7 +144,7 @@ begin
       read_data     => stored
     );
 
-  bends : process (clk) is
+  judge_row : process (clk) is
 
     variable centre : sum_t;
     variable before : std_logic;
@@ -164,7 +166,7 @@ begin
       has_1    <= scans;
       has_2    <= before;
 
-      along   <= difference(centre_1, centre_2, has_2) + difference(centre_1, centre, not ends);
+      along   <= difference(centre_1, centre_2, has_2) + resize(centre_1 - centre, LAPLACIAN_BITS + 1);
       across  <= difference(centre_1, above_1, joined_above) + difference(centre_1, newest_1, joined_below);
       there_1 <= before and live;
 
@@ -201,7 +203,7 @@ begin
       laplacians(1) <= laplacian;
     end if;
 
-  end process bends;
+  end process judge_row;
 
   sharpness <= total;
 

@@ -5,8 +5,6 @@
 --
 -- Latency: 4 clocks from the last pixel of a micro image until its sum can be read; reading takes 2.
 -- Throughput: one pixel each clock.
--- Ports: active: a pixel; lens: its micro image; lens_first, lens_last: the first and the last pixel of a line of
---   it; row_first, row_last: the first and the last line of it; read_lens: address of sum, 2 clocks before.
 -- Equation: sum = sum of the luma of M x M pixels; of RGB R + 2 G + B.
 
 library ieee;
@@ -29,16 +27,20 @@ entity lens_sums is
     PIXEL_BITS : positive
   );
   port (
-    clk        : in    std_logic;
-    active     : in    std_logic;
-    lens       : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    clk : in    std_logic;
+    -- Marks a pixel, and its micro image.
+    active : in    std_logic;
+    lens   : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    -- The first and the last pixel of a line of it, the first and the last line of it.
     lens_first : in    std_logic;
     lens_last  : in    std_logic;
     row_first  : in    std_logic;
     row_last   : in    std_logic;
-    data       : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
-    read_lens  : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
-    sum        : out   std_logic_vector(lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS) - 1 downto 0)
+    -- The pixel.
+    data : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- Address of the sum, and 2 clocks later the sum.
+    read_lens : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    sum       : out   std_logic_vector(lens_bits(MICRO_IMAGE_SIZE, CHANNELS, PIXEL_BITS) - 1 downto 0)
   );
 end entity lens_sums;
 

@@ -1,13 +1,11 @@
 -- The slice of a focal stack in which each micro image is sharpest, and the picture made of those slices.
 --
--- While the pixels wait in a ring of lines, micro images are summed and compared; when the last line of a row of micro
--- images is in, a scan over the row's sums finds the index of the row RADIUS + 1 rows further back, whose
--- first line then leaves the ring. Of equally sharp slices the first counts.
+-- While the pixels wait (sharpest_pixels), micro images are summed (lens_sums); when the last line of a row of micro
+-- images is in, a scan over the row's sums judges (lens_sharpness) the row RADIUS + 1 rows further back and finds its
+-- indices; its first line then goes on. Of equally sharp slices the first counts.
 --
 -- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one pixel of all slices each clock,
 --   in lines of 8 + RADIUS tokens at least and frames of a multiple of M lines; empty tokens and lines make up for it.
--- Ports: in_*: tokens of frame_sequencer, in_data the slices of a pixel, the first in the low bits; out_index and
---   out_data: slice and pixel.
 -- Equation: index = argmax over the slices of the sharpness (lens_sharpness).
 
 library ieee;
@@ -34,20 +32,24 @@ entity sharpness_index is
     PIXEL_BITS : positive range 1 to 16 := 8
   );
   port (
-    clk            : in    std_logic;
-    reset          : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Tokens of frame_sequencer.
     in_strobe      : in    std_logic;
     in_pixel       : in    std_logic;
     in_line_first  : in    std_logic;
     in_line_last   : in    std_logic;
     in_frame_first : in    std_logic;
     in_image       : in    std_logic;
-    in_data        : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
-    out_valid      : out   std_logic;
-    out_start      : out   std_logic;
-    out_last       : out   std_logic;
-    out_index      : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    out_data       : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
+    -- The slices of a pixel, the first in the low bits.
+    in_data : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- Marks a pixel of the picture, the first of a frame, the last of a line.
+    out_valid : out   std_logic;
+    out_start : out   std_logic;
+    out_last  : out   std_logic;
+    -- Its slice and the pixel.
+    out_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    out_data  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
   );
 end entity sharpness_index;
 
@@ -61,9 +63,6 @@ architecture rtl of sharpness_index is
   constant INDEX_BITS : positive := bits_for(SLICES - 1);
   constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
   constant STACK_BITS : positive := SLICES * DATA_BITS;
-  constant RING_LINES : positive := sharpness_delay(M, RADIUS);
-  constant RING_WORDS : positive := RING_LINES * MAX_COLUMNS;
-  constant RING_BITS  : positive := bits_for(RING_WORDS - 1);
   constant WRITTEN    : positive := index_latency(SLICES, RADIUS);
   -- Behind the address of the scan: micro images in the middle of the window, and their index.
   constant INNER_DELAY   : positive := 5 + RADIUS;
@@ -104,9 +103,8 @@ architecture rtl of sharpness_index is
   signal complete_start : std_logic := '0';
   signal scan_on        : std_logic := '0';
   signal scan_lens      : lens_t    := (others => '0');
-  signal scan_tag       : std_logic_vector(2 downto 0);
-  signal scan_tag_2     : std_logic_vector(2 downto 0);
-  signal scan_ends_3    : std_logic := '0';
+  signal scan_tag       : std_logic_vector(1 downto 0);
+  signal scan_tag_2     : std_logic_vector(1 downto 0);
   signal place          : std_logic_vector(PLACE_BITS downto 0);
   signal inner_place    : std_logic_vector(PLACE_BITS downto 0);
   signal inner_1        : std_logic := '0';
@@ -114,7 +112,6 @@ architecture rtl of sharpness_index is
   signal written_place  : std_logic_vector(PLACE_BITS downto 0);
   signal inner_lens     : lens_t;
   signal written_lens   : lens_t;
-  signal written_index  : std_logic_vector(INDEX_BITS - 1 downto 0);
 
   -- Rows of micro images, the newest first: whether they belong to a frame, begin one.
   signal live         : std_logic_vector(0 to 1)              := (others => '0');
@@ -126,28 +123,6 @@ architecture rtl of sharpness_index is
   signal sharpness : sharpness_list_t;
   signal most      : sharpness_list_t;
   signal best      : indices_t;
-
-  -- The pixels.
-  constant TAG_BITS : positive := 4 + PLACE_BITS;
-
-  signal token       : std_logic_vector(TAG_BITS - 1 downto 0);
-  signal token_late  : std_logic_vector(TAG_BITS - 1 downto 0);
-  signal line_tag    : std_logic_vector(1 downto 0);
-  signal line_tag_in : std_logic_vector(1 downto 0);
-  signal line_due    : std_logic_vector(1 downto 0);
-  signal line_out    : std_logic_vector(1 downto 0);
-  signal late_data   : std_logic_vector(STACK_BITS - 1 downto 0);
-  signal late_step   : std_logic;
-  signal ring_line   : unsigned(RING_BITS - 1 downto 0)          := (others => '0');
-  signal ring_word   : unsigned(RING_BITS - 1 downto 0)          := (others => '0');
-  signal ring_write  : std_logic                                 := '0';
-  signal ring_data   : std_logic_vector(STACK_BITS - 1 downto 0) := (others => '0');
-  signal token_1     : std_logic_vector(TAG_BITS - 1 downto 0)   := (others => '0');
-  signal lens_now    : lens_t                                    := (others => '0');
-  signal delayed     : std_logic_vector(STACK_BITS - 1 downto 0);
-  signal index_read  : std_logic_vector(INDEX_BITS - 1 downto 0);
-  signal result_in   : std_logic_vector(2 downto 0);
-  signal result      : std_logic_vector(2 downto 0);
 
 begin
 
@@ -245,7 +220,6 @@ begin
         end if;
       end if;
 
-      scan_ends_3 <= scan_tag_2(2);
       inner_1     <= inner_place(0);
       inner_2     <= inner_1;
       if reset = '1' then
@@ -262,13 +236,11 @@ begin
   scan_tag(0) <= scan_on;
   scan_tag(1) <= '1' when scan_on = '1' and scan_lens = 0 else
                  '0';
-  scan_tag(2) <= '1' when scan_on = '1' and scan_lens = complete_lens else
-                 '0';
   place       <= std_logic_vector(scan_lens) & scan_on;
 
   delay_scan : entity work.tag_delay
     generic map (
-      WIDTH  => 3,
+      WIDTH  => 2,
       LENGTH => 2
     )
     port map (
@@ -307,7 +279,6 @@ begin
 
   inner_lens    <= unsigned(inner_place(PLACE_BITS downto 1));
   written_lens  <= unsigned(written_place(PLACE_BITS downto 1));
-  written_index <= std_logic_vector(best(SLICES - 1));
 
   -- Laplacians are those of row 1, the window's middle is row RADIUS + 1.
   joined_above <= not starts(1);
@@ -371,7 +342,6 @@ begin
         clk          => clk,
         lens         => scan_lens,
         begins       => scan_tag_2(1),
-        ends         => scan_ends_3,
         scans        => scan_tag_2(0),
         sum          => sum,
         live         => live(1),
@@ -430,178 +400,33 @@ begin
 
   end generate slice;
 
-  --------------------------------------------------------------------------------------------------
-  -- The pixels: a ring of lines, left when the index of their row has been written.
-
-  token <= std_logic_vector(lens) & line_last & (line_first and active) & line_first & active;
-
-  delay_token : entity work.tag_delay
+  pixels : entity work.sharpest_pixels
     generic map (
-      WIDTH  => TAG_BITS,
-      LENGTH => WRITTEN - 2
+      SLICES        => SLICES,
+      MAX_COLUMNS   => MAX_COLUMNS,
+      LENSES        => LENSES,
+      RING_LINES    => sharpness_delay(M, RADIUS),
+      INDEX_LATENCY => WRITTEN,
+      PIXEL_BITS    => DATA_BITS
     )
     port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => token,
-      delayed => token_late
+      clk         => clk,
+      reset       => reset,
+      active      => active,
+      line_first  => line_first,
+      line_last   => line_last,
+      frame_first => frame_first,
+      image       => image,
+      lens        => lens,
+      data        => data,
+      index_write => written_place(0),
+      index_lens  => written_lens,
+      index       => best(SLICES - 1),
+      out_valid   => out_valid,
+      out_start   => out_start,
+      out_last    => out_last,
+      out_index   => out_index,
+      out_data    => out_data
     );
-
-  delay_data : entity work.tag_delay
-    generic map (
-      WIDTH  => STACK_BITS,
-      LENGTH => WRITTEN - 2
-    )
-    port map (
-      clk     => clk,
-      reset   => '0',
-      enable  => '1',
-      tag     => data,
-      delayed => late_data
-    );
-
-  line_tag <= frame_first & image;
-
-  delay_line_tag : entity work.tag_delay
-    generic map (
-      WIDTH  => 2,
-      LENGTH => WRITTEN - 2
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => line_tag,
-      delayed => line_tag_in
-    );
-
-  late_step <= token_late(2);
-
-  lines_due : entity work.tag_delay
-    generic map (
-      WIDTH  => 2,
-      LENGTH => RING_LINES + 1
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => late_step,
-      tag     => line_tag_in,
-      delayed => line_due
-    );
-
-  go_round : process (clk) is
-  begin
-
-    if rising_edge(clk) then
-      if late_step = '1' then
-        if ring_line = (RING_LINES - 1) * MAX_COLUMNS then
-          ring_line <= (others => '0');
-          ring_word <= (others => '0');
-        else
-          ring_line <= ring_line + MAX_COLUMNS;
-          ring_word <= ring_line + MAX_COLUMNS;
-        end if;
-      elsif token_late(0) = '1' then
-        ring_word <= ring_word + 1;
-      end if;
-      ring_write <= token_late(0);
-      ring_data  <= late_data;
-      token_1    <= token_late;
-      lens_now   <= unsigned(token_1(TAG_BITS - 1 downto 4));
-    end if;
-
-  end process go_round;
-
-  ring : entity work.ram_simple_dual_port
-    generic map (
-      WIDTH        => STACK_BITS,
-      ADDRESS_BITS => RING_BITS,
-      WORDS        => RING_WORDS,
-      READ_LATENCY => 2
-    )
-    port map (
-      clk           => clk,
-      write_enable  => ring_write,
-      write_address => ring_word,
-      write_data    => ring_data,
-      read_enable   => '1',
-      read_address  => ring_word,
-      read_data     => delayed
-    );
-
-  indices : entity work.ram_simple_dual_port
-    generic map (
-      WIDTH        => INDEX_BITS,
-      ADDRESS_BITS => PLACE_BITS,
-      WORDS        => LENSES,
-      READ_LATENCY => 1
-    )
-    port map (
-      clk           => clk,
-      write_enable  => written_place(0),
-      write_address => written_lens,
-      write_data    => written_index,
-      read_enable   => '1',
-      read_address  => lens_now,
-      read_data     => index_read
-    );
-
-  pick : process (clk) is
-
-    variable chosen : natural range 0 to 2 ** INDEX_BITS - 1;
-
-  begin
-
-    if rising_edge(clk) then
-      chosen    := to_integer(unsigned(index_read));
-      out_index <= unsigned(index_read);
-      out_data  <= delayed(DATA_BITS - 1 downto 0);
-
-      for s in 1 to SLICES - 1 loop
-
-        if chosen = s then
-          out_data <= delayed((s + 1) * DATA_BITS - 1 downto s * DATA_BITS);
-        end if;
-
-      end loop;
-
-    end if;
-
-  end process pick;
-
-  -- Side information, with the ring's address, the ring's word, the result.
-  delay_line_due : entity work.tag_delay
-    generic map (
-      WIDTH  => 2,
-      LENGTH => 3
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => line_due,
-      delayed => line_out
-    );
-
-  result_in <= token_1(1) & token_1(3) & token_1(0);
-
-  delay_result : entity work.tag_delay
-    generic map (
-      WIDTH  => 3,
-      LENGTH => 3
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => result_in,
-      delayed => result
-    );
-
-  out_valid <= result(0) and line_out(0);
-  out_last  <= result(1);
-  out_start <= result(2) and line_out(1);
 
 end architecture rtl;

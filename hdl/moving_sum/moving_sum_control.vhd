@@ -8,14 +8,7 @@
 --
 -- Latency: 3 clocks after advance; the outputs hold until the next advance.
 -- Throughput: one step each clock.
--- Ports: advance begins a step, first marks the first step of a line and reads slice, live the steps with a
---   pixel of the line. Of the step's own pixel: fresh: a line begins, to_first, to_held: it belongs to the first
---   sums. Of the pixel that enters: enter_age, enter (it belongs to the line), enter_now (it is the step's own);
---   leave: the pixel that came M steps before it leaves; take: output 0 is due; clear: a new sum begins; update:
---   a group of outputs begins; due: the output belongs to the line. Earlier, 1 clock after advance: step_1,
---   phase_1, first_1, live_1, of the step, take_1, slice_1 of the output; 2 clocks: step_2, enter_phase_2;
---   3 clocks: moves_3: the pixel that enters does not lie before the line.
--- Equation: see moving_sum_pkg.
+-- Equation: see sum_schedule_pkg.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -24,6 +17,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 
 entity moving_sum_control is
@@ -38,32 +32,30 @@ entity moving_sum_control is
     FIXED_SLICE : integer := -1
   );
   port (
-    clk           : in    std_logic;
-    reset         : in    std_logic;
-    advance       : in    std_logic;
-    first         : in    std_logic;
-    live          : in    std_logic;
-    slice         : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    step_1        : out   std_logic;
-    phase_1       : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
-    first_1       : out   std_logic;
-    live_1        : out   std_logic;
-    take_1        : out   std_logic;
-    slice_1       : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    step_2        : out   std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A step begins; whether it is the first of a line, and whether it has a pixel of the line.
+    advance : in    std_logic;
+    first   : in    std_logic;
+    live    : in    std_logic;
+    -- Slice of the line, read with its first step.
+    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    -- 1 clock behind advance: the step, as it came in, and its phase.
+    step_1  : out   std_logic;
+    phase_1 : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
+    first_1 : out   std_logic;
+    live_1  : out   std_logic;
+    -- Whether output 0 is due, and the slice of the output.
+    take_1  : out   std_logic;
+    slice_1 : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    -- 2 clocks behind advance: phase of the pixel that enters.
     enter_phase_2 : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
-    moves_3       : out   std_logic;
-    fresh         : out   std_logic;
-    to_first      : out   std_logic;
-    to_held       : out   std_logic;
-    enter_age     : out   natural range 0 to reach(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
-    enter         : out   std_logic;
-    enter_now     : out   std_logic;
-    leave         : out   std_logic;
-    take          : out   std_logic;
-    clear         : out   std_logic;
-    update        : out   std_logic;
-    due           : out   std_logic
+    -- 3 clocks behind advance: whether the pixel that enters does not lie before the line, and its age.
+    moves_3 : out   std_logic;
+    age_3   : out   natural range 0 to reach(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+    -- With them, what the step's tokens do.
+    choice_3  : out   pixel_choice_t;
+    command_3 : out   sum_command_t
   );
 end entity moving_sum_control;
 
@@ -223,6 +215,19 @@ architecture rtl of moving_sum_control is
 
   end function next_count;
 
+  function to_logic (
+    condition : boolean
+  ) return std_logic is
+  begin
+
+    if condition then
+      return '1';
+    end if;
+
+    return '0';
+
+  end function to_logic;
+
   -- Of the step that comes in: bit 0 first, then the slice; and the same for the step whose output is due.
   signal tag     : std_logic_vector(slice'length downto 0);
   signal due_tag : std_logic_vector(slice'length downto 0);
@@ -291,7 +296,6 @@ begin
 
     if rising_edge(clk) then
       step_now <= advance;
-      step_2   <= step_now;
       if advance = '1' then
         due_now   := due_tag(0);
         now_ended := 0;
@@ -331,7 +335,6 @@ begin
       end if;
       if reset = '1' then
         step_now  <= '0';
-        step_2    <= '0';
         same      <= '0';
         own_count <= REACHED + 1;
         own_ended <= REACHED + 1;
@@ -357,30 +360,18 @@ begin
         row := FIXED_SLICE * SLICE_STEP + due_phase;
       end if;
 
-      initial_2      <= '0';
-      initial_held_2 <= '0';
-      if own_count = INITIAL_INDEX_OF(own) and own_count <= REACHED then
-        initial_2 <= own_live;
-      end if;
-      if own_count = HELD_INDEX_OF(own) and own_count <= REACHED then
-        initial_held_2 <= own_live;
-      end if;
-      own_first_2   <= own_first;
-      due_count_2   <= due_count;
-      due_ended_2   <= due_ended;
-      left_count_2  <= due_count - M;
-      left_ended_2  <= due_ended - M;
-      due_first_2   <= due_first;
-      enter_phase_2 <= PHASE_OF(row);
-      age_2         <= AGE_OF(row);
-      update_2      <= '0';
-      clear_2       <= '0';
-      if BEGINS(row) = 2 then
-        update_2 <= '1';
-      end if;
-      if CLEARS(row) = 2 then
-        clear_2 <= '1';
-      end if;
+      initial_2      <= own_live and to_logic(own_count = INITIAL_INDEX_OF(own) and own_count <= REACHED);
+      initial_held_2 <= own_live and to_logic(own_count = HELD_INDEX_OF(own) and own_count <= REACHED);
+      own_first_2    <= own_first;
+      due_count_2    <= due_count;
+      due_ended_2    <= due_ended;
+      left_count_2   <= due_count - M;
+      left_ended_2   <= due_ended - M;
+      due_first_2    <= due_first;
+      enter_phase_2  <= PHASE_OF(row);
+      age_2          <= AGE_OF(row);
+      update_2       <= to_logic(BEGINS(row) = 2);
+      clear_2        <= to_logic(CLEARS(row) = 2);
     end if;
 
   end process look_up;
@@ -389,33 +380,26 @@ begin
   begin
 
     if rising_edge(clk) then
-      fresh    <= own_first_2;
-      to_first <= initial_2;
-      to_held  <= initial_held_2;
-      take     <= due_first_2;
-      update   <= update_2;
-      due      <= '0';
-      if due_ended_2 <= DELAY then
-        due <= '1';
-      end if;
-      clear     <= clear_2;
-      enter_age <= age_2;
-      enter     <= '0';
-      enter_now <= '0';
-      leave     <= '0';
-      moves_3   <= '0';
-      if age_2 <= due_count_2 then
-        moves_3 <= '1';
-      end if;
-      if age_2 <= due_count_2 and age_2 >= due_ended_2 then
-        enter <= '1';
-      end if;
-      if age_2 <= left_count_2 and age_2 >= left_ended_2 then
-        leave <= '1';
-      end if;
-      if age_2 = 0 then
-        enter_now <= '1';
-      end if;
+      moves_3 <= to_logic(age_2 <= due_count_2);
+      age_3   <= age_2;
+
+      choice_3 <=
+      (
+        enter     => to_logic(age_2 <= due_count_2 and age_2 >= due_ended_2),
+        enter_now => to_logic(age_2 = 0),
+        leave     => to_logic(age_2 <= left_count_2 and age_2 >= left_ended_2)
+      );
+
+      command_3 <=
+      (
+        fresh    => own_first_2,
+        to_first => initial_2,
+        to_held  => initial_held_2,
+        take     => due_first_2,
+        clear    => clear_2,
+        update   => update_2,
+        due      => to_logic(due_ended_2 <= DELAY)
+      );
     end if;
 
   end process compare_ages;

@@ -2,7 +2,7 @@
 --
 -- The lines of each phase form a shift register: each line that comes in moves those of its phase one
 -- place on. With frames a multiple of M lines apart, every M-th line is of a phase, so a pixel of a given age has a
--- place that never changes. Ages are those of moving_sum_pkg. All functions are evaluated at elaboration only.
+-- place that never changes. Ages are those of sum_schedule_pkg. All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -10,6 +10,7 @@ use ieee.std_logic_1164.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 
 package focal_stack_pkg is

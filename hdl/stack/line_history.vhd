@@ -5,8 +5,6 @@
 -- slices finds its pixels there, and the column is the only address.
 --
 -- Latency: 2 clocks. Throughput: one column each clock; the same one again 3 clocks later at the earliest.
--- Ports: column: address; history: the pixels of all phases, phase 0 and the newest line of a phase first, 2 clocks
---   behind the address; with them pixel, the one that comes in, its phase and column_2, its column; active writes it.
 -- Equation: history(phase) = history(phase) moved one place on & pixel.
 
 library ieee;
@@ -17,7 +15,7 @@ library work;
 use work.math_pkg.all;
 use work.focal_stack_pkg.all;
 
-entity column_history is
+entity line_history is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
@@ -31,17 +29,20 @@ entity column_history is
     PIXEL_BITS : positive
   );
   port (
-    clk      : in    std_logic;
-    column   : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
+    clk : in    std_logic;
+    -- Address.
+    column : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
+    -- 2 clocks behind it: marks a pixel that comes in, its phase, its column again, and the pixel.
     active   : in    std_logic;
     phase    : in    natural range 0 to MICRO_IMAGE_SIZE - 1;
     column_2 : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     pixel    : in    std_logic_vector(PIXEL_BITS - 1 downto 0);
-    history  : out   std_logic_vector(history_high(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, PIXEL_BITS) downto 0)
+    -- With them the pixels of all phases before it, phase 0 and the newest line of a phase in the low bits.
+    history : out   std_logic_vector(history_high(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, PIXEL_BITS) downto 0)
   );
-end entity column_history;
+end entity line_history;
 
-architecture rtl of column_history is
+architecture rtl of line_history is
 
 begin
 

@@ -5,11 +5,7 @@
 --
 -- Latency: output_delay lines and STACK_COLUMN_LATENCY clocks. Throughput: one token each clock; the same
 --   column comes again PARTIAL_SUM_LOOP clocks later at the earliest.
--- Ports: strobe marks a token, pixel those with a column, line_first the first of a line, first (with it) those of a
---   frame's first line; data: the lanes. Bit 0 of step_tag marks lines of the frame. Side information: step_tag, taken
---   with a line's first token, comes out output_delay lines later and holds until the next line; token_tag comes out
---   with the token. out_data: the sums, slice 0 in the low bits.
--- Equation: for each slice sum += entering pixel - leaving pixel; see moving_sum_pkg.
+-- Equation: for each slice sum += entering pixel - leaving pixel; see sum_schedule_pkg.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -40,17 +36,23 @@ entity stack_columns is
     TOKEN_TAG_BITS : positive
   );
   port (
-    clk           : in    std_logic;
-    reset         : in    std_logic;
-    strobe        : in    std_logic;
-    pixel         : in    std_logic;
-    line_first    : in    std_logic;
-    first         : in    std_logic;
-    data          : in    std_logic_vector(LANES * LANE_BITS - 1 downto 0);
-    step_tag      : in    std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-    token_tag     : in    std_logic_vector(TOKEN_TAG_BITS - 1 downto 0);
-    out_strobe    : out   std_logic;
-    out_data      : out   std_logic_vector(stack_sum_bits(MICRO_IMAGE_SIZE, SHIFTS, LANES, LANE_BITS) - 1 downto 0);
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Marks a token, those with a column, and with these the first of a line and those of a frame's first line.
+    strobe     : in    std_logic;
+    pixel      : in    std_logic;
+    line_first : in    std_logic;
+    first      : in    std_logic;
+    -- The lanes.
+    data : in    std_logic_vector(LANES * LANE_BITS - 1 downto 0);
+    -- Side information of a line, taken with its first token; bit 0 marks lines of the frame.
+    step_tag : in    std_logic_vector(STEP_TAG_BITS - 1 downto 0);
+    -- Side information of a token.
+    token_tag  : in    std_logic_vector(TOKEN_TAG_BITS - 1 downto 0);
+    out_strobe : out   std_logic;
+    -- The sums, slice 0 in the low bits.
+    out_data : out   std_logic_vector(stack_sum_bits(MICRO_IMAGE_SIZE, SHIFTS, LANES, LANE_BITS) - 1 downto 0);
+    -- The tag of output_delay lines before; it holds until the next line.
     out_step_tag  : out   std_logic_vector(STEP_TAG_BITS - 1 downto 0);
     out_token_tag : out   std_logic_vector(TOKEN_TAG_BITS - 1 downto 0)
   );
@@ -60,7 +62,6 @@ architecture rtl of stack_columns is
 
   constant M           : positive := MICRO_IMAGE_SIZE;
   constant SLICES      : positive := slice_count(SHIFTS);
-  constant DELAY       : natural  := output_delay(M, SHIFTS, CENTRED);
   constant PIXEL_BITS  : positive := LANES * LANE_BITS;
   constant SUMS_BITS   : positive := LANES * column_sum_bits(M, LANE_BITS);
   constant COLUMN_BITS : positive := bits_for(COLUMNS - 1);
@@ -77,16 +78,10 @@ architecture rtl of stack_columns is
   signal phase_2 : phase_t := 0;
   signal phase_3 : phase_t := 0;
   signal pixel_3 : std_logic_vector(PIXEL_BITS - 1 downto 0);
-  signal history : std_logic_vector(history_high(M, SHIFTS, CENTRED, PIXEL_BITS) downto 0);
+  signal history_3 : std_logic_vector(history_high(M, SHIFTS, CENTRED, PIXEL_BITS) downto 0);
 
   signal active_at    : std_logic_vector(1 to 3) := (others => '0');
   signal column_at    : columns_t                := (others => (others => '0'));
-  signal step_in      : std_logic_vector(0 downto 0);
-  signal step_2       : std_logic_vector(0 downto 0);
-  signal strobe_in    : std_logic_vector(0 downto 0);
-  signal strobe_due   : std_logic_vector(0 downto 0);
-  signal step_tag_2   : std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-  signal step_tag_due : std_logic_vector(STEP_TAG_BITS - 1 downto 0);
 
 begin
 
@@ -126,7 +121,7 @@ begin
       delayed => pixel_3
     );
 
-  memory : entity work.column_history
+  memory : entity work.line_history
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SHIFTS           => SHIFTS,
@@ -141,7 +136,7 @@ begin
       phase    => phase_3,
       column_2 => column_at(3),
       pixel    => pixel_3,
-      history  => history
+      history  => history_3
     );
 
   slice : for s in 0 to SLICES - 1 generate
@@ -157,106 +152,38 @@ begin
         LANE_BITS        => LANE_BITS
       )
       port map (
-        clk     => clk,
-        reset   => reset,
-        step    => step,
-        first   => first,
-        live    => step_tag(0),
-        active  => active,
-        phase_1 => phase_1(s),
-        column  => column_at(2),
-        history => history,
-        pixel   => pixel_3,
-        sum     => out_data((s + 1) * SUMS_BITS - 1 downto s * SUMS_BITS)
+        clk       => clk,
+        reset     => reset,
+        step      => step,
+        first     => first,
+        live      => step_tag(0),
+        phase_1   => phase_1(s),
+        column_2  => column_at(2),
+        active_3  => active_at(3),
+        pixel_3   => pixel_3,
+        history_3 => history_3,
+        sum       => out_data((s + 1) * SUMS_BITS - 1 downto s * SUMS_BITS)
       );
 
   end generate slice;
 
-  --------------------------------------------------------------------------------------------------
-  -- Side information.
-
-  step_in(0) <= step;
-
-  delay_step : entity work.tag_delay
+  tags : entity work.stage_tags
     generic map (
-      WIDTH  => 1,
-      LENGTH => 2
+      LATENCY        => STACK_COLUMN_LATENCY,
+      DELAY          => output_delay(M, SHIFTS, CENTRED),
+      STEP_TAG_BITS  => STEP_TAG_BITS,
+      TOKEN_TAG_BITS => TOKEN_TAG_BITS
     )
     port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => step_in,
-      delayed => step_2
-    );
-
-  delay_step_tag : entity work.tag_delay
-    generic map (
-      WIDTH  => STEP_TAG_BITS,
-      LENGTH => 2
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => step_tag,
-      delayed => step_tag_2
-    );
-
-  step_tags : entity work.tag_delay
-    generic map (
-      WIDTH  => STEP_TAG_BITS,
-      LENGTH => DELAY + 1
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => step_2(0),
-      tag     => step_tag_2,
-      delayed => step_tag_due
-    );
-
-  later_step_tags : entity work.tag_delay
-    generic map (
-      WIDTH  => STEP_TAG_BITS,
-      LENGTH => STACK_COLUMN_LATENCY - 3
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => step_tag_due,
-      delayed => out_step_tag
-    );
-
-  strobe_in(0) <= strobe;
-
-  strobes : entity work.tag_delay
-    generic map (
-      WIDTH  => 1,
-      LENGTH => STACK_COLUMN_LATENCY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => strobe_in,
-      delayed => strobe_due
-    );
-
-  out_strobe <= strobe_due(0);
-
-  token_tags : entity work.tag_delay
-    generic map (
-      WIDTH  => TOKEN_TAG_BITS,
-      LENGTH => STACK_COLUMN_LATENCY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => token_tag,
-      delayed => out_token_tag
+      clk           => clk,
+      reset         => reset,
+      strobe        => strobe,
+      token_tag     => token_tag,
+      step          => step,
+      step_tag      => step_tag,
+      out_strobe    => out_strobe,
+      out_token_tag => out_token_tag,
+      out_step_tag  => out_step_tag
     );
 
 end architecture rtl;

@@ -1,0 +1,252 @@
+-- The moving sums of the pixels of a token: running sums, first sums and held results.
+--
+-- While a line (for columns: a frame) comes in, the sum that belongs to its output 0 is gathered beside the
+-- running one, which still is that of the line before; it takes its place when output 0 is due. The result of a
+-- group of equal outputs is held. Rows keep each of these in a register, columns in a word for each column.
+--
+-- Latency: 3 clocks. Throughput: one token each clock; the same column comes again PARTIAL_SUM_LOOP clocks later at
+--   the earliest.
+-- Equation: sum += entering pixel - leaving pixel; see sum_schedule_pkg.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.moving_sum_pkg.all;
+
+entity moving_sum_adder is
+  generic (
+    -- 1 for rows, the longest line for columns.
+    COLUMNS : positive;
+    -- Pixels of a token.
+    LANES : positive;
+    -- Width of a lane of the input.
+    PIXEL_BITS : positive;
+    -- Width of a lane of the sums.
+    SUM_BITS : positive;
+    -- Whether pixels leave a sum; if not, every group begins a new one.
+    WITH_LEAVING : boolean;
+    -- Whether outputs are held.
+    HOLDING : boolean;
+    -- Whether a line begins within a group, so that output 0 is not the sum that goes on.
+    SPLIT : boolean
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Column of the token, 2 clocks ahead of it.
+    column : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
+    -- Marks a token.
+    active : in    std_logic;
+    -- What it does to the sums.
+    command : in    sum_command_t;
+    -- Its own pixels, and those that enter and leave the running sums (0: none).
+    own      : in    std_logic_vector(LANES * PIXEL_BITS - 1 downto 0);
+    entering : in    std_logic_vector(LANES * PIXEL_BITS - 1 downto 0);
+    leaving  : in    std_logic_vector(LANES * PIXEL_BITS - 1 downto 0);
+    -- Results of the lanes.
+    sums : out   std_logic_vector(LANES * SUM_BITS - 1 downto 0)
+  );
+end entity moving_sum_adder;
+
+architecture rtl of moving_sum_adder is
+
+  constant SUMS_BITS : positive := LANES * SUM_BITS;
+
+  subtype sums_t is std_logic_vector(SUMS_BITS - 1 downto 0);
+
+  type commands_t is array (2 to 4) of sum_command_t;
+
+  type columns_t is array (0 to 5) of unsigned(column'range);
+
+  function lane_of (
+    word  : std_logic_vector;
+    index : natural;
+    width : positive
+  ) return unsigned is
+  begin
+
+    return unsigned(word((index + 1) * width - 1 downto index * width));
+
+  end function lane_of;
+
+  -- Clocks behind `column`.
+  signal active_at  : std_logic_vector(2 to 5) := (others => '0');
+  signal command_at : commands_t               := (others => NO_COMMAND);
+  signal column_at  : columns_t                := (others => (others => '0'));
+
+  -- First sums as they go on and as output 0 shows them, running sums, results; and what they were with the token
+  -- before.
+  signal changes     : sums_t := (others => '0');
+  signal first_sums  : sums_t := (others => '0');
+  signal held_sums   : sums_t := (others => '0');
+  signal held_before : sums_t := (others => '0');
+  signal running     : sums_t := (others => '0');
+  signal results     : sums_t := (others => '0');
+  signal old_first   : sums_t;
+  signal old_held    : sums_t := (others => '0');
+  signal old_running : sums_t;
+  signal old_results : sums_t := (others => '0');
+
+begin
+
+  column_at(0)  <= column;
+  active_at(2)  <= active;
+  command_at(2) <= command;
+
+  delay : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      column_at(1 to 5)  <= column_at(0 to 4);
+      active_at(3 to 5)  <= active_at(2 to 4);
+      command_at(3 to 4) <= command_at(2 to 3);
+      if reset = '1' then
+        active_at(3 to 5) <= (others => '0');
+      end if;
+    end if;
+
+  end process delay;
+
+  add : process (clk) is
+
+    variable own_pixel : unsigned(PIXEL_BITS - 1 downto 0);
+    variable sum       : unsigned(SUM_BITS - 1 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+
+      for i in 0 to LANES - 1 loop
+
+        -- 2: by how much the running sums change, and the first sums.
+        sum := resize(lane_of(entering, i, PIXEL_BITS), SUM_BITS) - resize(lane_of(leaving, i, PIXEL_BITS), SUM_BITS);
+        changes((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
+
+        own_pixel := lane_of(own, i, PIXEL_BITS);
+        if active_at(2) = '1' then
+          sum := (others => '0');
+          if command_at(2).fresh = '0' then
+            sum := lane_of(old_first, i, SUM_BITS);
+          end if;
+          if command_at(2).to_first = '1' then
+            sum := sum + own_pixel;
+          end if;
+          first_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
+
+          sum := (others => '0');
+          if command_at(2).fresh = '0' then
+            sum := lane_of(old_held, i, SUM_BITS);
+          end if;
+          if command_at(2).to_held = '1' then
+            sum := sum + own_pixel;
+          end if;
+          held_sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
+        end if;
+
+        -- 3: the running sums.
+        if active_at(3) = '1' then
+          sum := (others => '0');
+          if command_at(3).take = '1' then
+            sum := lane_of(first_sums, i, SUM_BITS);
+          else
+            if WITH_LEAVING or command_at(3).clear = '0' then
+              sum := lane_of(old_running, i, SUM_BITS);
+            end if;
+            sum := sum + lane_of(changes, i, SUM_BITS);
+          end if;
+          running((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
+        end if;
+
+      end loop;
+
+      -- 4: results, the same for a group.
+      held_before <= held_sums;
+      if active_at(4) = '1' then
+        if command_at(4).due = '0' then
+          -- No output of a line: whatever the sums hold.
+          results <= (others => '0');
+        elsif command_at(4).update = '1' or not HOLDING then
+          results <= running;
+        elsif SPLIT and command_at(4).take = '1' then
+          results <= held_before;
+        else
+          results <= old_results;
+        end if;
+      end if;
+    end if;
+
+  end process add;
+
+  sums <= results;
+
+  --------------------------------------------------------------------------------------------------
+  -- What they were with the token before.
+
+  first_memory : entity work.column_memory
+    generic map (
+      COLUMNS => COLUMNS,
+      WIDTH   => SUMS_BITS
+    )
+    port map (
+      clk          => clk,
+      write_enable => active_at(3),
+      write_column => column_at(3),
+      word         => first_sums,
+      read_column  => column_at(0),
+      old_word     => old_first
+    );
+
+  running_memory : entity work.column_memory
+    generic map (
+      COLUMNS => COLUMNS,
+      WIDTH   => SUMS_BITS
+    )
+    port map (
+      clk          => clk,
+      write_enable => active_at(4),
+      write_column => column_at(4),
+      word         => running,
+      read_column  => column_at(1),
+      old_word     => old_running
+    );
+
+  held_outputs : if HOLDING generate
+
+    result_memory : entity work.column_memory
+      generic map (
+        COLUMNS => COLUMNS,
+        WIDTH   => SUMS_BITS
+      )
+      port map (
+        clk          => clk,
+        write_enable => active_at(5),
+        write_column => column_at(5),
+        word         => results,
+        read_column  => column_at(2),
+        old_word     => old_results
+      );
+
+  end generate held_outputs;
+
+  split_groups : if SPLIT generate
+
+    held_memory : entity work.column_memory
+      generic map (
+        COLUMNS => COLUMNS,
+        WIDTH   => SUMS_BITS
+      )
+      port map (
+        clk          => clk,
+        write_enable => active_at(3),
+        write_column => column_at(3),
+        word         => held_sums,
+        read_column  => column_at(0),
+        old_word     => old_held
+      );
+
+  end generate split_groups;
+
+end architecture rtl;

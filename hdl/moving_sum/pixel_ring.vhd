@@ -1,0 +1,110 @@
+-- The last pixels of a line: which of them enter the moving sum, and which leave it.
+--
+-- A ring of words, read twice: every token is a step, so that ages count back from the place that is written.
+--
+-- Latency: 4 clocks from an age to its pixels. Throughput: one token each clock.
+-- Equation: entering = the token `age` before the newest, leaving = the token `age` + M before.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+
+entity pixel_ring is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- The largest age at which a pixel is needed.
+    REACHED : natural;
+    -- Whether pixels leave.
+    WITH_LEAVING : boolean;
+    -- Bits of a token.
+    WIDTH : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- Age of the pixel that enters, 2 clocks ahead of the token.
+    age : in    natural range 0 to REACHED;
+    -- Marks a token, and its pixels.
+    active : in    std_logic;
+    pixel  : in    std_logic_vector(WIDTH - 1 downto 0);
+    -- 2 clocks behind the token: the pixels of that age, and those of M tokens before.
+    entering : out   std_logic_vector(WIDTH - 1 downto 0);
+    leaving  : out   std_logic_vector(WIDTH - 1 downto 0)
+  );
+end entity pixel_ring;
+
+architecture rtl of pixel_ring is
+
+  constant M            : positive := MICRO_IMAGE_SIZE;
+  constant ADDRESS_BITS : positive := bits_for(REACHED);
+
+  subtype address_t is unsigned(ADDRESS_BITS - 1 downto 0);
+
+  signal write_address : address_t := (others => '0');
+  signal enter_address : address_t := (others => '0');
+  signal leave_address : address_t := (others => '0');
+  signal age_at        : natural range 0 to REACHED;
+
+begin
+
+  find_addresses : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      age_at <= age;
+      if active = '1' then
+        write_address <= write_address + 1;
+        enter_address <= write_address + 1 - to_unsigned(age_at, ADDRESS_BITS);
+        leave_address <= write_address + 1 - to_unsigned((age_at + M) mod 2 ** ADDRESS_BITS, ADDRESS_BITS);
+      else
+        enter_address <= write_address - to_unsigned(age_at, ADDRESS_BITS);
+        leave_address <= write_address - to_unsigned((age_at + M) mod 2 ** ADDRESS_BITS, ADDRESS_BITS);
+      end if;
+    end if;
+
+  end process find_addresses;
+
+  entering_pixels : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => WIDTH,
+      ADDRESS_BITS => ADDRESS_BITS,
+      READ_LATENCY => 2
+    )
+    port map (
+      clk           => clk,
+      write_enable  => active,
+      write_address => write_address,
+      write_data    => pixel,
+      read_enable   => '1',
+      read_address  => enter_address,
+      read_data     => entering
+    );
+
+  pixels_leave_again : if WITH_LEAVING generate
+
+    leaving_pixels : entity work.ram_simple_dual_port
+      generic map (
+        WIDTH        => WIDTH,
+        ADDRESS_BITS => ADDRESS_BITS,
+        READ_LATENCY => 2
+      )
+      port map (
+        clk           => clk,
+        write_enable  => active,
+        write_address => write_address,
+        write_data    => pixel,
+        read_enable   => '1',
+        read_address  => leave_address,
+        read_data     => leaving
+      );
+
+  end generate pixels_leave_again;
+
+  nothing_leaves : if not WITH_LEAVING generate
+    leaving <= (others => '0');
+  end generate nothing_leaves;
+
+end architecture rtl;
