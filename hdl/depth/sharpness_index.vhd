@@ -220,8 +220,8 @@ begin
         end if;
       end if;
 
-      inner_1     <= inner_place(0);
-      inner_2     <= inner_1;
+      inner_1 <= inner_place(0);
+      inner_2 <= inner_1;
       if reset = '1' then
         scan_on <= '0';
         live    <= (others => '0');
@@ -277,8 +277,8 @@ begin
       delayed => written_place
     );
 
-  inner_lens    <= unsigned(inner_place(PLACE_BITS downto 1));
-  written_lens  <= unsigned(written_place(PLACE_BITS downto 1));
+  inner_lens   <= unsigned(inner_place(PLACE_BITS downto 1));
+  written_lens <= unsigned(written_place(PLACE_BITS downto 1));
 
   -- Laplacians are those of row 1, the window's middle is row RADIUS + 1.
   joined_above <= not starts(1);

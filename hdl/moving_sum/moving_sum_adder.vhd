@@ -122,7 +122,9 @@ begin
       for i in 0 to LANES - 1 loop
 
         -- 2: by how much the running sums change, and the first sums.
-        sum := resize(lane_of(entering, i, PIXEL_BITS), SUM_BITS) - resize(lane_of(leaving, i, PIXEL_BITS), SUM_BITS);
+        sum := resize(lane_of(entering, i, PIXEL_BITS), SUM_BITS);
+        sum := sum - lane_of(leaving, i, PIXEL_BITS);
+
         changes((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
 
         own_pixel := lane_of(own, i, PIXEL_BITS);

@@ -124,13 +124,13 @@ architecture rtl of moving_sum_stage is
   signal column_at   : columns_t                   := (others => (others => '0'));
 
   -- Its pixels, with the addresses and with the words of the memory; those that enter and leave.
-  signal pixels_5    : pixels_t;
-  signal own         : pixels_t;
-  signal read_enter  : pixels_t;
-  signal read_leave  : pixels_t;
-  signal entering    : pixels_t;
-  signal leaving     : pixels_t;
-  signal sums        : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+  signal pixels_5   : pixels_t;
+  signal own        : pixels_t;
+  signal read_enter : pixels_t;
+  signal read_leave : pixels_t;
+  signal entering   : pixels_t;
+  signal leaving    : pixels_t;
+  signal sums       : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
 
 begin
 
@@ -354,13 +354,13 @@ begin
 
   adder : entity work.moving_sum_adder
     generic map (
-      COLUMNS    => DEPTH,
-      LANES      => LANES,
-      PIXEL_BITS => PRODUCT_BITS,
-      SUM_BITS   => SUM_BITS,
+      COLUMNS      => DEPTH,
+      LANES        => LANES,
+      PIXEL_BITS   => PRODUCT_BITS,
+      SUM_BITS     => SUM_BITS,
       WITH_LEAVING => pixels_leave(M, SHIFTS),
-      HOLDING    => holds_outputs(M, SHIFTS),
-      SPLIT      => begins_within_group(M, SHIFTS, CENTRED)
+      HOLDING      => holds_outputs(M, SHIFTS),
+      SPLIT        => begins_within_group(M, SHIFTS, CENTRED)
     )
     port map (
       clk      => clk,

@@ -91,14 +91,14 @@ architecture rtl of column_sum is
 
   -- Clocks behind the token are part of the names.
   signal enter_phase_2 : phase_t;
-  signal enter_phase_3 : phase_t        := 0;
+  signal enter_phase_3 : phase_t       := 0;
   signal choice_3      : pixel_choice_t;
   signal command_3     : sum_command_t;
-  signal command_4     : sum_command_t  := NO_COMMAND;
-  signal active_4      : std_logic      := '0';
-  signal own_4         : pixel_t        := (others => '0');
-  signal entering_4    : pixel_t        := (others => '0');
-  signal leaving_4     : pixel_t        := (others => '0');
+  signal command_4     : sum_command_t := NO_COMMAND;
+  signal active_4      : std_logic     := '0';
+  signal own_4         : pixel_t       := (others => '0');
+  signal entering_4    : pixel_t       := (others => '0');
+  signal leaving_4     : pixel_t       := (others => '0');
 
 begin
 

@@ -72,16 +72,16 @@ architecture rtl of stack_columns is
 
   type columns_t is array (1 to 3) of unsigned(COLUMN_BITS - 1 downto 0);
 
-  signal active  : std_logic;
-  signal step    : std_logic;
-  signal phase_1 : phases_t;
-  signal phase_2 : phase_t := 0;
-  signal phase_3 : phase_t := 0;
-  signal pixel_3 : std_logic_vector(PIXEL_BITS - 1 downto 0);
+  signal active    : std_logic;
+  signal step      : std_logic;
+  signal phase_1   : phases_t;
+  signal phase_2   : phase_t := 0;
+  signal phase_3   : phase_t := 0;
+  signal pixel_3   : std_logic_vector(PIXEL_BITS - 1 downto 0);
   signal history_3 : std_logic_vector(history_high(M, SHIFTS, CENTRED, PIXEL_BITS) downto 0);
 
-  signal active_at    : std_logic_vector(1 to 3) := (others => '0');
-  signal column_at    : columns_t                := (others => (others => '0'));
+  signal active_at : std_logic_vector(1 to 3) := (others => '0');
+  signal column_at : columns_t                := (others => (others => '0'));
 
 begin
 

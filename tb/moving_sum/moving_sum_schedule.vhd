@@ -1,4 +1,4 @@
--- Writes the schedule of moving_sum_pkg into schedule.txt, a number a line with what it is of.
+-- Writes the schedule of sum_schedule_pkg and moving_sum_pkg into schedule.txt, a number a line with what it is of.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -8,6 +8,7 @@ use std.textio.all;
 
 library work;
 use work.refocus_pkg.all;
+use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 
 entity moving_sum_schedule is

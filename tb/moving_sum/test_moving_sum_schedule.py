@@ -1,4 +1,4 @@
-"""The schedule of moving sums in VHDL (moving_sum_pkg) and in Python (SumLayout), side by side."""
+"""The schedule of moving sums in VHDL (sum_schedule_pkg) and Python (SumLayout), side by side."""
 
 import random
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from plenofir.refocus.operator import Align
 from plenofir_tb.runner import draw_seed, simulator_name
 
 TOP = "moving_sum_schedule"
-PACKAGES = ("math_pkg", "refocus_pkg", "moving_sum_pkg")
+PACKAGES = ("math_pkg", "refocus_pkg", "sum_schedule_pkg", "moving_sum_pkg")
 
 
 @pytest.fixture(scope="module")

@@ -163,14 +163,14 @@ endmodule
 
 
 def data_path_adders(core: CoreConfiguration, folder: Path) -> tuple[int, int]:
-    """Additions and subtractions of pixels and sums that GHDL makes of the stages."""
-    file = next(s for s in hdl.hdl_sources() if s.stem == "moving_sum_stage")
+    """Additions and subtractions of pixels and sums that GHDL makes of the adders."""
+    file = next(s for s in hdl.hdl_sources() if s.stem == "moving_sum_adder")
     lines = file.read_text().splitlines()
     begin = next(n for n, line in enumerate(lines, 1) if "add : process" in line)
     end = next(n for n, line in enumerate(lines, 1) if "end process add;" in line)
     text = write_verilog(hdl.hdl_sources(), CORE, core.generics(), folder).read_text()
     found = re.findall(
-        r"moving_sum_stage\.vhd:(\d+):\d+ +\*/\n  assign \w+ = \S+ ([+-]) \S+;", text
+        r"moving_sum_adder\.vhd:(\d+):\d+ +\*/\n  assign \w+ = \S+ ([+-]) \S+;", text
     )
     signs = [sign for line, sign in found if begin <= int(line) <= end]
     return signs.count("+"), signs.count("-")

@@ -8,7 +8,7 @@ makes i -> p a re-ordering, and
 
 S changes at multiples of g only, and from one such place to the next g pixels enter the sum and g
 leave it: one enters and one leaves at each step, at ages that depend on their phase alone. The VHDL
-(``hdl/moving_sum/moving_sum_pkg.vhd``) has the same functions.
+(``hdl/moving_sum/sum_schedule_pkg.vhd``) has the same functions.
 """
 
 import math

@@ -12,7 +12,7 @@ from plenofir.refocus.focal_stack import StackLayout
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, DepthIndex, depth_index
 
-# column_sum (focal_stack_pkg.STACK_COLUMN_LATENCY), a row stage, divide_round.
+# stack_columns (focal_stack_pkg.STACK_COLUMN_LATENCY), a row stage, divide_round.
 _ARRAY_CLOCKS = 7 + 10 + 3
 
 
