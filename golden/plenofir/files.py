@@ -145,7 +145,9 @@ def publish_files(folder: Path, out: Path) -> None:
 
 
 def write_file(path: Path, content: bytes | str) -> None:
-    """Write a file in one step, see `Results`."""
+    """Write a file into an existing folder in one step, see `Results`."""
+    if not path.parent.is_dir():
+        raise InputError(f"no folder {path.parent}", where=str(path), expected="an existing folder")
     publish({path.name: content}, path.parent)
 
 
