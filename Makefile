@@ -51,9 +51,9 @@ mutants: venv libpython ## Change the VHDL in 120 ways; fails if a change that n
 	@scripts/setup.sh ghdl
 	@$(PYTHON) scripts/mutate.py
 
-figures: venv ## Write what `make test` wants of the synthesis anew (half an hour)
+figures: venv ## Write what `make test` wants of the synthesis anew (20 minutes; what was synthesised before is in build/yosys): JOBS=
 	@scripts/setup.sh ghdl
-	@$(PYTHON) scripts/update_figures.py
+	@JOBS=$(JOBS) $(PYTHON) scripts/update_figures.py
 	@$(PYTHON) scripts/build_docs.py
 
 compare: venv ## Synthesise and place the cells of the comparison of both engines that were not yet (hours)

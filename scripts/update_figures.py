@@ -1,11 +1,13 @@
 """Synthesises the designs of plenofir.plan.figures and writes their figures into the file.
 
-Arguments: names of designs; all if there are none.
+Arguments: names of designs; all if there are none. JOBS designs at once (all cores without).
 """
 
+import os
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from plenofir.fpga.synthesis.spartan6 import Figures
@@ -20,10 +22,12 @@ from plenofir.plan.figures import (
 )
 
 
-def chosen(names: list[str]) -> list[Design]:
-    """Designs that the arguments name."""
-    every = designs()
-    return [design for design in every if not names or design.name in names]
+def synthesise(design: Design) -> tuple[Figures, float]:
+    """Figures of a design, and the seconds that they took."""
+    started = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        figures = design.synthesise(Path(folder)).figures
+    return figures, time.perf_counter() - started
 
 
 def main() -> int:
@@ -32,15 +36,19 @@ def main() -> int:
     known: dict[str, dict[str, Figures]] = {}
     if FILE.exists() and load_figures().yosys == yosys:
         known = dict(load_figures().figures)
-    order = [design.name for design in designs()]
-    for design in chosen(sys.argv[1:]):
-        started = time.perf_counter()
-        with tempfile.TemporaryDirectory() as folder:
-            figures = design.synthesise(Path(folder)).figures
-        print(f"{design.name}: {figures} ({time.perf_counter() - started:.0f} s)", flush=True)
-        own = {**known.get(ghdl, {}), design.name: figures}
-        known[ghdl] = {name: own[name] for name in order if name in own}
-        save_figures(FiguresFile(yosys=yosys, figures=known))
+    every = designs()
+    chosen = [design for design in every if design.name in sys.argv[1:] or not sys.argv[1:]]
+    own = dict(known.get(ghdl, {}))
+    # The largest first, so that all jobs end together.
+    order = sorted(chosen, key=lambda design: own[design.name].lut if design.name in own else 10**9)
+    with ThreadPoolExecutor(int(os.environ.get("JOBS") or os.cpu_count() or 1)) as jobs:
+        running = {jobs.submit(synthesise, design): design for design in reversed(order)}
+        for done in as_completed(running):
+            name = running[done].name
+            own[name], seconds = done.result()
+            print(f"{name}: {own[name]} ({seconds:.0f} s)", flush=True)
+            known[ghdl] = {design.name: own[design.name] for design in every if design.name in own}
+            save_figures(FiguresFile(yosys=yosys, figures=known))
     return 0
 
 

@@ -9,9 +9,16 @@ from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.ise import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.synthesis import tools as tools_module
 from plenofir.fpga.synthesis.parts import TMDS_ENDS, count_parts, left_out_in_turn, needed_parts
 from plenofir.fpga.synthesis.primitives import with_primitives
-from plenofir.fpga.synthesis.tools import ghdl_version, plain_verilog, write_verilog, yosys_version
+from plenofir.fpga.synthesis.tools import (
+    ghdl_version,
+    plain_verilog,
+    run_yosys,
+    write_verilog,
+    yosys_version,
+)
 from plenofir.plan.configure import configure
 from plenofir.plan.figures import (
     CORE,
@@ -262,3 +269,30 @@ def test_core_is_a_design() -> None:
         "scene_top",
         BOARD,
     }
+
+
+def test_yosys_runs_once_for_the_same_verilog(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tools_module, "root", lambda: tmp_path)
+    runs = []
+
+    def run(command: list[str], log: Path) -> None:
+        runs.append(command)
+        log.write_text("log")
+        (log.parent / "out.v").write_text(f"result {len(runs)}")
+
+    monkeypatch.setattr(tools_module, "run_tool", run)
+
+    def result(text: str, command: str = "stat") -> str:
+        (tmp_path / "in.v").write_text(text)
+        out = tmp_path / "out.v"
+        out.unlink(missing_ok=True)
+        run_yosys([command], tmp_path / "log", reads=[tmp_path / "in.v"], writes=[out.name])
+        return out.read_text()
+
+    assert result("/* a.vhd:1 */ assign a = b;") == "result 1"
+    assert result("/* a.vhd:2 */ assign a = b;") == "result 1"
+    assert result("assign a = c;") == "result 2"
+    assert result("assign a = c;", "ltp") == "result 3"
+    assert len(runs) == 3

