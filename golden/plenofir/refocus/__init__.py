@@ -62,7 +62,7 @@ __all__ = [
 
 
 def check_raw(raw: Image, micro_image_size: int, *, where: str = "raw") -> None:
-    """Refuse what is no raw image of micro images of size M.
+    """Refuse an array that is not a raw image of micro images of M x M pixels.
 
     Parameters
     ----------
@@ -80,7 +80,9 @@ def check_raw(raw: Image, micro_image_size: int, *, where: str = "raw") -> None:
     """
     if isinstance(micro_image_size, bool) or not isinstance(micro_image_size, (int, np.integer)):
         raise InputError(
-            f"M = {micro_image_size!r} is no integer", where="M", expected="an integer, 1 or more"
+            f"{micro_image_size!r} is not an integer",
+            where="M",
+            expected="an integer, 1 or more",
         )
     if micro_image_size < 1:
         raise InputError(
@@ -194,7 +196,7 @@ def refocus(
         Raw image, shape (rows, columns) or (rows, columns, 3), uint8 or uint16, made of micro
         images of M x M pixels from the top left corner on. Sizes need not be multiples of M.
         An array of CuPy, PyTorch or another library with the array API is refocused by that
-        library, where it is, a GPU for instance, and gives an array of its kind.
+        library, in its own memory (a GPU for instance); the result is an array of that library.
     M
         Micro image size in pixels, 1 or more.
     a
@@ -207,7 +209,7 @@ def refocus(
         "nearest": each micro image is repeated M times (Eq. 6.1). "linear": whole micro images
         are interpolated linearly. A number: B-spline of that order (0 nearest, 1 linear, up to 3).
     region
-        Rows and columns of the result that are wanted, as slices; only these are computed.
+        Rows and columns of the result to compute, as slices.
     upsample
         False, for an integer a and nearest neighbour: one pixel for each whole micro lens,
         the first of each M x M pixels of the full result.
@@ -230,7 +232,7 @@ def refocus(
     """
     other_library = not isinstance(raw, np.ndarray)
     if other_library:
-        # What is checked needs no pixels: they stay where they are.
+        # The checks need only shape and type: pixels stay in their own memory.
         check_raw(_like(raw), M)
     else:
         check_raw(raw, M)

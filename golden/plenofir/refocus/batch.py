@@ -1,7 +1,7 @@
-"""Many frames through Dask: resumable, in any order, a failed frame reported and the rest done.
+"""Many frames through Dask: resumable, in any order; a failed frame is reported, the others go on.
 
-Frames go to worker processes, one frame each at a time and one thread a worker; what travels is a
-path, never pixels, so that workers on other machines need the same file system.
+Each worker process has one thread and refocuses one frame at a time. Only paths are sent to it,
+never pixels, so workers on other machines need the same file system.
 """
 
 import json
@@ -170,7 +170,7 @@ def run_batch(
     """Refocus many frames.
 
     Frames whose results are there already, made from the same file with the same settings, are
-    kept: a run that was cut off goes on where it stopped.
+    kept, so a run that was interrupted continues where it stopped.
 
     Parameters
     ----------

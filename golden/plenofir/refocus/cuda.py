@@ -17,7 +17,7 @@ from numba import int32
 from plenofir.refocus.fast import field
 from plenofir.refocus.operator import output_offset
 
-# As it comes it has types for the host alone.
+# numba gives it types for the host alone.
 cuda: Any = numba_cuda
 
 THREADS = 256

@@ -1,8 +1,8 @@
 """The fast refocuser: bit-exact, with a cost that depends on neither M nor a'.
 
 Rows and columns of a block are summed in one go while the block is in the processor's cache, and
-blocks are shared out to threads; see `plenofir.refocus.kernels` for the loops. Nothing that is
-not asked for is computed.
+blocks are shared out to threads; see `plenofir.refocus.kernels` for the loops. Only the
+region asked for is computed.
 """
 
 import threading

@@ -3,7 +3,7 @@
 The slices of a stack share their pixels and their delay; each has sums of its own. Pixel ages
 depend on phase and slice alone (`plenofir.refocus.moving_sum`), so if the lines of each phase form
 a shift register, one place further with each line of the phase, then each slice finds its pixels at
-places that never change: no rings, no addresses but the column. Frames must begin a multiple of M
+places that never change, and the column is the only address. Frames must begin a multiple of M
 lines apart for that. The VHDL (``hdl/stack/focal_stack_pkg.vhd``) has the same functions.
 """
 
@@ -52,7 +52,7 @@ def focal_stack_lines(
 ) -> Iterator[npt.NDArray[np.int64]]:
     """Run lines through the moving sums of all slices, one after the other without a gap.
 
-    This is the engine step by step: what the memory does not hold any more is not there.
+    This is the engine step by step: a pixel that the memory no longer holds cannot be used.
 
     Parameters
     ----------

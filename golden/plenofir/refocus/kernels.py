@@ -1,15 +1,14 @@
-"""Compiled loops of the fast refocuser: moving sums of whole lines, several lines to a word.
+"""Compiled loops of the fast refocuser: moving sums of whole lines, then along several lines.
 
 A block of the output is made in three steps, all of it in the processor's cache:
 
 1. Columns: each line of sums is the line above, plus the input line that enters the box, minus the
    one that leaves it (`plenofir.refocus.operator.moving_sums`); whole lines, so it vectorises.
-2. Rows: the same along a line is a chain of single additions. Sums of several lines are
-   packed into one 64-bit word, so that one addition serves them all: a packed word is the number
-   sum of S_i 2^(b i), and whatever carries between its fields cancels in the end.
-3. The fields are unpacked, divided and rounded; lines that repeat are copied.
+2. Rows: along one line this is a chain of single additions. So the block is transposed: a vector
+   (`plenofir.refocus.vectors`) holds a pixel of 16 or 32 lines, and one addition serves them all.
+3. The sums are divided and rounded, transposed back and written; lines that repeat are copied.
 
-No sum can overflow its field: `plenofir.refocus.fast.plan` derives b from M, order and depth.
+No sum can overflow: `plenofir.refocus.fast.plan` derives its width from M, order and depth.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The operator as a re-ordering and a moving sum, step by step: the second engine's schedule.
+"""The operator as a re-ordering and a moving sum, step by step: the moving_sum engine.
 
 Pixel i = M j + v (phase v) contributes to the M outputs from J = i + v (a'-1) on, a multiple of
 g = gcd(a', M). Giving the g pixels with the same J places of their own, p = J + r with r = 0..g-1,
@@ -104,7 +104,7 @@ class SumLayout:
     def is_initial(self, slice_: int, phase: int, *, held: bool) -> bool:
         """Whether the pixel of `initial_index` is added to the first sum.
 
-        Where sums begin anew with each group, the sum that goes on from output 0 holds no pixel of
+        If each group has a new sum, the sum that goes on from output 0 holds no pixel of
         the group before.
         """
         index = self.initial_index(slice_, phase, held=held)
@@ -199,9 +199,9 @@ def moving_sum_lines(
 ) -> Iterator[npt.NDArray[np.int64]]:
     """Run lines through the moving sum, one after the other without a gap where that is possible.
 
-    This is the engine step by step, with its rings of pixels for each phase: what they do not hold
-    any more is not there. Empty steps fill up lines that are too short, and behind the last line
-    push its tail out.
+    This is the engine step by step, with its rings of pixels for each phase: a pixel that they no
+    longer hold cannot be used. Empty steps fill up lines that are too short, and push the tail of
+    the last line out.
 
     Parameters
     ----------

@@ -1,14 +1,14 @@
 """The refocusing operator in exact integers, in four equal forms.
 
-The sums of one dimension (design of the whole project; Eq. 6.1 of the thesis) are
+The sums of one dimension (Eq. 6.1 of the thesis) are
 
     S[k'] = sum over input pixels k and n = 0..M-1 with k' = k + n + (k mod M)(a' - 1)
 
 and the refocused image is S of the rows, then of the columns, divided by M^2. Outside the image the
 light field is zero.
 
-`gather_sums` is the reference; the others exist to be compared with it, and because each of
-them is what some hardware does.
+`gather_sums` is the reference. The others are compared with it; each of them is the way in which
+some hardware computes the operator.
 """
 
 from typing import Literal
@@ -36,8 +36,8 @@ def output_offset(micro_image_size: int, shift: int, align: Align) -> int:
         a' in pixels.
     align
         "centred" keeps the picture in place while focus is stepped: floor((M-1) a' / 2), by
-        which the middle replica of a micro image's central pixel moves. "causal" takes S as
-        it is: 0.
+        which the middle replica of a micro image's central pixel moves. "causal" takes S
+        unshifted: 0.
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """Depth index and all-in-focus picture of a focal stack, in integers: what the VHDL computes.
 
-Sharpness is judged between micro lenses, as `plenofir.camera.lightfield.stack.all_in_focus` does:
-whatever is finer are replicas. Each step is a sum or a comparison, so that hardware and model agree
+Sharpness is judged between micro lenses, as in `plenofir.camera.lightfield.stack.all_in_focus`:
+finer detail is only replicas. Each step is a sum or a comparison, so that hardware and model agree
 in every bit.
 """
 
@@ -62,7 +62,7 @@ def local_sharpness(image: Image, micro_image_size: int, radius: int) -> Integer
     -------
     Integers
         Sums of absolute values of the four differences to the neighbours added, shape (t, s).
-        What lies beyond the edges is no neighbour and adds nothing.
+        Neighbours beyond the edges are skipped.
     """
     sums = lens_sums(image, micro_image_size)
     laplacian = np.zeros_like(sums)

@@ -27,13 +27,13 @@ def parse_focus(a: int | str | Fraction, *, where: str = "a") -> Fraction:
     """
     expected = "an integer or a fraction, such as -3/5 or 1"
     if isinstance(a, bool) or not isinstance(a, (int, str, Fraction)):
-        raise InputError(f"{a!r} is no focus setting", where=where, expected=expected)
+        raise InputError(f"{a!r} is not a focus setting", where=where, expected=expected)
     if isinstance(a, str) and any(c in a for c in ".eE_"):
-        raise InputError(f"{a!r} is no focus setting", where=where, expected=expected)
+        raise InputError(f"{a!r} is not a focus setting", where=where, expected=expected)
     try:
         return Fraction(a)
     except (ValueError, ZeroDivisionError):
-        raise InputError(f"{a!r} is no focus setting", where=where, expected=expected) from None
+        raise InputError(f"{a!r} is not a focus setting", where=where, expected=expected) from None
 
 
 def focus_to_shift(a: int | str | Fraction, micro_image_size: int, *, where: str = "a") -> int:

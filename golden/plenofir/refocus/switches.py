@@ -5,7 +5,7 @@ added by the M neighbouring taps whose delay lies in p (a'-1) + o .. p (a'-1) + 
 
 One filter serves a set of shifts, from which a slice is chosen while it runs. All slices have the
 output delay of the slice that needs most, so that a tap's place tells the output that its partial
-sum belongs to, whatever the slice.
+sum belongs to, for every slice.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

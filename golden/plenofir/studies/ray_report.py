@@ -189,7 +189,7 @@ def _stability(folder: Path, outcomes: list[Outcome]) -> list[str]:
 class Timing:
     """Error and run time of one way to the distances of planes."""
 
-    way: str  # which one
+    way: str
     # largest relative error against the oracle (real rays: deviation of the paraxial model)
     error: float
     nanoseconds: float  # run time for each plane of an array

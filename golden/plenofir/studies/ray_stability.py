@@ -34,7 +34,7 @@ class Outcome:
     want: float | None  # the oracle's number, or None where there is none
     state: str  # what the model says of the plane
     error: float  # relative error of the model; 0 where both say that there is no number
-    # relative errors of the text's ways, by name; inf where they give no number
+    # relative errors of the text's formulas, by name; inf where they give no number
     naive: dict[str, float]
 
 
@@ -98,7 +98,7 @@ def _plane(
     found = {1: model.near_border, 0: model.distance, -1: model.far_border}[border](a)
     state, got = found.state(), float(found.mm)
     if state in (State.INFINITY, State.BEYOND_INFINITY):
-        # No number is due; the oracle must say so too: parallel, or behind the front of the lens.
+        # nan is right if the oracle's rays are parallel, or meet behind the front of the lens.
         nothing = want is None if state is State.INFINITY else want is not None
         error = 0.0 if isnan(got) and nothing else inf
     else:

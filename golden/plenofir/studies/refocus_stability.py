@@ -218,7 +218,7 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
         "# Stability",
         "",
         f"{verdict} Running sums in floating point lose digits with every pixel they have passed, "
-        "and after one pixel of 10^9 all that is smaller; sums that start anew for each output do "
+        "and after one pixel of 10^9 all that is smaller; sums that start again for each output do "
         f"not. One nan spoils all that follows it in: {', '.join(poisoned) or 'none'}. "
         "`refocus` takes no floating point at all.",
         "",

@@ -95,7 +95,7 @@ def test_bad_focus_settings(a):
         (np.zeros((10, 4), np.uint8), 5, "less than one micro image"),
         (np.zeros((10, 10), np.uint8), 0, "too small"),
         (np.zeros((10, 10), np.uint8), -5, "too small"),
-        (np.zeros((10, 10), np.uint8), 2.5, "no integer"),
+        (np.zeros((10, 10), np.uint8), 2.5, "not an integer"),
     ],
 )
 def test_bad_images(raw, m, message):

@@ -40,7 +40,7 @@ _SHADING_ORDER = 4
 # Below this share of the brightness around it, a micro image counts as missing.
 _MISSING = 0.05
 _DARK = 0.02
-# Grids whose centroids scatter by more than this share of a pitch are none.
+# If centroids scatter by more than this share of a pitch, there is no grid.
 _LARGEST_SCATTER = 0.12
 _FEWEST_USED = 0.5
 _WEAKEST_RESPONSE = 0.02
@@ -246,7 +246,7 @@ class _Fitter:
             )
             slope = (slope / known[axis] - shading[few, axis])[:, np.newaxis]
             coefficients, _, _ = robust_fit(terms[few], slope, 1e-9)
-            # Not the constant: the axis is in the middle, and sampling makes one of its own.
+            # Without the constant: the axis is in the middle, and sampling adds another constant.
             result[:, axis] = (terms[:, 1:] @ coefficients[1:])[:, 0]
         return result
 
@@ -372,7 +372,7 @@ def _finish(fitter: _Fitter, used: int) -> Fit:
     grid = fitter.grid.moved(int(t[rows[0], 0]), int(s[0, columns[0]]))
     inside, centres = inside[part], centres[part]
     pitch = _extents(grid)
-    # Cut-off micro images are measured in an image that goes on as it ends.
+    # Cut-off micro images are measured with the edge pixels repeated.
     margin = int(np.ceil(max(pitch))) + 1
     padded = np.pad(fitter.image, margin, mode="edge")
     level = core_brightness(padded, centres[inside] + margin, pitch)

@@ -25,7 +25,7 @@ def _size(image: Image) -> str:
 
 
 def check_same_size(image: Image, shape: tuple[int, ...], where: str, other: str) -> None:
-    """Refuse an image that has not the size of another."""
+    """Refuse an image whose size differs from that of another."""
     if image.shape[:2] != tuple(shape[:2]):
         raise InputError(
             _size(image), where=where, expected=f"{shape[1]} x {shape[0]} pixels as {other}"

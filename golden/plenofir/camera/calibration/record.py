@@ -132,7 +132,7 @@ def load_calibration(path: str | Path) -> Calibration:
     Raises
     ------
     InputError
-        If there is no such file, or it is no calibration.
+        If there is no such file, or it is not a calibration.
     """
     expected = "a file written by plenofir calibrate"
     try:

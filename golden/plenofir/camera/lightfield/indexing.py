@@ -63,8 +63,8 @@ def light_field(raw: Image, micro_image_size: int) -> Image:
     Parameters
     ----------
     raw
-        Raw image, shape (rows, columns[, 3]); what is no whole micro image at the right and at the
-        bottom is left out.
+        Raw image, shape (rows, columns[, 3]); incomplete micro images at the right and at the
+        bottom are left out.
     micro_image_size
         M in pixels.
 
@@ -76,7 +76,7 @@ def light_field(raw: Image, micro_image_size: int) -> Image:
     Raises
     ------
     InputError
-        If the image is no raw image of that M.
+        If the image is not a raw image of that M.
     """
     m = micro_image_size
     check_raw(raw, m)

@@ -31,7 +31,7 @@ def parse_number(
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"{text!r} is no number", where=where, expected=expected) from None
+        raise InputError(f"{text!r} is not a number", where=where, expected=expected) from None
     if not math.isfinite(value) or value < least or (exclusive and value == least):
         raise InputError(f"{text!r} is not allowed", where=where, expected=expected)
     return value

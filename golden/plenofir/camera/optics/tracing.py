@@ -5,8 +5,7 @@ heights are x and y. To trace from the sensor into object space, trace through
 `LensSystem.reversed`: then z runs from the sensor to the object and the origin is the vertex next
 to the sensor.
 
-Nothing is lost in silence: every ray has a `RayState`, and its coordinates are nan exactly where
-that says it got no further.
+Every ray has a `RayState` that says how far it got; beyond that its coordinates are nan.
 """
 
 from dataclasses import dataclass

@@ -26,7 +26,7 @@ _BLOCK_PIXELS = 1 << 19
 
 @dataclass(frozen=True)
 class TexturedPlane:
-    """A picture that stands in front of the camera, facing it.
+    """A flat picture in front of the camera, facing it.
 
     Attributes
     ----------
@@ -191,7 +191,7 @@ class _Layer:
 
     def seen(self, position_mm: Floats, offset_px: Floats) -> Floats:
         """Colours times coverage, and coverage, that rays see; shape (..., channels + 1)."""
-        # The main lens turns the picture upside down; so is the texture put up.
+        # The main lens turns the picture upside down; so the texture is turned too.
         place = -(self.scale_s * position_mm + self.scale_i * offset_px) / self.step + self.origin
         points = np.moveaxis(place, -1, 0)
         return np.stack(
@@ -229,7 +229,7 @@ def render(
     model
         The camera (`with_pitch` for micro images of another pitch).
     planes
-        What stands in front of it.
+        Objects in front of it.
     lenses
         Rows and columns of micro lenses that the sensor covers.
     grid

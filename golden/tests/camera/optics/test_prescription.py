@@ -103,7 +103,7 @@ def test_which_source_of_glass_holds(tmp_path):
         ("radius;thickness;sa\n1;2;3\n", "line 1", "no column for material"),
         ("radius;thickness;material;sa;colour\n", "line 1", "unknown column 'colour'"),
         ("radius;thickness;material;sa;sa\n", "line 1", "twice"),
-        (SINGLET.replace("50;5;BK7", "5x;5;BK7"), "line 2, radius", "'5x' is no number"),
+        (SINGLET.replace("50;5;BK7", "5x;5;BK7"), "line 2, radius", "'5x' is not a number"),
         (SINGLET.replace("50;5;BK7", "inf;5;BK7"), "line 2, radius", "'inf' is not allowed"),
         (SINGLET.replace("50;5;BK7", "1e-320;5;BK7"), "line 2, radius", "too small"),
         (SINGLET.replace("-50;2", "-50;-2"), "line 3, thickness", "at least 0"),
