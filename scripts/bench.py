@@ -98,11 +98,9 @@ def first_call() -> tuple[float, float]:
 
 
 def extra_memory(size: int, m: int, shape: tuple[int, ...], kind: str, order: int) -> float:
-    """Largest memory of a call beside input and output, in frames.
-
-    A process of its own measures it: the most that it holds during the call (Linux' VmHWM, set to
-    what it holds at the moment by clear_refs), less what it held before.
-    """
+    """Largest memory of a call beside input and output, in frames."""
+    # A process of its own measures it: the most that it holds during the call (Linux' VmHWM, set to
+    # what it holds at the moment by clear_refs), less what it held before.
     code = (
         "import pathlib, re, numpy as np; from plenofir.refocus import refocus; "
         "status, clear = pathlib.Path('/proc/self/status'), pathlib.Path('/proc/self/clear_refs'); "

@@ -67,10 +67,8 @@ def systems(draw):
 
 
 def oracle_trace(system, point, direction):
-    """Points on the surfaces and the last direction, in 40 digits; None when the ray is lost.
-
-    Written from the sphere's equation and the angles, unlike the code.
-    """
+    """Points on the surfaces and the last direction, in 40 digits; None when the ray is lost."""
+    # Written from the sphere's equation and the angles, unlike the code.
     p = [mp.mpf(float(v)) for v in point]
     d = [mp.mpf(float(v)) for v in direction]
     length = mp.sqrt(mp.fsum(v * v for v in d))
