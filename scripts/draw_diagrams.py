@@ -236,52 +236,49 @@ def _moving_sum() -> Diagram:
     ]
     boxes += [
         Box(20, 290, 110, 50, "pixel", ("pixel", "of phase v")),
-        Box(195, 250, 830, 270, "frame", ("moving_sum_stage",)),
+        Box(195, 250, 830, 290, "frame", ("moving_sum_stage",)),
+        Box(225, 280, 200, 50, "half", ("pixel_ring", "rows: the last pixels")),
         Box(
             225,
-            280,
+            335,
             200,
-            90,
+            60,
             "half",
-            (
-                "pixels kept",
-                "rows: a ring of pixels",
-                "columns: a ring of lines",
-                "for each phase, in two banks",
-            ),
+            ("line_ring", "columns: lines of each", "phase, in two banks"),
         ),
         Box(
             225,
-            435,
+            445,
             200,
             60,
             "control",
             ("moving_sum_control", "ages by phase: which pixel", "enters, which leaves"),
         ),
-        Box(530, 295, 110, 60, "tx", ("adder", "+ entering", "\u2212 leaving")),
-        Box(705, 290, 120, 70, "half", ("sum", "a register;", "columns: one each")),
-        Box(705, 435, 120, 60, "half", ("first sum", "of the next line or", "frame, output 0")),
-        Box(885, 290, 120, 70, "half", ("held result", "g = gcd(a', M)", "equal outputs")),
-        Box(1050, 305, 50, 40, "pixel", ("sum",)),
+        Box(505, 275, 510, 240, "frame", ("moving_sum_adder",)),
+        Box(530, 310, 110, 60, "tx", ("add", "+ entering", "\u2212 leaving")),
+        Box(705, 305, 120, 70, "half", ("sum", "rows: one;", "columns: one each")),
+        Box(705, 440, 120, 60, "half", ("first sum", "of the next line or", "frame, output 0")),
+        Box(885, 305, 115, 70, "half", ("held result", "g = gcd(a', M)", "equal outputs")),
+        Box(1050, 320, 50, 40, "pixel", ("sum",)),
     ]
     arrows += [
         (((130, 315), (225, 315)), "", (0, 0)),
-        (((425, 310), (530, 310)), "enters", (478, 303)),
-        (((425, 340), (530, 340)), "leaves", (478, 333)),
-        (((325, 435), (325, 370)), "addresses", (358, 405)),
-        (((640, 325), (705, 325)), "", (0, 0)),
-        (((765, 360), (765, 395), (585, 395), (585, 355)), "running sum", (675, 388)),
-        (((825, 325), (885, 325)), "", (0, 0)),
-        (((1005, 325), (1050, 325)), "", (0, 0)),
-        (((180, 315), (180, 508), (765, 508), (765, 495)), "", (0, 0)),
-        (((705, 465), (555, 465), (555, 355)), "taken when output 0 is due", (612, 483)),
+        (((425, 325), (530, 325)), "enters", (463, 318)),
+        (((425, 355), (530, 355)), "leaves", (463, 348)),
+        (((325, 445), (325, 395)), "ages", (345, 423)),
+        (((640, 340), (705, 340)), "", (0, 0)),
+        (((765, 375), (765, 405), (600, 405), (600, 370)), "running sum", (680, 400)),
+        (((825, 340), (885, 340)), "", (0, 0)),
+        (((1000, 340), (1050, 340)), "", (0, 0)),
+        (((180, 315), (180, 528), (765, 528), (765, 500)), "", (0, 0)),
+        (((705, 470), (560, 470), (560, 370)), "when output 0 is due", (630, 487)),
     ]
     notes = [
         ((640, 142), "with stored products rows come first, and each stage begins with"),
         ((640, 159), "stored_product and ends with round_saturate"),
         ((120, 240), "A moving_sum_stage:"),
     ]
-    return Diagram(1115, 535, boxes, arrows, notes=notes)
+    return Diagram(1115, 555, boxes, arrows, notes=notes)
 
 
 def _stack() -> Diagram:
@@ -296,7 +293,7 @@ def _stack() -> Diagram:
             290,
             "half",
             (
-                "line memory",
+                "line_history",
                 "one for all slices:",
                 "for each column and",
                 "phase a word with the",
