@@ -52,7 +52,7 @@ def main() -> int:
     """Write or check the packages."""
     packages = {
         HDL / "board" / "edid_pkg.vhd": edid_package(),
-        HDL / "board" / "pll_settings_pkg.vhd": settings_package(),
+        HDL / "spartan6" / "pll_settings_pkg.vhd": settings_package(),
         VCOMPONENTS: components_package(),
     }
     stale = {p for p, text in packages.items() if not p.exists() or p.read_text() != text}

@@ -1,7 +1,7 @@
 -- The clocks of a serial link: pixel clock, twice that, and ten times that on an I/O clock network.
 --
--- One PLL for all three, so that their edges are aligned; a reconfiguration port for its two settings
--- (see pll_settings_pkg). Out of configuration it is set for 40 to 100 MHz.
+-- One PLL for all three, so that their edges are aligned. It has two settings (see pll_settings_pkg); out
+-- of the FPGA's configuration it is set for 40 to 100 MHz.
 --
 -- Latency: not applicable. Throughput: not applicable.
 -- Equation: f(io_clk) = 10 f(clk_in), f(clk_x2) = 2 f(clk_in), f(clk) = f(clk_in).
@@ -18,14 +18,12 @@ entity serial_clocks is
     clk_in : in    std_logic;
     -- Reset of the PLL.
     pll_reset : in    std_logic;
-    -- Reconfiguration port of the PLL.
-    drp_clk     : in    std_logic;
-    drp_enable  : in    std_logic;
-    drp_write   : in    std_logic;
-    drp_address : in    std_logic_vector(4 downto 0);
-    drp_in      : in    std_logic_vector(15 downto 0);
-    drp_out     : out   std_logic_vector(15 downto 0);
-    drp_ready   : out   std_logic;
+    -- See pll_configure, with its own clock. The PLL must be in reset while it is configured.
+    control_clk   : in    std_logic;
+    control_reset : in    std_logic;
+    configure     : in    std_logic;
+    high          : in    std_logic;
+    configured    : out   std_logic;
     -- Pixel clock and twice that, on global buffers.
     clk    : out   std_logic;
     clk_x2 : out   std_logic;
@@ -39,14 +37,35 @@ end entity serial_clocks;
 
 architecture rtl of serial_clocks is
 
-  signal feedback   : std_logic;
-  signal pll_bit    : std_logic;
-  signal pll_pixel  : std_logic;
-  signal pll_half   : std_logic;
-  signal pll_locked : std_logic;
-  signal half_clk   : std_logic;
+  signal drp_enable  : std_logic;
+  signal drp_write   : std_logic;
+  signal drp_address : std_logic_vector(4 downto 0);
+  signal drp_in      : std_logic_vector(15 downto 0);
+  signal drp_out     : std_logic_vector(15 downto 0);
+  signal drp_ready   : std_logic;
+  signal feedback    : std_logic;
+  signal pll_bit     : std_logic;
+  signal pll_pixel   : std_logic;
+  signal pll_half    : std_logic;
+  signal pll_locked  : std_logic;
+  signal half_clk    : std_logic;
 
 begin
+
+  configurator : entity work.pll_configure
+    port map (
+      clk         => control_clk,
+      reset       => control_reset,
+      start       => configure,
+      high        => high,
+      done        => configured,
+      drp_enable  => drp_enable,
+      drp_write   => drp_write,
+      drp_address => drp_address,
+      drp_in      => drp_in,
+      drp_out     => drp_out,
+      drp_ready   => drp_ready
+    );
 
   pll : component pll_adv
     generic map (
@@ -69,7 +88,7 @@ begin
       rst        => pll_reset,
       rel        => '0',
       daddr      => drp_address,
-      dclk       => drp_clk,
+      dclk       => control_clk,
       den        => drp_enable,
       di         => drp_in,
       dwe        => drp_write,

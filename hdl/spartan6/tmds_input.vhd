@@ -1,4 +1,4 @@
--- Input of one TMDS channel: pins, delay lines, deserialiser 5:1, phase detector.
+-- Input of one TMDS channel: pins, delay lines and their control, deserialiser 5:1.
 --
 -- Master and slave of a differential pair: the master samples the bits, the slave their edges.
 --
@@ -23,15 +23,6 @@ entity tmds_input is
     clk_x2 : in    std_logic;
     -- Reset in clk_x2.
     reset : in    std_logic;
-    -- See phase_detector_control.
-    calibrate_master : in    std_logic;
-    calibrate_slave  : in    std_logic;
-    delay_reset      : in    std_logic;
-    step             : in    std_logic;
-    step_up          : in    std_logic;
-    busy             : out   std_logic;
-    valid            : out   std_logic;
-    increase         : out   std_logic;
     -- Five bits, in clk_x2; bit 0 came first.
     half : out   std_logic_vector(4 downto 0)
   );
@@ -39,15 +30,38 @@ end entity tmds_input;
 
 architecture rtl of tmds_input is
 
-  signal from_pins   : std_logic;
-  signal master_data : std_logic;
-  signal slave_data  : std_logic;
-  signal to_slave    : std_logic;
-  signal to_master   : std_logic;
-  signal master_busy : std_logic;
-  signal slave_busy  : std_logic;
+  signal calibrate_master : std_logic;
+  signal calibrate_slave  : std_logic;
+  signal delay_reset      : std_logic;
+  signal step             : std_logic;
+  signal step_up          : std_logic;
+  signal busy             : std_logic;
+  signal valid            : std_logic;
+  signal increase         : std_logic;
+  signal from_pins        : std_logic;
+  signal master_data      : std_logic;
+  signal slave_data       : std_logic;
+  signal to_slave         : std_logic;
+  signal to_master        : std_logic;
+  signal master_busy      : std_logic;
+  signal slave_busy       : std_logic;
 
 begin
+
+  phase : entity work.phase_detector_control
+    port map (
+      clk              => clk_x2,
+      reset            => reset,
+      busy             => busy,
+      valid            => valid,
+      increase         => increase,
+      calibrate_master => calibrate_master,
+      calibrate_slave  => calibrate_slave,
+      delay_reset      => delay_reset,
+      step             => step,
+      step_up          => step_up,
+      tracking         => open
+    );
 
   busy <= master_busy or slave_busy;
 

@@ -213,7 +213,7 @@ def settings_package() -> str:
     Returns
     -------
     str
-        ``hdl/board/pll_settings_pkg.vhd``.
+        ``hdl/spartan6/pll_settings_pkg.vhd``.
     """
     low, high = registers(LOW), registers(HIGH)
     rows = []

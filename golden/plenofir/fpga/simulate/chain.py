@@ -35,12 +35,12 @@ _DOWNTO: SignalKind = "downto"
 WAVE_SIGNALS = tuple(
     WaveSignal(f"/{TOP}/board/{name}", kind)
     for kind, names in (
-        (_BIT, "clk run pixel_reset link_locked link_error"),
-        (_DOWNTO, "link_aligned"),
-        (_BIT, "video_active video_h_sync video_v_sync"),
-        (_DOWNTO, "video_pixel pixel_settings"),
-        (_BIT, "following shown_active shown_h_sync shown_v_sync"),
-        (_DOWNTO, "shown_pixel video_errors"),
+        (_BIT, "clk run path/reset path/link_locked path/link_error"),
+        (_DOWNTO, "path/link_aligned"),
+        (_BIT, "path/video_active path/video_h_sync path/video_v_sync"),
+        (_DOWNTO, "path/video_pixel control/pixel_settings"),
+        (_BIT, "path/following path/shown_active path/shown_h_sync path/shown_v_sync"),
+        (_DOWNTO, "path/shown_pixel path/video_errors"),
     )
     for name in names.split()
 )

@@ -132,17 +132,17 @@ def test_board_passes(tmp_path: Path) -> None:
         ),
         pytest.param(
             without("TS_receive_to_transmit"),
-            "transmitter/cross: no TIG from clk to tx_clk",
+            "path/transmitter/cross: no TIG from clk to tx_clk",
             id="elastic",
         ),
         pytest.param(
             without("TS_counted_to_control"),
-            "meter: no TIG from tmds_clk_global to clk_100",
+            "control/meter: no TIG from tmds_clk_global to clk_100",
             id="meter",
         ),
         pytest.param(
             without("TS_receive_to_control"),
-            "size_crossing: no TIG from clk to clk_100",
+            "control/size_crossing: no TIG from clk to clk_100",
             id="bus",
         ),
         pytest.param(
@@ -191,7 +191,7 @@ def test_clock_of_no_constraint(tmp_path: Path) -> None:
         "  slow : process (divided(0)) is\n  begin\n    if rising_edge(inner) then\n"
         "    end if;\n  end process slow;\n\n  divided(0) <= ",
     )
-    assert problems(tmp_path, clock_meter=meter) == ["clock meter/inner has no period"]
+    assert problems(tmp_path, clock_meter=meter) == ["clock control/meter/inner has no period"]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,278 @@
+-- The video path of a board: TMDS halves in, refocused, TMDS halves out, with nothing of a family in it.
+--
+-- The input is the receiver's or a test pattern with three planes. The board gives the clocks and turns
+-- bits into halves of words and back.
+--
+-- Latency: see refocus_video, and about 40 pixels of the link. Throughput: one pixel each clock.
+-- Equation: out picture = refocus(in picture), see raster_refocuser.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.hdmi_pkg.all;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.tmds_pkg.all;
+use work.video_pkg.all;
+
+entity hdmi_refocuser is
+  generic (
+    -- As in raster_refocuser.
+    MICRO_IMAGE_SIZE    : positive;
+    SHIFTS              : string;
+    INTERPOLATION_ORDER : natural;
+    HOLD                : boolean;
+    MAX_COLUMNS         : positive;
+    EXACT               : boolean;
+    FRACTION_BITS       : natural;
+    GUARD_BITS          : natural;
+    BROADCAST_TAPS      : natural;
+    ENGINE              : string;
+    -- Timing of the test pattern, see mode_timing.
+    PATTERN_H_ACTIVE : positive;
+    PATTERN_H_FRONT  : positive;
+    PATTERN_H_SYNC   : positive;
+    PATTERN_H_BACK   : positive;
+    PATTERN_V_ACTIVE : positive;
+    PATTERN_V_FRONT  : positive;
+    PATTERN_V_SYNC   : positive;
+    PATTERN_V_BACK   : positive;
+    -- Words without control tokens after which a channel is lost.
+    ALIGN_TIMEOUT : positive
+  );
+  port (
+    -- Pixel clock, and twice that from the same PLL.
+    clk    : in    std_logic;
+    clk_x2 : in    std_logic;
+    -- Clocks of the transmitter, with the frequency of clk and twice that and any phase to it.
+    tx_clk    : in    std_logic;
+    tx_clk_x2 : in    std_logic;
+    -- High while all clocks run; from any clock.
+    run : in    std_logic;
+    -- Five bits of each channel, in clk_x2: channel 0 (blue) in the low bits, bit 0 came first.
+    in_halves : in    std_logic_vector(5 * CHANNELS - 1 downto 0);
+    -- The same and, in the high bits, the clock lane, in tx_clk_x2.
+    out_halves : out   std_logic_vector(5 * CHANNELS + 4 downto 0);
+    -- From and to the control, in clk.
+    settings : in    video_settings_t;
+    state    : out   video_state_t
+  );
+end entity hdmi_refocuser;
+
+architecture rtl of hdmi_refocuser is
+
+  constant SLICES : positive := slice_count(SHIFTS);
+
+  -- Depths of the test pattern: first, middle and last slice; of one slice alone, also those that it blurs.
+  constant LEFT_SHIFT   : integer := slice_shift(SHIFTS, 0);
+  constant MIDDLE_SHIFT : integer := choose(SLICES > 2, slice_shift(SHIFTS, SLICES / 2), 0);
+  constant RIGHT_SHIFT  : integer := choose(SLICES > 1, slice_shift(SHIFTS, SLICES - 1), -LEFT_SHIFT);
+
+  constant PATTERN_TIMING : timing_t := mode_timing
+                                        (
+                                          PATTERN_H_ACTIVE,
+                                          PATTERN_H_FRONT,
+                                          PATTERN_H_SYNC,
+                                          PATTERN_H_BACK,
+                                          PATTERN_V_ACTIVE,
+                                          PATTERN_V_FRONT,
+                                          PATTERN_V_SYNC,
+                                          PATTERN_V_BACK,
+                                          false,
+                                          false
+                                        );
+
+  signal stop     : std_logic;
+  signal reset    : std_logic;
+  signal tx_reset : std_logic;
+
+  signal link_active  : std_logic;
+  signal link_h_sync  : std_logic;
+  signal link_v_sync  : std_logic;
+  signal link_pixel   : std_logic_vector(23 downto 0);
+  signal link_aligned : std_logic_vector(CHANNELS - 1 downto 0);
+  signal link_locked  : std_logic;
+  signal link_error   : std_logic;
+
+  signal pattern_vector : std_logic_vector(TIMING_BITS - 1 downto 0);
+  signal pattern_reset  : std_logic;
+  signal drawn_active   : std_logic;
+  signal drawn_h_sync   : std_logic;
+  signal drawn_v_sync   : std_logic;
+  signal drawn_pixel    : std_logic_vector(23 downto 0);
+  signal video_active   : std_logic                             := '0';
+  signal video_h_sync   : std_logic                             := '0';
+  signal video_v_sync   : std_logic                             := '0';
+  signal video_pixel    : std_logic_vector(23 downto 0)         := (others => '0');
+  signal shown_active   : std_logic;
+  signal shown_h_sync   : std_logic;
+  signal shown_v_sync   : std_logic;
+  signal shown_pixel    : std_logic_vector(23 downto 0);
+  signal following      : std_logic;
+  signal unsupported    : std_logic;
+  signal video_timing   : timing_vector_t;
+  signal timing         : timing_t;
+  signal video_errors   : std_logic_vector(3 downto 0);
+  signal errors_now     : std_logic_vector(ERRORS - 1 downto 0) := (others => '0');
+  signal clear_seen     : std_logic                             := '0';
+
+begin
+
+  stop <= not run;
+
+  reset_of_pixels : entity work.reset_bridge
+    port map (
+      clk     => clk,
+      request => stop,
+      reset   => reset
+    );
+
+  reset_of_tx : entity work.reset_bridge
+    port map (
+      clk     => tx_clk,
+      request => stop,
+      reset   => tx_reset
+    );
+
+  receiver : entity work.tmds_receiver
+    generic map (
+      ALIGN_TIMEOUT => ALIGN_TIMEOUT
+    )
+    port map (
+      clk     => clk,
+      clk_x2  => clk_x2,
+      reset   => reset,
+      halves  => in_halves,
+      active  => link_active,
+      h_sync  => link_h_sync,
+      v_sync  => link_v_sync,
+      pixel   => link_pixel,
+      aligned => link_aligned,
+      locked  => link_locked,
+      error   => link_error
+    );
+
+  pattern_vector <= to_vector(PATTERN_TIMING);
+  pattern_reset  <= reset or not settings.show_pattern;
+
+  test_pattern : entity work.light_field_pattern
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      LEFT_SHIFT       => LEFT_SHIFT,
+      MIDDLE_SHIFT     => MIDDLE_SHIFT,
+      RIGHT_SHIFT      => RIGHT_SHIFT,
+      MIDDLE_BEGIN     => PATTERN_H_ACTIVE / 3,
+      RIGHT_BEGIN      => 2 * PATTERN_H_ACTIVE / 3
+    )
+    port map (
+      clk    => clk,
+      reset  => pattern_reset,
+      timing => pattern_vector,
+      active => drawn_active,
+      h_sync => drawn_h_sync,
+      v_sync => drawn_v_sync,
+      pixel  => drawn_pixel
+    );
+
+  choose_source : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if settings.show_pattern = '1' then
+        video_active <= drawn_active;
+        video_h_sync <= drawn_h_sync;
+        video_v_sync <= drawn_v_sync;
+        video_pixel  <= drawn_pixel;
+      else
+        video_active <= link_active;
+        video_h_sync <= link_h_sync;
+        video_v_sync <= link_v_sync;
+        video_pixel  <= link_pixel;
+      end if;
+      if reset = '1' then
+        video_active <= '0';
+      end if;
+    end if;
+
+  end process choose_source;
+
+  video : entity work.refocus_video
+    generic map (
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      BROADCAST_TAPS      => BROADCAST_TAPS,
+      ENGINE              => ENGINE
+    )
+    port map (
+      clk          => clk,
+      reset        => reset,
+      pass_through => settings.pass_through,
+      slice        => settings.slice,
+      sweep        => settings.sweep,
+      sweep_frames => settings.sweep_frames,
+      in_active    => video_active,
+      in_h_sync    => video_h_sync,
+      in_v_sync    => video_v_sync,
+      in_pixel     => video_pixel,
+      out_active   => shown_active,
+      out_h_sync   => shown_h_sync,
+      out_v_sync   => shown_v_sync,
+      out_pixel    => shown_pixel,
+      following    => following,
+      unsupported  => unsupported,
+      timing       => video_timing,
+      errors       => video_errors
+    );
+
+  collect_errors : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      clear_seen <= settings.clear_toggle;
+      if clear_seen /= settings.clear_toggle then
+        errors_now <= (others => '0');
+      elsif reset = '0' then
+        errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
+        if following = '1' and link_error = '1' and settings.show_pattern = '0' then
+          errors_now(WRONG_WORD) <= '1';
+        end if;
+      end if;
+    end if;
+
+  end process collect_errors;
+
+  transmitter : entity work.tmds_transmitter
+    port map (
+      clk       => clk,
+      reset     => reset,
+      active    => shown_active,
+      h_sync    => shown_h_sync,
+      v_sync    => shown_v_sync,
+      pixel     => shown_pixel,
+      tx_clk    => tx_clk,
+      tx_clk_x2 => tx_clk_x2,
+      tx_reset  => tx_reset,
+      halves    => out_halves
+    );
+
+  timing <= to_timing(video_timing);
+
+  state <=
+  (
+    aligned     => link_aligned,
+    following   => following,
+    unsupported => unsupported,
+    errors      => errors_now,
+    columns     => timing.columns,
+    rows        => timing.rows
+  );
+
+end architecture rtl;
