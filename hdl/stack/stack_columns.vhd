@@ -72,8 +72,9 @@ architecture rtl of stack_columns is
 
   type columns_t is array (1 to 3) of unsigned(COLUMN_BITS - 1 downto 0);
 
-  signal active    : std_logic;
-  signal step      : std_logic;
+  signal active : std_logic;
+  signal step   : std_logic;
+  -- The same of all slices.
   signal phase_1   : phases_t;
   signal phase_2   : phase_t := 0;
   signal phase_3   : phase_t := 0;
@@ -88,7 +89,7 @@ begin
   active <= strobe and pixel;
   step   <= active and line_first;
 
-  follow : process (clk) is
+  count_columns : process (clk) is
   begin
 
     if rising_edge(clk) then
@@ -106,7 +107,7 @@ begin
       end if;
     end if;
 
-  end process follow;
+  end process count_columns;
 
   delay_pixel : entity work.tag_delay
     generic map (
