@@ -126,7 +126,7 @@ class SceneBuild(_Part):
         What it must fit.
     engine
         "fir" (semi-systolic filters), "moving_sum", or "auto": the one that fits; of two, the one
-        that takes the smaller share of what the device has least of.
+        whose scarcest resource is used less.
     """
 
     arithmetic: Literal["auto", "exact", "stored"] = "auto"
