@@ -1,17 +1,23 @@
 """The board's control, entity by entity."""
 
-import pytest
-
-from plenofir_tb.runner import run_case
+from plenofir_tb.runner import Case, run_cases
 
 
 def run_unit(entity: str, generics: dict, **case: object) -> None:
-    run_case(entity, "board.unit_bench", generics=generics, case={"entity": entity, **case})
+    run_cases([unit(entity, generics, **case)])
 
 
-@pytest.mark.parametrize("max_columns", [64, 640, 1279, 1280, 2000])
-def test_i2c_rom_slave(max_columns: int) -> None:
-    run_unit("i2c_rom_slave", {"MAX_COLUMNS": max_columns}, max_columns=max_columns)
+def unit(entity: str, generics: dict, **case: object) -> Case:
+    return Case(entity, "board.unit_bench", generics, {"entity": entity, **case})
+
+
+def test_i2c_rom_slave() -> None:
+    run_cases(
+        [
+            unit("i2c_rom_slave", {"MAX_COLUMNS": columns}, max_columns=columns)
+            for columns in (64, 640, 1279, 1280, 2000)
+        ]
+    )
 
 
 def test_debouncer() -> None:

@@ -10,8 +10,8 @@ from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
 from plenofir.fpga.hdmi.edid import make_edid, offered_modes
 from plenofir.fpga.hdmi.pll import HIGH, LOW
 from plenofir.fpga.hdmi.pll import registers as registers_of
+from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
-from plenofir_tb.runner import read_case
 
 CASE = read_case()
 

@@ -23,8 +23,8 @@ from plenofir_tb.axi_video import (
     frame_beats,
     stall_pattern,
 )
+from plenofir_tb.case import read_case
 from plenofir_tb.frames import KINDS, make_frame, repaired_frames
-from plenofir_tb.runner import read_case
 from plenofir_tb.scoreboard import FrameScoreboard
 from plenofir_tb.slices import SliceModel
 
@@ -231,7 +231,7 @@ async def slices_change_while_video_runs(dut: Any) -> None:
         nonlocal started
         while started < len(frames):
             await RisingEdge(dut.clk)
-            if int(dut.frame_start.value):
+            if int(dut.under_test.frame_start.value):
                 slice_ = model.next_frame(
                     int(dut.slice.value), int(dut.sweep.value), int(dut.sweep_frames.value)
                 )

@@ -6,7 +6,7 @@ import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
-from plenofir_tb.runner import draw_seed, run_case
+from plenofir_tb.runner import Case, draw_seed, run_cases
 
 MICRO_IMAGE_SIZES = (1, 2, 3, 4, 5, 7, 11)
 SHIFTS = range(-5, 13)
@@ -17,32 +17,33 @@ STORED_VARIANTS = (
 )
 
 
-def run_raster(core: CoreConfiguration, *, thorough: bool = False) -> None:
+def raster_case(core: CoreConfiguration, *, thorough: bool = False) -> Case:
     core.check_limits()
-    run_case(
+    return Case(
         "raster_refocuser",
         "core.raster_bench",
-        generics=core.generics(),
-        case={"core": core.model_dump(mode="json"), "thorough": thorough},
+        core.generics(),
+        {"core": core.model_dump(mode="json"), "thorough": thorough},
     )
 
 
 @pytest.mark.parametrize("m", MICRO_IMAGE_SIZES)
-@pytest.mark.parametrize("shift", SHIFTS)
 @pytest.mark.parametrize("kind", ["exact", "stored"])
-def test_every_slice(m: int, shift: int, kind: str) -> None:
-    # The variants of stored products, grey and RGB take turns along the grid.
-    turn = MICRO_IMAGE_SIZES.index(m) + shift
-    stored = STORED_VARIANTS[turn % len(STORED_VARIANTS)]
-    run_raster(
-        CoreConfiguration(
+def test_every_slice(m: int, kind: str) -> None:
+    cases = []
+    for shift in SHIFTS:
+        # The variants of stored products, grey and RGB take turns along the grid.
+        turn = MICRO_IMAGE_SIZES.index(m) + shift
+        stored = STORED_VARIANTS[turn % len(STORED_VARIANTS)]
+        core = CoreConfiguration(
             micro_image_size=m,
             shifts=(shift,),
             max_columns=2 * m + 5,
             channels=3 if (turn + (kind == "stored")) % 3 == 0 else 1,
             arithmetic=ExactArithmetic() if kind == "exact" else stored,
         )
-    )
+        cases.append(raster_case(core))
+    run_cases(cases)
 
 
 @pytest.mark.parametrize(
@@ -79,7 +80,7 @@ def test_every_slice(m: int, shift: int, kind: str) -> None:
     ),
 )
 def test_stalls_gaps_faults(core: CoreConfiguration) -> None:
-    run_raster(core, thorough=True)
+    run_cases([raster_case(core, thorough=True)])
 
 
 @pytest.mark.parametrize(
@@ -124,7 +125,7 @@ def test_stalls_gaps_faults(core: CoreConfiguration) -> None:
     ),
 )
 def test_array_slices_interpolation(core: CoreConfiguration) -> None:
-    run_raster(core, thorough=True)
+    run_cases([raster_case(core, thorough=True)])
 
 
 def random_core(rng: random.Random) -> CoreConfiguration:
@@ -164,5 +165,4 @@ def test_random_configurations(count: int) -> None:
     seed = draw_seed()
     print(f"configurations drawn with seed {seed}")
     rng = random.Random(seed)
-    for _ in range(count):
-        run_raster(random_core(rng), thorough=True)
+    run_cases([raster_case(random_core(rng), thorough=True) for _ in range(count)])

@@ -10,7 +10,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge
 
 from plenofir.refocus import FilterLayout, filter_lines
-from plenofir_tb.runner import read_case
+from plenofir_tb.case import read_case
 from plenofir_tb.slices import SliceModel
 
 CASE = read_case()

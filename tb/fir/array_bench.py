@@ -13,8 +13,8 @@ from cocotb.triggers import FallingEdge, RisingEdge
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir_tb.axi_video import Frame, pack_pixels
+from plenofir_tb.case import read_case
 from plenofir_tb.frames import make_frame
-from plenofir_tb.runner import read_case
 
 CASE = read_case()
 

@@ -1,20 +1,20 @@
-"""The filter array by itself: exact, and as many clocks as the formulas say."""
+"""The module array by itself: exact, and as many clocks as the formulas say."""
 
-import pytest
+from itertools import product
 
-from plenofir.fpga.core.clock_counts import SIMULATED, ClockCase
+from plenofir.fpga.core.clock_counts import SIMULATED
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.refocus import StoredProductArithmetic
-from plenofir_tb.runner import run_case
+from plenofir_tb.runner import Case, run_cases
 
 
-def run_array(core: CoreConfiguration, columns: int, rows: int, *, deskew: bool = False) -> None:
+def array_case(core: CoreConfiguration, columns: int, rows: int, *, deskew: bool = False) -> Case:
     core.check_limits()
-    run_case(
+    return Case(
         "fir_array",
         "fir.array_bench",
-        generics={**core.generics(), "DESKEW": deskew},
-        case={
+        {**core.generics(), "DESKEW": deskew},
+        {
             "core": core.model_dump(mode="json"),
             "columns": columns,
             "rows": rows,
@@ -23,25 +23,16 @@ def run_array(core: CoreConfiguration, columns: int, rows: int, *, deskew: bool 
     )
 
 
-@pytest.mark.parametrize(
-    "case",
-    SIMULATED,
-    ids=lambda case: (
-        f"{case.columns}x{case.rows}_M{case.core.micro_image_size}"
-        f"_shift{case.core.shifts[0]}_iota{case.core.parallel_rows}"
-    ),
-)
-def test_clock_counts(case: ClockCase) -> None:
-    run_array(case.core, case.columns, case.rows)
-    if case.core.parallel_rows == case.rows and case.core.shifts == (1,):
-        assert case.first_frame <= case.thesis_first_frame
-        assert case.next_frame <= case.thesis_next_frame
+def test_clock_counts() -> None:
+    for case in SIMULATED:
+        if case.core.parallel_rows == case.rows and case.core.shifts == (1,):
+            assert case.first_frame <= case.thesis_first_frame
+            assert case.next_frame <= case.thesis_next_frame
+    run_cases([array_case(case.core, case.columns, case.rows) for case in SIMULATED])
 
 
-@pytest.mark.parametrize("deskew", [False, True])
-@pytest.mark.parametrize(
-    "core",
-    [
+def test_slices_idle_clocks_deskew() -> None:
+    cores = [
         CoreConfiguration(
             micro_image_size=3, shifts=(-2, 4), max_columns=14, parallel_rows=4, channels=3
         ),
@@ -63,8 +54,10 @@ def test_clock_counts(case: ClockCase) -> None:
             hold=True,
         ),
         CoreConfiguration(micro_image_size=5, shifts=(7,), max_columns=6, parallel_rows=9),
-    ],
-    ids=lambda core: f"M{core.micro_image_size}_slices{len(core.shifts)}_iota{core.parallel_rows}",
-)
-def test_slices_idle_clocks_deskew(core: CoreConfiguration, deskew: bool) -> None:
-    run_array(core, core.max_columns, 2 * core.micro_image_size + 3, deskew=deskew)
+    ]
+    run_cases(
+        [
+            array_case(core, core.max_columns, 2 * core.micro_image_size + 3, deskew=deskew)
+            for core, deskew in product(cores, (False, True))
+        ]
+    )

@@ -11,7 +11,7 @@ from plenofir.fpga.hdmi.link import Packed, ReceivedFrame, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.fpga.hdmi.pump import Code, Command, pixel_period
 from plenofir.refocus import ExactArithmetic
-from plenofir_tb.runner import read_case
+from plenofir_tb.case import read_case
 from plenofir_tb.serial import SKEWS, SerialLink, last_frames
 from plenofir_tb.video import MODE_720, measured
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import cocotb
 
-from plenofir_tb.runner import read_case
+from plenofir_tb.case import read_case
 
 
 def for_entity(name: str) -> Any:

@@ -1,19 +1,20 @@
 """Building the VHDL and running cocotb testbenches on it, on whichever simulator is chosen.
 
-The environment variable ``SIM`` (ghdl or nvc) chooses the simulator. A case that fails is run once
-more with the same seed and with waves on.
+The environment variable ``SIM`` (ghdl or nvc) chooses the simulator. Cases that are given together
+run in one simulation, side by side. A case that fails is run once more by itself with the same
+seed and with waves on.
 """
 
-import fcntl
-import functools
 import hashlib
 import json
 import os
 import random
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
+from unittest import mock
 from xml.etree import ElementTree
 
 import pytest
@@ -21,9 +22,15 @@ from cocotb_tools.runner import Nvc, Runner, get_runner
 
 from plenofir import project
 from plenofir.fpga import hdl
-from plenofir.fpga.simulate.simulators import GHDL_RUN_OPTIONS, NVC_RELAXED, find_simulator
+from plenofir.fpga.simulate.simulators import (
+    GHDL_RUN_OPTIONS,
+    NVC_RELAXED,
+    Simulator,
+    find_simulator,
+)
+from plenofir_tb.case import CASES_VARIABLE
+from plenofir_tb.wrapper import TOP, wrapper
 
-CASE_VARIABLE = "PLENOFIR_CASE"
 _BUILD = project.root() / "build" / "tb"
 
 
@@ -37,6 +44,34 @@ def draw_seed() -> int:
     return int(os.environ.get("SEED") or random.SystemRandom().randrange(1 << 31))
 
 
+@dataclass(frozen=True)
+class Case:
+    """An entity, and a bench that it is to pass.
+
+    Attributes
+    ----------
+    top
+        Entity under test.
+    bench
+        Python module with the cocotb tests.
+    generics
+        Generics of the entity.
+    case
+        What the testbench is to do; it reads it with `plenofir_tb.case.read_case`.
+    """
+
+    top: str
+    bench: str
+    generics: Mapping[str, int | bool | str] = field(default_factory=dict)
+    case: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """Short name, the same for the same case."""
+        digest = hashlib.sha256(repr((self.bench, self.generics, self.case)).encode())
+        return f"{self.top}-{digest.hexdigest()[:10]}"
+
+
 class _RelaxedNvc(Nvc):
     """NVC that takes the shared variables of VHDL-93 in a design of a later standard."""
 
@@ -46,162 +81,179 @@ class _RelaxedNvc(Nvc):
         return [[*command[:place], *NVC_RELAXED, *command[place:]]]
 
 
-@functools.cache
-def _built(top: str, board: bool = False) -> tuple[Runner, Path]:
-    """Analyse and elaborate the sources once for each version of them.
+def _simulator(*, long: bool) -> Simulator:
+    """Find the simulator: for short benches the GHDL that need not compile, though it is slower."""
+    name = simulator_name()
+    chosen = name != "ghdl" or "GHDL_BACKEND" in os.environ
+    if long or chosen or shutil.which("ghdl-mcode") is None:
+        return find_simulator(name)
+    environment = {"GHDL_BACKEND": "mcode"}
+    with mock.patch.dict(os.environ, environment):
+        return replace(find_simulator(name), environment=environment)
 
-    Returns the runner and its build folder. GHDL's build is shared by all workers; NVC's runner
-    needs to have built by itself, so each worker has a library of its own.
-    """
-    simulator = find_simulator(simulator_name())
-    os.environ.update(simulator.environment)
+
+def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: bool) -> Runner:
+    """Analyse and elaborate in a new folder what the cases need."""
     sources = hdl.hdl_sources()
-    models: list[Path] = []
     if board:
         sources = [*hdl.board_sources(), project.root() / "tb" / "file_bench" / "hdmi_pump.vhd"]
-        models = hdl.unisim_sources()
-    digest = hashlib.sha256(simulator.version.encode())
-    for source in [*models, *sources]:
-        digest.update(source.read_bytes())
-    shared = simulator.name == "ghdl"
-    owner = "" if shared else "-" + os.environ.get("PYTEST_XDIST_WORKER", "main")
-    build = _BUILD / simulator.name / f"{top}-{digest.hexdigest()[:12]}{owner}"
-    build.parent.mkdir(parents=True, exist_ok=True)
+        for command in simulator.model_commands(hdl.unisim_sources()):
+            simulator.run(command, work)
+    top = work / f"{TOP}.vhd"
+    top.write_text(wrapper([(case.top, case.generics) for case in cases], sources))
     runner = _RelaxedNvc() if board and simulator.name == "nvc" else get_runner(simulator.name)
-    with build.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (shared and (build / "built").exists()):
-            shutil.rmtree(build, ignore_errors=True)
-            if models:
-                build.mkdir()
-                for command in simulator.model_commands(models):
-                    simulator.run(command, build)
-            runner.build(
-                sources=sources,
-                hdl_toplevel=top,
-                build_args=simulator.global_options(board=board),
-                build_dir=build,
-                log_file=build / "build.log",
-            )
-            (build / "built").touch()
-    return runner, build
-
-
-def run_case(
-    top: str,
-    test_module: str,
-    *,
-    generics: Mapping[str, int | bool | str],
-    case: Mapping[str, Any] | None = None,
-    seed: int | None = None,
-    board: bool = False,
-) -> None:
-    """Run a cocotb module on an entity; fail the calling pytest test if any cocotb test fails.
-
-    Parameters
-    ----------
-    top
-        Entity under test.
-    test_module
-        Python module with the cocotb tests.
-    generics
-        Generics of the entity.
-    case
-        What the testbench is to do; it reads it with `read_case`.
-    seed
-        Seed of all random choices; drawn and printed if None.
-    board
-        Whether the entity needs the board's sources and the models of the primitives.
-    """
-    runner, build = _built(top, board)
-    if seed is None:
-        seed = draw_seed()
-    label = f"{top}-{hashlib.sha256(repr((test_module, generics, case)).encode()).hexdigest()[:10]}"
-    scratch = _BUILD / "cases" / f"{label}-{seed}"
-    shutil.rmtree(scratch, ignore_errors=True)
-    scratch.mkdir(parents=True)
-    parameters = {k: str(v).lower() if isinstance(v, bool) else v for k, v in generics.items()}
-    work = build
-    if board:
-        # The pump's files lie in the working directory, so each case has one of its own.
-        work = scratch / "work"
-        work.mkdir()
-        for item in build.iterdir():
-            (work / item.name).symlink_to(item)
-
-    standard = (
-        find_simulator("ghdl").global_options(board=board) if simulator_name() == "ghdl" else []
+    runner.build(
+        sources=[*sources, top],
+        hdl_toplevel=TOP,
+        build_args=simulator.global_options(board=board),
+        build_dir=work,
+        log_file=work / "build.log",
     )
+    return runner
 
-    def passes(name: str, waves: bool) -> bool:
-        wave_file = scratch / f"{name}.fst"
-        options = []
-        if waves and simulator_name() == "ghdl":
-            options = [f"--fst={wave_file}"]
-        elif waves:
-            options = [f"--wave={wave_file}", "--format=fst"]
-        if simulator_name() == "ghdl":
-            options += GHDL_RUN_OPTIONS
-        try:
-            results = runner.test(
-                test_module=test_module,
-                hdl_toplevel=top,
+
+def _simulate(
+    cases: Sequence[Case], seed: int, scratch: Path, *, board: bool, long: bool, waves: bool
+) -> set[str]:
+    """Run cases side by side; labels of those that did not pass."""
+    shutil.rmtree(scratch, ignore_errors=True)
+    work = scratch / "work"
+    work.mkdir(parents=True)
+    simulator = _simulator(long=long)
+    options = list(GHDL_RUN_OPTIONS) if simulator.name == "ghdl" else []
+    if waves:
+        file = scratch / "waves.fst"
+        nvc = [f"--wave={file}", "--format=fst"]
+        options += [f"--fst={file}"] if simulator.name == "ghdl" else nvc
+    todo = scratch / "cases.json"
+    pictures = str(scratch / "pictures")
+    todo.write_text(
+        json.dumps(
+            [
+                {
+                    "label": case.label,
+                    "bench": case.bench,
+                    "case": {**case.case, "pictures": pictures},
+                }
+                for case in cases
+            ]
+        )
+    )
+    results = scratch / "run.xml"
+    try:
+        with mock.patch.dict(os.environ, simulator.environment):
+            runner = _build(cases, simulator, work, board=board)
+            runner.test(
+                test_module="plenofir_tb.cases_bench",
+                hdl_toplevel=TOP,
                 hdl_toplevel_lang="vhdl",
-                parameters=parameters,
                 build_dir=work,
                 test_dir=work,
-                test_args=standard,
+                test_args=simulator.global_options(board=board) if simulator.name == "ghdl" else [],
                 plusargs=options,
                 seed=seed,
                 extra_env={
-                    CASE_VARIABLE: json.dumps(
-                        {**(case or {}), "pictures": str(scratch / "pictures")}
-                    ),
+                    CASES_VARIABLE: str(todo),
                     "COCOTB_LOG_LEVEL": "INFO",
+                    # What follows the first failure of a case by itself tells nothing new.
+                    "COCOTB_MAX_FAILURES": str(int(len(cases) == 1)),
                     # pytest explains the assertions of benches, not of every module they import,
                     # and needs no plugins for it: a second and a half less for each start.
                     "COCOTB_REWRITE_ASSERTION_FILES": "*bench.py",
                     "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
                     "PYTHONPATH": os.pathsep.join([str(project.root() / "tb"), *_python_path()]),
                 },
-                results_xml=str(scratch / f"{name}.xml"),
-                log_file=scratch / f"{name}.log",
+                results_xml=str(results),
+                log_file=scratch / "run.log",
             )
-        except (RuntimeError, SystemExit):
-            return False
-        # A module whose tests were all skipped has tested nothing.
-        cases = ElementTree.parse(results).getroot().findall(".//testcase")
-        outcomes = [
-            case_.find("failure") is None for case_ in cases if case_.find("skipped") is None
-        ]
-        return bool(outcomes) and all(outcomes)
+    except (RuntimeError, SystemExit):
+        pass
+    # A case whose tests were all skipped, or of which nothing was run, has tested nothing.
+    passed: dict[str, bool] = {}
+    if results.exists():
+        for test in ElementTree.parse(results).getroot().findall(".//testcase"):
+            if test.find("skipped") is None:
+                label = test.attrib["name"].split("/")[0]
+                good = test.find("failure") is None and test.find("error") is None
+                passed[label] = passed.get(label, True) and good
+    return {case.label for case in cases if not passed.get(case.label, False)}
 
-    if passes("run", waves=False):
+
+def run_cases(
+    cases: Sequence[Case], *, seed: int | None = None, board: bool = False, long: bool = False
+) -> None:
+    """Run benches on entities, in one simulation; fail the calling pytest test if any fails.
+
+    Parameters
+    ----------
+    cases
+        What to run. The environment variable ``CASE`` picks one by its label.
+    seed
+        Seed of all random choices; drawn and printed if None.
+    board
+        Whether the entities need the board's sources and the models of the primitives.
+    long
+        Whether simulation takes much longer than compilation.
+    """
+    if "CASE" in os.environ:
+        cases = [case for case in cases if case.label == os.environ["CASE"]]
+        if not cases:
+            pytest.skip(f"CASE={os.environ['CASE']} is elsewhere")
+    if seed is None:
+        seed = draw_seed()
+    together = cases[0].label if len(cases) == 1 else f"{cases[0].label}-and-{len(cases) - 1}"
+    scratch = _BUILD / "cases" / f"{together}-{seed}"
+
+    def simulate(cases: Sequence[Case], scratch: Path, *, waves: bool = False) -> set[str]:
+        return _simulate(cases, seed, scratch, board=board, long=long, waves=waves)
+
+    suspects = simulate(cases, scratch)
+    if not suspects:
         shutil.rmtree(scratch)
         return
-    if not board:
-        # The board's bits make waveforms of gigabytes.
-        passes("waves", waves=True)
-    log = scratch / "run.log"
-    lines = log.read_text(errors="replace").splitlines() if log.exists() else []
-    errors = [line.strip() for line in lines if "error" in line.lower()]
-    pytest.fail(
-        "\n".join(
-            [
-                f"{test_module} on {top} failed",
-                f"generics {dict(parameters)}",
-                f"rerun with SEED={seed}; log, waves and pictures in {scratch}",
-                *errors[:10],
-            ]
-        ),
-        pytrace=False,
+    reports = []
+    for case in cases:
+        if case.label in suspects:
+            alone = _BUILD / "cases" / f"{case.label}-{seed}"
+            # The board's bits make waveforms of gigabytes.
+            if not board and not simulate([case], alone, waves=True):
+                reports.append(f"{case.label} failed beside others only; log in {scratch}")
+            else:
+                reports.append(_report(case, seed, alone if alone.exists() else scratch))
+    pytest.fail("\n".join(reports), pytrace=False)
+
+
+def run_case(
+    top: str,
+    bench: str,
+    *,
+    generics: Mapping[str, int | bool | str],
+    case: Mapping[str, Any] | None = None,
+    board: bool = False,
+    long: bool = False,
+) -> None:
+    """Run one case; see `run_cases`."""
+    run_cases([Case(top, bench, generics, case or {})], board=board, long=long)
+
+
+def _report(case: Case, seed: int, scratch: Path) -> str:
+    """What is known of a failure."""
+    logs = [scratch / "run.log", scratch / "work" / "build.log", scratch / "work" / "simulator.log"]
+    lines = [
+        line.strip()
+        for log in logs
+        if log.exists()
+        for line in log.read_text(errors="replace").splitlines()
+    ]
+    return "\n".join(
+        [
+            f"{case.bench} on {case.top} failed",
+            f"generics {dict(case.generics)}",
+            f"rerun with SEED={seed} CASE={case.label}; log, waves and pictures in {scratch}",
+            *[line for line in lines if "error" in line.lower()][:10],
+        ]
     )
 
 
 def _python_path() -> list[str]:
     return [p for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p]
-
-
-def read_case() -> dict[str, Any]:
-    """What the running testbench is to do: the `case` given to `run_case`."""
-    return json.loads(os.environ[CASE_VARIABLE])

@@ -6,7 +6,7 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge
 
-from plenofir_tb.runner import read_case
+from plenofir_tb.case import read_case
 
 
 @cocotb.test()

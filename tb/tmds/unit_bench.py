@@ -9,8 +9,8 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, RisingEdge, Timer
 
 from plenofir.fpga.hdmi import tmds
+from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
-from plenofir_tb.runner import read_case
 
 CASE = read_case()
 PERIOD = 10

@@ -11,7 +11,7 @@ from cocotb.triggers import FallingEdge
 from plenofir.fpga.hdmi.link import RasterSignals, raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
-from plenofir_tb.runner import read_case
+from plenofir_tb.case import read_case
 from plenofir_tb.slices import SliceModel
 from plenofir_tb.video import VideoTap, measured, shrunken
 
