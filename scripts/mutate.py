@@ -397,7 +397,7 @@ def tests_notice(folder: Path, test: str) -> str:
                 for run in folder.glob("tb/cases/*/run.log"):
                     failed = FAILED.search(run.read_bytes())
                     if failed:
-                        return f"{name}: {failed.group().split()[-2].decode().split('.')[-1]}"
+                        return f"{name}: {failed.group().split()[-2].decode().split('/')[-1]}"
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)

@@ -24,4 +24,4 @@ async def result_of_three_frames(dut: Any) -> None:
     await FallingEdge(dut.clk)
     assert int(dut.tested.value) == 1
     assert int(dut.passed.value) == case["passes"]
-    assert int(dut.frames.value) >= 3
+    assert int(dut.under_test.frames.value) >= 3

@@ -1,15 +1,20 @@
 """The parts of the TMDS path, each on its own."""
 
-from plenofir_tb.runner import Case, run_case, run_cases
+import pytest
+
+from plenofir_tb.runner import run_case
 
 
 def run_unit(entity: str, generics: dict, **case: object) -> None:
     run_case(entity, "tmds.unit_bench", generics=generics, case={"entity": entity, **case})
 
 
-def test_units_without_generics() -> None:
-    units = ["tmds_encoder", "tmds_decoder", "tmds_deskew", "gearbox_5_to_10", "gearbox_10_to_5"]
-    run_cases([Case(name, "tmds.unit_bench", case={"entity": name}) for name in units])
+@pytest.mark.parametrize(
+    "entity",
+    ["tmds_encoder", "tmds_decoder", "tmds_deskew", "gearbox_5_to_10", "gearbox_10_to_5"],
+)
+def test_unit(entity: str) -> None:
+    run_unit(entity, {})
 
 
 def test_tmds_word_align() -> None:
