@@ -17,7 +17,9 @@ from plenofir import project
 from plenofir.fpga.bitstream.ise import TOP as BOARD
 from plenofir.fpga.core import clock_counts
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.stack import StackConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.moving_sum import MovingSumEngine
+from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.synthesis.comparison import (
     ENGINES,
@@ -110,22 +112,20 @@ def column_memory(text: str) -> str:
     ]
     for m, shifts, channels in MEMORY_CASES:
         cores = [
-            CoreConfiguration.model_validate(
-                {
-                    "micro_image_size": m,
-                    "shifts": shifts,
-                    "max_columns": MEMORY_COLUMNS,
-                    "channels": channels,
-                    "engine": engine,
-                }
+            CoreConfiguration(
+                micro_image_size=m,
+                shifts=shifts,
+                max_columns=MEMORY_COLUMNS,
+                channels=channels,
+                engine=engine,
             )
-            for engine in ("fir", "moving_sum")
+            for engine in (FirEngine(), MovingSumEngine())
         ]
         taps, sums = (core.line_buffer_bits for core in cores)
         shown = str(shifts[0]) if len(shifts) == 1 else f"{shifts[0]} to {shifts[-1]}"
         lines.append(
             f"| {m} | {shown} | {channels} | {cores[0].taps - 1}, {taps / 1024:.0f} "
-            f"| {sum(cores[1].sum_layout.ring_lines)}, {sums / 1024:.0f} | {taps / sums:.2f} |"
+            f"| {cores[1].engine.lines(cores[1])}, {sums / 1024:.0f} | {taps / sums:.2f} |"
         )
     return between_marks(text, "memory", "\n".join(lines))
 
@@ -259,7 +259,7 @@ def stack_tables() -> tuple[list[str], list[str]]:
         f = figures[design.name]
         return "| " + " | ".join([design.name, *map(str, counts(f)), str(f.path), memory]) + " |"
 
-    stacks: list[tuple[Design, StackConfiguration]] = []
+    stacks: list[tuple[Design, CoreConfiguration]] = []
     lines = [
         f"| design | {heads} | shared + slices: kbit | an engine each: kbit |",
         "| --- " * 10 + "|",
@@ -267,19 +267,19 @@ def stack_tables() -> tuple[list[str], list[str]]:
     for design in stack_designs():
         if design.index is None and design.name in figures:
             core = design.core
-            assert isinstance(core, StackConfiguration)
-            own = core.line_buffer_bits - core.history_bits
+            assert isinstance(core.engine, StackEngine)
+            shared, own = core.engine.history_bits(core), core.engine.slice_bits(core)
             apart = sum(
                 CoreConfiguration(
                     micro_image_size=core.micro_image_size,
                     shifts=(shift,),
                     max_columns=core.max_columns,
                     channels=core.channels,
-                    engine="moving_sum",
+                    engine=MovingSumEngine(),
                 ).line_buffer_bits
                 for shift in core.shifts
             )
-            memory = f"{core.history_bits / 1024:.0f} + {own / 1024:.0f} | {apart / 1024:.0f}"
+            memory = f"{shared / 1024:.0f} + {own / 1024:.0f} | {apart / 1024:.0f}"
             lines.append(row(design, memory))
             stacks.append((design, core))
     for m, channels in sorted({(core.micro_image_size, core.channels) for _, core in stacks}):
@@ -297,9 +297,8 @@ def stack_tables() -> tuple[list[str], list[str]]:
                 counts(figures[few.name]), counts(figures[many.name]), strict=True
             )
         ]
-        own = (many_core.line_buffer_bits - many_core.history_bits) - (
-            few_core.line_buffer_bits - few_core.history_bits
-        )
+        # The memory that the slices share has the same size in both.
+        own = many_core.line_buffer_bits - few_core.line_buffer_bits
         kind = "grey" if channels == 1 else "RGB"
         shown = " | ".join(
             f"{value:.0f}" if value == int(value) else f"{value:.1f}" for value in each

@@ -1,4 +1,4 @@
-"""Fits the weights of plenofir.fpga.synthesis.estimate to the files of figures and prints them."""
+"""Fits the weights of the engines (plenofir.fpga.core) to the files of figures and prints them."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ def fitted(parts: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return weights / scale
 
 
-def fit(prefix: str, cells: list[tuple[str, CoreConfiguration, Figures]]) -> None:
+def fit(kind: str, cells: list[tuple[str, CoreConfiguration, Figures]]) -> None:
     """Print both tables of an engine, and how far off the worst design is."""
     counted = [structure(core) for _, core, _ in cells]
     names = list(counted[0])
@@ -32,8 +32,8 @@ def fit(prefix: str, cells: list[tuple[str, CoreConfiguration, Figures]]) -> Non
     in_memories = [sum((m.usage for m in memories(core)), Usage()).lut for _, core, _ in cells]
     luts = [f.lut - lut for (_, _, f), lut in zip(cells, in_memories, strict=True)]
     for title, wanted in (
-        (f"{prefix}LUT_WEIGHTS", luts),
-        (f"{prefix}FLIP_FLOP_WEIGHTS", [f.flip_flops for _, _, f in cells]),
+        (f"{kind}: LUT_WEIGHTS", luts),
+        (f"{kind}: FLIP_FLOP_WEIGHTS", [f.flip_flops for _, _, f in cells]),
     ):
         goal = np.array(wanted, dtype=float)
         weights = fitted(parts, goal)
@@ -61,8 +61,9 @@ def main() -> None:
         for cell in measured_cells()
         if cell.name in measured
     ]
-    fit("_", [part for part in cores if part[1].engine == "fir"])
-    fit("_SUM_", [part for part in [*cores, *cells] if part[1].engine == "moving_sum"])
+    # Cores of filters are as they were fitted before there were cells.
+    for kind, parts in (("fir", cores), ("moving_sum", [*cores, *cells])):
+        fit(kind, [part for part in parts if part[1].engine.kind == kind])
 
 
 if __name__ == "__main__":

@@ -39,6 +39,8 @@ import pytest
 from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.simulate import pump
 from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
 from plenofir.refocus import StoredProductArithmetic
@@ -174,27 +176,32 @@ def _core(**values: object) -> CoreConfiguration:
 CASES = (
     Case(_core(micro_image_size=3, shifts=(2,)), 20, 9, 3),
     Case(_core(micro_image_size=3, shifts=(-2, 1, 3), channels=3), 17, 7, 4),
-    Case(_core(micro_image_size=2, shifts=(3,), parallel_rows=3), 12, 8, 3),
+    Case(_core(micro_image_size=2, shifts=(3,), engine=FirEngine(parallel_rows=3)), 12, 8, 3),
     Case(
         _core(
             micro_image_size=5,
             shifts=(-5, 0, 5),
-            hold=True,
+            engine=FirEngine(hold=True),
             arithmetic=StoredProductArithmetic(fraction_bits=4, guard_bits=2),
         ),
         23,
         11,
         4,
     ),
-    Case(_core(micro_image_size=3, shifts=(0,), order=1, broadcast_taps=2), 16, 9, 2),
+    Case(
+        _core(micro_image_size=3, shifts=(0,), order=1, engine=FirEngine(broadcast_taps=2)),
+        16,
+        9,
+        2,
+    ),
     Case(_core(micro_image_size=4, shifts=(1,), max_columns=6, align="causal"), 3, 5, 3),
-    Case(_core(micro_image_size=3, shifts=(-2, 1, 3), engine="moving_sum"), 17, 10, 4),
+    Case(_core(micro_image_size=3, shifts=(-2, 1, 3), engine=MovingSumEngine()), 17, 10, 4),
     Case(
         _core(
             micro_image_size=4,
             shifts=(1,),
             channels=3,
-            engine="moving_sum",
+            engine=MovingSumEngine(),
             arithmetic=StoredProductArithmetic(fraction_bits=4, guard_bits=2),
         ),
         19,

@@ -14,7 +14,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, RisingEdge
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.stack import SharpnessConfiguration, StackConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir_tb.axi_video import (
     AxiVideoSink,
     AxiVideoSource,
@@ -31,8 +31,8 @@ from plenofir_tb.slices import SliceModel
 ERROR_NAMES = ("line early", "line late", "frame early", "frame late", "size")
 CORES = {
     "raster_refocuser": CoreConfiguration,
-    "focal_stack": StackConfiguration,
-    "depth_index": SharpnessConfiguration,
+    "focal_stack": CoreConfiguration,
+    "depth_index": DepthIndexConfiguration,
 }
 KIND = read_case().get("kind", "raster_refocuser")
 # Clocks without any output after which frames count as lost.

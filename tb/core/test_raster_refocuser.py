@@ -5,6 +5,7 @@ import random
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
@@ -86,15 +87,23 @@ def test_stalls_gaps_faults(core: CoreConfiguration) -> None:
 @pytest.mark.parametrize(
     "core",
     [
-        CoreConfiguration(micro_image_size=3, shifts=(-3, 0, 3), max_columns=12, hold=True),
-        CoreConfiguration(micro_image_size=3, shifts=(0,), max_columns=14, hold=True, channels=3),
+        CoreConfiguration(
+            micro_image_size=3, shifts=(-3, 0, 3), max_columns=12, engine=FirEngine(hold=True)
+        ),
+        CoreConfiguration(
+            micro_image_size=3, shifts=(0,), max_columns=14, channels=3, engine=FirEngine(hold=True)
+        ),
         CoreConfiguration(micro_image_size=3, shifts=(-2, 1, 4), max_columns=14, order=1),
         CoreConfiguration(micro_image_size=2, shifts=(3,), max_columns=14, order=3),
         CoreConfiguration(
             micro_image_size=3, shifts=(2,), max_columns=12, order=2, arithmetic=STORED_VARIANTS[2]
         ),
         CoreConfiguration(
-            micro_image_size=5, shifts=(-3, 7), max_columns=13, broadcast_taps=4, channels=3
+            micro_image_size=5,
+            shifts=(-3, 7),
+            max_columns=13,
+            channels=3,
+            engine=FirEngine(broadcast_taps=4),
         ),
         CoreConfiguration(micro_image_size=3, shifts=(-4, 5), max_columns=15, align="causal"),
         CoreConfiguration(
@@ -103,25 +112,31 @@ def test_stalls_gaps_faults(core: CoreConfiguration) -> None:
             max_columns=15,
             arithmetic=STORED_VARIANTS[1],
         ),
-        CoreConfiguration(micro_image_size=3, shifts=(-1, 2), max_columns=18, parallel_rows=3),
         CoreConfiguration(
-            micro_image_size=3, shifts=(2,), max_columns=7, parallel_rows=5, channels=3
+            micro_image_size=3, shifts=(-1, 2), max_columns=18, engine=FirEngine(parallel_rows=3)
         ),
-        CoreConfiguration(micro_image_size=2, shifts=(0, 2), max_columns=5, parallel_rows=8),
+        CoreConfiguration(
+            micro_image_size=3,
+            shifts=(2,),
+            max_columns=7,
+            channels=3,
+            engine=FirEngine(parallel_rows=5),
+        ),
+        CoreConfiguration(
+            micro_image_size=2, shifts=(0, 2), max_columns=5, engine=FirEngine(parallel_rows=8)
+        ),
         CoreConfiguration(
             micro_image_size=5,
             shifts=(-5, 0, 5),
             max_columns=12,
-            parallel_rows=2,
-            hold=True,
-            broadcast_taps=1,
+            engine=FirEngine(parallel_rows=2, hold=True, broadcast_taps=1),
             order=1,
             arithmetic=STORED_VARIANTS[2],
         ),
     ],
     ids=lambda core: (
         f"M{core.micro_image_size}_slices{len(core.shifts)}_rows{core.parallel_rows}"
-        f"_order{core.order}{'_hold' * core.hold}_latch{core.broadcast_taps}"
+        f"_order{core.order}{'_hold' * core.engine.hold}_latch{core.engine.broadcast_taps}"
     ),
 )
 def test_array_slices_interpolation(core: CoreConfiguration) -> None:
@@ -152,9 +167,9 @@ def random_core(rng: random.Random) -> CoreConfiguration:
         align=align,
         arithmetic=arithmetic,
         order=rng.choice([0, 0, 0, 1, 2]),
-        hold=hold,
-        parallel_rows=rows,
-        broadcast_taps=rng.choice([0, 0, 1, 5, 1000]),
+        engine=FirEngine(
+            hold=hold, parallel_rows=rows, broadcast_taps=rng.choice([0, 0, 1, 5, 1000])
+        ),
     )
 
 

@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from itertools import product
 
-from plenofir.fpga.synthesis.estimate import block_sizes
+from plenofir.fpga.core.memory import block_sizes
 from plenofir.refocus import FilterLayout
 from plenofir_tb.runner import Case, run_cases
 

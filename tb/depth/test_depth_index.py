@@ -6,14 +6,14 @@ from typing import Any
 import pytest
 
 from plenofir.fpga import hdl
-from plenofir.fpga.core.stack import SharpnessConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import draw_seed, run_case
 
 
 def run_index(**options: object) -> None:
     """Run the raster core's bench on the sharpness of a stack."""
-    core = SharpnessConfiguration.model_validate(options)
+    core = DepthIndexConfiguration.model_validate(options)
     run_case(
         "depth_index",
         "core.raster_bench",

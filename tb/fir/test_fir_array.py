@@ -1,9 +1,10 @@
-"""The module array by itself: exact, and as many clocks as the formulas say."""
+"""The filter array by itself: exact, and as many clocks as the formulas say."""
 
 from itertools import product
 
 from plenofir.fpga.core.clock_counts import SIMULATED
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
 from plenofir.refocus import StoredProductArithmetic
 from plenofir_tb.runner import Case, run_cases
 
@@ -34,26 +35,30 @@ def test_clock_counts() -> None:
 def test_slices_idle_clocks_deskew() -> None:
     cores = [
         CoreConfiguration(
-            micro_image_size=3, shifts=(-2, 4), max_columns=14, parallel_rows=4, channels=3
+            micro_image_size=3,
+            shifts=(-2, 4),
+            max_columns=14,
+            channels=3,
+            engine=FirEngine(parallel_rows=4),
         ),
         CoreConfiguration(
             micro_image_size=2,
             shifts=(3, 0, -1),
             max_columns=9,
-            parallel_rows=5,
             order=1,
-            broadcast_taps=2,
+            engine=FirEngine(parallel_rows=5, broadcast_taps=2),
             arithmetic=StoredProductArithmetic(),
         ),
         CoreConfiguration(
             micro_image_size=3,
             shifts=(0,),
             max_columns=7,
-            parallel_rows=2,
             align="causal",
-            hold=True,
+            engine=FirEngine(parallel_rows=2, hold=True),
         ),
-        CoreConfiguration(micro_image_size=5, shifts=(7,), max_columns=6, parallel_rows=9),
+        CoreConfiguration(
+            micro_image_size=5, shifts=(7,), max_columns=6, engine=FirEngine(parallel_rows=9)
+        ),
     ]
     run_cases(
         [

@@ -5,6 +5,7 @@ import random
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
@@ -16,9 +17,13 @@ STORED_VARIANTS = (
 )
 
 
-def engine_case(*, thorough: bool, spare: int = 4, **options: object) -> Case:
+def engine_case(
+    *, thorough: bool, spare: int = 4, any_rows: bool = False, **options: object
+) -> Case:
     """Lines are as long as the engine takes without a pause, or shorter."""
-    core = CoreConfiguration.model_validate({"engine": "moving_sum", "max_columns": 8, **options})
+    core = CoreConfiguration.model_validate(
+        {"engine": MovingSumEngine(any_rows=any_rows), "max_columns": 8, **options}
+    )
     core = core.model_copy(
         update={"max_columns": max(core.delay + 1, 2 * core.micro_image_size, 4) + spare}
     )

@@ -8,6 +8,7 @@ import pytest
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.simulate.simulators import Simulator, find_simulator
 from plenofir.refocus import StoredProductArithmetic
 from plenofir.refocus.moving_sum import SumLayout
@@ -36,8 +37,9 @@ def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[st
     """Yield what the bench writes, of SumLayout and CoreConfiguration."""
     layout = SumLayout(m, shifts, align)
 
-    def core(**options: object) -> CoreConfiguration:
-        values = {"micro_image_size": m, "shifts": shifts, "align": align, "engine": "moving_sum"}
+    def core(*, any_rows: bool = False, **options: object) -> CoreConfiguration:
+        engine = MovingSumEngine(any_rows=any_rows)
+        values = {"micro_image_size": m, "shifts": shifts, "align": align, "engine": engine}
         return CoreConfiguration.model_validate({**values, "max_columns": 64, **options})
 
     yield "output_delay", layout.delay

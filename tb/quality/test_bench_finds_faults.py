@@ -7,6 +7,7 @@ import pytest
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
 from plenofir.images import read_image
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import run_case
@@ -16,9 +17,13 @@ CORE = CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=20, chann
 NARROW = CoreConfiguration(micro_image_size=2, shifts=(-2,), max_columns=4, channels=3)
 
 LINEAR = CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=20, order=1)
-ARRAY = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=24, parallel_rows=3)
+ARRAY = CoreConfiguration(
+    micro_image_size=3, shifts=(2,), max_columns=24, engine=FirEngine(parallel_rows=3)
+)
 SLICES = CoreConfiguration(micro_image_size=3, shifts=(-2, 1, 3), max_columns=20)
-HOLD = CoreConfiguration(micro_image_size=3, shifts=(3,), max_columns=20, hold=True)
+HOLD = CoreConfiguration(
+    micro_image_size=3, shifts=(3,), max_columns=20, engine=FirEngine(hold=True)
+)
 
 
 @pytest.mark.parametrize(

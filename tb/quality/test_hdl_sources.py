@@ -9,7 +9,9 @@ from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.stack import SharpnessConfiguration, StackConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.hdl_text import declarations, unexplained_ports
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.refocus import StoredProductArithmetic
@@ -50,15 +52,17 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         CoreConfiguration(micro_image_size=11, shifts=(1,), max_columns=1280, align="causal"),
         CoreConfiguration(
-            micro_image_size=3, shifts=(-2, 0, 3), max_columns=640, parallel_rows=3, order=1
+            micro_image_size=3,
+            shifts=(-2, 0, 3),
+            max_columns=640,
+            order=1,
+            engine=FirEngine(parallel_rows=3),
         ),
         CoreConfiguration(
             micro_image_size=5,
             shifts=(-5, 0, 5),
             max_columns=100,
-            hold=True,
-            broadcast_taps=8,
-            parallel_rows=2,
+            engine=FirEngine(hold=True, broadcast_taps=8, parallel_rows=2),
             arithmetic=StoredProductArithmetic(),
         ),
     ],
@@ -86,16 +90,22 @@ def test_core_synthesises(library: Path, core: CoreConfiguration) -> None:
     [
         (
             "focal_stack",
-            StackConfiguration(micro_image_size=3, shifts=(-2, 0, 3), max_columns=640, channels=3),
+            CoreConfiguration(
+                micro_image_size=3,
+                shifts=(-2, 0, 3),
+                max_columns=640,
+                channels=3,
+                engine=StackEngine(),
+            ),
         ),
         (
             "depth_index",
-            SharpnessConfiguration(micro_image_size=3, slices=3, max_columns=640, channels=3),
+            DepthIndexConfiguration(micro_image_size=3, slices=3, max_columns=640, channels=3),
         ),
     ],
 )
 def test_stack_synthesises(
-    library: Path, top: str, core: StackConfiguration | SharpnessConfiguration
+    library: Path, top: str, core: CoreConfiguration | DepthIndexConfiguration
 ) -> None:
     generics = [f"-g{k}={str(v).lower()}" for k, v in core.generics().items()]
     done = subprocess.run(

@@ -9,6 +9,8 @@ import pytest
 
 from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.hdmi.modes import HD720, VGA
 from plenofir.fpga.simulate.chain import check_chain, mode_for, run_chain
 from plenofir.fpga.simulate.job import FLOWER, SimulationJob, run_job
@@ -79,8 +81,8 @@ def test_standard_modes(tmp_path: Path, mode, arithmetic: Arithmetic) -> None:
     ("changes", "rows", "where"),
     [
         ({"pixel_bits": 16}, 40, "RAW"),
-        ({"parallel_rows": 2}, 40, "IOTA"),
-        ({"engine": "moving_sum", "any_rows": True}, 40, "ANY_ROWS"),
+        ({"engine": FirEngine(parallel_rows=2)}, 40, "IOTA"),
+        ({"engine": MovingSumEngine(any_rows=True)}, 40, "ANY_ROWS"),
         ({"shifts": (12,)}, 8, "A"),
     ],
 )

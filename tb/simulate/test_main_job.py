@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.simulate.pump import run_pump, wave_signals
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image, write_png
@@ -151,7 +152,7 @@ def test_waves(tmp_path: Path) -> None:
     saved = (tmp_path / "refocused.gtkw").read_text().splitlines()
     shown = {line.partition("[")[0] for line in saved if line[0] not in "[@-*"}
     assert shown <= names
-    assert len(shown) == len(wave_signals("fir"))
+    assert len(shown) == len(wave_signals(FirEngine()))
 
 
 @pytest.mark.parametrize(

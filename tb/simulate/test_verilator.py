@@ -9,7 +9,10 @@ import pytest
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.stack import SharpnessConfiguration, StackConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.moving_sum import MovingSumEngine
+from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.simulate import verilator
 from plenofir.fpga.simulate.pump import run_pump
 from plenofir.fpga.simulate.simulators import Simulator, find_simulator
@@ -57,11 +60,18 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
     [
         CoreConfiguration(micro_image_size=3, shifts=(-2, 1, 3), max_columns=40, channels=3),
         CoreConfiguration(
-            micro_image_size=5, shifts=(-5, 0, 5), max_columns=40, hold=True, arithmetic=STORED
+            micro_image_size=5,
+            shifts=(-5, 0, 5),
+            max_columns=40,
+            arithmetic=STORED,
+            engine=FirEngine(hold=True),
         ),
         CoreConfiguration(micro_image_size=5, shifts=(8,), max_columns=40),
         CoreConfiguration(
-            micro_image_size=4, shifts=(2, 4, 0), max_columns=40, engine="moving_sum", any_rows=True
+            micro_image_size=4,
+            shifts=(2, 4, 0),
+            max_columns=40,
+            engine=MovingSumEngine(any_rows=True),
         ),
         pytest.param(
             CoreConfiguration(
@@ -69,18 +79,23 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
                 shifts=(-3, 11),
                 max_columns=130,
                 channels=3,
-                engine="moving_sum",
+                engine=MovingSumEngine(),
             ),
             marks=pytest.mark.slow,
         ),
         pytest.param(
             CoreConfiguration(
-                micro_image_size=5, shifts=tuple(range(-5, 11)), max_columns=60, engine="moving_sum"
+                micro_image_size=5,
+                shifts=tuple(range(-5, 11)),
+                max_columns=60,
+                engine=MovingSumEngine(),
             ),
             marks=pytest.mark.slow,
         ),
         pytest.param(
-            CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=41, parallel_rows=3),
+            CoreConfiguration(
+                micro_image_size=3, shifts=(2,), max_columns=41, engine=FirEngine(parallel_rows=3)
+            ),
             marks=pytest.mark.slow,
         ),
         pytest.param(
@@ -89,7 +104,11 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
         ),
         pytest.param(
             CoreConfiguration(
-                micro_image_size=4, shifts=(3,), max_columns=40, pixel_bits=16, broadcast_taps=2
+                micro_image_size=4,
+                shifts=(3,),
+                max_columns=40,
+                pixel_bits=16,
+                engine=FirEngine(broadcast_taps=2),
             ),
             marks=pytest.mark.slow,
         ),
@@ -128,7 +147,7 @@ def test_pumps_agree(tmp_path: Path, simulator: Simulator) -> None:
 
 def check_stack(
     tool: Simulator,
-    core: StackConfiguration,
+    core: CoreConfiguration,
     radius: int,
     rows: int,
     directory: Path,
@@ -137,7 +156,7 @@ def check_stack(
     """Compare all that comes out of a stack and its index; clocks of both ends."""
     m = core.micro_image_size
     raw = random_frames(core, 1, rows, core.max_columns)[0]
-    index_core = SharpnessConfiguration(
+    index_core = DepthIndexConfiguration(
         micro_image_size=m,
         slices=len(core.shifts),
         radius=radius,
@@ -160,7 +179,9 @@ def check_stack(
 
 def test_stack_as_verilog_equals_golden_model(tmp_path: Path, simulator: Simulator) -> None:
     # The pump in VHDL stalls and counts alike. A slice that holds outputs, cut micro images.
-    core = StackConfiguration(micro_image_size=3, shifts=(-3, -1, 3), max_columns=22)
+    core = CoreConfiguration(
+        micro_image_size=3, shifts=(-3, -1, 3), max_columns=22, engine=StackEngine()
+    )
     clocks = [
         check_stack(tool, core, 1, 16, tmp_path / tool.name)
         for tool in (simulator, find_simulator("ghdl"))
@@ -173,23 +194,32 @@ def test_stack_as_verilog_equals_golden_model(tmp_path: Path, simulator: Simulat
     ("core", "radius"),
     [
         (
-            StackConfiguration(
-                micro_image_size=5, shifts=(5, -3, 0, 2), max_columns=52, channels=3, input_lines=5
+            CoreConfiguration(
+                micro_image_size=5,
+                shifts=(5, -3, 0, 2),
+                max_columns=52,
+                channels=3,
+                engine=StackEngine(input_lines=5),
             ),
             2,
         ),
         (
-            StackConfiguration(
+            CoreConfiguration(
                 micro_image_size=4, shifts=(1, 4), max_columns=37, pixel_bits=16, align="causal"
             ),
             0,
         ),
-        (StackConfiguration(micro_image_size=2, shifts=(-3, 0, 1, 2), max_columns=33), 3),
+        (
+            CoreConfiguration(
+                micro_image_size=2, shifts=(-3, 0, 1, 2), max_columns=33, engine=StackEngine()
+            ),
+            3,
+        ),
     ],
     ids=["rgb", "16_bit", "M2"],
 )
 def test_more_stacks_as_verilog(
-    tmp_path: Path, simulator: Simulator, core: StackConfiguration, radius: int
+    tmp_path: Path, simulator: Simulator, core: CoreConfiguration, radius: int
 ) -> None:
     check_stack(simulator, core, radius, 7 * core.micro_image_size + 1, tmp_path)
 
@@ -236,7 +266,9 @@ def test_netlist_of_stack_equals_golden_model(tmp_path: Path, simulator: Simulat
         yosys_version()
     except InputError as error:
         pytest.skip(str(error))
-    core = StackConfiguration(micro_image_size=2, shifts=(-1, 2), max_columns=9)
+    core = CoreConfiguration(
+        micro_image_size=2, shifts=(-1, 2), max_columns=9, engine=StackEngine()
+    )
     netlist = synthesise(stack_sources(), CORES, {**core.generics(), "RADIUS": 0}, tmp_path)
     assert netlist.figures.usage.block_rams == 0
     check_stack(simulator, core, 0, 9, tmp_path / "pump", [netlist.verilog, cell_models()])

@@ -7,6 +7,7 @@ import pytest
 
 from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.simulate import pump
 from plenofir.fpga.simulate.dump_compare import DumpComparison, compare_dumps
 from plenofir.fpga.simulate.simulators import Simulator, find_simulator
@@ -36,7 +37,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def check_equal(found: DumpComparison) -> None:
     assert found.equal, found.differences[0]
-    assert found.signals == len(pump.wave_signals("fir")) - 1
+    assert found.signals == len(pump.wave_signals(FirEngine())) - 1
     assert found.samples > FRAME.size
     assert found.clock is not None
     assert found.clock.endswith("clk")

@@ -6,22 +6,23 @@ from typing import Any
 import pytest
 
 from plenofir.fpga import hdl
-from plenofir.fpga.core.stack import StackConfiguration
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.stack import StackEngine
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import draw_seed, run_case
 
 
-def configuration(spare: int = 4, **options: object) -> StackConfiguration:
+def configuration(spare: int = 4, **options: object) -> CoreConfiguration:
     """Core with lines that it takes without a pause, or shorter."""
-    core = StackConfiguration.model_validate({"max_columns": 8, **options})
+    core = CoreConfiguration.model_validate({"max_columns": 8, "engine": StackEngine(), **options})
     m = core.micro_image_size
     columns = max(core.delay + 1, 2 * m, 4) + spare
-    core = core.model_copy(update={"max_columns": columns, "input_lines": m})
+    core = core.model_copy(update={"max_columns": columns, "engine": StackEngine(input_lines=m)})
     core.check_limits()
     return core
 
 
-def run_stack(core: StackConfiguration, *, thorough: bool) -> None:
+def run_stack(core: CoreConfiguration, *, thorough: bool) -> None:
     """Run the raster core's bench on a stack."""
     run_case(
         "focal_stack",

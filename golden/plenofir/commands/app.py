@@ -17,10 +17,12 @@ from plenofir.commands import plan as cli_plan
 from plenofir.commands import rays as cli_rays
 from plenofir.commands import waves as cli_waves
 from plenofir.commands.lightfield import progress_bar
-from plenofir.commands.options import arithmetic_options
+from plenofir.commands.options import VARIABLES, arithmetic_options
 from plenofir.commands.rays import integer
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_MISMATCH, EXIT_TOOL_FAILED, InputError, ToolError
-from plenofir.fpga.core.configuration import Engine
+from plenofir.fpga.core.configuration import SLICE_ENGINES
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.simulate.job import (
     FLOWER,
     FLOWER_FOCUS,
@@ -66,6 +68,18 @@ def _scene_job(path: str, job: SimulationJob, *, own_image: bool) -> SimulationJ
         write_png(image, scene_image(plan.core, plan.rows))
         job = job.model_copy(update={"raw": image})
     return scene_job(plan.core, job)
+
+
+def _engine(name: str, parallel_rows: int, *, any_rows: bool) -> FirEngine | MovingSumEngine:
+    """The engine of a name, without fields that it does not have."""
+    if name == "fir":
+        if any_rows:
+            raise InputError("any rows", where="ANY_ROWS", expected="0 without ENGINE=moving_sum")
+        return FirEngine(parallel_rows=parallel_rows)
+    if parallel_rows > 1:
+        what = f"{parallel_rows} rows at once"
+        raise InputError(what, where="IOTA", expected="1 with ENGINE=moving_sum")
+    return MovingSumEngine(any_rows=any_rows)
 
 
 @contextmanager
@@ -177,7 +191,7 @@ def sim(
     if chain not in get_args(Chain):
         raise InputError(f"{chain!r}", where="CHAIN", expected="core or hdmi")
     engine = engine or ("moving_sum" if stack else "fir")
-    if engine not in get_args(Engine):
+    if engine not in SLICE_ENGINES:
         raise InputError(f"{engine!r}", where="ENGINE", expected="fir or moving_sum")
     rows = integer(iota, "IOTA")
     if rows < 1:
@@ -211,9 +225,7 @@ def sim(
         micro_image_size=integer(micro_image, "M"),
         focus=tuple(sweep.replace(",", " ").split()) or (a,),
         interpolation=interpolation_order(interpolation, where="INTERPOLATION"),
-        parallel_rows=rows,
-        engine=cast(Engine, engine),
-        any_rows=any_rows == "1",
+        engine=_engine(engine, rows, any_rows=any_rows == "1"),
         out=Path(out),
         arithmetic=arithmetic_options(arith, fraction, guard),
         simulator=simulator,
@@ -288,7 +300,8 @@ def main() -> None:
     try:
         app()
     except InputError as error:
-        typer.echo(f"plenofir: {error}", err=True)
+        where = VARIABLES.get(error.where, error.where)
+        typer.echo(f"plenofir: {where}: {error.what}; expected {error.expected}", err=True)
         sys.exit(EXIT_BAD_INPUT)
     except SimulationError as error:
         typer.echo(f"plenofir: simulation failed: {error}", err=True)

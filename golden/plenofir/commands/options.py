@@ -6,6 +6,16 @@ from plenofir.commands.rays import integer
 from plenofir.errors import InputError
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 
+VARIABLES = {
+    "micro_image_size": "M",
+    "shifts": "A",
+    "max_columns": "RAW",
+    "parallel_rows": "IOTA",
+    "order": "INTERPOLATION",
+    "arithmetic": "ARITH",
+}
+"""What the user calls a field of the core."""
+
 
 def arithmetic_options(name: str, fraction_bits: str, guard_bits: str) -> Arithmetic:
     """Read the options ARITH, FRACTION and GUARD.

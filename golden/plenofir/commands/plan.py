@@ -14,6 +14,7 @@ from rich.table import Table
 from plenofir.errors import InputError
 from plenofir.files import publish_files
 from plenofir.fpga.devices import DEVICES, Device
+from plenofir.fpga.synthesis.estimate import slice_engine
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
 from plenofir.plan.configure import configure as write_project
@@ -61,23 +62,9 @@ def print_plan(plan: Plan) -> None:
         typer.echo(f"{'slice':<11} a = {part.a} (a' = {part.shift}){depth}")
     for low, high in plan.gaps_mm:
         typer.echo(f"{'not covered':<11} {_millimetres(low)} to {_millimetres(high)} mm")
-    kept = f"({plan.line_buffer_bits / 1024:.0f} Kbit in all)"
-    if core.engine == "moving_sum":
-        kept = f"{plan.line_buffers} lines of pixels for each channel {kept}"
-        typer.echo(f"{'engine':<11} moving sums, {kept}")
-        if core.any_rows:
-            plain = sum(core.model_copy(update={"any_rows": False}).sum_layout.ring_lines)
-            more = sum(core.sum_layout.ring_lines) - plain
-            typer.echo(
-                f"{'rows':<11} {plan.rows}, no multiple of {core.micro_image_size}: frames without "
-                f"blank lines between them, for {more} lines of pixels more"
-            )
-    else:
-        typer.echo(
-            f"{'filters':<11} {plan.taps} taps, {plan.line_buffers} lines of partial sums for each "
-            f"channel {kept}{', outputs held' if core.hold else ''}"
-        )
-    typer.echo(f"{'engine':<11} {core.engine}: {plan.engine_reason}")
+    for name, text in slice_engine(core).describe(core, plan.rows):
+        typer.echo(f"{name:<11} {text}")
+    typer.echo(f"{'engine':<11} {core.engine.kind}: {plan.engine_reason}")
     for option in plan.engines:
         numbers = option.refused if option.needs is None else _amounts(option.needs)
         typer.echo(f"{'':<11} {option.engine}: {numbers}")

@@ -1,7 +1,8 @@
 """From a camera and a scene to the smallest hardware that does the job."""
 
 from plenofir.fpga.devices import DEVICES, Device, Usage
-from plenofir.plan.planner import LeftOut, Plan, make_plan
+from plenofir.plan.left_out import LeftOut
+from plenofir.plan.planner import Plan, make_plan
 from plenofir.plan.scene import LoadedScene, Scene, load_scene
 
 __all__ = [

@@ -15,11 +15,14 @@ from pydantic import BaseModel, ConfigDict
 from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.stack import SharpnessConfiguration, StackConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.synthesis.parts import left_out_in_turn
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.plan.configure import configure, top_of
-from plenofir.plan.planner import Plan, full_core, make_plan
+from plenofir.plan.left_out import full_core
+from plenofir.plan.planner import Plan, make_plan
 from plenofir.plan.scene import load_scene
 from plenofir.refocus.arithmetic import StoredProductArithmetic
 
@@ -58,7 +61,7 @@ class Design:
     top: str = CORE
     plan: Plan | None = None
     slow: bool = False
-    index: SharpnessConfiguration | None = None
+    index: DepthIndexConfiguration | None = None
 
     def synthesise(self, directory: Path) -> Netlist:
         """Synthesise it for Spartan-6.
@@ -156,7 +159,10 @@ def full_designs() -> Iterator[Design]:
 
 def _grid(top: str, m: int, shift: int, rows: int, *, slow: bool = False) -> Design:
     core = CoreConfiguration(
-        micro_image_size=m, shifts=(shift,), max_columns=640, parallel_rows=rows
+        micro_image_size=m,
+        shifts=(shift,),
+        max_columns=640,
+        engine=FirEngine(parallel_rows=rows),
     )
     kind = "array" if top == ARRAY else "core"
     return Design(f"{kind} M={m} a'={shift} iota={rows}", core, top, slow=slow)
@@ -190,10 +196,10 @@ def grid_designs() -> Iterator[Design]:
     yield _variant("core M=5 a'=2 stored products", arithmetic=stored)
     yield _variant("core M=5 a'=2 linear interpolation", order=1)
     yield _variant("core M=5 a'=-5,0,5", shifts=(-5, 0, 5))
-    yield _variant("core M=5 a'=-5,0,5 hold", shifts=(-5, 0, 5), hold=True)
+    yield _variant("core M=5 a'=-5,0,5 hold", shifts=(-5, 0, 5), engine=FirEngine(hold=True))
     yield _variant("core M=5 a'=2 RGB", channels=3)
     yield _variant("core M=5 a'=2 16 bit", pixel_bits=16)
-    yield _variant("core M=5 a'=2 latches of 4 taps", broadcast_taps=4)
+    yield _variant("core M=5 a'=2 latches of 4 taps", engine=FirEngine(broadcast_taps=4))
 
 
 def left_out_designs() -> Iterator[Design]:
@@ -216,12 +222,18 @@ STACK_SLICES = {
 
 
 def _stack(shifts: tuple[int, ...], m: int, channels: int, *, index: bool = False) -> Design:
-    core = StackConfiguration(micro_image_size=m, shifts=shifts, max_columns=640, channels=channels)
+    core = CoreConfiguration(
+        micro_image_size=m,
+        shifts=shifts,
+        max_columns=640,
+        channels=channels,
+        engine=StackEngine(),
+    )
     kind = "grey" if channels == 1 else "RGB"
     if not index:
         shown = ",".join(str(shift) for shift in shifts)
         return Design(f"stack M={m} a'={shown} {kind}", core, STACK, slow=True)
-    judged = SharpnessConfiguration(
+    judged = DepthIndexConfiguration(
         micro_image_size=m, slices=len(shifts), max_columns=640, channels=channels
     )
     name = f"index M={m} slices={len(shifts)} {kind}"

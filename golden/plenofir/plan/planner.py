@@ -9,18 +9,16 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.camera.rays import Cover, RayModel, covering_slices
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.errors import InputError
-from plenofir.fpga.core.configuration import CoreConfiguration, Engine
+from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration, SliceEngineName
+from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.hdmi.modes import MODES, VideoMode, find_mode
-from plenofir.fpga.synthesis.estimate import estimate, video_usage
+from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, slice_engine
+from plenofir.plan.left_out import LeftOut, full_core, left_out
 from plenofir.plan.scene import LoadedScene
 from plenofir.refocus import interpolation_order
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.shifts import shift_to_text
-
-# What the grid of a full build spans: a = -1 to 1.
-_FULL_RANGE = 1
-_FULL_CHANNELS = 3
 
 
 class PlannedSlice(BaseModel):
@@ -44,23 +42,6 @@ class PlannedSlice(BaseModel):
     far_mm: float | None
 
 
-class LeftOut(BaseModel):
-    """Something that the scene does not need.
-
-    Attributes
-    ----------
-    what
-        What it is.
-    saves
-        Resources that it would take on top of the plan: the device's name to the amount.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    what: str
-    saves: dict[str, int]
-
-
 class EngineOption(BaseModel):
     """One of the engines, as it was weighed.
 
@@ -76,7 +57,7 @@ class EngineOption(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    engine: Engine
+    engine: SliceEngineName
     needs: dict[str, int] | None
     refused: str
 
@@ -237,43 +218,38 @@ def _candidates(
     """Cores that do the job, in order of preference; those of one arithmetic, smallest first."""
     scene = loaded.scene
     wanted = scene.build.engine
-    variants: list[tuple[Engine, bool]] = [("fir", False), ("fir", True), ("moving_sum", False)]
     for arithmetic in _arithmetics(loaded):
-        cores = []
-        for engine, hold in variants:
-            if wanted not in ("auto", engine):
-                continue
-            core = CoreConfiguration(
-                micro_image_size=scene.camera.micro_image_size,
-                shifts=shifts,
-                max_columns=scene.frame.columns,
-                channels=scene.frame.channels,
-                pixel_bits=scene.frame.bits,
-                arithmetic=arithmetic,
-                order=interpolation_order(scene.build.interpolation),
-                hold=hold,
-                parallel_rows=scene.build.parallel_rows,
-                engine=engine,
-            )
-            core = core.model_copy(update={"any_rows": _wants_any_rows(loaded, core)})
-            if hold and not core.layout.can_hold:
-                continue
-            if engine == "fir" or wanted == "moving_sum" or not _sums_refused(loaded, core):
-                cores.append(core)
-        # The smaller filter for each engine (the simpler one wins a tie), then the better engine.
+        raster = CoreConfiguration(
+            micro_image_size=scene.camera.micro_image_size,
+            shifts=shifts,
+            max_columns=scene.frame.columns,
+            channels=scene.frame.channels,
+            pixel_bits=scene.frame.bits,
+            arithmetic=arithmetic,
+            order=interpolation_order(scene.build.interpolation),
+        )
+        cores = [
+            core for kind in SLICE_ENGINES.values() for core in _variants(loaded, raster, kind)
+        ]
+        if wanted == "auto":
+            cores = [core for core in cores if not _misfit(loaded, core)]
+        else:
+            cores = [core for core in cores if core.engine.kind == wanted]
+        # The smaller variant of each engine (the simpler one wins a tie), then the better engine.
         usages = {core: _needs(core, scene.build.path) for core in cores}
-        smallest = sorted(cores, key=lambda core: (_size(usages[core]), core.hold))
+        smallest = sorted(cores, key=lambda core: _size(usages[core]))
         yield from sorted(smallest, key=lambda core: _scarcest(usages[core], device)[0])
 
 
-def _wants_any_rows(loaded: LoadedScene, core: CoreConfiguration) -> bool:
-    """Whether frames follow each other that moving sums would otherwise ask blank lines for."""
+def _variants(
+    loaded: LoadedScene, core: CoreConfiguration, kind: type[SliceEngine]
+) -> list[CoreConfiguration]:
+    """A core with each variant of an engine; without blanking frames must not want a pause."""
     scene = loaded.scene
-    if core.engine != "moving_sum" or scene.build.path == "video" or scene.frame.rate_hz is None:
-        return False
-    rows = scene.frame.rows
-    any_rows = core.model_copy(update={"any_rows": True})
-    return any_rows.frame_lines(rows) < core.frame_lines(rows)
+    blanking = scene.build.path == "video" or scene.frame.rate_hz is None
+    rows = None if blanking else scene.frame.rows
+    engines = kind.variants(core, scene.build.parallel_rows, rows)
+    return [core.model_copy(update={"engine": engine}) for engine in engines]
 
 
 def _scarcest(usage: Usage, device: Device) -> tuple[float, str]:
@@ -282,66 +258,56 @@ def _scarcest(usage: Usage, device: Device) -> tuple[float, str]:
     return max((needed / totals[name], name) for name, needed in usage.amounts().items())
 
 
-def _sums_refused(loaded: LoadedScene, core: CoreConfiguration) -> str:
-    """Why moving sums cannot be used; empty if they can."""
-    scene = loaded.scene
+def _misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:
+    """Why a core cannot follow the scene's video mode; empty if it can."""
+    frame = loaded.scene.frame
+    if loaded.scene.build.path == "core" or frame.rate_hz is None:
+        return ""
+    mode = find_mode(frame.columns, frame.rows, frame.rate_hz)
+    clocks, lines = core.band_steps(frame.columns), core.frame_lines(frame.rows)
+    if mode is not None and clocks > mode.h_total:
+        return f"lines of {clocks} clocks, the mode has {mode.h_total}"
+    if mode is not None and lines > mode.v_total:
+        return f"frames of {lines} lines, the mode has {mode.v_total}"
+    return ""
+
+
+def _refused(loaded: LoadedScene, core: CoreConfiguration) -> str:
+    """Why a core cannot be used; empty if it can."""
     try:
         core.check_limits()
     except InputError as error:
         return f"{error.what}; expected {error.expected}"
-    frame = scene.frame
-    if scene.build.path == "video" and frame.rate_hz is not None:
-        mode = find_mode(frame.columns, frame.rows, frame.rate_hz)
-        if mode is not None:
-            if core.band_steps(frame.columns) > mode.h_total:
-                clocks = core.band_steps(frame.columns)
-                return f"lines of {clocks} clocks, the mode has {mode.h_total}"
-            if core.frame_lines(frame.rows) > mode.v_total:
-                lines = core.frame_lines(frame.rows)
-                return f"frames of {lines} lines, the mode has {mode.v_total}"
-    return ""
+    return _misfit(loaded, core)
 
 
 def _engine_choice(
     loaded: LoadedScene, core: CoreConfiguration, device: Device
 ) -> tuple[tuple[EngineOption, ...], str]:
     """Both engines with the arithmetic of the chosen core, and the reason in a line."""
-    options, usages, fits = [], {}, {}
-    engines: tuple[Engine, Engine] = ("fir", "moving_sum")
-    for engine in engines:
-        found = core.model_copy(update={"engine": engine, "hold": False, "any_rows": False})
-        found = found.model_copy(update={"any_rows": _wants_any_rows(loaded, found)})
-        if engine == "fir" and core.layout.can_hold:
-            held = found.model_copy(update={"hold": True})
-            found = min(found, held, key=lambda other: _size(estimate(other)))
-        found = core if core.engine == engine else found
-        refused = _sums_refused(loaded, found) if engine == "moving_sum" else ""
-        if engine == "fir":
-            try:
-                found.check_limits()
-            except InputError as error:
-                refused = f"{error.what}; expected {error.expected}"
-        usage = _needs(found, loaded.scene.build.path) if not refused else None
-        usages[engine], fits[engine] = usage, usage is not None and not device.overflow(usage)
-        options.append(
-            EngineOption(
-                engine=engine, needs=None if usage is None else usage.amounts(), refused=refused
-            )
-        )
-    other = engines[core.engine == engines[0]]
-    chosen, rest = usages[core.engine], usages[other]
-    assert chosen is not None
+    options, usages = [], dict[SliceEngineName, Usage | None]()
+    for name, engine in SLICE_ENGINES.items():
+        variants = [core] if core.engine.kind == name else _variants(loaded, core, engine)
+        usage, refused = None, f"{core.parallel_rows} rows at once; expected 1"
+        if variants:
+            found = min(variants, key=lambda other: _size(estimate(other)))
+            refused = _refused(loaded, found)
+            usage = None if refused else _needs(found, loaded.scene.build.path)
+        usages[name] = usage
+        needs = None if usage is None else usage.amounts()
+        options.append(EngineOption(engine=name, needs=needs, refused=refused))
+    other = next(name for name in usages if name != core.engine.kind)
+    chosen, rest = _needs(core, loaded.scene.build.path), usages[other]
     if loaded.scene.build.engine != "auto":
         return tuple(options), "as the scene wants it"
     if rest is None:
         return tuple(options), f"{other}: {next(o.refused for o in options if o.engine == other)}"
-    if not fits[other]:
-        over = "; ".join(device.overflow(rest))
+    if over := "; ".join(device.overflow(rest)):
         return tuple(options), f"{other} would not fit: {over}"
-    (share, name), (more, scarce) = _scarcest(chosen, device), _scarcest(rest, device)
+    (share, scarcest), (more, scarce) = _scarcest(chosen, device), _scarcest(rest, device)
     return (
         tuple(options),
-        f"{share:.0%} of the device's {name}, {other} {more:.0%} of its {scarce}",
+        f"{share:.0%} of the device's {scarcest}, {other} {more:.0%} of its {scarce}",
     )
 
 
@@ -363,7 +329,7 @@ def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
 
 def _needs(core: CoreConfiguration, path: str) -> Usage:
     """What a core takes, with the video path around it where there is one."""
-    return estimate(core) + video_usage(core) if path == "video" else estimate(core)
+    return estimate(core) + VIDEO_USAGE if path == "video" else estimate(core)
 
 
 def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> CoreConfiguration:
@@ -387,88 +353,6 @@ def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> Cor
     raise InputError(refused.what, where=str(loaded.path), expected=refused.expected)
 
 
-def full_core(core: CoreConfiguration) -> CoreConfiguration:
-    """Build that serves any scene of a camera: all slices, three channels, all taps.
-
-    Parameters
-    ----------
-    core
-        The core of one scene.
-
-    Returns
-    -------
-    CoreConfiguration
-        Every a' from -M to M and between the scene's, RGB, without hold.
-    """
-    m = core.micro_image_size
-    low = min(-m * _FULL_RANGE, *core.shifts)
-    high = max(m * _FULL_RANGE, *core.shifts)
-    return core.model_copy(
-        update={
-            "shifts": tuple(range(low, high + 1)),
-            "channels": _FULL_CHANNELS,
-            "hold": False,
-        }
-    )
-
-
-def _lines(core: CoreConfiguration) -> int:
-    """Lines of pixels that moving sums keep of the first pass."""
-    return sum(core.sum_layout.ring_lines)
-
-
-def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]:
-    """What the scene leaves out: each text with the core that would have it."""
-    full = full_core(core)
-    spare = len(full.shifts) - len(core.shifts)
-    if spare > 0:
-        yield (
-            f"{spare} of {len(full.shifts)} slices"
-            + (
-                f", {full.taps - core.taps} of {full.taps} taps"
-                if core.engine == "fir"
-                else f", {_lines(full) - _lines(core)} of {_lines(full)} lines"
-            ),
-            core.model_copy(update={"shifts": full.shifts, "hold": False}),
-        )
-    if core.channels < full.channels:
-        yield (
-            f"{full.channels - core.channels} of {full.channels} channels",
-            core.model_copy(update={"channels": full.channels}),
-        )
-    if core.hold:
-        yield (
-            f"{core.model_copy(update={'hold': False}).taps - core.taps} taps by holding outputs",
-            core.model_copy(update={"hold": False}),
-        )
-    unswitched = int((~core.layout.switched).sum())
-    if unswitched and core.engine == "fir":
-        yield f"switches and adders of {unswitched} taps that no slice closes", core
-    if core.order == 0:
-        yield "linear interpolation", core.model_copy(update={"order": 1})
-    if isinstance(core.arithmetic, ExactArithmetic):
-        yield "stored products (exact sums need none)", core
-    else:
-        yield (
-            "wide sums and division (stored products need none)",
-            core.model_copy(update={"arithmetic": ExactArithmetic()}),
-        )
-
-
-def _left_out(core: CoreConfiguration, path: str) -> tuple[LeftOut, ...]:
-    needs = estimate(core).amounts()
-    found = []
-    for what, other in _differences(core):
-        amounts = estimate(other).amounts()
-        saves = {name: amounts[name] - needs[name] for name in needs if amounts[name] > needs[name]}
-        found.append(LeftOut(what=what, saves=saves))
-    if path == "core":
-        # The board's core has three channels.
-        saves = {name: n for name, n in video_usage(core).amounts().items() if n}
-        found.append(LeftOut(what="video timing, TMDS ends, the board's control", saves=saves))
-    return tuple(found)
-
-
 def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
     """Video mode of a scene with video in and out, which the core can follow."""
     frame = loaded.scene.frame
@@ -485,7 +369,7 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
         )
     # As video_to_stream decides it.
     delay = core.video_delay_pixels
-    blank_lines = core.micro_image_size - 1 if core.engine == "moving_sum" else 0
+    blank_lines = core.engine.blank_lines(core)
     if (
         delay >= mode.h_total
         or core.delay >= mode.v_total
@@ -552,10 +436,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
     columns, rows = scene.frame.columns, scene.frame.rows
     full = full_core(core)
     engines, reason = _engine_choice(loaded, core, device)
-    lines = core.taps - (core.order + 1) + core.hold
-    if core.engine == "moving_sum":
-        sums = [core.box_sum_layout] * core.order
-        lines = sum(sum(layout.ring_lines) for layout in (core.sum_layout, *sums))
+    engine, whole = slice_engine(core), slice_engine(full)
     return Plan(
         scene=scene.name,
         path=scene.build.path,
@@ -575,16 +456,16 @@ def make_plan(loaded: LoadedScene) -> Plan:
         columns=columns,
         rows=rows,
         taps=core.taps,
-        line_buffers=lines if core.column_depth > 1 else 0,
+        line_buffers=engine.lines(core),
         line_buffer_bits=core.line_buffer_bits,
         engines=engines,
         engine_reason=reason,
         error_bound=float(core.arithmetic.error_bound(m, core.pixel_bits, core.order)),
         needs=_needs(core, scene.build.path).amounts(),
-        video_needs=None if mode is None else video_usage(core).amounts(),
+        video_needs=None if mode is None else VIDEO_USAGE.amounts(),
         full=_needs(full, scene.build.path).amounts(),
-        full_build=f"{len(full.shifts)} slices, {full.channels} channels"
-        + (f", {full.taps} taps" if core.engine == "fir" else f", {_lines(full)} lines of pixels"),
+        full_build=f"{len(full.shifts)} slices, {full.channels} channels, "
+        f"{whole.extent(full)} {whole.UNIT}",
         available=device.total.amounts(),
-        left_out=_left_out(core, scene.build.path),
+        left_out=left_out(core, scene.build.path),
     )

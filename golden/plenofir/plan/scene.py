@@ -14,9 +14,9 @@ from plenofir.fpga.bitstream.spartan6_sites import device as board_device
 from plenofir.fpga.core.configuration import (
     MAX_COLUMNS,
     MAX_MICRO_IMAGE_SIZE,
-    MAX_PARALLEL_ROWS,
     MAX_ROWS,
 )
+from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS
 from plenofir.fpga.devices import DEVICES
 from plenofir.refocus.shifts import focus_to_shift
 

@@ -17,6 +17,7 @@ from plenofir.camera.lightfield.stack import Floats
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic.render import TexturedPlane, field_of_view, render, with_pitch
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
 from plenofir.refocus.operator import Image
 from plenofir.studies.experiments import CAMERA, textures
 
@@ -49,7 +50,7 @@ class SweptScene:
             micro_image_size=M,
             shifts=SHIFTS,
             max_columns=self.raster.shape[1],
-            parallel_rows=_PARALLEL_ROWS,
+            engine=FirEngine(parallel_rows=_PARALLEL_ROWS),
         )
 
     def curves(self, frames: Image) -> list[Floats]:

@@ -262,6 +262,9 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
         arithmetic = StoredProductArithmetic.model_validate(
             {"fraction_bits": values["FRACTION_BITS"], "guard_bits": values["GUARD_BITS"]}
         )
+    engine = {"kind": values["ENGINE"]}
+    if values["ENGINE"] == "fir":
+        engine |= {"hold": values["HOLD"], "broadcast_taps": values["BROADCAST_TAPS"]}
     return CoreConfiguration.model_validate(
         {
             "micro_image_size": values["MICRO_IMAGE_SIZE"],
@@ -271,9 +274,7 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
             "pixel_bits": 8,
             "arithmetic": arithmetic,
             "order": values["INTERPOLATION_ORDER"],
-            "hold": values["HOLD"],
-            "broadcast_taps": values["BROADCAST_TAPS"],
-            "engine": values["ENGINE"],
+            "engine": engine,
         }
     )
 
@@ -299,7 +300,7 @@ def block_rams(core: CoreConfiguration) -> int:
         across = 18432 // depth if depth <= 2048 else max(1, 16384 // depth)
         return math.ceil(width / across) * math.ceil(depth / 16384)
 
-    words = 1 << (core.column_depth - 1).bit_length()
+    words = 1 << (core.max_columns - 1).bit_length()
     sums = core.line_buffer_bits // (core.channels * words) if core.line_buffer_bits else 0
     pixel = core.channels * core.pixel_bits + 2
     return core.channels * blocks(words, sums) + blocks(core.max_columns + 2, pixel)

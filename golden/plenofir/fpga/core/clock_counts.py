@@ -7,6 +7,7 @@ The counts follow from `CoreConfiguration`; the testbench of the array measures 
 from dataclasses import dataclass
 
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
 
 
 @dataclass(frozen=True)
@@ -52,8 +53,7 @@ def _case(size: int, m: int, shift: int, parallel_rows: int, *, hold: bool = Fal
         micro_image_size=m,
         shifts=(shift,),
         max_columns=size,
-        parallel_rows=parallel_rows,
-        hold=hold,
+        engine=FirEngine(parallel_rows=parallel_rows, hold=hold),
     )
     return ClockCase(size, size, core)
 
@@ -90,11 +90,12 @@ def table(cases: tuple[ClockCase, ...]) -> str:
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for case in cases:
-        core = case.core
+        core, engine = case.core, case.core.engine
+        assert isinstance(engine, FirEngine)
         whole = core.parallel_rows == case.rows and core.shifts == (1,)
         lines.append(
             f"| {case.columns} x {case.rows} | {core.micro_image_size} | {core.shifts[0]}"
-            f"{' (hold)' if core.hold else ''} | {core.parallel_rows} "
+            f"{' (hold)' if engine.hold else ''} | {core.parallel_rows} "
             f"| {core.array_latency_clocks(case.columns)} "
             f"| {case.first_frame} | {case.thesis_first_frame if whole else ''} "
             f"| {case.next_frame} | {case.thesis_next_frame if whole else ''} |"

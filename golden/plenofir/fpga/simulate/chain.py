@@ -10,12 +10,13 @@ from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.engine import SignalKind
 from plenofir.fpga.hdmi.link import LinkError, decode_frames, encode_frames
 from plenofir.fpga.hdmi.modes import MODES, VideoMode
 from plenofir.fpga.hdmi.pump import Code, Command, pixel_period, write_script
 from plenofir.fpga.simulate.pump import PumpResult
 from plenofir.fpga.simulate.simulators import SimulationError, Simulator
-from plenofir.fpga.simulate.waves import SignalKind, WaveSignal
+from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.refocus.operator import Image
 
 TOP = "hdmi_pump"
@@ -104,7 +105,7 @@ def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> No
             where="IOTA",
             expected="1 with CHAIN=hdmi: a video stream brings one pixel a clock",
         )
-    if configuration.any_rows:
+    if configuration.engine != configuration.engine.for_video():
         raise InputError(
             "1", where="ANY_ROWS", expected="0 with CHAIN=hdmi: video has its blanking"
         )

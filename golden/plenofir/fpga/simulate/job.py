@@ -12,7 +12,9 @@ from pydantic import BaseModel, ConfigDict
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.files import check_folder, publish_files
-from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration, Engine
+from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.simulate import chain
 from plenofir.fpga.simulate.chain import check_chain, run_chain
 from plenofir.fpga.simulate.compare import compare_frames, difference_picture
@@ -49,10 +51,8 @@ class SimulationJob(BaseModel):
         for each.
     interpolation
         Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
-    parallel_rows
-        Rows that are filtered at once (iota).
-    engine, any_rows
-        See `plenofir.fpga.core.configuration.CoreConfiguration`.
+    engine
+        How the core filters.
     out
         Folder for the results.
     arithmetic
@@ -75,9 +75,7 @@ class SimulationJob(BaseModel):
     micro_image_size: int = FLOWER_MICRO_IMAGE_SIZE
     focus: tuple[str, ...] = (FLOWER_FOCUS,)
     interpolation: int = 0
-    parallel_rows: int = 1
-    engine: Engine = "fir"
-    any_rows: bool = False
+    engine: FirEngine | MovingSumEngine = FirEngine()
     out: Path
     arithmetic: Arithmetic = ExactArithmetic()
     simulator: str = "ghdl"
@@ -171,7 +169,7 @@ class Report(BaseModel):
     rows: int
     channels: int
     pixel_bits: int
-    engine: Engine
+    engine: str
     parallel_rows: int
     interpolation: int
     pixels_compared: int
@@ -235,16 +233,14 @@ def scene_job(core: CoreConfiguration, job: SimulationJob) -> SimulationJob:
     m = core.micro_image_size
     if job.chain == "hdmi":
         # Video has its blanking.
-        core = core.model_copy(update={"any_rows": False})
+        core = core.model_copy(update={"engine": core.engine.for_video()})
     return job.model_copy(
         update={
             "core": core,
             "micro_image_size": m,
             "focus": tuple(shift_to_text(shift, m) for shift in core.shifts),
             "interpolation": core.order,
-            "parallel_rows": core.parallel_rows,
             "engine": core.engine,
-            "any_rows": core.any_rows,
             "arithmetic": core.arithmetic,
         }
     )
@@ -344,9 +340,7 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
         pixel_bits=8 * raw.dtype.itemsize,
         arithmetic=job.arithmetic,
         order=job.interpolation,
-        parallel_rows=job.parallel_rows,
         engine=job.engine,
-        any_rows=job.any_rows,
     )
     configuration.check_limits()
     if job.chain == "hdmi":
@@ -430,8 +424,8 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
             rows=rows,
             channels=configuration.channels,
             pixel_bits=configuration.pixel_bits,
-            engine=job.engine,
-            parallel_rows=job.parallel_rows,
+            engine=job.engine.kind,
+            parallel_rows=configuration.parallel_rows,
             interpolation=job.interpolation,
             pixels_compared=pixels,
             mismatches=sum(slice_.mismatches for slice_ in slices),
@@ -449,7 +443,9 @@ def run_job(job: SimulationJob, progress: Progress | None = None) -> Report:
         )
         (results / "report.json").write_text(report.model_dump_json(indent=2) + "\n")
         if job.waves:
-            shown = chain.WAVE_SIGNALS if job.chain == "hdmi" else wave_signals(job.engine)
+            shown = (
+                chain.WAVE_SIGNALS if job.chain == "hdmi" else wave_signals(configuration.engine)
+            )
             write_save_file(results / "refocused.gtkw", results / "refocused.fst", shown)
             (results / "refocused.opt").unlink(missing_ok=True)
         publish_files(results, job.out)

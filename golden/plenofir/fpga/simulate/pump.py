@@ -10,70 +10,35 @@ import numpy as np
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
-from plenofir.fpga.core.configuration import CoreConfiguration, Engine
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.engine import Engine, Scope
 from plenofir.fpga.simulate import verilator
 from plenofir.fpga.simulate.simulators import SimulationError, Simulator
-from plenofir.fpga.simulate.waves import SignalKind, WaveSignal
+from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.fpga.synthesis.tools import write_verilog
 from plenofir.refocus.operator import Image
 
 TOP = "refocus_pump"
 
-_BIT: SignalKind = "bit"
-_DOWNTO: SignalKind = "downto"
-_TO: SignalKind = "to"
-_ARRAY = "core/tap_engine/modules/"
-_SUMS = "core/sum_engine/sums/"
-_ENGINE_SIGNALS: dict[Engine, tuple[tuple[SignalKind, str, str], ...]] = {
-    "fir": (
-        (_DOWNTO, f"{_ARRAY}row_pass(0)/stage/control/", "phase"),
-        (_TO, f"{_ARRAY}row_pass(0)/stage/control/", "closed"),
-        (_BIT, f"{_ARRAY}row_pass(0)/stage/control/", "restart"),
-        (_DOWNTO, _ARRAY, "skewed_data"),
-        (_DOWNTO, f"{_ARRAY}column_pass(0)/stage/control/", "phase"),
-        (_TO, f"{_ARRAY}column_pass(0)/stage/control/", "closed"),
-        (_BIT, f"{_ARRAY}column_pass(0)/stage/control/", "restart"),
-        (_DOWNTO, _ARRAY, "row_sums"),
-    ),
-    "moving_sum": tuple(
-        (kind, f"{_SUMS}every_stage({stage})/stage/", names)
-        for stage in (0, 1)
-        for kind, names in (
-            (_BIT, "enter leave take update"),
-            (_DOWNTO, "entering first_sums sums results"),
-        )
-    ),
-}
-
 
 def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
-    """Signals that a waveform of whole frames shows.
-
-    Parameters
-    ----------
-    engine
-        Engine of the core.
-
-    Returns
-    -------
-    tuple of WaveSignal
-        The streams, the tokens, and what the engine's stages do.
-    """
+    """Signals that a waveform of whole frames shows: the streams, the tokens, the engine's."""
+    scopes: tuple[Scope, ...] = (
+        ("bit", "", "clk reset s_axis_tvalid s_axis_tready"),
+        ("downto", "", "s_axis_tdata s_axis_tuser"),
+        ("bit", "", "s_axis_tlast"),
+        ("bit", "core/", "token_strobe token_pixel token_line_first token_line_last"),
+        ("downto", "core/", "token_slice token_data"),
+        *engine.WAVES,
+        ("downto", "core/", "row_valid row_skip"),
+        ("bit", "", "m_axis_tvalid m_axis_tready"),
+        ("downto", "", "m_axis_tdata m_axis_tuser m_axis_tid"),
+        ("bit", "", "m_axis_tlast"),
+        ("downto", "", "error_flags"),
+    )
     return tuple(
         WaveSignal(f"/{TOP}/{scope}{name}", kind)
-        for kind, scope, names in (
-            (_BIT, "", "clk reset s_axis_tvalid s_axis_tready"),
-            (_DOWNTO, "", "s_axis_tdata s_axis_tuser"),
-            (_BIT, "", "s_axis_tlast"),
-            (_BIT, "core/", "token_strobe token_pixel token_line_first token_line_last"),
-            (_DOWNTO, "core/", "token_slice token_data"),
-            *_ENGINE_SIGNALS[engine],
-            (_DOWNTO, "core/", "row_valid row_skip"),
-            (_BIT, "", "m_axis_tvalid m_axis_tready"),
-            (_DOWNTO, "", "m_axis_tdata m_axis_tuser m_axis_tid"),
-            (_BIT, "", "m_axis_tlast"),
-            (_DOWNTO, "", "error_flags"),
-        )
+        for kind, scope, names in scopes
         for name in names.split()
     )
 

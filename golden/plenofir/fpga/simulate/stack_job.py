@@ -9,8 +9,9 @@ from pydantic import BaseModel, ConfigDict
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.files import check_folder, publish_files
-from plenofir.fpga.core.configuration import MAX_ROWS
-from plenofir.fpga.core.stack import SharpnessConfiguration, StackConfiguration
+from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.simulate.job import Progress, picture_names
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.fpga.simulate.stack_pump import run_stack_pump
@@ -157,15 +158,17 @@ def run_stack_job(job: StackJob, progress: Progress | None = None) -> StackRepor
     rows, columns = raw.shape[:2]
     if rows > MAX_ROWS:
         raise InputError(f"{rows} rows", where=str(job.raw), expected=f"at most {MAX_ROWS} rows")
-    core = StackConfiguration(
+    engine = StackEngine()
+    core = CoreConfiguration(
         micro_image_size=m,
         shifts=shifts,
         max_columns=columns,
         channels=1 if raw.ndim == 2 else 3,
         pixel_bits=8 * raw.dtype.itemsize,
+        engine=engine,
     )
     core.check_limits()
-    index_core = SharpnessConfiguration(
+    index_core = DepthIndexConfiguration(
         micro_image_size=m,
         slices=len(shifts),
         radius=job.radius,
@@ -238,8 +241,8 @@ def run_stack_job(job: StackJob, progress: Progress | None = None) -> StackRepor
             clocks_per_pixel=round(result.input_clocks / pixels, 6),
             simulated_clocks_per_second=round(result.clocks / result.seconds),
             simulator=simulator.version,
-            history_bits=core.history_bits,
-            slice_bits=core.line_buffer_bits - core.history_bits,
+            history_bits=engine.history_bits(core),
+            slice_bits=engine.slice_bits(core),
             waiting_bits=waiting,
             sharpness_bits=judged,
         )

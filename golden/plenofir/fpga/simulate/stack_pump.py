@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from plenofir import project
 from plenofir.fpga import hdl
-from plenofir.fpga.core.stack import StackConfiguration
+from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate import verilator
 from plenofir.fpga.simulate.pump import read_counts
 from plenofir.fpga.simulate.simulators import Simulator
@@ -63,7 +63,7 @@ def stack_sources() -> list[Path]:
 
 def run_stack_pump(
     simulator: Simulator,
-    core: StackConfiguration,
+    core: CoreConfiguration,
     radius: int,
     raw: Image,
     directory: Path,

@@ -3,11 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
+from plenofir.fpga.core.engine import SignalKind
 from plenofir.fpga.simulate.dumps import Dump
-
-SignalKind = Literal["bit", "downto", "to"]
 
 
 @dataclass(frozen=True)

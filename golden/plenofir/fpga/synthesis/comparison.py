@@ -11,7 +11,12 @@ from dataclasses import dataclass, replace
 from pydantic import BaseModel, ConfigDict
 
 from plenofir import project
-from plenofir.fpga.core.configuration import MAX_COLUMNS, CoreConfiguration, Engine
+from plenofir.fpga.core.configuration import (
+    MAX_COLUMNS,
+    SLICE_ENGINES,
+    CoreConfiguration,
+    SliceEngineName,
+)
 from plenofir.fpga.devices import Device
 from plenofir.fpga.synthesis.ecp5 import Placed
 from plenofir.fpga.synthesis.estimate import estimate
@@ -20,7 +25,7 @@ from plenofir.fpga.synthesis.spartan6 import Figures
 FILE = project.DATA / "comparison.json"
 SIZES = (3, 5, 7, 11, 15)
 COLUMNS = 1280
-ENGINES: tuple[Engine, Engine] = ("fir", "moving_sum")
+ENGINES: tuple[SliceEngineName, ...] = tuple(SLICE_ENGINES)
 # Focus sets that are chosen from at run time: M, a' and channels.
 SETS = ((5, tuple(range(-5, 11)), 3), (11, tuple(range(-11, 12)), 1))
 # Cells with more look-up tables than this (estimate) are not synthesised: hours for each.
@@ -46,7 +51,7 @@ class Cell:
     micro_image_size: int
     shifts: tuple[int, ...]
     channels: int
-    engine: Engine
+    engine: SliceEngineName
 
     @property
     def name(self) -> str:
@@ -74,10 +79,10 @@ class Cell:
             shifts=self.shifts,
             max_columns=columns,
             channels=self.channels,
-            engine=self.engine,
+            engine=SLICE_ENGINES[self.engine](),
         )
 
-    def other(self, engine: Engine) -> "Cell":
+    def other(self, engine: SliceEngineName) -> "Cell":
         """The same with an engine.
 
         Parameters

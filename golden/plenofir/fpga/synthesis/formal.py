@@ -9,9 +9,9 @@ from pathlib import Path
 from plenofir import project
 from plenofir.errors import ToolError
 from plenofir.fpga import hdl
-from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.synthesis.tools import Generics, run_yosys, write_verilog, yosys_version
 from plenofir.refocus.operator import output_offset
+from plenofir.refocus.switches import FilterLayout
 
 # Yosys takes no negative parameters.
 _BIAS = 64
@@ -64,9 +64,7 @@ class FirProof:
             If it does not hold.
         """
         m, shift = self.micro_image_size, self.shift
-        layout = CoreConfiguration(
-            micro_image_size=m, shifts=(shift,), max_columns=1, hold=self.hold
-        ).layout
+        layout = FilterLayout(m, (shift,), hold=self.hold)
         largest = (1 << self.data_bits) - 1
         sum_bits = (m * largest).bit_length()
         generics: Generics = {

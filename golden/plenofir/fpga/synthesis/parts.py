@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from functools import cache
 
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.synthesis.estimate import slice_engine
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 
 PARTS = (
@@ -122,17 +124,12 @@ def needed_parts(core: CoreConfiguration) -> dict[str, int]:
     dict
         `PARTS` to their number; no TMDS ends.
     """
-    passes = core.order + 1
     lanes = core.channels * core.parallel_rows
-    exact = isinstance(core.arithmetic, ExactArithmetic)
-    taps = core.engine == "fir"
     return {
-        "stages": 2 * passes if taps else 0,
-        "filters": 2 * passes * lanes if taps else 0,
-        "taps": 2 * lanes * core.taps if taps else 0,
-        "moving sums": 0 if taps else 2 * passes,
-        "stored products": 0 if exact else 2 * passes * lanes,
-        "dividers": lanes if exact else 0,
+        **dict.fromkeys(PARTS, 0),
+        **slice_engine(core).netlist_parts(core),
+        "stored products": 0 if core.exact else 2 * core.passes * lanes,
+        "dividers": lanes if core.exact else 0,
         # Two of each, in front of the columns and behind them.
         "lane registers": 4 if core.parallel_rows > 1 else 0,
     }
@@ -151,7 +148,7 @@ def left_out_in_turn() -> Iterator[tuple[str, CoreConfiguration]]:
         shifts=tuple(range(-3, 4)),
         max_columns=64,
         channels=3,
-        parallel_rows=2,
+        engine=FirEngine(parallel_rows=2),
         order=1,
         arithmetic=StoredProductArithmetic(),
     )
@@ -160,7 +157,7 @@ def left_out_in_turn() -> Iterator[tuple[str, CoreConfiguration]]:
         "six of seven slices": {"shifts": (1,)},
         "interpolation": {"order": 0},
         "stored products (exact sums)": {"arithmetic": ExactArithmetic()},
-        "the second row at once": {"parallel_rows": 1},
+        "the second row at once": {"engine": FirEngine()},
     }
     yield "nothing", everything
     fitted: dict[str, object] = {}

@@ -18,6 +18,8 @@ from plenofir.errors import EXIT_BAD_INPUT, InputError
 from plenofir.fpga.bitstream import ise
 from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.plan import load_scene, make_plan
 from plenofir.refocus import StoredProductArithmetic
 
@@ -362,11 +364,11 @@ def test_scenes_are_refused(
             max_columns=640,
             channels=3,
             order=1,
-            hold=True,
+            engine=FirEngine(hold=True),
             arithmetic=StoredProductArithmetic(fraction_bits=6, guard_bits=1),
         ),
         CoreConfiguration(
-            micro_image_size=3, shifts=(1,), max_columns=64, channels=3, engine="moving_sum"
+            micro_image_size=3, shifts=(1,), max_columns=64, channels=3, engine=MovingSumEngine()
         ),
     ],
 )
@@ -375,7 +377,13 @@ def test_configuration_and_generics_are_one(core: CoreConfiguration) -> None:
 
 
 @pytest.mark.parametrize(
-    "change", [{"channels": 1}, {"parallel_rows": 2}, {"align": "causal"}, {"pixel_bits": 10}]
+    "change",
+    [
+        {"channels": 1},
+        {"engine": FirEngine(parallel_rows=2)},
+        {"align": "causal"},
+        {"pixel_bits": 10},
+    ],
 )
 def test_board_has_no_such_core(change: dict[str, object]) -> None:
     core = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=64, channels=3)

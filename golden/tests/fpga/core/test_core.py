@@ -9,6 +9,8 @@ from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core import configuration as core
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP
+from plenofir.fpga.core.fir import FirEngine
 from plenofir.refocus import MAX_INTERPOLATION_ORDER, StoredProductArithmetic
 
 
@@ -25,11 +27,24 @@ from plenofir.refocus import MAX_INTERPOLATION_ORDER, StoredProductArithmetic
         ),
         ({"micro_image_size": 1, "shifts": (0,) * 257, "max_columns": 8}, "set of 257"),
         (
-            {"micro_image_size": 3, "shifts": (0,), "max_columns": 99, "parallel_rows": 65},
+            {
+                "micro_image_size": 3,
+                "shifts": (0,),
+                "max_columns": 99,
+                "engine": FirEngine(parallel_rows=65),
+            },
             "at most 64",
         ),
         ({"micro_image_size": 11, "shifts": (0,), "max_columns": 99, "order": 3}, "sum of 36 bits"),
-        ({"micro_image_size": 3, "shifts": (0, 1), "max_columns": 99, "hold": True}, "integer a"),
+        (
+            {
+                "micro_image_size": 3,
+                "shifts": (0, 1),
+                "max_columns": 99,
+                "engine": FirEngine(hold=True),
+            },
+            "integer a",
+        ),
     ],
 )
 def test_limits_are_named(fields, message):
@@ -64,7 +79,7 @@ def test_vhdl_declares_the_same_limits():
     package = (project.root() / "hdl" / "core" / "refocus_pkg.vhd").read_text()
     found = re.search(r"PARTIAL_SUM_LOOP : positive := (\d+)", package)
     assert found
-    assert int(found.group(1)) == core.PARTIAL_SUM_LOOP
+    assert int(found.group(1)) == PARTIAL_SUM_LOOP
 
 
 def test_all_sums_within_the_limits_fit_a_vhdl_integer():

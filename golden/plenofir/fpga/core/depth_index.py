@@ -1,0 +1,141 @@
+"""What a depth index behind a focal stack can be built for: its generics, memory and latency."""
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from plenofir.fpga.core.engine import Generics
+from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, DepthIndex, depth_index
+
+
+class DepthIndexConfiguration(BaseModel):
+    """Generics of the entity ``depth_index``.
+
+    Attributes
+    ----------
+    micro_image_size
+        M in pixels.
+    slices
+        Slices of the stack.
+    radius
+        See `plenofir.refocus.sharpness.local_sharpness`.
+    max_columns
+        Largest line length in pixels.
+    channels
+        1 (grey) or 3 (RGB).
+    pixel_bits
+        8 or 16.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    micro_image_size: Annotated[int, Field(ge=2)]
+    slices: Annotated[int, Field(ge=1, le=256)]
+    radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
+    max_columns: Annotated[int, Field(ge=1)]
+    channels: Annotated[int, Field(ge=1, le=3)] = 1
+    pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
+
+    @property
+    def delay(self) -> int:
+        """Lines from a pixel's coming in to its coming out (sharpness_delay)."""
+        return (self.radius + 2) * self.micro_image_size
+
+    @property
+    def memory_bits(self) -> tuple[int, int]:
+        """Bits of the lines in which the slices' pixels wait, and of all that is judged."""
+        m, slices = self.micro_image_size, self.slices
+        waiting = self.delay * self.max_columns * slices * self.channels * self.pixel_bits
+        largest = (1 if self.channels == 1 else 4) * ((1 << self.pixel_bits) - 1) * m * m
+        lens = largest.bit_length()
+        row = lens + 2 + max(1, (2 * self.radius).bit_length())
+        index = max(1, (slices - 1).bit_length())
+        lenses = -(-self.max_columns // m)
+        return waiting, lenses * (slices * (4 * lens + 2 * self.radius * row) + index)
+
+    def band_steps(self, columns: int) -> int:
+        """Clocks from the beginning of a line to that of the next one at the earliest.
+
+        Parameters
+        ----------
+        columns
+            Line length in pixels.
+
+        Returns
+        -------
+        int
+            At least `columns`.
+        """
+        return max(columns, 8 + self.radius)
+
+    def frame_lines(self, rows: int) -> int:
+        """Lines from the beginning of a frame to that of the next one at the earliest.
+
+        Parameters
+        ----------
+        rows
+            Rows of a frame.
+
+        Returns
+        -------
+        int
+            At least `rows`.
+        """
+        return -(-rows // self.micro_image_size) * self.micro_image_size
+
+    def full_rate(self, columns: int, rows: int) -> bool:
+        """Whether frames of a size need no blanking.
+
+        Parameters
+        ----------
+        columns, rows
+            Frame size in pixels.
+
+        Returns
+        -------
+        bool
+            False where lines or frames want a pause.
+        """
+        return self.band_steps(columns) == columns and self.frame_lines(rows) == rows
+
+    def latency_clocks(self, columns: int, rows: int, frames: int = 1) -> int:
+        """Clocks from the first pixel taken to the first one offered, when nothing stalls.
+
+        Parameters
+        ----------
+        columns, rows, frames
+            Size and number of the frames; only the columns matter.
+
+        Returns
+        -------
+        int
+            Latency in clocks.
+        """
+        del rows, frames
+        return self.delay * self.band_steps(columns) + self.radius + self.slices + 18
+
+    def golden(self, stack: Image) -> DepthIndex:
+        """What comes out for a focal stack.
+
+        Parameters
+        ----------
+        stack
+            Shape (slices, rows, columns[, 3]).
+
+        Returns
+        -------
+        DepthIndex
+            Index and picture.
+        """
+        return depth_index(stack, self.micro_image_size, self.radius)
+
+    def generics(self) -> Generics:
+        """Generics of the entity ``depth_index``.
+
+        Returns
+        -------
+        dict
+            Name to value.
+        """
+        return {name.upper(): value for name, value in self.model_dump().items()}

@@ -1,0 +1,195 @@
+"""What the cores of all engines share, and what an engine says about itself."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from plenofir.fpga.core.memory import Memory
+from plenofir.refocus import MAX_INTERPOLATION_ORDER
+from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
+from plenofir.refocus.operator import Align
+from plenofir.refocus.switches import FilterLayout
+
+SignalKind = Literal["bit", "downto", "to"]
+Scope = tuple[SignalKind, str, str]
+"""Signals in a waveform: kind, instance below the core, names."""
+Generics = dict[str, int | bool | str]
+
+# The column filter's read-modify-write loop takes this many clocks (refocus_pkg.PARTIAL_SUM_LOOP).
+PARTIAL_SUM_LOOP = 4
+
+
+class Words(NamedTuple):
+    """Bits of a stage's words, for one channel."""
+
+    value: int  # what a stored product reads; 0 without one
+    data: int  # a pixel as it is summed
+    sum: int
+
+
+class Raster(BaseModel):
+    """The part of a core's configuration that all engines have; see `CoreConfiguration`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    micro_image_size: Annotated[int, Field(ge=1)]
+    shifts: Annotated[tuple[int, ...], Field(min_length=1)]
+    max_columns: Annotated[int, Field(ge=1)]
+    channels: Annotated[int, Field(ge=1, le=3)] = 1
+    pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
+    arithmetic: Arithmetic = ExactArithmetic()
+    align: Align = "centred"
+    order: Annotated[int, Field(ge=0, le=MAX_INTERPOLATION_ORDER)] = 0
+
+    @property
+    def exact(self) -> bool:
+        """Whether sums are exact; else products are stored."""
+        return isinstance(self.arithmetic, ExactArithmetic)
+
+    @property
+    def passes(self) -> int:
+        """Stages of a dimension."""
+        return self.order + 1
+
+    @property
+    def column_bits(self) -> int:
+        """Bits of a column's number."""
+        return max((self.max_columns - 1).bit_length(), 1)
+
+    @property
+    def slice_bits(self) -> int:
+        """Bits of a slice's number."""
+        return max((len(self.shifts) - 1).bit_length(), 1)
+
+    def pass_shifts(self, number: int) -> tuple[int, ...]:
+        """Set of a' of a stage; those behind the first of a dimension interpolate with a' = 1."""
+        return self.shifts if number % self.passes == 0 else (1,)
+
+    def filter_layout(self, number: int = 0) -> FilterLayout:
+        """Taps of the switched filter that does what a stage does."""
+        return FilterLayout(self.micro_image_size, self.pass_shifts(number), self.align)
+
+    @property
+    def delay(self) -> int:
+        """Delay of the row stages in pixels and of the column stages in lines."""
+        return sum(self.filter_layout(number).delay for number in range(self.passes))
+
+    def words(self, number: int) -> Words:
+        """Widths of a stage, counted from 0 in the order in which the pixels pass."""
+        m = self.micro_image_size
+        value_bits = 0
+        largest = ((1 << self.pixel_bits) - 1) * m**number
+        if isinstance(self.arithmetic, StoredProductArithmetic):
+            guard_bits = self.arithmetic.guard_bits if number else 0
+            value_bits = self.pixel_bits + guard_bits
+            scale_bits = self.arithmetic.fraction_bits - guard_bits
+            largest = (((2 << value_bits) - 2 << scale_bits) + m) // (2 * m)
+        return Words(value_bits, largest.bit_length(), (m * largest).bit_length())
+
+
+class Engine(BaseModel, ABC):
+    """How a core filters. All methods take the part of the core that the engines share."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: str
+    ENTITY: ClassVar[str] = "raster_refocuser"
+    WAVES: ClassVar[tuple[Scope, ...]] = ()
+
+    @property
+    def rows_at_once(self) -> int:
+        """Rows that are filtered at once."""
+        return 1
+
+    def taps(self, raster: Raster) -> int:
+        """Taps of all switched filters of a dimension, or of those that would do the same."""
+        return sum(raster.filter_layout(number).taps for number in range(raster.passes))
+
+    @abstractmethod
+    def pass_clocks(self, raster: Raster) -> int:
+        """Clocks of a row stage and a column stage, without stored products."""
+
+    @abstractmethod
+    def line_buffer_bits(self, raster: Raster) -> int:
+        """Bits that the column stages of all channels keep of lines of more than one column."""
+
+    def least_steps(self, raster: Raster) -> int:
+        """Tokens from the beginning of a band to that of the next one, however short lines are."""
+        n = self.rows_at_once
+        return n if raster.max_columns <= n else n - 1 + PARTIAL_SUM_LOOP
+
+    def blank_lines(self, raster: Raster) -> int:
+        """Lines between frames that are wanted at most, whatever the frame's rows are."""
+        return 0
+
+    def frame_lines(self, raster: Raster, rows: int) -> int:
+        """Lines from the beginning of a frame to that of the next one at the earliest."""
+        return rows
+
+    def for_video(self) -> Self:
+        """The same engine for video, whose lines and frames have blanking between them."""
+        return self
+
+    def check(self, raster: Raster) -> None:
+        """Refuse what the engine cannot be built for, with an InputError that names the field."""
+
+    @abstractmethod
+    def generics(self, raster: Raster) -> Generics:
+        """Generics of `ENTITY` besides those that all cores have."""
+
+
+class SliceEngine(Engine):
+    """An engine that is set to one slice at a time: what the planner and the estimate ask of it."""
+
+    LUT_WEIGHTS: ClassVar[dict[str, float]]
+    FLIP_FLOP_WEIGHTS: ClassVar[dict[str, float]]
+    UNIT: ClassVar[str]
+    """What `extent` counts."""
+
+    def generics(self, raster: Raster) -> Generics:
+        values: Generics = {"INTERPOLATION_ORDER": raster.order, "EXACT": raster.exact}
+        if isinstance(raster.arithmetic, StoredProductArithmetic):
+            values["FRACTION_BITS"] = raster.arithmetic.fraction_bits
+            values["GUARD_BITS"] = raster.arithmetic.guard_bits
+        return values
+
+    @classmethod
+    @abstractmethod
+    def variants(
+        cls, raster: Raster, parallel_rows: int, rows: int | None
+    ) -> Iterator["SliceEngine"]:
+        """Engines for a core, the simplest first; frames of `rows` without a pause if not None."""
+
+    @abstractmethod
+    def extent(self, raster: Raster) -> int:
+        """Taps or lines that grow with the set of slices."""
+
+    @abstractmethod
+    def lines(self, raster: Raster) -> int:
+        """Lines that each channel keeps."""
+
+    def without_shortcuts(self) -> "SliceEngine":
+        """The same engine for any set of slices."""
+        return self
+
+    def savings(self, raster: Raster) -> Iterator[tuple[str, "SliceEngine"]]:
+        """What the engine leaves out, each with the engine that has it."""
+        yield from ()
+
+    @abstractmethod
+    def describe(self, raster: Raster, rows: int) -> Iterator[tuple[str, str]]:
+        """Name and value of what a person is told, for frames of a number of rows."""
+
+    @abstractmethod
+    def netlist_parts(self, raster: Raster) -> dict[str, int]:
+        """Parts of `plenofir.fpga.synthesis.parts` that the netlist has of the engine."""
+
+    @abstractmethod
+    def memories(self, raster: Raster) -> Iterator[Memory]:
+        """Memories of the engine."""
+
+    @abstractmethod
+    def structure(self, raster: Raster) -> dict[str, int]:
+        """Bits of each part of a core that look-up tables and flip-flops go to."""

@@ -1,0 +1,198 @@
+"""Engine of moving sums (``hdl/moving_sum``)."""
+
+from collections.abc import Iterator
+from typing import ClassVar, Literal, Self
+
+from plenofir.fpga.core.engine import Generics, Raster, Scope, SliceEngine
+from plenofir.fpga.core.memory import Memory, block_sizes, rom_luts
+from plenofir.refocus.moving_sum import SumLayout
+
+_STAGE_CLOCKS = 10
+_STAGES = "core/sum_engine/sums/every_stage"
+_STAGE_WAVES: tuple[Scope, ...] = (
+    ("bit", "", "step_1 take_1 moves_3"),
+    ("downto", "", "entering leaving"),
+    ("downto", "adder/", "first_sums running results"),
+)
+
+
+class MovingSumEngine(SliceEngine):
+    """Moving sums (`plenofir.refocus.moving_sum`).
+
+    Attributes
+    ----------
+    any_rows
+        Whether frames whose rows are no multiple of M follow each other without a pause, too, which
+        takes a few lines of memory more.
+    """
+
+    kind: Literal["moving_sum"] = "moving_sum"
+    any_rows: bool = False
+
+    UNIT: ClassVar[str] = "lines of pixels"
+    WAVES: ClassVar[tuple[Scope, ...]] = tuple(
+        (kind, f"{_STAGES}({stage})/stage/{scope}", names)
+        for stage in (0, 1)
+        for kind, scope, names in _STAGE_WAVES
+    )
+    # LUTs and flip-flops of each part (scripts/fit_estimate.py).
+    LUT_WEIGHTS: ClassVar[dict[str, float]] = {
+        "core": 270,
+        "pixel bits": 9.4,
+        "control bits": 0.116,
+        "tables": 2.64,
+        "rings": 4.69,
+        "block bits": 0.618,
+    }
+    FLIP_FLOP_WEIGHTS: ClassVar[dict[str, float]] = {
+        "core": 356,
+        "pixel bits": 11,
+        "control bits": 9.88,
+        "tables": 0.364,
+        "delays": 1.32,
+        "rings": 4.99,
+        "block bits": 1.75,
+    }
+
+    def layout(self, raster: Raster, number: int = 0) -> SumLayout:
+        """Schedule of a stage."""
+        shifts = raster.pass_shifts(number)
+        return SumLayout(raster.micro_image_size, shifts, raster.align, self.any_rows)
+
+    def pass_clocks(self, raster: Raster) -> int:
+        # The memory of lines (ram_blocks) takes a clock more than that of a line's last pixels.
+        return 2 * _STAGE_CLOCKS + (raster.max_columns > 1)
+
+    def _column_stages(self, raster: Raster) -> range:
+        """Numbers of the column stages; with exact sums they come first."""
+        return range(raster.passes) if raster.exact else range(raster.passes, 2 * raster.passes)
+
+    def line_buffer_bits(self, raster: Raster) -> int:
+        if raster.max_columns == 1:
+            return 0
+        bits = 0
+        for number in self._column_stages(raster):
+            layout, words = self.layout(raster, number), raster.words(number)
+            bits += sum(layout.ring_lines) * words.data + layout.sum_words * words.sum
+        return raster.channels * raster.max_columns * bits
+
+    def least_steps(self, raster: Raster) -> int:
+        return max(super().least_steps(raster), raster.delay + 1)
+
+    def blank_lines(self, raster: Raster) -> int:
+        return raster.micro_image_size - 1
+
+    def frame_lines(self, raster: Raster, rows: int) -> int:
+        least = max(rows, raster.delay + 1)
+        if self.any_rows:
+            return max(least, self.layout(raster).reach)
+        return -(-least // raster.micro_image_size) * raster.micro_image_size
+
+    def for_video(self) -> Self:
+        return self.model_copy(update={"any_rows": False})
+
+    def generics(self, raster: Raster) -> Generics:
+        values = super().generics(raster) | {"ENGINE": self.kind}
+        return values | {"ANY_ROWS": True} if self.any_rows else values
+
+    @classmethod
+    def variants(
+        cls, raster: Raster, parallel_rows: int, rows: int | None
+    ) -> Iterator["MovingSumEngine"]:
+        if parallel_rows > 1:
+            return
+        plain, any_rows = cls(), cls(any_rows=True)
+        wanted = rows is not None and (
+            any_rows.frame_lines(raster, rows) < plain.frame_lines(raster, rows)
+        )
+        yield any_rows if wanted else plain
+
+    def extent(self, raster: Raster) -> int:
+        return sum(self.layout(raster).ring_lines)
+
+    def lines(self, raster: Raster) -> int:
+        if raster.max_columns == 1:
+            return 0
+        return sum(sum(self.layout(raster, n).ring_lines) for n in range(raster.passes))
+
+    def describe(self, raster: Raster, rows: int) -> Iterator[tuple[str, str]]:
+        yield (
+            "sums",
+            f"moving sums, {self.lines(raster)} lines of pixels for each channel "
+            f"({self.line_buffer_bits(raster) / 1024:.0f} Kbit in all)",
+        )
+        if self.any_rows:
+            more = self.extent(raster) - MovingSumEngine().extent(raster)
+            yield (
+                "rows",
+                f"{rows}, no multiple of {raster.micro_image_size}: frames without blank lines "
+                f"between them, for {more} lines of pixels more",
+            )
+
+    def netlist_parts(self, raster: Raster) -> dict[str, int]:
+        return {"moving sums": 2 * raster.passes}
+
+    def memories(self, raster: Raster) -> Iterator[Memory]:
+        for number in range(2 * raster.passes):
+            layout, words = self.layout(raster, number), raster.words(number)
+            width = raster.channels * words.data
+            if number in self._column_stages(raster) and raster.max_columns > 1:
+                banks, bank_words = _banks(layout, raster)
+                if sum(layout.ring_lines):
+                    for size in block_sizes(bank_words, width):
+                        bits = (size - 1).bit_length()
+                        yield Memory("lines of pixels", bits, width, banks, words=size)
+                    line_bits = (sum(layout.ring_lines) // banks).bit_length()
+                    address_bits = (bank_words - 1).bit_length()
+                    yield Memory("addresses of lines", line_bits, address_bits, 1 + banks, rom=True)
+                sum_bits = raster.channels * words.sum
+                copies, columns = layout.sum_words, raster.max_columns
+                yield Memory("sums", raster.column_bits, sum_bits, copies, words=columns)
+            else:
+                bits = layout.reach.bit_length()
+                yield Memory("pixels of a line", bits, width, 1 + layout.pixels_leave)
+            if words.value:
+                yield Memory("stored products", words.value, words.data, raster.channels, rom=True)
+            bits = (_table_words(layout) - 1).bit_length()
+            phase_bits = max((raster.micro_image_size - 1).bit_length(), 1)
+            yield Memory("ages", bits, (layout.reach + 1).bit_length(), 1, rom=True)
+            yield Memory("phases", bits, phase_bits, 1, rom=True)
+
+    def structure(self, raster: Raster) -> dict[str, int]:
+        names = ("core", "sum bits", "pixel bits", "control bits", "tables", "delays", "rings")
+        counts = dict.fromkeys((*names, "skips", "block bits", "address bits"), 0)
+        counts["core"] = 1
+        counts["address bits"] = (raster.max_columns - 1).bit_length()
+        for number in range(2 * raster.passes):
+            layout, words = self.layout(raster, number), raster.words(number)
+            m, width = raster.micro_image_size, raster.channels * words.data
+            table_blocks = -(-_table_words(layout) // 64)
+            age_bits = (layout.reach + 1).bit_length()
+            counts["sum bits"] += raster.channels * words.sum
+            counts["pixel bits"] += width
+            counts["control bits"] += age_bits
+            counts["tables"] += table_blocks * (3 * age_bits + 4 + 2)
+            counts["delays"] += layout.delay
+            if number in self._column_stages(raster) and raster.max_columns > 1:
+                ring = sum(layout.ring_lines).bit_length()
+                counts["rings"] += m * ring
+                banks, bank_words = _banks(layout, raster)
+                counts["block bits"] += banks * width * len(block_sizes(bank_words, width))
+                if len(layout.shifts) > 1:
+                    counts["skips"] += m * ring * table_blocks
+            if words.value:
+                counts["tables"] += raster.channels * rom_luts(words.value, words.data)
+        return counts
+
+
+def _banks(layout: SumLayout, raster: Raster) -> tuple[int, int]:
+    """Memories that the lines of pixels lie in, and words of each; there is a line at least."""
+    banks = 1 + layout.pixels_leave
+    return banks, max(sum(layout.ring_lines) // banks, 1) * raster.max_columns
+
+
+def _table_words(layout: SumLayout) -> int:
+    """Words of a table by slice and phase."""
+    slices = len(layout.shifts)
+    rows = 1 if slices == 1 else 1 << (slices - 1).bit_length()
+    return rows << max((layout.micro_image_size - 1).bit_length(), 1)

@@ -1,0 +1,89 @@
+"""What a full build has and a scene does not need."""
+
+from collections.abc import Iterator
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, slice_engine
+from plenofir.refocus.arithmetic import ExactArithmetic
+
+# What the grid of a full build spans: a = -1 to 1.
+_FULL_RANGE = 1
+_FULL_CHANNELS = 3
+
+
+class LeftOut(BaseModel):
+    """Something that the scene does not need.
+
+    Attributes
+    ----------
+    what
+        What it is.
+    saves
+        Resources that it would take on top of the plan: the device's name to the amount.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    what: str
+    saves: dict[str, int]
+
+
+def full_core(core: CoreConfiguration) -> CoreConfiguration:
+    """Build that serves any scene of a camera: every a' from -M to M and the scene's, RGB."""
+    m = core.micro_image_size
+    low = min(-m * _FULL_RANGE, *core.shifts)
+    high = max(m * _FULL_RANGE, *core.shifts)
+    return core.model_copy(
+        update={
+            "shifts": tuple(range(low, high + 1)),
+            "channels": _FULL_CHANNELS,
+            "engine": slice_engine(core).without_shortcuts(),
+        }
+    )
+
+
+def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]:
+    """What the scene leaves out: each text with the core that would have it."""
+    full, engine = full_core(core), slice_engine(core)
+    spare = len(full.shifts) - len(core.shifts)
+    if spare > 0:
+        whole = slice_engine(full)
+        extent = whole.extent(full)
+        yield (
+            f"{spare} of {len(full.shifts)} slices, {extent - engine.extent(core)} of {extent} "
+            f"{engine.UNIT}",
+            core.model_copy(update={"shifts": full.shifts, "engine": whole}),
+        )
+    if core.channels < full.channels:
+        yield (
+            f"{full.channels - core.channels} of {full.channels} channels",
+            core.model_copy(update={"channels": full.channels}),
+        )
+    for what, other in engine.savings(core):
+        yield what, core.model_copy(update={"engine": other})
+    if core.order == 0:
+        yield "linear interpolation", core.model_copy(update={"order": 1})
+    if core.exact:
+        yield "stored products (exact sums need none)", core
+    else:
+        yield (
+            "wide sums and division (stored products need none)",
+            core.model_copy(update={"arithmetic": ExactArithmetic()}),
+        )
+
+
+def left_out(core: CoreConfiguration, path: str) -> tuple[LeftOut, ...]:
+    """Everything that a core, or the board around it, does without."""
+    needs = estimate(core).amounts()
+    found = []
+    for what, other in _differences(core):
+        amounts = estimate(other).amounts()
+        saves = {name: amounts[name] - needs[name] for name in needs if amounts[name] > needs[name]}
+        found.append(LeftOut(what=what, saves=saves))
+    if path == "core":
+        # The board's core has three channels.
+        saves = {name: n for name, n in VIDEO_USAGE.amounts().items() if n}
+        found.append(LeftOut(what="video timing, TMDS ends, the board's control", saves=saves))
+    return tuple(found)
