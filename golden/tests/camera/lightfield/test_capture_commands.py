@@ -268,7 +268,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("compose none", "no such folder"),
         ("compose views --order up", "order"),
         ("refocus white.png -M 5 -a 1/3", "not on the grid"),
-        ("refocus white.png -M 5 -a x", "no focus setting"),
+        ("refocus white.png -M 5 -a x", "not a focus setting"),
         ("stack white.png -M 5 --from 1 --to 0", "--from"),
         ("stack white.png -M 5 --step 1/3", "--step"),
         ("stack white.png -M 5 --step 0", "--step"),

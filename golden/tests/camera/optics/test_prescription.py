@@ -107,7 +107,7 @@ def test_which_source_of_glass_holds(tmp_path):
         (SINGLET.replace("50;5;BK7", "inf;5;BK7"), "line 2, radius", "'inf' is not allowed"),
         (SINGLET.replace("50;5;BK7", "1e-320;5;BK7"), "line 2, radius", "too small"),
         (SINGLET.replace("-50;2", "-50;-2"), "line 3, thickness", "at least 0"),
-        (SINGLET.replace("-50;2", "-50;"), "line 3, thickness", "no number"),
+        (SINGLET.replace("-50;2", "-50;"), "line 3, thickness", "not a number"),
         (SINGLET.replace(";4\n", ";0\n"), "line 4, semi aperture", "above 0"),
         (SINGLET.replace("1.517", "0.9"), "line 2, index", "above 1"),
         (SINGLET.replace("BK7;1.517;64.2", "QQ7;1.517;-1"), "line 2, Abbe number", "above 0"),
