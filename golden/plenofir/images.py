@@ -14,10 +14,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from plenofir.errors import InputError
 from plenofir.files import write_file
-from plenofir.refocus.operator import Image
+
+Image = npt.NDArray[np.integer]
+"""Shape (rows, columns[, channels])."""
 
 _EXPECTED = "an 8 to 16 bit grey or RGB image file (PNG, TIFF, PGM/PPM, BMP or JPEG)"
 _WHOLE = "a whole file: copy or convert it again"

@@ -17,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.errors import InputError
+from plenofir.images import Image as Image
 
 Align = Literal["centred", "causal"]
-Image = npt.NDArray[np.integer]
 Sums = npt.NDArray[np.int64]
 
 _SUM_BITS = 61

@@ -1,0 +1,69 @@
+"""Imports of the package run one way: down its layers, without a circle."""
+
+import ast
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+import plenofir
+
+ROOT = Path(plenofir.__file__).parent
+# From top to bottom. Rooms of one layer do not import each other.
+LAYERS = (
+    ("commands",),
+    ("studies",),
+    ("plan",),
+    ("camera", "fpga"),
+    ("refocus",),
+    ("images",),
+    ("files",),
+    ("project",),
+    ("errors",),
+)
+LEVELS = {room: level for level, rooms in enumerate(LAYERS) for room in rooms}
+# An alias for users, which nothing in the package imports.
+ALIASES = {"calibration": "camera"}
+
+
+def module_name(path: Path) -> str:
+    parts = path.relative_to(ROOT.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_name(path): path for path in ROOT.rglob("*.py")}
+
+
+def imported(name: str) -> set[str]:
+    """Modules of the package that a module imports, wherever in its text."""
+    found = set()
+    for node in ast.walk(ast.parse(MODULES[name].read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{name}: relative import"
+            wholes = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {whole if whole in MODULES else str(node.module) for whole in wholes}
+    return found & MODULES.keys() - {"plenofir"}
+
+
+def test_every_room_has_a_layer() -> None:
+    rooms = {name.split(".")[1] for name in MODULES if "." in name}
+    assert rooms == LEVELS.keys() | ALIASES.keys()
+
+
+@pytest.mark.parametrize("name", sorted(MODULES))
+def test_imports_run_down_the_layers(name: str) -> None:
+    room = name.partition(".")[2].split(".")[0]
+    for other in imported(name):
+        there = other.split(".")[1]
+        assert there not in ALIASES, other
+        if room in ALIASES:
+            assert there == ALIASES[room], other
+        elif room and there != room:
+            assert LEVELS[there] > LEVELS[room], f"{name} imports {other}"
+
+
+def test_no_module_imports_itself_by_way_of_others() -> None:
+    # Raises CycleError with the circle.
+    TopologicalSorter({name: imported(name) for name in MODULES}).prepare()
