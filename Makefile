@@ -28,7 +28,7 @@ given = $(if $(filter-out file undefined,$(origin $1)),$($1))
 PYTHON := .venv/bin/python
 PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator libpython clean
+.PHONY: help sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -63,10 +63,10 @@ compare: venv ## Synthesise and place the cells of the comparison of both engine
 	@$(PYTHON) scripts/draw_engines.py
 	@$(PYTHON) scripts/build_docs.py
 
-test: venv simulator libpython lint bitstream-check ## Style, types, golden model, testbenches
+test: venv simulator test-tools libpython lint bitstream-check ## Style, types, golden model, testbenches
 	@$(PYTEST) -m "not slow"
 
-test-full: venv simulator libpython lint bitstream-check ## All of the above, and the long runs
+test-full: venv simulator test-tools libpython lint bitstream-check ## All of the above, and the long runs
 	@$(PYTEST)
 
 golden: venv ## Golden-model tests alone (no simulator needed)
@@ -103,6 +103,9 @@ waves: venv ## Draw the timing diagrams of docs/waves.md from simulations
 
 venv: ## Create .venv
 	@scripts/setup.sh venv
+
+test-tools:
+	@scripts/setup.sh tests
 
 libpython: venv
 	@scripts/setup.sh libpython

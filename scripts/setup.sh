@@ -1,12 +1,13 @@
 #!/bin/sh
-# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | compiler | edid-decode
+# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | compiler | tests
 #
 #   venv         creates .venv with the pinned Python packages and the command plenofir
 #   ghdl         makes sure that a GHDL simulator is installed
 #   libpython    makes sure that Python's shared library is there, which cocotb loads into the simulator
 #   pnr          installs place and route for ECP5
 #   compiler     makes sure that there is a C++ compiler, which Verilator needs
-#   edid-decode  makes sure that Debian's decoder of monitors' EDID is installed, a second opinion on ours
+#   tests        makes sure of what the tests want besides: a C++ compiler, Debian's decoder of monitors'
+#                EDID (a second opinion on ours), and the GHDL that need not compile beside the fast one
 #
 # Debian packages that are missing are installed as root or through sudo. What cannot be installed
 # is named in one line, with the command that would install it, and the exit code is 2.
@@ -62,7 +63,7 @@ setup_venv() {
 }
 
 setup_ghdl() {
-    command -v ghdl >/dev/null 2>&1 || install_packages "GHDL" ghdl-llvm
+    command -v ghdl >/dev/null 2>&1 || install_packages "GHDL" ghdl-llvm ghdl-mcode
 }
 
 setup_pnr() {
@@ -76,6 +77,18 @@ setup_pnr() {
 
 setup_compiler() {
     command -v g++ >/dev/null 2>&1 && command -v perl >/dev/null 2>&1 || install_packages "A C++ compiler" g++ make perl
+}
+
+setup_tests() {
+    if ! command -v apt-get >/dev/null 2>&1; then
+        echo "setup: there is no apt-get; tests of tools that are missing will be skipped" >&2
+        return
+    fi
+    setup_compiler
+    command -v edid-decode >/dev/null 2>&1 || install_packages "edid-decode" edid-decode
+    # A GHDL that is not Debian's is left alone.
+    command -v ghdl-mcode >/dev/null 2>&1 || ! command -v ghdl-llvm >/dev/null 2>&1 ||
+        install_packages "GHDL's back end mcode" ghdl-mcode
 }
 
 has_libpython() {
@@ -95,6 +108,6 @@ ghdl) setup_ghdl ;;
 libpython) setup_libpython ;;
 pnr) setup_pnr ;;
 compiler) setup_compiler ;;
-edid-decode) command -v edid-decode >/dev/null 2>&1 || install_packages "edid-decode" edid-decode ;;
-*) fail "usage: scripts/setup.sh venv | ghdl | libpython | pnr | compiler | edid-decode" ;;
+tests) setup_tests ;;
+*) fail "usage: scripts/setup.sh venv | ghdl | libpython | pnr | compiler | tests" ;;
 esac

@@ -35,8 +35,6 @@ CORES = {
     "depth_index": DepthIndexConfiguration,
 }
 KIND = read_case().get("kind", "raster_refocuser")
-# Clocks without any output after which frames count as lost.
-PATIENCE = 50_000
 
 
 class Bench:
@@ -81,6 +79,9 @@ class Bench:
         """Set the size of the next frames."""
         self.dut.columns.value = columns
         self.dut.rows.value = rows
+        # Clocks without any output after which frames count as lost: stalls triple the latency.
+        latency = self.core.latency_clocks(min(columns, self.core.max_columns), rows, frames=2)
+        self.patience = 2000 + 10 * latency
 
     def stall(self, source: str, sink: str) -> None:
         """Choose the stall patterns of both sides."""
@@ -116,7 +117,7 @@ class Bench:
     async def drain(self) -> None:
         """Wait until all expected frames are out, and a while longer for what must not come."""
         quiet = 0
-        while self.scoreboard.waiting and quiet < PATIENCE:
+        while self.scoreboard.waiting and quiet < self.patience:
             before = len(self.scoreboard.received)
             done = self.scoreboard.frames_done
             await ClockCycles(self.dut.clk, 10)
