@@ -12,7 +12,7 @@ import json
 import sys
 from pathlib import Path
 
-from entity_pages import entity_pages
+from entity_pages import entity_pages, instance_tree
 from plenofir import project
 from plenofir.fpga.bitstream.ise import TOP as BOARD
 from plenofir.fpga.core import clock_counts
@@ -45,6 +45,9 @@ from plenofir.plan.planner import full_core
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 
 DOCS = project.root() / "docs"
+HDL = project.root() / "hdl"
+# In the order of reading: each is drawn with what is new in it.
+TOPS = ("raster_refocuser", "focal_stack", "depth_index", "self_test", "atlys_top")
 MEASURED = DOCS / "measured"
 ENTITIES = project.root() / "build" / "docs" / "entities"
 MEMORY_COLUMNS = 1024
@@ -96,6 +99,11 @@ def measured(title: str, explained_in: str, *tables: tuple[str, list[str]]) -> s
     for heading, table in tables:
         lines += ["", f"## {heading}", "", *table]
     return "\n".join([*lines, ""])
+
+
+def instance_list(text: str) -> str:
+    """Put who instantiates whom between its marks in a page."""
+    return between_marks(text, "instances", instance_tree(TOPS))
 
 
 def clock_table(text: str) -> str:
@@ -323,6 +331,7 @@ def committed_pages() -> dict[Path, str]:
         DOCS / "moving-sum.md": column_memory,
         DOCS / "fir-array.md": clock_table,
         DOCS / "resources.md": resource_tables,
+        HDL / "README.md": instance_list,
     }
     return {
         **{path: fill(path.read_text()) for path, fill in written.items()},

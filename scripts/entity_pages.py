@@ -5,7 +5,7 @@ from pathlib import Path
 
 from plenofir import project
 from plenofir.fpga import hdl
-from plenofir.fpga.hdl_text import Declaration, declarations
+from plenofir.fpga.hdl_text import Declaration, declarations, instances
 
 SECTIONS = ("Latency", "Throughput", "Ports", "Equation")
 
@@ -97,3 +97,23 @@ def entity_pages(folder: Path) -> dict[Path, str]:
         folder / "README.md": index(paths),
         **{folder / f"{path.stem}.md": page(path, folder) for path in paths},
     }
+
+
+def instance_tree(tops: tuple[str, ...]) -> str:
+    """Draw who instantiates whom; what was drawn before is not drawn again."""
+    sources = {path.stem: path for path in hdl.board_sources()}
+    drawn: set[str] = set()
+
+    def lines(entity: str, depth: int) -> list[str]:
+        parts = {i.of: None for i in instances(sources[entity].read_text()) if i.of in sources}
+        again = entity in drawn and bool(parts)
+        drawn.add(entity)
+        first = f"{'  ' * depth}{entity}{' (above)' if again else ''}"
+        first = f"{first:<40}{sources[entity].parent.name}"
+        return [first, *(line for part in parts if not again for line in lines(part, depth + 1))]
+
+    trees = ["\n".join(lines(top, 0)) for top in tops]
+    entities = {name for name, path in sources.items() if "\nentity " in path.read_text()}
+    if missing := entities - drawn:
+        raise ValueError(f"instantiated by no top: {', '.join(sorted(missing))}")
+    return "```text\n" + "\n\n".join(trees) + "\n```"

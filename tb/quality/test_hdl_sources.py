@@ -1,6 +1,7 @@
 """What can be checked of the VHDL without running it: the standard, and that it synthesises."""
 
 import subprocess
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.stack import StackEngine
-from plenofir.fpga.hdl_text import declarations, unexplained_ports
+from plenofir.fpga.hdl_text import declarations, unexplained_ports, used_units
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.refocus import StoredProductArithmetic
 
@@ -170,3 +171,55 @@ end entity example;
     assert unexplained_ports(text) == ["third", "fifth"]
     comments = [port.comment for port in declarations(text, "port")]
     assert comments == ["", "", "Explains two ports.", "Explains two ports.", "", "beside", ""]
+
+
+# Tops that choose an engine; in hdl/core with what the engines share, but above them.
+TOPS = {"raster_refocuser", "focal_stack"}
+# The folders that a folder may use, the data path from below to above.
+MAY_USE = {
+    "common": set(),
+    "core": {"common"},
+    "fir": {"common", "core"},
+    "moving_sum": {"common", "core"},
+    # Each slice of a stack is made of the adders of the moving sums.
+    "stack": {"common", "core", "moving_sum"},
+    "tops": {"common", "core", "fir", "moving_sum", "stack"},
+    "depth": {"common", "core"},
+    "tmds": {"common"},
+    # The delay of the core depends on the schedule of its engine.
+    "video": {"common", "core", "tops", "moving_sum"},
+    "selftest": {"common", "core", "tops"},
+    "spartan6": {"common"},
+    "board": {"common", "core", "tmds", "video", "spartan6"},
+}
+
+
+def forbidden_uses(texts: dict[str, tuple[str, str]]) -> list[str]:
+    """What may not be used; the sources as name to folder and text."""
+    rooms = {name: "tops" if name in TOPS else folder for name, (folder, _) in texts.items()}
+    return sorted(
+        f"{rooms[name]}/{name} uses {rooms[used]}/{used}"
+        for name, (_, text) in texts.items()
+        for used in used_units(text) & texts.keys()
+        if rooms[used] != rooms[name] and rooms[used] not in MAY_USE[rooms[name]]
+    )
+
+
+def test_folders_depend_one_way() -> None:
+    texts = {path.stem: (path.parent.name, path.read_text()) for path in hdl.board_sources()}
+    assert forbidden_uses(texts) == []
+    # The table has no circle: each folder comes after all that it uses.
+    assert list(TopologicalSorter(MAY_USE).static_order())
+
+
+def test_use_of_a_folder_above_is_found() -> None:
+    texts = {
+        "fir_array": ("fir", "use work.math_pkg.all; -- work.atlys_top"),
+        "math_pkg": ("common", "use work.refocus_pkg.all;"),
+        "refocus_pkg": ("core", "  a : entity work.fir_array\n"),
+        "raster_refocuser": ("core", "  a : entity work.fir_array\n"),
+    }
+    assert forbidden_uses(texts) == [
+        "common/math_pkg uses core/refocus_pkg",
+        "core/refocus_pkg uses fir/fir_array",
+    ]

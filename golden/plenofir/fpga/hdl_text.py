@@ -139,6 +139,11 @@ def instances(text: str) -> Iterator[Instance]:
         yield Instance(found[1], found[3], found[2] == "component ", generics, ports)
 
 
+def used_units(text: str) -> set[str]:
+    """Names of the entities and packages of the design that a source uses."""
+    return set(re.findall(r"\bwork\.(\w+)", _without_comments(text)))
+
+
 def clocks(text: str) -> set[str]:
     """Names of the signals whose rising edge a source waits for.
 

@@ -1,7 +1,6 @@
 """Project files of a scene: constants, a top level with nothing else in it, and lists for tools."""
 
 import os
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,6 +8,7 @@ from plenofir.files import publish
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import ise
 from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.hdl_text import used_units
 from plenofir.plan.planner import Plan
 
 TOP = "scene_top"
@@ -38,8 +38,7 @@ def needed_sources(top: Path, entity: str, sources: Sequence[Path]) -> list[Path
     needed: set[str] = set()
     waiting = [top]
     while waiting:
-        text = waiting.pop().read_text()
-        for name in re.findall(r"\bwork\.(\w+)", text):
+        for name in used_units(waiting.pop().read_text()):
             if name in by_name and name not in needed and name != entity:
                 needed.add(name)
                 waiting.append(by_name[name])
