@@ -202,9 +202,9 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("arguments", "message"),
     [
         (["--raw", "none.png"], "no such file"),
-        (["--raw", "folder.png"], "no such file"),
-        (["--raw", "text.png"], "no image that can be read"),
-        (["--raw", "cut.png"], "no image that can be read"),
+        (["--raw", "folder.png"], "is a folder"),
+        (["--raw", "text.png"], "no image of a known kind"),
+        (["--raw", "cut.png"], "damaged"),
         (["--raw", "alpha.png"], "4 channels"),
         (["--raw", "grey.png", "-M", "21", "--a", "0"], "less than one micro image"),
         (["--raw", "grey.png", "-M", "0"], "M = 0 is too small"),
