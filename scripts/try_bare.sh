@@ -12,7 +12,7 @@
 set -eu
 
 cd "$(dirname "$0")/.."
-PACKAGES="git make"
+packages=$(sed -n 's/.*after `apt-get install \([a-z ]*\)`.*/\1/p' README.md)
 
 fail() {
     echo "try_bare: $1" >&2
@@ -31,7 +31,7 @@ make_system() {
         mkdir -p "$1/root/.config/pip"
         cp "$HOME/.config/pip/pip.conf" "$1/root/.config/pip/"
     fi
-    inside "$1" "apt-get update && apt-get install -y --no-install-recommends $PACKAGES"
+    inside "$1" "apt-get update && apt-get install -y --no-install-recommends $packages"
 }
 
 # inside FOLDER COMMAND: runs a command in a system. Its processes and mounts end with it.
@@ -62,11 +62,12 @@ command -v debootstrap >/dev/null 2>&1 || fail "debootstrap is missing; install 
 mkdir -p "${BARE:-build/bare}"
 bare=$(cd "${BARE:-build/bare}" && pwd)
 failed=0
+trap 'exit 130' INT TERM
 for release in ${releases:-bookworm trixie}; do
     system=$bare/$release
     log=$bare/$release-system.log
     # No mount of ours is seen here, so nothing of the host can be removed with the system.
-    [ -n "$keep" ] || trap 'rm -rf --one-file-system "$system"' EXIT INT TERM
+    if [ -z "$keep" ]; then trap 'rm -rf --one-file-system "$system"' EXIT; fi
     if [ -z "$keep" ] || [ ! -e "$system/root/plenofir" ]; then
         rm -rf --one-file-system "$system"
         if ! make_system "$system" "$release" >"$log" 2>&1; then
