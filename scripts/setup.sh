@@ -55,7 +55,7 @@ setup_venv() {
     python3 -m venv .venv || fail "python3 -m venv .venv failed"
     PIP_DISABLE_PIP_VERSION_CHECK=1
     export PIP_DISABLE_PIP_VERSION_CHECK
-    .venv/bin/python -m pip install -qq --requirement scripts/requirements.txt ||
+    .venv/bin/python -m pip install -qq --use-pep517 --requirement scripts/requirements.txt ||
         fail "Python packages could not be installed; try: .venv/bin/pip install -r scripts/requirements.txt"
     .venv/bin/python -m pip install -qq --no-deps --no-build-isolation --editable . ||
         fail "plenofir could not be installed; try: .venv/bin/pip install --no-deps -e ."
