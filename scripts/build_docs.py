@@ -14,7 +14,7 @@ from pathlib import Path
 
 from entity_pages import entity_pages, instance_tree
 from plenofir import project
-from plenofir.fpga.bitstream.ise import TOP as BOARD
+from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core import clock_counts
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine

@@ -7,7 +7,7 @@ import pytest
 
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.ise import TOP as BOARD
+from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.synthesis import tools as tools_module

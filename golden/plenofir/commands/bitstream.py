@@ -11,7 +11,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from plenofir.commands.options import arithmetic_options
 from plenofir.commands.rays import integer
 from plenofir.errors import InputError
-from plenofir.fpga.bitstream import ise
+from plenofir.fpga.bitstream import ise, top_level
 from plenofir.fpga.bitstream.check import run_checks
 from plenofir.refocus import focus_to_shift, interpolation_order
 from plenofir.refocus.arithmetic import StoredProductArithmetic
@@ -32,7 +32,7 @@ def board_generics(
     arith: str = "",
     fraction: str = "",
     guard: str = "",
-) -> dict[str, ise.Value]:
+) -> dict[str, top_level.Value]:
     """Generics of the top level that options mean; those not given keep the top level's defaults.
 
     Parameters
@@ -58,11 +58,11 @@ def board_generics(
     InputError
         If an option means nothing.
     """
-    values: dict[str, ise.Value] = {}
+    values: dict[str, top_level.Value] = {}
     if micro_image:
         values["MICRO_IMAGE_SIZE"] = integer(micro_image, "M")
     if focus:
-        size = values.get("MICRO_IMAGE_SIZE", ise.default_generics()["MICRO_IMAGE_SIZE"])
+        size = values.get("MICRO_IMAGE_SIZE", top_level.default_generics()["MICRO_IMAGE_SIZE"])
         shifts = [focus_to_shift(a, int(size), where="A") for a in focus]
         values["SHIFTS"] = " ".join(map(str, shifts))
     elif micro_image:
@@ -85,7 +85,7 @@ def board_generics(
     return values
 
 
-def scene_generics(path: str) -> dict[str, ise.Value]:
+def scene_generics(path: str) -> dict[str, top_level.Value]:
     """Generics of the top level that a scene means.
 
     Parameters
@@ -112,7 +112,7 @@ def scene_generics(path: str) -> dict[str, ise.Value]:
             where=f"{path}: build.path",
             expected='path = "video"; for a core: make synth, or plenofir configure and ISE',
         )
-    return ise.board_generics(plan.core)
+    return top_level.board_generics(plan.core)
 
 
 def build(

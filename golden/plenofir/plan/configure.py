@@ -6,7 +6,7 @@ from pathlib import Path
 
 from plenofir.files import publish
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream import ise
+from plenofir.fpga.bitstream import ise, top_level
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import used_units
 from plenofir.plan.planner import Plan
@@ -58,7 +58,7 @@ def top_of(plan: Plan) -> str:
     str
         Entity: the board, or one of the scene's own.
     """
-    return ise.TOP if plan.path == "video" else TOP
+    return top_level.TOP if plan.path == "video" else TOP
 
 
 def clock_mhz(plan: Plan) -> float:
@@ -274,7 +274,7 @@ def _core_top(plan: Plan) -> dict[str, str]:
 def _board_top(plan: Plan) -> dict[str, str]:
     """Top level with the scene's generics, pins and clocks, and XST's script of the board."""
     return {
-        f"{ise.TOP}.vhd": ise.top_with_generics(ise.board_generics(plan.core)),
-        f"{ise.TOP}.ucf": ise.CONSTRAINTS.read_text(),
-        f"{ise.TOP}.xst": ise.xst_script(ise.read_options(ise.SCRIPTS / "xst.opt")),
+        f"{top_level.TOP}.vhd": top_level.top_with_generics(top_level.board_generics(plan.core)),
+        f"{top_level.TOP}.ucf": ise.CONSTRAINTS.read_text(),
+        f"{top_level.TOP}.xst": ise.xst_script(ise.read_options(ise.SCRIPTS / "xst.opt")),
     }

@@ -13,7 +13,7 @@ from plenofir.camera.rays import Cover, Slice, covering_slices
 from plenofir.errors import InputError
 from plenofir.files import publish_files
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.ise import TOP as BOARD
+from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.memory import Memory, block_sizes

@@ -14,16 +14,10 @@ from pathlib import Path
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.ise import (
-    CONSTRAINTS,
-    OPTION_FILES,
-    TOP,
-    project_lines,
-    read_options,
-    source_of_line,
-)
+from plenofir.fpga.bitstream.ise import CONSTRAINTS, OPTION_FILES, read_options
 from plenofir.fpga.bitstream.netlist import Net, Netlist, Place, base_name, read_netlist, top_ports
 from plenofir.fpga.bitstream.spartan6_sites import Pin, device, pins
+from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line
 from plenofir.fpga.bitstream.ucf import Constraints, read_constraints
 from plenofir.fpga.hdl_text import instances
 from plenofir.fpga.simulate.simulators import find_simulator

@@ -15,7 +15,7 @@ from plenofir import project
 from plenofir.commands.app import app
 from plenofir.commands.bitstream import board_generics
 from plenofir.errors import EXIT_BAD_INPUT, InputError
-from plenofir.fpga.bitstream import ise
+from plenofir.fpga.bitstream import ise, ise_reports, top_level
 from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
@@ -23,7 +23,7 @@ from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.plan import load_scene, make_plan
 from plenofir.refocus import StoredProductArithmetic
 
-TOP = ise.TOP
+TOP = top_level.TOP
 
 # What each fake tool does: it notes its command, and leaves what the true one leaves.
 REPORTS = {
@@ -97,7 +97,7 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def run(out: Path, **generics: ise.Value) -> ise.BuildReport:
+def run(out: Path, **generics: top_level.Value) -> ise.BuildReport:
     """Build with what is on the PATH."""
     return ise.build(ise.find_installation(), generics, out, lambda *_: None)
 
@@ -108,7 +108,7 @@ def test_flow(tools: Path, tmp_path: Path) -> None:
     assert (out / "plenofir.bit").read_text() == "BITS"
     assert report == ise.BuildReport(
         part="xc6slx45-csg324-3",
-        generics=ise.default_generics(),
+        generics=top_level.default_generics(),
         utilisation={
             "Slice Registers": (9876, 54576),
             "Slice LUTs": (8765, 27288),
@@ -116,20 +116,22 @@ def test_flow(tools: Path, tmp_path: Path) -> None:
             "BUFG/BUFGMUXs": (7, 16),
         },
         timing=[
-            ise.Timing('TS_control = PERIOD TIMEGRP "control" 10 ns HIGH 50%', 2345, 0, 6.123),
-            ise.Timing(
+            ise_reports.Timing(
+                'TS_control = PERIOD TIMEGRP "control" 10 ns HIGH 50%', 2345, 0, 6.123
+            ),
+            ise_reports.Timing(
                 "TS_receive_clocks_pll_pixel = PERIOD TIMEGRP "
                 '"receive_clocks_pll_pixel" TS_tmds HIGH 50%',
                 123456,
                 0,
                 12.345,
             ),
-            ise.Timing(
+            ise_reports.Timing(
                 'TS_control_to_receive = MAXDELAY FROM TIMEGRP "control" TO ... TIG', 12, 0, None
             ),
         ],
         warnings=[
-            ise.Message(
+            ise_reports.Message(
                 "xst",
                 "Xst:737",
                 "Found 1-bit latch for signal <b>. Latches may be generated from incomplete "
@@ -183,8 +185,8 @@ def test_generics_reach_the_project(tools: Path, tmp_path: Path) -> None:
     run(out, MICRO_IMAGE_SIZE=3, SHIFTS="-2 0 2", EXACT=True, MAX_COLUMNS=640)
     lines = (out / "work" / f"{TOP}.prj").read_text().splitlines()
     top = out / "work" / f"{TOP}.vhd"
-    assert ise.source_of_line(lines[-1]) == top
-    assert lines[:-1] == ise.project_lines()[:-1]
+    assert top_level.source_of_line(lines[-1]) == top
+    assert lines[:-1] == top_level.project_lines()[:-1]
     generics = {
         line.split(":")[0].strip(): line.split(":=")[1].strip().rstrip(";")
         for line in top.read_text().split("port (")[0].splitlines()
@@ -194,7 +196,7 @@ def test_generics_reach_the_project(tools: Path, tmp_path: Path) -> None:
     assert generics["SHIFTS"] == '"-2 0 2"'
     assert generics["EXACT"] == "true"
     assert generics["MAX_COLUMNS"] == "640"
-    default = ise.top_source().read_text()
+    default = top_level.top_source().read_text()
     # Nothing else has changed, and no line has moved.
     changed = [
         (a, b)
@@ -218,7 +220,7 @@ def test_generics_reach_the_project(tools: Path, tmp_path: Path) -> None:
     ],
 )
 def test_generics_are_refused(
-    tools: Path, tmp_path: Path, generics: dict[str, ise.Value], message: str
+    tools: Path, tmp_path: Path, generics: dict[str, top_level.Value], message: str
 ) -> None:
     with pytest.raises(InputError, match=message):
         run(tmp_path / "out", **generics)
@@ -328,7 +330,7 @@ def test_scene(tools: Path, tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     core = make_plan(load_scene(file)).core
     generics = json.loads((out / "report.json").read_text())["generics"]
-    assert ise.configuration(generics) == core
+    assert top_level.configuration(generics) == core
     top = (out / "work" / f"{TOP}.vhd").read_text()
     shifts = " ".join(map(str, core.shifts))
     assert re.search(rf'SHIFTS +: string +:= "{shifts}";', top)
@@ -373,7 +375,10 @@ def test_scenes_are_refused(
     ],
 )
 def test_configuration_and_generics_are_one(core: CoreConfiguration) -> None:
-    assert ise.configuration({**ise.default_generics(), **ise.board_generics(core)}) == core
+    assert (
+        top_level.configuration({**top_level.default_generics(), **top_level.board_generics(core)})
+        == core
+    )
 
 
 @pytest.mark.parametrize(
@@ -388,7 +393,7 @@ def test_configuration_and_generics_are_one(core: CoreConfiguration) -> None:
 def test_board_has_no_such_core(change: dict[str, object]) -> None:
     core = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=64, channels=3)
     with pytest.raises(InputError, match="the board has no such refocuser"):
-        ise.board_generics(core.model_copy(update=change))
+        top_level.board_generics(core.model_copy(update=change))
 
 
 @pytest.mark.parametrize(
@@ -447,6 +452,6 @@ def test_messages(entries: list[tuple[str, str]]) -> None:
     """Every warning of a log is found once for each of its texts, whatever stands around it."""
     log = "\n".join(f"{severity}:Xst:1 - {text.strip()}x\nnoise" for severity, text in entries)
     wanted = [f"{text.strip()}x" for severity, text in entries if severity == "WARNING"]
-    found = ise.messages("xst", log, "WARNING")
+    found = ise_reports.messages("xst", log, "WARNING")
     assert [message.text for message in found] == list(dict.fromkeys(wanted))
     assert sum(message.times for message in found) == len(wanted)

@@ -9,7 +9,7 @@ import pytest
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream import check, ise
+from plenofir.fpga.bitstream import check, ise, top_level
 from plenofir.fpga.bitstream.netlist import read_netlist
 from plenofir.fpga.bitstream.spartan6_sites import device, pins
 from plenofir.fpga.bitstream.ucf import read_constraints
@@ -23,11 +23,11 @@ def problems(tmp_path: Path, ucf: str = UCF, **changed: str) -> list[str]:
     path = tmp_path / "board.ucf"
     path.write_text(ucf)
     sources = {**SOURCES, **changed}
-    netlist = read_netlist(ise.TOP, sources)
+    netlist = read_netlist(top_level.TOP, sources)
     constraints = read_constraints(path)
     return [
-        *check.check_pins(constraints, sources[ise.TOP]),
-        *check.check_clocks(constraints, netlist, sources[ise.TOP]),
+        *check.check_pins(constraints, sources[top_level.TOP]),
+        *check.check_clocks(constraints, netlist, sources[top_level.TOP]),
         *check.check_serial_banks(constraints, netlist),
     ]
 
@@ -168,7 +168,9 @@ def test_constraint_faults(tmp_path: Path, ucf: str, found: str) -> None:
 
 def test_new_port_without_pin(tmp_path: Path) -> None:
     top = replaced(
-        SOURCES[ise.TOP], r"^    uart_tx ", "    beeper         : out   std_logic;\n    uart_tx "
+        SOURCES[top_level.TOP],
+        r"^    uart_tx ",
+        "    beeper         : out   std_logic;\n    uart_tx ",
     )
     assert problems(tmp_path, atlys_top=top) == [
         "port beeper has no LOC",
@@ -177,7 +179,7 @@ def test_new_port_without_pin(tmp_path: Path) -> None:
 
 
 def test_name_of_net_not_kept(tmp_path: Path) -> None:
-    top = replaced(SOURCES[ise.TOP], r"^  attribute keep of clk .*\n", "")
+    top = replaced(SOURCES[top_level.TOP], r"^  attribute keep of clk .*\n", "")
     assert problems(tmp_path, atlys_top=top) == [
         "TNM_NET clk: without the attribute keep its name may vanish"
     ]
@@ -241,10 +243,10 @@ def test_sites() -> None:
 
 
 def test_project() -> None:
-    lines = ise.project_lines()
+    lines = top_level.project_lines()
     assert check.check_project(lines) == []
-    first, last = ise.source_of_line(lines[0]), ise.source_of_line(lines[-1])
-    assert last == ise.top_source()
+    first, last = top_level.source_of_line(lines[0]), top_level.source_of_line(lines[-1])
+    assert last == top_level.top_source()
     assert check.check_project(lines[1:]) == [f"{first} is missing"]
     assert check.check_project([*lines, lines[0]]) == [f"{first} is listed twice"]
     model = hdl.unisim_sources()[0]

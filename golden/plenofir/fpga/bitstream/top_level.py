@@ -1,0 +1,278 @@
+"""The board's top level: its sources, its generics, and whether the device has room for it."""
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from plenofir import project
+from plenofir.errors import InputError
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.spartan6_sites import device
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.hdl_text import declarations
+from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
+
+TOP = "atlys_top"
+
+Value = int | bool | str
+
+
+def top_source() -> Path:
+    """Source of the top level.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    return project.root() / "hdl" / "board" / f"{TOP}.vhd"
+
+
+def project_lines(replaced: Mapping[Path, Path] | None = None) -> list[str]:
+    """Lines of ISE's project file, in the order of ``hdl/sources.txt``.
+
+    Parameters
+    ----------
+    replaced
+        Sources that others take the place of.
+
+    Returns
+    -------
+    list of str
+        One for each source.
+    """
+    paths = (path if replaced is None else replaced.get(path, path) for path in _sources())
+    return [f'vhdl work "{path}"' for path in paths]
+
+
+def _sources() -> list[Path]:
+    return hdl.board_sources()
+
+
+def source_of_line(line: str) -> Path:
+    """File that a line of a project file names.
+
+    Parameters
+    ----------
+    line
+        The line.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the line is none of VHDL into the library work.
+    """
+    found = re.fullmatch(r'vhdl work "([^"]+)"', line)
+    if found is None:
+        raise InputError(f"{line!r}", where="project file", expected='vhdl work "path"')
+    return Path(found[1])
+
+
+def default_generics() -> dict[str, Value]:
+    """Generics of the top level that decide what is built, with their defaults.
+
+    Returns
+    -------
+    dict
+        Name to value.
+    """
+    values: dict[str, Value] = {}
+    for generic in declarations(top_source().read_text(), "generic"):
+        if generic.type_name == "boolean":
+            values[generic.name] = generic.default == "true"
+        elif generic.type_name == "string":
+            values[generic.name] = generic.default.strip('"')
+        else:
+            values[generic.name] = int(generic.default)
+    return values
+
+
+def top_with_generics(values: Mapping[str, Value]) -> str:
+    """Source of the top level with other defaults of its generics.
+
+    XST's own way to set generics (``-generics {A=1 B=2}``) separates them by blanks, and a set of
+    slices has blanks in it; so it is the defaults that are changed. Lines stay where they are, for
+    the sake of messages.
+
+    Parameters
+    ----------
+    values
+        Generic to value.
+
+    Returns
+    -------
+    str
+        The source.
+
+    Raises
+    ------
+    InputError
+        If there is no such generic, or the value is of another type.
+    """
+    text = top_source().read_text()
+    known = default_generics()
+    for name, value in values.items():
+        if name not in known:
+            raise InputError(
+                f"{TOP} has no generic {name}",
+                where="generics",
+                expected=", ".join(known),
+            )
+        if type(value) is not type(known[name]):
+            kind = type(known[name]).__name__
+            raise InputError(f"{value!r}", where=name, expected=f"a value of type {kind}")
+        if isinstance(value, str):
+            if not re.fullmatch(r"[-0-9 ]*|[a-z_]+", value):
+                raise InputError(f"{value!r}", where=name, expected="numbers and blanks, or a name")
+            literal = f'"{value}"'
+        else:
+            literal = str(value).lower()
+        text, found = re.subn(
+            rf"^(    {name}\s*: \w+\s*:= )(\"[^\"]*\"|[^;\n]+)",
+            rf"\g<1>{literal}",
+            text,
+            flags=re.M,
+        )
+        assert found == 1, name
+    return text
+
+
+def configuration(values: Mapping[str, Value]) -> CoreConfiguration:
+    """Configuration of the refocuser that a set of generics means.
+
+    Parameters
+    ----------
+    values
+        Generics of the top level, complete.
+
+    Returns
+    -------
+    CoreConfiguration
+        With three channels of 8 bits.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+    """
+    try:
+        return _configuration(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise InputError(
+            first["msg"],
+            where=".".join(map(str, first["loc"])) or "generics",
+            expected="generics in their ranges",
+        ) from None
+
+
+def board_generics(core: CoreConfiguration) -> dict[str, Value]:
+    """Generics of the top level that mean a configuration of the refocuser.
+
+    Parameters
+    ----------
+    core
+        Configuration.
+
+    Returns
+    -------
+    dict
+        Generic to value.
+
+    Raises
+    ------
+    InputError
+        If the board's refocuser has no such configuration (three channels of 8 bits, one row at
+        once, centred outputs).
+    """
+    known = default_generics()
+    values = {name: value for name, value in core.generics().items() if name in known}
+    if configuration({**known, **values}) != core:
+        raise InputError(
+            "the board has no such refocuser",
+            where=TOP,
+            expected="three channels of 8 bits, one row at once, centred outputs",
+        )
+    return values
+
+
+def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
+    arithmetic: Arithmetic = ExactArithmetic()
+    if not values["EXACT"]:
+        arithmetic = StoredProductArithmetic.model_validate(
+            {"fraction_bits": values["FRACTION_BITS"], "guard_bits": values["GUARD_BITS"]}
+        )
+    engine = {"kind": values["ENGINE"]}
+    if values["ENGINE"] == "fir":
+        engine |= {"hold": values["HOLD"], "broadcast_taps": values["BROADCAST_TAPS"]}
+    return CoreConfiguration.model_validate(
+        {
+            "micro_image_size": values["MICRO_IMAGE_SIZE"],
+            "shifts": tuple(int(word) for word in str(values["SHIFTS"]).split()),
+            "max_columns": values["MAX_COLUMNS"],
+            "channels": 3,
+            "pixel_bits": 8,
+            "arithmetic": arithmetic,
+            "order": values["INTERPOLATION_ORDER"],
+            "engine": engine,
+        }
+    )
+
+
+def block_rams(core: CoreConfiguration) -> int:
+    """Block RAMs (RAMB16BWER) that the line buffers and the input FIFO take at least.
+
+    A block of 18 Kbit has words of 36 bits (512 of them), 18, 9, 4, 2 or 1 (DS160).
+
+    Parameters
+    ----------
+    core
+        Configuration.
+
+    Returns
+    -------
+    int
+        Number of blocks.
+    """
+
+    def blocks(depth: int, width: int) -> int:
+        depth = max(512, 1 << (depth - 1).bit_length())
+        across = 18432 // depth if depth <= 2048 else max(1, 16384 // depth)
+        return math.ceil(width / across) * math.ceil(depth / 16384)
+
+    words = 1 << (core.max_columns - 1).bit_length()
+    sums = core.line_buffer_bits // (core.channels * words) if core.line_buffer_bits else 0
+    pixel = core.channels * core.pixel_bits + 2
+    return core.channels * blocks(words, sums) + blocks(core.max_columns + 2, pixel)
+
+
+def check_fit(core: CoreConfiguration) -> None:
+    """Refuse what the device has no block RAM for.
+
+    Parameters
+    ----------
+    core
+        Configuration.
+
+    Raises
+    ------
+    InputError
+        With the numbers.
+    """
+    core.check_limits()
+    needed, there = block_rams(core), device().sites["RAMB16BWER"]
+    if needed > there:
+        raise InputError(
+            f"{needed} block RAMs for {core.taps - 1} lines of partial sums, "
+            f"{core.max_columns} columns",
+            where="M, A, MAX_COLUMNS",
+            expected=f"at most {there}: smaller M or |a|, fewer columns, or ARITH=stored",
+        )
