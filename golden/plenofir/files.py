@@ -21,6 +21,7 @@ _REMEDIES = {
     errno.ENAMETOOLONG: "a shorter name",
     errno.EROFS: "a file system that can be written",
     errno.ENOTDIR: "a folder",
+    errno.EEXIST: "a folder",
     errno.EISDIR: "a file or nothing in its place",
 }
 _FOLDER = "a folder that can be written"
