@@ -90,7 +90,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
         "moving_sum/*",
         (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice", f"{STACK} -k stalls_and_faults"),
     ),
-    ("core/focal_stack*", (STACK,)),
+    ("refocuser/focal_stack*", (STACK,)),
     ("stack/*", (STACK,)),
     ("depth/*", (INDEX,)),
     ("common/[bes]*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
@@ -118,7 +118,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ),
 )
 # Of these the pump simulates every line.
-PUMPED = ("core/[!f]*", "core/frame*", "fir/*", "moving_sum/*", "common/*")
+PUMPED = ("core/*", "refocuser/raster*", "fir/*", "moving_sum/*", "common/*")
 
 
 Key = tuple[str, str, str, int]

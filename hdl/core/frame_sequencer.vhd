@@ -15,17 +15,7 @@
 -- early is filled up with zeros, the excess of a long line is dropped, a frame that starts early
 -- cuts the one before it short at a whole line, pixels between frames are dropped.
 --
--- Latency: 1 clock. Throughput: one token each clock while room = '1'.
--- Ports: columns, rows: size of the frame, read with its first pixel and kept stable until
---   the frame has left the core; slice is read with the first pixel of a frame (frame_start);
---   s_axis_*: stream in; room: the stages may be given a token;
---   calm: the lines before have left, so that a flush line does not pile its lines upon them (with parallel
---   rows it waits until they have reached the output); token_*: see above,
---   line_first/line_last mark the ends of a line, row is its place in its band, band a line
---   that completes one, frame_first lines of a frame's first band, slice that of the frame, image
---   is '0' in flush lines; error flags stay set until error_clear: 0 line ended early, 1 line
---   ended late, 2 frame started early, 3 pixels without a start of frame, 4 frame size that the
---   core does not support.
+-- Latency: 1 clock. Throughput: one token each clock while credit = '1'.
 -- Equation: the n-th pixel token of line l is pixel n of line l of the frame.
 
 library ieee;
@@ -34,6 +24,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
+use work.token_pkg.all;
 
 entity frame_sequencer is
   generic (
@@ -43,8 +34,6 @@ entity frame_sequencer is
     PARALLEL_ROWS : positive;
     -- Width of a pixel.
     DATA_BITS : positive;
-    -- Width of a slice.
-    SLICE_BITS : positive;
     -- Tokens behind the last pixel that push everything out of the row filters, with parallel rows out of the array.
     ROW_FLUSH : natural;
     -- Bands behind the last line that push everything out of the column filters.
@@ -59,31 +48,33 @@ entity frame_sequencer is
     KEEP_MODULUS : boolean := false
   );
   port (
-    clk               : in    std_logic;
-    reset             : in    std_logic;
-    columns           : in    std_logic_vector(15 downto 0);
-    rows              : in    std_logic_vector(15 downto 0);
-    slice             : in    unsigned(SLICE_BITS - 1 downto 0);
-    frame_start       : out   std_logic;
-    s_axis_tvalid     : in    std_logic;
-    s_axis_tready     : out   std_logic;
-    s_axis_tdata      : in    std_logic_vector(DATA_BITS - 1 downto 0);
-    s_axis_tuser      : in    std_logic;
-    s_axis_tlast      : in    std_logic;
-    room              : in    std_logic;
-    calm              : in    std_logic;
-    token_strobe      : out   std_logic;
-    token_pixel       : out   std_logic;
-    token_line_first  : out   std_logic;
-    token_line_last   : out   std_logic;
-    token_row         : out   natural range 0 to PARALLEL_ROWS - 1;
-    token_band        : out   std_logic;
-    token_frame_first : out   std_logic;
-    token_slice       : out   unsigned(SLICE_BITS - 1 downto 0);
-    token_image       : out   std_logic;
-    token_data        : out   std_logic_vector(DATA_BITS - 1 downto 0);
-    error_flags       : out   std_logic_vector(4 downto 0);
-    error_clear       : in    std_logic
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Size of the frame, read with its first pixel and kept stable until the frame has left the core.
+    columns : in    std_logic_vector(15 downto 0);
+    rows    : in    std_logic_vector(15 downto 0);
+    -- Slice of the frame, read in the clock of frame_start.
+    slice       : in    slice_t;
+    frame_start : out   std_logic;
+    -- The stream.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(DATA_BITS - 1 downto 0);
+    s_axis_tuser  : in    std_logic;
+    s_axis_tlast  : in    std_logic;
+    -- The output can take what one more token yields.
+    credit : in    std_logic;
+    -- The lines before have left, so that a flush line does not pile its lines upon them. With parallel rows it
+    -- waits until they have reached the output.
+    drained : in    std_logic;
+    -- Tokens with their pixel and the place of its line in its band.
+    token      : out   token_t;
+    token_row  : out   natural range 0 to PARALLEL_ROWS - 1;
+    token_data : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    -- 0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of frame, 4 frame size
+    -- that the core does not support. They stay set until error_clear.
+    error_flags : out   std_logic_vector(4 downto 0);
+    error_clear : in    std_logic
   );
 end entity frame_sequencer;
 
@@ -129,6 +120,7 @@ architecture rtl of frame_sequencer is
   signal completes_first : std_logic;
   signal first_band      : std_logic                        := '0';
   signal band_wait       : std_logic;
+  signal slice_held      : slice_t                          := (others => '0');
   signal tokens_to_flush : natural range 0 to ROW_FLUSH     := 0;
   signal bands_to_flush  : natural range 0 to COLUMN_FLUSH  := 0;
   signal steps_missing   : natural range 0 to MIN_STEPS     := 0;
@@ -159,7 +151,7 @@ begin
                 '0';
 
   -- What to do with this clock; `take` takes the pixel on offer, `send` says what becomes of it.
-  decide : process (state, frame_open, at_first, s_axis_tvalid, s_axis_tuser, room, calm, size_supported,
+  decide : process (state, frame_open, at_first, s_axis_tvalid, s_axis_tuser, credit, drained, size_supported,
                     bands_to_flush, tokens_to_flush, steps_missing, band_row, band_wait, frame_wait, completes_band,
                     completes_first) is
   begin
@@ -168,7 +160,7 @@ begin
     take         <= '0';
     starts_frame <= '0';
 
-    if room = '1' then
+    if credit = '1' then
 
       case state is
 
@@ -216,7 +208,7 @@ begin
               starts_frame <= '1';
             end if;
           elsif at_first = '1' then
-            if frame_open = '0' and (bands_to_flush > 0 or frame_wait = '1') and band_wait = '0' and calm = '1' and
+            if frame_open = '0' and (bands_to_flush > 0 or frame_wait = '1') and band_wait = '0' and drained = '1' and
                (PARALLEL_ROWS = 1 or tokens_to_flush = 0) then
               send <= flush_pixel;
             elsif tokens_to_flush > 0 or steps_missing > 0 then
@@ -259,6 +251,10 @@ begin
     variable frame_ends  : boolean;
     variable band_token  : std_logic;
     variable line_end    : unsigned(15 downto 0);
+    variable slice_now   : slice_t;
+    variable strobe      : std_logic;
+    variable pixel       : std_logic;
+    variable image       : std_logic;
 
   begin
 
@@ -277,15 +273,17 @@ begin
         first_band    <= '1';
         synchronised  <= '1';
         bands_missing <= MIN_BANDS - 1;
-        token_slice   <= slice;
         line_end      := new_last_column;
         frame_ends    := new_last_row = 0;
         band_token    := completes_first;
+        slice_now     := slice;
       else
         line_end   := last_column;
         frame_ends := row = last_row;
         band_token := completes_band;
+        slice_now  := slice_held;
       end if;
+      slice_held <= slice_now;
 
       if send = flush_pixel then
         band_token := '1';
@@ -369,7 +367,7 @@ begin
           state                  <= drop;
           error_flags(LINE_LATE) <= '1';
         end if;
-      elsif room = '1' and s_axis_tvalid = '1' then
+      elsif credit = '1' and s_axis_tvalid = '1' then
         if state = drop then
           if s_axis_tuser = '1' or s_axis_tlast = '1' then
             state <= accept;
@@ -392,32 +390,33 @@ begin
       end if;
 
       -- The token.
-      token_strobe      <= '0';
-      token_pixel       <= '0';
-      token_line_first  <= '0';
-      token_line_last   <= '0';
-      token_row         <= band_row;
-      token_band        <= '0';
-      token_frame_first <= '0';
-      token_image       <= '0';
-      token_data        <= (others => '0');
+      strobe     := '0';
+      pixel      := '0';
+      image      := '0';
+      token_row  <= band_row;
+      token_data <= (others => '0');
 
-      if send /= nothing then
-        token_strobe <= '1';
+      if send /= nothing and reset = '0' then
+        strobe := '1';
       end if;
       if send /= nothing and send /= empty then
-        token_pixel       <= '1';
-        token_line_last   <= line_ends;
-        token_band        <= band_token;
-        token_frame_first <= starts_frame or first_band;
-        token_line_first  <= at_first;
-        if image_token then
-          token_image <= '1';
-        end if;
+        pixel := '1';
+      end if;
+      if image_token then
+        image := '1';
       end if;
       if send = stream_pixel then
         token_data <= s_axis_tdata;
       end if;
+
+      token.strobe      <= strobe;
+      token.pixel       <= pixel;
+      token.line_first  <= pixel and at_first;
+      token.line_last   <= pixel and line_ends;
+      token.band        <= pixel and band_token;
+      token.frame_first <= pixel and (starts_frame or first_band);
+      token.image       <= image;
+      token.slice       <= slice_now;
 
       if reset = '1' then
         state           <= accept;
@@ -434,7 +433,6 @@ begin
         bands_missing   <= 0;
         band_phase      <= 0;
         steps_missing   <= 0;
-        token_strobe    <= '0';
         error_flags     <= (others => '0');
       end if;
     end if;

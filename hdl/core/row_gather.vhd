@@ -1,12 +1,10 @@
--- Gathers the lines of a raster into bands of parallel rows: row buffers in front of the filter array.
+-- Gathers the lines of a raster into bands of parallel rows: row buffers in front of the engine.
 --
--- All lines of a band but the last are stored; while they come in, the array gets empty tokens. With
+-- All lines of a band but the last are stored; while they come in, the engine gets empty tokens. With
 -- the line that completes the band it gets a pixel of each row. Rows that the band lacks (behind a
 -- frame's last line, in flush lines) are zeros and no image lines.
 --
 -- Latency: 1 clock (PARALLEL_ROWS = 1: 0). Throughput: one token each clock.
--- Ports: token_*: as frame_sequencer gives them; array_*: as fir_array takes them, row 0 in the
---   low bits of array_data.
 -- Equation: row r of the band at column k = pixel k of the r-th line since the last band.
 
 library ieee;
@@ -15,6 +13,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
+use work.token_pkg.all;
 
 entity row_gather is
   generic (
@@ -23,31 +22,19 @@ entity row_gather is
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
     -- Width of a pixel.
-    DATA_BITS : positive;
-    -- Width of a slice.
-    SLICE_BITS : positive
+    DATA_BITS : positive
   );
   port (
-    clk               : in    std_logic;
-    reset             : in    std_logic;
-    token_strobe      : in    std_logic;
-    token_pixel       : in    std_logic;
-    token_line_first  : in    std_logic;
-    token_line_last   : in    std_logic;
-    token_row         : in    natural range 0 to PARALLEL_ROWS - 1;
-    token_band        : in    std_logic;
-    token_frame_first : in    std_logic;
-    token_slice       : in    unsigned(SLICE_BITS - 1 downto 0);
-    token_image       : in    std_logic;
-    token_data        : in    std_logic_vector(DATA_BITS - 1 downto 0);
-    array_strobe      : out   std_logic;
-    array_pixel       : out   std_logic;
-    array_band_first  : out   std_logic;
-    array_band_last   : out   std_logic;
-    array_frame_first : out   std_logic;
-    array_slice       : out   unsigned(SLICE_BITS - 1 downto 0);
-    array_image       : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-    array_data        : out   std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0)
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- As frame_sequencer gives them.
+    token      : in    token_t;
+    token_row  : in    natural range 0 to PARALLEL_ROWS - 1;
+    token_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
+    -- Tokens of bands, the rows that are image lines, and their pixels, row 0 in the low bits.
+    array_token : out   token_t;
+    array_image : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+    array_data  : out   std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0)
   );
 end entity row_gather;
 
@@ -56,14 +43,9 @@ architecture rtl of row_gather is
 begin
 
   raster : if PARALLEL_ROWS = 1 generate
-    array_strobe      <= token_strobe;
-    array_pixel       <= token_pixel;
-    array_band_first  <= token_line_first;
-    array_band_last   <= token_line_last;
-    array_frame_first <= token_frame_first;
-    array_slice       <= token_slice;
-    array_image(0)    <= token_image;
-    array_data        <= token_data;
+    array_token    <= token;
+    array_image(0) <= token.image;
+    array_data     <= token_data;
   end generate raster;
 
   bands : if PARALLEL_ROWS > 1 generate
@@ -72,34 +54,33 @@ begin
 
     signal column    : unsigned(ADDRESS_BITS - 1 downto 0);
     signal column_d1 : unsigned(ADDRESS_BITS - 1 downto 0)    := (others => '0');
-    signal row_d1    : natural range 0 to PARALLEL_ROWS - 1;
     signal image_d1  : std_logic;
+    signal row_d1    : natural range 0 to PARALLEL_ROWS - 1;
     signal data_d1   : std_logic_vector(DATA_BITS - 1 downto 0);
 
   begin
 
-    column <= (others => '0') when token_line_first = '1' else
+    column <= (others => '0') when token.line_first = '1' else
               column_d1 + 1;
 
     follow : process (clk) is
     begin
 
       if rising_edge(clk) then
-        if token_strobe = '1' and token_pixel = '1' then
+        if token.strobe = '1' and token.pixel = '1' then
           column_d1 <= column;
         end if;
-        array_strobe      <= token_strobe;
-        array_pixel       <= token_pixel and token_band;
-        array_band_first  <= token_line_first and token_band;
-        array_band_last   <= token_line_last and token_band;
-        array_frame_first <= token_frame_first;
-        array_slice       <= token_slice;
-        row_d1            <= token_row;
-        image_d1          <= token_image;
-        data_d1           <= token_data;
-        if reset = '1' then
-          array_strobe <= '0';
-        end if;
+        array_token.strobe      <= token.strobe and not reset;
+        array_token.pixel       <= token.pixel and token.band;
+        array_token.line_first  <= token.line_first and token.band;
+        array_token.line_last   <= token.line_last and token.band;
+        array_token.band        <= token.band;
+        array_token.frame_first <= token.frame_first;
+        array_token.image       <= token.image;
+        array_token.slice       <= token.slice;
+        image_d1                <= token.image;
+        row_d1                  <= token_row;
+        data_d1                 <= token_data;
       end if;
 
     end process follow;
@@ -123,7 +104,7 @@ begin
 
       begin
 
-        write_enable <= token_strobe and token_pixel and not token_band when token_row = r else
+        write_enable <= token.strobe and token.pixel and not token.band when token_row = r else
                         '0';
 
         pixels : entity work.ram_simple_dual_port

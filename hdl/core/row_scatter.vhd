@@ -1,13 +1,9 @@
--- Turns bands of parallel rows back into a raster: row buffers behind the filter array.
+-- Turns bands of parallel rows back into a raster: row buffers behind the engine.
 --
 -- Each row has a FIFO. They are read line by line, from the first row of a band to the last. A
 -- row that holds no image line leaves one word that says so, and is passed over with the end of the line before it.
 --
 -- Latency: 2 clocks from a pixel to its offer when its turn has come. Throughput: one pixel each clock.
--- Ports: row_valid marks pixels of image lines, row_skip rows of a band without one (once for each
---   band); row_words is what goes with the pixels, row 0 in the low bits, bit LAST_BIT of a word
---   marks the end of a line; m_axis_*: the words in raster order; room: all FIFOs can take the
---   tokens that are under way; calm: what came in has gone out, but for a few pixels.
 -- Equation: the n-th line out is the n-th image line of the bands, counted row by row.
 
 library ieee;
@@ -16,6 +12,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
+use work.token_pkg.all;
 
 entity row_scatter is
   generic (
@@ -23,24 +20,30 @@ entity row_scatter is
     PARALLEL_ROWS : positive;
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
-    -- Bits of a word.
-    WIDTH : positive;
-    -- Bit of a word that marks the end of a line.
-    LAST_BIT : natural;
-    -- Words that may still come when room falls.
+    -- Width of a pixel.
+    DATA_BITS : positive;
+    -- Width of a slice.
+    SLICE_BITS : natural range 0 to 8;
+    -- Results that may still come when credit falls.
     UNDER_WAY : positive
   );
   port (
-    clk           : in    std_logic;
-    reset         : in    std_logic;
-    row_valid     : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-    row_skip      : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-    row_words     : in    std_logic_vector(PARALLEL_ROWS * WIDTH - 1 downto 0);
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- What the engine gives for each row, with the pixels, row 0 in the low bits.
+    results : in    results_t(0 to PARALLEL_ROWS - 1);
+    data    : in    std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
+    -- The pixels in raster order; tid: the slice of the frame.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(WIDTH - 1 downto 0);
-    room          : out   std_logic;
-    calm          : out   std_logic
+    m_axis_tdata  : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic;
+    m_axis_tid    : out   std_logic_vector(7 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- All FIFOs can take what the tokens under way yield.
+    credit : out   std_logic;
+    -- What came in has gone out, but for a few pixels.
+    drained : out   std_logic
   );
 end entity row_scatter;
 
@@ -52,24 +55,28 @@ architecture rtl of row_scatter is
   constant LINE_WORDS   : natural  := choose(PARALLEL_ROWS = 1, 0, 2 * MAX_COLUMNS + PARALLEL_ROWS);
   constant CAPACITY     : positive := LINE_WORDS + 2 * UNDER_WAY;
   constant ADDRESS_BITS : positive := bits_for(CAPACITY - 1);
-  constant ROOM_LEVEL   : positive := 2 ** ADDRESS_BITS - UNDER_WAY;
+  constant CREDIT_LEVEL : positive := 2 ** ADDRESS_BITS - UNDER_WAY;
 
-  -- A word and whether it stands for a row without an image line.
+  -- From the low bits: pixel, end of line, start of frame, slice, whether the row has no image line.
+  constant LAST_BIT  : natural  := DATA_BITS;
+  constant START_BIT : natural  := DATA_BITS + 1;
+  constant WIDTH     : positive := DATA_BITS + 2 + SLICE_BITS;
+
   subtype entry_t is std_logic_vector(WIDTH downto 0);
 
   type entries_t is array (natural range 0 to PARALLEL_ROWS - 1) of entry_t;
 
   constant ALL_ROWS : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '1');
 
-  signal row      : natural range 0 to PARALLEL_ROWS             := 0;
-  signal entries  : entries_t;
-  signal on_offer : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-  signal take     : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-  signal has_room : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
-  signal is_calm  : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
-  signal entry    : entry_t;
-  signal offered  : std_logic;
-  signal taken    : std_logic;
+  signal row        : natural range 0 to PARALLEL_ROWS             := 0;
+  signal entries    : entries_t;
+  signal on_offer   : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  signal take       : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  signal has_credit : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
+  signal is_drained : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
+  signal entry      : entry_t;
+  signal offered    : std_logic;
+  signal taken      : std_logic;
   -- Rows that are passed over in this clock, and the one that comes behind them.
   signal passed   : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal row_then : natural range 0 to PARALLEL_ROWS;
@@ -84,9 +91,15 @@ begin
 
   begin
 
-    write <= row_valid(r) when PARALLEL_ROWS = 1 else
-             row_valid(r) or row_skip(r);
-    word  <= row_skip(r) & row_words((r + 1) * WIDTH - 1 downto r * WIDTH);
+    write <= results(r).valid when PARALLEL_ROWS = 1 else
+             results(r).valid or results(r).skip;
+
+    word(WIDTH)     <= results(r).skip;
+    word(START_BIT) <= results(r).start;
+    word(LAST_BIT)  <= results(r).last;
+
+    word(WIDTH - 1 downto START_BIT + 1) <= std_logic_vector(results(r).slice(SLICE_BITS - 1 downto 0));
+    word(DATA_BITS - 1 downto 0)         <= data((r + 1) * DATA_BITS - 1 downto r * DATA_BITS);
 
     words : entity work.axis_fifo
       generic map (
@@ -108,38 +121,41 @@ begin
     take(r) <= taken when row = r else
                passed(r);
 
-    watch_room : process (clk) is
+    watch_level : process (clk) is
     begin
 
       if rising_edge(clk) then
-        if level < ROOM_LEVEL then
-          has_room(r) <= '1';
+        if level < CREDIT_LEVEL then
+          has_credit(r) <= '1';
         else
-          has_room(r) <= '0';
+          has_credit(r) <= '0';
         end if;
         if level < UNDER_WAY then
-          is_calm(r) <= '1';
+          is_drained(r) <= '1';
         else
-          is_calm(r) <= '0';
+          is_drained(r) <= '0';
         end if;
         if reset = '1' then
-          has_room(r) <= '0';
+          has_credit(r) <= '0';
         end if;
       end if;
 
-    end process watch_room;
+    end process watch_level;
 
   end generate fifo;
 
-  room          <= '1' when has_room = ALL_ROWS else
+  credit        <= '1' when has_credit = ALL_ROWS else
                    '0';
-  calm          <= '1' when is_calm = ALL_ROWS else
+  drained       <= '1' when is_drained = ALL_ROWS else
                    '0';
   entry         <= entries(row);
   offered       <= on_offer(row);
   taken         <= offered and (m_axis_tready or entry(WIDTH));
   m_axis_tvalid <= offered and not entry(WIDTH);
-  m_axis_tdata  <= entry(WIDTH - 1 downto 0);
+  m_axis_tdata  <= entry(DATA_BITS - 1 downto 0);
+  m_axis_tuser  <= entry(START_BIT);
+  m_axis_tlast  <= entry(LAST_BIT);
+  m_axis_tid    <= std_logic_vector(resize(unsigned(entry(WIDTH - 1 downto START_BIT + 1)), 8));
 
   pass_over : process (row, taken, entry, entries, on_offer) is
 

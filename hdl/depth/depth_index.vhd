@@ -1,6 +1,6 @@
 -- Depth index and all-in-focus picture of a focal stack, while it streams.
 --
--- Frame sequencer -> depth index -> output FIFO. For each micro image the slice of largest local sharpness is
+-- A stream shell around sharpness_index. For each micro image the slice of largest local sharpness is
 -- found and all of its pixels are taken from there. When nothing follows, the core pushes the rest of the frame out by
 -- itself, in lines up to a multiple of M; what comes meanwhile waits in the source.
 --
@@ -18,6 +18,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.sharpness_pkg.all;
+use work.token_pkg.all;
 
 entity depth_index is
   generic (
@@ -58,69 +59,56 @@ architecture rtl of depth_index is
 
   constant STACK_BITS : positive := SLICES * CHANNELS * PIXEL_BITS;
   constant OUT_BITS   : positive := CHANNELS * PIXEL_BITS + 8;
-  -- Sequencer 2, depth index.
-  constant TOKENS_UNDER_WAY : positive := 2 + index_latency(SLICES, RADIUS) + 4;
 
-  signal room : std_logic;
-  signal calm : std_logic;
-
-  signal token_strobe      : std_logic;
-  signal token_pixel       : std_logic;
-  signal token_line_first  : std_logic;
-  signal token_line_last   : std_logic;
-  signal token_frame_first : std_logic;
-  signal token_image       : std_logic;
-  signal token_data        : std_logic_vector(STACK_BITS - 1 downto 0);
-
-  signal found_valid : std_logic_vector(0 downto 0);
-  signal found_start : std_logic;
-  signal found_last  : std_logic;
+  signal token       : token_t;
+  signal token_data  : std_logic_vector(STACK_BITS - 1 downto 0);
+  signal results     : results_t(0 to 0);
   signal found_index : unsigned(bits_for(SLICES - 1) - 1 downto 0);
   signal found_data  : std_logic_vector(OUT_BITS - 9 downto 0);
-  signal found_word  : std_logic_vector(OUT_BITS + 1 downto 0);
-  signal output_word : std_logic_vector(OUT_BITS + 1 downto 0);
+  signal found_word  : std_logic_vector(OUT_BITS - 1 downto 0);
 
 begin
 
-  sequencer : entity work.frame_sequencer
+  shell : entity work.stream_shell
     generic map (
-      MAX_COLUMNS   => MAX_COLUMNS,
-      PARALLEL_ROWS => 1,
-      DATA_BITS     => STACK_BITS,
-      SLICE_BITS    => 1,
-      ROW_FLUSH     => 0,
-      COLUMN_FLUSH  => sharpness_delay(MICRO_IMAGE_SIZE, RADIUS),
-      MIN_STEPS     => 8 + RADIUS,
-      MIN_BANDS     => 1,
-      BAND_MODULUS  => MICRO_IMAGE_SIZE,
-      KEEP_MODULUS  => true
+      MAX_COLUMNS    => MAX_COLUMNS,
+      IN_BITS        => STACK_BITS,
+      OUT_BITS       => OUT_BITS,
+      INPUT_PIXELS   => 0,
+      ROW_DELAY      => 0,
+      COLUMN_DELAY   => sharpness_delay(MICRO_IMAGE_SIZE, RADIUS),
+      ENGINE_LATENCY => index_latency(SLICES, RADIUS) + 4,
+      MIN_STEPS      => 8 + RADIUS,
+      MIN_BANDS      => 1,
+      BAND_MODULUS   => MICRO_IMAGE_SIZE,
+      KEEP_MODULUS   => true
     )
     port map (
-      clk               => clk,
-      reset             => reset,
-      columns           => columns,
-      rows              => rows,
-      slice             => "0",
-      frame_start       => open,
-      s_axis_tvalid     => s_axis_tvalid,
-      s_axis_tready     => s_axis_tready,
-      s_axis_tdata      => s_axis_tdata,
-      s_axis_tuser      => s_axis_tuser(0),
-      s_axis_tlast      => s_axis_tlast,
-      room              => room,
-      calm              => calm,
-      token_strobe      => token_strobe,
-      token_pixel       => token_pixel,
-      token_line_first  => token_line_first,
-      token_line_last   => token_line_last,
-      token_row         => open,
-      token_band        => open,
-      token_frame_first => token_frame_first,
-      token_slice       => open,
-      token_image       => token_image,
-      token_data        => token_data,
-      error_flags       => error_flags,
-      error_clear       => error_clear
+      clk           => clk,
+      reset         => reset,
+      columns       => columns,
+      rows          => rows,
+      slice         => x"00",
+      sweep         => '0',
+      sweep_frames  => x"00",
+      s_axis_tvalid => s_axis_tvalid,
+      s_axis_tready => s_axis_tready,
+      s_axis_tdata  => s_axis_tdata,
+      s_axis_tuser  => s_axis_tuser,
+      s_axis_tlast  => s_axis_tlast,
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => m_axis_tdata,
+      m_axis_tuser  => m_axis_tuser,
+      m_axis_tid    => open,
+      m_axis_tlast  => m_axis_tlast,
+      error_flags   => error_flags,
+      error_clear   => error_clear,
+      token         => token,
+      token_rows    => open,
+      token_data    => token_data,
+      results       => results,
+      result_data   => found_word
     );
 
   find : entity work.sharpness_index
@@ -135,46 +123,23 @@ begin
     port map (
       clk            => clk,
       reset          => reset,
-      in_strobe      => token_strobe,
-      in_pixel       => token_pixel,
-      in_line_first  => token_line_first,
-      in_line_last   => token_line_last,
-      in_frame_first => token_frame_first,
-      in_image       => token_image,
+      in_strobe      => token.strobe,
+      in_pixel       => token.pixel,
+      in_line_first  => token.line_first,
+      in_line_last   => token.line_last,
+      in_frame_first => token.frame_first,
+      in_image       => token.image,
       in_data        => token_data,
-      out_valid      => found_valid(0),
-      out_start      => found_start,
-      out_last       => found_last,
+      out_valid      => results(0).valid,
+      out_start      => results(0).start,
+      out_last       => results(0).last,
       out_index      => found_index,
       out_data       => found_data
     );
 
-  found_word <= found_start & found_last & std_logic_vector(resize(found_index, 8)) & found_data;
+  found_word <= std_logic_vector(resize(found_index, 8)) & found_data;
 
-  -- With one row at once a FIFO that tells the sequencer of its room.
-  scatter : entity work.row_scatter
-    generic map (
-      PARALLEL_ROWS => 1,
-      MAX_COLUMNS   => MAX_COLUMNS,
-      WIDTH         => OUT_BITS + 2,
-      LAST_BIT      => OUT_BITS,
-      UNDER_WAY     => TOKENS_UNDER_WAY
-    )
-    port map (
-      clk           => clk,
-      reset         => reset,
-      row_valid     => found_valid,
-      row_skip      => "0",
-      row_words     => found_word,
-      m_axis_tvalid => m_axis_tvalid,
-      m_axis_tready => m_axis_tready,
-      m_axis_tdata  => output_word,
-      room          => room,
-      calm          => calm
-    );
-
-  m_axis_tdata    <= output_word(OUT_BITS - 1 downto 0);
-  m_axis_tlast    <= output_word(OUT_BITS);
-  m_axis_tuser(0) <= output_word(OUT_BITS + 1);
+  results(0).skip  <= '0';
+  results(0).slice <= (others => '0');
 
 end architecture rtl;

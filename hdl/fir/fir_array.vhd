@@ -23,11 +23,6 @@
 -- Latency: floor(D/N) bands and D + D mod N tokens (with DESKEW D + N - 1), D = total_delay, and array_latency
 --   clocks, from the first pixel in to the first pixel out.
 -- Throughput: N pixels of all channels each clock.
--- Ports: in_strobe marks a token, in_pixel a pixel token, in_band_first and in_band_last the ends
---   of a band, in_frame_first the first band of a frame, in_slice (read at its first token) the slice
---   of the frame, in_image the rows that are image lines (held through a band), in_data the pixels, row 0
---   in the low bits. out_valid marks pixels of image lines, out_skip (at the first column) rows without
---   an image line, out_start the first pixel of a frame, out_last the last of a line, out_slice the slice.
 -- Equation: out(k) = round(S2(k) / M**(2 + 2n)) of rows, then columns (EXACT), or stored products as
 --   in raster_refocuser.
 
@@ -38,6 +33,8 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
+use work.token_pkg.all;
 
 entity fir_array is
   generic (
@@ -71,22 +68,16 @@ entity fir_array is
     DESKEW : boolean := false
   );
   port (
-    clk            : in    std_logic;
-    reset          : in    std_logic;
-    in_strobe      : in    std_logic;
-    in_pixel       : in    std_logic;
-    in_band_first  : in    std_logic;
-    in_band_last   : in    std_logic;
-    in_frame_first : in    std_logic;
-    in_slice       : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    in_image       : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-    in_data        : in    std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0);
-    out_valid      : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-    out_skip       : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-    out_start      : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-    out_last       : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-    out_slice      : out   std_logic_vector(PARALLEL_ROWS * bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    out_data       : out   std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0)
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A token of a band; image counts row by row. line_first and line_last are the ends of the band.
+    token : in    token_t;
+    -- The rows that are image lines, held through a band, and the pixels, row 0 in the low bits.
+    token_rows : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+    token_data : in    std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The results of each row, and the pixels, row 0 in the low bits.
+    results     : out   results_t(0 to PARALLEL_ROWS - 1);
+    result_data : out   std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0)
   );
 end entity fir_array;
 
@@ -94,53 +85,16 @@ architecture rtl of fir_array is
 
   constant STORED     : boolean  := not EXACT;
   constant PASSES     : positive := INTERPOLATION_ORDER + 1;
-  constant SLICE_BITS : positive := in_slice'length;
+  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
   -- Filters that work in step in a row stage, and streams of a column module.
   constant ROW_LANES : positive := PARALLEL_ROWS * CHANNELS;
   constant DEPTH     : positive := divide_up(MAX_COLUMNS, PARALLEL_ROWS);
 
-  constant PIXEL_MAX   : positive := 2 ** PIXEL_BITS - 1;
-  constant MIDDLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
-  constant MIDDLE_MAX  : positive := 2 ** MIDDLE_BITS - 1;
-  constant DROP_BITS   : natural  := choose(EXACT, 0, FRACTION_BITS - GUARD_BITS);
+  -- Passes are numbered from 0, rows first, then columns.
+  constant ARITHMETIC : arithmetic_t := (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS, PASSES);
 
-  -- Passes are numbered from 0, rows first, then columns. The largest input of the filters of a pass: exact
-  -- sums grow by M with each pass, stored products work on the intermediate image.
-
-  function product_max (
-    pass : natural
-  ) return positive is
-  begin
-
-    if EXACT then
-      return PIXEL_MAX * MICRO_IMAGE_SIZE ** pass;
-    elsif pass = 0 then
-      return scaled_quotient(PIXEL_MAX, FRACTION_BITS, MICRO_IMAGE_SIZE);
-    end if;
-
-    return scaled_quotient(MIDDLE_MAX, DROP_BITS, MICRO_IMAGE_SIZE);
-
-  end function product_max;
-
-  -- Width of a lane in front of a pass (behind the pass before it).
-
-  function value_bits (
-    pass : natural
-  ) return positive is
-  begin
-
-    if EXACT then
-      return bits_for(PIXEL_MAX * MICRO_IMAGE_SIZE ** pass);
-    elsif pass = 0 or pass = 2 * PASSES then
-      return PIXEL_BITS;
-    end if;
-
-    return MIDDLE_BITS;
-
-  end function value_bits;
-
-  constant ROW_SUM_BITS    : positive := value_bits(PASSES);
-  constant RESULT_SUM_BITS : positive := value_bits(2 * PASSES);
+  constant ROW_SUM_BITS    : positive := value_bits(ARITHMETIC, PASSES);
+  constant RESULT_SUM_BITS : positive := value_bits(ARITHMETIC, 2 * PASSES);
 
   -- Side information of a token; bit 0 is the one that reset clears.
   constant PIXEL       : natural := 0;
@@ -176,14 +130,14 @@ architecture rtl of fir_array is
   constant RESULT_DATA_LOW  : natural := RESULT_SLICE_LOW + SLICE_BITS;
   constant RESULT_BITS      : natural := RESULT_DATA_LOW + CHANNELS * RESULT_SUM_BITS;
 
-  subtype result_t is std_logic_vector(RESULT_BITS - 1 downto 0);
+  subtype wide_result_t is std_logic_vector(RESULT_BITS - 1 downto 0);
 
   -- What passes from one stage to the next; lanes take the low bits.
   type row_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
 
   type row_tags_t is array (natural range 0 to PASSES) of token_tag_t;
 
-  constant COLUMN_WIDTH : positive := choose(EXACT, RESULT_SUM_BITS, MIDDLE_BITS);
+  constant COLUMN_WIDTH : positive := widest_bits(ARITHMETIC);
 
   type column_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * COLUMN_WIDTH - 1 downto 0);
 
@@ -214,7 +168,7 @@ architecture rtl of fir_array is
   signal row_sums   : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
   signal raw_tags   : std_logic_vector(PARALLEL_ROWS * column_tag_t'length - 1 downto 0);
   signal skew_tags  : std_logic_vector(PARALLEL_ROWS * column_tag_t'length - 1 downto 0);
-  signal results    : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
+  signal skewed     : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
   signal aligned    : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
 
 begin
@@ -236,15 +190,15 @@ begin
     severity failure;
 
   -- Row modules: every token is a step.
-  row_strobe(0)            <= in_strobe;
-  row_tags(0)(PIXEL)       <= in_pixel;
-  row_tags(0)(BAND_FIRST)  <= in_band_first;
-  row_tags(0)(BAND_LAST)   <= in_band_last;
-  row_tags(0)(FRAME_FIRST) <= in_frame_first;
-  row_tags(0)(slice_field) <= std_logic_vector(in_slice);
-  row_tags(0)(image_field) <= in_image;
+  row_strobe(0)            <= token.strobe;
+  row_tags(0)(PIXEL)       <= token.pixel;
+  row_tags(0)(BAND_FIRST)  <= token.line_first;
+  row_tags(0)(BAND_LAST)   <= token.line_last;
+  row_tags(0)(FRAME_FIRST) <= token.frame_first;
+  row_tags(0)(slice_field) <= std_logic_vector(token.slice(SLICE_BITS - 1 downto 0));
+  row_tags(0)(image_field) <= token_rows;
 
-  row_data(0)(ROW_LANES * PIXEL_BITS - 1 downto 0) <= in_data;
+  row_data(0)(ROW_LANES * PIXEL_BITS - 1 downto 0) <= token_data;
 
   row_pass : for i in 0 to PASSES - 1 generate
 
@@ -271,13 +225,13 @@ begin
         MODULES          => 1,
         DEPTH            => 1,
         LANES            => ROW_LANES,
-        DATA_BITS        => value_bits(i),
+        DATA_BITS        => value_bits(ARITHMETIC, i),
         STORED           => STORED,
-        SCALE_BITS       => choose(i = 0, FRACTION_BITS, DROP_BITS),
-        PRODUCT_MAX      => product_max(i),
-        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(i),
-        DROP_BITS        => DROP_BITS,
-        RESULT_BITS      => value_bits(i + 1),
+        SCALE_BITS       => scale_bits(ARITHMETIC, i),
+        PRODUCT_MAX      => product_max(ARITHMETIC, i),
+        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(ARITHMETIC, i),
+        DROP_BITS        => drop_bits(ARITHMETIC, i),
+        RESULT_BITS      => value_bits(ARITHMETIC, i + 1),
         BROADCAST_TAPS   => BROADCAST_TAPS,
         STEP_TAG_BITS    => token_tag_t'length,
         TOKEN_TAG_BITS   => 1
@@ -290,11 +244,11 @@ begin
         advance       => '1',
         first         => row_tags(i)(BAND_FIRST),
         slice         => slice,
-        data          => row_data(i)(ROW_LANES * value_bits(i) - 1 downto 0),
+        data          => row_data(i)(ROW_LANES * value_bits(ARITHMETIC, i) - 1 downto 0),
         step_tag      => row_tags(i),
         token_tag     => "0",
         out_strobe    => row_strobe(i + 1),
-        out_data      => row_data(i + 1)(ROW_LANES * value_bits(i + 1) - 1 downto 0),
+        out_data      => row_data(i + 1)(ROW_LANES * value_bits(ARITHMETIC, i + 1) - 1 downto 0),
         out_step_tag  => row_tags(i + 1),
         out_token_tag => open
       );
@@ -372,8 +326,7 @@ begin
 
   column_pass : for i in 0 to PASSES - 1 generate
 
-    constant STAGE_SHIFTS : string  := pass_shifts(SHIFTS, i);
-    constant LAST_PASS    : boolean := i = PASSES - 1;
+    constant STAGE_SHIFTS : string := pass_shifts(SHIFTS, i);
 
     signal slice   : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
     signal advance : std_logic;
@@ -399,13 +352,13 @@ begin
         MODULES          => PARALLEL_ROWS,
         DEPTH            => DEPTH,
         LANES            => CHANNELS,
-        DATA_BITS        => value_bits(PASSES + i),
+        DATA_BITS        => value_bits(ARITHMETIC, PASSES + i),
         STORED           => STORED,
-        SCALE_BITS       => DROP_BITS,
-        PRODUCT_MAX      => product_max(PASSES + i),
-        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(PASSES + i),
-        DROP_BITS        => choose(LAST_PASS, FRACTION_BITS, DROP_BITS),
-        RESULT_BITS      => value_bits(PASSES + i + 1),
+        SCALE_BITS       => scale_bits(ARITHMETIC, PASSES + i),
+        PRODUCT_MAX      => product_max(ARITHMETIC, PASSES + i),
+        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(ARITHMETIC, PASSES + i),
+        DROP_BITS        => drop_bits(ARITHMETIC, PASSES + i),
+        RESULT_BITS      => value_bits(ARITHMETIC, PASSES + i + 1),
         BROADCAST_TAPS   => BROADCAST_TAPS,
         STEP_TAG_BITS    => line_tag_t'length,
         TOKEN_TAG_BITS   => column_tag_t'length
@@ -418,11 +371,11 @@ begin
         advance       => advance,
         first         => line_tags(i)(LINE_FRAME_FIRST),
         slice         => slice,
-        data          => column_data(i)(ROW_LANES * value_bits(PASSES + i) - 1 downto 0),
+        data          => column_data(i)(ROW_LANES * value_bits(ARITHMETIC, PASSES + i) - 1 downto 0),
         step_tag      => line_tags(i),
         token_tag     => column_tags(i),
         out_strobe    => column_strobe(i + 1),
-        out_data      => column_data(i + 1)(ROW_LANES * value_bits(PASSES + i + 1) - 1 downto 0),
+        out_data      => column_data(i + 1)(ROW_LANES * value_bits(ARITHMETIC, PASSES + i + 1) - 1 downto 0),
         out_step_tag  => line_tags(i + 1),
         out_token_tag => column_tags(i + 1)
       );
@@ -482,7 +435,7 @@ begin
     signal begins     : std_logic;
     signal line_held  : line_tag_t := (others => '0');
     signal line_now   : line_tag_t;
-    signal result     : result_t;
+    signal result     : wide_result_t;
 
   begin
 
@@ -511,12 +464,12 @@ begin
     result(RESULT_BITS - 1 downto RESULT_DATA_LOW)      <= row_sums((r + 1) * CHANNELS * RESULT_SUM_BITS - 1 downto
                                                                     r * CHANNELS * RESULT_SUM_BITS);
 
-    results((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS) <= result;
+    skewed((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS) <= result;
 
   end generate row_result;
 
   skewed_results : if not DESKEW generate
-    aligned <= results;
+    aligned <= skewed;
   end generate skewed_results;
 
   deskewed_results : if DESKEW generate
@@ -531,7 +484,7 @@ begin
         clk      => clk,
         reset    => reset,
         enable   => column_strobe(PASSES),
-        data_in  => results,
+        data_in  => skewed,
         data_out => aligned
       );
 
@@ -540,72 +493,37 @@ begin
   -- Scaling to pixels.
   scale_row : for r in 0 to PARALLEL_ROWS - 1 generate
 
-    constant TAG_BITS : positive := RESULT_DATA_LOW;
-
-    signal result : result_t;
-    signal tag    : std_logic_vector(TAG_BITS - 1 downto 0);
-    signal scaled : std_logic_vector(TAG_BITS - 1 downto 0);
+    signal result : wide_result_t;
+    signal used   : std_logic;
+    signal summed : result_t;
 
   begin
 
     result <= aligned((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS);
+    used   <= result(RESULT_USED) and column_strobe(PASSES);
 
-    tag(RESULT_USED) <= result(RESULT_USED) and column_strobe(PASSES);
+    summed.valid <= used and not result(RESULT_SKIP);
+    summed.skip  <= used and result(RESULT_SKIP);
+    summed.last  <= result(RESULT_LAST);
+    summed.start <= result(RESULT_START);
+    summed.slice <= resize(unsigned(result(RESULT_DATA_LOW - 1 downto RESULT_SLICE_LOW)), slice_t'length);
 
-    tag(TAG_BITS - 1 downto RESULT_SKIP) <= result(TAG_BITS - 1 downto RESULT_SKIP);
-
-    delay_tags : entity work.tag_delay
+    scale : entity work.result_scaler
       generic map (
-        WIDTH  => TAG_BITS,
-        LENGTH => choose(EXACT, DIVIDE_LATENCY, 0)
+        EXACT      => EXACT,
+        LANES      => CHANNELS,
+        SUM_BITS   => RESULT_SUM_BITS,
+        PIXEL_BITS => PIXEL_BITS,
+        DIVISOR    => final_divisor(ARITHMETIC)
       )
       port map (
-        clk     => clk,
-        reset   => reset,
-        enable  => '1',
-        tag     => tag,
-        delayed => scaled
+        clk    => clk,
+        reset  => reset,
+        result => summed,
+        sums   => result(RESULT_BITS - 1 downto RESULT_DATA_LOW),
+        scaled => results(r),
+        pixels => result_data((r + 1) * CHANNELS * PIXEL_BITS - 1 downto r * CHANNELS * PIXEL_BITS)
       );
-
-    out_valid(r) <= scaled(RESULT_USED) and not scaled(RESULT_SKIP);
-    out_skip(r)  <= scaled(RESULT_USED) and scaled(RESULT_SKIP);
-    out_last(r)  <= scaled(RESULT_LAST);
-    out_start(r) <= scaled(RESULT_START);
-
-    out_slice((r + 1) * SLICE_BITS - 1 downto r * SLICE_BITS) <= scaled(TAG_BITS - 1 downto RESULT_SLICE_LOW);
-
-    channel : for c in 0 to CHANNELS - 1 generate
-
-      constant LOW   : natural := RESULT_DATA_LOW + c * RESULT_SUM_BITS;
-      constant PLACE : natural := (r * CHANNELS + c) * PIXEL_BITS;
-
-      signal value : std_logic_vector(PIXEL_BITS - 1 downto 0);
-
-    begin
-
-      exact_result : if EXACT generate
-
-        divide : entity work.divide_round
-          generic map (
-            VALUE_MAX     => PIXEL_MAX * MICRO_IMAGE_SIZE ** (2 * PASSES),
-            DIVISOR       => MICRO_IMAGE_SIZE ** (2 * PASSES),
-            QUOTIENT_BITS => PIXEL_BITS
-          )
-          port map (
-            clk      => clk,
-            value    => result(LOW + RESULT_SUM_BITS - 1 downto LOW),
-            quotient => value
-          );
-
-      end generate exact_result;
-
-      stored_result : if STORED generate
-        value <= result(LOW + RESULT_SUM_BITS - 1 downto LOW);
-      end generate stored_result;
-
-      out_data(PLACE + PIXEL_BITS - 1 downto PLACE) <= value;
-
-    end generate channel;
 
   end generate scale_row;
 

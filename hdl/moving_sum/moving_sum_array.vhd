@@ -10,7 +10,6 @@
 -- Latency: D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay. Throughput: one pixel of
 --   all channels each clock, in lines of D + 1 tokens at least and frames of D + 1 lines at least and a multiple
 --   of M lines, with ANY_ROWS of least_frame lines at least; what is missing, empty tokens and lines must make up for.
--- Ports: as fir_array with PARALLEL_ROWS = 1.
 -- Equation: as fir_array.
 
 library ieee;
@@ -21,6 +20,8 @@ library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.moving_sum_pkg.all;
+use work.arithmetic_pkg.all;
+use work.token_pkg.all;
 
 entity moving_sum_array is
   generic (
@@ -48,35 +49,25 @@ entity moving_sum_array is
     ANY_ROWS : boolean := false
   );
   port (
-    clk            : in    std_logic;
-    reset          : in    std_logic;
-    in_strobe      : in    std_logic;
-    in_pixel       : in    std_logic;
-    in_band_first  : in    std_logic;
-    in_band_last   : in    std_logic;
-    in_frame_first : in    std_logic;
-    in_slice       : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    in_image       : in    std_logic;
-    in_data        : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
-    out_valid      : out   std_logic;
-    out_skip       : out   std_logic;
-    out_start      : out   std_logic;
-    out_last       : out   std_logic;
-    out_slice      : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    out_data       : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A token, and the pixel of its channels.
+    token      : in    token_t;
+    token_data : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The result of a pixel, and its channels.
+    result      : out   result_t;
+    result_data : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
   );
 end entity moving_sum_array;
 
 architecture rtl of moving_sum_array is
 
-  constant STORED      : boolean  := not EXACT;
-  constant PASSES      : positive := INTERPOLATION_ORDER + 1;
-  constant LAST_STAGE  : positive := 2 * PASSES - 1;
-  constant SLICE_BITS  : positive := in_slice'length;
-  constant PIXEL_MAX   : positive := 2 ** PIXEL_BITS - 1;
-  constant MIDDLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
-  constant MIDDLE_MAX  : positive := 2 ** MIDDLE_BITS - 1;
-  constant DROP_BITS   : natural  := choose(EXACT, 0, FRACTION_BITS - GUARD_BITS);
+  constant STORED     : boolean  := not EXACT;
+  constant PASSES     : positive := INTERPOLATION_ORDER + 1;
+  constant LAST_STAGE : positive := 2 * PASSES - 1;
+  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
+
+  constant ARITHMETIC : arithmetic_t := (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS, PASSES);
 
   -- Whether a stage filters columns.
   function filters_columns (
@@ -88,40 +79,8 @@ architecture rtl of moving_sum_array is
 
   end function filters_columns;
 
-  -- The largest input of the sums of a stage.
-  function product_max (
-    stage : natural
-  ) return positive is
-  begin
-
-    if EXACT then
-      return PIXEL_MAX * MICRO_IMAGE_SIZE ** stage;
-    elsif stage = 0 then
-      return scaled_quotient(PIXEL_MAX, FRACTION_BITS, MICRO_IMAGE_SIZE);
-    end if;
-
-    return scaled_quotient(MIDDLE_MAX, DROP_BITS, MICRO_IMAGE_SIZE);
-
-  end function product_max;
-
-  -- Width of a lane in front of a stage (behind the one before it).
-  function value_bits (
-    stage : natural
-  ) return positive is
-  begin
-
-    if EXACT then
-      return bits_for(PIXEL_MAX * MICRO_IMAGE_SIZE ** stage);
-    elsif stage = 0 or stage = 2 * PASSES then
-      return PIXEL_BITS;
-    end if;
-
-    return MIDDLE_BITS;
-
-  end function value_bits;
-
-  constant SUM_BITS : positive := value_bits(2 * PASSES);
-  constant WIDTH    : positive := choose(EXACT, SUM_BITS, MIDDLE_BITS);
+  constant SUM_BITS : positive := value_bits(ARITHMETIC, 2 * PASSES);
+  constant WIDTH    : positive := widest_bits(ARITHMETIC);
 
   -- Side information of a token; bit 0 is the one that reset clears.
   constant PIXEL      : natural := 0;
@@ -151,15 +110,9 @@ architecture rtl of moving_sum_array is
   signal token_tags : token_tags_t;
   signal line_tags  : line_tags_t;
 
-  -- A result's side information: bit 0 is the one that reset clears.
-  constant RESULT_USED  : natural := 0;
-  constant RESULT_SKIP  : natural := 1;
-  constant RESULT_LAST  : natural := 2;
-  constant RESULT_START : natural := 3;
-  constant RESULT_LOW   : natural := 4;
-
-  signal result : std_logic_vector(RESULT_LOW + SLICE_BITS - 1 downto 0);
-  signal scaled : std_logic_vector(RESULT_LOW + SLICE_BITS - 1 downto 0);
+  signal last_token : token_tag_t;
+  signal last_line  : line_tag_t;
+  signal summed     : result_t;
 
 begin
 
@@ -171,24 +124,24 @@ begin
     report "moving_sum_array: GUARD_BITS exceeds FRACTION_BITS"
     severity failure;
 
-  strobe(0)                 <= in_strobe;
-  token_tags(0)(PIXEL)      <= in_pixel;
-  token_tags(0)(LINE_FIRST) <= in_band_first;
-  token_tags(0)(LINE_LAST)  <= in_band_last;
-  line_tags(0)(IMAGE)       <= in_image;
-  line_tags(0)(FRAME_FIRST) <= in_frame_first;
+  strobe(0)                 <= token.strobe;
+  token_tags(0)(PIXEL)      <= token.pixel;
+  token_tags(0)(LINE_FIRST) <= token.line_first;
+  token_tags(0)(LINE_LAST)  <= token.line_last;
+  line_tags(0)(IMAGE)       <= token.image;
+  line_tags(0)(FRAME_FIRST) <= token.frame_first;
 
-  line_tags(0)(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(in_slice);
+  line_tags(0)(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(token.slice(SLICE_BITS - 1 downto 0));
 
-  data(0)(CHANNELS * PIXEL_BITS - 1 downto 0) <= in_data;
+  data(0)(CHANNELS * PIXEL_BITS - 1 downto 0) <= token_data;
 
   every_stage : for i in 0 to LAST_STAGE generate
 
     constant COLUMNS      : boolean  := filters_columns(i);
     constant STAGE_SHIFTS : string   := pass_shifts(SHIFTS, i mod PASSES);
     constant STEP_BITS    : positive := choose(COLUMNS, LINE_BITS, TOKEN_BITS + LINE_BITS);
-    constant IN_BITS      : positive := value_bits(i);
-    constant OUT_BITS     : positive := value_bits(i + 1);
+    constant IN_BITS      : positive := value_bits(ARITHMETIC, i);
+    constant OUT_BITS     : positive := value_bits(ARITHMETIC, i + 1);
 
     signal slice         : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
     signal used          : std_logic;
@@ -238,10 +191,10 @@ begin
         LANES            => CHANNELS,
         DATA_BITS        => IN_BITS,
         STORED           => STORED,
-        SCALE_BITS       => choose(i = 0, FRACTION_BITS, DROP_BITS),
-        PRODUCT_MAX      => product_max(i),
-        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(i),
-        DROP_BITS        => choose(i = LAST_STAGE, FRACTION_BITS, DROP_BITS),
+        SCALE_BITS       => scale_bits(ARITHMETIC, i),
+        PRODUCT_MAX      => product_max(ARITHMETIC, i),
+        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(ARITHMETIC, i),
+        DROP_BITS        => drop_bits(ARITHMETIC, i),
         RESULT_BITS      => OUT_BITS,
         STEP_TAG_BITS    => STEP_BITS,
         TOKEN_TAG_BITS   => TOKEN_BITS
@@ -265,64 +218,30 @@ begin
 
   end generate every_stage;
 
-  result(RESULT_USED)  <= strobe(2 * PASSES) and token_tags(2 * PASSES)(PIXEL) and
-                          (line_tags(2 * PASSES)(IMAGE) or token_tags(2 * PASSES)(LINE_FIRST));
-  result(RESULT_SKIP)  <= not line_tags(2 * PASSES)(IMAGE);
-  result(RESULT_LAST)  <= token_tags(2 * PASSES)(LINE_LAST);
-  result(RESULT_START) <= token_tags(2 * PASSES)(LINE_FIRST) and line_tags(2 * PASSES)(FRAME_FIRST);
+  last_token <= token_tags(2 * PASSES);
+  last_line  <= line_tags(2 * PASSES);
 
-  result(result'high downto RESULT_LOW) <= line_tags(2 * PASSES)(line_tag_t'high downto SLICE_LOW);
+  summed.valid <= strobe(2 * PASSES) and last_token(PIXEL) and last_line(IMAGE);
+  summed.skip  <= strobe(2 * PASSES) and last_token(PIXEL) and last_token(LINE_FIRST) and not last_line(IMAGE);
+  summed.last  <= last_token(LINE_LAST);
+  summed.start <= last_token(LINE_FIRST) and last_line(FRAME_FIRST);
+  summed.slice <= resize(unsigned(last_line(line_tag_t'high downto SLICE_LOW)), slice_t'length);
 
-  delay_result : entity work.tag_delay
+  scale : entity work.result_scaler
     generic map (
-      WIDTH  => RESULT_LOW + SLICE_BITS,
-      LENGTH => choose(EXACT, DIVIDE_LATENCY, 0)
+      EXACT      => EXACT,
+      LANES      => CHANNELS,
+      SUM_BITS   => SUM_BITS,
+      PIXEL_BITS => PIXEL_BITS,
+      DIVISOR    => final_divisor(ARITHMETIC)
     )
     port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => result,
-      delayed => scaled
+      clk    => clk,
+      reset  => reset,
+      result => summed,
+      sums   => data(2 * PASSES)(CHANNELS * SUM_BITS - 1 downto 0),
+      scaled => result,
+      pixels => result_data
     );
-
-  out_valid <= scaled(RESULT_USED) and not scaled(RESULT_SKIP);
-  out_skip  <= scaled(RESULT_USED) and scaled(RESULT_SKIP);
-  out_last  <= scaled(RESULT_LAST);
-  out_start <= scaled(RESULT_START);
-  out_slice <= unsigned(scaled(scaled'high downto RESULT_LOW));
-
-  channel : for c in 0 to CHANNELS - 1 generate
-
-    signal sum   : std_logic_vector(SUM_BITS - 1 downto 0);
-    signal value : std_logic_vector(PIXEL_BITS - 1 downto 0);
-
-  begin
-
-    sum <= data(2 * PASSES)((c + 1) * SUM_BITS - 1 downto c * SUM_BITS);
-
-    exact_result : if EXACT generate
-
-      divide : entity work.divide_round
-        generic map (
-          VALUE_MAX     => PIXEL_MAX * MICRO_IMAGE_SIZE ** (2 * PASSES),
-          DIVISOR       => MICRO_IMAGE_SIZE ** (2 * PASSES),
-          QUOTIENT_BITS => PIXEL_BITS
-        )
-        port map (
-          clk      => clk,
-          value    => sum,
-          quotient => value
-        );
-
-    end generate exact_result;
-
-    stored_result : if STORED generate
-      value <= sum;
-    end generate stored_result;
-
-    out_data((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= value;
-
-  end generate channel;
 
 end architecture rtl;

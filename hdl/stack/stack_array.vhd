@@ -6,7 +6,6 @@
 -- Latency: D lines, D + 1 tokens and stack_array_latency clocks, D = output_delay. Throughput: one pixel of all
 --   channels and slices each clock, in lines of D + 1 tokens at least; frames begin D + 1 lines apart at least, and a
 --   multiple of M lines; empty tokens and lines must make up for what is missing.
--- Ports: as moving_sum_array; out_data: the pixels, slice 0 and channel 0 in the low bits.
 -- Equation: as fir_array, for each slice.
 
 library ieee;
@@ -18,6 +17,7 @@ use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.moving_sum_pkg.all;
 use work.focal_stack_pkg.all;
+use work.token_pkg.all;
 
 entity stack_array is
   generic (
@@ -35,19 +35,14 @@ entity stack_array is
     PIXEL_BITS : positive range 1 to 16 := 8
   );
   port (
-    clk            : in    std_logic;
-    reset          : in    std_logic;
-    in_strobe      : in    std_logic;
-    in_pixel       : in    std_logic;
-    in_band_first  : in    std_logic;
-    in_band_last   : in    std_logic;
-    in_frame_first : in    std_logic;
-    in_image       : in    std_logic;
-    in_data        : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
-    out_valid      : out   std_logic;
-    out_start      : out   std_logic;
-    out_last       : out   std_logic;
-    out_data       : out   std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0)
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A token, and the pixel of its channels.
+    token      : in    token_t;
+    token_data : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The result of a pixel, and its pixels, slice 0 and channel 0 in the low bits.
+    result      : out   result_t;
+    result_data : out   std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0)
   );
 end entity stack_array;
 
@@ -63,7 +58,6 @@ architecture rtl of stack_array is
   -- Lanes of all channels: column sums, results, pixels.
   constant COLUMN_BITS : positive := CHANNELS * bits_for(COLUMN_MAX);
   constant SUM_BITS    : positive := bits_for(SUM_MAX);
-  constant DATA_BITS   : positive := CHANNELS * PIXEL_BITS;
 
   constant NO_SLICE : unsigned(SLICE_BITS - 1 downto 0) := (others => '0');
 
@@ -80,9 +74,6 @@ architecture rtl of stack_array is
 
   subtype row_tag_t is std_logic_vector(4 downto 0);
 
-  -- A result's: valid, last, start.
-  subtype result_t is std_logic_vector(2 downto 0);
-
   type row_tags_t is array (natural range 0 to SLICES - 1) of row_tag_t;
 
   signal token_tag     : token_tag_t;
@@ -97,13 +88,13 @@ architecture rtl of stack_array is
   signal row_due       : row_tags_t;
   signal row_line      : line_tag_t;
   signal row_token     : token_tag_t;
-  signal result        : result_t;
-  signal scaled        : result_t;
+  signal summed        : result_t;
+  signal sums          : std_logic_vector(SLICES * CHANNELS * SUM_BITS - 1 downto 0);
 
 begin
 
-  token_tag <= in_band_last & in_band_first & in_pixel;
-  line_tag  <= in_frame_first & in_image;
+  token_tag <= token.line_last & token.line_first & token.pixel;
+  line_tag  <= token.frame_first & token.image;
 
   columns : entity work.stack_columns
     generic map (
@@ -119,11 +110,11 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      strobe        => in_strobe,
-      pixel         => in_pixel,
-      line_first    => in_band_first,
-      first         => in_frame_first,
-      data          => in_data,
+      strobe        => token.strobe,
+      pixel         => token.pixel,
+      line_first    => token.line_first,
+      first         => token.frame_first,
+      data          => token_data,
       step_tag      => line_tag,
       token_tag     => token_tag,
       out_strobe    => column_strobe,
@@ -137,10 +128,6 @@ begin
   row_tag   <= column_line & column_token;
 
   slice : for s in 0 to SLICES - 1 generate
-
-    signal sums : std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0);
-
-  begin
 
     rows : entity work.moving_sum_stage
       generic map (
@@ -172,26 +159,10 @@ begin
         step_tag      => row_tag,
         token_tag     => "0",
         out_strobe    => row_strobe(s),
-        out_data      => sums,
+        out_data      => sums((s + 1) * CHANNELS * SUM_BITS - 1 downto s * CHANNELS * SUM_BITS),
         out_step_tag  => row_due(s),
         out_token_tag => open
       );
-
-    channel : for c in 0 to CHANNELS - 1 generate
-
-      divide : entity work.divide_round
-        generic map (
-          VALUE_MAX     => SUM_MAX,
-          DIVISOR       => M * M,
-          QUOTIENT_BITS => PIXEL_BITS
-        )
-        port map (
-          clk      => clk,
-          value    => sums((c + 1) * SUM_BITS - 1 downto c * SUM_BITS),
-          quotient => out_data(s * DATA_BITS + (c + 1) * PIXEL_BITS - 1 downto s * DATA_BITS + c * PIXEL_BITS)
-        );
-
-    end generate channel;
 
   end generate slice;
 
@@ -199,25 +170,27 @@ begin
   row_token <= row_due(0)(token_tag_t'length - 1 downto 0);
   row_line  <= row_due(0)(row_tag_t'length - 1 downto token_tag_t'length);
 
-  result(0) <= row_strobe(0) and row_token(PIXEL) and row_line(IMAGE);
-  result(1) <= row_token(LINE_LAST);
-  result(2) <= row_token(LINE_FIRST) and row_line(FRAME_FIRST);
+  summed.valid <= row_strobe(0) and row_token(PIXEL) and row_line(IMAGE);
+  summed.skip  <= '0';
+  summed.last  <= row_token(LINE_LAST);
+  summed.start <= row_token(LINE_FIRST) and row_line(FRAME_FIRST);
+  summed.slice <= (others => '0');
 
-  delay_result : entity work.tag_delay
+  scale : entity work.result_scaler
     generic map (
-      WIDTH  => result_t'length,
-      LENGTH => DIVIDE_LATENCY
+      EXACT      => true,
+      LANES      => SLICES * CHANNELS,
+      SUM_BITS   => SUM_BITS,
+      PIXEL_BITS => PIXEL_BITS,
+      DIVISOR    => M * M
     )
     port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => result,
-      delayed => scaled
+      clk    => clk,
+      reset  => reset,
+      result => summed,
+      sums   => sums,
+      scaled => result,
+      pixels => result_data
     );
-
-  out_valid <= scaled(0);
-  out_last  <= scaled(1);
-  out_start <= scaled(2);
 
 end architecture rtl;

@@ -22,7 +22,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
-use work.moving_sum_pkg.all;
+use work.refocuser_pkg.all;
 use work.video_pkg.all;
 
 entity refocus_video is
@@ -77,8 +77,7 @@ architecture rtl of refocus_video is
   constant DELAY : natural := total_delay(MICRO_IMAGE_SIZE, SHIFTS, true, INTERPOLATION_ORDER);
   -- Clocks of the refocuser without its line buffers.
   constant PIPELINE : positive := STREAM_LATENCY +
-                                  choose(MOVING_SUM, sum_array_latency(not EXACT, INTERPOLATION_ORDER, MAX_COLUMNS),
-                                          array_latency(not EXACT, BROADCAST_TAPS, INTERPOLATION_ORDER));
+                                  engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS, MAX_COLUMNS);
 
   signal followed       : std_logic;
   signal too_large      : std_logic;

@@ -12,7 +12,7 @@ from plenofir_tb.runner import Case, run_cases
 def array_case(core: CoreConfiguration, columns: int, rows: int, *, deskew: bool = False) -> Case:
     core.check_limits()
     return Case(
-        "fir_array",
+        "array_ports",
         "fir.array_bench",
         {**core.generics(), "DESKEW": deskew},
         {

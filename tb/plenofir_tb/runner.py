@@ -99,6 +99,9 @@ def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: bo
         sources = [*hdl.board_sources(), project.root() / "tb" / "file_bench" / "hdmi_pump.vhd"]
         for command in simulator.model_commands(hdl.unisim_sources()):
             simulator.run(command, work)
+    # Entities with records at their ports have a bench in VHDL around them.
+    for name in sorted({case.top for case in cases}):
+        sources += (project.root() / "tb").rglob(f"{name}.vhd")
     top = work / f"{TOP}.vhd"
     top.write_text(wrapper([(case.top, case.generics) for case in cases], sources))
     runner = _RelaxedNvc() if board and simulator.name == "nvc" else get_runner(simulator.name)

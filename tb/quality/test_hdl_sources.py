@@ -173,8 +173,6 @@ end entity example;
     assert comments == ["", "", "Explains two ports.", "Explains two ports.", "", "beside", ""]
 
 
-# Tops that choose an engine; in hdl/core with what the engines share, but above them.
-TOPS = {"raster_refocuser", "focal_stack"}
 # The folders that a folder may use, the data path from below to above.
 MAY_USE = {
     "common": set(),
@@ -183,12 +181,11 @@ MAY_USE = {
     "moving_sum": {"common", "core"},
     # Each slice of a stack is made of the adders of the moving sums.
     "stack": {"common", "core", "moving_sum"},
-    "tops": {"common", "core", "fir", "moving_sum", "stack"},
+    "refocuser": {"common", "core", "fir", "moving_sum", "stack"},
     "depth": {"common", "core"},
     "tmds": {"common"},
-    # The delay of the core depends on the schedule of its engine.
-    "video": {"common", "core", "tops", "moving_sum"},
-    "selftest": {"common", "core", "tops"},
+    "video": {"common", "core", "refocuser"},
+    "selftest": {"common", "core", "refocuser"},
     "spartan6": {"common"},
     "board": {"common", "core", "tmds", "video", "spartan6"},
 }
@@ -196,7 +193,7 @@ MAY_USE = {
 
 def forbidden_uses(texts: dict[str, tuple[str, str]]) -> list[str]:
     """What may not be used; the sources as name to folder and text."""
-    rooms = {name: "tops" if name in TOPS else folder for name, (folder, _) in texts.items()}
+    rooms = {name: folder for name, (folder, _) in texts.items()}
     return sorted(
         f"{rooms[name]}/{name} uses {rooms[used]}/{used}"
         for name, (_, text) in texts.items()
@@ -217,7 +214,7 @@ def test_use_of_a_folder_above_is_found() -> None:
         "fir_array": ("fir", "use work.math_pkg.all; -- work.atlys_top"),
         "math_pkg": ("common", "use work.refocus_pkg.all;"),
         "refocus_pkg": ("core", "  a : entity work.fir_array\n"),
-        "raster_refocuser": ("core", "  a : entity work.fir_array\n"),
+        "raster_refocuser": ("refocuser", "  a : entity work.fir_array\n"),
     }
     assert forbidden_uses(texts) == [
         "common/math_pkg uses core/refocus_pkg",

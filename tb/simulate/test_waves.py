@@ -67,15 +67,20 @@ def test_formats_agree(good: Path, tmp_path: Path, suffix: str) -> None:
             "switch_control.vhd",
             "switches and mask when live_held",
             "switches when live_held",
-            "core.tap_engine.modules.row_pass[0].stage.control.closed",
+            "core.fir_engine.filters.row_pass[0].stage.control.closed",
         ),
         (
             "switched_fir.vhd",
             "carried + to_integer(unsigned(pixels(w / GROUP_TAPS)))",
             "carried + to_integer(unsigned(pixels(w / GROUP_TAPS))) / 2 * 2",
-            "core.tap_engine.modules.skewed_data",
+            "core.fir_engine.filters.skewed_data",
         ),
-        ("divide_round.vhd", "NUMERATOR_BITS) + HALF;", "NUMERATOR_BITS);", "m_axis_tdata"),
+        (
+            "divide_round.vhd",
+            "NUMERATOR_BITS) + HALF;",
+            "NUMERATOR_BITS);",
+            "core.shell.result_data",
+        ),
     ],
 )
 def test_a_planted_fault_is_named(good, tmp_path, monkeypatch, file, old, new, signal) -> None:

@@ -13,7 +13,7 @@ from plenofir.refocus.switches import FilterLayout
 MAX_TAPS = 512
 MAX_PARALLEL_ROWS = 64
 
-_ARRAY = "core/tap_engine/modules/"
+_ARRAY = "core/fir_engine/filters/"
 _ROW_CONTROL = f"{_ARRAY}row_pass(0)/stage/control/"
 _COLUMN_CONTROL = f"{_ARRAY}column_pass(0)/stage/control/"
 
@@ -39,6 +39,7 @@ class FirEngine(SliceEngine):
 
     UNIT: ClassVar[str] = "taps"
     WAVES: ClassVar[tuple[Scope, ...]] = (
+        ("to", _ARRAY, "row_strobe"),
         ("downto", _ROW_CONTROL, "phase"),
         ("to", _ROW_CONTROL, "closed"),
         ("bit", _ROW_CONTROL, "restart"),

@@ -8,7 +8,7 @@ from plenofir.fpga.core.memory import Memory, block_sizes, rom_luts
 from plenofir.refocus.moving_sum import SumLayout
 
 _STAGE_CLOCKS = 10
-_STAGES = "core/sum_engine/sums/every_stage"
+_STAGES = "core/moving_sum_engine/sums/every_stage"
 _STAGE_WAVES: tuple[Scope, ...] = (
     ("bit", "", "step_1 take_1 moves_3"),
     ("downto", "", "entering leaving"),

@@ -66,7 +66,7 @@ def test_wide_stored_products_are_refused():
 
 
 def test_vhdl_declares_the_same_limits():
-    text = (project.root() / "hdl" / "core" / "raster_refocuser.vhd").read_text()
+    text = (project.root() / "hdl" / "refocuser" / "raster_refocuser.vhd").read_text()
 
     def upper_bound(generic: str) -> int:
         found = re.search(rf"\b{generic}\s*:.*?range -?\d+ to (\d+)", text)

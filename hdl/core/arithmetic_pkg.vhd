@@ -1,0 +1,152 @@
+-- Word sizes of an engine, pass by pass.
+--
+-- A pass is a filter over rows or over columns: `passes` of one dimension, then as many of the other. Exact sums
+-- grow by M with each pass and are divided once at the end. Stored products are rounded after each pass: to the
+-- intermediate image of pixel_bits + guard_bits, and after the last one to pixels.
+--
+-- All functions are evaluated at elaboration only.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.math_pkg.all;
+
+package arithmetic_pkg is
+
+  type arithmetic_t is record
+    exact            : boolean;
+    micro_image_size : positive;
+    pixel_bits       : positive;
+    fraction_bits    : natural;
+    guard_bits       : natural;
+    passes           : positive;
+  end record arithmetic_t;
+
+  -- Width of a value in front of a pass, numbered from 0 (behind the one before it).
+  function value_bits (
+    arithmetic : arithmetic_t;
+    pass       : natural
+  ) return positive;
+
+  -- Width of the widest value that is a sum.
+  function widest_bits (
+    arithmetic : arithmetic_t
+  ) return positive;
+
+  -- Fraction bits that the stored products of a pass have more than its values.
+  function scale_bits (
+    arithmetic : arithmetic_t;
+    pass       : natural
+  ) return natural;
+
+  -- Largest value that the filters of a pass sum.
+  function product_max (
+    arithmetic : arithmetic_t;
+    pass       : natural
+  ) return positive;
+
+  -- Fraction bits that the sums of a pass lose.
+  function drop_bits (
+    arithmetic : arithmetic_t;
+    pass       : natural
+  ) return natural;
+
+  -- What exact sums are divided by at the end.
+  function final_divisor (
+    arithmetic : arithmetic_t
+  ) return positive;
+
+end package arithmetic_pkg;
+
+package body arithmetic_pkg is
+
+  function value_bits (
+    arithmetic : arithmetic_t;
+    pass       : natural
+  ) return positive is
+  begin
+
+    if arithmetic.exact then
+      return bits_for(product_max(arithmetic, pass));
+    elsif pass = 0 or pass = 2 * arithmetic.passes then
+      return arithmetic.pixel_bits;
+    end if;
+
+    return arithmetic.pixel_bits + arithmetic.guard_bits;
+
+  end function value_bits;
+
+  function widest_bits (
+    arithmetic : arithmetic_t
+  ) return positive is
+  begin
+
+    if arithmetic.exact then
+      return value_bits(arithmetic, 2 * arithmetic.passes);
+    end if;
+
+    return arithmetic.pixel_bits + arithmetic.guard_bits;
+
+  end function widest_bits;
+
+  function scale_bits (
+    arithmetic : arithmetic_t;
+    pass       : natural
+  ) return natural is
+  begin
+
+    if arithmetic.exact then
+      return 0;
+    elsif pass = 0 then
+      return arithmetic.fraction_bits;
+    end if;
+
+    return arithmetic.fraction_bits - arithmetic.guard_bits;
+
+  end function scale_bits;
+
+  function product_max (
+    arithmetic : arithmetic_t;
+    pass       : natural
+  ) return positive is
+  begin
+
+    if arithmetic.exact then
+      return (2 ** arithmetic.pixel_bits - 1) * arithmetic.micro_image_size ** pass;
+    end if;
+
+    return scaled_quotient(2 ** value_bits(arithmetic, pass) - 1, scale_bits(arithmetic, pass),
+                           arithmetic.micro_image_size);
+
+  end function product_max;
+
+  function drop_bits (
+    arithmetic : arithmetic_t;
+    pass       : natural
+  ) return natural is
+  begin
+
+    -- The last pass gives pixels, without guard bits.
+    if pass = 2 * arithmetic.passes - 1 then
+      return choose(arithmetic.exact, 0, arithmetic.fraction_bits);
+    end if;
+
+    return choose(arithmetic.exact, 0, arithmetic.fraction_bits - arithmetic.guard_bits);
+
+  end function drop_bits;
+
+  function final_divisor (
+    arithmetic : arithmetic_t
+  ) return positive is
+  begin
+
+    if arithmetic.exact then
+      return arithmetic.micro_image_size ** (2 * arithmetic.passes);
+    end if;
+
+    return 1;
+
+  end function final_divisor;
+
+end package body arithmetic_pkg;

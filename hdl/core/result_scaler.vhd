@@ -1,0 +1,98 @@
+-- From the sums of an engine to pixels: one correctly rounded division, or nothing where stored products are pixels.
+--
+-- Latency: DIVIDE_LATENCY clocks with EXACT, else 0. Throughput: one value of all lanes each clock.
+-- Equation: pixel = round(sum / DIVISOR) with EXACT, else pixel = sum.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.token_pkg.all;
+
+entity result_scaler is
+  generic (
+    -- As in raster_refocuser.
+    EXACT : boolean;
+    -- Values side by side.
+    LANES : positive;
+    -- Width of a sum.
+    SUM_BITS : positive;
+    -- Width of a pixel.
+    PIXEL_BITS : positive;
+    -- Of a sum, the largest pixel's sum being the largest pixel times it.
+    DIVISOR : positive
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A result and its sums, lane 0 in the low bits.
+    result : in    result_t;
+    sums   : in    std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+    -- The same as pixels.
+    scaled : out   result_t;
+    pixels : out   std_logic_vector(LANES * PIXEL_BITS - 1 downto 0)
+  );
+end entity result_scaler;
+
+architecture rtl of result_scaler is
+
+begin
+
+  stored_products : if not EXACT generate
+    scaled <= result;
+    pixels <= sums;
+  end generate stored_products;
+
+  exact_sums : if EXACT generate
+
+    constant SLICE_LOW : positive := 4;
+
+    -- Bit 0 is the one that reset clears.
+    signal tag     : std_logic_vector(SLICE_LOW + slice_t'length - 1 downto 0);
+    signal delayed : std_logic_vector(SLICE_LOW + slice_t'length - 1 downto 0);
+
+  begin
+
+    tag <= std_logic_vector(result.slice) & result.start & result.last & result.skip & (result.valid or result.skip);
+
+    delay_result : entity work.tag_delay
+      generic map (
+        WIDTH  => tag'length,
+        LENGTH => DIVIDE_LATENCY
+      )
+      port map (
+        clk     => clk,
+        reset   => reset,
+        enable  => '1',
+        tag     => tag,
+        delayed => delayed
+      );
+
+    scaled.valid <= delayed(0) and not delayed(1);
+    scaled.skip  <= delayed(0) and delayed(1);
+    scaled.last  <= delayed(2);
+    scaled.start <= delayed(3);
+    scaled.slice <= unsigned(delayed(delayed'high downto SLICE_LOW));
+
+    lane : for i in 0 to LANES - 1 generate
+
+      divide : entity work.divide_round
+        generic map (
+          VALUE_MAX     => (2 ** PIXEL_BITS - 1) * DIVISOR,
+          DIVISOR       => DIVISOR,
+          QUOTIENT_BITS => PIXEL_BITS
+        )
+        port map (
+          clk      => clk,
+          value    => sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS),
+          quotient => pixels((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS)
+        );
+
+    end generate lane;
+
+  end generate exact_sums;
+
+end architecture rtl;

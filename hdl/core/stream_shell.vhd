@@ -1,0 +1,239 @@
+-- All of a core but its engine: video stream in, tokens to the engine, results from it, video stream out.
+--
+-- Input FIFO -> frame sequencer -> row gather -> engine -> row scatter. With PARALLEL_ROWS = 1 gather and scatter are
+-- wires and a FIFO. With more, the gather stores lines until it has as many, and the scatter puts them in order again.
+--
+-- The sequencer decides each clock whether the engine gets a token, so no enable reaches it: the output has room for
+-- what all tokens under way yield. When nothing follows, the rest of the frame is pushed out by empty tokens and lines.
+--
+-- Latency: STREAM_LATENCY clocks without those of the engine, 1 more with parallel rows, 3 fewer without input FIFO.
+-- Throughput: one token each clock.
+-- Equation: the n-th result of an image line out is the n-th in; tokens as in frame_sequencer.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.token_pkg.all;
+
+entity stream_shell is
+  generic (
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive;
+    -- Lines that the engine takes at once.
+    PARALLEL_ROWS : positive := 1;
+    -- Width of a pixel that comes in.
+    IN_BITS : positive;
+    -- Width of a pixel that goes out.
+    OUT_BITS : positive;
+    -- Size of the set of which a frame has one slice; 0: frames have no slice.
+    SLICES : natural range 0 to 256 := 0;
+    -- Pixels that the input FIFO holds at least; 0: no FIFO, what comes waits in the source.
+    INPUT_PIXELS : natural;
+    -- Tokens behind a line's last pixel that push everything out of the engine's row filters.
+    ROW_DELAY : natural;
+    -- Lines behind the last one that push everything out of the engine.
+    COLUMN_DELAY : natural;
+    -- Clocks from a token at the engine's input to its result.
+    ENGINE_LATENCY : positive;
+    -- As in frame_sequencer.
+    MIN_STEPS : positive;
+    -- As in frame_sequencer.
+    MIN_BANDS : positive;
+    -- As in frame_sequencer.
+    BAND_MODULUS : positive;
+    -- As in frame_sequencer.
+    KEEP_MODULUS : boolean := false
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Frame size, read with the first pixel of a frame.
+    columns : in    std_logic_vector(15 downto 0);
+    rows    : in    std_logic_vector(15 downto 0);
+    -- As in slice_select, read with the first pixel of a frame.
+    slice        : in    std_logic_vector(7 downto 0);
+    sweep        : in    std_logic;
+    sweep_frames : in    std_logic_vector(7 downto 0);
+    -- The stream in: tuser(0) marks the start of a frame, tlast the end of a line.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(IN_BITS - 1 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- The stream out; tid: the slice of the frame that comes out.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(OUT_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tid    : out   std_logic_vector(7 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- Faults of the stream in, as in frame_sequencer, set until error_clear.
+    error_flags : out   std_logic_vector(4 downto 0);
+    error_clear : in    std_logic;
+    -- To the engine: a token, the rows that are image lines, their pixels, row 0 in the low bits.
+    token      : out   token_t;
+    token_rows : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+    token_data : out   std_logic_vector(PARALLEL_ROWS * IN_BITS - 1 downto 0);
+    -- From the engine: results of each row, their pixels, row 0 in the low bits.
+    results     : in    results_t(0 to PARALLEL_ROWS - 1);
+    result_data : in    std_logic_vector(PARALLEL_ROWS * OUT_BITS - 1 downto 0)
+  );
+end entity stream_shell;
+
+architecture rtl of stream_shell is
+
+  constant STREAM_BITS : positive := IN_BITS + 2;
+  constant SLICE_BITS  : natural  := choose(SLICES = 0, 0, bits_for(larger(SLICES - 1, 0)));
+
+  -- Sequencer 2, gather, engine.
+  constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 1, 0) + ENGINE_LATENCY;
+
+  signal input_word     : std_logic_vector(STREAM_BITS - 1 downto 0);
+  signal stream_word    : std_logic_vector(STREAM_BITS - 1 downto 0);
+  signal stream_valid   : std_logic;
+  signal stream_ready   : std_logic;
+  signal frame_start    : std_logic;
+  signal slice_selected : slice_t;
+  signal line_token     : token_t;
+  signal line_row       : natural range 0 to PARALLEL_ROWS - 1;
+  signal line_data      : std_logic_vector(IN_BITS - 1 downto 0);
+  signal credit         : std_logic;
+  signal drained        : std_logic;
+
+begin
+
+  input_word <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
+
+  no_fifo : if INPUT_PIXELS = 0 generate
+    stream_word   <= input_word;
+    stream_valid  <= s_axis_tvalid;
+    s_axis_tready <= stream_ready;
+  end generate no_fifo;
+
+  fifo : if INPUT_PIXELS > 0 generate
+
+    input_fifo : entity work.axis_fifo
+      generic map (
+        WIDTH        => STREAM_BITS,
+        ADDRESS_BITS => bits_for(INPUT_PIXELS)
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        s_axis_tvalid => s_axis_tvalid,
+        s_axis_tready => s_axis_tready,
+        s_axis_tdata  => input_word,
+        m_axis_tvalid => stream_valid,
+        m_axis_tready => stream_ready,
+        m_axis_tdata  => stream_word,
+        level         => open
+      );
+
+  end generate fifo;
+
+  no_slices : if SLICES = 0 generate
+    slice_selected <= (others => '0');
+  end generate no_slices;
+
+  set_of_slices : if SLICES > 0 generate
+
+    signal selected : unsigned(SLICE_BITS - 1 downto 0);
+
+  begin
+
+    choose_slice : entity work.slice_select
+      generic map (
+        SLICES     => SLICES,
+        SLICE_BITS => SLICE_BITS
+      )
+      port map (
+        clk          => clk,
+        reset        => reset,
+        frame_start  => frame_start,
+        slice        => slice,
+        sweep        => sweep,
+        sweep_frames => sweep_frames,
+        selected     => selected
+      );
+
+    slice_selected <= resize(selected, slice_t'length);
+
+  end generate set_of_slices;
+
+  sequencer : entity work.frame_sequencer
+    generic map (
+      MAX_COLUMNS   => MAX_COLUMNS,
+      PARALLEL_ROWS => PARALLEL_ROWS,
+      DATA_BITS     => IN_BITS,
+      ROW_FLUSH     => ROW_DELAY + PARALLEL_ROWS - 1 + choose(PARALLEL_ROWS > 1, TOKENS_UNDER_WAY, 0),
+      COLUMN_FLUSH  => divide_up(COLUMN_DELAY, PARALLEL_ROWS),
+      MIN_STEPS     => MIN_STEPS,
+      MIN_BANDS     => MIN_BANDS,
+      BAND_MODULUS  => BAND_MODULUS,
+      KEEP_MODULUS  => KEEP_MODULUS
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      columns       => columns,
+      rows          => rows,
+      slice         => slice_selected,
+      frame_start   => frame_start,
+      s_axis_tvalid => stream_valid,
+      s_axis_tready => stream_ready,
+      s_axis_tdata  => stream_word(IN_BITS - 1 downto 0),
+      s_axis_tuser  => stream_word(IN_BITS + 1),
+      s_axis_tlast  => stream_word(IN_BITS),
+      credit        => credit,
+      drained       => drained,
+      token         => line_token,
+      token_row     => line_row,
+      token_data    => line_data,
+      error_flags   => error_flags,
+      error_clear   => error_clear
+    );
+
+  gather : entity work.row_gather
+    generic map (
+      PARALLEL_ROWS => PARALLEL_ROWS,
+      MAX_COLUMNS   => MAX_COLUMNS,
+      DATA_BITS     => IN_BITS
+    )
+    port map (
+      clk         => clk,
+      reset       => reset,
+      token       => line_token,
+      token_row   => line_row,
+      token_data  => line_data,
+      array_token => token,
+      array_image => token_rows,
+      array_data  => token_data
+    );
+
+  scatter : entity work.row_scatter
+    generic map (
+      PARALLEL_ROWS => PARALLEL_ROWS,
+      MAX_COLUMNS   => MAX_COLUMNS,
+      DATA_BITS     => OUT_BITS,
+      SLICE_BITS    => SLICE_BITS,
+      UNDER_WAY     => TOKENS_UNDER_WAY
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      results       => results,
+      data          => result_data,
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => m_axis_tdata,
+      m_axis_tuser  => m_axis_tuser(0),
+      m_axis_tid    => m_axis_tid,
+      m_axis_tlast  => m_axis_tlast,
+      credit        => credit,
+      drained       => drained
+    );
+
+end architecture rtl;

@@ -1,0 +1,147 @@
+-- Refocuses a raster scan of a light field to several planes at once: a focal stack in one pass.
+--
+-- A stream shell around stack_array. The slices share the column memory, which holds pixels of the input, and the
+-- delay; each has moving sums of its own. Arithmetic is exact.
+--
+-- Lines may follow each other without a gap, and so may frames of a multiple of M lines. When nothing follows, the core
+-- pushes the rest of the frame out by itself, in lines up to a multiple of M. A frame that comes meanwhile waits
+-- in the input FIFO, which holds INPUT_LINES lines: with M a source that cannot wait is never refused.
+-- Stalls on either side lose and repeat nothing.
+--
+-- Latency: D * (columns + 1) + 7 + stack_array_latency clocks from the first pixel in to the first pixel out
+--   when nothing stalls and lines have D + 1 pixels, D = output_delay.
+-- Throughput: one pixel of all channels and slices each clock.
+-- Equation: as raster_refocuser with EXACT, for each slice.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.focal_stack_pkg.all;
+use work.token_pkg.all;
+use work.refocuser_pkg.all;
+
+entity focal_stack is
+  generic (
+    -- M: pixels a micro image in each dimension.
+    MICRO_IMAGE_SIZE : positive range 1 to 128;
+    -- The slices: a' = a * M in pixels, with blanks in between.
+    SHIFTS : string;
+    -- Whether the picture stays put from slice to slice.
+    CENTRED : boolean := true;
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive range 1 to 8192 := 2048;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3 := 1;
+    -- Width of a channel.
+    PIXEL_BITS : positive range 1 to 16 := 8;
+    -- Lines that the input FIFO holds.
+    INPUT_LINES : positive := 1
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- As in raster_refocuser.
+    columns : in    std_logic_vector(15 downto 0);
+    rows    : in    std_logic_vector(15 downto 0);
+    -- AXI4-Stream video as in raster_refocuser.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- The same; tdata: the slices of a pixel, the first in the low bits.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- As in frame_sequencer, set until error_clear.
+    error_flags : out   std_logic_vector(4 downto 0);
+    error_clear : in    std_logic
+  );
+end entity focal_stack;
+
+architecture rtl of focal_stack is
+
+  constant DELAY : natural := output_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
+  constant IN_BITS  : positive := CHANNELS * PIXEL_BITS;
+  constant OUT_BITS : positive := slice_count(SHIFTS) * IN_BITS;
+
+  signal token       : token_t;
+  signal token_data  : std_logic_vector(IN_BITS - 1 downto 0);
+  signal results     : results_t(0 to 0);
+  signal result_data : std_logic_vector(OUT_BITS - 1 downto 0);
+
+begin
+
+  assert slice_count(SHIFTS) >= 1
+    report "focal_stack: SHIFTS names no slice"
+    severity failure;
+
+  shell : entity work.stream_shell
+    generic map (
+      MAX_COLUMNS => MAX_COLUMNS,
+      IN_BITS     => IN_BITS,
+      OUT_BITS    => OUT_BITS,
+      -- What arrives meanwhile, and 3 words of the FIFO's own latency.
+      INPUT_PIXELS   => INPUT_LINES * MAX_COLUMNS + 1,
+      ROW_DELAY      => DELAY,
+      COLUMN_DELAY   => DELAY,
+      ENGINE_LATENCY => stack_array_latency,
+      MIN_STEPS      => engine_line_steps("stack", DELAY, 1, MAX_COLUMNS),
+      MIN_BANDS      => DELAY + 1,
+      BAND_MODULUS   => MICRO_IMAGE_SIZE,
+      KEEP_MODULUS   => true
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      columns       => columns,
+      rows          => rows,
+      slice         => x"00",
+      sweep         => '0',
+      sweep_frames  => x"00",
+      s_axis_tvalid => s_axis_tvalid,
+      s_axis_tready => s_axis_tready,
+      s_axis_tdata  => s_axis_tdata,
+      s_axis_tuser  => s_axis_tuser,
+      s_axis_tlast  => s_axis_tlast,
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => m_axis_tdata,
+      m_axis_tuser  => m_axis_tuser,
+      m_axis_tid    => open,
+      m_axis_tlast  => m_axis_tlast,
+      error_flags   => error_flags,
+      error_clear   => error_clear,
+      token         => token,
+      token_rows    => open,
+      token_data    => token_data,
+      results       => results,
+      result_data   => result_data
+    );
+
+  stack : entity work.stack_array
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      SHIFTS           => SHIFTS,
+      CENTRED          => CENTRED,
+      MAX_COLUMNS      => MAX_COLUMNS,
+      CHANNELS         => CHANNELS,
+      PIXEL_BITS       => PIXEL_BITS
+    )
+    port map (
+      clk         => clk,
+      reset       => reset,
+      token       => token,
+      token_data  => token_data,
+      result      => results(0),
+      result_data => result_data
+    );
+
+end architecture rtl;

@@ -1,0 +1,223 @@
+-- Refocuses a raster scan of a light field: one pixel each clock, all channels at once.
+--
+-- A stream shell around an engine: FIR filters (fir_array) or moving sums (moving_sum_array).
+--
+-- The a' that can be chosen while video runs are a set: SHIFTS => "-3 0 3". `slice` (0 for the
+-- first of the set) takes effect with the next frame. All slices have the same latency.
+--
+-- Lines and frames may follow each other without a gap. When nothing follows, the core pushes
+-- the rest of the frame out by itself; the input FIFO holds what arrives meanwhile (a line at most).
+-- Stalls on either side lose and repeat nothing.
+--
+-- Latency: with PARALLEL_ROWS = 1, D * (max(columns, 4) + 1) + 7 + array_latency clocks from the first pixel in
+--   to the first pixel out when nothing stalls, D = total_delay (nearest neighbour: D * (columns + 1) + 16, stored
+--   products 15). With more, CoreConfiguration.latency_clocks of the Python package gives it.
+-- Throughput: one pixel of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by itself (the last
+--   of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
+-- Equation: out(k) = round(S2(k) / M**2), S2 the refocusing sums of rows, then columns (EXACT); or
+--   with stored products: product = round(x * 2**F / M), intermediate image with G guard
+--   bits, rounded and saturated after each pass.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
+use work.token_pkg.all;
+use work.refocuser_pkg.all;
+
+entity raster_refocuser is
+  generic (
+    -- M: pixels a micro image in each dimension.
+    MICRO_IMAGE_SIZE : positive range 1 to 128;
+    -- The set of a' = a * M from which a slice is chosen, in pixels, with blanks in between.
+    SHIFTS : string;
+    -- Whether the picture stays put while focus is stepped.
+    CENTRED : boolean := true;
+    -- 0: nearest neighbour, 1: linear, n: n moving sums more in each dimension.
+    INTERPOLATION_ORDER : natural range 0 to 3 := 0;
+    -- For sets of integer a: M taps less, and each output held for a micro image.
+    HOLD : boolean := false;
+    -- Rows that are filtered at once.
+    PARALLEL_ROWS : positive := 1;
+    -- Longest line in pixels; line buffers and input FIFO hold as many.
+    MAX_COLUMNS : positive range 1 to 8192 := 2048;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3 := 1;
+    -- Width of a channel; stored products take up to 16 - GUARD_BITS.
+    PIXEL_BITS : positive range 1 to 16 := 8;
+    -- Exact sums and one division at the end, or stored products.
+    EXACT : boolean := true;
+    -- Stored products only: fraction bits of the products, at least GUARD_BITS.
+    FRACTION_BITS : natural range 0 to 12 := 0;
+    -- Stored products only: guard bits of the intermediate image.
+    GUARD_BITS : natural range 0 to 12 := 0;
+    -- "fir" (fir_array) or "moving_sum" (moving_sum_array).
+    ENGINE : string := "fir";
+    -- Moving sums only: whether frames whose rows are no multiple of M follow each other without a pause, too.
+    ANY_ROWS : boolean := false;
+    -- Taps that one latch of the broadcast net drives; 0: no latches, all taps from one register.
+    BROADCAST_TAPS : natural := 0
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Frame size, read with the first pixel of a frame.
+    columns : in    std_logic_vector(15 downto 0);
+    rows    : in    std_logic_vector(15 downto 0);
+    -- As in slice_select, read with the first pixel of a frame.
+    slice        : in    std_logic_vector(7 downto 0);
+    sweep        : in    std_logic;
+    sweep_frames : in    std_logic_vector(7 downto 0);
+    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 in the low bits of tdata.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- The same; tid = slice of the frame that comes out.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tid    : out   std_logic_vector(7 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- As in frame_sequencer, set until error_clear.
+    error_flags : out   std_logic_vector(4 downto 0);
+    error_clear : in    std_logic
+  );
+end entity raster_refocuser;
+
+architecture rtl of raster_refocuser is
+
+  constant MOVING_SUM : boolean  := same_text(ENGINE, "moving_sum");
+  constant DELAY      : natural  := total_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER);
+  constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
+
+  signal token       : token_t;
+  signal token_rows  : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  signal token_data  : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
+  signal results     : results_t(0 to PARALLEL_ROWS - 1);
+  signal result_data : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
+
+begin
+
+  assert MOVING_SUM or same_text(ENGINE, "fir")
+    report "raster_refocuser: unknown ENGINE " & ENGINE & ", expected fir or moving_sum"
+    severity failure;
+
+  assert MOVING_SUM or not ANY_ROWS
+    report "raster_refocuser: ANY_ROWS requires the engine moving_sum"
+    severity failure;
+
+  assert not MOVING_SUM or PARALLEL_ROWS = 1
+    report "raster_refocuser: PARALLEL_ROWS above 1 requires the engine fir"
+    severity failure;
+
+  shell : entity work.stream_shell
+    generic map (
+      MAX_COLUMNS   => MAX_COLUMNS,
+      PARALLEL_ROWS => PARALLEL_ROWS,
+      IN_BITS       => DATA_BITS,
+      OUT_BITS      => DATA_BITS,
+      SLICES        => slice_count(SHIFTS),
+      -- What arrives during a flush line, and 3 words of the FIFO's own latency.
+      INPUT_PIXELS   => MAX_COLUMNS + 2 * PARALLEL_ROWS - 1,
+      ROW_DELAY      => DELAY,
+      COLUMN_DELAY   => DELAY,
+      ENGINE_LATENCY => engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS, MAX_COLUMNS),
+      MIN_STEPS      => engine_line_steps(ENGINE, DELAY, PARALLEL_ROWS, MAX_COLUMNS),
+      MIN_BANDS      => choose(MOVING_SUM,
+                                least_frame(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER, ANY_ROWS), 1),
+      BAND_MODULUS   => choose(MOVING_SUM and not ANY_ROWS, MICRO_IMAGE_SIZE, 1)
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      columns       => columns,
+      rows          => rows,
+      slice         => slice,
+      sweep         => sweep,
+      sweep_frames  => sweep_frames,
+      s_axis_tvalid => s_axis_tvalid,
+      s_axis_tready => s_axis_tready,
+      s_axis_tdata  => s_axis_tdata,
+      s_axis_tuser  => s_axis_tuser,
+      s_axis_tlast  => s_axis_tlast,
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => m_axis_tdata,
+      m_axis_tuser  => m_axis_tuser,
+      m_axis_tid    => m_axis_tid,
+      m_axis_tlast  => m_axis_tlast,
+      error_flags   => error_flags,
+      error_clear   => error_clear,
+      token         => token,
+      token_rows    => token_rows,
+      token_data    => token_data,
+      results       => results,
+      result_data   => result_data
+    );
+
+  fir_engine : if not MOVING_SUM generate
+
+    filters : entity work.fir_array
+      generic map (
+        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+        SHIFTS              => SHIFTS,
+        CENTRED             => CENTRED,
+        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+        HOLD                => HOLD,
+        PARALLEL_ROWS       => PARALLEL_ROWS,
+        MAX_COLUMNS         => MAX_COLUMNS,
+        CHANNELS            => CHANNELS,
+        PIXEL_BITS          => PIXEL_BITS,
+        EXACT               => EXACT,
+        FRACTION_BITS       => FRACTION_BITS,
+        GUARD_BITS          => GUARD_BITS,
+        BROADCAST_TAPS      => BROADCAST_TAPS,
+        DESKEW              => false
+      )
+      port map (
+        clk         => clk,
+        reset       => reset,
+        token       => token,
+        token_rows  => token_rows,
+        token_data  => token_data,
+        results     => results,
+        result_data => result_data
+      );
+
+  end generate fir_engine;
+
+  moving_sum_engine : if MOVING_SUM generate
+
+    sums : entity work.moving_sum_array
+      generic map (
+        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+        SHIFTS              => SHIFTS,
+        CENTRED             => CENTRED,
+        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+        MAX_COLUMNS         => MAX_COLUMNS,
+        CHANNELS            => CHANNELS,
+        PIXEL_BITS          => PIXEL_BITS,
+        EXACT               => EXACT,
+        FRACTION_BITS       => FRACTION_BITS,
+        GUARD_BITS          => GUARD_BITS,
+        ANY_ROWS            => ANY_ROWS
+      )
+      port map (
+        clk         => clk,
+        reset       => reset,
+        token       => token,
+        token_data  => token_data(DATA_BITS - 1 downto 0),
+        result      => results(0),
+        result_data => result_data(DATA_BITS - 1 downto 0)
+      );
+
+  end generate moving_sum_engine;
+
+end architecture rtl;
