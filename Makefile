@@ -1,46 +1,24 @@
 # plenofir: see README.md. `make sim` and `make test` set up everything they need.
 
-RAW ?=
-M ?=
-A ?=
-SWEEP ?=
-STACK ?=
-WINDOW ?= 1
-IOTA ?= 1
-ENGINE ?=
-ANY_ROWS ?= 0
-INTERPOLATION ?= nearest
-OUT ?= build/sim
-ARITH ?= exact
-FRACTION ?=
-GUARD ?=
-SIM ?= ghdl
-CHAIN ?= core
-WAVES ?= 0
-SCENE ?=
+# The other variables (make help names them) go to the command as they are set, which has their
+# defaults: golden/plenofir/commands/make_variables.py.
 JOBS ?= $(shell nproc)
-MAX_COLUMNS ?=
-ISE ?=
 
-# What the user set; a bitstream has other defaults than a simulation.
-given = $(if $(filter-out file undefined,$(origin $1)),$($1))
-
+PLENOFIR := .venv/bin/plenofir --make
 PYTHON := .venv/bin/python
-PYTEST := SIM=$(SIM) $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
+PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
 .PHONY: help sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= STACK= WINDOW= IOTA= ENGINE= ANY_ROWS= INTERPOLATION= OUT= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES= SCENE=
-	@.venv/bin/plenofir sim $(if $(RAW),--raw "$(RAW)") $(if $(M),--micro-image="$(M)") $(if $(A),--a="$(A)") \
-		--sweep="$(SWEEP)" --stack="$(STACK)" --window="$(WINDOW)" --iota="$(IOTA)" --engine "$(ENGINE)" --any-rows "$(ANY_ROWS)" --interpolation "$(INTERPOLATION)" --out "$(OUT)" --arith "$(ARITH)" --fraction "$(FRACTION)" --guard "$(GUARD)" \
-		--chain "$(CHAIN)" --simulator "$(SIM)" --waves "$(WAVES)" --scene "$(SCENE)"
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= M= A= SWEEP= STACK= RADIUS= ENGINE= IOTA= ANY_ROWS= INTERPOLATION= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES= SCENE= OUT=
+	@$(PLENOFIR) sim
 
-synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= (all shipped scenes, board, cores and arrays without)
+synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= OUT= (without: all shipped scenes, the board, cores and arrays)
 	@scripts/setup.sh ghdl
-	@.venv/bin/plenofir synth $(if $(SCENE),"$(SCENE)" --out "build/synth/$(basename $(notdir $(SCENE)))")
+	@$(PLENOFIR) synth
 
 pnr: venv ## Place and route for ECP5 with nextpnr: SCENE=; clock, resources, a bitstream
 	@scripts/setup.sh ghdl
@@ -81,13 +59,11 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) scripts/build_hdl.py --check
 	@$(PYTHON) scripts/draw_diagrams.py --check
 
-bitstream: venv ## Build the bitstream of the Atlys board with ISE 14.7: M= A= SWEEP= MAX_COLUMNS= INTERPOLATION= ARITH= FRACTION= GUARD= SCENE= OUT= ISE=
-	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= .venv/bin/plenofir bitstream build --micro-image="$(M)" --a="$(A)" --sweep="$(SWEEP)" \
-		--columns="$(MAX_COLUMNS)" --interpolation="$(call given,INTERPOLATION)" --arith="$(call given,ARITH)" --fraction="$(FRACTION)" --guard="$(GUARD)" \
-		--scene="$(SCENE)" --out="$(or $(call given,OUT),build/bitstream)" --ise="$(ISE)"
+bitstream: venv ## Build the bitstream of the Atlys board with ISE 14.7: M= A= SWEEP= MAX_COLUMNS= ENGINE= INTERPOLATION= ARITH= FRACTION= GUARD= SCENE= OUT= ISE=
+	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= $(PLENOFIR) bitstream build
 
-bitstream-check: venv simulator ## Check without ISE what of a bitstream build can be checked
-	@.venv/bin/plenofir bitstream check
+bitstream-check: venv simulator ## Check what a bitstream build needs, as far as that goes without ISE
+	@$(PLENOFIR) bitstream check
 
 bench: venv simulator ## Measure refocuser, ray model, calibration, simulators; error against run time, stability (build/bench)
 	@$(PYTHON) scripts/bench.py
@@ -111,7 +87,7 @@ libpython: venv
 	@scripts/setup.sh libpython
 
 simulator:
-	@$(if $(filter ghdl verilator,$(SIM)),scripts/setup.sh ghdl,:)
+	@$(if $(filter nvc,$(SIM)),:,scripts/setup.sh ghdl)
 	@$(if $(filter verilator,$(SIM)),scripts/setup.sh compiler,:)
 
 clean: ## Remove what was built (not .venv)

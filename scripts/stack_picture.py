@@ -3,7 +3,7 @@
 Usage: python scripts/stack_picture.py PICTURE.jpg OUT
 
 For instance, after make sim RAW=golden/plenofir/data/planes_5x5.png M=5 STACK="-1 -3/5 1/5 1"
-WINDOW=2 OUT=build/planes: python scripts/stack_picture.py docs/images/stack.jpg build/planes
+RADIUS=2 OUT=build/planes: python scripts/stack_picture.py docs/images/stack.jpg build/planes
 """
 
 import sys

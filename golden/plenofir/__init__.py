@@ -1,5 +1,10 @@
 """Real-time refocusing for standard plenoptic cameras: golden model and tools."""
 
-from importlib.metadata import version
 
-__version__ = version("plenofir")
+def __getattr__(name: str) -> str:
+    # Looked up when asked for: importlib.metadata takes as long to load as the command line.
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("plenofir")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

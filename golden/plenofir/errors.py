@@ -1,6 +1,9 @@
 """The one exception for input that the user can correct, and the exit codes of the commands."""
 
-from pydantic import ValidationError
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
 
 EXIT_MISMATCH = 1
 EXIT_BAD_INPUT = 2
@@ -33,7 +36,7 @@ class InputError(ValueError):
         super().__init__(f"{where}: {what}; expected {expected}")
 
 
-def validation_error(error: ValidationError, *, where: str) -> InputError:
+def validation_error(error: "ValidationError", *, where: str) -> InputError:
     """Say in one line what pydantic found first."""
     first = error.errors()[0]
     field = ".".join(str(part) for part in first["loc"])

@@ -108,7 +108,7 @@ def test_sweep_through_the_array(tmp_path: Path) -> None:
     write_png(tmp_path / "raw.png", raw)
     out = tmp_path / "out"
     done = plenofir(
-        *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--sweep", "-2/3 0 1", "--iota", "4"),
+        *("--raw", str(tmp_path / "raw.png"), "-M", "3", "-a", "-2/3 0 1", "--parallel-rows", "4"),
         *("--interpolation", "linear", "--out", str(out)),
     )
     assert done.returncode == 0, done.stderr
@@ -125,17 +125,17 @@ def test_sweep_through_the_array(tmp_path: Path) -> None:
 def test_frames_of_any_rows_without_a_pause(tmp_path: Path) -> None:
     write_png(tmp_path / "raw.png", random_image((42, 30)))
     clocks = {}
-    for any_rows in ("0", "1"):
+    for any_rows in ((), ("--any-rows",)):
         done = plenofir(
-            *("--raw", str(tmp_path / "raw.png"), "-M", "5", "--sweep", "-1/5 2", "--engine"),
-            *("moving_sum", "--any-rows", any_rows, "--out", str(tmp_path / "out")),
+            *("--raw", str(tmp_path / "raw.png"), "-M", "5", "-a", "-1/5 2", "--engine"),
+            *("moving_sum", *any_rows, "--out", str(tmp_path / "out")),
         )
         assert done.returncode == 0, done.stderr
         report = json.loads((tmp_path / "out" / "report.json").read_text())
         assert report["mismatches"] == 0
-        clocks[any_rows] = report["clocks_per_pixel"]
+        clocks[bool(any_rows)] = report["clocks_per_pixel"]
     # Three blank lines behind the first of the two frames, or none.
-    assert clocks["0"] > clocks["1"] == 1
+    assert clocks[False] > clocks[True] == 1
 
 
 def test_waves(tmp_path: Path) -> None:
@@ -144,7 +144,7 @@ def test_waves(tmp_path: Path) -> None:
     write_png(tmp_path / "raw.png", random_image((12, 12)))
     done = plenofir(
         *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--a", "0", "--out", str(tmp_path)),
-        *("--waves", "1"),
+        "--waves",
     )
     assert done.returncode == 0, done.stderr
     names = {var.full_name for var in pywellen.Waveform(str(tmp_path / "refocused.fst")).all_vars()}
@@ -202,38 +202,42 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("arguments", "message"),
     [
         (["--raw", "none.png"], "no such file"),
-        (["--raw", "folder.png"], "is a folder"),
+        (["--raw", "folder.png"], "folder.png: is a folder"),
         (["--raw", "text.png"], "no image of a known kind"),
-        (["--raw", "cut.png"], "damaged"),
+        (["--raw", "cut.png"], "cut.png: damaged"),
         (["--raw", "alpha.png"], "4 channels"),
         (["--raw", "grey.png", "-M", "21", "--a", "0"], "less than one micro image"),
-        (["--raw", "grey.png", "-M", "0"], "M = 0 is too small"),
-        (["--raw", "grey.png", "-M", "-3"], "M = -3 is too small"),
-        (["--raw", "grey.png", "-M", "five"], "'five' is no integer"),
+        (["--raw", "grey.png", "-M", "0"], "--micro-image: '0'"),
+        (["--raw", "grey.png", "-M", "-3"], "--micro-image: '-3'"),
+        (["--raw", "grey.png", "-M", "five"], "--micro-image: 'five'"),
         (["--raw", "grey.png", "-M", "5", "--a", "1/2"], "not on the grid of M = 5"),
         (["--raw", "grey.png", "--a", "0.2"], "not a focus setting"),
         (["--raw", "grey.png", "--a", "1/0"], "not a focus setting"),
         (["--raw", "grey.png", "--a", "100"], "taps"),
         (["--raw", "grey.png", "--a", "99999"], "taps"),
         (["--raw", "wide.png", "--a", "1"], "8192 columns"),
-        (["--raw", "grey.png", "--sweep", "0 1/2"], "not on the grid of M = 5"),
-        (["--raw", "grey.png", "--sweep", "0 1 5/5"], "stands in it twice"),
-        (["--raw", "grey.png", "--iota", "0"], "0 rows at once"),
-        (["--raw", "grey.png", "--iota", "65"], "at most 64"),
-        (["--raw", "grey.png", "--engine", "moving_sum", "--any-rows", "2"], "ANY_ROWS"),
-        (["--raw", "grey.png", "--any-rows", "1"], "0 without ENGINE=moving_sum"),
-        (["--raw", "grey.png", "--interpolation", "cubic"], "nearest, linear"),
-        (["--raw", "deep.png", "-M", "8", "--a", "0", "--interpolation", "3"], "INTERPOLATION"),
-        (["--raw", "grey.png", "--arith", "float"], "no arithmetic"),
-        (["--raw", "grey.png", "--arith", "stored", "--fraction", "13"], "FRACTION"),
-        (["--raw", "grey.png", "--arith", "stored", "--fraction", "1", "--guard", "2"], "GUARD"),
-        (["--raw", "grey.png", "--fraction", "3"], "exact arithmetic has no"),
+        (["--raw", "grey.png", "--a", "0 1/2"], "not on the grid of M = 5"),
+        (["--raw", "grey.png", "--a", "0 1 5/5"], "--a: 1 is given twice"),
+        (["--raw", "grey.png", "--parallel-rows", "0"], "--parallel-rows: '0'"),
+        (["--raw", "grey.png", "--parallel-rows", "65"], "at most 64"),
+        (["--raw", "grey.png", "--any-rows"], "--any-rows: cannot be combined with --engine fir"),
+        (["--raw", "grey.png", "--interpolation", "cubic"], "'nearest', 'linear'"),
+        (["--raw", "deep.png", "-M", "8", "--a", "0", "--interpolation", "3"], "--interpolation: "),
+        (["--raw", "grey.png", "--arith", "float"], "--arith: 'float'"),
+        (["--raw", "grey.png", "--arith", "stored", "--fraction", "13"], "--fraction: '13'"),
+        (
+            ["--raw", "grey.png", "--arith", "stored", "--fraction", "1", "--guard", "2"],
+            "--guard: ",
+        ),
+        (
+            ["--raw", "grey.png", "--fraction", "3"],
+            "--fraction: cannot be combined with --arith exact",
+        ),
         (["--raw", "deep.png", "--arith", "stored"], "2^18 words"),
-        (["--raw", "grey.png", "--simulator", "isim"], "no simulator"),
-        (["--raw", "grey.png", "--waves", "maybe"], "WAVES"),
+        (["--raw", "grey.png", "--simulator", "isim"], "--simulator: 'isim'"),
         (["--raw", "grey.png", "--out", "file"], "not a folder"),
         (["--raw", "grey.png", "--out", "file/below"], "not a folder"),
-        (["--raw", "grey.png", "--out", "/proc/plenofir"], "OUT"),
+        (["--raw", "grey.png", "--out", "/proc/plenofir"], "--out: "),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(images: Path, arguments, message) -> None:

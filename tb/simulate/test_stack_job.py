@@ -43,9 +43,19 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
     out = tmp_path / "out"
     stack = " ".join(SLICES)
     code, errors = plenofir(
-        *("--raw", str(tmp_path / "raw.png"), "-M", "5", "--stack", stack, "--window", "2"),
-        # As `make sim` gives what was not set.
-        *("--engine", "", "--fraction", "", "--out", str(out)),
+        *(
+            "--raw",
+            str(tmp_path / "raw.png"),
+            "-M",
+            "5",
+            "--engine",
+            "stack",
+            "-a",
+            stack,
+            "--radius",
+            "2",
+        ),
+        *("--out", str(out)),
     )
     assert code == 0, errors
     slices = np.stack([refocus(raw, 5, a) for a in SLICES])
@@ -72,7 +82,8 @@ def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) ->
     write_png(tmp_path / "raw.png", raw)
     out = tmp_path / "out"
     code, errors = plenofir(
-        *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--stack", "-2/3 1", "--out", str(out)),
+        *("--raw", str(tmp_path / "raw.png"), "-M", "3", "--engine", "stack", "-a", "-2/3 1"),
+        *("--out", str(out)),
     )
     assert code == EXIT_MISMATCH, errors
     report = json.loads((out / "report.json").read_text())
@@ -83,22 +94,15 @@ def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) ->
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--stack", "0 0"), "STACK: 0 stands in it twice"),
-        (("--stack", "1/2 0"), "STACK"),
-        (("--stack", "0 1", "--engine", "fir"), "ENGINE: fir; expected moving_sum with STACK"),
-        (("--stack", "0 1", "--engine", "belt"), "ENGINE: 'belt'; expected fir or moving_sum"),
-        (("--stack", "0 1", "--fraction", "3"), "FRACTION with STACK"),
-        (("--stack", "0 1", "--iota", "3"), "IOTA: 3; expected 1 with STACK"),
-        (("--stack", "0 1", "--sweep", "0 1"), "SWEEP"),
-        (("--stack", "0 1", "--arith", "stored"), "ARITH: stored; expected exact with STACK"),
-        (("--stack", "0 1", "--window", "9"), "WINDOW: 9; expected a radius of 0 to 8"),
-        (("--stack", "0 1", "-M", "1"), "M"),
+        (("-a", "1/2 0"), "--a: 1/2 is not on the grid of M = 5"),
+        (("-a", "0 1", "--radius", "9"), "--radius: '9'; expected less than or equal to 8"),
+        (("-a", "0 1", "-M", "1"), "--micro-image: M = 1 is too small"),
     ],
 )
 def test_bad_input_is_one_line(
     tmp_path: Path, plenofir, arguments: tuple[str, ...], message: str
 ) -> None:
-    code, errors = plenofir(*arguments, "--out", str(tmp_path / "out"))
+    code, errors = plenofir("--engine", "stack", *arguments, "--out", str(tmp_path / "out"))
     assert code == 2
     assert message in errors
     assert len(errors.splitlines()) == 1

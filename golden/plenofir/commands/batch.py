@@ -5,58 +5,41 @@ from typing import Annotated
 
 import typer
 
-from plenofir.commands.lightfield import progress_bar
-from plenofir.commands.rays import integer
-from plenofir.errors import InputError
-from plenofir.files import check_folder
-from plenofir.refocus import focus_to_shift, interpolation_order, parse_focus
+from plenofir.commands import options
+from plenofir.commands.console import progress_bar
+
+app = typer.Typer()
 
 
+@app.command()
 def batch(
     frames: Annotated[str, typer.Argument(help="Pattern of aligned raw images, in quotes.")],
-    micro_image: Annotated[
-        str, typer.Option("--micro-image", "-M", help="M: micro image size in pixels.")
-    ],
-    a: Annotated[
-        str, typer.Option("--a", "-a", help="Focus setting, or several separated by spaces.")
-    ],
-    out: Annotated[str, typer.Option(help="Folder for the results.")] = "batch",
+    micro_image: options.MicroImage,
+    a: options.FocusSettings,
+    out: options.OutFolder = "batch",
     scheduler: Annotated[
         str, typer.Option(help="local: processes on this machine; or tcp://HOST:PORT.")
     ] = "local",
     workers: Annotated[
-        str, typer.Option(help="Local processes; as many as processors if not given.")
-    ] = "",
-    interpolation: Annotated[
-        str, typer.Option(help="nearest, linear, or the order of a B-spline, 0 to 3.")
-    ] = "nearest",
-    upsample: Annotated[
-        bool,
-        typer.Option(
-            "--upsample/--no-upsample", help="The raw image's size, or a pixel for each micro lens."
-        ),
-    ] = True,
+        int | None,
+        typer.Option(help="Local processes; as many as processors if not given.", min=1),
+    ] = None,
+    interpolation: options.Interpolation = "nearest",
+    upsample: options.Upsample = True,
 ) -> None:
     """Refocus many frames; a run that was cut off goes on where it stopped."""
+    from plenofir.files import check_folder
+    from plenofir.refocus import interpolation_order
     from plenofir.refocus.batch import Settings, find_frames, run_batch
 
-    m = integer(micro_image, "--micro-image")
-    if m < 1:
-        raise InputError(f"M = {m}", where="--micro-image", expected="an integer, 1 or more")
-    chosen = tuple(parse_focus(text, where="--a") for text in a.replace(",", " ").split())
-    if not chosen or len(set(chosen)) < len(chosen):
-        raise InputError(repr(a), where="--a", expected="one or more settings, each a once")
-    for setting in chosen:
-        focus_to_shift(setting, m, where="--a")
-    count = integer(workers, "--workers") if workers else None
-    if count is not None and count < 1:
-        raise InputError(workers, where="--workers", expected="1 or more")
-    settings = Settings(m, chosen, interpolation_order(interpolation), upsample)
+    chosen = options.focus_settings(a, micro_image)
+    options.shifts_of(chosen, micro_image)
+    settings = Settings(micro_image, chosen, interpolation_order(interpolation), upsample)
     sources = find_frames(frames)
     check_folder(Path(out), out)
     with progress_bar("refocusing") as show:
         done = run_batch(
-            sources, settings, Path(out), scheduler=scheduler, workers=count, progress=show
+            sources, settings, Path(out), scheduler=scheduler, workers=workers, progress=show
         )
     failed = [frame for frame in done if frame.state == "failed"]
     for frame in failed:
@@ -68,14 +51,3 @@ def batch(
     )
     if failed:
         raise typer.Exit(1)
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command.
-
-    Parameters
-    ----------
-    app
-        The command line.
-    """
-    app.command()(batch)

@@ -1,108 +1,64 @@
 """Commands for the bitstream of the Atlys board: bitstream build, bitstream check."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from plenofir.commands.options import arithmetic_options
-from plenofir.commands.rays import integer
+from plenofir.commands import options
+from plenofir.commands.console import print_line, steps_bar
 from plenofir.errors import InputError
-from plenofir.fpga.bitstream import ise, top_level
-from plenofir.fpga.bitstream.check import run_checks
-from plenofir.refocus import focus_to_shift, interpolation_order
-from plenofir.refocus.arithmetic import StoredProductArithmetic
+
+if TYPE_CHECKING:
+    from plenofir.fpga.bitstream import top_level
 
 _SHOWN_WARNINGS = 20
 
-
-def _line(name: str, text: str) -> None:
-    typer.echo(f"{name:<11} {text}")
+app = typer.Typer(no_args_is_help=True, help="Bitstream of the Atlys board.")
 
 
-def board_generics(
-    *,
-    micro_image: str = "",
-    focus: Sequence[str] = (),
-    columns: str = "",
-    interpolation: str = "",
-    arith: str = "",
-    fraction: str = "",
-    guard: str = "",
-) -> dict[str, top_level.Value]:
-    """Generics of the top level that options mean; those not given keep the top level's defaults.
+def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
+    """Generics of the top level that options mean; the others keep the top level's defaults."""
+    from plenofir.fpga.bitstream import top_level
+    from plenofir.refocus import interpolation_order
+    from plenofir.refocus.arithmetic import StoredProductArithmetic
 
-    Parameters
-    ----------
-    micro_image
-        M in pixels.
-    focus
-        The set of a, fractions whose denominators divide M.
-    columns
-        Longest line in pixels.
-    interpolation
-        As in ``make sim``.
-    arith, fraction, guard
-        Arithmetic, as in ``make sim``.
-
-    Returns
-    -------
-    dict
-        Generic to value.
-
-    Raises
-    ------
-    InputError
-        If an option means nothing.
-    """
+    options.check_combinations(
+        given,
+        {"engine": given.get("engine", "fir"), "arith": given.get("arith", "stored")},
+    )
     values: dict[str, top_level.Value] = {}
-    if micro_image:
-        values["MICRO_IMAGE_SIZE"] = integer(micro_image, "M")
-    if focus:
-        size = values.get("MICRO_IMAGE_SIZE", top_level.default_generics()["MICRO_IMAGE_SIZE"])
-        shifts = [focus_to_shift(a, int(size), where="A") for a in focus]
+    if "micro_image" in given:
+        if "a" not in given:
+            raise InputError(
+                "needs a focus setting", where="micro_image", expected=f"{options.typed('a')} too"
+            )
+        values["MICRO_IMAGE_SIZE"] = given["micro_image"]
+    if "a" in given:
+        size = int(values.get("MICRO_IMAGE_SIZE", top_level.default_generics()["MICRO_IMAGE_SIZE"]))
+        shifts = options.shifts_of(options.focus_settings(given["a"], size), size)
         values["SHIFTS"] = " ".join(map(str, shifts))
-    elif micro_image:
-        raise InputError("M without a focus setting", where="A", expected="A or SWEEP with M")
-    if columns:
-        values["MAX_COLUMNS"] = integer(columns, "MAX_COLUMNS")
-    if interpolation:
-        values["INTERPOLATION_ORDER"] = interpolation_order(interpolation, where="INTERPOLATION")
-    if arith:
-        arithmetic = arithmetic_options(arith, fraction, guard)
+    if "max_columns" in given:
+        values["MAX_COLUMNS"] = given["max_columns"]
+    if "engine" in given:
+        values["ENGINE"] = given["engine"]
+    if "interpolation" in given:
+        values["INTERPOLATION_ORDER"] = interpolation_order(given["interpolation"])
+    if {"arith", "fraction", "guard"} & set(given):
+        arithmetic = options.arithmetic(
+            given.get("arith", "stored"), given.get("fraction"), given.get("guard")
+        )
         values["EXACT"] = not isinstance(arithmetic, StoredProductArithmetic)
         if isinstance(arithmetic, StoredProductArithmetic):
             values["FRACTION_BITS"] = arithmetic.fraction_bits
             values["GUARD_BITS"] = arithmetic.guard_bits
-    elif fraction or guard:
-        raise InputError("bits without an arithmetic", where="FRACTION, GUARD", expected="ARITH")
-    for name, option in (("MICRO_IMAGE_SIZE", "M"), ("MAX_COLUMNS", "MAX_COLUMNS")):
-        if int(values.get(name, 1)) < 1:
-            raise InputError(f"{values[name]}", where=option, expected="an integer, 1 or more")
     return values
 
 
-def scene_generics(path: str) -> dict[str, top_level.Value]:
-    """Generics of the top level that a scene means.
-
-    Parameters
-    ----------
-    path
-        Scene profile.
-
-    Returns
-    -------
-    dict
-        Generic to value.
-
-    Raises
-    ------
-    InputError
-        If the scene cannot be built, or has no video path: then there is no board for it.
-    """
+def scene_generics(path: str) -> "dict[str, top_level.Value]":
+    """Generics of the top level that a scene means."""
+    from plenofir.fpga.bitstream import top_level
     from plenofir.plan import load_scene, make_plan
 
     plan = make_plan(load_scene(path))
@@ -115,80 +71,60 @@ def scene_generics(path: str) -> dict[str, top_level.Value]:
     return top_level.board_generics(plan.core)
 
 
+@app.command()
 def build(
-    micro_image: Annotated[
-        str, typer.Option("--micro-image", "-M", help="M: micro image size in pixels.")
-    ] = "",
-    a: Annotated[
-        str, typer.Option("--a", "-a", help="Focus setting: a fraction, denominator M.")
-    ] = "",
-    sweep: Annotated[
-        str, typer.Option(help="Several focus settings, to choose from on the board.")
-    ] = "",
-    columns: Annotated[str, typer.Option(help="Longest line in pixels.")] = "",
-    interpolation: Annotated[
-        str, typer.Option(help="nearest, linear, or the order of a B-spline, 0 to 3.")
-    ] = "",
-    arith: Annotated[str, typer.Option(help="exact, or stored (stored products).")] = "",
-    fraction: Annotated[str, typer.Option(help="Stored products: fraction bits.")] = "",
-    guard: Annotated[str, typer.Option(help="Stored products: guard bits.")] = "",
-    scene: Annotated[str, typer.Option(help="Scene profile, instead of all of these.")] = "",
-    out: Annotated[str, typer.Option(help="Folder for the results.")] = "build/bitstream",
-    folder: Annotated[
-        str, typer.Option("--ise", help="ISE_DS folder, if the tools are not on the PATH.")
-    ] = "",
+    context: typer.Context,
+    micro_image: options.MicroImageIfGiven = None,
+    a: options.SettingsIfGiven = None,
+    max_columns: Annotated[int | None, typer.Option(help="Longest line in pixels.", min=1)] = None,
+    engine: options.EngineIfGiven = None,
+    interpolation: options.InterpolationIfGiven = None,
+    arith: options.ArithIfGiven = None,
+    fraction: options.FractionIfGiven = None,
+    guard: options.GuardIfGiven = None,
+    scene: options.SceneIfGiven = None,
+    out: options.OutFolder = "build/bitstream",
+    ise: Annotated[str, typer.Option(help="ISE_DS folder, if the tools are not on the PATH.")] = "",
 ) -> None:
     """Build the bitstream of the Atlys board with Xilinx ISE 14.7."""
-    given = board_generics(
-        micro_image=micro_image,
-        focus=tuple(sweep.replace(",", " ").split()) or ((a,) if a else ()),
-        columns=columns,
-        interpolation=interpolation,
-        arith=arith,
-        fraction=fraction,
-        guard=guard,
-    )
-    if scene and given:
+    from plenofir.fpga.bitstream import ise as tools
+
+    given = {
+        name: value
+        for name, value in context.params.items()
+        if value not in (None, [], ()) and name not in ("scene", "out", "ise")
+    }
+    if scene is not None and given:
         raise InputError(
-            f"settles {', '.join(given)} by itself", where="SCENE", expected="no other option"
+            f"cannot be combined with {options.typed('scene')}",
+            where=options.typed(next(iter(given))),
+            expected="one of them",
         )
-    generics = scene_generics(scene) if scene else given
-    installation = ise.find_installation(folder)
-    bars = Progress(
-        TextColumn("{task.description:<20}"),
-        BarColumn(),
-        TimeElapsedColumn(),
-        console=Console(stderr=True),
-    )
-    with bars:
-        task = bars.add_task("bitstream", total=None)
-        report = ise.build(
-            installation,
-            generics,
-            Path(out),
-            lambda tool, done, total: bars.update(
-                task, description=tool, completed=done, total=total
-            ),
-        )
+    generics = board_generics(given) if scene is None else scene_generics(scene)
+    installation = tools.find_installation(ise)
+    with steps_bar("bitstream") as show:
+        report = tools.build(installation, generics, Path(out), show)
     for site, (used, there) in report.utilisation.items():
-        _line(site, f"{used} of {there}")
+        print_line(site, f"{used} of {there}")
     for entry in report.timing:
         best = "no path" if entry.best is None else f"{entry.best:g} ns would be met"
-        _line("timing", f"{entry.constraint}: met, {best}")
+        print_line("timing", f"{entry.constraint}: met, {best}")
     for warning in report.warnings[:_SHOWN_WARNINGS]:
         times = f" ({warning.times} times)" if warning.times > 1 else ""
-        _line("warning", f"{warning.tool}: {warning.code}: {warning.text}{times}")
+        print_line("warning", f"{warning.tool}: {warning.code}: {warning.text}{times}")
     rest = len(report.warnings) - _SHOWN_WARNINGS
     if rest > 0:
-        _line("", f"{rest} more in report.json")
-    _line("files", f"{out}/plenofir.bit, report.json, logs, work/")
+        print_line("", f"{rest} more in report.json")
+    print_line("files", f"{out}/plenofir.bit, report.json, logs, work/")
 
 
+@app.command()
 def check() -> None:
-    """Check without ISE what of a bitstream build can be checked."""
+    """Check what a bitstream build needs, as far as that goes without ISE."""
+    from plenofir.fpga.bitstream.check import run_checks
 
     def report(name: str, problems: Sequence[str], found: str) -> None:
-        _line(name, f"{len(problems)} problems" if problems else f"ok: {found}")
+        print_line(name, f"{len(problems)} problems" if problems else f"ok: {found}")
         for problem in problems:
             typer.echo(f"  {problem}", err=True)
 
@@ -199,17 +135,3 @@ def check() -> None:
             where="bitstream check",
             expected="what is listed above put right",
         )
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands.
-
-    Parameters
-    ----------
-    app
-        The command line.
-    """
-    bitstream = typer.Typer(no_args_is_help=True, help="Bitstream of the Atlys board.")
-    bitstream.command()(build)
-    bitstream.command()(check)
-    app.add_typer(bitstream, name="bitstream")

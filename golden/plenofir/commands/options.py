@@ -1,64 +1,265 @@
-"""Options that several commands have."""
+"""Options, declared once: their flags, types and ranges, and how a message names them."""
 
-from pydantic import ValidationError
+import re
+from collections.abc import Callable, Container, Iterable, Mapping
+from fractions import Fraction
+from math import inf, isnan
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from plenofir.commands.rays import integer
+import typer
+
 from plenofir.errors import InputError
-from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
+
+if TYPE_CHECKING:
+    from plenofir.refocus.arithmetic import Arithmetic
+
+Engine = Literal["fir", "moving_sum"]
+SimulatedEngine = Literal["fir", "moving_sum", "stack"]
+ArithmeticKind = Literal["exact", "stored"]
+InterpolationName = Literal["nearest", "linear", "0", "1", "2", "3"]
+Simulator = Literal["ghdl", "nvc", "verilator"]
+Chain = Literal["core", "hdmi"]
 
 VARIABLES = {
-    "micro_image_size": "M",
-    "shifts": "A",
-    "max_columns": "RAW",
-    "parallel_rows": "IOTA",
-    "order": "INTERPOLATION",
-    "arithmetic": "ARITH",
+    "RAW": "raw",
+    "M": "micro_image",
+    "A": "a",
+    "SWEEP": "a",
+    "STACK": "a",
+    "RADIUS": "radius",
+    "IOTA": "parallel_rows",
+    "ENGINE": "engine",
+    "ANY_ROWS": "any_rows",
+    "INTERPOLATION": "interpolation",
+    "ARITH": "arith",
+    "FRACTION": "fraction",
+    "GUARD": "guard",
+    "MAX_COLUMNS": "max_columns",
+    "SIM": "simulator",
+    "CHAIN": "chain",
+    "WAVES": "waves",
+    "SCENE": "scene",
+    "OUT": "out",
+    "ISE": "ise",
 }
-"""What the user calls a field of the core."""
+"""Option that each variable of make stands for."""
+
+_FIELDS = {
+    "micro_image_size": "micro_image",
+    "shifts": "a",
+    "order": "interpolation",
+    "arithmetic": "arith",
+    "fraction_bits": "fraction",
+    "guard_bits": "guard",
+}
+"""Option of a field of the core or an argument of a function, where the names differ."""
+
+# Each entry: an option, the option that decides whether it can be used, and with which values.
+_REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+    ("parallel_rows", "engine", ("fir",)),
+    ("any_rows", "engine", ("moving_sum",)),
+    ("radius", "engine", ("stack",)),
+    ("interpolation", "engine", ("fir", "moving_sum")),
+    ("arith", "engine", ("fir", "moving_sum")),
+    ("fraction", "arith", ("stored",)),
+    ("guard", "arith", ("stored",)),
+    ("chain", "engine", ("fir", "moving_sum")),
+    ("parallel_rows", "chain", ("core",)),
+    ("any_rows", "chain", ("core",)),
+    ("chain", "simulator", ("ghdl", "nvc")),
+    ("waves", "engine", ("fir", "moving_sum")),
+    ("waves", "simulator", ("ghdl", "nvc")),
+)
+
+MAX_SETTINGS = 1000
+
+_of_make: dict[str, str] | None = None
 
 
-def arithmetic_options(name: str, fraction_bits: str, guard_bits: str) -> Arithmetic:
-    """Read the options ARITH, FRACTION and GUARD.
+def called_by_make(variables: dict[str, str] | None) -> None:
+    """Say which variable of make each option came from; None after a call by hand."""
+    global _of_make
+    _of_make = variables
 
-    Parameters
-    ----------
-    name
-        exact or stored.
-    fraction_bits, guard_bits
-        Of stored products; empty for the defaults.
 
-    Returns
-    -------
-    Arithmetic
-        What they mean.
+def typed(option: str, value: str = "") -> str:
+    """An option, or its value, as the user typed or would type it."""
+    if _of_make is None:
+        return " ".join(filter(None, ("--" + option.replace("_", "-"), value)))
+    if option == "engine" and value == "stack":
+        return "STACK"
+    first = next((name for name, of in VARIABLES.items() if of == option), option)
+    return "=".join(filter(None, (_of_make.get(option, first), value)))
 
-    Raises
-    ------
-    InputError
-        If they mean nothing.
+
+def named(field: str, options: Container[str]) -> str:
+    """A field as the user typed it, where it is one of these options of the command."""
+    option = field if field in options else {**VARIABLES, **_FIELDS}.get(field, field)
+    return typed(option) if option in options else field
+
+
+def check_combinations(used: Iterable[str], decided: Mapping[str, str]) -> None:
+    """Refuse options that cannot be combined.
+
+    `used` names those that are not at their default, `decided` has the values that decide.
     """
-    if name == "exact":
-        if fraction_bits or guard_bits:
+    used = set(used)
+    for option, other, values in _REQUIRES:
+        if option in used and other in decided and decided[other] not in values:
             raise InputError(
-                "exact arithmetic has no fraction or guard bits",
-                where="ARITH",
-                expected="ARITH=stored with FRACTION or GUARD",
+                f"cannot be combined with {typed(other, decided[other])}",
+                where=typed(option),
+                expected=" or ".join(typed(other, value) for value in values),
             )
+
+
+def arithmetic(kind: str, fraction: int | None, guard: int | None) -> "Arithmetic":
+    """Arithmetic of the options arith, fraction and guard."""
+    from pydantic import ValidationError
+
+    from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
+
+    if kind == "exact":
         return ExactArithmetic()
-    if name != "stored":
-        raise InputError(f"{name!r} is no arithmetic", where="ARITH", expected="exact or stored")
-    bits = {}
-    if fraction_bits:
-        bits["fraction_bits"] = integer(fraction_bits, "FRACTION")
-    if guard_bits:
-        bits["guard_bits"] = integer(guard_bits, "GUARD")
+    bits = {"fraction_bits": fraction, "guard_bits": guard}
     try:
-        return StoredProductArithmetic.model_validate(bits)
+        return StoredProductArithmetic.model_validate(
+            {name: value for name, value in bits.items() if value is not None}
+        )
     except ValidationError as error:
-        first = error.errors()[0]
-        field = str(first["loc"][0]) if first["loc"] else "guard_bits"
+        guard_option, fraction_option = typed("guard"), typed("fraction")
         raise InputError(
-            first["msg"],
-            where={"fraction_bits": "FRACTION", "guard_bits": "GUARD"}[field],
-            expected="0 <= GUARD <= FRACTION <= 12",
+            error.errors()[0]["msg"].removeprefix("Value error, "),
+            where=guard_option,
+            expected=f"0 <= {guard_option} <= {fraction_option} <= 12",
         ) from None
+
+
+def focus_settings(texts: Iterable[str], micro_image_size: int) -> tuple[Fraction, ...]:
+    """Focus settings of the option a: fractions and ranges, each setting once."""
+    from plenofir.refocus.shifts import parse_focus
+
+    found: list[Fraction] = []
+    words = [word for text in texts for word in re.split(r"[,\s]+", text.strip()) if word]
+    for word in words:
+        parts = word.split(":")
+        if len(parts) == 1:
+            found.append(parse_focus(word, where="a"))
+            continue
+        if len(parts) > 3:
+            raise InputError(f"{word!r}", where="a", expected="FIRST:LAST or FIRST:LAST:STEP")
+        first, last = (parse_focus(part, where="a") for part in parts[:2])
+        step = parse_focus(parts[2], where="a") if parts[2:] else Fraction(1, micro_image_size)
+        if step <= 0 or first > last:
+            raise InputError(
+                f"{word!r}", where="a", expected="FIRST not above LAST, and a positive STEP"
+            )
+        count = (last - first) // step + 1
+        if count > MAX_SETTINGS:
+            raise InputError(
+                f"{count} settings in {word!r}", where="a", expected=f"at most {MAX_SETTINGS}"
+            )
+        found += [first + n * step for n in range(count)]
+    if not found:
+        raise InputError("no focus setting", where="a", expected="a fraction, such as -3/5")
+    twice = next((a for n, a in enumerate(found) if a in found[:n]), None)
+    if twice is not None:
+        raise InputError(f"{twice} is given twice", where="a", expected="each setting once")
+    return tuple(found)
+
+
+def shifts_of(settings: Iterable[Fraction], micro_image_size: int) -> tuple[int, ...]:
+    """The shifts a' = a M of focus settings, all of them on the grid of M."""
+    from plenofir.refocus.shifts import focus_to_shift
+
+    return tuple(focus_to_shift(a, micro_image_size, where="a") for a in settings)
+
+
+def one_focus_setting(texts: Iterable[str], micro_image_size: int) -> Fraction:
+    """The only focus setting of a command that takes one."""
+    found = focus_settings(texts, micro_image_size)
+    if len(found) > 1:
+        raise InputError(f"{len(found)} focus settings", where="a", expected="one")
+    return found[0]
+
+
+def _finite(param: typer.CallbackParam, value: float) -> float:
+    if isnan(value) or value in (inf, -inf):
+        raise InputError(f"{value}", where=str(param.name), expected="a number")
+    return value
+
+
+def _distance(param: typer.CallbackParam, value: float) -> float:
+    if isnan(value) or value == -inf:
+        raise InputError(f"{value}", where=str(param.name), expected="a number of mm, or inf")
+    return value
+
+
+def number(flag: str, help_text: str, callback: Callable[..., float] = _finite) -> object:
+    """Declare an option that takes a finite number."""
+    return typer.Option(flag, help=help_text, callback=callback)
+
+
+def distance(flag: str, help_text: str) -> object:
+    """Declare an option that takes a distance in mm, or inf."""
+    return number(flag, help_text, _distance)
+
+
+# What several commands take.
+_MICRO_IMAGE = typer.Option("--micro-image", "-M", min=1, help="M: micro image size in pixels.")
+_SETTINGS = typer.Option(
+    "--a",
+    "-a",
+    metavar="LIST",
+    help="Focus settings: fractions such as -3/5, or ranges FIRST:LAST[:STEP], with blanks or "
+    "commas between them. May be repeated.",
+)
+_FRACTION = typer.Option(help="Stored products: fraction bits.", min=0, max=12)
+_GUARD = typer.Option(help="Stored products: guard bits.", min=0, max=12)
+_RADIUS = typer.Option(
+    help="Depth index: micro images on each side of one that its sharpness is averaged over.",
+    min=0,
+    max=8,
+)
+_ENGINE = typer.Option(help="How the core adds.")
+_INTERPOLATION = typer.Option(help="Nearest, linear, or the order of a B-spline.")
+_ARITH = typer.Option(help="Exact, or stored products.")
+_SCENE = typer.Option(help="Scene profile (TOML file), which decides everything about the core.")
+
+MicroImage = Annotated[int, _MICRO_IMAGE]
+FocusSettings = Annotated[list[str], _SETTINGS]
+FocusSetting = Annotated[
+    list[str], typer.Option("--a", "-a", metavar="FRACTION", help="Focus setting, such as -3/5.")
+]
+Interpolation = Annotated[InterpolationName, _INTERPOLATION]
+Radius = Annotated[int, _RADIUS]
+OutFolder = Annotated[str, typer.Option("--out", help="Folder for the results.")]
+OutPng = Annotated[str, typer.Option("--out", help="PNG file to write.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Camera = Annotated[
+    str, typer.Option("--camera", help="Shipped camera (plenofir cameras) or TOML file.")
+]
+Focus = Annotated[
+    float, distance("--focus", "Focus distance of the camera from the micro lenses in mm, or inf.")
+]
+AlignedRaw = Annotated[
+    str, typer.Argument(help="Aligned raw image: micro images of exactly M x M pixels.")
+]
+Upsample = Annotated[
+    bool,
+    typer.Option(
+        "--upsample/--no-upsample", help="The raw image's size, or a pixel for each micro lens."
+    ),
+]
+
+# Of a command that has a default of its own.
+MicroImageIfGiven = Annotated[int | None, _MICRO_IMAGE]
+SettingsIfGiven = Annotated[list[str] | None, _SETTINGS]
+EngineIfGiven = Annotated[Engine | None, _ENGINE]
+EngineOrStack = Annotated[SimulatedEngine, _ENGINE]
+InterpolationIfGiven = Annotated[InterpolationName | None, _INTERPOLATION]
+Arith = Annotated[ArithmeticKind, _ARITH]
+ArithIfGiven = Annotated[ArithmeticKind | None, _ARITH]
+FractionIfGiven = Annotated[int | None, _FRACTION]
+GuardIfGiven = Annotated[int | None, _GUARD]
+SceneIfGiven = Annotated[str | None, _SCENE]

@@ -1,30 +1,24 @@
 """Commands from a scene to hardware: plan, configure, synth."""
 
-import json
 import tempfile
 from math import inf
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
-from rich.table import Table
 
+from plenofir.commands import options
+from plenofir.commands.console import print_json, print_line, print_table, steps_bar
 from plenofir.errors import InputError
-from plenofir.files import publish_files
-from plenofir.fpga.devices import DEVICES, Device
-from plenofir.fpga.synthesis.estimate import slice_engine
-from plenofir.fpga.synthesis.spartan6 import Figures
-from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
-from plenofir.plan.configure import configure as write_project
-from plenofir.plan.figures import designs, load_figures, scene_design
-from plenofir.plan.planner import Plan, make_plan
-from plenofir.plan.scene import load_scene
 
-SceneArgument = Annotated[str, typer.Argument(help="Scene profile: a TOML file.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-OutOption = Annotated[str, typer.Option("--out", help="Folder for the results.")]
+if TYPE_CHECKING:
+    from plenofir.fpga.devices import Device
+    from plenofir.fpga.synthesis.spartan6 import Figures
+    from plenofir.plan.planner import Plan
+
+Scene = Annotated[str, typer.Argument(help="Scene profile: a TOML file.")]
+
+app = typer.Typer()
 
 
 def _millimetres(value: float | None) -> str:
@@ -35,23 +29,20 @@ def _amounts(amounts: dict[str, int]) -> str:
     return ", ".join(f"{amount} {name}" for name, amount in amounts.items())
 
 
-def print_plan(plan: Plan) -> None:
-    """Print a plan for a person.
+def print_plan(plan: "Plan") -> None:
+    """Print a plan for a person."""
+    from plenofir.fpga.synthesis.estimate import slice_engine
 
-    Parameters
-    ----------
-    plan
-        What to print.
-    """
     core = plan.core
     frame = f"{plan.columns} x {plan.rows}, {core.channels} x {core.pixel_bits} bit"
     least = "" if plan.path == "video" else "at least "
     clock = "still" if plan.clock_mhz is None else f"pixel clock {least}{plan.clock_mhz:g} MHz"
-    typer.echo(f"{'scene':<11} {plan.scene}: {frame}, M = {core.micro_image_size}, {clock}")
+    print_line("scene", f"{plan.scene}: {frame}, M = {core.micro_image_size}, {clock}")
     if plan.blanking is not None:
-        typer.echo(
-            f"{'video':<11} in and out on the board, blanking of {plan.blanking[0]} pixels and "
-            f"{plan.blanking[1]} lines"
+        print_line(
+            "video",
+            f"in and out on the board, blanking of {plan.blanking[0]} pixels and "
+            f"{plan.blanking[1]} lines",
         )
     for part in plan.slices:
         depth = (
@@ -59,84 +50,106 @@ def print_plan(plan: Plan) -> None:
             if part.near_mm is None
             else f", sharp from {_millimetres(part.near_mm)} to {_millimetres(part.far_mm)} mm"
         )
-        typer.echo(f"{'slice':<11} a = {part.a} (a' = {part.shift}){depth}")
+        print_line("slice", f"a = {part.a} (a' = {part.shift}){depth}")
     for low, high in plan.gaps_mm:
-        typer.echo(f"{'not covered':<11} {_millimetres(low)} to {_millimetres(high)} mm")
+        print_line("not covered", f"{_millimetres(low)} to {_millimetres(high)} mm")
     for name, text in slice_engine(core).describe(core, plan.rows):
-        typer.echo(f"{name:<11} {text}")
-    typer.echo(f"{'engine':<11} {core.engine.kind}: {plan.engine_reason}")
+        print_line(name, text)
+    print_line("engine", f"{core.engine.kind}: {plan.engine_reason}")
     for option in plan.engines:
         numbers = option.refused if option.needs is None else _amounts(option.needs)
-        typer.echo(f"{'':<11} {option.engine}: {numbers}")
+        print_line("", f"{option.engine}: {numbers}")
     arithmetic = core.arithmetic.model_dump()
     widths = "".join(f", {name} {value}" for name, value in arithmetic.items() if name != "kind")
     bound = f"error at most {plan.error_bound:.3g} grey levels"
-    typer.echo(f"{'arithmetic':<11} {core.arithmetic.kind}{widths}; {bound}")
-    typer.echo(
-        f"{'latency':<11} {plan.latency_clocks} clocks ({plan.latency_lines} lines); "
-        f"{plan.frame_clocks} clocks for each frame"
+    print_line("arithmetic", f"{core.arithmetic.kind}{widths}; {bound}")
+    print_line(
+        "latency",
+        f"{plan.latency_clocks} clocks ({plan.latency_lines} lines); "
+        f"{plan.frame_clocks} clocks for each frame",
     )
-    table = Table()
-    for column in ("estimate", "this scene", "full build", plan.device.upper()):
-        table.add_column(column, justify="left" if column == "estimate" else "right")
-    for name, needed in plan.needs.items():
-        table.add_row(name, str(needed), str(plan.full[name]), str(plan.available[name]))
-    Console().print(table)
+    print_table(
+        ("estimate", "this scene", "full build", plan.device.upper()),
+        [
+            (name, str(needed), str(plan.full[name]), str(plan.available[name]))
+            for name, needed in plan.needs.items()
+        ],
+        left=("estimate",),
+    )
     if plan.video_needs is not None:
         video = {name: amount for name, amount in plan.video_needs.items() if amount}
-        typer.echo(f"{'video':<11} takes {_amounts(video)} of it")
-    typer.echo(f"{'full build':<11} {plan.full_build}")
+        print_line("video", f"takes {_amounts(video)} of it")
+    print_line("full build", plan.full_build)
     for part_left_out in plan.left_out:
         saves = _amounts(part_left_out.saves)
-        typer.echo(f"{'left out':<11} {part_left_out.what}{f': saves {saves}' if saves else ''}")
+        print_line("left out", f"{part_left_out.what}{f': saves {saves}' if saves else ''}")
 
 
-def plan(scene: SceneArgument, as_json: JsonOption = False) -> None:
+@app.command()
+def plan(scene: Scene, as_json: options.AsJson = False) -> None:
     """The smallest hardware for a scene: slices, resources, latency, what is left out."""
+    from plenofir.plan import load_scene, make_plan
+
     planned = make_plan(load_scene(scene))
     if as_json:
-        typer.echo(json.dumps(planned.model_dump(mode="json"), indent=2, allow_nan=False))
-        return
-    print_plan(planned)
+        print_json(planned.model_dump(mode="json"))
+    else:
+        print_plan(planned)
 
 
-def configure(scene: SceneArgument, out: OutOption = "build/scene") -> None:
+@app.command()
+def configure(scene: Scene, out: options.OutFolder = "build/scene") -> None:
     """Write the VHDL package, the top level and the project files of a scene."""
+    from plenofir.plan import load_scene, make_plan
+    from plenofir.plan.configure import configure as write_project
+
     planned = make_plan(load_scene(scene))
     sources = write_project(planned, Path(out))
-    typer.echo(f"{'scene':<11} {planned.scene}, {len(sources)} VHDL files")
+    print_line("scene", f"{planned.scene}, {len(sources)} VHDL files")
     names = ", ".join(sorted(path.name for path in Path(out).iterdir() if path.is_file()))
-    typer.echo(f"{'files':<11} {out}/: {names}")
+    print_line("files", f"{out}/: {names}")
 
 
-def _print_figures(rows: list[tuple[str, Figures, str]], device: Device) -> None:
-    table = Table()
+def _print_figures(rows: "list[tuple[str, Figures, str]]", device: "Device") -> None:
     heads = ("design", "LUT", "flip-flops", "RAMB16", "RAMB8", "DSP48A1", "carry", "path")
-    for head in (*heads, "recorded"):
-        table.add_column(head, justify="left" if head == "design" else "right")
-    for name, figures, state in rows:
-        table.add_row(name, *(str(value) for value in figures.model_dump().values()), state)
     total = device.total
-    table.add_row(
-        device.name.upper(),
-        str(total.lut),
-        str(total.flip_flops),
-        str(total.ramb16),
-        f"or {2 * total.ramb16}",
-        str(total.dsp),
-        "",
-        "",
-        "",
+    there = (total.lut, total.flip_flops, total.ramb16, f"or {2 * total.ramb16}", total.dsp)
+    lines = [
+        (name, *(str(value) for value in figures.model_dump().values()), state)
+        for name, figures, state in rows
+    ]
+    # Numbers are not cut off, whatever the width of the terminal.
+    print_table(
+        (*heads, "recorded"),
+        [*lines, (device.name.upper(), *map(str, there), "", "", "")],
+        left=("design",),
+        width=110,
     )
-    # Numbers are not to be cut off, whatever the width of the terminal.
-    Console(width=max(Console().width, 110)).print(table)
 
 
+@app.command()
 def synth(
-    scene: Annotated[str, typer.Argument(help="Scene profile; all that is shipped if none.")] = "",
-    out: OutOption = "",
+    scene: Annotated[
+        str | None, typer.Argument(help="Scene profile; all that is shipped if none.")
+    ] = None,
+    out: Annotated[
+        str | None,
+        typer.Option(help="Folder for the netlist of the scene.", show_default="build/synth/SCENE"),
+    ] = None,
 ) -> None:
     """Synthesise for Spartan-6 with GHDL and Yosys; "path" counts cells between registers."""
+    from plenofir.files import publish_files
+    from plenofir.fpga.devices import DEVICES
+    from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
+    from plenofir.plan import load_scene, make_plan
+    from plenofir.plan.configure import configure as write_project
+    from plenofir.plan.figures import designs, load_figures, scene_design
+
+    if out is not None and scene is None:
+        raise InputError(
+            "needs a scene", where=options.typed("out"), expected="a scene profile too"
+        )
+    folder = Path(out or f"build/synth/{Path(scene or '').stem}")
     ghdl, yosys = ghdl_version(), yosys_version()
     if scene:
         planned = make_plan(load_scene(scene))
@@ -146,41 +159,27 @@ def synth(
     recorded = load_figures()
     known = recorded.figures.get(ghdl, {}) if recorded.yosys == yosys else {}
     rows = []
-    with Progress(TextColumn("{task.description:<40}"), BarColumn(), transient=True) as bars:
-        task = bars.add_task("", total=len(chosen))
+    with steps_bar("synthesis") as show:
         for number, design in enumerate(chosen):
-            bars.update(task, description=design.name, completed=number)
-            with tempfile.TemporaryDirectory(prefix="plenofir-") as folder:
-                netlist = design.synthesise(Path(folder))
-                if out and design.plan is not None:
-                    publish_files(Path(folder), Path(out))
+            show(design.name, number, len(chosen))
+            with tempfile.TemporaryDirectory(prefix="plenofir-") as work:
+                netlist = design.synthesise(Path(work))
+                if design.plan is not None and scene:
+                    publish_files(Path(work), folder)
                     # Once more, because the lists of sources are relative to their folder.
-                    write_project(design.plan, Path(out))
+                    write_project(design.plan, folder)
             same = known.get(design.name)
             state = "" if same is None else "same" if same == netlist.figures else "differs"
             rows.append((design.name, netlist.figures, state))
     typer.echo(f"GHDL {ghdl}, Yosys {yosys}")
     device = DEVICES[chosen[0].plan.device if scene and chosen[0].plan else "xc6slx45"]
     _print_figures(rows, device)
-    if out:
+    if scene:
         top = chosen[0].top
-        typer.echo(f"{'files':<11} {out}/: {top}.edif, {top}.netlist.v, yosys.log")
-    over = device.overflow(rows[0][1].usage) if scene else []
-    if over:
+        print_line("files", f"{folder}/: {top}.edif, {top}.netlist.v, yosys.log")
+    if scene and (over := device.overflow(rows[0][1].usage)):
         raise InputError(
             f"does not fit the {device.name.upper()}: {'; '.join(over)}",
             where=scene,
             expected="a smaller scene or a larger device",
         )
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands.
-
-    Parameters
-    ----------
-    app
-        The command line.
-    """
-    for command in (plan, configure, synth):
-        app.command()(command)

@@ -1,25 +1,21 @@
 """Commands for waveform files: waves compare."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 
+from plenofir.commands import options
+from plenofir.commands.console import print_json, progress_bar
 from plenofir.errors import EXIT_MISMATCH
-from plenofir.fpga.simulate.dump_compare import (
-    CLOCK_NAME,
-    NO_CLOCK,
-    DumpComparison,
-    compare_dumps,
-    parse_bound,
-)
-from plenofir.fpga.simulate.dumps import time_text
+
+if TYPE_CHECKING:
+    from plenofir.fpga.simulate.dump_compare import DumpComparison
+
+app = typer.Typer(no_args_is_help=True, help="Compare waveform files.")
 
 _SHOWN_DIFFERENCES = 8
 
@@ -27,6 +23,8 @@ _SHOWN_DIFFERENCES = 8
 def _content(value: Any) -> Any:
     """What JSON holds in place of a value: times as text."""
     if isinstance(value, Fraction):
+        from plenofir.fpga.simulate.dumps import time_text
+
         return time_text(value)
     if isinstance(value, dict):
         return {key: _content(entry) for key, entry in value.items()}
@@ -50,7 +48,7 @@ def _print_names(name: str, signals: Sequence[str], listed: bool) -> None:
         typer.echo(f"  {signal}")
 
 
-def _print_comparison(result: DumpComparison, listed: bool) -> None:
+def _print_comparison(result: "DumpComparison", listed: bool) -> None:
     unit = f"cycles of {result.clock}" if result.clock else "instants"
     _line("compared", f"{_signals(result.signals)}, {result.samples} {unit}")
     for name, signals in (
@@ -72,6 +70,13 @@ def _print_comparison(result: DumpComparison, listed: bool) -> None:
     _line("result", "equal" if result.equal else "different")
 
 
+# A callback makes `compare` a word of the command line even though it stands alone.
+@app.callback()
+def _group() -> None:
+    pass
+
+
+@app.command()
 def compare(
     a: Annotated[str, typer.Argument(help="Waveform A: VCD, FST or GHW.", show_default=False)],
     b: Annotated[str, typer.Argument(help="Waveform B: VCD, FST or GHW.", show_default=False)],
@@ -91,52 +96,36 @@ def compare(
         str,
         typer.Option(
             "--clock",
-            help=f"Clock. If left out, the outermost {CLOCK_NAME}; {NO_CLOCK}: at every change.",
+            help="Clock. If left out, the outermost clk; none: at every change.",
         ),
     ] = "",
     strict: Annotated[bool, typer.Option("--strict", help="Undefined values count too.")] = False,
     listed: Annotated[
         bool, typer.Option("--list", help="Name the signals behind the numbers.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Compare two waveform files cycle by cycle: exit code 0 if equal, 1 if not."""
+    from plenofir.fpga.simulate.dump_compare import compare_dumps, parse_bound
+
     bounds = {
         name: parse_bound(text, option) if text else None
         for name, text, option in (("begin", begin, "--from"), ("end", end, "--to"))
     }
-    columns = (TextColumn("{task.description:<10}"), BarColumn())
-    console = Console(stderr=True)
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bars:
-        task = bars.add_task("compare", total=None)
+    with progress_bar("compare") as show:
         result = compare_dumps(
             Path(a),
             Path(b),
             signals=signals or (),
             clock=clock,
             strict=strict,
-            progress=lambda done, total: bars.update(task, completed=done, total=total),
+            progress=show,
             **bounds,
         )
     if as_json:
         content = {"a": a, "b": b, "equal": result.equal, **_content(asdict(result))}
-        typer.echo(json.dumps(content, indent=2, allow_nan=False))
+        print_json(content)
     else:
         _print_comparison(result, listed)
     if not result.equal:
         raise typer.Exit(EXIT_MISMATCH)
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands.
-
-    Parameters
-    ----------
-    app
-        The command line.
-    """
-    waves = typer.Typer(no_args_is_help=True, help="Compare waveform files.")
-    waves.command()(compare)
-    app.add_typer(waves, name="waves")

@@ -99,9 +99,9 @@ def test_refusals(frames):
     ("options", "message"),
     [
         (("-M", "5", "-a", "1/3"), "--a: 1/3 is not on the grid"),
-        (("-M", "5", "-a", "1 1"), "--a: '1 1'"),
-        (("-M", "0", "-a", "1"), "--micro-image: M = 0"),
-        (("-M", "5", "-a", "1", "--workers", "0"), "--workers: 0"),
+        (("-M", "5", "-a", "1 1"), "--a: 1 is given twice"),
+        (("-M", "0", "-a", "1"), "--micro-image: '0'"),
+        (("-M", "5", "-a", "1", "--workers", "0"), "--workers: '0'"),
         (("-M", "5", "-a", "1", "--scheduler", "x"), "--scheduler: 'x'"),
     ],
 )

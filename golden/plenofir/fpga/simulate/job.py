@@ -27,7 +27,9 @@ from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic
 from plenofir.refocus.operator import Image
 
 FLOWER = project.DATA / "flower_5x5.png"
-"""The light field that is refocused when the user names none."""
+"""The light field that scenes without an image are simulated with."""
+DEFAULT_RAW = project.DATA / "flower_detail_5x5.png"
+"""Part of it, which is refocused when the user names no image."""
 FLOWER_MICRO_IMAGE_SIZE = 5
 FLOWER_FOCUS = "-3/5"
 
@@ -71,7 +73,7 @@ class SimulationJob(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    raw: Path = FLOWER
+    raw: Path = DEFAULT_RAW
     micro_image_size: int = FLOWER_MICRO_IMAGE_SIZE
     focus: tuple[str, ...] = (FLOWER_FOCUS,)
     interpolation: int = 0

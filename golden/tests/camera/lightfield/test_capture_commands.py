@@ -140,7 +140,7 @@ def test_chain(capture: Path, run) -> None:
     assert np.array_equal(read_image(capture / "again.png"), aligned)
 
     done = run(
-        *("stack", "aligned.png", "-M", "5", "--from=-1/5", "--to", "1", "--all-in-focus"),
+        *("stack", "aligned.png", "-M", "5", "-a", "-1/5:1", "--all-in-focus"),
         cwd=capture,
     )
     assert done.returncode == 0, done.stderr
@@ -153,8 +153,8 @@ def test_chain(capture: Path, run) -> None:
     found = read_image(capture / "stack" / "refocused_-1_5.png")
     assert np.array_equal(found, refocus(aligned, M, "-1/5"))
 
-    options = ("stack", "aligned.png", "-M", "5", "--step", "2/5", "--out", "index")
-    done = run(*options, "--depth-index", "--window", "2", cwd=capture)
+    options = ("stack", "aligned.png", "-M", "5", "-a", "0:1:2/5", "--out", "index")
+    done = run(*options, "--depth-index", "--radius", "2", cwd=capture)
     assert done.returncode == 0, done.stderr
     settings = ("0", "2/5", "4/5")
     want = depth_index(focal_stack(aligned, M, settings), M, 2)
@@ -164,9 +164,9 @@ def test_chain(capture: Path, run) -> None:
     done = run(*options, "--depth-index", "--all-in-focus", cwd=capture)
     assert done.returncode == 2
     assert "--depth-index" in done.stderr
-    done = run(*options, "--depth-index", "--window", "9", cwd=capture)
+    done = run(*options, "--depth-index", "--radius", "9", cwd=capture)
     assert done.returncode == 2
-    assert "--window" in done.stderr
+    assert "--radius" in done.stderr
 
     done = run(
         *("depth-map", "aligned.png", "-M", "5", "--camera", "f197-mla2", "--focus", "inf"),
@@ -256,12 +256,12 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("decode white.png --calib text.json -M 5", "image_shape"),
         ("decode small.png --calib calib.json -M 5", "140 x 50"),
         ("decode white.png --calib calib.json -M 13", "more than the pitch"),
-        ("decode white.png --calib calib.json -M five", "no integer"),
+        ("decode white.png --calib calib.json -M five", "--micro-image: 'five'"),
         ("decode white.png --calib calib.json -M 5 --interpolation sinc", "sinc"),
         ("decode white.png --calib calib.json -M 5 --scale half", "half"),
         ("decode white.png --calib calib.json -M 5 --out views", "no such kind"),
         ("decode white.png --calib calib.json -M 5 --white small.png", "white image"),
-        ("views white.png -M 0", "M = 0"),
+        ("views white.png -M 0", "--micro-image: '0'"),
         ("views white.png -M 200", "less than one micro image"),
         ("views white.png -M 5 --out white.png/x", "white.png is not a folder"),
         ("compose views", "no image files"),
@@ -269,10 +269,10 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("compose views --order up", "order"),
         ("refocus white.png -M 5 -a 1/3", "not on the grid"),
         ("refocus white.png -M 5 -a x", "not a focus setting"),
-        ("stack white.png -M 5 --from 1 --to 0", "--from"),
-        ("stack white.png -M 5 --step 1/3", "--step"),
-        ("stack white.png -M 5 --step 0", "--step"),
-        ("stack white.png -M 5 --to 1000", "slices"),
+        ("stack white.png -M 5 -a 1:0", "--a: '1:0'"),
+        ("stack white.png -M 5 -a 0:1:1/3", "--a: 1/3 is not on the grid"),
+        ("stack white.png -M 5 -a 0:1:0", "--a: '0:1:0'"),
+        ("stack white.png -M 5 -a 0:1000", "5001 settings"),
         ("depth-map white.png -M 5 --camera none", "no such camera"),
         ("depth-map white.png -M 5 --camera f197-mla2 --focus 3", "focus"),
         ("depth-map white.png -M 5 --camera f197-mla2 --window 4", "odd"),

@@ -116,7 +116,7 @@ def test_plot(tmp_path: Path) -> None:
         ),
         (("distance", "--camera", "f193-mla2", "--a", "1", "--focus", "nan"), "--focus"),
         (("distance", "--camera", "f193-mla2", "--a", "1", "--focus", "near"), "--focus"),
-        (("distance", "--camera", "f193-mla2", "--a", "1", "-M", "1"), "2 or more"),
+        (("distance", "--camera", "f193-mla2", "--a", "1", "-M", "1"), "--micro-image: '1'"),
         (("distance", "--camera", "f193-mla2", "--a", "1", "-M", "x"), "--micro-image"),
         (("distance", "--camera", "f193-mla2", "--a", "1", "--plot", "/none/x.png"), "/none/x.png"),
         (("depth", "--camera", "f193-mla2", "--disparity", "1", "--gap", "0"), "gap"),

@@ -313,7 +313,7 @@ def test_without_ise(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 def test_command(tools: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = CliRunner().invoke(
-        app, ["bitstream", "build", "--sweep", "-3/5,0 3/5", "--columns", "640", "--out", str(out)]
+        app, ["bitstream", "build", "-a", "-3/5,0 3/5", "--max-columns", "640", "--out", str(out)]
     )
     assert done.exit_code == 0, done.output
     assert "RAMB16BWERs 84 of 116" in done.output
@@ -340,7 +340,7 @@ def test_scene(tools: Path, tmp_path: Path) -> None:
     ("scene", "options", "message"),
     [
         ("grey-microscope", [], 'a core without pins of a board; expected path = "video"'),
-        ("rgb-480p", ["--columns", "640"], "SCENE: settles MAX_COLUMNS by itself"),
+        ("rgb-480p", ["--max-columns", "640"], "--max-columns: cannot be combined with --scene"),
         ("none", [], "no such file"),
     ],
 )
@@ -399,33 +399,37 @@ def test_board_has_no_such_core(change: dict[str, object]) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"micro_image": "7"}, "A: M without a focus setting"),
-        ({"micro_image": "0", "focus": ("1",)}, "M: 0; expected an integer, 1 or more"),
-        ({"focus": ("1/2",)}, "1/2 is not on the grid of M = 5"),
-        ({"columns": "many"}, "MAX_COLUMNS"),
-        ({"columns": "0"}, "MAX_COLUMNS: 0"),
-        ({"fraction": "4"}, "bits without an arithmetic"),
-        ({"arith": "float"}, "'float' is no arithmetic"),
+        ({"micro_image": 7}, "micro_image: needs a focus setting; expected --a too"),
+        ({"a": ["1/2"]}, "1/2 is not on the grid of M = 5"),
+        ({"fraction": 4, "arith": "exact"}, "--fraction: cannot be combined with --arith exact"),
+        ({"guard": 3, "fraction": 2}, "guard_bits must not exceed fraction_bits"),
     ],
 )
-def test_options_are_refused(options: dict[str, str], message: str) -> None:
+def test_options_are_refused(options: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        board_generics(**options)  # type: ignore[arg-type]
+        board_generics(options)
 
 
 def test_options() -> None:
-    assert board_generics() == {}
+    assert board_generics({}) == {}
     assert board_generics(
-        micro_image="3", focus=("-2/3", "1"), arith="stored", interpolation="linear"
+        {
+            "micro_image": 3,
+            "a": ["-2/3", "1"],
+            "arith": "stored",
+            "interpolation": "linear",
+            "engine": "moving_sum",
+        }
     ) == {
         "MICRO_IMAGE_SIZE": 3,
         "SHIFTS": "-2 3",
+        "ENGINE": "moving_sum",
         "INTERPOLATION_ORDER": 1,
         "EXACT": False,
         "FRACTION_BITS": StoredProductArithmetic().fraction_bits,
         "GUARD_BITS": StoredProductArithmetic().guard_bits,
     }
-    assert board_generics(arith="exact") == {"EXACT": True}
+    assert board_generics({"arith": "exact"}) == {"EXACT": True}
 
 
 def test_exit_code_without_ise(

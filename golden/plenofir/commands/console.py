@@ -1,0 +1,90 @@
+"""What commands print: lines, tables, JSON and progress bars."""
+
+import json
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import typer
+
+
+def print_line(name: str, text: object) -> None:
+    """Print a line of a summary."""
+    typer.echo(f"{name:<11} {text}")
+
+
+def print_json(content: Any) -> None:
+    """Print JSON."""
+    typer.echo(json.dumps(content, indent=2, allow_nan=False))
+
+
+def print_table(
+    columns: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    title: str = "",
+    left: Sequence[str] = (),
+    width: int = 0,
+) -> None:
+    """Print a table: columns in `left` are aligned left, and it is never narrower than `width`."""
+    from rich.console import Console
+    from rich.table import Table
+
+    if title:
+        typer.echo(title)
+    table = Table()
+    for column in columns:
+        table.add_column(column, justify="left" if column in left else "right")
+    for row in rows:
+        table.add_row(*row)
+    Console(width=max(Console().width, width)).print(table)
+
+
+@contextmanager
+def progress_bar(description: str) -> Iterator[Callable[[int, int], None]]:
+    """Progress bar on standard error, to be called with what is done and what there is to do."""
+    with steps_bar(description) as show:
+        yield lambda done, total: show(description, done, total)
+
+
+@contextmanager
+def steps_bar(description: str) -> Iterator[Callable[[str, int, int], None]]:
+    """Progress bar on standard error that shows one named step after the other."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description:<20}"), BarColumn(), TimeRemainingColumn())
+    with Progress(
+        *columns, transient=True, console=console, disable=not console.is_terminal
+    ) as bars:
+        task = bars.add_task(description, total=None)
+        yield lambda step, done, total: bars.update(
+            task, description=step, completed=done, total=total
+        )
+
+
+@contextmanager
+def kept_bars() -> Iterator[Callable[[str, int, int], None]]:
+    """Progress bars on standard output, one for each step, which stay when it is done."""
+    from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+    bars = Progress(
+        TextColumn("{task.description:<20}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    tasks: dict[str, TaskID] = {}
+
+    def show(step: str, done: int, total: int) -> None:
+        bars.start()
+        if step not in tasks:
+            tasks[step] = bars.add_task(step, total=total)
+        bars.update(tasks[step], completed=done)
+
+    try:
+        yield show
+    finally:
+        if tasks:
+            bars.stop()

@@ -1,0 +1,58 @@
+"""``plenofir --make``: make's variables, as the environment hands them over, become options."""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from plenofir.commands.options import VARIABLES
+from plenofir.errors import InputError
+
+# Of make itself or of other targets; harmless everywhere.
+_IGNORED = {"JOBS", "SHELL", "MAKE"}
+_EXCLUSIVE = ("A", "SWEEP", "STACK", "SCENE")
+
+
+def _on_command_line(flags: str) -> set[str]:
+    """Variables that MAKEFLAGS says were set on make's command line."""
+    _, _, overrides = flags.partition("-- ")
+    return set(re.findall(r"(?<![^\s])(?<!\\\s)(\w+)\s*:*=", overrides))
+
+
+def arguments_of_make(
+    target: str, parameters: Mapping[str, Any], environment: Mapping[str, str]
+) -> tuple[list[str], dict[str, str]]:
+    """Arguments of a command, and the variable that each option came from.
+
+    `parameters` are the command's own. A variable of make's command line that the command does not
+    take is refused; one that merely is in the environment is left alone.
+    """
+    taken = {name: of for name, of in VARIABLES.items() if of in parameters}
+    if "radius" not in parameters:  # The command has no engine stack.
+        taken.pop("STACK", None)
+    for name in sorted(_on_command_line(environment.get("MAKEFLAGS", "")) - _IGNORED - set(taken)):
+        if environment.get(name, "").strip():
+            raise InputError(
+                f"is no variable of make {target}", where=name, expected=", ".join(taken)
+            )
+    values = {name: environment.get(name, "").strip() for name in taken}
+    given = {name: value for name, value in values.items() if value}
+    together = [name for name in _EXCLUSIVE if name in given]
+    if len(together) > 1:
+        raise InputError(
+            f"cannot be combined with {together[0]}", where=together[1], expected="one of them"
+        )
+    if "STACK" in given and "ENGINE" in given:
+        raise InputError("cannot be combined with STACK", where="ENGINE", expected="one of them")
+    arguments = ["--engine=stack"] if "STACK" in given else []
+    for name, value in given.items():
+        parameter = parameters[taken[name]]
+        flag = parameter.opts[0]
+        if parameter.param_type_name == "argument":
+            arguments.append(value)
+        elif not parameter.is_flag:
+            arguments.append(f"{flag}={value}")
+        elif value not in ("0", "1"):
+            raise InputError(f"{value!r}", where=name, expected="0 or 1")
+        elif value == "1":
+            arguments.append(flag)
+    return arguments, {taken[name]: name for name in given}

@@ -1,0 +1,248 @@
+"""Commands on an aligned raw image: views, compose, refocus, stack, depth-map."""
+
+import re
+from math import ceil, inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from plenofir.commands import options
+from plenofir.commands.console import progress_bar
+from plenofir.commands.results import check_file, publish
+from plenofir.errors import InputError
+from plenofir.files import check_folder
+
+if TYPE_CHECKING:
+    from plenofir.commands.results import Floats
+    from plenofir.refocus.operator import Image
+
+app = typer.Typer()
+
+
+def _raster(path: str, micro_image: int) -> "Image":
+    from plenofir.images import read_image
+    from plenofir.refocus import check_raw
+
+    raw = read_image(Path(path))
+    check_raw(raw, micro_image, where=path)
+    return raw
+
+
+@app.command()
+def views(
+    raster: options.AlignedRaw,
+    micro_image: options.MicroImage,
+    out: Annotated[str, typer.Option(help="Folder for view_VV_UU.png.")] = "views",
+) -> None:
+    """Write the sub-aperture images of an aligned raw image."""
+    from plenofir.camera.lightfield.folders import named_views
+
+    m = micro_image
+    raw = _raster(raster, m)
+    check_folder(Path(out), out)
+    files = named_views(raw, m)
+    publish(files, Path(out))
+    rows, columns = raw.shape[0] // m, raw.shape[1] // m
+    typer.echo(f"{out}: {len(files)} views of {columns} x {rows} pixels")
+
+
+@app.command()
+def compose(
+    folder: Annotated[str, typer.Argument(help="Folder of M x M views.")],
+    out: options.OutPng = "aligned.png",
+    order: Annotated[
+        Literal["rows", "columns"],
+        typer.Option(help="Whether the first number in the names counts rows or columns."),
+    ] = "rows",
+) -> None:
+    """Compose an aligned raw image from a folder of views."""
+    from plenofir.camera.lightfield.folders import read_views
+    from plenofir.camera.lightfield.indexing import compose as interleave
+
+    path = check_file(out, (".png",))
+    with progress_bar("reading") as show:
+        images = read_views(Path(folder), order=order, progress=show)
+    publish({path.name: interleave(images)}, path.parent)
+    m, _, rows, columns = images.shape[:4]
+    typer.echo(f"{out}: M = {m}, {columns} x {rows} micro images")
+
+
+@app.command("refocus")
+def refocus_command(
+    raster: options.AlignedRaw,
+    micro_image: options.MicroImage,
+    a: options.FocusSetting,
+    out: options.OutPng = "refocused.png",
+    interpolation: options.Interpolation = "nearest",
+    upsample: options.Upsample = True,
+    region: Annotated[
+        str | None, typer.Option(help="Part of the result: TOP:BOTTOM,LEFT:RIGHT in its pixels.")
+    ] = None,
+) -> None:
+    """Refocus an aligned raw image, correctly rounded."""
+    from plenofir.refocus import interpolation_order, refocus
+
+    path = check_file(out, (".png",))
+    m = micro_image
+    raw = _raster(raster, m)
+    setting = options.one_focus_setting(a, m)
+    options.shifts_of((setting,), m)
+    part = _region(region) if region else None
+    with progress_bar("refocusing"):
+        image = refocus(
+            raw,
+            m,
+            setting,
+            interpolation=interpolation_order(interpolation),
+            upsample=upsample,
+            region=part,
+        )
+    if image.size == 0:
+        raise InputError(str(region), where="region", expected="a part of the picture")
+    publish({path.name: image}, path.parent)
+    typer.echo(f"{out}: a = {setting}, {image.shape[1]} x {image.shape[0]} pixels")
+
+
+def _region(text: str) -> tuple[slice, slice]:
+    """Region of interest from TOP:BOTTOM,LEFT:RIGHT."""
+    found = re.fullmatch(r"\s*(\d*):(\d*)\s*,\s*(\d*):(\d*)\s*", text)
+    if found is None:
+        raise InputError(text, where="region", expected="TOP:BOTTOM,LEFT:RIGHT in pixels")
+    top, bottom, left, right = (int(n) if n else None for n in found.groups())
+    return slice(top, bottom), slice(left, right)
+
+
+@app.command()
+def stack(
+    raster: options.AlignedRaw,
+    micro_image: options.MicroImage,
+    a: options.SettingsIfGiven = None,
+    out: Annotated[str, typer.Option(help="Folder for the slices.")] = "stack",
+    everywhere: Annotated[
+        bool,
+        typer.Option("--all-in-focus", help="Write all_in_focus.png too, sharp everywhere."),
+    ] = False,
+    index: Annotated[
+        bool,
+        typer.Option(
+            "--depth-index",
+            help="Write depth_index.png, the slice in which each micro image is sharpest, and "
+            "all_in_focus.png made of them, as the VHDL does.",
+        ),
+    ] = False,
+    radius: options.Radius = 1,
+) -> None:
+    """Refocus an aligned raw image to a stack of planes, and plot how sharp each is.
+
+    Without focus settings it goes from 0 to 1 in steps of 1/M.
+    """
+    import numpy as np
+
+    from plenofir.camera.lightfield.pictures import sharpness_picture
+    from plenofir.camera.lightfield.stack import all_in_focus, focal_stack, sharpness_curve
+    from plenofir.fpga.simulate.job import picture_names
+    from plenofir.refocus.sharpness import MAX_STACK, depth_index, depth_index_picture
+
+    if index and everywhere:
+        raise InputError(
+            "cannot be combined with --all-in-focus", where="--depth-index", expected="one of them"
+        )
+    if radius != 1 and not index:
+        raise InputError("is for --depth-index", where="radius", expected="--depth-index too")
+    m = micro_image
+    raw = _raster(raster, m)
+    settings = options.focus_settings(a or ["0:1"], m)
+    shifts = options.shifts_of(settings, m)
+    if index and len(settings) > MAX_STACK:
+        raise InputError(
+            f"{len(settings)} slices",
+            where="a",
+            expected=f"at most {MAX_STACK} with --depth-index",
+        )
+    check_folder(Path(out), out)
+    with progress_bar("refocusing") as show:
+        slices = focal_stack(raw, m, list(settings), show)
+    # Two or more: even the only slice has its a in its name.
+    names = [picture_names(shift, m, 2)[0] for shift in shifts]
+    files = dict(zip(names, slices, strict=True))
+    # Near the borders views are missing.
+    margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * m
+    if min(raw.shape[:2]) >= 2 * margin + 8 * m:
+        inside = slice(margin, raw.shape[0] - margin), slice(margin, raw.shape[1] - margin)
+        curve = sharpness_curve(slices, inside, m)
+        files["sharpness.png"] = sharpness_picture(
+            [float(setting) for setting in settings], {"": curve}
+        )
+        best = settings[int(np.argmax(curve))]
+        typer.echo(f"sharpest: a = {best}")
+    if everywhere:
+        files["all_in_focus.png"] = all_in_focus(slices, m).image
+    if index:
+        found = depth_index(slices, m, radius)
+        files["all_in_focus.png"] = found.image
+        of_pixels = found.index.repeat(m, 0).repeat(m, 1)[: raw.shape[0], : raw.shape[1]]
+        files["depth_index.png"] = depth_index_picture(of_pixels, len(slices))
+    publish(files, Path(out))
+    typer.echo(f"{out}: {len(slices)} slices")
+
+
+@app.command("depth-map")
+def depth_map(
+    raster: options.AlignedRaw,
+    micro_image: options.MicroImage,
+    camera: options.Camera,
+    focus: options.Focus = inf,
+    near: Annotated[
+        float, options.number("--near", "Largest disparity searched, pixels per view.")
+    ] = 2.0,
+    far: Annotated[
+        float, options.number("--far", "Smallest disparity searched, pixels per view.")
+    ] = -0.5,
+    window: Annotated[
+        int, typer.Option("--window", help="Side of the matching window, odd.", min=1)
+    ] = 7,
+    confidence: Annotated[
+        float, typer.Option("--confidence", help="Least confidence of a distance.", min=0, max=1)
+    ] = 0.3,
+    out: Annotated[str, typer.Option(help="Folder for the maps.")] = "depth",
+) -> None:
+    """Distances in mm from an aligned raw image and the camera's lens data."""
+    import numpy as np
+
+    from plenofir.camera.lightfield.disparity import depth_map as measure
+    from plenofir.camera.lightfield.pictures import depth_picture
+    from plenofir.camera.rays import RayModel, load_camera
+
+    m = micro_image
+    raw = _raster(raster, m)
+    model = RayModel.focused(load_camera(camera), focus, m)
+    check_folder(Path(out), out)
+    with progress_bar("matching") as show:
+        found = measure(
+            raw,
+            model,
+            search=(far, near),
+            window=window,
+            least_confidence=confidence,
+            progress=show,
+        )
+    known = found.distance_mm[~np.isnan(found.distance_mm)]
+    tenths = np.nan_to_num(np.rint(10 * found.distance_mm), nan=0.0)
+    files: dict[str, Image | Floats] = {
+        "depth.png": depth_picture(found.distance_mm),
+        "distance_tenth_mm.png": np.clip(tenths, 0, 65535).astype(np.uint16),
+        "distance_mm.npy": found.distance_mm,
+        "disparity.npy": found.disparity.pixels_per_view,
+    }
+    publish(files, Path(out))
+    share = 100 * known.size / found.distance_mm.size
+    spread = (
+        f", {np.percentile(known, 5):.0f} to {np.percentile(known, 95):.0f} mm"
+        if known.size
+        else ""
+    )
+    typer.echo(
+        f"{out}: distances for {share:.0f} % of {raw.shape[1] // m} x {raw.shape[0] // m}"
+        f" pixels{spread}"
+    )

@@ -1,0 +1,44 @@
+"""Files that commands write: refused before any work, then all at once or none."""
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+from plenofir.errors import InputError
+from plenofir.files import Results, check_folder
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from plenofir.refocus.operator import Image
+
+    Floats = npt.NDArray[np.float64]
+
+
+def check_file(out: str, suffixes: tuple[str, ...]) -> Path:
+    """Refuse a result file that cannot be written, before any work is done."""
+    path = Path(out)
+    if path.suffix.lower() not in suffixes:
+        raise InputError("no such kind of file", where=out, expected=" or ".join(suffixes))
+    if path.is_dir():
+        raise InputError("is a folder", where=out, expected="a file")
+    check_folder(path.parent, out)
+    return path
+
+
+def publish(files: "Mapping[str, Image | Floats]", folder: Path) -> None:
+    """Write PNG and NumPy files, all or none of them."""
+    import numpy as np
+
+    from plenofir.images import encode_png
+
+    with Results(folder) as results:
+        for name, values in files.items():
+            if name.endswith(".npy"):
+                content = io.BytesIO()
+                np.save(content, values)
+                results.write(name, content.getbuffer())
+            else:
+                results.write(name, encode_png(cast("Image", values)))

@@ -1,0 +1,351 @@
+"""The command line as a whole: help, one syntax, refusals named as the user typed them."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+import typer
+
+from plenofir import project
+from plenofir.commands import options
+from plenofir.commands.app import app, main
+from plenofir.commands.make_variables import arguments_of_make
+from plenofir.errors import InputError
+from plenofir.images import write_png
+
+Words = tuple[str, ...]
+
+SCENE = str(project.root() / "scenes" / "rgb-480p.toml")
+
+
+def every_command(
+    command: Any, words: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """All commands with the words that call them."""
+    yield words, command
+    for name, sub in getattr(command, "commands", {}).items():
+        yield from every_command(sub, (*words, name))
+
+
+COMMANDS = dict(every_command(typer.main.get_command(app)))
+
+
+@pytest.fixture
+def plenofir(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], tmp_path: Path):
+    """Run the command in this process: exit code and both outputs."""
+    monkeypatch.chdir(tmp_path)
+    for name in (*options.VARIABLES, "MAKEFLAGS"):
+        monkeypatch.delenv(name, raising=False)
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["plenofir", *arguments])
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as done:
+            main()
+        return (int(done.value.code or 0), *capfd.readouterr())
+
+    return run
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_help(plenofir, words: tuple[str, ...]) -> None:
+    code, text, errors = plenofir(*words, "--help")
+    assert (code, errors) == (0, "")
+    assert " ".join(("Usage: plenofir", *words)) in text
+    for parameter in COMMANDS[words].params:
+        assert parameter.help, parameter.name
+
+
+def test_help_and_version_load_no_numerics() -> None:
+    code = "import plenofir.commands.app, sys; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"numpy", "numba", "scipy", "cv2", "pydantic", "matplotlib"} & set(
+        done.stdout.split()
+    )
+
+
+def test_options_agree_with_what_they_choose() -> None:
+    from plenofir.fpga.core.configuration import SLICE_ENGINES
+    from plenofir.fpga.simulate.job import FLOWER_FOCUS, FLOWER_MICRO_IMAGE_SIZE, Chain
+    from plenofir.fpga.simulate.simulators import SimulatorName
+    from plenofir.refocus import interpolation_order
+    from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
+
+    assert set(get_args(options.Engine)) == set(SLICE_ENGINES)
+    assert set(get_args(options.Simulator)) == set(get_args(SimulatorName))
+    assert set(get_args(options.Chain)) == set(get_args(Chain))
+    orders = [interpolation_order(name) for name in get_args(options.InterpolationName)]
+    assert orders == [0, 1, 0, 1, 2, 3]
+    assert get_args(options.Radius)[1].max == MAX_SHARPNESS_RADIUS
+    sim = {parameter.name: parameter for parameter in COMMANDS["sim",].params}
+    assert sim["micro_image"].default == FLOWER_MICRO_IMAGE_SIZE
+    assert FLOWER_FOCUS == "-3/5"
+    taken = {p.name for words in (("sim",), ("bitstream", "build")) for p in COMMANDS[words].params}
+    assert set(options.VARIABLES.values()) <= taken
+
+
+def test_one_syntax_of_focus_settings() -> None:
+    fifths = [Fraction(n, 5) for n in (-3, 0, 2, 5)]
+    for texts in (["-3/5 0 2/5 1"], ["-3/5,0,2/5", "1"], ["-3/5", "0", " 2/5,\t1 "]):
+        assert list(options.focus_settings(texts, 5)) == fifths
+    assert list(options.focus_settings(["-1/5:2/5"], 5)) == [Fraction(n, 5) for n in range(-1, 3)]
+    assert list(options.focus_settings(["0:1:2/5, 3"], 5)) == [0, Fraction(2, 5), Fraction(4, 5), 3]
+    taking = [
+        words for words, command in COMMANDS.items() for p in command.params if "-a" in p.opts
+    ]
+    assert set(taking) == {
+        ("sim",),
+        ("distance",),
+        ("refocus",),
+        ("stack",),
+        ("batch",),
+        ("bitstream", "build"),
+    }
+    for words in taking:
+        (parameter,) = (p for p in COMMANDS[words].params if "-a" in p.opts)
+        assert parameter.opts == ["--a", "-a"]
+        assert parameter.multiple, words
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no focus setting"),
+        ("1:0", "FIRST not above LAST"),
+        ("0:1:0", "positive STEP"),
+        ("0:1:1:1", "FIRST:LAST or FIRST:LAST:STEP"),
+        ("0:1000", "5001 settings in '0:1000'; expected at most 1000"),
+        ("0 0/5", "0 is given twice"),
+        ("0.5", "not a focus setting"),
+    ],
+)
+def test_focus_settings_that_mean_nothing(text: str, message: str) -> None:
+    with pytest.raises(InputError, match=f"^a: .*{message}"):
+        options.focus_settings([text], 5)
+
+
+def test_the_same_settings_by_every_command(plenofir, tmp_path: Path) -> None:
+    raw = np.random.default_rng(1).integers(0, 256, (20, 25), np.uint8)
+    write_png(tmp_path / "raw.png", raw)
+    for settings in (("-a", "-1/5:1/5:1/5 1"), ("-a", "-1/5,0", "-a", "1/5 1")):
+        code, text, errors = plenofir("distance", "--camera", "f193-mla2", *settings, "--json")
+        assert code == 0, errors
+        planes = [plane["a"] for plane in json.loads(text)["planes"]]
+        assert planes == ["-1/5", "0/1", "1/5", "1/1"]
+        code, _, errors = plenofir("stack", "raw.png", "-M", "5", *settings, "--out", "slices")
+        assert code == 0, errors
+        assert len(list((tmp_path / "slices").iterdir())) == 4
+        code, _, errors = plenofir("refocus", "raw.png", "-M", "5", *settings)
+        assert (code, errors) == (2, "plenofir: --a: 4 focus settings; expected one\n")
+
+
+# What cannot be combined: make's variables, and which is named with which.
+COMBINATIONS = [
+    ({"A": "0", "SWEEP": "0 1"}, "SWEEP", "A"),
+    ({"A": "0", "STACK": "0 1"}, "STACK", "A"),
+    ({"SWEEP": "0 1", "STACK": "0 1"}, "STACK", "SWEEP"),
+    ({"STACK": "0 1", "ENGINE": "fir"}, "ENGINE", "STACK"),
+    ({"STACK": "0 1", "IOTA": "2"}, "IOTA", "STACK"),
+    ({"STACK": "0 1", "ANY_ROWS": "1"}, "ANY_ROWS", "STACK"),
+    ({"STACK": "0 1", "INTERPOLATION": "linear"}, "INTERPOLATION", "STACK"),
+    ({"STACK": "0 1", "ARITH": "stored"}, "ARITH", "STACK"),
+    ({"STACK": "0 1", "FRACTION": "3"}, "FRACTION", "ARITH=exact"),
+    ({"STACK": "0 1", "CHAIN": "hdmi"}, "CHAIN", "STACK"),
+    ({"STACK": "0 1", "WAVES": "1"}, "WAVES", "STACK"),
+    ({"STACK": "0 1", "SCENE": SCENE}, "SCENE", "STACK"),
+    ({"RADIUS": "2"}, "RADIUS", "ENGINE=fir"),
+    ({"RADIUS": "2", "ENGINE": "moving_sum"}, "RADIUS", "ENGINE=moving_sum"),
+    ({"ENGINE": "fir", "ANY_ROWS": "1"}, "ANY_ROWS", "ENGINE=fir"),
+    ({"ANY_ROWS": "1"}, "ANY_ROWS", "ENGINE=fir"),
+    ({"ENGINE": "moving_sum", "IOTA": "2"}, "IOTA", "ENGINE=moving_sum"),
+    ({"FRACTION": "3"}, "FRACTION", "ARITH=exact"),
+    ({"GUARD": "1"}, "GUARD", "ARITH=exact"),
+    ({"WAVES": "1", "SIM": "verilator"}, "WAVES", "SIM=verilator"),
+    ({"CHAIN": "hdmi", "SIM": "verilator"}, "CHAIN", "SIM=verilator"),
+    ({"CHAIN": "hdmi", "IOTA": "2"}, "IOTA", "CHAIN=hdmi"),
+    ({"CHAIN": "hdmi", "ENGINE": "moving_sum", "ANY_ROWS": "1"}, "ANY_ROWS", "CHAIN=hdmi"),
+    *(
+        ({"SCENE": SCENE, name: value}, name, "SCENE")
+        for name, value in {
+            "M": "5",
+            "ENGINE": "fir",
+            "ANY_ROWS": "1",
+            "IOTA": "1",
+            "INTERPOLATION": "nearest",
+            "ARITH": "exact",
+            "FRACTION": "3",
+            "GUARD": "1",
+            "RADIUS": "2",
+        }.items()
+    ),
+    ({"SCENE": SCENE, "A": "0"}, "SCENE", "A"),
+]
+
+
+def refusal_of(errors: str, name: str) -> str:
+    (line,) = errors.splitlines()
+    assert line.startswith(f"plenofir: {name}: "), line
+    assert "; expected " in line
+    return line
+
+
+@pytest.mark.parametrize(("variables", "where", "other"), COMBINATIONS, ids=str)
+def test_bad_combinations_of_make(
+    plenofir, monkeypatch, tmp_path: Path, variables: dict[str, str], where: str, other: str
+) -> None:
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    code, _, errors = plenofir("--make", "sim")
+    assert code == 2
+    assert f"cannot be combined with {other};" in refusal_of(errors, where)
+    assert "--" not in errors
+    assert not any(tmp_path.iterdir())
+
+
+def by_hand(variables: dict[str, str]) -> list[str]:
+    """Options that a user types instead of make's variables."""
+    flags = {name: "--" + of.replace("_", "-") for name, of in options.VARIABLES.items()}
+    arguments = ["--engine=stack"] if "STACK" in variables else []
+    for name, value in variables.items():
+        switch = name in ("WAVES", "ANY_ROWS")
+        arguments.append(flags[name] if switch else f"{flags[name]}={value}")
+    return arguments
+
+
+@pytest.mark.parametrize(
+    ("variables", "where", "other"),
+    # By hand there is one option for focus settings, and the stack is an engine.
+    [
+        case
+        for case in COMBINATIONS
+        if not {case[1], case[2]} & {"A", "SWEEP"} and case[1] != "ENGINE"
+    ],
+    ids=str,
+)
+def test_bad_combinations_by_hand(
+    plenofir, tmp_path: Path, variables: dict[str, str], where: str, other: str
+) -> None:
+    code, _, errors = plenofir("sim", *by_hand(variables))
+    assert code == 2
+    if {where, other} == {"SCENE", "STACK"}:
+        where, other = "A", "SCENE"
+    other = "ENGINE=stack" if other == "STACK" else other
+    name, _, value = other.partition("=")
+    named = "--" + options.VARIABLES[name].replace("_", "-") + (f" {value}" if value else "")
+    flag = "--" + options.VARIABLES[where].replace("_", "-")
+    assert f"cannot be combined with {named};" in refusal_of(errors, flag)
+    assert "=" not in errors.replace(SCENE, "")
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("variables", "message"),
+    [
+        ({"M": "five"}, "M: 'five'; expected a valid integer"),
+        ({"M": "0"}, "M: '0'; expected greater than or equal to 1"),
+        ({"IOTA": "0"}, "IOTA: '0'; expected "),
+        ({"IOTA": "65"}, "IOTA: 65 rows at once exceeds the core's limit; expected at most 64"),
+        ({"ENGINE": "belt"}, "ENGINE: 'belt'; expected one of 'fir', 'moving_sum'"),
+        ({"SIM": "isim"}, "SIM: 'isim'; expected one of 'ghdl', 'nvc', 'verilator'"),
+        ({"CHAIN": "sdi"}, "CHAIN: 'sdi'; expected one of 'core', 'hdmi'"),
+        ({"WAVES": "yes"}, "WAVES: 'yes'; expected 0 or 1"),
+        ({"ANY_ROWS": "2"}, "ANY_ROWS: '2'; expected 0 or 1"),
+        ({"A": "1/2"}, "A: 1/2 is not on the grid of M = 5; expected "),
+        ({"SWEEP": "0 1/2"}, "SWEEP: 1/2 is not on the grid of M = 5; expected "),
+        ({"STACK": "0 0"}, "STACK: 0 is given twice; expected each setting once"),
+        ({"STACK": "0", "RADIUS": "9"}, "RADIUS: '9'; expected less than or equal to 8"),
+        ({"A": "100"}, "A: a filter of 2001 taps"),
+        ({"ARITH": "float"}, "ARITH: 'float'; expected one of 'exact', 'stored'"),
+        ({"ARITH": "stored", "FRACTION": "13"}, "FRACTION: '13'; expected "),
+        ({"ARITH": "stored", "FRACTION": "1", "GUARD": "2"}, "GUARD: guard_bits must not exceed"),
+        ({"RAW": "none.png"}, "none.png: no such file; expected "),
+        ({"OUT": "/proc/none"}, "OUT: "),
+    ],
+    ids=str,
+)
+def test_bad_values_of_make(plenofir, monkeypatch, variables, message) -> None:
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    code, _, errors = plenofir("--make", "sim")
+    assert code == 2
+    assert errors.startswith(f"plenofir: {message}")
+    assert errors.count("\n") == 1
+
+
+def test_make_forwards_what_is_set_and_nothing_else() -> None:
+    sim = {p.name: p for p in COMMANDS["sim",].params}
+    assert arguments_of_make("sim", sim, {"M": "", "SIM": " "}) == ([], {})
+    arguments, names = arguments_of_make(
+        "sim", sim, {"M": "3", "SWEEP": "0 1", "WAVES": "0", "ANY_ROWS": "1", "ISE": "/opt"}
+    )
+    assert arguments == ["--micro-image=3", "--a=0 1", "--any-rows"]
+    assert names["a"] == "SWEEP"
+    assert arguments_of_make("sim", sim, {"STACK": "0 1"})[0] == ["--engine=stack", "--a=0 1"]
+    synth = {p.name: p for p in COMMANDS["synth",].params}
+    assert arguments_of_make("synth", synth, {"SCENE": "x.toml", "M": "3"})[0] == ["x.toml"]
+    # What stands on make's command line is meant; what is in the environment may be of others.
+    for name in ("ISE", "SWEPT"):
+        flags = {"MAKEFLAGS": rf" -- A=1\ {name}=2 {name}=/opt", name: "/opt"}
+        with pytest.raises(InputError, match=f"{name}: is no variable of make sim; expected RAW"):
+            arguments_of_make("sim", sim, flags)
+
+
+def test_bitstream_by_make(plenofir, monkeypatch, tmp_path: Path) -> None:
+    for variables, message in (
+        ({"M": "3"}, "M: needs a focus setting; expected A too"),
+        ({"SCENE": SCENE, "ENGINE": "fir"}, "ENGINE: cannot be combined with SCENE"),
+        ({"STACK": "0 1"}, "STACK: is no variable of make bitstream"),
+        ({"ENGINE": "stack"}, "ENGINE: 'stack'; expected one of 'fir', 'moving_sum'"),
+        ({"MAX_COLUMNS": "0"}, "MAX_COLUMNS: '0'"),
+        ({"ENGINE": "moving_sum", "ISE": str(tmp_path)}, f"ISE={tmp_path}: no settings64"),
+    ):
+        with monkeypatch.context() as patch:
+            for name, value in variables.items():
+                patch.setenv(name, value)
+            patch.setenv("MAKEFLAGS", " -- " + " ".join(f"{name}=x" for name in variables))
+            code, _, errors = plenofir("--make", "bitstream", "build")
+        assert code == 2
+        assert errors.startswith(f"plenofir: {message}"), errors
+
+
+def test_makefile(tmp_path: Path) -> None:
+    environment = {name: value for name, value in os.environ.items() if name != "MAKEFLAGS"}
+    done = subprocess.run(
+        ["make", "-s", "-o", "venv", "-o", "simulator", "sim", "A=1", "SWEEP=0 1"],
+        cwd=project.root(),
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr.startswith("plenofir: SWEEP: cannot be combined with A; expected one of")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("simulate",), "No such command 'simulate'"),
+        (("sim", "--iota", "3"), "No such option: --iota"),
+        (("sim", "-M"), "Option '-M' requires an argument"),
+        (("sim", "image.png"), "Got unexpected extra argument(s) (image.png)"),
+        (("distance",), "--camera: is missing"),
+        (("waves", "compare", "a.vcd"), "b: is missing"),
+        (("distance", "--camera", "f193-mla2", "-a", "0", "--focus", "nan"), "--focus: nan"),
+        (("stack", "raw.png", "-M", "5", "--radius", "2"), "--radius: is for --depth-index"),
+        (("synth", "--out", "x"), "--out: needs a scene"),
+        (("calibrate", "white.png", "--order", "4"), "--order: '4'"),
+    ],
+)
+def test_usage_errors_are_one_line(plenofir, arguments: tuple[str, ...], message: str) -> None:
+    code, _, errors = plenofir(*arguments)
+    assert code == 2
+    assert errors.startswith(f"plenofir: {message}")
+    assert errors.count("\n") == 1
