@@ -23,19 +23,26 @@ from fractions import Fraction
 from itertools import product
 from math import ceil, floor, gcd
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from plenofir.errors import InputError
+from plenofir.fpga.simulate.dump_values import (
+    DEFINED,
+    LEVELS,
+    Pair,
+    alike,
+    all_bits,
+    first_difference,
+    text_tracks,
+    value_text,
+    value_tracks,
+)
 from plenofir.fpga.simulate.dumps import (
     TIME_UNITS,
-    Changes,
     Dump,
     DumpSignal,
     Times,
-    Value,
     canonical_name,
     time_text,
 )
@@ -44,15 +51,8 @@ CLOCK_NAME = "clk"
 """Name of the clock where none is given."""
 NO_CLOCK = "none"
 
-_LEVELS = str.maketrans("lhuxzw-", "0100000")
-_DEFINED = str.maketrans("01lhuxzw-", "111100000")
-# Bits of the widest signal that fits a signed machine word.
-_WORD_BITS = 63
-
 Bound = int | Fraction
 """One end of what is compared: a cycle, or a time in seconds."""
-Pair = tuple[DumpSignal, DumpSignal]
-_Words = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ def compare_dumps(
         for name, pair in pairs.items()
         if name != clock_name and _is_selected(selected, name, pair)
     }
-    compared = {n: pair for n, pair in chosen.items() if strict or _alike(*pair)}
+    compared = {n: pair for n, pair in chosen.items() if strict or alike(*pair)}
     if not compared:
         what = f"no signal besides the clock {clock_name}"
         if chosen:
@@ -237,15 +237,15 @@ def compare_dumps(
             progress(done, len(compared))
         changes = [dump.changes(signal) for dump, signal in zip(dumps, pair, strict=True)]
         held = [c.before(i) for c, i in zip(changes, samples.instants, strict=True)]
-        tracks = _text_tracks(changes, pair) if strict else _value_tracks(changes, pair)
-        at, defined_bits = _first_difference(
+        tracks = text_tracks(changes, pair) if strict else value_tracks(changes, pair)
+        at, defined_bits = first_difference(
             *(track[:, index + 1] for track, index in zip(tracks, held, strict=True))
         )
-        if defined_bits != _all_bits(pair, strict):
+        if defined_bits != all_bits(pair, strict):
             never_defined.append(name)
         if at is not None:
             values = [
-                _value_text(c.values[i[at]] if i[at] >= 0 else None, s, strict)
+                value_text(c.values[i[at]] if i[at] >= 0 else None, s, strict)
                 for c, i, s in zip(changes, held, pair, strict=True)
             ]
             found.append((at, Difference(name, *samples.place(at), values[0], values[1])))
@@ -403,8 +403,8 @@ def _cycles(
     edges = []
     for dump, signal in zip(dumps, clock, strict=True):
         changes = dump.changes(signal)
-        values = np.array([str(value).translate(_LEVELS) for value in changes.values])
-        defined = np.array([str(value).translate(_DEFINED) == "1" for value in changes.values])
+        values = np.array([str(value).translate(LEVELS) for value in changes.values])
+        defined = np.array([str(value).translate(DEFINED) == "1" for value in changes.values])
         high = (values == "1") & defined
         low = (values == "0") & defined
         edges.append(changes.times[1:][low[:-1] & high[1:]])
@@ -468,80 +468,3 @@ def _all_instants(
     # The values after an instant hold just before the next tick.
     after = (shown[0] + 1, shown[1] + 1)
     return _Samples(after, shown, (dumps[0].tick, dumps[1].tick), None, (0, 0))
-
-
-def _alike(a: DumpSignal, b: DumpSignal) -> bool:
-    return a.is_bits == b.is_bits and a.width == b.width
-
-
-def _all_bits(pair: Pair, strict: bool) -> int:
-    """Mask of a signal's bits; whatever is compared by codes has them all."""
-    return (1 << pair[0].width) - 1 if pair[0].is_bits and not strict else -1
-
-
-def _value_tracks(changes: Sequence[Changes], pair: Pair) -> list[_Words]:
-    """Values as words, shape (2, changes + 1): levels, and which bits are defined.
-
-    Before the first change nothing is defined.
-    """
-    if not pair[0].is_bits:
-        return _coded_tracks([c.values for c in changes], undefined_at_first=True)
-    all_bits = _all_bits(pair, strict=False)
-    word = np.int64 if pair[0].width <= _WORD_BITS else object
-
-    def split(value: Value) -> tuple[int, int]:
-        if isinstance(value, int):
-            return value, all_bits
-        text = str(value)
-        return int(text.translate(_LEVELS), 2), int(text.translate(_DEFINED), 2)
-
-    return [np.array([(0, 0), *map(split, c.values)], dtype=word).reshape(-1, 2).T for c in changes]
-
-
-def _text_tracks(changes: Sequence[Changes], pair: Pair) -> list[_Words]:
-    """What the files say, to the character, with nothing undefined."""
-    texts = [
-        [_characters(value, s.width) for value in c.values]
-        for c, s in zip(changes, pair, strict=True)
-    ]
-    return _coded_tracks(texts, undefined_at_first=False)
-
-
-def _coded_tracks(values: Sequence[Sequence[Value]], *, undefined_at_first: bool) -> list[_Words]:
-    """Values as numbers, equal ones with equal numbers."""
-    codes: dict[str, int] = {}
-    tracks = []
-    for file_values in values:
-        levels = [0, *(codes.setdefault(str(v), len(codes) + 1) for v in file_values)]
-        defined = np.full(len(levels), -1, dtype=np.int64)
-        if undefined_at_first:
-            defined[0] = 0
-        tracks.append(np.stack([np.array(levels, dtype=np.int64), defined]))
-    return tracks
-
-
-def _first_difference(a: _Words, b: _Words) -> tuple[int | None, int]:
-    """First sample at which two tracks differ, and the bits that are ever defined."""
-    (level_a, defined_a), (level_b, defined_b) = a, b
-    seen_a, seen_b = np.bitwise_or.accumulate(defined_a), np.bitwise_or.accumulate(defined_b)
-    wrong = (level_a ^ level_b) & defined_a & defined_b | (defined_a ^ defined_b)
-    # A bit that only one file ever defines counts from the moment on at which it does.
-    lone = seen_a[-1] ^ seen_b[-1]
-    wrong = wrong & (seen_a & seen_b | (defined_a | defined_b) & lone)
-    differs = wrong != 0
-    at = int(np.argmax(differs)) if differs.any() else None
-    return at, int(seen_a[-1] | seen_b[-1])
-
-
-def _characters(value: Value, width: int) -> str:
-    return f"{value:0{width}b}" if width and isinstance(value, int) else str(value)
-
-
-def _value_text(value: Value | None, signal: DumpSignal, strict: bool) -> str:
-    if value is None:
-        return "nothing yet"
-    if not signal.is_bits:
-        return str(value)
-    if isinstance(value, str) or strict:
-        return f'"{_characters(value, signal.width).upper()}"'
-    return str(value) if signal.width == 1 else f"{value} (0x{value:x})"
