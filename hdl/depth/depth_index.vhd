@@ -6,9 +6,6 @@
 --
 -- Latency: sharpness_delay lines and index_latency + 7 clocks when nothing stalls.
 -- Throughput: one pixel of all slices each clock.
--- Ports: AXI4-Stream video: s_axis as focal_stack's m_axis; m_axis_tdata: the pixel, channel 0 in the low bits, and
---   above it 8 bits of the index, that of the first slice being 0; columns, rows: frame size, read with the first
---   pixel of a frame; error_flags as in frame_sequencer, set until error_clear.
 -- Equation: as sharpness_index.
 
 library ieee;
@@ -36,22 +33,26 @@ entity depth_index is
     PIXEL_BITS : positive range 1 to 16 := 8
   );
   port (
-    clk           : in    std_logic;
-    reset         : in    std_logic;
-    columns       : in    std_logic_vector(15 downto 0);
-    rows          : in    std_logic_vector(15 downto 0);
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Frame size, read with the first pixel of a frame.
+    columns : in    std_logic_vector(15 downto 0);
+    rows    : in    std_logic_vector(15 downto 0);
+    -- AXI4-Stream video, as focal_stack's m_axis.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
+    -- The picture: the pixel, channel 0 in the low bits; above it 8 bits of the index, counted from 0.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS + 7 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    error_flags   : out   std_logic_vector(4 downto 0);
-    error_clear   : in    std_logic
+    -- As in frame_sequencer, set until error_clear.
+    error_flags : out   std_logic_vector(4 downto 0);
+    error_clear : in    std_logic
   );
 end entity depth_index;
 
@@ -121,25 +122,15 @@ begin
       PIXEL_BITS       => PIXEL_BITS
     )
     port map (
-      clk            => clk,
-      reset          => reset,
-      in_strobe      => token.strobe,
-      in_pixel       => token.pixel,
-      in_line_first  => token.line_first,
-      in_line_last   => token.line_last,
-      in_frame_first => token.frame_first,
-      in_image       => token.image,
-      in_data        => token_data,
-      out_valid      => results(0).valid,
-      out_start      => results(0).start,
-      out_last       => results(0).last,
-      out_index      => found_index,
-      out_data       => found_data
+      clk        => clk,
+      reset      => reset,
+      token      => token,
+      token_data => token_data,
+      result     => results(0),
+      out_index  => found_index,
+      out_data   => found_data
     );
 
   found_word <= std_logic_vector(resize(found_index, 8)) & found_data;
-
-  results(0).skip  <= '0';
-  results(0).slice <= (others => '0');
 
 end architecture rtl;

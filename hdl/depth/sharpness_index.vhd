@@ -15,6 +15,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.sharpness_pkg.all;
+use work.token_pkg.all;
 
 entity sharpness_index is
   generic (
@@ -34,19 +35,11 @@ entity sharpness_index is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Tokens of frame_sequencer.
-    in_strobe      : in    std_logic;
-    in_pixel       : in    std_logic;
-    in_line_first  : in    std_logic;
-    in_line_last   : in    std_logic;
-    in_frame_first : in    std_logic;
-    in_image       : in    std_logic;
-    -- The slices of a pixel, the first in the low bits.
-    in_data : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- Marks a pixel of the picture, the first of a frame, the last of a line.
-    out_valid : out   std_logic;
-    out_start : out   std_logic;
-    out_last  : out   std_logic;
+    -- A token, and the slices of its pixel, the first in the low bits.
+    token      : in    token_t;
+    token_data : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- A pixel of the picture.
+    result : out   result_t;
     -- Its slice and the pixel.
     out_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
     out_data  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
@@ -80,10 +73,7 @@ architecture rtl of sharpness_index is
 
   -- A token, with the counts of its place.
   signal active       : std_logic                                 := '0';
-  signal line_first   : std_logic                                 := '0';
-  signal line_last    : std_logic                                 := '0';
-  signal frame_first  : std_logic                                 := '0';
-  signal image        : std_logic                                 := '0';
+  signal token_1      : token_t;
   signal data         : std_logic_vector(STACK_BITS - 1 downto 0) := (others => '0');
   signal column_phase : natural range 0 to M - 1                  := 0;
   signal line_phase   : natural range 0 to M - 1                  := 0;
@@ -136,24 +126,21 @@ begin
   begin
 
     if rising_edge(clk) then
-      active      <= in_strobe and in_pixel;
-      line_first  <= in_line_first;
-      line_last   <= in_line_last;
-      frame_first <= in_frame_first;
-      image       <= in_image;
-      data        <= in_data;
-      if in_strobe = '1' and in_pixel = '1' then
-        if in_line_first = '1' then
+      active  <= token.strobe and token.pixel;
+      token_1 <= token;
+      data    <= token_data;
+      if token.strobe = '1' and token.pixel = '1' then
+        if token.line_first = '1' then
           column_phase <= 0;
           lens         <= (others => '0');
           next_phase   := 0;
-          if in_frame_first = '0' and line_phase < M - 1 then
+          if token.frame_first = '0' and line_phase < M - 1 then
             next_phase := line_phase + 1;
           end if;
           line_phase <= next_phase;
           if next_phase = 0 then
-            row_live   <= in_image;
-            row_starts <= in_image and in_frame_first;
+            row_live   <= token.image;
+            row_starts <= token.image and token.frame_first;
           end if;
         elsif column_phase = M - 1 then
           column_phase <= 0;
@@ -172,7 +159,7 @@ begin
 
   lens_first <= '1' when column_phase = 0 else
                 '0';
-  lens_last  <= '1' when column_phase = M - 1 or line_last = '1' else
+  lens_last  <= '1' when column_phase = M - 1 or token_1.line_last = '1' else
                 '0';
   row_first  <= '1' when line_phase = 0 else
                 '0';
@@ -182,7 +169,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- A scan over each complete row of micro images.
 
-  complete(0) <= active and line_last and row_last;
+  complete(0) <= active and token_1.line_last and row_last;
 
   delay_complete : entity work.tag_delay
     generic map (
@@ -413,20 +400,23 @@ begin
       clk         => clk,
       reset       => reset,
       active      => active,
-      line_first  => line_first,
-      line_last   => line_last,
-      frame_first => frame_first,
-      image       => image,
+      line_first  => token_1.line_first,
+      line_last   => token_1.line_last,
+      frame_first => token_1.frame_first,
+      image       => token_1.image,
       lens        => lens,
       data        => data,
       index_write => written_place(0),
       index_lens  => written_lens,
       index       => best(SLICES - 1),
-      out_valid   => out_valid,
-      out_start   => out_start,
-      out_last    => out_last,
+      out_valid   => result.valid,
+      out_start   => result.start,
+      out_last    => result.last,
       out_index   => out_index,
       out_data    => out_data
     );
+
+  result.skip  <= '0';
+  result.slice <= (others => '0');
 
 end architecture rtl;
