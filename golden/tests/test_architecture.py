@@ -8,6 +8,8 @@ import pytest
 
 import plenofir
 
+pytestmark = pytest.mark.quick
+
 ROOT = Path(plenofir.__file__).parent
 # From top to bottom. Rooms of one layer do not import each other.
 LAYERS = (

@@ -16,6 +16,8 @@ import pytest
 from plenofir.errors import InputError
 from plenofir.files import Results, check_folder, publish, publish_files, write_file
 
+pytestmark = pytest.mark.quick
+
 
 @contextmanager
 def file_limit(size: int) -> Iterator[None]:

@@ -10,7 +10,7 @@ METER_WINDOW, BIT_CLOCKS = 1600, 10
 PARTS = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
 
 
-def run_chain(phases: list[int], *, shifts: tuple[int, ...] = SHIFTS) -> None:
+def run_chain(phases: list[int], *, shifts: tuple[int, ...] = SHIFTS, long: bool = True) -> None:
     run_case(
         "hdmi_pump",
         "hdmi.chain_bench",
@@ -30,6 +30,7 @@ def run_chain(phases: list[int], *, shifts: tuple[int, ...] = SHIFTS) -> None:
             "bit_clocks": BIT_CLOCKS,
         },
         board=True,
+        long=long,
     )
 
 
@@ -40,7 +41,7 @@ def test_chain() -> None:
 def test_pattern_of_two_slices(monkeypatch: pytest.MonkeyPatch) -> None:
     # Between both, what is in focus at a = 0.
     monkeypatch.setenv("COCOTB_TEST_FILTER", "test_pattern")
-    run_chain([], shifts=(2, -1))
+    run_chain([], shifts=(2, -1), long=False)
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Raster signals into and out of a design, one pixel each clock."""
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -74,13 +75,15 @@ class VideoTap:
         rgb = signals.pixels.astype(np.uint32)
         packed = rgb[:, 0] | rgb[:, 1] << 8 | rgb[:, 2] << 16
         columns = (signals.active, signals.h_sync, signals.v_sync, packed)
+        before: tuple[int | None, ...] = (None,) * len(columns)
         for values in zip(*(column.tolist() for column in columns), strict=True):
-            for port, value in zip(self.source, values, strict=True):
-                port.value = int(value)
+            for port, value, last in zip(self.source, values, before, strict=True):
+                if value != last:
+                    port.value = int(value)
+            before = values
             await FallingEdge(self.clk)
-            outs = [port.value for port in self.sink]
-            if all(out.is_resolvable for out in outs):
-                self.taken.append(tuple(int(out) for out in outs))
+            with suppress(ValueError):  # Undefined before the first reset.
+                self.taken.append(tuple(int(port.value) for port in self.sink))
 
     def frames(self, *, from_start: bool = False) -> list[ReceivedFrame]:
         """Whole frames in what was taken since the last call (see `split_frames`)."""

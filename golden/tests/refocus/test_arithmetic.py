@@ -17,6 +17,8 @@ from plenofir.refocus import (
     refocus,
 )
 
+pytestmark = pytest.mark.quick
+
 stored_arithmetics = st.integers(0, 4).flatmap(
     lambda guard: st.integers(guard, 12).map(
         lambda fraction: StoredProductArithmetic(fraction_bits=fraction, guard_bits=guard)

@@ -11,6 +11,8 @@ from plenofir.refocus import gather_sums
 from plenofir.refocus.moving_sum import SumLayout, moving_sum_lines
 from plenofir.refocus.operator import output_offset
 
+pytestmark = pytest.mark.quick
+
 
 @settings(max_examples=150, deadline=None)
 @given(

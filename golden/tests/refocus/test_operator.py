@@ -17,6 +17,8 @@ from plenofir.refocus import (
     scatter_sums,
 )
 
+pytestmark = pytest.mark.quick
+
 micro_image_sizes = st.integers(1, 13)
 shifts = st.integers(-20, 25)
 alignments = st.sampled_from(["centred", "causal"])

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from plenofir.errors import InputError
 from plenofir.refocus import focus_to_shift, refocus, refocus_sums, shift_to_text
 
+pytestmark = pytest.mark.quick
+
 
 def random_image(shape: tuple[int, ...], dtype: type, seed: int = 0) -> np.ndarray:
     largest = np.iinfo(dtype).max

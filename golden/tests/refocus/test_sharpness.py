@@ -11,6 +11,8 @@ from plenofir.errors import InputError
 from plenofir.images import read_image
 from plenofir.refocus.sharpness import depth_index, lens_sums, local_sharpness
 
+pytestmark = pytest.mark.quick
+
 
 def plain_sharpness(image, m: int, radius: int) -> list[list[int]]:
     rows, columns = image.shape[:2]
