@@ -7,8 +7,9 @@ JOBS ?= $(shell nproc)
 PLENOFIR := .venv/bin/plenofir --make
 PYTHON := .venv/bin/python
 PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
+QUICK := $(addprefix golden/tests/refocus/test_,refocus.py arithmetic.py moving_sum.py sharpness.py) tb/simulate/test_every_engine.py
 
-.PHONY: help sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
+.PHONY: help check sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -46,6 +47,9 @@ test: venv simulator test-tools libpython lint bitstream-check ## Style, types, 
 
 test-full: venv simulator test-tools libpython lint bitstream-check ## All of the above, and the long runs
 	@$(PYTEST)
+
+check: venv simulator lint ## For the edit loop: style, types, quick tests of the golden model, a small frame through each engine
+	@$(PYTEST) -q $(QUICK)
 
 golden: venv ## Golden-model tests alone (no simulator needed)
 	@$(PYTEST) golden
