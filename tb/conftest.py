@@ -14,7 +14,7 @@ LONGEST = (
     "test_figures",
     "test_netlist",
     "test_random",
-    "[11]",
+    "-11]",
 )
 
 
