@@ -82,8 +82,7 @@ def test_what_a_scene_does_not_need_is_absent(tmp_path: Path, design: Design) ->
     assert design.plan is not None
     sources = configure(design.plan, tmp_path)
     found = count_parts(write_verilog(sources, design.top, {}, tmp_path).read_text(), design.top)
-    # Both engines are analysed. No part of the video path is, and nothing more is built than
-    # needed.
+    # Both engines are analysed. No part of the video path is; nothing more is built than needed.
     folders = {source.parent.name for source in sources} - {tmp_path.name}
     assert folders == {"common", "core", "fir", "moving_sum", "refocuser"}
     assert found == {**dict.fromkeys(TMDS_ENDS, 0), **needed_parts(core)}

@@ -24,44 +24,19 @@ Generics = Mapping[str, int | bool | str]
 def run_tool(
     command: Sequence[str], log: Path, *, directory: Path | None = None, output: Path | None = None
 ) -> None:
-    """Run a tool.
+    """Run a tool in a folder (that of the log), its standard output into a file (the log).
 
-    Parameters
-    ----------
-    command
-        What to run.
-    log
-        File for what it prints.
-    directory
-        Working directory; that of the log if None.
-    output
-        File for its standard output, if that is not for the log.
-
-    Raises
-    ------
-    ToolError
-        If it fails; the message ends with the last lines of the log.
+    ToolError with the last lines of the log if it fails.
     """
-    with log.open("wb") as messages:
-        if output is None:
-            done = subprocess.run(
-                command,
-                cwd=directory or log.parent,
-                stdin=subprocess.DEVNULL,
-                stdout=messages,
-                stderr=subprocess.STDOUT,
-                check=False,
-            )
-        else:
-            with output.open("wb") as result:
-                done = subprocess.run(
-                    command,
-                    cwd=directory or log.parent,
-                    stdin=subprocess.DEVNULL,
-                    stdout=result,
-                    stderr=messages,
-                    check=False,
-                )
+    with log.open("wb") as messages, (output or Path(os.devnull)).open("wb") as result:
+        done = subprocess.run(
+            command,
+            cwd=directory or log.parent,
+            stdin=subprocess.DEVNULL,
+            stdout=result if output else messages,
+            stderr=messages,
+            check=False,
+        )
     if done.returncode != 0:
         lines = log.read_text(errors="replace").splitlines()
         wrong = [line for line in lines if "error" in line.lower()][-5:] or lines[-5:]
@@ -95,16 +70,6 @@ def plain_verilog(text: str) -> str:
     from which tools infer latches, and drives undriven bits with high impedance. Memories of zeros
     need no initial values, which take Yosys most of its time: block RAM and Verilator begin with
     zeros.
-
-    Parameters
-    ----------
-    text
-        GHDL's Verilog.
-
-    Returns
-    -------
-    str
-        The same circuit.
     """
     text = re.sub(r"^ *initial begin\n(?: *\w+\[\d+\] = \d+'b0+;\n)+ *end\n", "", text, flags=re.M)
     text = re.sub(r'"([01XZ]{33,})"', lambda bits: f"{len(bits[1])}'b{bits[1]}", text)
@@ -128,30 +93,9 @@ def plain_verilog(text: str) -> str:
 def write_verilog(
     sources: Sequence[Path], top: str, generics: Generics, directory: Path, *, board: bool = False
 ) -> Path:
-    """Synthesise VHDL to Verilog with GHDL.
+    """Synthesise VHDL-93 files in order of analysis to a Verilog file in a folder.
 
-    Parameters
-    ----------
-    sources
-        VHDL-93 files in order of analysis.
-    top
-        Entity.
-    generics
-        Its generics.
-    directory
-        Folder for the result.
-    board
-        Whether the sources instantiate Xilinx's primitives.
-
-    Returns
-    -------
-    Path
-        The Verilog file.
-
-    Raises
-    ------
-    ToolError
-        If GHDL refuses the design.
+    The sources of a board instantiate Xilinx's primitives.
     """
     environment = find_simulator("ghdl").environment
     os.environ.update(environment)
