@@ -200,6 +200,15 @@ def number(flag: str, help_text: str, callback: Callable[..., float] = _finite) 
     return typer.Option(flag, help=help_text, callback=callback)
 
 
+def numbers(flag: str, help_text: str) -> object:
+    """Declare an option that takes finite numbers, repeated."""
+
+    def finite(param: typer.CallbackParam, values: list[float]) -> list[float]:
+        return [_finite(param, value) for value in values]
+
+    return typer.Option(flag, help=help_text, callback=finite)
+
+
 def distance(flag: str, help_text: str) -> object:
     """Declare an option that takes a distance in mm, or inf."""
     return number(flag, help_text, _distance)

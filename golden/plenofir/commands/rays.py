@@ -126,7 +126,7 @@ def baseline(
 def depth(
     camera: options.Camera,
     disparity: Annotated[
-        list[float], typer.Option("--disparity", help="Disparity in pixels. May be repeated.")
+        list[float], options.numbers("--disparity", "Disparity in pixels. May be repeated.")
     ],
     focus: options.Focus = inf,
     micro_image: MicroImage = 13,
