@@ -1,24 +1,21 @@
--- The 2-D filter array: N rows of an image at once through N row modules and N column modules.
+-- The array of FIR filters: N rows of an image at once through N row modules and N column modules.
 --
--- Row modules filter the rows of a band in step. Skew registers delay row r by r tokens, so that a
--- column's pixels come one after the other; a pixel counter and demultiplexers hand column k to
--- column module k mod N, which takes the N pixels in N tokens and turns to its next column.
--- Each column module keeps the partial sums of its columns, a column in N, in line buffers of its own. Behind
--- them the rows are put together again, and each is delayed by one token more than the row above it;
--- DESKEW delays them all alike.
+-- Row modules filter the rows of a band in step. Skew registers delay row r by r tokens, so that the pixels of
+-- a column come one after the other. A pixel counter and demultiplexers hand column k to column module k mod N,
+-- which takes its N pixels in N tokens and turns to its next column. Each column module keeps the partial sums
+-- of its own columns, a column in N, in line buffers of its own. row_results puts the rows together again.
 --
 -- With N = 1 this is the filter of a raster scan. With N = rows of the frame, a frame is one band.
 --
 -- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear).
 --
--- Bands. A band is N lines of the image; its columns come as pixel tokens, one after the other or
--- with idle clocks and empty tokens (strobe without pixel) in between. The next band may begin
--- min_line_steps tokens later, and after a multiple of N (empty tokens make up for it).
--- Bands of zeros without image lines behind a frame push its last lines out, empty tokens the last
--- pixels of a band.
+-- A band is N lines of the image. Its columns come as pixel tokens, one after the other or with idle clocks and
+-- empty tokens (strobe without pixel) in between. The next band may begin min_line_steps tokens later, and after
+-- a multiple of N; empty tokens fill the time. Behind a frame, bands of zeros without image lines push its last
+-- lines out, and empty tokens the last pixels of a band.
 --
--- Output lines are total_delay lines behind: band b gives the lines N*b - total_delay and following, as
--- far as they are image lines; a frame begins at the top of a band.
+-- Output lines are total_delay lines behind: band b gives the lines from N*b - total_delay on, as far as they are
+-- image lines. A frame begins at the top of a band.
 --
 -- Latency: floor(D/N) bands and D + D mod N tokens (with DESKEW D + N - 1), D = total_delay, and array_latency
 --   clocks, from the first pixel in to the first pixel out.
@@ -33,6 +30,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.fir_pkg.all;
 use work.arithmetic_pkg.all;
 use work.token_pkg.all;
 
@@ -120,18 +118,6 @@ architecture rtl of fir_array is
 
   subtype line_tag_t is std_logic_vector(LINE_SLICE_LOW + SLICE_BITS - 1 downto 0);
 
-  -- A result pixel with its side information: used marks pixels of image lines, and with skip the first
-  -- column of other rows. Bit 0 is the one that reset clears.
-  constant RESULT_USED      : natural := 0;
-  constant RESULT_SKIP      : natural := 1;
-  constant RESULT_LAST      : natural := 2;
-  constant RESULT_START     : natural := 3;
-  constant RESULT_SLICE_LOW : natural := 4;
-  constant RESULT_DATA_LOW  : natural := RESULT_SLICE_LOW + SLICE_BITS;
-  constant RESULT_BITS      : natural := RESULT_DATA_LOW + CHANNELS * RESULT_SUM_BITS;
-
-  subtype wide_result_t is std_logic_vector(RESULT_BITS - 1 downto 0);
-
   -- What passes from one stage to the next; lanes take the low bits.
   type row_data_t is array (natural range 0 to PASSES) of std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
 
@@ -162,27 +148,13 @@ architecture rtl of fir_array is
   signal column_tags   : column_tags_t;
   signal line_tags     : line_tags_t;
 
-  signal out_starts : std_logic;
-  signal out_count  : natural range 0 to PARALLEL_ROWS - 1;
-  signal sums       : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
-  signal row_sums   : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
-  signal raw_tags   : std_logic_vector(PARALLEL_ROWS * column_tag_t'length - 1 downto 0);
-  signal skew_tags  : std_logic_vector(PARALLEL_ROWS * column_tag_t'length - 1 downto 0);
-  signal skewed     : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
-  signal aligned    : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
+  signal summed : results_t(0 to PARALLEL_ROWS - 1);
+  signal sums   : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
 
 begin
 
-  assert slice_count(SHIFTS) >= 1
-    report "fir_array: SHIFTS names no slice"
-    severity failure;
-
   assert not HOLD or can_hold(MICRO_IMAGE_SIZE, SHIFTS, CENTRED)
     report "fir_array: HOLD needs outputs that are equal throughout a micro image"
-    severity failure;
-
-  assert EXACT or GUARD_BITS <= FRACTION_BITS
-    report "fir_array: GUARD_BITS exceeds FRACTION_BITS"
     severity failure;
 
   assert EXACT or PIXEL_BITS + GUARD_BITS <= 16
@@ -382,131 +354,31 @@ begin
 
   end generate column_pass;
 
-  -- From modules back to rows, which stay skewed.
-  out_starts <= column_tags(PASSES)(PIXEL) and column_tags(PASSES)(BAND_FIRST);
-
-  count_results : entity work.pixel_counter
+  -- From modules back to rows.
+  back_to_rows : entity work.row_results
     generic map (
-      MODULUS => PARALLEL_ROWS
+      PARALLEL_ROWS => PARALLEL_ROWS,
+      SLICE_BITS    => SLICE_BITS,
+      SUM_BITS      => CHANNELS * RESULT_SUM_BITS,
+      DESKEW        => DESKEW
     )
     port map (
-      clk     => clk,
-      strobe  => column_strobe(PASSES),
-      restart => out_starts,
-      count   => out_count
+      clk         => clk,
+      reset       => reset,
+      strobe      => column_strobe(PASSES),
+      pixel       => column_tags(PASSES)(PIXEL),
+      band_first  => column_tags(PASSES)(BAND_FIRST),
+      band_last   => column_tags(PASSES)(BAND_LAST),
+      image       => line_tags(PASSES)(LINE_IMAGE),
+      frame_first => line_tags(PASSES)(LINE_FRAME_FIRST),
+      slice       => line_tags(PASSES)(LINE_SLICE_LOW + SLICE_BITS - 1 downto LINE_SLICE_LOW),
+      module_sums => column_data(PASSES)(ROW_LANES * RESULT_SUM_BITS - 1 downto 0),
+      results     => summed,
+      row_sums    => sums
     );
-
-  sums <= column_data(PASSES)(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
-
-  multiplex : entity work.lane_exchange
-    generic map (
-      LANES => PARALLEL_ROWS,
-      WIDTH => CHANNELS * RESULT_SUM_BITS
-    )
-    port map (
-      clk      => clk,
-      strobe   => column_strobe(PASSES),
-      count    => out_count,
-      data_in  => sums,
-      data_out => row_sums
-    );
-
-  every_row_tag : for r in 0 to PARALLEL_ROWS - 1 generate
-    raw_tags((r + 1) * column_tag_t'length - 1 downto r * column_tag_t'length) <= column_tags(PASSES);
-  end generate every_row_tag;
-
-  skew_tags_of_rows : entity work.lane_skew
-    generic map (
-      LANES    => PARALLEL_ROWS,
-      WIDTH    => column_tag_t'length,
-      REVERSED => false
-    )
-    port map (
-      clk      => clk,
-      reset    => reset,
-      enable   => column_strobe(PASSES),
-      data_in  => raw_tags,
-      data_out => skew_tags
-    );
-
-  row_result : for r in 0 to PARALLEL_ROWS - 1 generate
-
-    signal column_tag : column_tag_t;
-    signal begins     : std_logic;
-    signal line_held  : line_tag_t := (others => '0');
-    signal line_now   : line_tag_t;
-    signal result     : wide_result_t;
-
-  begin
-
-    column_tag <= skew_tags((r + 1) * column_tag_t'length - 1 downto r * column_tag_t'length);
-    begins     <= column_tag(PIXEL) and column_tag(BAND_FIRST);
-    line_now   <= line_tags(PASSES) when begins = '1' else
-                  line_held;
-
-    hold_line : process (clk) is
-    begin
-
-      if rising_edge(clk) then
-        if column_strobe(PASSES) = '1' then
-          line_held <= line_now;
-        end if;
-      end if;
-
-    end process hold_line;
-
-    result(RESULT_USED)  <= column_tag(PIXEL) and (line_now(LINE_IMAGE) or column_tag(BAND_FIRST));
-    result(RESULT_SKIP)  <= not line_now(LINE_IMAGE);
-    result(RESULT_LAST)  <= column_tag(BAND_LAST);
-    result(RESULT_START) <= begins and line_now(LINE_FRAME_FIRST);
-
-    result(RESULT_DATA_LOW - 1 downto RESULT_SLICE_LOW) <= line_now(line_tag_t'high downto LINE_SLICE_LOW);
-    result(RESULT_BITS - 1 downto RESULT_DATA_LOW)      <= row_sums((r + 1) * CHANNELS * RESULT_SUM_BITS - 1 downto
-                                                                    r * CHANNELS * RESULT_SUM_BITS);
-
-    skewed((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS) <= result;
-
-  end generate row_result;
-
-  skewed_results : if not DESKEW generate
-    aligned <= skewed;
-  end generate skewed_results;
-
-  deskewed_results : if DESKEW generate
-
-    deskew_rows : entity work.lane_skew
-      generic map (
-        LANES    => PARALLEL_ROWS,
-        WIDTH    => RESULT_BITS,
-        REVERSED => true
-      )
-      port map (
-        clk      => clk,
-        reset    => reset,
-        enable   => column_strobe(PASSES),
-        data_in  => skewed,
-        data_out => aligned
-      );
-
-  end generate deskewed_results;
 
   -- Scaling to pixels.
   scale_row : for r in 0 to PARALLEL_ROWS - 1 generate
-
-    signal result : wide_result_t;
-    signal used   : std_logic;
-    signal summed : result_t;
-
-  begin
-
-    result <= aligned((r + 1) * RESULT_BITS - 1 downto r * RESULT_BITS);
-    used   <= result(RESULT_USED) and column_strobe(PASSES);
-
-    summed.valid <= used and not result(RESULT_SKIP);
-    summed.skip  <= used and result(RESULT_SKIP);
-    summed.last  <= result(RESULT_LAST);
-    summed.start <= result(RESULT_START);
-    summed.slice <= resize(unsigned(result(RESULT_DATA_LOW - 1 downto RESULT_SLICE_LOW)), slice_t'length);
 
     scale : entity work.result_scaler
       generic map (
@@ -519,8 +391,8 @@ begin
       port map (
         clk    => clk,
         reset  => reset,
-        result => summed,
-        sums   => result(RESULT_BITS - 1 downto RESULT_DATA_LOW),
+        result => summed(r),
+        sums   => sums((r + 1) * CHANNELS * RESULT_SUM_BITS - 1 downto r * CHANNELS * RESULT_SUM_BITS),
         scaled => results(r),
         pixels => result_data((r + 1) * CHANNELS * PIXEL_BITS - 1 downto r * CHANNELS * PIXEL_BITS)
       );

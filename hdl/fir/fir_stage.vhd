@@ -29,6 +29,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.fir_pkg.all;
 
 entity fir_stage is
   generic (

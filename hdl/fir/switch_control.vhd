@@ -20,6 +20,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.fir_pkg.all;
 
 entity switch_control is
   generic (

@@ -116,14 +116,6 @@ architecture rtl of moving_sum_array is
 
 begin
 
-  assert slice_count(SHIFTS) >= 1
-    report "moving_sum_array: SHIFTS names no slice"
-    severity failure;
-
-  assert EXACT or GUARD_BITS <= FRACTION_BITS
-    report "moving_sum_array: GUARD_BITS exceeds FRACTION_BITS"
-    severity failure;
-
   strobe(0)                 <= token.strobe;
   token_tags(0)(PIXEL)      <= token.pixel;
   token_tags(0)(LINE_FIRST) <= token.line_first;

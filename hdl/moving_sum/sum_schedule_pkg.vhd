@@ -10,8 +10,8 @@
 -- g leave it: one enters and one leaves at each step, each at an age that depends on its phase alone.
 --
 -- At step t the output is k = t - output_delay (refocus_pkg), and the newest place in the sum is
--- k + offset + g - 1: by the time a group begins its sum is complete. The age of a pixel is counted in steps from
--- its own. All functions are evaluated at elaboration only.
+-- k + centre_offset + g - 1: by the time a group begins its sum is complete. The age of a pixel is counted in
+-- steps from its own. All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -141,27 +141,6 @@ package body sum_schedule_pkg is
 
   end function group_size;
 
-  -- floor((M-1) * shift / 2), or 0.
-  function offset (
-    micro_image_size : positive;
-    shift            : integer;
-    centred          : boolean
-  ) return integer is
-
-    variable span : integer;
-
-  begin
-
-    if not centred then
-      return 0;
-    end if;
-
-    span := (micro_image_size - 1) * shift;
-
-    return (span - span mod 2) / 2;
-
-  end function offset;
-
   -- r: place of a phase in its group. The pixel that comes last takes the last place.
   function place_in_group (
     micro_image_size : positive;
@@ -200,7 +179,7 @@ package body sum_schedule_pkg is
   begin
 
     shift := slice_shift(shifts, slice);
-    place := output_phase + offset(micro_image_size, shift, centred) + group_size(micro_image_size, shift) - 1;
+    place := output_phase + centre_offset(micro_image_size, shift, centred) + group_size(micro_image_size, shift) - 1;
     found := 0;
 
     for v in 0 to micro_image_size - 1 loop
@@ -229,7 +208,7 @@ package body sum_schedule_pkg is
 
     shift := slice_shift(shifts, slice);
 
-    return output_delay(micro_image_size, shifts, centred) - offset(micro_image_size, shift, centred) -
+    return output_delay(micro_image_size, shifts, centred) - centre_offset(micro_image_size, shift, centred) -
            group_size(micro_image_size, shift) + 1 + phase * (shift - 1) +
            place_in_group(micro_image_size, shift, phase);
 
@@ -299,7 +278,7 @@ package body sum_schedule_pkg is
 
     shift := slice_shift(shifts, slice);
     equal := group_size(micro_image_size, shift);
-    first := offset(micro_image_size, shift, centred);
+    first := centre_offset(micro_image_size, shift, centred);
 
     if held then
       first := first - first mod equal;
@@ -344,7 +323,7 @@ package body sum_schedule_pkg is
     shift := slice_shift(shifts, slice);
     equal := group_size(micro_image_size, shift);
     place := index + phase * (shift - 1) + place_in_group(micro_image_size, shift, phase);
-    last  := offset(micro_image_size, shift, centred) + equal - 1;
+    last  := centre_offset(micro_image_size, shift, centred) + equal - 1;
 
     return place >= last - last mod equal;
 
@@ -364,7 +343,7 @@ package body sum_schedule_pkg is
 
     shift := slice_shift(shifts, slice);
 
-    return (output_phase + offset(micro_image_size, shift, centred)) mod group_size(micro_image_size, shift) = 0;
+    return (output_phase + centre_offset(micro_image_size, shift, centred)) mod group_size(micro_image_size, shift) = 0;
 
   end function begins_group;
 

@@ -117,6 +117,14 @@ begin
     report "raster_refocuser: PARALLEL_ROWS above 1 requires the engine fir"
     severity failure;
 
+  assert slice_count(SHIFTS) >= 1
+    report "raster_refocuser: SHIFTS names no slice"
+    severity failure;
+
+  assert EXACT or GUARD_BITS <= FRACTION_BITS
+    report "raster_refocuser: GUARD_BITS exceeds FRACTION_BITS"
+    severity failure;
+
   shell : entity work.stream_shell
     generic map (
       MAX_COLUMNS   => MAX_COLUMNS,

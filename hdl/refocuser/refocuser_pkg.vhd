@@ -6,6 +6,7 @@ use ieee.std_logic_1164.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.fir_pkg.all;
 use work.moving_sum_pkg.all;
 
 package refocuser_pkg is

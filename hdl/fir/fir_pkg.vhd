@@ -1,0 +1,240 @@
+-- The switched FIR filters: their taps, switches and clock counts.
+--
+-- As a transposed FIR filter with TAPS taps a pixel is broadcast to all taps, and tap w delays it by TAPS-1-w
+-- steps. A pixel of phase p = k mod M is added by M neighbouring taps: those whose delay lies in
+-- p*(s-1) + origin .. p*(s-1) + origin + M-1. The origin of a slice is the delay that brings S(k) to its place
+-- in the output; no tap has a negative delay.
+--
+-- All slices of a set have the same output delay (refocus_pkg). So the place of a tap tells the output that its
+-- partial sum belongs to, whatever the slice.
+--
+-- With hold (all shifts multiples of M) the M outputs of a micro image are equal. The filter computes the first
+-- and holds it; a phase then closes one switch instead of M.
+--
+-- All functions are evaluated at elaboration only.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+
+package fir_pkg is
+
+  -- Number of taps that the slice with the most needs.
+  function tap_count (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    hold             : boolean
+  ) return positive;
+
+  -- Whether the switch of a tap is closed for pixels of a phase (row p, column w of the slice's switch matrix).
+  function is_closed (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    hold             : boolean;
+    slice            : natural;
+    phase            : natural;
+    tap              : natural
+  ) return boolean;
+
+  -- Whether any slice ever closes the switch of a tap; a tap that none closes has neither switch nor adder.
+  function is_switched (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    hold             : boolean;
+    tap              : natural
+  ) return boolean;
+
+  -- Whether the M outputs of every micro image are equal in all slices.
+  function can_hold (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean
+  ) return boolean;
+
+  -- The shortest band in tokens: a multiple of the rows taken at once, and not before the line
+  -- buffers are ready again (one column for each module needs none). The sequencer appends empty
+  -- steps to shorter bands.
+  function min_line_steps (
+    parallel_rows : positive;
+    max_columns   : positive
+  ) return positive;
+
+  -- Clocks from a token at a filter stage's input to its output.
+  function stage_latency (
+    stored          : boolean;
+    broadcast_taps  : natural
+  ) return positive;
+
+  -- Clocks from a token at the filter array's input to its output.
+  function array_latency (
+    stored         : boolean;
+    broadcast_taps : natural;
+    order          : natural
+  ) return positive;
+
+end package fir_pkg;
+
+package body fir_pkg is
+
+  -- Switches that a phase closes.
+  function closed_width (
+    micro_image_size : positive;
+    hold             : boolean
+  ) return positive is
+  begin
+
+    return choose(hold, 1, micro_image_size);
+
+  end function closed_width;
+
+  function tap_count (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    hold             : boolean
+  ) return positive is
+
+    variable largest : natural;
+    variable shift   : integer;
+
+  begin
+
+    largest := 0;
+
+    for i in 0 to slice_count(shifts) - 1 loop
+
+      shift   := slice_shift(shifts, i);
+      largest := larger(largest, closed_width(micro_image_size, hold) + (micro_image_size - 1) * abs (shift - 1) -
+                        own_delay(micro_image_size, shift, centred));
+
+    end loop;
+
+    return largest + output_delay(micro_image_size, shifts, centred);
+
+  end function tap_count;
+
+  function is_closed (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    hold             : boolean;
+    slice            : natural;
+    phase            : natural;
+    tap              : natural
+  ) return boolean is
+
+    variable shift       : integer;
+    variable first_delay : integer;
+    variable delay       : integer;
+
+  begin
+
+    shift       := slice_shift(shifts, slice);
+    first_delay := phase * (shift - 1) + output_delay(micro_image_size, shifts, centred) -
+                   centre_offset(micro_image_size, shift, centred);
+    delay       := tap_count(micro_image_size, shifts, centred, hold) - 1 - tap;
+
+    return delay >= first_delay and delay < first_delay + closed_width(micro_image_size, hold);
+
+  end function is_closed;
+
+  function is_switched (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    hold             : boolean;
+    tap              : natural
+  ) return boolean is
+
+    variable found : boolean;
+
+  begin
+
+    found := false;
+
+    for s in 0 to slice_count(shifts) - 1 loop
+
+      for p in 0 to micro_image_size - 1 loop
+
+        if is_closed(micro_image_size, shifts, centred, hold, s, p, tap) then
+          found := true;
+        end if;
+
+      end loop;
+
+    end loop;
+
+    return found;
+
+  end function is_switched;
+
+  function can_hold (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean
+  ) return boolean is
+
+    variable shift : integer;
+    variable equal : boolean;
+
+  begin
+
+    equal := true;
+
+    for i in 0 to slice_count(shifts) - 1 loop
+
+      shift := slice_shift(shifts, i);
+
+      if shift mod micro_image_size /= 0 or
+         centre_offset(micro_image_size, shift, centred) mod micro_image_size /= 0 then
+        equal := false;
+      end if;
+
+    end loop;
+
+    return equal;
+
+  end function can_hold;
+
+  function min_line_steps (
+    parallel_rows : positive;
+    max_columns   : positive
+  ) return positive is
+  begin
+
+    if max_columns <= parallel_rows then
+      return parallel_rows;
+    end if;
+
+    return divide_up(parallel_rows - 1 + PARTIAL_SUM_LOOP, parallel_rows) * parallel_rows;
+
+  end function min_line_steps;
+
+  function stage_latency (
+    stored         : boolean;
+    broadcast_taps : natural
+  ) return positive is
+  begin
+
+    return 3 + choose(stored, 1, 0) + choose(broadcast_taps > 0, 1, 0);
+
+  end function stage_latency;
+
+  function array_latency (
+    stored         : boolean;
+    broadcast_taps : natural;
+    order          : natural
+  ) return positive is
+  begin
+
+    return 2 * (order + 1) * stage_latency(stored, broadcast_taps) + choose(stored, 0, DIVIDE_LATENCY);
+
+  end function array_latency;
+
+end package body fir_pkg;
