@@ -7,7 +7,7 @@ from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import Declaration, declarations, instances
 
-SECTIONS = ("Latency", "Throughput", "Ports", "Equation")
+SECTIONS = ("Latency", "Throughput", "Equation")
 
 
 def header_of(text: str) -> tuple[str, dict[str, str]]:

@@ -1,12 +1,10 @@
 -- First-in first-out buffer for an AXI4-Stream, first word falls through.
 --
--- Words leave through the RAM's own register and an output register, so that what follows need
--- not wait for a RAM, and the RAM not for what follows.
+-- Words leave through the RAM's own register and an output register, which keeps the RAM's delay and the logic behind
+-- the buffer in separate clocks.
 --
 -- Latency: a word written into an empty buffer is offered 3 clocks later.
 -- Throughput: one word in and one word out each clock.
--- Ports: s_axis_* in, m_axis_* out (tdata carries whatever the user packs into it, side bands
---   included); level counts the words in the RAM, those in the two registers not included.
 -- Equation: the n-th word out is the n-th word in.
 
 library ieee;
@@ -21,15 +19,18 @@ entity axis_fifo is
     ADDRESS_BITS : positive
   );
   port (
-    clk           : in    std_logic;
-    reset         : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Words in; tdata is whatever the user packs into it, side bands included.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(WIDTH - 1 downto 0);
+    -- Words out.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(WIDTH - 1 downto 0);
-    level         : out   unsigned(ADDRESS_BITS downto 0)
+    -- Words in the RAM, without those in the two registers behind it.
+    level : out   unsigned(ADDRESS_BITS downto 0)
   );
 end entity axis_fifo;
 

@@ -1,11 +1,10 @@
 -- Brings a value of many bits from one clock into another, all bits of the same moment.
 --
--- The source takes a copy, and tells the destination with a toggling bit; the destination takes the
--- copy and answers with another. Either clock may stop: the value then stays what it is.
+-- The source takes a copy and tells the destination with a toggling bit. The destination takes the copy and answers
+-- with a toggling bit of its own. Either clock may stop; the value then stays as it is.
 --
 -- Latency: 3 clocks of source_clk and 3 of destination_clk, at most twice that.
 -- Throughput: one value for each round trip; values in between are not seen.
--- Ports: source (source_clk), destination (destination_clk).
 -- Equation: destination(t) = source at an earlier moment.
 
 library ieee;
@@ -17,8 +16,10 @@ entity bus_crossing is
     WIDTH : positive
   );
   port (
-    source_clk      : in    std_logic;
-    source          : in    std_logic_vector(WIDTH - 1 downto 0);
+    -- The value and its clock.
+    source_clk : in    std_logic;
+    source     : in    std_logic_vector(WIDTH - 1 downto 0);
+    -- The other clock, and the value in it.
     destination_clk : in    std_logic;
     destination     : out   std_logic_vector(WIDTH - 1 downto 0)
   );

@@ -1,10 +1,9 @@
 -- Brings one word each clock into another clock of the same frequency and any phase.
 --
--- A small dual-clock memory, written each clock and read each clock, kept half full. Should it run
--- empty or full (a clock was disturbed), reading starts again at half full; `flowing` is '0' until then.
+-- A small memory with two clocks, written and read each clock and kept half full. If a disturbed clock lets it run
+-- empty or full, reading starts again at half full.
 --
 -- Latency: half the depth, and 2 to 3 clocks. Throughput: one word each clock.
--- Ports: write_word (write_clk); read_word, flowing (read_clk).
 -- Equation: read_word(t) = write_word(t - latency) while flowing.
 
 library ieee;
@@ -19,13 +18,16 @@ entity elastic_buffer is
     ADDRESS_BITS : positive range 3 to 6 := 4
   );
   port (
+    -- The words and their clock.
     write_clk   : in    std_logic;
     write_reset : in    std_logic;
     write_word  : in    std_logic_vector(WIDTH - 1 downto 0);
-    read_clk    : in    std_logic;
-    read_reset  : in    std_logic;
-    read_word   : out   std_logic_vector(WIDTH - 1 downto 0);
-    flowing     : out   std_logic
+    -- The other clock, and the words in it.
+    read_clk   : in    std_logic;
+    read_reset : in    std_logic;
+    read_word  : out   std_logic_vector(WIDTH - 1 downto 0);
+    -- '0' from a slip of the clocks until reading has started again.
+    flowing : out   std_logic
   );
 end entity elastic_buffer;
 

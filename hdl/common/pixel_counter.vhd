@@ -1,7 +1,6 @@
--- Counts tokens modulo a constant, from a token on that begins anew.
+-- Counts tokens modulo a constant, from 0 on at each restart.
 --
--- Latency: 0 clocks: count is that of the token on hand. Throughput: one token each clock.
--- Ports: strobe marks a token, restart (with strobe) the one that counts as 0.
+-- Latency: 0 clocks. Throughput: one token each clock.
 -- Equation: count = (tokens since the one with restart) mod MODULUS.
 
 library ieee;
@@ -13,10 +12,13 @@ entity pixel_counter is
     MODULUS : positive
   );
   port (
-    clk     : in    std_logic;
-    strobe  : in    std_logic;
+    clk : in    std_logic;
+    -- A token.
+    strobe : in    std_logic;
+    -- With strobe: this token counts as 0.
     restart : in    std_logic;
-    count   : out   natural range 0 to MODULUS - 1
+    -- The number of the token.
+    count : out   natural range 0 to MODULUS - 1
   );
 end entity pixel_counter;
 

@@ -1,13 +1,12 @@
 -- A deep memory in blocks, with a register behind each block and the multiplexer behind these registers.
 --
--- Synthesis would put the multiplexer between block RAMs in front of the first register, and their output is
--- late. Here the words are divided into blocks that need none: some of the same size, then smaller ones for
--- what is left. Of all such divisions it is the one with the fewest block RAMs, then the fewest blocks. A block's
--- register is zero unless the block was read, so the multiplexer is an OR.
+-- Synthesis would put the multiplexer between the block RAMs, whose output is late, and the first register. Here the
+-- words are divided into blocks that need no multiplexer: some of the same size, then smaller ones for what is
+-- left. Of all such divisions it is the one with the fewest block RAMs, then the fewest blocks. A block's register
+-- is zero unless the block was read, so the multiplexer behind the registers is an OR.
 --
--- Latency: read data are valid 3 clocks after the address. Throughput: one read and one write each clock. A
---   read of the word that is written in the same clock returns the old word.
--- Ports: write_enable, write_address, write_data; read_address, read_data.
+-- Latency: read data are valid 3 clocks after the address. Throughput: one read and one write each clock.
+--   Reading a word in the clock that writes it returns the old word.
 -- Equation: read_data(t + 3) = memory(read_address(t)).
 
 library ieee;
@@ -25,12 +24,14 @@ entity ram_blocks is
     WORDS : positive
   );
   port (
-    clk           : in    std_logic;
+    clk : in    std_logic;
+    -- Writes a word.
     write_enable  : in    std_logic;
     write_address : in    unsigned(bits_for(WORDS - 1) - 1 downto 0);
     write_data    : in    std_logic_vector(WIDTH - 1 downto 0);
-    read_address  : in    unsigned(bits_for(WORDS - 1) - 1 downto 0);
-    read_data     : out   std_logic_vector(WIDTH - 1 downto 0)
+    -- Reads a word.
+    read_address : in    unsigned(bits_for(WORDS - 1) - 1 downto 0);
+    read_data    : out   std_logic_vector(WIDTH - 1 downto 0)
   );
 end entity ram_blocks;
 

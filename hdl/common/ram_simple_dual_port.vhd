@@ -1,14 +1,10 @@
 -- Simple dual-port RAM: one write port, one read port, one clock.
 --
--- The one place where block RAM is described; synthesis infers RAMB16BWER or RAMB8BWER from
--- it, and the same description is the simulation model.
+-- The only description of block RAM. Synthesis infers RAMB16BWER or RAMB8BWER from it, and simulation uses it too.
 --
--- Latency: read data are valid READ_LATENCY clocks after the address (1: the RAM's own
---   register, 2: its output register behind it, which block RAM needs at high clocks).
--- Throughput: one read and one write each clock. A read of the word that is written in the
---   same clock returns the old word.
--- Ports: write_enable, write_address, write_data; read_enable (the RAM's own register takes a
---   word), read_address, read_data.
+-- Latency: read data are valid READ_LATENCY clocks after the address. 1: the RAM's own register; 2: also the output
+--   register behind it, which block RAM needs at high clocks.
+-- Throughput: one read and one write each clock. Reading a word in the clock that writes it returns the old word.
 -- Equation: read_data(t + READ_LATENCY) = memory(read_address(t)) where read_enable(t).
 
 library ieee;
@@ -27,13 +23,16 @@ entity ram_simple_dual_port is
     READ_LATENCY : positive range 1 to 2
   );
   port (
-    clk           : in    std_logic;
+    clk : in    std_logic;
+    -- Writes a word.
     write_enable  : in    std_logic;
     write_address : in    unsigned(ADDRESS_BITS - 1 downto 0);
     write_data    : in    std_logic_vector(WIDTH - 1 downto 0);
-    read_enable   : in    std_logic;
-    read_address  : in    unsigned(ADDRESS_BITS - 1 downto 0);
-    read_data     : out   std_logic_vector(WIDTH - 1 downto 0)
+    -- The RAM's own register takes a word.
+    read_enable  : in    std_logic;
+    read_address : in    unsigned(ADDRESS_BITS - 1 downto 0);
+    -- The word read.
+    read_data : out   std_logic_vector(WIDTH - 1 downto 0)
   );
 end entity ram_simple_dual_port;
 

@@ -1,7 +1,6 @@
--- Brings a reset into a clock: it takes effect at once, clock or no clock, and ends with the clock.
+-- Brings a reset into a clock: it takes effect at once, even while the clock stands still, and ends in step with it.
 --
 -- Latency: none to assert; 4 clocks to release. Throughput: not applicable.
--- Ports: request: from any clock, active high; reset: active high, released in clk.
 -- Equation: reset(t) = '1' while request was '1' at any of the last 4 clocks.
 
 library ieee;
@@ -9,9 +8,11 @@ use ieee.std_logic_1164.all;
 
 entity reset_bridge is
   port (
-    clk     : in    std_logic;
+    clk : in    std_logic;
+    -- Active high, from any clock.
     request : in    std_logic;
-    reset   : out   std_logic
+    -- Active high, released in clk.
+    reset : out   std_logic
   );
 end entity reset_bridge;
 

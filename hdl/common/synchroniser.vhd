@@ -1,7 +1,6 @@
 -- Brings a level from another clock into this one.
 --
 -- Latency: 2 to 3 clocks. Throughput: levels that last longer than that.
--- Ports: level: from any clock, or none; synchronous: the same, in clk.
 -- Equation: synchronous(t) = level(t - 2), give or take a clock.
 
 library ieee;
@@ -13,8 +12,10 @@ entity synchroniser is
     WIDTH : positive := 1
   );
   port (
-    clk         : in    std_logic;
-    level       : in    std_logic_vector(WIDTH - 1 downto 0);
+    clk : in    std_logic;
+    -- From any clock, or from none.
+    level : in    std_logic_vector(WIDTH - 1 downto 0);
+    -- The same in clk.
     synchronous : out   std_logic_vector(WIDTH - 1 downto 0)
   );
 end entity synchroniser;

@@ -1,8 +1,6 @@
 -- Delays side information by a number of enabled clocks.
 --
 -- Latency: LENGTH enabled clocks (0: a wire). Throughput: one tag each clock.
--- Ports: enable moves the line on; tag in, delayed out. Reset clears bit 0 of every stored tag (a
---   tag's valid bit by convention); the other bits need no reset and fit shift register LUTs.
 -- Equation: delayed(t) = tag(t - LENGTH), t counting enabled clocks.
 
 library ieee;
@@ -16,9 +14,13 @@ entity tag_delay is
     LENGTH : natural
   );
   port (
-    clk     : in    std_logic;
-    reset   : in    std_logic;
-    enable  : in    std_logic;
+    clk : in    std_logic;
+    -- Clears bit 0 of all stored tags, by convention the valid bit. The other bits have no reset and so fit
+    -- shift register LUTs.
+    reset : in    std_logic;
+    -- Moves the tags on.
+    enable : in    std_logic;
+    -- A tag, and the tag of LENGTH enabled clocks before.
     tag     : in    std_logic_vector(WIDTH - 1 downto 0);
     delayed : out   std_logic_vector(WIDTH - 1 downto 0)
   );

@@ -1,13 +1,11 @@
 -- Correctly rounded division by a constant, as one multiplication by its reciprocal.
 --
--- With half = floor(DIVISOR/2) the quotient is floor(n / DIVISOR), n = value + half, and equals
--- floor(n * R / 2**T) for all n <= N when R = ceil(2**T / DIVISOR) and
--- (R * DIVISOR - 2**T) * N < 2**T. T is the smallest number for which that holds; a power of
--- two as divisor gives R = 1, and no multiplier remains.
+-- The quotient is floor(n / DIVISOR) with n = value + floor(DIVISOR/2). It equals floor(n * R / 2**T) for all
+-- n <= N when R = ceil(2**T / DIVISOR) and (R * DIVISOR - 2**T) * N < 2**T. T is the smallest number for which
+-- that holds. A power of two as divisor gives R = 1, and no multiplier remains.
 --
 -- Latency: 3 clocks (the input, product and output registers of a DSP48A1).
 -- Throughput: one value each clock.
--- Ports: value in, quotient out, both unsigned.
 -- Equation: quotient = floor(value / DIVISOR + 1/2) for 0 <= value <= VALUE_MAX.
 
 library ieee;
@@ -27,7 +25,8 @@ entity divide_round is
     QUOTIENT_BITS : positive
   );
   port (
-    clk      : in    std_logic;
+    clk : in    std_logic;
+    -- Both are unsigned.
     value    : in    std_logic_vector(bits_for(VALUE_MAX) - 1 downto 0);
     quotient : out   std_logic_vector(QUOTIENT_BITS - 1 downto 0)
   );

@@ -1,19 +1,17 @@
--- Turns an AXI4-Stream of video into the token stream that the filter stages work on: lines
--- of exactly `columns` pixels, frames that begin with a start of frame, and the empty steps
--- that drain the filters when no input follows.
+-- Turns an AXI4-Stream of video into the tokens that an engine works on: lines of exactly `columns` pixels, frames that
+-- begin with a start of frame, and the empty tokens that drain the filters when no input follows.
 --
--- Bands. The filters take PARALLEL_ROWS lines at once: a band. The last line of a band, and the last
--- line of a frame, completes it; the lines before are only stored (row_gather). With
--- PARALLEL_ROWS = 1 every line is a band.
+-- A band is the PARALLEL_ROWS lines that the filters take at once. The last line of a band or of a frame completes it;
+-- row_gather stores the lines before. With PARALLEL_ROWS = 1 every line is a band.
 --
--- Tokens. A pixel token carries an image pixel. A flush line is a line of zeros behind a frame; it
--- makes a band of its own, pushes the column filter's tail out and yields no image line of its own.
--- An empty token (strobe without pixel) pushes the row filter's tail out between two lines. Lines and
--- frames that follow each other without a gap need neither.
+-- A pixel token carries a pixel of the image. An empty token (strobe without pixel) between two lines pushes the last
+-- pixels of a line out of the row filters. A flush line is a line of zeros behind a frame and a band by itself; it
+-- pushes the last lines out of the column filters and gives no image line. Lines and frames that follow each other
+-- without a gap need neither.
 --
--- Faults of the stream raise error flags, and the tokens stay well formed: a line that ends
--- early is filled up with zeros, the excess of a long line is dropped, a frame that starts early
--- cuts the one before it short at a whole line, pixels between frames are dropped.
+-- Faults of the stream raise error flags, and the tokens stay well formed. A line that ends early is filled up with
+-- zeros. The excess of a long line is dropped. A frame that starts early cuts the one before it short at a whole
+-- line. Pixels between frames are dropped.
 --
 -- Latency: 1 clock. Throughput: one token each clock while credit = '1'.
 -- Equation: the n-th pixel token of line l is pixel n of line l of the frame.

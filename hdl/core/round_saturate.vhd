@@ -1,7 +1,6 @@
 -- Drops fraction bits with rounding and limits the result to what its width holds.
 --
 -- Latency: 1 clock. Throughput: one value each clock.
--- Ports: value in, result out, both unsigned.
 -- Equation: result = min(floor(value / 2**DROP_BITS + 1/2), 2**RESULT_BITS - 1).
 
 library ieee;
@@ -21,7 +20,8 @@ entity round_saturate is
     RESULT_BITS : positive
   );
   port (
-    clk    : in    std_logic;
+    clk : in    std_logic;
+    -- Both are unsigned.
     value  : in    std_logic_vector(bits_for(VALUE_MAX) - 1 downto 0);
     result : out   std_logic_vector(RESULT_BITS - 1 downto 0)
   );

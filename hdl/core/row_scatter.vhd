@@ -1,7 +1,7 @@
 -- Turns bands of parallel rows back into a raster: row buffers behind the engine.
 --
--- Each row has a FIFO. They are read line by line, from the first row of a band to the last. A
--- row that holds no image line leaves one word that says so, and is passed over with the end of the line before it.
+-- Each row has a FIFO. They are read line by line, from the first row of a band to the last. A row without an image
+-- line leaves one word that says so. It is passed over at the end of the line before it.
 --
 -- Latency: 2 clocks from a pixel to its offer when its turn has come. Throughput: one pixel each clock.
 -- Equation: the n-th line out is the n-th image line of the bands, counted row by row.

@@ -1,12 +1,9 @@
--- Chooses the slice of the next frame: the one asked for, or in a sweep the next of the set once
--- every so many frames, the first again after the last.
+-- Chooses the slice of the next frame: the one asked for, or the one that a sweep has reached.
 --
--- A sweep goes on from the slice of the last frame. Slices beyond the set give its last one.
+-- A sweep goes through the set, some frames for each slice, and begins again after the last slice. It starts from the
+-- slice of the last frame. Slices beyond the set give its last one.
 --
 -- Latency: 0 clocks from slice, 1 clock from frame_start. Throughput: one frame each clock.
--- Ports: frame_start marks the clock in which a frame reads selected; slice is the index of the
---   slice asked for; sweep turns the sweep on; sweep_frames is the number of frames for each slice
---   (0 counts as 1).
 -- Equation: selected = min(slice, SLICES-1); in a sweep (first + floor(frame / sweep_frames)) mod SLICES.
 
 library ieee;
@@ -21,13 +18,18 @@ entity slice_select is
     SLICE_BITS : positive range 1 to 8
   );
   port (
-    clk          : in    std_logic;
-    reset        : in    std_logic;
-    frame_start  : in    std_logic;
-    slice        : in    std_logic_vector(7 downto 0);
-    sweep        : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A frame reads selected in this clock.
+    frame_start : in    std_logic;
+    -- The slice asked for.
+    slice : in    std_logic_vector(7 downto 0);
+    -- Turns the sweep on.
+    sweep : in    std_logic;
+    -- Frames for each slice of a sweep; 0 counts as 1.
     sweep_frames : in    std_logic_vector(7 downto 0);
-    selected     : out   unsigned(SLICE_BITS - 1 downto 0)
+    -- The slice of the frame.
+    selected : out   unsigned(SLICE_BITS - 1 downto 0)
   );
 end entity slice_select;
 

@@ -1,7 +1,6 @@
 -- Stored product: a ROM that holds the scaled quotient of every possible pixel value.
 --
 -- Latency: 1 clock. Throughput: one value each clock.
--- Ports: value in, product out, both unsigned.
 -- Equation: product = round(value * 2**SCALE_BITS / DIVISOR), halves up. DIVISOR is the micro
 --   image size M: the multiplier h0 = 1/M of the FIR filter.
 
@@ -24,7 +23,8 @@ entity stored_product is
     DIVISOR : positive
   );
   port (
-    clk     : in    std_logic;
+    clk : in    std_logic;
+    -- Both are unsigned.
     value   : in    std_logic_vector(VALUE_BITS - 1 downto 0);
     product : out   std_logic_vector(PRODUCT_BITS - 1 downto 0)
   );

@@ -1,7 +1,7 @@
 -- All of a core but its engine: video stream in, tokens to the engine, results from it, video stream out.
 --
--- Input FIFO -> frame sequencer -> row gather -> engine -> row scatter. With PARALLEL_ROWS = 1 gather and scatter are
--- wires and a FIFO. With more, the gather stores lines until it has as many, and the scatter puts them in order again.
+-- Input FIFO -> frame sequencer -> row gather -> engine -> row scatter. With PARALLEL_ROWS = 1 the gather is a wire and
+-- the scatter a FIFO. With more, the gather stores lines until it has as many; the scatter puts them in order again.
 --
 -- The sequencer decides each clock whether the engine gets a token, so no enable reaches it: the output has room for
 -- what all tokens under way yield. When nothing follows, the rest of the frame is pushed out by empty tokens and lines.

@@ -1,24 +1,16 @@
--- One pass of the refocuser along one dimension: stored products, switch control, the switched
--- FIR filters of all lanes, and the rounding behind them, with the side information delayed as
--- the pixels are.
+-- One pass of the refocuser along one dimension: stored products, switch control, the switched FIR filters of all
+-- lanes, and the rounding behind them. The side information is delayed as the pixels are.
 --
--- Rows (MODULES = 1, DEPTH = 1): every token is a step of all lanes; a lane is a channel of one of the
--- rows that are filtered at once.
+-- Rows (MODULES = 1, DEPTH = 1): every token is a step of all lanes. A lane is a channel of one of the parallel rows.
 --
--- Columns (MODULES = N): a token brings the next of N rows to each of N modules; module m does what
--- module 0 did m tokens earlier. A module takes N steps, one for each row, on a column, then
--- turns to its next column, for which it has a slot of its own. The switches of the N rows,
--- read in the first N tokens of a band, move from module to module with the columns, and from
--- the last back to the first. With N = 1 this is a raster scan, and a step is a line.
+-- Columns (MODULES = N): a token brings the next of N rows to each of N modules. Module m does what module 0 did
+-- m tokens earlier. A module takes N steps on a column, one for each row, then turns to its next column, which has
+-- a slot of its own. The switches of the N rows are read in the first N tokens of a band. They move from module
+-- to module with the columns, and from the last module back to the first. With N = 1 this is a raster scan, and
+-- a step is a line.
 --
 -- Latency: stage_latency clocks (3, stored products 1 more, broadcast latches 1 more), and
 --   output_delay steps of the filter. Throughput: one token each clock.
--- Ports: strobe marks a token, pixel one that belongs to a band of lines (others only move
---   things on), advance the first token of a band, first a step that begins a line (for columns: a
---   frame) and reads slice. first and step_tag are read at each of the first N tokens of a band, row
---   by row; out_step_tag comes out in the same way, output_delay steps later; its bit 0 marks steps
---   that hold image pixels (others add nothing) and is cleared by reset. token_tag comes out with the
---   token. data and out_data: module 0, lane 0 in the low bits.
 -- Equation: out(step) = S(step - DELAY + output offset) of data (STORED = false) or of
 --   round(data * 2**SCALE_BITS / M), then rounded by DROP_BITS (STORED = true).
 
@@ -41,7 +33,7 @@ entity fir_stage is
     CENTRED : boolean;
     -- As in raster_refocuser.
     HOLD : boolean;
-    -- Filters that work one token behind each other: 1 for rows, the rows of a band for columns.
+    -- Filters that work one token after the other: 1 for rows, the rows of a band for columns.
     MODULES : positive;
     -- Interleaved streams of a filter: 1 for rows, the columns of a module for columns.
     DEPTH : positive;
@@ -69,19 +61,30 @@ entity fir_stage is
     TOKEN_TAG_BITS : positive
   );
   port (
-    clk           : in    std_logic;
-    reset         : in    std_logic;
-    strobe        : in    std_logic;
-    pixel         : in    std_logic;
-    advance       : in    std_logic;
-    first         : in    std_logic;
-    slice         : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    data          : in    std_logic_vector(MODULES * LANES * DATA_BITS - 1 downto 0);
-    step_tag      : in    std_logic_vector(STEP_TAG_BITS - 1 downto 0);
-    token_tag     : in    std_logic_vector(TOKEN_TAG_BITS - 1 downto 0);
-    out_strobe    : out   std_logic;
-    out_data      : out   std_logic_vector(MODULES * LANES * RESULT_BITS - 1 downto 0);
-    out_step_tag  : out   std_logic_vector(STEP_TAG_BITS - 1 downto 0);
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A token.
+    strobe : in    std_logic;
+    -- The token belongs to a band of lines; other tokens only move things on.
+    pixel : in    std_logic;
+    -- The first token of a band.
+    advance : in    std_logic;
+    -- A step that begins a line (for columns: a frame), and the slice from there on. Read, as step_tag is, at each of
+    -- the first N tokens of a band, row by row.
+    first : in    std_logic;
+    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    -- The lanes of all modules: module 0, lane 0 in the low bits.
+    data : in    std_logic_vector(MODULES * LANES * DATA_BITS - 1 downto 0);
+    -- Side information of a step. Bit 0 marks steps that hold image pixels; other steps add nothing.
+    step_tag : in    std_logic_vector(STEP_TAG_BITS - 1 downto 0);
+    -- Side information of a token.
+    token_tag : in    std_logic_vector(TOKEN_TAG_BITS - 1 downto 0);
+    -- The token and its results, in the order of data.
+    out_strobe : out   std_logic;
+    out_data   : out   std_logic_vector(MODULES * LANES * RESULT_BITS - 1 downto 0);
+    -- The step tag of output_delay steps before, row by row as it came in. Reset clears bit 0.
+    out_step_tag : out   std_logic_vector(STEP_TAG_BITS - 1 downto 0);
+    -- The tag of the token.
     out_token_tag : out   std_logic_vector(TOKEN_TAG_BITS - 1 downto 0)
   );
 end entity fir_stage;

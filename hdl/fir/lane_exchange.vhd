@@ -1,15 +1,12 @@
--- Hands the pixels of N skewed rows to the column modules whose turn it is, and those of N modules back
--- to the rows.
+-- Hands the pixels of N skewed rows to N column modules, and those of N modules back to the rows.
 --
--- Rows that are skewed by one token each reach a column one after the other; the pixels of column k
--- all belong to module k mod N. Row r works on the column that row 0 had r tokens before, and module m
--- takes the row that module 0 took m tokens before. So with c the pixel counter of row 0 and module 0,
--- module m takes from row c(m tokens ago) - the demultiplexers of the thesis - and row r takes from
--- module c(r tokens ago): one and the same circuit.
+-- Rows that are skewed by one token each reach a column one after the other. The pixels of column k all belong to
+-- module k mod N. Row r works on the column that row 0 had r tokens before, and module m takes the row that
+-- module 0 took m tokens before. Let c be the pixel counter of row 0 and module 0. Then module m takes from row
+-- c(m tokens ago), which are the demultiplexers of the thesis, and row r takes from module c(r tokens ago). Both
+-- are the same circuit.
 --
 -- Latency: 0 clocks. Throughput: one word of each lane each clock.
--- Ports: strobe marks a token, count is the pixel counter; lane 0 lies in the low bits of data_in and
---   data_out.
 -- Equation: data_out(lane i, token t) = data_in(lane count(t - i), token t).
 
 library ieee;
@@ -23,9 +20,12 @@ entity lane_exchange is
     WIDTH : positive
   );
   port (
-    clk      : in    std_logic;
-    strobe   : in    std_logic;
-    count    : in    natural range 0 to LANES - 1;
+    clk : in    std_logic;
+    -- A token.
+    strobe : in    std_logic;
+    -- Pixel counter of lane 0.
+    count : in    natural range 0 to LANES - 1;
+    -- A word of each lane, lane 0 in the low bits.
     data_in  : in    std_logic_vector(LANES * WIDTH - 1 downto 0);
     data_out : out   std_logic_vector(LANES * WIDTH - 1 downto 0)
   );

@@ -1,7 +1,6 @@
--- Skew registers: delays each of N lanes by one token more than its neighbour.
+-- Skew registers: delays each of N lanes by one token more than the lane before it.
 --
 -- Latency: lane i comes i tokens later (REVERSED: LANES-1-i tokens). Throughput: one word of each lane each clock.
--- Ports: enable marks a token; lane 0 lies in the low bits of data_in and data_out.
 -- Equation: data_out(lane i, token t) = data_in(lane i, token t - i).
 
 library ieee;
@@ -20,9 +19,11 @@ entity lane_skew is
     REVERSED : boolean
   );
   port (
-    clk      : in    std_logic;
-    reset    : in    std_logic;
-    enable   : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A token.
+    enable : in    std_logic;
+    -- A word of each lane, lane 0 in the low bits.
     data_in  : in    std_logic_vector(LANES * WIDTH - 1 downto 0);
     data_out : out   std_logic_vector(LANES * WIDTH - 1 downto 0)
   );

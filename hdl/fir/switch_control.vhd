@@ -1,16 +1,12 @@
 -- Switch control: which taps add the pixels of the current step.
 --
--- Steps through the rows of the switch table, one phase each step, and keeps neighbouring
--- lines (for a column filter: frames) apart without a gap between them. The position of a tap
--- tells the output that its partial sum belongs to: at the first step, taps above
--- TAPS-1-DELAY hold the tail of the line before. A mask opens their switches and moves up by
--- one tap each step, while `restart` tells the filter to drop what the lower taps hold.
+-- Steps through the rows of the switch table, one phase each step. Lines (for a column filter: frames) may follow each
+-- other without a gap, and stay apart: the position of a tap tells the output that its partial sum belongs to. At
+-- the first step of a line, taps above TAPS-1-DELAY hold the tail of the line before. A mask opens their switches and
+-- moves up by one tap each step, while `restart` tells the filter to drop what the lower taps hold.
 --
 -- Latency: 1 clock after advance; the outputs hold until the next advance.
 -- Throughput: one step each clock.
--- Ports: advance begins a step, first marks the first step of a line and reads slice, live the
---   steps that add anything at all; closed are the switches, restart marks the first step, update
---   (hold only) the steps whose output is new, where the others repeat it.
 -- Equation: closed(w) = live and table(slice, phase)(w) and (w <= position + TAPS-1-DELAY).
 
 library ieee;
@@ -38,14 +34,21 @@ entity switch_control is
     DELAY : natural
   );
   port (
-    clk     : in    std_logic;
+    clk : in    std_logic;
+    -- Begins a step.
     advance : in    std_logic;
-    first   : in    std_logic;
-    live    : in    std_logic;
-    slice   : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
-    closed  : out   std_logic_vector(0 to TAPS - 1);
+    -- The first step of a line, which reads slice.
+    first : in    std_logic;
+    -- The step adds something.
+    live : in    std_logic;
+    -- The slice of the line.
+    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    -- '1' closes the switch of a tap.
+    closed : out   std_logic_vector(0 to TAPS - 1);
+    -- The first step of a line.
     restart : out   std_logic;
-    update  : out   std_logic
+    -- HOLD only: the output of the step is new; in other steps it is repeated.
+    update : out   std_logic
   );
 end entity switch_control;
 

@@ -1,10 +1,8 @@
 -- Switch table: a ROM with one row of switch states for each slice and each phase of a micro image.
 --
--- Only taps that some slice closes have a column in the ROM; the other switches are open for good.
+-- Only taps that some slice closes have a column in the ROM. All other switches stay open.
 --
 -- Latency: 1 clock after enable. Throughput: one row each clock.
--- Ports: enable loads the row of phase in slice; closed(w) = '1' closes the switch of tap w, and
---   holds until the next enable.
 -- Equation: closed(w) = 1 for the neighbouring taps (M, with hold 1) whose delay TAPS-1-w begins at
 --   phase*(shift-1) + origin of the slice.
 
@@ -31,10 +29,12 @@ entity switch_table is
     TAPS : positive
   );
   port (
-    clk    : in    std_logic;
+    clk : in    std_logic;
+    -- Loads a row: that of a phase in a slice.
     enable : in    std_logic;
     slice  : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
     phase  : in    unsigned(bits_for(MICRO_IMAGE_SIZE - 1) - 1 downto 0);
+    -- '1' closes the switch of a tap; it holds until the next row is loaded.
     closed : out   std_logic_vector(0 to TAPS - 1)
   );
 end entity switch_table;

@@ -1,25 +1,18 @@
 -- Switch-controlled semi-systolic FIR filter in transposed form, C-slow.
 --
--- The input is broadcast to all taps; a tap adds it to the partial sum of its neighbour where
--- its switch is closed and passes the partial sum on where it is open. Each register of the
--- filter is a memory of DEPTH words, so that one filter serves DEPTH interleaved streams:
--- DEPTH = 1 filters a row, DEPTH = columns of a frame filters every column of a raster scan, its
--- registers then are line buffers in block RAM. A filter may take several steps of a stream
--- at once before it turns to the next (the filter array's columns do); only the first of
--- them reads the memory.
+-- The input is broadcast to all taps. A tap whose switch is closed adds it to the partial sum of its neighbour; a tap
+-- whose switch is open passes the partial sum on. Each register of the filter is a memory of DEPTH words, so that
+-- one filter serves DEPTH interleaved streams. DEPTH = 1 filters a row. DEPTH = columns of a frame filters every
+-- column of a raster scan; the registers are then line buffers in block RAM. A filter may take several steps of a
+-- stream before it turns to the next, as the columns of fir_array do. Only the first of these reads the memory.
 --
--- With HOLD the output of the last tap is kept until the next update (the write enable of
--- the thesis).
+-- With HOLD the output of the last tap is kept until the next update (the write enable of the thesis).
 --
 -- With BROADCAST_TAPS > 0 latches split the broadcast net: each drives that many taps.
 --
--- Latency: 1 clock from data to sum, 2 with BROADCAST_TAPS > 0. With DEPTH > 1 the slot is given 2 clocks
---   before the data that belong to it (the block RAM's read latency), and the same slot may
---   be read again PARTIAL_SUM_LOOP = 4 clocks later at the earliest.
+-- Latency: 1 clock from data to sum, 2 with BROADCAST_TAPS > 0. With DEPTH > 1 the slot is given 2 clocks before its
+--   data (the block RAM's read latency), and may be read again PARTIAL_SUM_LOOP = 4 clocks later at the earliest.
 -- Throughput: one step of one stream each clock.
--- Ports: slot names the stream; step takes data, with the switches `closed`; resume goes on with
---   the stream of the last step; restart (first step of a line) drops the partial sums of taps
---   0 to TAPS-1-DELAY; update (hold only) lets a new output through; sum is the last tap's.
 -- Equation: r(w) <= (r(w-1) unless dropped, r(-1) = 0) + (data where closed(w)); sum = r(TAPS-1).
 
 library ieee;
@@ -47,15 +40,23 @@ entity switched_fir is
     BROADCAST_TAPS : natural
   );
   port (
-    clk     : in    std_logic;
-    slot    : in    unsigned(bits_for(DEPTH - 1) - 1 downto 0);
-    step    : in    std_logic;
-    resume  : in    std_logic;
+    clk : in    std_logic;
+    -- DEPTH > 1: the stream whose data come 2 clocks later.
+    slot : in    unsigned(bits_for(DEPTH - 1) - 1 downto 0);
+    -- Takes the data of a step.
+    step : in    std_logic;
+    -- The step goes on with the stream of the step before.
+    resume : in    std_logic;
+    -- The first step of a line: the partial sums of taps 0 to TAPS-1-DELAY are dropped.
     restart : in    std_logic;
-    update  : in    std_logic;
-    closed  : in    std_logic_vector(0 to TAPS - 1);
-    data    : in    std_logic_vector(bits_for(DATA_MAX) - 1 downto 0);
-    sum     : out   std_logic_vector(bits_for(SUM_MAX) - 1 downto 0)
+    -- HOLD only: lets a new output through.
+    update : in    std_logic;
+    -- '1' closes the switch of a tap.
+    closed : in    std_logic_vector(0 to TAPS - 1);
+    -- The input.
+    data : in    std_logic_vector(bits_for(DATA_MAX) - 1 downto 0);
+    -- The sum of the last tap.
+    sum : out   std_logic_vector(bits_for(SUM_MAX) - 1 downto 0)
   );
 end entity switched_fir;
 

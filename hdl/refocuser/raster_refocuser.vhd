@@ -2,12 +2,12 @@
 --
 -- A stream shell around an engine: FIR filters (fir_array) or moving sums (moving_sum_array).
 --
--- The a' that can be chosen while video runs are a set: SHIFTS => "-3 0 3". `slice` (0 for the
--- first of the set) takes effect with the next frame. All slices have the same latency.
+-- SHIFTS is the set of a' that can be chosen while video runs, such as "-3 0 3". `slice` is a number in the set, from
+-- 0, and takes effect with the next frame. All slices have the same latency.
 --
--- Lines and frames may follow each other without a gap. When nothing follows, the core pushes
--- the rest of the frame out by itself; the input FIFO holds what arrives meanwhile (a line at most).
--- Stalls on either side lose and repeat nothing.
+-- Lines and frames may follow each other without a gap. When nothing follows, the core pushes the rest of the frame
+-- out by itself; the input FIFO holds what arrives meanwhile (a line at most). Stalls on either side lose and
+-- repeat nothing.
 --
 -- Latency: with PARALLEL_ROWS = 1, D * (max(columns, 4) + 1) + 7 + array_latency clocks from the first pixel in
 --   to the first pixel out when nothing stalls, D = total_delay (nearest neighbour: D * (columns + 1) + 16, stored
