@@ -49,9 +49,9 @@ end entity row_scatter;
 
 architecture rtl of row_scatter is
 
-  -- Without parallel rows a line leaves as it comes, and rows without an image line leave nothing. Else a
-  -- line waits for those of the rows before it, which may lag by a token each; and where a frame's last band is
-  -- not full, the next band comes before the lines of a full one before it have gone.
+  -- Without parallel rows a line leaves as it comes, and a row without an image line leaves nothing. With parallel
+  -- rows a line waits for those of the rows before it, which may lag by a token each. Behind a last band that is not
+  -- full, the next band comes before the lines of the full band before it have left.
   constant LINE_WORDS   : natural  := choose(PARALLEL_ROWS = 1, 0, 2 * MAX_COLUMNS + PARALLEL_ROWS);
   constant CAPACITY     : positive := LINE_WORDS + 2 * UNDER_WAY;
   constant ADDRESS_BITS : positive := bits_for(CAPACITY - 1);

@@ -167,7 +167,7 @@ begin
   turn(0).active <= pixel when burst_step = 0 else
                     turn_held(0).active;
 
-  -- The other modules follow, one token behind each other.
+  -- Each of the other modules does the same a token later than the module before it.
   followers : for m in 1 to MODULES - 1 generate
     turn(m) <= turn_held(m - 1);
   end generate followers;
@@ -225,12 +225,12 @@ begin
       update  => update
     );
 
-  -- One module: the control's outputs hold for the whole line.
+  -- One module: the outputs of the control hold for the whole line.
   one_module : if MODULES = 1 generate
     switches(0) <= closed & restart & update;
   end generate one_module;
 
-  -- More: the switches of the band's rows go round.
+  -- Several modules: the switches of the band's rows pass from each module to the next, and from the last to the first.
   many_modules : if MODULES > 1 generate
 
     signal passed : switch_chain_t := (others => (others => '0'));

@@ -208,7 +208,7 @@ begin
 
   end generate latched;
 
-  -- DEPTH = 1, or nothing to hold over from step to step.
+  -- DEPTH = 1, or nothing is kept from step to step.
   registers : if DEPTH = 1 or KEPT = 0 generate
 
     signal held : partial_sums_t := (others => 0);
