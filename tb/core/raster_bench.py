@@ -232,7 +232,7 @@ async def slices_change_while_video_runs(dut: Any) -> None:
         nonlocal started
         while started < len(frames):
             await RisingEdge(dut.clk)
-            if int(dut.under_test.frame_start.value):
+            if int(dut.under_test.shell.frame_start.value):
                 slice_ = model.next_frame(
                     int(dut.slice.value), int(dut.sweep.value), int(dut.sweep_frames.value)
                 )

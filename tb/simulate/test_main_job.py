@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from plenofir.errors import EXIT_MISMATCH
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.simulate.pump import run_pump, wave_signals
@@ -176,7 +177,7 @@ def test_a_fault_in_the_core_is_found(tmp_path, monkeypatch, capsys, file, old, 
     monkeypatch.setattr(sys, "argv", arguments)
     with pytest.raises(SystemExit) as exit_:
         cli.main()
-    assert exit_.value.code == cli.EXIT_MISMATCH
+    assert exit_.value.code == EXIT_MISMATCH
     assert "pixels differ; first: a = 2/3, frame 0, line " in capsys.readouterr().out
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert report["mismatches"] > 0
