@@ -31,7 +31,7 @@ from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.simulate.pump import run_pump
+from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.refocus import (
     ExactArithmetic,
@@ -215,7 +215,7 @@ def simulator_table() -> Table:
             speeds = []
             for _ in track(range(3), description=f"{name}, {arithmetic.kind}"):
                 with tempfile.TemporaryDirectory() as folder:
-                    result = run_pump(simulator, core, frames, Path(folder))
+                    result = run_bench(simulator, core, frames, Path(folder))
                 speeds.append(result.clocks / result.seconds)
             speed = statistics.median(speeds)
             base = base or speed

@@ -26,7 +26,7 @@ from plenofir.camera.lightfield import (
 from plenofir.camera.lightfield.pictures import figure_pixels
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
-from plenofir.fpga.simulate.pump import run_pump
+from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image, write_png
 from plenofir.studies.calibration_report import MICROSCOPE, microscope_picture
@@ -103,7 +103,7 @@ def sweep_picture(simulator: str) -> None:
     scene = swept_scene()
     frames = np.repeat(scene.raster[np.newaxis], len(SHIFTS), axis=0)
     with tempfile.TemporaryDirectory() as folder:
-        result = run_pump(
+        result = run_bench(
             find_simulator(simulator), scene.core, frames, Path(folder), sweep_frames=1
         )
     figure = plt.figure(figsize=(11, 6.4), constrained_layout=True)

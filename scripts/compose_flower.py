@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plenofir.fpga.simulate.job import DEFAULT_RAW, FLOWER, FLOWER_MICRO_IMAGE_SIZE
+from plenofir.fpga.simulate.run import DEFAULT_RAW, FLOWER, FLOWER_MICRO_IMAGE_SIZE
 from plenofir.images import read_image, write_png
 
 # Central view of the folder, and the part of each view that is kept (rows, columns).

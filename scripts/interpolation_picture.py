@@ -17,7 +17,7 @@ from rich.progress import track
 
 from plenofir import project
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.simulate.pump import run_pump
+from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image
 
@@ -42,7 +42,7 @@ def refocused(raw: npt.NDArray[np.uint8], m: int, order: int) -> list[npt.NDArra
     )
     frames = np.stack([raw, raw])
     with tempfile.TemporaryDirectory() as folder:
-        result = run_pump(find_simulator("ghdl"), core, frames, Path(folder), sweep_frames=1)
+        result = run_bench(find_simulator("ghdl"), core, frames, Path(folder), sweep_frames=1)
     want = [core.arithmetic.refocus(raw, m, shift, order=order) for shift in core.shifts]
     assert np.array_equal(result.frames, np.stack(want))
     return list(result.frames)

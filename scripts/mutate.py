@@ -4,7 +4,7 @@ Usage: python scripts/mutate.py [--seed N] [--count N] [--only FILE] [--jobs N] 
        [--resume]
 
 A mutant is one change of one operator, constant, switch bit or reset in one source. It is simulated
-until something fails: first a few small cores in the file pump against the golden model, then the
+until something fails: first a few small cores in the file bench against the golden model, then the
 testbenches that reach its source, short ones first. A mutant that does not analyse is not counted.
 Which mutants are taken depends on a hash of their text, so that a change of the sources leaves most
 of them as they were.
@@ -41,7 +41,7 @@ from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.moving_sum import MovingSumEngine
-from plenofir.fpga.simulate import pump
+from plenofir.fpga.simulate import file_bench
 from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
 from plenofir.refocus import StoredProductArithmetic
 
@@ -84,7 +84,8 @@ CHAIN = "tb/hdmi/test_chain.py"
 CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
 VIDEO = "tb/video/test_video.py"
 OF_VIDEO = (f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video", CHAIN)
-# Tests behind the pump for the mutants of a source, the first pattern that fits; {} is its entity.
+# Tests behind the file bench for a source's mutants, the first pattern that fits; {} is its
+# entity.
 TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     (
         "moving_sum/*",
@@ -117,8 +118,8 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
         ),
     ),
 )
-# Of these the pump simulates every line.
-PUMPED = ("core/*", "refocuser/raster*", "fir/*", "moving_sum/*", "common/*")
+# Of these the file bench simulates every line.
+IN_FILE_BENCH = ("core/*", "refocuser/raster*", "fir/*", "moving_sum/*", "common/*")
 
 
 Key = tuple[str, str, str, int]
@@ -324,20 +325,20 @@ def is_valid(sources: Sequence[Path], folder: Path) -> bool:
     return True
 
 
-def pump_notices(sources: Sequence[Path], folder: Path) -> str:
-    """What of the small suite in the pump notices a change, or nothing."""
+def bench_notices(sources: Sequence[Path], folder: Path) -> str:
+    """What of the small suite in the file bench notices a change, or nothing."""
     simulator = find_simulator("ghdl")
     folder.mkdir()
     # A core that hangs is given up sooner than one that works might need.
-    *_, package, patient_pump = pump.pump_sources()
-    pump_file = folder / patient_pump.name
-    text = patient_pump.read_text()
+    *_, design, patient_bench = file_bench.bench_sources()
+    bench = folder / patient_bench.name
+    text = patient_bench.read_text()
     patient, impatient = "IDLE_LIMIT : positive := 100000", "IDLE_LIMIT : positive := 3000"
     assert patient in text
-    pump_file.write_text(text.replace(patient, impatient))
+    bench.write_text(text.replace(patient, impatient))
     names = {source.name for source in hdl.hdl_sources()}
     core = [source for source in sources if source.name in names]
-    for command in simulator.build_commands([*core, package, pump_file], pump.TOP):
+    for command in simulator.build_commands([*core, design, bench], file_bench.TOP):
         simulator.run(command, folder)
     for number, case in enumerate(CASES):
         frames = frames_of(case)
@@ -345,7 +346,7 @@ def pump_notices(sources: Sequence[Path], folder: Path) -> str:
         limit = partial(refuse_excess, case.columns * case.rows * case.frames)
         for stalls in (0, STALLS):
             try:
-                result = pump.run_pump(
+                result = file_bench.run_bench(
                     simulator,
                     case.core,
                     frames,
@@ -356,13 +357,13 @@ def pump_notices(sources: Sequence[Path], folder: Path) -> str:
                     progress=limit,
                 )
             except (SimulationError, KeyError, OSError, ValueError):
-                return f"pump {number}: simulation"
+                return f"bench {number}: simulation"
             if not np.array_equal(result.frames, wanted(case, frames)):
-                return f"pump {number}: pixels"
+                return f"bench {number}: pixels"
             if stalls == 0 and result.latency_clocks != case.core.latency_clocks(
                 case.columns, case.rows, case.frames
             ):
-                return f"pump {number}: latency"
+                return f"bench {number}: latency"
     return ""
 
 
@@ -430,11 +431,11 @@ def tests_of(place: str) -> tuple[str, ...]:
 
 
 def rounds_of(mutant: Mutant) -> tuple[str, ...]:
-    """What a mutant is put to, in turn: "pump", then files of tests."""
+    """What a mutant is put to, in turn: "bench", then files of tests."""
     place = place_of(mutant)
-    pumped = any(fnmatch.fnmatch(place, pattern) for pattern in PUMPED)
+    benched = any(fnmatch.fnmatch(place, pattern) for pattern in IN_FILE_BENCH)
     entity = Path(place).stem
-    return ("pump" if pumped else "", *(test.replace("{}", entity) for test in tests_of(place)))
+    return ("bench" if benched else "", *(test.replace("{}", entity) for test in tests_of(place)))
 
 
 def outcome(mutant: Mutant | None, number: int, folder: Path) -> str:
@@ -442,9 +443,9 @@ def outcome(mutant: Mutant | None, number: int, folder: Path) -> str:
     sources = write_mutant(mutant, hdl.board_sources(), folder / "hdl")
     if number == 0 and not is_valid(sources, folder / "analysis"):
         return "invalid"
-    test = "pump" if mutant is None else rounds_of(mutant)[number]
-    if test == "pump":
-        return pump_notices(sources, folder / "pump")
+    test = "bench" if mutant is None else rounds_of(mutant)[number]
+    if test == "bench":
+        return bench_notices(sources, folder / "bench")
     return tests_notice(folder / "hdl", test) if test else ""
 
 

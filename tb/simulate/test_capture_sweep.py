@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.fpga.simulate.pump import run_pump
+from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.refocus import refocus
 from plenofir.studies.sweep import OBJECTS, SHIFTS, M, swept_scene
@@ -18,7 +18,7 @@ def test_capture_swept_through_the_array(tmp_path: Path) -> None:
     predicted = M * scene.model.focus_setting(scene.distances_mm)
     assert predicted == pytest.approx(OBJECTS)
     frames = np.repeat(scene.raster[np.newaxis], len(SHIFTS), axis=0)
-    result = run_pump(
+    result = run_bench(
         find_simulator(simulator_name()), scene.core, frames, tmp_path, sweep_frames=1
     )
     assert result.slices == tuple(range(len(SHIFTS)))

@@ -7,16 +7,13 @@ import numpy as np
 import pytest
 
 from plenofir.errors import InputError
-from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.core.stack import StackEngine
-from plenofir.fpga.simulate import verilator
-from plenofir.fpga.simulate.pump import run_pump
+from plenofir.fpga.simulate.file_bench import CORE, core_generics, core_sources, run_bench
 from plenofir.fpga.simulate.simulators import Simulator, find_simulator
-from plenofir.fpga.simulate.stack_pump import CORES, run_stack_pump, stack_sources
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.synthesis.tools import yosys_version
 from plenofir.refocus import StoredProductArithmetic
@@ -126,17 +123,17 @@ def test_ghdl_verilog_equals_golden_model(
 ) -> None:
     frames = random_frames(core, 4, 23, 37)
     sweep = 1 if len(core.shifts) > 1 else 0
-    result = run_pump(simulator, core, frames, tmp_path, sweep_frames=sweep, stall_percent=20)
+    result = run_bench(simulator, core, frames, tmp_path, sweep_frames=sweep, stall_percent=20)
     assert np.array_equal(result.frames, golden(core, frames))
     assert result.slices == tuple(n % len(core.shifts) for n in range(4))
 
 
-def test_pumps_agree(tmp_path: Path, simulator: Simulator) -> None:
-    # The C++ pump stalls and counts as the VHDL pump does.
+def test_benches_agree(tmp_path: Path, simulator: Simulator) -> None:
+    # The bench in C++ stalls and counts as the one in VHDL does.
     core = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=20)
     frames = random_frames(core, 2, 9, 20)
     results = [
-        run_pump(tool, core, frames, tmp_path / tool.name, stall_percent=25, seed=7)
+        run_bench(tool, core, frames, tmp_path / tool.name, stall_percent=25, seed=7)
         for tool in (find_simulator("ghdl"), simulator)
     ]
     assert np.array_equal(results[0].frames, results[1].frames)
@@ -167,18 +164,27 @@ def check_stack(
     want_slices = core.golden(raw)
     want = index_core.golden(want_slices)
     assert want.index.min() < want.index.max()
-    result = run_stack_pump(
-        tool, core, radius, raw, directory, stall_percent=20, seed=9, verilog=verilog
+    result = run_bench(
+        tool,
+        core,
+        raw[np.newaxis],
+        directory,
+        radius=radius,
+        stall_percent=20,
+        seed=9,
+        verilog=verilog,
     )
-    assert np.array_equal(result.slices, want_slices)
-    assert np.array_equal(result.image, want.image)
+    assert result.stacks is not None
+    assert result.index is not None
+    assert np.array_equal(result.stacks[0], want_slices)
+    assert np.array_equal(result.frames[0], want.image)
     index = want.index.repeat(m, 0).repeat(m, 1)
-    assert np.array_equal(result.index, index[:rows, : core.max_columns])
+    assert np.array_equal(result.index[0], index[:rows, : core.max_columns])
     return result.clocks, result.input_clocks
 
 
 def test_stack_as_verilog_equals_golden_model(tmp_path: Path, simulator: Simulator) -> None:
-    # The pump in VHDL stalls and counts alike. A slice that holds outputs, cut micro images.
+    # The bench in VHDL stalls and counts alike. A slice that holds outputs, cut micro images.
     core = CoreConfiguration(
         micro_image_size=3, shifts=(-3, -1, 3), max_columns=22, engine=StackEngine()
     )
@@ -245,14 +251,14 @@ def test_netlist_equals_golden_model(
         yosys_version()
     except InputError as error:
         pytest.skip(str(error))
-    netlist = synthesise(hdl.hdl_sources(), verilator.TOP, core.generics(), tmp_path)
+    netlist = synthesise(core_sources(), CORE, core_generics(core), tmp_path)
     assert netlist.figures.usage.block_rams == 0
     frames = random_frames(core, 4, 17, 30)
-    result = run_pump(
+    result = run_bench(
         simulator,
         core,
         frames,
-        tmp_path / "pump",
+        tmp_path / "bench",
         sweep_frames=1 if len(core.shifts) > 1 else 0,
         stall_percent=20,
         verilog=[netlist.verilog, cell_models()],
@@ -269,6 +275,6 @@ def test_netlist_of_stack_equals_golden_model(tmp_path: Path, simulator: Simulat
     core = CoreConfiguration(
         micro_image_size=2, shifts=(-1, 2), max_columns=9, engine=StackEngine()
     )
-    netlist = synthesise(stack_sources(), CORES, {**core.generics(), "RADIUS": 0}, tmp_path)
+    netlist = synthesise(core_sources(), CORE, core_generics(core, radius=0), tmp_path)
     assert netlist.figures.usage.block_rams == 0
-    check_stack(simulator, core, 0, 9, tmp_path / "pump", [netlist.verilog, cell_models()])
+    check_stack(simulator, core, 0, 9, tmp_path / "bench", [netlist.verilog, cell_models()])

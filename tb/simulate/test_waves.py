@@ -8,7 +8,7 @@ import pytest
 from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.simulate import pump
+from plenofir.fpga.simulate import file_bench
 from plenofir.fpga.simulate.dump_compare import DumpComparison, compare_dumps
 from plenofir.fpga.simulate.simulators import Simulator, find_simulator
 from plenofir_tb.faults import plant
@@ -24,7 +24,7 @@ FORMATS = {"ghdl": ["vcd", "ghw"], "nvc": ["vcd"]}
 def dump(simulator: Simulator, path: Path) -> Path:
     """Run the frame and write its waveform."""
     folder = path.parent / f"work-{path.name}"
-    pump.run_pump(simulator, CORE, FRAME, folder, stall_percent=20, waves=path)
+    file_bench.run_bench(simulator, CORE, FRAME, folder, stall_percent=20, waves=path)
     return path
 
 
@@ -37,7 +37,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def check_equal(found: DumpComparison) -> None:
     assert found.equal, found.differences[0]
-    assert found.signals == len(pump.wave_signals(FirEngine())) - 1
+    assert found.signals == len(file_bench.wave_signals(FirEngine())) - 1
     assert found.samples > FRAME.size
     assert found.clock is not None
     assert found.clock.endswith("clk")
@@ -84,8 +84,8 @@ def test_formats_agree(good: Path, tmp_path: Path, suffix: str) -> None:
     ],
 )
 def test_a_planted_fault_is_named(good, tmp_path, monkeypatch, file, old, new, signal) -> None:
-    sources = plant(tmp_path / "hdl", pump.pump_sources(), file, old, new)
-    monkeypatch.setattr(pump, "pump_sources", lambda: sources)
+    sources = plant(tmp_path / "hdl", file_bench.core_sources(), file, old, new)
+    monkeypatch.setattr(file_bench, "core_sources", lambda: sources)
     bad = dump(find_simulator(simulator_name()), tmp_path / "bad.fst")
     found = compare_dumps(good, bad)
     assert not found.equal

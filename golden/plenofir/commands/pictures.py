@@ -141,7 +141,7 @@ def stack(
 
     from plenofir.camera.lightfield.pictures import sharpness_picture
     from plenofir.camera.lightfield.stack import all_in_focus, focal_stack, sharpness_curve
-    from plenofir.fpga.simulate.job import picture_names
+    from plenofir.fpga.simulate.run import picture_names
     from plenofir.refocus.sharpness import MAX_STACK, depth_index, depth_index_picture
 
     if index and everywhere:

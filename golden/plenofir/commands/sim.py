@@ -10,13 +10,22 @@ from plenofir.commands.console import kept_bars, print_line
 from plenofir.errors import EXIT_MISMATCH, InputError
 
 if TYPE_CHECKING:
-    from plenofir.fpga.simulate.job import SimulationJob
-    from plenofir.fpga.simulate.stack_job import StackJob
+    from plenofir.fpga.core.configuration import CoreConfiguration
+    from plenofir.fpga.core.engine import Engine
+    from plenofir.fpga.simulate.run import Run
 
 app = typer.Typer()
 
 # What a scene decides.
-_OF_SCENE = ("micro_image", "a", "parallel_rows", "engine", "any_rows", "interpolation", "arith")
+_BY_SCENE = (
+    "micro_image",
+    "a",
+    "parallel_rows",
+    "engine",
+    "any_rows",
+    "interpolation",
+    "arith",
+)
 
 
 @app.command()
@@ -64,7 +73,7 @@ def sim(
         if context.params[parameter.name] != parameter.default
     }
     if scene is not None:
-        for name in (*_OF_SCENE, "fraction", "guard", "radius"):
+        for name in (*_BY_SCENE, "fraction", "guard", "radius"):
             source = context.get_parameter_source(name)
             if source is not None and source.name == "COMMANDLINE":
                 raise InputError(
@@ -75,92 +84,73 @@ def sim(
     decided = {"arith": arith, "chain": chain, "simulator": simulator}
     options.check_combinations(used, decided if scene else {**decided, "engine": engine})
     settings = options.focus_settings(a or ["-3/5"], micro_image)
-    options.shifts_of(settings, micro_image)
-    focus = tuple(str(setting) for setting in settings)
-    from plenofir.fpga.core.fir import FirEngine
-    from plenofir.fpga.core.moving_sum import MovingSumEngine
-    from plenofir.fpga.simulate.job import DEFAULT_RAW, SimulationJob
-    from plenofir.refocus import interpolation_order
+    shifts = options.shifts_of(settings, micro_image)
+    from plenofir.fpga.simulate.run import DEFAULT_RAW, Run
 
-    if engine == "stack":
-        from plenofir.fpga.simulate.stack_job import StackJob
+    path = raw or DEFAULT_RAW
+    if scene:
+        path, core = _of_scene(scene, raw, chain)
+    else:
+        from plenofir.fpga.simulate.run import core_for_image
+        from plenofir.refocus import interpolation_order
 
-        _run_stack(
-            StackJob(
-                raw=raw or DEFAULT_RAW,
-                micro_image_size=micro_image,
-                focus=focus,
-                radius=radius,
-                out=Path(out),
-                simulator=simulator,
-            )
+        core = core_for_image(
+            path,
+            chain,
+            micro_image_size=micro_image,
+            shifts=shifts,
+            arithmetic=options.arithmetic(arith, fraction, guard),
+            order=interpolation_order(interpolation),
+            engine=_engine(engine, parallel_rows, any_rows=any_rows),
         )
-        return
-    job = SimulationJob(
-        raw=raw or DEFAULT_RAW,
-        micro_image_size=micro_image,
-        focus=focus,
-        interpolation=interpolation_order(interpolation),
-        engine=FirEngine(parallel_rows=parallel_rows)
-        if engine == "fir"
-        else MovingSumEngine(any_rows=any_rows),
+    what = Run(
+        raw=path,
+        core=core,
+        radius=radius,
         out=Path(out),
-        arithmetic=options.arithmetic(arith, fraction, guard),
         simulator=simulator,
         waves=waves,
         chain=chain,
     )
-    _run(_scene_job(scene, job, own_image=raw is not None) if scene else job)
+    _run(what)
 
 
-def _scene_job(path: str, job: "SimulationJob", *, own_image: bool) -> "SimulationJob":
-    """Job of a scene; without an image of one's own, on the flower made to measure."""
+def _engine(kind: str, parallel_rows: int, *, any_rows: bool) -> "Engine":
+    from plenofir.fpga.core.fir import FirEngine
+    from plenofir.fpga.core.moving_sum import MovingSumEngine
+    from plenofir.fpga.core.stack import StackEngine
+
+    if kind == "fir":
+        return FirEngine(parallel_rows=parallel_rows)
+    return StackEngine() if kind == "stack" else MovingSumEngine(any_rows=any_rows)
+
+
+def _of_scene(
+    path: str, raw: Path | None, chain: options.Chain
+) -> tuple[Path, "CoreConfiguration"]:
+    """Image and core of a scene; without an image of one's own, the flower made to measure."""
     from plenofir import project
-    from plenofir.fpga.simulate.job import scene_image, scene_job
+    from plenofir.fpga.simulate.run import scene_image
     from plenofir.images import write_png
     from plenofir.plan import load_scene, make_plan
 
     plan = make_plan(load_scene(path))
-    if not own_image:
-        image = project.root() / "build" / "scenes" / f"{plan.scene}.png"
-        image.parent.mkdir(parents=True, exist_ok=True)
-        write_png(image, scene_image(plan.core, plan.rows))
-        job = job.model_copy(update={"raw": image})
-    return scene_job(plan.core, job)
+    if raw is None:
+        raw = project.root() / "build" / "scenes" / f"{plan.scene}.png"
+        raw.parent.mkdir(parents=True, exist_ok=True)
+        write_png(raw, scene_image(plan.core, plan.rows))
+    if chain == "core":
+        return raw, plan.core
+    # Video has its blanking.
+    return raw, plan.core.model_copy(update={"engine": plan.core.engine.for_video()})
 
 
-def _run(job: "SimulationJob") -> None:
-    from plenofir.fpga.simulate.job import report_summary, run_job
-
-    with kept_bars() as show:
-        report = run_job(job, show)
-    for name, value in report_summary(report):
-        print_line(name, value)
-    files = [name for slice_ in report.slices for name in slice_.pictures]
-    print_line("files", f"{job.out}/{', '.join(files)}, report.json")
-    if report.mismatches:
-        raise typer.Exit(EXIT_MISMATCH)
-
-
-def _run_stack(job: "StackJob") -> None:
-    from plenofir.fpga.simulate.stack_job import run_stack_job
+def _run(what: "Run") -> None:
+    from plenofir.fpga.simulate.run import report_summary, run
 
     with kept_bars() as show:
-        report = run_stack_job(job, show)
-    size = f"{report.columns} x {report.rows} pixels, {report.channels} channels"
-    print_line("image", f"{report.raw}, {size}, M = {report.M}")
-    for setting, count in zip(report.a, report.micro_images_of_slice, strict=True):
-        print_line(f"a = {setting}", f"sharpest in {count} micro images")
-    print_line("mismatches", f"{report.mismatches} of {report.pixels_compared} pixels")
-    print_line("clocks", f"{report.clocks}, {report.clocks_per_pixel} for each pixel")
-    parts = {
-        "shared": report.history_bits,
-        "of the slices": report.slice_bits,
-        "waiting": report.waiting_bits,
-        "judged": report.sharpness_bits,
-    }
-    kbit = ", ".join(f"{bits / 1024:.0f} {name}" for name, bits in parts.items())
-    print_line("memory", f"kbit: {kbit}")
-    print_line("files", f"{job.out}/{', '.join(report.pictures)}, report.json")
+        report = run(what, show)
+    for name, value in report_summary(what.core, report):
+        print_line(name, f"{what.out}/{value}" if name == "files" else value)
     if report.mismatches:
         raise typer.Exit(EXIT_MISMATCH)

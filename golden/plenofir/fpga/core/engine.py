@@ -108,6 +108,10 @@ class Engine(BaseModel, ABC):
         return sum(raster.filter_layout(number).taps for number in range(raster.passes))
 
     @abstractmethod
+    def summary(self, raster: Raster) -> str:
+        """The engine in a few words."""
+
+    @abstractmethod
     def pass_clocks(self, raster: Raster) -> int:
         """Clocks of a row stage and a column stage, without stored products."""
 

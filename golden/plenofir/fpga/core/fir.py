@@ -80,6 +80,10 @@ class FirEngine(SliceEngine):
     def taps(self, raster: Raster) -> int:
         return sum(self.layout(raster, number).taps for number in range(raster.passes))
 
+    def summary(self, raster: Raster) -> str:
+        at_once = f", {self.parallel_rows} rows at once" if self.parallel_rows > 1 else ""
+        return f"{self.taps(raster)} taps{at_once}"
+
     def pass_clocks(self, raster: Raster) -> int:
         return 2 * (3 + (self.broadcast_taps > 0))
 

@@ -59,6 +59,9 @@ class MovingSumEngine(SliceEngine):
         shifts = raster.pass_shifts(number)
         return SumLayout(raster.micro_image_size, shifts, raster.align, self.any_rows)
 
+    def summary(self, raster: Raster) -> str:
+        return "moving sums"
+
     def pass_clocks(self, raster: Raster) -> int:
         # The memory of lines (ram_blocks) takes a clock more than that of a line's last pixels.
         return 2 * _STAGE_CLOCKS + (raster.max_columns > 1)

@@ -30,6 +30,9 @@ class StackEngine(Engine):
         """Schedule of the moving sums of each dimension."""
         return StackLayout(raster.micro_image_size, raster.shifts, raster.align)
 
+    def summary(self, raster: Raster) -> str:
+        return "moving sums, all slices in one pass"
+
     def pass_clocks(self, raster: Raster) -> int:
         return _PASS_CLOCKS
 

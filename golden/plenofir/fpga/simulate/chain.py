@@ -14,7 +14,7 @@ from plenofir.fpga.core.engine import SignalKind
 from plenofir.fpga.hdmi.link import LinkError, decode_frames, encode_frames
 from plenofir.fpga.hdmi.modes import MODES, VideoMode
 from plenofir.fpga.hdmi.pump import Code, Command, pixel_period, write_script
-from plenofir.fpga.simulate.pump import PumpResult
+from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.simulators import SimulationError, Simulator
 from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.refocus.operator import Image
@@ -97,24 +97,24 @@ def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> No
     """
     if configuration.pixel_bits != 8:
         raise InputError(
-            f"pixels of {configuration.pixel_bits} bits", where="RAW", expected="8 bits for HDMI"
+            f"pixels of {configuration.pixel_bits} bits", where="raw", expected="8 bits for HDMI"
         )
     if configuration.parallel_rows != 1:
         raise InputError(
             f"{configuration.parallel_rows} rows at once",
-            where="IOTA",
-            expected="1 with CHAIN=hdmi: a video stream brings one pixel a clock",
+            where="parallel_rows",
+            expected="1 for HDMI: a video stream brings one pixel a clock",
         )
     if configuration.engine != configuration.engine.for_video():
         raise InputError(
-            "1", where="ANY_ROWS", expected="0 with CHAIN=hdmi: video has its blanking"
+            "True", where="any_rows", expected="False for HDMI: video has its blanking"
         )
     mode = mode_for(columns, rows)
     if mode.v_total <= configuration.delay or mode.h_total <= configuration.delay + 32:
         raise InputError(
             f"a delay of {configuration.delay} lines in frames of {mode.v_total} lines of "
             f"{mode.h_total} pixels, blanking included",
-            where="A",
+            where="shifts",
             expected="a delay shorter than a frame and, with the pipeline, than a line",
         )
 
@@ -135,10 +135,9 @@ def run_chain(
     configuration: CoreConfiguration,
     raw: Image,
     directory: Path,
-    *,
     waves: Path | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> PumpResult:
+    progress: Callable[[int], None] | None = None,
+) -> BenchResult:
     """Show a picture at the board's input and take what its output shows.
 
     The source shows the same picture all the time; with several shifts the board sweeps through
@@ -157,11 +156,11 @@ def run_chain(
     waves
         Waveform file to write, or None; see `Simulator.run_command`.
     progress
-        Called with the share of the signal that came out so far.
+        Called with the number of pixels that came out so far, blanking counted in proportion.
 
     Returns
     -------
-    PumpResult
+    BenchResult
         A frame for each slice; clocks are pixel clocks, the latency is known to one or two of them.
 
     Raises
@@ -189,7 +188,8 @@ def run_chain(
 
     def poll() -> None:
         if progress is not None and output.exists():
-            progress(min(output.stat().st_size / (4 * words.size), 1))
+            share = min(output.stat().st_size / (4 * words.size), 1)
+            progress(int(share * slices * rows * columns))
 
     for command in simulator.build_commands(chain_sources(), TOP, models=hdl.unisim_sources()):
         simulator.run(command, directory)
@@ -224,7 +224,7 @@ def run_chain(
         )
         raise SimulationError(f"{slices} frames of {mode.name} expected, found: {found or 'none'}")
     latency = sent_to_end - frames[0].to_end
-    return PumpResult(
+    return BenchResult(
         frames=np.stack([shown.pixels for shown in frames]),
         clocks=words.size,
         input_clocks=slices * rows * columns,

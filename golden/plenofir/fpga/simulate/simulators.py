@@ -274,7 +274,7 @@ def find_simulator(name: str) -> Simulator:
         if not version:
             raise InputError(
                 "ghdl is not on the PATH",
-                where="SIM",
+                where="simulator",
                 expected="GHDL 2.0 or newer: apt-get install ghdl-llvm",
             )
         if environment or os.environ.get("GHDL_BACKEND") == "llvm":
@@ -286,11 +286,11 @@ def find_simulator(name: str) -> Simulator:
         found = tuple(int(n) for n in numbers.groups()) if numbers else None
         if found is None or found < _NVC_OLDEST:
             what = "nvc is not on the PATH" if found is None else f"{version} is too old"
-            raise InputError(what, where="SIM", expected=f"NVC 1.8 or newer: {NVC_RELEASES}")
+            raise InputError(what, where="simulator", expected=f"NVC 1.8 or newer: {NVC_RELEASES}")
         return Simulator("nvc", version, {})
     if name == "verilator":
         return _verilator()
-    raise InputError(f"{name!r} is no simulator", where="SIM", expected="ghdl, nvc or verilator")
+    raise InputError(f"{name!r}", where="simulator", expected="ghdl, nvc or verilator")
 
 
 def _verilator() -> Simulator:
@@ -299,14 +299,14 @@ def _verilator() -> Simulator:
     if package is None or package.origin is None:
         raise InputError(
             "Verilator is not installed",
-            where="SIM",
+            where="simulator",
             expected="the package verilator of scripts/requirements.txt: make venv",
         )
     missing = [tool for tool in ("g++", "make", "perl") if shutil.which(tool) is None]
     if missing:
         raise InputError(
             f"Verilator needs {', '.join(missing)}",
-            where="SIM",
+            where="simulator",
             expected="apt-get install g++ make perl",
         )
     number = importlib.metadata.version("verilator")

@@ -1,13 +1,14 @@
--- Pumps whole frames from a file through the raster refocuser into a file.
+-- Moves whole frames from a file through a core of any engine into files.
 --
--- Reads input.bin and writes output.bin in the working directory (32-bit little-endian words, one
--- for each channel of each pixel, raster order), then clocks.txt: one "name value" pair a line.
+-- Reads input.bin in the working directory and writes output.bin: 32-bit little-endian words, one for each channel of
+-- each pixel, raster order. A stack gives two files instead: slices.bin, all slices of a pixel one after another, and
+-- found.bin, the pixel that is all in focus, then its slice. Then clocks.txt: one "name value" pair a line.
 --
--- SWEEP_FRAMES > 0 sweeps through the slices, a new one every so many frames; else the first of
--- the set is used. "slice" lines in clocks.txt tell the slice of each frame that came out.
+-- SWEEP_FRAMES > 0 sweeps through the slices, a new one every so many frames; else the first of the set is used.
+-- "slice" lines in clocks.txt tell the slice of each frame that came out.
 --
--- STALL_PERCENT > 0 stalls both sides at pseudo-random clocks (SEED); a new input pixel or
--- output slot is then offered in that share of clocks fewer.
+-- STALL_PERCENT > 0 stalls both sides at pseudo-random clocks (SEED): in that share of clocks no new pixel is offered,
+-- or none is taken.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -17,11 +18,13 @@ library std;
 use std.textio.all;
 
 library work;
-use work.pump_pkg.all;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
 
-entity refocus_pump is
+entity file_bench is
   generic (
-    MICRO_IMAGE_SIZE    : positive := 1;
+    -- As in bench_core.
+    MICRO_IMAGE_SIZE    : positive := 2;
     SHIFTS              : string   := "0";
     CENTRED             : boolean  := true;
     INTERPOLATION_ORDER : natural  := 0;
@@ -36,33 +39,50 @@ entity refocus_pump is
     BROADCAST_TAPS      : natural  := 0;
     ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
-    COLUMNS             : positive := 1;
-    ROWS                : positive := 1;
-    FRAMES              : positive := 1;
-    SWEEP_FRAMES        : natural  := 0;
-    STALL_PERCENT       : natural  := 0;
-    SEED                : positive := 1
+    INPUT_LINES         : positive := 1;
+    RADIUS              : natural  := 1;
+    -- The frames in the file.
+    COLUMNS       : positive := 1;
+    ROWS          : positive := 1;
+    FRAMES        : positive := 1;
+    SWEEP_FRAMES  : natural  := 0;
+    STALL_PERCENT : natural  := 0;
+    SEED          : positive := 1
   );
-end entity refocus_pump;
+end entity file_bench;
 
-architecture test of refocus_pump is
+architecture test of file_bench is
 
-  constant PIXELS : positive := COLUMNS * ROWS * FRAMES;
-  -- Clocks without a pixel on either side after which the core counts as hung.
-  constant IDLE_LIMIT : positive := 100000;
+  constant STACK        : boolean  := same_text(ENGINE, "stack");
+  constant SLICES       : positive := slice_count(SHIFTS);
+  constant FRAME_PIXELS : positive := COLUMNS * ROWS;
+  constant PIXELS       : positive := FRAME_PIXELS * FRAMES;
+  constant CLOCK_PERIOD : time     := 10 ns;
+  -- Clocks after the last pixel in which no other may come.
+  constant SILENCE : positive := 64;
+  -- Clocks without a pixel on either side after which the core counts as hung; lines wait in a stack.
+  constant IDLE_LIMIT : positive := 100000 + choose(STACK, 100 * MICRO_IMAGE_SIZE * MAX_COLUMNS, 0);
+
+  type words_t is file of integer;
+
+  subtype random_t is natural range 0 to 65535;
 
   signal clk           : std_logic                                            := '0';
   signal reset         : std_logic                                            := '1';
   signal running       : boolean                                              := true;
   signal columns_port  : std_logic_vector(15 downto 0);
   signal rows_port     : std_logic_vector(15 downto 0);
-  signal sweep         : std_logic;
   signal sweep_port    : std_logic_vector(7 downto 0);
   signal s_axis_tvalid : std_logic                                            := '0';
   signal s_axis_tready : std_logic;
   signal s_axis_tdata  : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0) := (others => '0');
   signal s_axis_tuser  : std_logic_vector(0 downto 0)                         := "0";
   signal s_axis_tlast  : std_logic                                            := '0';
+  signal slices_tvalid : std_logic;
+  signal slices_tready : std_logic;
+  signal slices_tdata  : std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
+  signal slices_tuser  : std_logic_vector(0 downto 0);
+  signal slices_tlast  : std_logic;
   signal m_axis_tvalid : std_logic;
   signal m_axis_tready : std_logic                                            := '0';
   signal m_axis_tdata  : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
@@ -71,6 +91,85 @@ architecture test of refocus_pump is
   signal m_axis_tlast  : std_logic;
   signal error_flags   : std_logic_vector(4 downto 0);
 
+  -- Whether a clock stalls: a linear congruential generator, high bits.
+
+  procedure draw (
+    variable random : inout random_t;
+    variable stall  : out boolean
+  ) is
+
+    variable drawn : random_t;
+
+  begin
+
+    drawn  := (random * 25173 + 13849) mod 65536;
+    stall  := (drawn / 64) * 100 < STALL_PERCENT * 1024;
+    random := drawn;
+
+  end procedure draw;
+
+  -- A line "name value".
+
+  procedure write_count (
+    file counts : text;
+    name        : in string;
+    value       : in natural
+  ) is
+
+    variable text_line : line;
+
+  begin
+
+    write(text_line, name & " ");
+    write(text_line, value);
+    writeline(counts, text_line);
+
+  end procedure write_count;
+
+  -- The channels of one pixel or of several.
+
+  procedure write_pixels (
+    file words : words_t;
+    data       : in std_logic_vector
+  ) is
+
+    variable word : integer;
+
+  begin
+
+    for c in 0 to data'length / PIXEL_BITS - 1 loop
+
+      word := to_integer(unsigned(data((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)));
+      write(words, word);
+
+    end loop;
+
+  end procedure write_pixels;
+
+  -- Whether the marks of the number-th pixel are wrong.
+
+  function misframed (
+    number : natural;
+    user   : std_logic_vector(0 downto 0);
+    last   : std_logic
+  ) return boolean is
+  begin
+
+    return (last = '1') /= (number mod COLUMNS = COLUMNS - 1) or (user = "1") /= (number mod FRAME_PIXELS = 0);
+
+  end function misframed;
+
+  function output_name return string is
+  begin
+
+    if STACK then
+      return "found.bin";
+    end if;
+
+    return "output.bin";
+
+  end function output_name;
+
 begin
 
   clk          <= not clk after CLOCK_PERIOD / 2 when running else
@@ -78,12 +177,9 @@ begin
   reset        <= '0' after 4 * CLOCK_PERIOD;
   columns_port <= std_logic_vector(to_unsigned(COLUMNS, 16));
   rows_port    <= std_logic_vector(to_unsigned(ROWS, 16));
+  sweep_port   <= std_logic_vector(to_unsigned(SWEEP_FRAMES, 8));
 
-  sweep      <= '1' when SWEEP_FRAMES > 0 else
-                '0';
-  sweep_port <= std_logic_vector(to_unsigned(SWEEP_FRAMES, 8));
-
-  core : entity work.raster_refocuser
+  design : entity work.bench_core
     generic map (
       MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
       SHIFTS              => SHIFTS,
@@ -99,70 +195,66 @@ begin
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
-      ANY_ROWS            => ANY_ROWS
+      ANY_ROWS            => ANY_ROWS,
+      INPUT_LINES         => INPUT_LINES,
+      RADIUS              => RADIUS
     )
     port map (
       clk           => clk,
       reset         => reset,
       columns       => columns_port,
       rows          => rows_port,
-      slice         => (others => '0'),
-      sweep         => sweep,
       sweep_frames  => sweep_port,
       s_axis_tvalid => s_axis_tvalid,
       s_axis_tready => s_axis_tready,
       s_axis_tdata  => s_axis_tdata,
       s_axis_tuser  => s_axis_tuser,
       s_axis_tlast  => s_axis_tlast,
+      slices_tvalid => slices_tvalid,
+      slices_tready => slices_tready,
+      slices_tdata  => slices_tdata,
+      slices_tuser  => slices_tuser,
+      slices_tlast  => slices_tlast,
       m_axis_tvalid => m_axis_tvalid,
       m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
       m_axis_tuser  => m_axis_tuser,
       m_axis_tid    => m_axis_tid,
       m_axis_tlast  => m_axis_tlast,
-      error_flags   => error_flags,
-      error_clear   => '0'
+      error_flags   => error_flags
     );
 
-  pump : process (clk) is
+  bench : process (clk) is
 
     file input_file  : words_t open read_mode is "input.bin";
-    file output_file : words_t open write_mode is "output.bin";
+    file output_file : words_t open write_mode is output_name;
+    file slices_file : words_t;
     file clocks_file : text open write_mode is "clocks.txt";
 
     variable word           : integer;
     variable pixel          : std_logic_vector(PIXEL_BITS - 1 downto 0);
     variable random         : random_t := SEED mod 65536;
+    variable stall          : boolean;
     variable offered        : natural  := 0;
+    variable accepted       : natural  := 0;
+    variable stacked        : natural  := 0;
     variable received       : natural  := 0;
     variable clock          : natural  := 0;
     variable idle           : natural  := 0;
     variable first_in       : natural  := 0;
-    variable first_out      : natural  := 0;
     variable last_in        : natural  := 0;
+    variable first_out      : natural  := 0;
     variable last_out       : natural  := 0;
-    variable accepted       : natural  := 0;
     variable framing_errors : natural  := 0;
+    variable slice          : natural  := 0;
     variable frame_slice    : natural  := 0;
-
-    procedure check_framing (
-      column : natural;
-      row    : natural
-    ) is
-    begin
-
-      if (m_axis_tlast = '1') /= (column = COLUMNS - 1) or
-         (m_axis_tuser(0) = '1') /= (column = 0 and row = 0) then
-        framing_errors := framing_errors + 1;
-      end if;
-
-    end procedure check_framing;
-
-    variable stall : boolean;
 
   begin
 
     if rising_edge(clk) and reset = '0' then
+      if STACK and clock = 0 then
+        file_open(slices_file, "slices.bin", write_mode);
+      end if;
       clock := clock + 1;
       idle  := idle + 1;
 
@@ -178,7 +270,7 @@ begin
       end if;
 
       -- Offer the next one.
-      draw(random, STALL_PERCENT, stall);
+      draw(random, stall);
       if offered = accepted and offered < PIXELS and not stall then
 
         for c in 0 to CHANNELS - 1 loop
@@ -196,10 +288,20 @@ begin
         if offered mod COLUMNS = COLUMNS - 1 then
           s_axis_tlast <= '1';
         end if;
-        if offered mod (COLUMNS * ROWS) = 0 then
+        if offered mod FRAME_PIXELS = 0 then
           s_axis_tuser <= "1";
         end if;
         offered := offered + 1;
+      end if;
+
+      -- The slices of a pixel came out.
+      if slices_tvalid = '1' and slices_tready = '1' then
+        write_pixels(slices_file, slices_tdata);
+        if misframed(stacked, slices_tuser, slices_tlast) then
+          framing_errors := framing_errors + 1;
+        end if;
+        stacked := stacked + 1;
+        idle    := 0;
       end if;
 
       -- A pixel came out.
@@ -207,19 +309,15 @@ begin
         if received = 0 then
           first_out := clock;
         end if;
-
-        for c in 0 to CHANNELS - 1 loop
-
-          word := to_integer(unsigned(m_axis_tdata((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)));
-          write(output_file, word);
-
-        end loop;
-
-        check_framing(received mod COLUMNS, (received / COLUMNS) mod ROWS);
-        if received mod (COLUMNS * ROWS) = 0 then
-          frame_slice := to_integer(unsigned(m_axis_tid));
-          write_count(clocks_file, "slice", frame_slice);
-        elsif frame_slice /= to_integer(unsigned(m_axis_tid)) then
+        write_pixels(output_file, m_axis_tdata);
+        slice := to_integer(unsigned(m_axis_tid));
+        if STACK then
+          write(output_file, slice);
+        elsif received mod FRAME_PIXELS = 0 then
+          frame_slice := slice;
+          write_count(clocks_file, "slice", slice);
+        end if;
+        if misframed(received, m_axis_tuser, m_axis_tlast) or (slice /= frame_slice and not STACK) then
           framing_errors := framing_errors + 1;
         end if;
         received := received + 1;
@@ -227,7 +325,7 @@ begin
         idle     := 0;
       end if;
 
-      draw(random, STALL_PERCENT, stall);
+      draw(random, stall);
       if stall then
         m_axis_tready <= '0';
       else
@@ -236,9 +334,14 @@ begin
 
       if (received >= PIXELS and idle >= SILENCE) or idle >= IDLE_LIMIT then
         write_count(clocks_file, "accepted", accepted);
+        if STACK then
+          write_count(clocks_file, "stacked", stacked);
+        end if;
         write_count(clocks_file, "received", received);
         write_count(clocks_file, "clocks", last_out - first_in + 1);
-        write_count(clocks_file, "latency", first_out - first_in);
+        if not STACK then
+          write_count(clocks_file, "latency", first_out - first_in);
+        end if;
         write_count(clocks_file, "input_clocks", last_in - first_in + 1);
         write_count(clocks_file, "framing_errors", framing_errors);
         write_count(clocks_file, "error_flags", to_integer(unsigned(error_flags)));
@@ -246,6 +349,6 @@ begin
       end if;
     end if;
 
-  end process pump;
+  end process bench;
 
 end architecture test;

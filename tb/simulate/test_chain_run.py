@@ -1,4 +1,4 @@
-"""The main job through the whole board: serial TMDS bits in, refocused, serial TMDS bits out."""
+"""A run through the whole board: serial TMDS bits in, refocused, serial TMDS bits out."""
 
 import subprocess
 import sys
@@ -13,7 +13,7 @@ from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.hdmi.modes import HD720, VGA
 from plenofir.fpga.simulate.chain import check_chain, mode_for, run_chain
-from plenofir.fpga.simulate.job import FLOWER, SimulationJob, run_job
+from plenofir.fpga.simulate.run import FLOWER, Run, core_for_image, run
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image, write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
@@ -32,28 +32,29 @@ def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
     if grey:
         raw = raw[:, :, 1]
     write_png(tmp_path / "raw.png", raw)
-    job = SimulationJob(
-        raw=tmp_path / "raw.png",
-        micro_image_size=5,
-        focus=("-3/5", "0"),
+    path = tmp_path / "raw.png"
+    what = Run(
+        raw=path,
+        core=core_for_image(path, "hdmi", micro_image_size=5, shifts=(-3, 0)),
         out=tmp_path / "out",
         simulator=simulator_name(),
         chain="hdmi",
         waves=grey and simulator_name() == "ghdl",
     )
-    report = run_job(job)
+    report = run(what)
     assert report.mismatches == 0
     assert report.pixels_compared == 2 * 25 * 40
     for a, shift in (("-3_5", -3), ("0", 0)):
-        shown = read_image(job.out / f"refocused_{a}.png")
+        shown = read_image(what.out / f"refocused_{a}.png")
         want = ExactArithmetic().refocus(raw, 5, shift)
         if grey:
             want = np.repeat(want[:, :, np.newaxis], 3, axis=2)
         assert np.array_equal(shown, want)
     # D lines, D pixels, and what the link holds.
     line = mode_for(40, 25).h_total
+    assert report.latency_clocks is not None
     assert 0 < report.latency_clocks - 10 * (line + 1) < 100
-    assert (job.out / "refocused.fst").exists() == job.waves
+    assert (what.out / "refocused.fst").exists() == what.waves
 
 
 @pytest.mark.slow
@@ -80,10 +81,10 @@ def test_standard_modes(tmp_path: Path, mode, arithmetic: Arithmetic) -> None:
 @pytest.mark.parametrize(
     ("changes", "rows", "where"),
     [
-        ({"pixel_bits": 16}, 40, "RAW"),
-        ({"engine": FirEngine(parallel_rows=2)}, 40, "IOTA"),
-        ({"engine": MovingSumEngine(any_rows=True)}, 40, "ANY_ROWS"),
-        ({"shifts": (12,)}, 8, "A"),
+        ({"pixel_bits": 16}, 40, "raw"),
+        ({"engine": FirEngine(parallel_rows=2)}, 40, "parallel_rows"),
+        ({"engine": MovingSumEngine(any_rows=True)}, 40, "any_rows"),
+        ({"shifts": (12,)}, 8, "shifts"),
     ],
 )
 def test_what_the_board_cannot_carry_is_refused(changes: dict, rows: int, where: str) -> None:

@@ -10,7 +10,7 @@ import pytest
 from plenofir import project
 from plenofir.commands.app import main
 from plenofir.errors import EXIT_MISMATCH
-from plenofir.fpga.simulate import stack_pump
+from plenofir.fpga.simulate import file_bench
 from plenofir.images import read_image, write_png
 from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
@@ -75,9 +75,9 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
 def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) -> None:
     # Exit code 1; the pictures are there all the same.
     sources = plant(
-        tmp_path / "hdl", stack_pump.stack_sources(), "column_sum.vhd", "SLICE, phase)", "0, phase)"
+        tmp_path / "hdl", file_bench.core_sources(), "column_sum.vhd", "SLICE, phase)", "0, phase)"
     )
-    monkeypatch.setattr(stack_pump, "stack_sources", lambda: sources)
+    monkeypatch.setattr(file_bench, "core_sources", lambda: sources)
     raw = np.random.default_rng(2).integers(0, 256, (13, 24), np.uint8)
     write_png(tmp_path / "raw.png", raw)
     out = tmp_path / "out"

@@ -1,4 +1,4 @@
-"""The main job: pump, command line, results, bad input."""
+"""A run: file bench, command line, results, bad input."""
 
 import json
 import os
@@ -12,7 +12,7 @@ import pytest
 from plenofir.errors import EXIT_MISMATCH
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.simulate.pump import run_pump, wave_signals
+from plenofir.fpga.simulate.file_bench import run_bench, wave_signals
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image, write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
@@ -39,12 +39,12 @@ def random_image(shape: tuple[int, ...], dtype: type = np.uint8, seed: int = 0) 
 
 @pytest.mark.parametrize("stall_percent", [0, 40])
 @pytest.mark.parametrize("arithmetic", [ExactArithmetic(), StoredProductArithmetic()])
-def test_pump_equals_golden_model(tmp_path: Path, arithmetic, stall_percent: int) -> None:
+def test_file_bench_equals_golden_model(tmp_path: Path, arithmetic, stall_percent: int) -> None:
     core = CoreConfiguration(
         micro_image_size=5, shifts=(-3,), max_columns=64, channels=3, arithmetic=arithmetic
     )
     frames = random_image((3, 33, 47, 3))
-    result = run_pump(
+    result = run_bench(
         find_simulator(simulator_name()), core, frames, tmp_path, stall_percent=stall_percent
     )
     want = np.array([arithmetic.refocus(frame, 5, -3) for frame in frames])
@@ -167,10 +167,10 @@ def test_waves(tmp_path: Path) -> None:
 def test_a_fault_in_the_core_is_found(tmp_path, monkeypatch, capsys, file, old, new) -> None:
     """Exit code 1, the first wrong pixel named, and a difference picture that shows it."""
     from plenofir.commands import app as cli
-    from plenofir.fpga.simulate import pump
+    from plenofir.fpga.simulate import file_bench
 
-    sources = plant(tmp_path / "hdl", pump.pump_sources(), file, old, new)
-    monkeypatch.setattr(pump, "pump_sources", lambda: sources)
+    sources = plant(tmp_path / "hdl", file_bench.core_sources(), file, old, new)
+    monkeypatch.setattr(file_bench, "core_sources", lambda: sources)
     write_png(tmp_path / "raw.png", random_image((20, 24)))
     arguments = ["plenofir", "sim", "--raw", str(tmp_path / "raw.png"), "-M", "3", "--a", "2/3"]
     arguments += ["--out", str(tmp_path / "out"), "--simulator", simulator_name()]

@@ -1,4 +1,4 @@
-"""Frames through the VHDL core by way of the file pump (``tb/file_bench/refocus_pump.vhd``)."""
+"""Frames through a core of any engine by way of files (``tb/file_bench``)."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -6,19 +6,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.engine import Engine, Scope
+from plenofir.fpga.core.engine import Engine, Generics, Scope
+from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.simulate import verilator
 from plenofir.fpga.simulate.simulators import SimulationError, Simulator
 from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.fpga.synthesis.tools import write_verilog
 from plenofir.refocus.operator import Image
 
-TOP = "refocus_pump"
+TOP = "file_bench"
+CORE = "bench_core"
+"""Entity of a core of any engine; a stack has a depth index behind it. Synthesisable."""
 
 
 def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
@@ -40,81 +44,68 @@ def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
         ("downto", "", "error_flags"),
     )
     return tuple(
-        WaveSignal(f"/{TOP}/{scope}{name}", kind)
+        WaveSignal(f"/{TOP}/{'design/raster/' if scope else ''}{scope}{name}", kind)
         for kind, scope, names in scopes
         for name in names.split()
     )
 
 
 @dataclass(frozen=True)
-class PumpResult:
+class BenchResult:
     """What came out of a simulation.
 
     Attributes
     ----------
     frames
-        Shape of the frames that went in.
+        Shape of the frames that went in; of a stack the pictures that are all in focus.
     clocks
         Clocks from the first pixel taken to the last pixel out.
     input_clocks
         Clocks from the first pixel taken to the last pixel taken.
     latency_clocks
-        Clocks from the first pixel taken to the first pixel out.
+        Clocks from the first pixel taken to the first pixel out; None of a stack.
     slices
-        Slice of each frame, an index into the configuration's shifts.
+        Slice of each frame, an index into the configuration's shifts; empty for a stack.
     seconds
         Wall time of the run, without analysis.
+    stacks
+        All slices, shape (frames, slices, rows, columns[, 3]); None but of a stack.
+    index
+        Slice of each pixel of `frames`, shape (frames, rows, columns); None but of a stack.
     """
 
     frames: Image
     clocks: int
     input_clocks: int
-    latency_clocks: int
+    latency_clocks: int | None
     slices: tuple[int, ...]
     seconds: float
+    stacks: Image | None = None
+    index: npt.NDArray[np.uint8] | None = None
 
 
-def pump_sources() -> list[Path]:
-    """VHDL files of the pump and the core, in order of analysis.
-
-    Returns
-    -------
-    list of Path
-        Files.
-    """
-    pump = project.root() / "tb" / "file_bench"
-    return [*hdl.hdl_sources(), pump / "pump_pkg.vhd", pump / f"{TOP}.vhd"]
+def core_sources() -> list[Path]:
+    """VHDL files of the entity `CORE`, in order of analysis."""
+    return [*hdl.hdl_sources(), project.root() / "tb" / "file_bench" / f"{CORE}.vhd"]
 
 
-def read_counts(
-    directory: Path, pixels: int, outputs: Sequence[str] = ("received",)
-) -> list[tuple[str, int]]:
-    """Read what a pump has counted.
+def bench_sources() -> list[Path]:
+    """VHDL files of the bench and the core, in order of analysis."""
+    return [*core_sources(), project.root() / "tb" / "file_bench" / f"{TOP}.vhd"]
 
-    Parameters
-    ----------
-    directory
-        Where the pump ran.
-    pixels
-        Pixels that went in.
-    outputs
-        Names of the counts that must be as many.
 
-    Returns
-    -------
-    list of tuple
-        Names and values of ``clocks.txt``.
+def core_generics(core: CoreConfiguration, radius: int = 1) -> Generics:
+    """Generics of the entity `CORE`."""
+    return {**core.generics(), "ENGINE": core.engine.kind, "RADIUS": radius}
 
-    Raises
-    ------
-    SimulationError
-        If pixels are missing, too many or wrongly framed.
-    """
+
+def _read_counts(directory: Path, pixels: int) -> list[tuple[str, int]]:
+    """Read ``clocks.txt``; refuse pixels that are missing, too many or wrongly framed."""
     lines = (directory / "clocks.txt").read_text().splitlines()
     pairs = [(name, int(value)) for name, value in (line.split() for line in lines)]
     counts = dict(pairs)
-    for name in outputs:
-        if counts[name] != pixels:
+    for name in ("stacked", "received"):
+        if counts.get(name, pixels) != pixels:
             raise SimulationError(
                 f"{counts[name]} pixels {name} for {pixels} ({counts['accepted']} accepted)"
             )
@@ -126,12 +117,13 @@ def read_counts(
     return pairs
 
 
-def run_pump(
+def run_bench(
     simulator: Simulator,
-    configuration: CoreConfiguration,
+    core: CoreConfiguration,
     frames: Image,
     directory: Path,
     *,
+    radius: int = 1,
     sweep_frames: int = 0,
     stall_percent: int = 0,
     seed: int = 1,
@@ -139,19 +131,21 @@ def run_pump(
     built: bool = False,
     verilog: Sequence[Path] | None = None,
     progress: Callable[[int], None] | None = None,
-) -> PumpResult:
-    """Pump frames through the core, back to back.
+) -> BenchResult:
+    """Move frames through a core, back to back.
 
     Parameters
     ----------
     simulator
         Simulator to use.
-    configuration
+    core
         Generics of the core.
     frames
         Shape (frames, rows, columns) or (frames, rows, columns, channels).
     directory
-        Empty directory for the library and the pump's files.
+        Empty directory for the library and the bench's files; made if it is missing.
+    radius
+        Of the depth index behind a stack, see `plenofir.refocus.sharpness.local_sharpness`.
     sweep_frames
         Number of frames for each slice of a sweep; 0 uses the first slice throughout.
     stall_percent
@@ -163,30 +157,33 @@ def run_pump(
     built
         Whether the directory has the library already, from an earlier run.
     verilog
-        Verilator only: the core in Verilog, if not what GHDL makes of its sources.
+        Verilator only: the entity `CORE` in Verilog, if not what GHDL makes of its sources.
     progress
         Called with the number of pixels that came out so far.
 
     Returns
     -------
-    PumpResult
+    BenchResult
         Frames out and clock counts.
 
     Raises
     ------
+    InputError
+        If the simulator cannot write the waveform.
     SimulationError
         If the simulator fails, or pixels are missing, too many or wrongly framed.
     """
     if simulator.name == "verilator" and waves is not None:
-        raise InputError("no waveform from Verilator", where="WAVES", expected="SIM=ghdl or nvc")
+        raise InputError("no waveform from Verilator", where="waves", expected="ghdl or nvc")
+    stack = isinstance(core.engine, StackEngine)
     count, rows, columns = frames.shape[:3]
     directory.mkdir(parents=True, exist_ok=True)
-    output = directory / "output.bin"
+    output = directory / ("found.bin" if stack else "output.bin")
     # What an earlier run left is no progress of this one.
     output.unlink(missing_ok=True)
     frames.astype("<i4").tofile(directory / "input.bin")
-    generics = {
-        **configuration.generics(),
+    generics = core_generics(core, radius)
+    sizes = {
         "COLUMNS": columns,
         "ROWS": rows,
         "FRAMES": count,
@@ -194,44 +191,48 @@ def run_pump(
         "STALL_PERCENT": stall_percent,
         "SEED": seed,
     }
+    # A stack's pixel is followed by its slice.
+    words = core.channels + stack
 
     def poll() -> None:
         if progress is not None and output.exists():
-            progress(output.stat().st_size // 4 // configuration.channels)
+            progress(output.stat().st_size // 4 // words)
 
     if simulator.name == "verilator":
-        files = verilog or [
-            write_verilog(hdl.hdl_sources(), verilator.TOP, configuration.generics(), directory)
-        ]
-        command = verilator.pump_command(
-            verilator.build_pump(simulator, files, directory, pixels=frames.size),
-            configuration,
-            frames.shape,
-            sweep_frames=sweep_frames,
-            stall_percent=stall_percent,
-            seed=seed,
-        )
+        files = verilog or [write_verilog(core_sources(), CORE, generics, directory)]
+        program = verilator.build_bench(simulator, files, CORE, directory, pixels=frames.size)
+        slices = len(core.shifts) if stack else 0
+        numbers = (core.micro_image_size, slices, core.channels, core.pixel_bits, *sizes.values())
+        command = [str(program), *(str(number) for number in numbers)]
     else:
-        for command in [] if built else simulator.build_commands(pump_sources(), TOP):
+        for command in [] if built else simulator.build_commands(bench_sources(), TOP):
             simulator.run(command, directory)
         command = simulator.run_command(
             TOP,
-            generics,
+            {**generics, **sizes},
             waves=waves,
-            wave_signals=[signal.path for signal in wave_signals(configuration.engine)],
+            wave_signals=[signal.path for signal in wave_signals(core.engine)],
         )
     started = time.perf_counter()
     simulator.run(command, directory, poll=poll)
     seconds = time.perf_counter() - started
 
-    pairs = read_counts(directory, count * rows * columns)
+    pairs = _read_counts(directory, count * rows * columns)
     counts = dict(pairs)
-    words = np.fromfile(output, dtype="<i4")
-    return PumpResult(
-        frames=words.reshape(frames.shape).astype(frames.dtype),
+    found = np.fromfile(output, "<i4").reshape(count, rows, columns, words)
+    stacks = index = None
+    if stack:
+        index = found[..., -1].astype(np.uint8)
+        shape = (count, rows, columns, len(core.shifts), *frames.shape[3:])
+        pixels = np.fromfile(directory / "slices.bin", "<i4").reshape(shape)
+        stacks = np.ascontiguousarray(np.moveaxis(pixels, 3, 1).astype(frames.dtype))
+    return BenchResult(
+        frames=found[..., : core.channels].reshape(frames.shape).astype(frames.dtype),
         clocks=counts["clocks"],
         input_clocks=counts["input_clocks"],
-        latency_clocks=counts["latency"],
+        latency_clocks=counts.get("latency"),
         slices=tuple(value for name, value in pairs if name == "slice"),
         seconds=seconds,
+        stacks=stacks,
+        index=index,
     )

@@ -1,0 +1,474 @@
+"""A raw image through the VHDL, beside the golden model, with a report."""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field
+
+from plenofir import project
+from plenofir.errors import InputError
+from plenofir.files import check_folder, publish_files
+from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.simulate import chain
+from plenofir.fpga.simulate.compare import compare_frames, difference_picture
+from plenofir.fpga.simulate.file_bench import BenchResult, run_bench, wave_signals
+from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
+from plenofir.fpga.simulate.waves import write_save_file
+from plenofir.images import read_image, write_png
+from plenofir.refocus import check_raw, error_against_operator, shift_to_text
+from plenofir.refocus.arithmetic import Arithmetic
+from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, depth_index_picture
+
+FLOWER = project.DATA / "flower_5x5.png"
+"""The light field that scenes without an image are simulated with."""
+DEFAULT_RAW = project.DATA / "flower_detail_5x5.png"
+"""Part of it, which is refocused when the user names no image."""
+FLOWER_MICRO_IMAGE_SIZE = 5
+FLOWER_FOCUS = "-3/5"
+
+ALL_IN_FOCUS = "all_in_focus.png"
+DEPTH_INDEX = "depth_index.png"
+REPORT = "report.json"
+
+Chain = Literal["core", "hdmi"]
+
+Progress = Callable[[str, int, int], None]
+"""Called with the step's name, what is done and what there is to do."""
+
+
+class Run(BaseModel):
+    """What to simulate.
+
+    Attributes
+    ----------
+    raw
+        Raw image file.
+    core
+        Core of any engine, see `core_for_image`; the image may be smaller than its lines. All of
+        its slices are simulated: a frame for each, or all at once in a stack.
+    radius
+        Of the depth index behind a stack, see `plenofir.refocus.sharpness.local_sharpness`.
+    out
+        Folder for the results.
+    simulator
+        "ghdl", "nvc" or "verilator".
+    waves
+        Whether to write a waveform.
+    chain
+        "core", the core alone, or "hdmi", the whole board from serial TMDS bits to serial TMDS
+        bits.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    raw: Path = DEFAULT_RAW
+    core: CoreConfiguration
+    radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
+    out: Path
+    simulator: str = "ghdl"
+    waves: bool = False
+    chain: Chain = "core"
+
+
+class SliceReport(BaseModel):
+    """What ``report.json`` holds of each slice; docs/simulation.md explains the fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    a: str
+    shift: int
+    pictures: tuple[str, ...]
+    mismatches: int
+    first_mismatch: str | None
+    largest_error: float
+    rms_error: float
+
+
+class Report(BaseModel):
+    """What ``report.json`` holds; docs/simulation.md explains the fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    raw: str
+    chain: Chain
+    M: int
+    slices: tuple[SliceReport, ...]
+    columns: int
+    rows: int
+    channels: int
+    pixel_bits: int
+    engine: str
+    parallel_rows: int
+    interpolation: int
+    pixels_compared: int
+    mismatches: int
+    clocks: int
+    clocks_per_pixel: float
+    latency_clocks: int | None
+    simulated_clocks_per_second: int
+    simulator: str
+    arithmetic: Arithmetic
+    error_bound: float
+    taps: int
+    line_buffer_bits: int
+
+
+class StackReport(Report):
+    """What ``report.json`` holds of a stack and its depth index besides."""
+
+    pictures: tuple[str, ...]
+    radius: int
+    micro_images_of_slice: tuple[int, ...]
+    history_bits: int
+    slice_bits: int
+    waiting_bits: int
+    sharpness_bits: int
+
+
+def picture_names(shift: int, micro_image_size: int, slices: int) -> tuple[str, ...]:
+    """File names of a slice's refocused, golden and difference picture.
+
+    They name the slice where there are several; a fraction's stroke becomes an underscore.
+    """
+    text = shift_to_text(shift, micro_image_size).replace("/", "_")
+    suffix = f"_{text}" if slices > 1 else ""
+    return f"refocused{suffix}.png", f"golden{suffix}.png", f"diff{suffix}.png"
+
+
+def core_for_image(path: Path, chain: Chain = "core", **fields: Any) -> CoreConfiguration:
+    """Core made to measure for an image file.
+
+    Parameters
+    ----------
+    path
+        The image file.
+    chain
+        As in `Run`; HDMI has three channels.
+    **fields
+        The core's other fields.
+
+    Returns
+    -------
+    CoreConfiguration
+        A core with lines, channels and pixels of the image.
+
+    Raises
+    ------
+    InputError
+        If the image cannot be read.
+    """
+    raw = read_image(path)
+    return CoreConfiguration(
+        max_columns=raw.shape[1],
+        channels=1 if raw.ndim == 2 and chain == "core" else 3,
+        pixel_bits=8 * raw.dtype.itemsize,
+        **fields,
+    )
+
+
+def scene_image(core: CoreConfiguration, rows: int) -> Image:
+    """Raw image for a scene that has none: the flower, its micro images resampled to M x M.
+
+    Parameters
+    ----------
+    core
+        The core: M, channels, bits, line length.
+    rows
+        Largest number of rows.
+
+    Returns
+    -------
+    Image
+        As large as the flower allows, whole micro images.
+    """
+    flower = read_image(FLOWER)
+    have, want = FLOWER_MICRO_IMAGE_SIZE, core.micro_image_size
+    views = np.round(np.linspace(0, have - 1, want)).astype(int)
+
+    def places(length: int, limit: int) -> npt.NDArray[np.intp]:
+        lenses = min(length // have, max(limit // want, 1))
+        found: npt.NDArray[np.intp] = (np.arange(lenses)[:, None] * have + views).ravel()
+        return found[:limit]
+
+    image = flower[np.ix_(places(flower.shape[0], rows), places(flower.shape[1], core.max_columns))]
+    if core.channels == 1:
+        image = image[..., 1]
+    if core.pixel_bits > 8:
+        return np.left_shift(image.astype(np.uint16), core.pixel_bits - 8)
+    return np.right_shift(image, 8 - core.pixel_bits)
+
+
+def _check_image(raw: Image, core: CoreConfiguration, where: str) -> None:
+    """Refuse an image that a core cannot take."""
+    (rows, columns), channels = raw.shape[:2], 1 if raw.ndim == 2 else 3
+    largest = int(raw.max())
+    if columns > core.max_columns or channels != core.channels or largest >> core.pixel_bits:
+        raise InputError(
+            f"{columns} columns, {channels} channels, values up to {largest}",
+            where=where,
+            expected=f"at most {core.max_columns} columns, {core.channels} channels of "
+            f"{core.pixel_bits} bit",
+        )
+    if rows > MAX_ROWS:
+        raise InputError(f"{rows} rows", where=where, expected=f"at most {MAX_ROWS} rows")
+
+
+def _depth_index(what: Run) -> DepthIndexConfiguration | None:
+    """Depth index behind a stack; None with other engines."""
+    core = what.core
+    if not isinstance(core.engine, StackEngine):
+        return None
+    for field, used in (("waves", what.waves), ("chain", what.chain != "core")):
+        if used:
+            raise InputError("a focal stack", where=field, expected="engine fir or moving_sum")
+    if core.micro_image_size < 2:
+        raise InputError(
+            f"M = {core.micro_image_size} is too small",
+            where="micro_image_size",
+            expected="2 or more for a depth index",
+        )
+    return DepthIndexConfiguration(
+        micro_image_size=core.micro_image_size,
+        slices=len(core.shifts),
+        radius=what.radius,
+        max_columns=core.max_columns,
+        channels=core.channels,
+        pixel_bits=core.pixel_bits,
+    )
+
+
+def run(what: Run, progress: Progress | None = None) -> Report:
+    """Refocus a raw image in the VHDL and in the golden model, and compare them.
+
+    Leaves ``refocused.png``, ``golden.png``, ``diff.png`` and ``report.json`` in ``what.out`` (of a
+    sweep three pictures for each slice, the slice in the name), and with waves
+    ``refocused.fst`` and ``refocused.gtkw``. A stack leaves the refocused picture of each slice,
+    ``all_in_focus.png`` and ``depth_index.png``. All appear at the end or not at all.
+
+    Parameters
+    ----------
+    what
+        What to simulate.
+    progress
+        Called as the work goes on.
+
+    Returns
+    -------
+    Report
+        What ``report.json`` holds; a `StackReport` of a stack.
+
+    Raises
+    ------
+    InputError
+        If image, core, folder or simulator cannot be used; it names the field.
+    plenofir.fpga.simulate.simulators.SimulationError
+        If the simulation fails.
+    """
+    core, shifts = what.core, what.core.shifts
+    m = core.micro_image_size
+    if len(set(shifts)) < len(shifts):
+        raise InputError("a slice is given twice", where="shifts", expected="each slice once")
+    raw = read_image(what.raw)
+    check_raw(raw, m, where=str(what.raw))
+    depth = _depth_index(what)
+    core.check_limits()
+    if what.chain == "hdmi":
+        if raw.ndim == 2:
+            raw = np.repeat(raw[:, :, np.newaxis], 3, axis=2)
+        chain.check_chain(core, *raw.shape[:2])
+    _check_image(raw, core, str(what.raw))
+    if depth is None:
+        pictures = [picture_names(shift, m, len(shifts)) for shift in shifts]
+    else:
+        # Two or more: even the only slice has its a in its name.
+        pictures = [picture_names(shift, m, 2)[:1] for shift in shifts]
+    check_folder(what.out, "out")
+    for name in (*sum(pictures, ()), *((ALL_IN_FOCUS, DEPTH_INDEX) if depth else ()), REPORT):
+        if (what.out / name).is_dir():
+            raise InputError(
+                f"{what.out / name} is a folder", where="out", expected="a file or nothing"
+            )
+    simulator = find_simulator(what.simulator)
+    rows, columns = raw.shape[:2]
+    frames = raw[np.newaxis] if depth else np.stack([raw] * len(shifts))
+    pixels = rows * columns * len(frames)
+    step = f"VHDL {'board' if what.chain == 'hdmi' else 'core'} in {simulator.name.upper()}"
+
+    def tell(step: str, done: int, total: int) -> None:
+        if progress is not None:
+            progress(step, done, total)
+
+    def show(done: int) -> None:
+        tell(step, done, pixels)
+
+    work_root = project.root() / "build" / "work"
+    work_root.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=work_root, prefix="sim-") as work_name:
+        work = Path(work_name)
+        results = work / "results"
+        results.mkdir()
+        tell("golden model", 0, 1)
+        golden = core.golden(raw)
+        tell("golden model", 1, 1)
+        waves = results / "refocused.fst" if what.waves else None
+        show(0)
+        if what.chain == "hdmi":
+            result = chain.run_chain(simulator, core, raw, work / "bench", waves, show)
+        else:
+            result = run_bench(
+                simulator,
+                core,
+                frames,
+                work / "bench",
+                radius=what.radius,
+                sweep_frames=1 if len(frames) > 1 else 0,
+                waves=waves,
+                progress=show,
+            )
+        show(pixels)
+        if depth is None and result.slices != tuple(range(len(shifts))):
+            raise SimulationError(f"the core swept through the slices {result.slices}")
+
+        slices = []
+        refocused = result.frames if result.stacks is None else result.stacks[0]
+        for shift, names, got, want in zip(shifts, pictures, refocused, golden, strict=True):
+            comparison = compare_frames(got[np.newaxis], want[np.newaxis])
+            error = error_against_operator(got, raw, m, shift, order=core.order)
+            slices.append(
+                SliceReport(
+                    a=shift_to_text(shift, m),
+                    shift=shift,
+                    pictures=names,
+                    mismatches=comparison.mismatches,
+                    first_mismatch=comparison.first,
+                    largest_error=float(np.abs(error).max()),
+                    rms_error=float(np.sqrt(np.mean(error**2))),
+                )
+            )
+            three = (got, want, difference_picture(got, want))
+            for name, picture in zip(names, three, strict=False):
+                write_png(results / name, picture)
+        report = Report(
+            raw=what.raw.name,
+            chain=what.chain,
+            M=m,
+            slices=tuple(slices),
+            columns=columns,
+            rows=rows,
+            channels=core.channels,
+            pixel_bits=core.pixel_bits,
+            engine=core.engine.kind,
+            parallel_rows=core.parallel_rows,
+            interpolation=core.order,
+            pixels_compared=rows * columns * len(shifts),
+            mismatches=sum(slice_.mismatches for slice_ in slices),
+            clocks=result.clocks,
+            clocks_per_pixel=round(result.input_clocks / pixels, 6),
+            latency_clocks=result.latency_clocks,
+            simulated_clocks_per_second=round(result.clocks / result.seconds),
+            simulator=simulator.version,
+            arithmetic=core.arithmetic,
+            error_bound=float(core.arithmetic.error_bound(m, core.pixel_bits, core.order)),
+            taps=core.taps,
+            line_buffer_bits=core.line_buffer_bits,
+        )
+        if depth is not None:
+            report = _with_depth(report, core, depth, result, golden, results)
+        (results / REPORT).write_text(report.model_dump_json(indent=2) + "\n")
+        if what.waves:
+            hdmi = what.chain == "hdmi"
+            shown = chain.WAVE_SIGNALS if hdmi else wave_signals(core.engine)
+            write_save_file(results / "refocused.gtkw", results / "refocused.fst", shown)
+            (results / "refocused.opt").unlink(missing_ok=True)
+        publish_files(results, what.out)
+    return report
+
+
+def _with_depth(
+    report: Report,
+    core: CoreConfiguration,
+    depth: DepthIndexConfiguration,
+    result: BenchResult,
+    golden: Image,
+    folder: Path,
+) -> StackReport:
+    """Compare the depth index and its picture, write both, and add them to the report."""
+    assert isinstance(core.engine, StackEngine)
+    assert result.index is not None
+    image, index, m = result.frames[0], result.index[0], report.M
+    want = depth.golden(golden)
+    want_index = want.index.repeat(m, 0).repeat(m, 1)[: report.rows, : report.columns]
+    found = [
+        compare_frames(got[np.newaxis], wanted[np.newaxis])
+        for got, wanted in ((image, want.image), (index, want_index))
+    ]
+    write_png(folder / ALL_IN_FOCUS, image)
+    write_png(folder / DEPTH_INDEX, depth_index_picture(index, depth.slices))
+    waiting, judged = depth.memory_bits
+    counted = np.bincount(index[::m, ::m].ravel(), minlength=depth.slices)
+    more = {
+        "pixels_compared": report.pixels_compared + sum(part.pixels for part in found),
+        "mismatches": report.mismatches + sum(part.mismatches for part in found),
+    }
+    return StackReport(
+        **{**dict(report), **more},
+        pictures=(ALL_IN_FOCUS, DEPTH_INDEX),
+        radius=depth.radius,
+        micro_images_of_slice=tuple(counted.tolist()),
+        history_bits=core.engine.history_bits(core),
+        slice_bits=core.engine.slice_bits(core),
+        waiting_bits=waiting,
+        sharpness_bits=judged,
+    )
+
+
+def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, str]]:
+    """Name and value of each line that a person is told of a report."""
+    wrong = next((s for s in report.slices if s.mismatches), None)
+    agree = f"all {report.pixels_compared} pixels equal the golden model"
+    if report.mismatches:
+        first = f"first: a = {wrong.a}, {wrong.first_mismatch}" if wrong else "none in a slice"
+        agree = f"{report.mismatches} of {report.pixels_compared} pixels differ; {first}"
+    depth = f"{report.channels} x {report.pixel_bits} bit"
+    focus = " ".join(slice_.a for slice_ in report.slices)
+    order = f", interpolation of order {report.interpolation}" if report.interpolation else ""
+    largest = max(slice_.largest_error for slice_ in report.slices)
+    rms = max(slice_.rms_error for slice_ in report.slices)
+    latency = "" if report.latency_clocks is None else f", latency {report.latency_clocks}"
+    lines = [
+        ("image", f"{report.raw}, {report.columns} x {report.rows}, {depth}"),
+        ("focus", f"M = {report.M}, a = {focus}, {core.engine.summary(core)}{order}"),
+        ("arithmetic", report.arithmetic.kind),
+        *([("chain", "serial TMDS bits in and out")] if report.chain == "hdmi" else []),
+        ("result", agree),
+        (
+            "error",
+            f"largest {largest:.4f}, RMS {rms:.4f} grey levels (bound {report.error_bound:.4f})",
+        ),
+        ("clocks", f"{report.clocks}, {report.clocks_per_pixel:g} for each pixel{latency}"),
+        (
+            "simulator",
+            f"{report.simulator}, {report.simulated_clocks_per_second} clocks a second",
+        ),
+    ]
+    pictures = [name for slice_ in report.slices for name in slice_.pictures]
+    if isinstance(report, StackReport):
+        for slice_, count in zip(report.slices, report.micro_images_of_slice, strict=True):
+            lines.append((f"a = {slice_.a}", f"sharpest in {count} micro images"))
+        parts = {
+            "shared": report.history_bits,
+            "of the slices": report.slice_bits,
+            "waiting": report.waiting_bits,
+            "judged": report.sharpness_bits,
+        }
+        kbit = ", ".join(f"{bits / 1024:.0f} {name}" for name, bits in parts.items())
+        lines.append(("memory", f"kbit: {kbit}"))
+        pictures += report.pictures
+    return [*lines, ("files", ", ".join([*pictures, REPORT]))]

@@ -1,0 +1,209 @@
+-- A core of any engine behind one set of ports: what the file benches simulate. Synthesisable.
+--
+-- "fir" and "moving_sum": a raster refocuser. "stack": a focal stack, and a depth index behind it.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+
+entity bench_core is
+  generic (
+    -- As in raster_refocuser, focal_stack and depth_index; ENGINE may be "stack" too.
+    MICRO_IMAGE_SIZE    : positive := 2;
+    SHIFTS              : string   := "0";
+    CENTRED             : boolean  := true;
+    INTERPOLATION_ORDER : natural  := 0;
+    HOLD                : boolean  := false;
+    PARALLEL_ROWS       : positive := 1;
+    MAX_COLUMNS         : positive := 2048;
+    CHANNELS            : positive := 1;
+    PIXEL_BITS          : positive := 8;
+    EXACT               : boolean  := true;
+    FRACTION_BITS       : natural  := 0;
+    GUARD_BITS          : natural  := 0;
+    BROADCAST_TAPS      : natural  := 0;
+    ENGINE              : string   := "fir";
+    ANY_ROWS            : boolean  := false;
+    INPUT_LINES         : positive := 1;
+    RADIUS              : natural  := 1
+  );
+  port (
+    clk     : in    std_logic;
+    reset   : in    std_logic;
+    columns : in    std_logic_vector(15 downto 0);
+    rows    : in    std_logic_vector(15 downto 0);
+    -- Frames of each slice of a sweep; 0: all frames are of the first slice.
+    sweep_frames : in    std_logic_vector(7 downto 0);
+    -- AXI4-Stream video as in raster_refocuser.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- The slices of a stack on their way to the depth index, to look at; nothing with other engines.
+    slices_tvalid : out   std_logic;
+    slices_tready : out   std_logic;
+    slices_tdata  : out   std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
+    slices_tuser  : out   std_logic_vector(0 downto 0);
+    slices_tlast  : out   std_logic;
+    -- tid: slice of the frame; of a stack, which is all in focus here, the slice of the pixel.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tid    : out   std_logic_vector(7 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- As in frame_sequencer, never cleared.
+    error_flags : out   std_logic_vector(4 downto 0)
+  );
+end entity bench_core;
+
+architecture rtl of bench_core is
+
+  constant STACK : boolean := same_text(ENGINE, "stack");
+
+begin
+
+  raster : if not STACK generate
+
+    signal sweep : std_logic;
+
+  begin
+
+    sweep <= '0' when sweep_frames = "00000000" else
+             '1';
+
+    core : entity work.raster_refocuser
+      generic map (
+        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+        SHIFTS              => SHIFTS,
+        CENTRED             => CENTRED,
+        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+        HOLD                => HOLD,
+        PARALLEL_ROWS       => PARALLEL_ROWS,
+        MAX_COLUMNS         => MAX_COLUMNS,
+        CHANNELS            => CHANNELS,
+        PIXEL_BITS          => PIXEL_BITS,
+        EXACT               => EXACT,
+        FRACTION_BITS       => FRACTION_BITS,
+        GUARD_BITS          => GUARD_BITS,
+        BROADCAST_TAPS      => BROADCAST_TAPS,
+        ENGINE              => ENGINE,
+        ANY_ROWS            => ANY_ROWS
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        columns       => columns,
+        rows          => rows,
+        slice         => (others => '0'),
+        sweep         => sweep,
+        sweep_frames  => sweep_frames,
+        s_axis_tvalid => s_axis_tvalid,
+        s_axis_tready => s_axis_tready,
+        s_axis_tdata  => s_axis_tdata,
+        s_axis_tuser  => s_axis_tuser,
+        s_axis_tlast  => s_axis_tlast,
+        m_axis_tvalid => m_axis_tvalid,
+        m_axis_tready => m_axis_tready,
+        m_axis_tdata  => m_axis_tdata,
+        m_axis_tuser  => m_axis_tuser,
+        m_axis_tid    => m_axis_tid,
+        m_axis_tlast  => m_axis_tlast,
+        error_flags   => error_flags,
+        error_clear   => '0'
+      );
+
+    slices_tvalid <= '0';
+    slices_tready <= '0';
+    slices_tdata  <= (others => '0');
+    slices_tuser  <= "0";
+    slices_tlast  <= '0';
+
+  end generate raster;
+
+  stack_and_index : if STACK generate
+
+    signal valid        : std_logic;
+    signal ready        : std_logic;
+    signal data         : std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
+    signal user         : std_logic_vector(0 downto 0);
+    signal last         : std_logic;
+    signal found        : std_logic_vector(CHANNELS * PIXEL_BITS + 7 downto 0);
+    signal stack_errors : std_logic_vector(4 downto 0);
+    signal index_errors : std_logic_vector(4 downto 0);
+
+  begin
+
+    core : entity work.focal_stack
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SHIFTS           => SHIFTS,
+        CENTRED          => CENTRED,
+        MAX_COLUMNS      => MAX_COLUMNS,
+        CHANNELS         => CHANNELS,
+        PIXEL_BITS       => PIXEL_BITS,
+        INPUT_LINES      => INPUT_LINES
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        columns       => columns,
+        rows          => rows,
+        s_axis_tvalid => s_axis_tvalid,
+        s_axis_tready => s_axis_tready,
+        s_axis_tdata  => s_axis_tdata,
+        s_axis_tuser  => s_axis_tuser,
+        s_axis_tlast  => s_axis_tlast,
+        m_axis_tvalid => valid,
+        m_axis_tready => ready,
+        m_axis_tdata  => data,
+        m_axis_tuser  => user,
+        m_axis_tlast  => last,
+        error_flags   => stack_errors,
+        error_clear   => '0'
+      );
+
+    index : entity work.depth_index
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SLICES           => slice_count(SHIFTS),
+        RADIUS           => RADIUS,
+        MAX_COLUMNS      => MAX_COLUMNS,
+        CHANNELS         => CHANNELS,
+        PIXEL_BITS       => PIXEL_BITS
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        columns       => columns,
+        rows          => rows,
+        s_axis_tvalid => valid,
+        s_axis_tready => ready,
+        s_axis_tdata  => data,
+        s_axis_tuser  => user,
+        s_axis_tlast  => last,
+        m_axis_tvalid => m_axis_tvalid,
+        m_axis_tready => m_axis_tready,
+        m_axis_tdata  => found,
+        m_axis_tuser  => m_axis_tuser,
+        m_axis_tlast  => m_axis_tlast,
+        error_flags   => index_errors,
+        error_clear   => '0'
+      );
+
+    slices_tvalid <= valid;
+    slices_tready <= ready;
+    slices_tdata  <= data;
+    slices_tuser  <= user;
+    slices_tlast  <= last;
+    m_axis_tdata  <= found(CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tid    <= found(CHANNELS * PIXEL_BITS + 7 downto CHANNELS * PIXEL_BITS);
+    error_flags   <= stack_errors or index_errors;
+
+  end generate stack_and_index;
+
+end architecture rtl;
