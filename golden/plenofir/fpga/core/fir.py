@@ -47,7 +47,7 @@ class FirEngine(SliceEngine):
         ("downto", _COLUMN_CONTROL, "phase"),
         ("to", _COLUMN_CONTROL, "closed"),
         ("bit", _COLUMN_CONTROL, "restart"),
-        ("downto", _ARRAY, "row_sums"),
+        ("downto", f"{_ARRAY}back_to_rows/", "row_sums"),
     )
     # LUTs and flip-flops of each part (scripts/fit_estimate.py).
     LUT_WEIGHTS: ClassVar[dict[str, float]] = {
