@@ -314,7 +314,7 @@ def is_valid(sources: Sequence[Path], folder: Path) -> bool:
     """Whether all sources analyse."""
     simulator = find_simulator("ghdl")
     folder.mkdir()
-    top = project.root() / "tb" / "file_bench" / "hdmi_pump.vhd"
+    top = project.root() / "tb" / "file_bench" / "hdmi_bench.vhd"
     try:
         for command in simulator.model_commands(hdl.unisim_sources()):
             simulator.run(command, folder)

@@ -9,7 +9,7 @@ from cocotb.triggers import Timer
 
 from plenofir.fpga.hdmi.link import Packed, ReceivedFrame, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.hdmi.pump import Code, Command, pixel_period
+from plenofir.fpga.hdmi.script import Code, Command, pixel_period
 from plenofir.refocus import ExactArithmetic
 from plenofir_tb.case import read_case
 from plenofir_tb.serial import SKEWS, SerialLink, last_frames
@@ -48,7 +48,7 @@ class Bench:
     Parameters
     ----------
     dut
-        The entity ``hdmi_pump``.
+        The entity ``hdmi_bench``.
     """
 
     def __init__(self, dut: Any) -> None:
@@ -321,7 +321,7 @@ async def focus_is_stepped(dut: Any) -> None:
         frames = bench.pictures(MODE_720, 5)
         taken = await bench.link.play([encode_frames(MODE_720, frames)])
         got = last_frames(taken, MODE_720.h_total)
-        # The pump's blanking tears the raster; the last frame has not come out as a whole.
+        # The bench's blanking tears the raster; the last frame has not come out as a whole.
         want = bench.golden(frames[-2], shown)
         assert np.array_equal(got[-1].pixels, want)
         assert not np.array_equal(want, bench.golden(frames[-2], (shown + 1) % slices))

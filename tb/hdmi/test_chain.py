@@ -12,7 +12,7 @@ PARTS = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "ba
 
 def run_chain(phases: list[int], *, shifts: tuple[int, ...] = SHIFTS, long: bool = True) -> None:
     run_case(
-        "hdmi_pump",
+        "hdmi_bench",
         "hdmi.chain_bench",
         generics={
             "MICRO_IMAGE_SIZE": M,

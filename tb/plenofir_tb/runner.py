@@ -96,7 +96,7 @@ def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: bo
     """Analyse and elaborate in a new folder what the cases need."""
     sources = hdl.hdl_sources()
     if board:
-        sources = [*hdl.board_sources(), project.root() / "tb" / "file_bench" / "hdmi_pump.vhd"]
+        sources = [*hdl.board_sources(), project.root() / "tb" / "file_bench" / "hdmi_bench.vhd"]
         for command in simulator.model_commands(hdl.unisim_sources()):
             simulator.run(command, work)
     # Entities with records at their ports have a bench in VHDL around them.

@@ -1,4 +1,4 @@
-"""Serial TMDS bits of the board: what ``tb/file_bench/hdmi_pump.vhd`` plays and takes."""
+"""Serial TMDS bits of the board: what ``tb/file_bench/hdmi_bench.vhd`` plays and takes."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,7 +8,7 @@ import numpy as np
 from cocotb.triggers import FallingEdge, First, RisingEdge, Timer
 
 from plenofir.fpga.hdmi.link import LinkError, Packed, ReceivedFrame, decode_frames
-from plenofir.fpga.hdmi.pump import Code, Command, write_script
+from plenofir.fpga.hdmi.script import Code, Command, write_script
 
 # Far longer than any script that the tests play, in ms of simulated time.
 PATIENCE_MS = 50
@@ -16,12 +16,12 @@ SKEWS = (Code.SKEW_0, Code.SKEW_1, Code.SKEW_2)
 
 
 class SerialLink:
-    """Plays scripts on the pump.
+    """Plays scripts on the bench.
 
     Parameters
     ----------
     dut
-        The entity ``hdmi_pump``.
+        The entity ``hdmi_bench``.
     """
 
     def __init__(self, dut: Any) -> None:
@@ -54,10 +54,10 @@ class SerialLink:
         write_script(Path("input.bin"), script)
         self.dut.start.value = 1
         patience = Timer(PATIENCE_MS, "ms")
-        assert await First(RisingEdge(self.dut.done), patience) is not patience, "the pump hangs"
+        assert await First(RisingEdge(self.dut.done), patience) is not patience, "the bench hangs"
         self.dut.start.value = 0
         await FallingEdge(self.dut.done)
-        # The pump notices the end of `start` with its next pixel.
+        # The bench notices the end of `start` with its next pixel.
         await Timer(100, "ns")
         self.taken = np.fromfile("output.bin", "<u4")
         return self.taken

@@ -1,4 +1,4 @@
-"""Frames through the whole board, serial TMDS bits in and out (``tb/file_bench/hdmi_pump.vhd``)."""
+"""Frames through the whole board, serial bits in and out (``tb/file_bench/hdmi_bench.vhd``)."""
 
 import time
 from collections.abc import Callable
@@ -13,13 +13,13 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SignalKind
 from plenofir.fpga.hdmi.link import LinkError, decode_frames, encode_frames
 from plenofir.fpga.hdmi.modes import MODES, VideoMode
-from plenofir.fpga.hdmi.pump import Code, Command, pixel_period, write_script
+from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
 from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.simulators import SimulationError, Simulator
 from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.refocus.operator import Image
 
-TOP = "hdmi_pump"
+TOP = "hdmi_bench"
 
 FRAMES_TO_FOLLOW = 3
 """Whole frames that the video path measures before it follows."""
@@ -120,7 +120,7 @@ def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> No
 
 
 def chain_sources() -> list[Path]:
-    """VHDL files of the pump and the board, in order of analysis.
+    """VHDL files of the bench and the board, in order of analysis.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def run_chain(
     raw
         Picture, shape (rows, columns, 3), uint8.
     directory
-        Empty directory for the library and the pump's files.
+        Empty directory for the library and the bench's files.
     waves
         Waveform file to write, or None; see `Simulator.run_command`.
     progress

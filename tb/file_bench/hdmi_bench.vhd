@@ -18,7 +18,7 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
-entity hdmi_pump is
+entity hdmi_bench is
   generic (
     AUTO_START          : boolean  := false;
     SWEEP               : boolean  := false;
@@ -62,9 +62,9 @@ entity hdmi_pump is
     switch_sweep   : in    std_logic;
     led            : out   std_logic_vector(7 downto 0)
   );
-end entity hdmi_pump;
+end entity hdmi_bench;
 
-architecture test of hdmi_pump is
+architecture test of hdmi_bench is
 
   type words_t is file of integer;
 
@@ -325,7 +325,7 @@ begin
 
           when others =>
 
-            report "hdmi_pump: unknown command in input.bin"
+            report "hdmi_bench: unknown command in input.bin"
               severity failure;
 
         end case;

@@ -1,4 +1,4 @@
-"""Scripts for ``tb/file_bench/hdmi_pump.vhd``: TMDS words and commands in a file."""
+"""Scripts for ``tb/file_bench/hdmi_bench.vhd``: TMDS words and commands in a file."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _PERIOD_UNIT_FS = 64
 
 
 class Code(IntEnum):
-    """Commands of the pump."""
+    """Commands of the bench."""
 
     PERIOD = 1
     SKEW_0 = 2
@@ -29,7 +29,7 @@ class Code(IntEnum):
 
 @dataclass(frozen=True)
 class Command:
-    """A command: what, and how much (units: see ``hdmi_pump.vhd``)."""
+    """A command: what, and how much (units: see ``hdmi_bench.vhd``)."""
 
     code: Code
     value: int
