@@ -71,6 +71,9 @@ def calibrate(
     typer.echo(f"pitch         {grid.pitch[1]:.4f} x {grid.pitch[0]:.4f} pixels")
     typer.echo(f"rotation      {grid.rotation_degrees:.4f} degrees")
     typer.echo(f"scatter       {found.residual_px:.4f} pixels ({found.used} centroids used)")
+    if found.evidence is not None:
+        for line in found.evidence.lines():
+            typer.echo(line)
     if found.clipped_share > 0.01:
         share = f"{100 * found.clipped_share:.0f} %"
         typer.echo(f"note          {share} of the pixels at full scale: vignetting is not known")

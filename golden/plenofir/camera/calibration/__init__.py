@@ -4,6 +4,7 @@
 """
 
 from plenofir.camera.calibration.calibrate import calibrate, calibration_of_grid
+from plenofir.camera.calibration.evidence import Evidence
 from plenofir.camera.calibration.fit import Fit, fit_grid
 from plenofir.camera.calibration.grid import Grid, Layout
 from plenofir.camera.calibration.record import Calibration, load_calibration
@@ -12,6 +13,7 @@ from plenofir.camera.calibration.text_method import TextCalibration, text_calibr
 
 __all__ = [
     "Calibration",
+    "Evidence",
     "Fit",
     "Grid",
     "Layout",

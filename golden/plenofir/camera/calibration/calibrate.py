@@ -45,13 +45,13 @@ def calibrate(
     Returns
     -------
     Calibration
-        The calibration.
+        The calibration; `Calibration.evidence` tells what speaks for it.
 
     Raises
     ------
     InputError
-        If the white image is too dark, too bright, of another size than the dark frame, or shows no
-        grid of micro images.
+        If the white image is too dark, too bright, of another size than the dark frame, or too
+        little speaks for a grid of micro images.
     """
     signal = white_signal(white, dark, where=where, dark_where=dark_where)
     try:
@@ -85,6 +85,7 @@ def calibrate(
         residual_px=fit.residual_px,
         used=fit.used,
         clipped_share=clipped_share(white),
+        evidence=fit.evidence,
     )
 
 

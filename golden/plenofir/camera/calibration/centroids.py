@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from plenofir.camera.calibration.grid import Floats
 
@@ -21,7 +22,14 @@ HALF_WIDTH = 0.6
 CORE_HALF_WIDTH = 0.35
 """Half width of the window over the middle of a micro image, in pitches."""
 _BLOCK_PIXELS = 1 << 21
+# Window of matched micro images, in pitches: even to the first, nothing beyond the second.
+_EVEN_TO, _NOTHING_FROM = 0.42, 0.58
+_MATCHED_SAMPLES = 28
+_TEMPLATE_LENSES = 1000
+# Slopes and shifts of small round spots look alike; above this correlation only shifts are fitted.
+_ALIKE = 0.85
 _TRIAL = 0.05
+_PLACES_A_PITCH = 24
 _TRIAL_LENSES = 1000
 
 
@@ -37,7 +45,7 @@ class Moments:
 def reach(pitch: float) -> float:
     """Pixels around a centre that its window needs."""
     # The trial moves of `response` included.
-    return float(np.ceil((HALF_WIDTH + _TRIAL) * pitch)) + 1
+    return float(np.ceil((HALF_WIDTH + _TRIAL) * pitch)) + 3
 
 
 def _window(distance: Floats, half_width: float) -> Floats:
@@ -45,39 +53,51 @@ def _window(distance: Floats, half_width: float) -> Floats:
     return np.where(inside, 0.5 + 0.5 * np.cos(np.pi / half_width * distance), 0.0)
 
 
+def _between(pitch: float, pixels: int) -> tuple[Floats, Floats]:
+    """Places (in pixels) at which a window is evaluated, and their weights for the pixels."""
+    # A window of a few pixels that is only evaluated at the pixels pulls its centroid to them; so
+    # it is evaluated between them too, where the image is interpolated (Keys's cubic).
+    count = max(1, int(np.ceil(_PLACES_A_PITCH / pitch)))
+    middle = pixels // 2
+    places = (np.arange(pixels * count) + 0.5) / count - 0.5 - middle
+    away = np.abs(places[:, np.newaxis] - np.arange(-middle, middle + 1))
+    near = (1.5 * away - 2.5) * away**2 + 1
+    far = ((-0.5 * away + 2.5) * away - 4) * away + 2
+    return places, np.where(away < 1, near, np.where(away < 2, far, 0.0)) / count
+
+
 def windowed_moments(
     image: Image32, positions: Floats, pitch: tuple[float, float], half_width: float = HALF_WIDTH
 ) -> Moments:
     """Moments of an image in windows."""
     halves = [half_width * p for p in pitch]
-    sides = [int(np.ceil(h)) for h in halves]
+    # Two pixels more for the interpolation.
+    sides = [int(np.ceil(h)) + 2 for h in halves]
     steps = [np.arange(-n, n + 1) for n in sides]
     windows = np.lib.stride_tricks.sliding_window_view(image, [len(s) for s in steps])
     corners = np.round(positions).astype(np.int64)
     n = len(positions)
     sums, offsets, variances = np.empty(n), np.empty((n, 2)), np.empty((n, 2))
+    between = [_between(pitch[axis], len(steps[axis])) for axis in (0, 1)]
     block = max(1, _BLOCK_PIXELS // (len(steps[0]) * len(steps[1])))
     for start in range(0, n, block):
         part = slice(start, start + block)
         corner = corners[part]
         pixels = windows[corner[:, 0] - sides[0], corner[:, 1] - sides[1]]
-        weights, distances = [], []
+        # For each axis the window and its first and second moment, shape (n, 3, pixels).
+        weights = []
         for axis in (0, 1):
-            distance = steps[axis] - (positions[part, axis] - corner[:, axis])[:, np.newaxis]
-            weights.append(_window(distance, halves[axis]))
-            distances.append(distance)
-        right = np.stack(
-            [weights[1], weights[1] * distances[1], weights[1] * distances[1] ** 2], axis=-1
-        )
-        lines = np.matmul(pixels, right.astype(np.float32)).astype(np.float64)
-        w, d = weights[0], distances[0]
-        total = np.einsum("ni,nik->nk", w, lines)
-        mass = np.where(np.abs(total[:, 0]) > 1e-9, total[:, 0], 1e-9)
-        down = np.einsum("ni,ni->n", w * d, lines[:, :, 0])
-        down2 = np.einsum("ni,ni->n", w * d**2, lines[:, :, 0])
-        sums[part] = mass / (w.sum(axis=1) * weights[1].sum(axis=1))
-        offsets[part] = np.stack([down / mass, total[:, 1] / mass], axis=-1)
-        variances[part] = np.stack([down2 / mass, total[:, 2] / mass], axis=-1)
+            parts, to_pixels = between[axis]
+            distance = parts - (positions[part, axis] - corner[:, axis])[:, np.newaxis]
+            window = _window(distance, halves[axis])
+            powers = np.stack([window, window * distance, window * distance**2], axis=1)
+            weights.append(powers @ to_pixels)
+        right = np.swapaxes(weights[1], 1, 2).astype(np.float32)
+        total = weights[0] @ np.matmul(pixels, right).astype(np.float64)
+        mass = np.where(np.abs(total[:, 0, 0]) > 1e-9, total[:, 0, 0], 1e-9)
+        sums[part] = mass / (weights[0][:, 0].sum(axis=1) * weights[1][:, 0].sum(axis=1))
+        offsets[part] = np.stack([total[:, 1, 0], total[:, 0, 1]], axis=-1) / mass[:, np.newaxis]
+        variances[part] = np.stack([total[:, 2, 0], total[:, 0, 2]], axis=-1) / mass[:, np.newaxis]
     return Moments(sums, offsets, variances)
 
 
@@ -103,3 +123,48 @@ def response(
         behind = windowed_moments(image, chosen - move, pitch, half_width).offsets[:, axis]
         factors[axis] = np.median(behind - ahead) / (2 * move[axis])
     return factors
+
+
+def matched_offsets(image: Image32, positions: Floats, pitch: tuple[float, float]) -> Floats:
+    """How far micro images are from positions, by comparison with the mean of them all.
+
+    Large micro images tell their place by their borders: that takes in less noise than a centroid.
+    The mean is made symmetric about its middle, so that it is centred like a centroid.
+    """
+    step = max(1.0, min(pitch) / _MATCHED_SAMPLES)
+    smooth = ndimage.gaussian_filter(image, 0.4 * step)
+    sides = [int(_NOTHING_FROM * p / step) for p in pitch]
+    places = [np.arange(-n, n + 1) * step for n in sides]
+    away = [np.abs(line) / p for line, p in zip(places, pitch, strict=True)]
+    taper = [
+        np.clip((_NOTHING_FROM - line) / (_NOTHING_FROM - _EVEN_TO), 0.0, 1.0) for line in away
+    ]
+    window = np.sqrt(np.outer(*taper)).ravel()
+    y, x = (part.ravel() for part in np.meshgrid(*places, indexing="ij"))
+
+    def patches(part: Floats) -> Floats:
+        at = part.T[:, :, np.newaxis] + np.stack([y, x])[:, np.newaxis]
+        return np.asarray(ndimage.map_coordinates(smooth, at, order=1, mode="nearest"))
+
+    few = np.random.default_rng(4).permutation(len(positions))[:_TEMPLATE_LENSES]
+    mean = np.median(patches(positions[few]), axis=0).astype(np.float64)
+    shape = len(places[0]), len(places[1])
+    template = ndimage.gaussian_filter(((mean + mean[::-1]) / 2).reshape(shape), 0.6)
+    slopes = [part.ravel() for part in np.gradient(template, step)]
+    flat = template.ravel()
+    columns = [flat, *slopes]
+    for slope, distance in zip(slopes, (y, x), strict=True):
+        own, other = slope * window, flat * distance * window
+        if abs(own @ other) < _ALIKE * np.sqrt((own @ own) * (other @ other)):
+            columns.append(flat * distance)
+    basis = np.stack(columns, axis=-1) * window[:, np.newaxis]
+    solve = np.linalg.pinv(basis)[:3] * window
+    offsets = np.empty((len(positions), 2))
+    block = max(1, _BLOCK_PIXELS // len(flat))
+    for start in range(0, len(positions), block):
+        part = slice(start, start + block)
+        level, *moves = solve @ patches(positions[part]).T.astype(np.float64)
+        level = np.where(np.abs(level) > 1e-3, level, 1e-3)
+        offsets[part] = -np.stack(moves, axis=-1) / level[:, np.newaxis]
+    largest = np.array(pitch) / 4
+    return np.clip(offsets, -largest, largest)

@@ -6,18 +6,27 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from plenofir.camera.calibration.evidence import Evidence
 from plenofir.camera.calibration.fit import shading_at, within
-from plenofir.camera.calibration.grid import Flags, Floats, Grid
+from plenofir.camera.calibration.grid import Flags, Floats, Grid, exponents
 from plenofir.errors import InputError
 from plenofir.files import write_file
 
 PROFILE_REACH = 0.6
 """Half width of the stored profile of a micro image in pitches."""
 
-Count = Annotated[int, Field(ge=1)]
-Index = Annotated[int, Field(ge=0)]
+_LARGEST = 1 << 16
+_LARGEST_FILE = 64 << 20
+_OUTSIDE = 4
+_SHADING_ORDERS = 5
+_LARGEST_SHADING = 1e6
+_MOST_LENSES = 1 << 22
+
+Count = Annotated[int, Field(ge=1, le=_LARGEST)]
+Index = Annotated[int, Field(ge=0, lt=_LARGEST)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class Calibration(BaseModel):
@@ -52,6 +61,8 @@ class Calibration(BaseModel):
         Number of micro images that the grid was fitted to.
     clipped_share
         Share of the white image's pixels at full scale.
+    evidence
+        What speaks for the grid; None if it did not come from a white image.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -61,13 +72,38 @@ class Calibration(BaseModel):
     lenses: tuple[Count, Count]
     grid: Grid
     missing: tuple[tuple[Index, Index], ...] = ()
-    uneven: tuple[tuple[Index, Index, float], ...] = ()
-    dark_level: float = 0.0
-    shading: tuple[float, ...]
-    profile: tuple[tuple[float, ...], ...]
-    residual_px: float
-    used: Count
-    clipped_share: float = 0.0
+    uneven: tuple[tuple[Index, Index, Number], ...] = ()
+    dark_level: Number = 0.0
+    shading: tuple[Number, ...]
+    profile: tuple[tuple[Number, ...], ...]
+    residual_px: Annotated[Number, Field(ge=0)]
+    used: Annotated[int, Field(ge=1)]
+    clipped_share: Annotated[Number, Field(ge=0, le=1)] = 0.0
+    evidence: Evidence | None = None
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> "Calibration":
+        rows, columns = self.lenses
+        # Rows of a turned grid are counted across both sides of the image.
+        if max(self.lenses) > sum(self.image_shape) + _OUTSIDE:
+            raise ValueError(f"{columns} x {rows} lenses are more than the image has pixels")
+        places = [place[:2] for place in (*self.missing, *self.uneven)]
+        if any(t >= rows or s >= columns for t, s in places):
+            raise ValueError(f"a missing or uneven lens outside the {columns} x {rows} lenses")
+        if len(self.shading) not in {len(exponents(order)) for order in range(_SHADING_ORDERS)}:
+            raise ValueError(f"{len(self.shading)} shading coefficients, 1, 3, 6, 10 or 15 needed")
+        width = len(self.profile[0]) if self.profile else 0
+        if width < 2 or len(self.profile) < 2 or any(len(line) != width for line in self.profile):
+            raise ValueError("profile: 2 or more lines of 2 or more values, all of one length")
+        if rows * columns > _MOST_LENSES:
+            raise ValueError(f"{columns} x {rows} lenses are too many")
+        # Nothing is cached here, or copies would not compare equal.
+        centres = self.grid.centres(*np.indices(self.lenses))
+        if max(map(abs, self.shading)) > _LARGEST_SHADING:
+            raise ValueError("shading: too large")
+        if not within(centres, self.image_shape).any():
+            raise ValueError("no lens in the image")
+        return self
 
     @cached_property
     def model_centres(self) -> Floats:
@@ -136,15 +172,20 @@ def load_calibration(path: str | Path) -> Calibration:
     """
     expected = "a file written by plenofir calibrate"
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, ValueError) as error:
+        size = Path(path).stat().st_size
+        content = None if size > _LARGEST_FILE else json.loads(Path(path).read_text("utf-8"))
+    except (OSError, UnicodeDecodeError, ValueError, RecursionError) as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else "cannot be read"
         raise InputError(reason, where=str(path), expected=expected) from None
+    if size > _LARGEST_FILE:
+        raise InputError(f"{size >> 20} MiB", where=str(path), expected=expected)
     try:
         return Calibration.model_validate(content)
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join(str(part) for part in first["loc"]) or "content"
         raise InputError(
-            f"{field}: {first['msg'].lower()}", where=str(path), expected=expected
+            f"{field}: {first['msg'].removeprefix('Value error, ').lower()}",
+            where=str(path),
+            expected=expected,
         ) from None

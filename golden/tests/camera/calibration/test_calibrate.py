@@ -198,6 +198,16 @@ def test_file(tmp_path: Path) -> None:
     assert np.nanmin(np.diff(read.centres[:, :, 1], axis=1)) > 0
 
 
+def test_older_file(tmp_path: Path) -> None:
+    """Files without evidence load."""
+    path = tmp_path / "calib.json"
+    calibrate(white_image((120, 120), regular_grid((120, 120), 11))).save(path)
+    content = json.loads(path.read_text())
+    assert content.pop("evidence")["missing_share"] == 0
+    path.write_text(json.dumps(content))
+    assert load_calibration(path).evidence is None
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -205,6 +215,20 @@ def test_file(tmp_path: Path) -> None:
         ({"lenses": [0, 3]}, "lenses"),
         ({"extra": 1}, "extra"),
         ({"grid": {}}, "grid"),
+        ({"lenses": [10**9, 3]}, "lenses"),
+        ({"lenses": [300, 3]}, "more than the image has pixels"),
+        ({"image_shape": [10**12, 120]}, "image_shape"),
+        ({"missing": [[100, 0]]}, "outside the"),
+        ({"uneven": [[0, 0, float("nan")]]}, "finite"),
+        ({"dark_level": float("inf")}, "finite"),
+        ({"shading": [0.0, 1.0]}, "2 shading coefficients"),
+        ({"shading": [1e9]}, "too large"),
+        ({"shading": []}, "0 shading coefficients"),
+        ({"profile": []}, "profile"),
+        ({"profile": [[1.0, 1.0], [1.0]]}, "profile"),
+        ({"residual_px": float("nan")}, "finite"),
+        ({"used": 0}, "used"),
+        ({"evidence": {}}, "evidence"),
     ],
 )
 def test_bad_file(tmp_path: Path, change, message) -> None:
@@ -215,6 +239,9 @@ def test_bad_file(tmp_path: Path, change, message) -> None:
     with pytest.raises(InputError, match=message):
         load_calibration(path)
     path.write_text("no json")
+    with pytest.raises(InputError, match="cannot be read"):
+        load_calibration(path)
+    path.write_text("[" * 100_000)
     with pytest.raises(InputError, match="cannot be read"):
         load_calibration(path)
     with pytest.raises(InputError, match="no such file"):

@@ -1,0 +1,56 @@
+"""What speaks for a grid."""
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+_Number = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class Evidence(BaseModel):
+    """What speaks for a grid.
+
+    Attributes
+    ----------
+    missing_share
+        Share of the lenses in the lit part of the image that are not lit.
+    scatter_share
+        Scatter of single centroids as a share of the pitch.
+    centre_error_px
+        Standard error in pixels of the centre that is known worst.
+    periodicity
+        How much more the image looks like itself when it is moved by whole lenses than by parts of
+        them: 1 for a perfect white image.
+    next_periodicity
+        The same of the next best lattice, 0 if there is none.
+    layout_margin
+        By how much the other layout (square or hexagonal) fits the lenses worse, in pitches.
+    cell_margin
+        1 minus the relative brightness of a second spot in the mean cell of the grid.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    missing_share: _Number
+    scatter_share: _Number
+    centre_error_px: _Number
+    periodicity: _Number
+    next_periodicity: _Number
+    layout_margin: _Number
+    cell_margin: _Number
+
+    def lines(self) -> list[str]:
+        """The evidence in words.
+
+        Returns
+        -------
+        list of str
+            Lines with a heading of 14 characters.
+        """
+        return [
+            f"missing       {100 * self.missing_share:.1f} % of the lit lenses",
+            f"evidence      scatter {100 * self.scatter_share:.2f} % of the pitch, centres within "
+            f"{self.centre_error_px:.4f} pixels (standard error)",
+            f"              periodicity {self.periodicity:.2f}, of the next best lattice "
+            f"{self.next_periodicity:.2f}; the other layout {self.layout_margin:.2f} pitches off",
+        ]

@@ -1,0 +1,283 @@
+"""First guess of the grid: shifts under which the white image looks like itself.
+
+The autocorrelation of a white image peaks at every shift by a whole number of lenses. Missing, dim
+or merged micro images make these peaks lower but add none, few lenses are enough, and sharp-edged
+or tiny micro images peak at the same shifts. The image is looked at in coarser and coarser
+versions, so that the pitch is a handful of pixels in one of them.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations, product
+from math import hypot
+
+import numpy as np
+from scipy import fft, ndimage
+
+from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.grid import Floats, Grid, Layout
+from plenofir.errors import InputError
+
+GRID_EXPECTED = "a white image: a regular grid of micro images, evenly lit, at least 5 x 5 of them"
+
+_CROP = 1024
+_LEAST_SIDE = 12
+# Shifts looked at in one version of the image, in its pixels.
+_SHORTEST, _LONGEST = 2.3, 15.0
+_REACH = 34
+_SMALL_SCALE, _LARGE_SCALE = 0.5, 6.0
+_PEAKS = 14
+_LEAST_OVERLAP = 0.2
+_WEAKEST = 0.04
+_RINGS = 2
+# Lattices whose vectors differ by less than this share are the same.
+_SAME = 0.12
+# Lattices that are farther (in pitches) from both layouts are no micro lenses.
+_UNUSUAL_LAYOUT = 0.15
+# A finer lattice counts if its score is at least this share of that of a part of it.
+_OF_THE_WHOLE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Two shortest vectors (y, x) of a lattice in pixels, shape (2, 2), and its evidence."""
+
+    vectors: Floats
+    score: float  # how much higher the autocorrelation is on the lattice than between its points
+
+
+def _even(image: Image32) -> Image32:
+    """Without slow changes of the light, and with the same contrast everywhere."""
+    band = ndimage.gaussian_filter(image, _SMALL_SCALE) - ndimage.gaussian_filter(
+        image, _LARGE_SCALE
+    )
+    contrast = np.sqrt(ndimage.gaussian_filter(band**2, 1.5 * _LARGE_SCALE))
+    return np.asarray(band / (contrast + 0.25 * float(contrast.max()) + 1e-9))
+
+
+def _autocorrelation(image: Image32) -> tuple[Floats, Floats]:
+    """Autocorrelation for shifts of up to `_REACH`, 1 without shift, and the share of overlap."""
+    reach = [min(_REACH, n - 1) for n in image.shape]
+    shape = [fft.next_fast_len(n + r) for n, r in zip(image.shape, reach, strict=True)]
+    power = np.abs(fft.rfft2(image - image.mean(), s=shape)) ** 2
+    whole = fft.irfft2(power, s=shape)
+    places = [np.arange(-r, r + 1) for r in reach]
+    part = whole[np.ix_(*places)]
+    overlap = np.multiply.outer(
+        *[(n - np.abs(p)) / n for n, p in zip(image.shape, places, strict=True)]
+    )
+    result = np.where(overlap > _LEAST_OVERLAP, part / np.maximum(overlap, _LEAST_OVERLAP), 0.0)
+    return result / max(float(whole[0, 0]), 1e-30), overlap
+
+
+def _peaks(correlation: Floats) -> Floats:
+    """Strongest local maxima (y, x) on one half of the plane, shape (n, 2)."""
+    middle = np.array(correlation.shape) // 2
+    largest = ndimage.maximum_filter(correlation, 3, mode="nearest")
+    y, x = np.nonzero((correlation == largest) & (correlation > _WEAKEST))
+    inner = (y > 0) & (x > 0) & (y < 2 * middle[0]) & (x < 2 * middle[1])
+    y, x = y[inner], x[inner]
+    order = np.argsort(-correlation[y, x])
+    found = []
+    for row, column in zip(y[order], x[order], strict=True):
+        place = []
+        for line, k in ((correlation[:, column], row), (correlation[row], column)):
+            low, mid, high = line[k - 1 : k + 2]
+            bend = low - 2 * mid + high
+            place.append(k + (0.5 * (low - high) / bend if bend < 0 else 0.0))
+        shift = np.array(place) - middle
+        half = shift[0] > 0.5 or (abs(shift[0]) <= 0.5 and shift[1] > 0)
+        if half and _SHORTEST < hypot(*shift) < _LONGEST:
+            found.append(shift)
+        if len(found) == _PEAKS:
+            break
+    return np.array(found).reshape(-1, 2)
+
+
+def reduced(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """Shortest two vectors of the lattice of a and b (Gauss)."""
+    for _ in range(100):
+        if a @ a > b @ b:
+            a, b = b, a
+        if a @ a < 1e-12:
+            break
+        times = np.round((a @ b) / (a @ a))
+        if times == 0:
+            break
+        b = b - times * a
+    return a, b
+
+
+def _score(splines: Floats, overlap: Floats, vectors: Floats) -> float:
+    """How much higher the autocorrelation is on a lattice than half or a third of the way."""
+    middle = np.array(splines.shape) // 2
+
+    def mean(fractions: list[tuple[float, float]]) -> float:
+        places = np.array(fractions) @ vectors + middle
+        inside = ((places >= 0) & (places <= 2 * middle)).all(axis=1)
+        if not inside.any():
+            return -1.0
+        values = ndimage.map_coordinates(splines, places[inside].T, order=3, prefilter=False)
+        weights = ndimage.map_coordinates(overlap, places[inside].T, order=1)
+        return float((values * weights).sum() / max(weights.sum(), 1e-9))
+
+    steps = range(-_RINGS, _RINGS + 1)
+    on = [(float(m), float(n)) for m, n in product(steps, steps) if (m, n) != (0, 0)]
+    between = []
+    for divisor in (2, 3):
+        for m, n in product(range(divisor), repeat=2):
+            if (m, n) == (0, 0):
+                continue
+            shifted = [(j + m / divisor, k + n / divisor) for j, k in product((-1, 0), repeat=2)]
+            between.append(mean(shifted))
+    return mean(on) - max(0.0, *between)
+
+
+def lattices(image: Image32, layout: Layout | None = None) -> list[Lattice]:
+    """Lattices that an image may have, the one with the most evidence first."""
+    starts = [max(0, (n - _CROP) // 2) for n in image.shape]
+    work = image[tuple(slice(b, b + _CROP) for b in starts)].astype(np.float32)
+    found: list[Lattice] = []
+    # The first version is twice as fine, for pitches of a few pixels.
+    starts = [max(0, (n - _CROP // 2) // 2) for n in work.shape]
+    work_fine = work[tuple(slice(b, b + _CROP // 2) for b in starts)]
+    versions = [
+        (0.5, np.asarray(ndimage.zoom(work_fine, 2, order=3, grid_mode=True, mode="nearest")))
+    ]
+    zoom = 1.0
+    while min(work.shape) >= _LEAST_SIDE:
+        versions.append((zoom, work))
+        rows, columns = (n // 2 * 2 for n in work.shape)
+        work = work[:rows, :columns].reshape(rows // 2, 2, columns // 2, 2).mean(axis=(1, 3))
+        zoom *= 2
+    for zoom, work in versions:
+        correlation, overlap = _autocorrelation(_even(work))
+        splines = ndimage.spline_filter(correlation, 3)
+        for a, b in combinations(_peaks(correlation), 2):
+            first, second = reduced(a, b)
+            area = abs(first[0] * second[1] - first[1] * second[0])
+            lengths = hypot(*first), hypot(*second)
+            if area < 0.6 * lengths[0] * lengths[1] or lengths[0] < _SHORTEST:
+                continue
+            if lengths[1] > 2 * lengths[0]:
+                continue
+            vectors = np.array([first, second])
+            if layout is None and min(layout_misfits(vectors)) > _UNUSUAL_LAYOUT:
+                continue
+            score = _score(splines, overlap, vectors)
+            if score > _WEAKEST:
+                found.append(Lattice(zoom * vectors, score))
+    found.sort(key=lambda lattice: -lattice.score)
+    different: list[Lattice] = []
+    for lattice in found:
+        if not any(_same(lattice.vectors, other.vectors) for other in different):
+            different.append(lattice)
+    # Every second or third lens is a lattice too: behind the one that it is part of.
+    whole = [
+        lattice
+        for lattice in different
+        if not any(
+            _part(lattice.vectors, other.vectors) and other.score > _OF_THE_WHOLE * lattice.score
+            for other in different
+        )
+    ]
+    return whole + [lattice for lattice in different if lattice not in whole]
+
+
+def _part(vectors: Floats, others: Floats) -> bool:
+    """Whether one lattice is part of a finer one."""
+    steps = vectors @ np.linalg.inv(others)
+    whole = np.round(steps)
+    return bool(np.abs(steps - whole).max() < 2 * _SAME and abs(np.linalg.det(whole)) > 1.5)
+
+
+def _same(vectors: Floats, others: Floats) -> bool:
+    """Whether two pairs of vectors make the same lattice."""
+    steps = vectors @ np.linalg.inv(others)
+    whole = np.round(steps)
+    near = bool(np.abs(steps - whole).max() < _SAME)
+    return near and abs(abs(np.linalg.det(whole)) - 1) < 1e-6
+
+
+def layout_misfits(vectors: Floats) -> tuple[float, float]:
+    """How far reduced vectors are from a square and from a hexagonal lattice, in pitches."""
+    a, b = reduced(*vectors)
+    if a @ b < 0:
+        b = -b
+    length = (hypot(*a) + hypot(*b)) / 2
+    along = a / hypot(*a)
+    across = np.array([-along[1], along[0]])
+    # b in a frame along a, mirrored if necessary.
+    place = np.array([b @ along, abs(b @ across)]) / length
+    ratio = hypot(*a) / length
+    square = hypot(place[0], place[1] - 1, ratio - 1)
+    hexagonal = hypot(place[0] - 0.5, place[1] - np.sqrt(0.75), ratio - 1)
+    return float(square), float(hexagonal)
+
+
+def classified(vectors: Floats, layout: Layout | None) -> tuple[Layout, Floats, Floats]:
+    """Layout, and the vectors of a row step and a column step."""
+    a, b = reduced(*vectors)
+    if a @ b < 0:
+        b = -b
+    square, hexagon = layout_misfits(vectors)
+    hexagonal = layout != "rectangular" if layout else hexagon < square
+    if not hexagonal:
+        steps = [a, b]
+        # The column step is the one that is nearer to the horizontal.
+        right = max(steps, key=lambda v: abs(v[1]) / hypot(*v))
+        down = a if right is b else b
+        return "rectangular", _positive(down, 0), _positive(right, 1)
+    ring = [a, b, b - a]
+    flat = max(ring, key=lambda v: abs(v[1]) / hypot(*v))
+    steep = max(ring, key=lambda v: abs(v[0]) / hypot(*v))
+    rows = abs(flat[1]) / hypot(*flat) >= abs(steep[0]) / hypot(*steep)
+    if layout == "hexagonal-rows" or (layout is None and rows):
+        right = _positive(flat, 1)
+        other = _positive(next(v for v in ring if v is not flat), 0)
+        # Across the rows: to the next lens minus half a step, whichever side it leans to.
+        down = other - right * (0.5 if other @ right > 0 else -0.5)
+        return "hexagonal-rows", down, right
+    down = _positive(steep, 0)
+    other = _positive(next(v for v in ring if v is not steep), 1)
+    right = other - down * (0.5 if other @ down > 0 else -0.5)
+    return "hexagonal-columns", down, right
+
+
+def _positive(vector: Floats, axis: int) -> Floats:
+    return vector if vector[axis] > 0 else -vector
+
+
+def guess(image: Image32, vectors: Floats, layout: Layout | None = None) -> Grid:
+    """Grid in the middle of an image from the vectors of its lattice."""
+    kind, down, right = classified(vectors, layout)
+    a, b = reduced(*vectors)
+    inverse = np.array([a, b]).T
+    reciprocal = np.linalg.inv(inverse)
+    # Phases near the middle, where errors of the vectors do not count yet.
+    size = int(np.ceil(8 * max(hypot(*a), hypot(*b))))
+    starts = [max(0, (n - size) // 2) for n in image.shape]
+    crop = image[tuple(slice(start, start + size) for start in starts)]
+    middle = np.array(starts) + (np.array(crop.shape) - 1) / 2
+    y, x = (np.arange(n) - (n - 1) / 2 for n in crop.shape)
+    window = np.outer(np.hanning(len(y) + 2)[1:-1], np.hanning(len(x) + 2)[1:-1])
+    weighted = crop * window
+    weighted -= window * (weighted.sum() / window.sum())
+    turns = np.array(
+        [
+            -np.angle(np.exp(-2j * np.pi * k[0] * y) @ weighted @ np.exp(-2j * np.pi * k[1] * x))
+            for k in reciprocal
+        ]
+    ) / (2 * np.pi)
+    origin = middle + inverse @ turns
+    return Grid(
+        layout=kind,
+        order=1,
+        middle=(0.0, 0.0),
+        scale=1.0,
+        coefficients=(tuple(origin), tuple(down), tuple(right)),
+    )
+
+
+def no_grid(what: str) -> InputError:
+    """Error of a white image without a grid."""
+    return InputError(what, where="white image", expected=GRID_EXPECTED)

@@ -1,0 +1,140 @@
+"""Calibration of drawn white images: a wrong grid never comes out, a good one nearly always."""
+
+import numpy as np
+import pytest
+
+from plenofir.camera.calibration import calibrate
+from plenofir.camera.synthetic import centres_within, regular_grid, white_image
+from plenofir.camera.synthetic.drawn import DrawnWhite, drawn_white
+from plenofir.errors import InputError
+
+
+def check(drawn: DrawnWhite) -> bool:
+    """Whether the white image is accepted; if it is, all centres are right."""
+    try:
+        found = calibrate(drawn.image)
+    except InputError:
+        return False
+    assert drawn.largest_error(found.centres) <= 0.5, drawn.name
+    assert drawn.missed(found.model_centres[found.inside]) == 0, drawn.name
+    return True
+
+
+def check_all(seeds: range, largest_pixels: float) -> None:
+    accepted = []
+    for seed in seeds:
+        drawn = drawn_white(seed, largest_pixels)
+        found = check(drawn)
+        if drawn.must_be_found:
+            accepted.append(found)
+    assert len(accepted) > len(seeds) / 6
+    assert np.mean(accepted) >= 0.98
+
+
+def test_drawn_white_images() -> None:
+    check_all(range(1000, 1060), 40_000)
+
+
+@pytest.mark.slow
+def test_many_drawn_white_images() -> None:
+    check_all(range(500), 500_000)
+
+
+def without_lenses(rows: int, columns: int, pitch: float, share: float, seed: int) -> tuple:
+    """White image in which a share of the lenses is dark, and its centres."""
+    shape = int(rows * pitch), int(columns * pitch)
+    grid = regular_grid(shape, pitch, rotation_degrees=0.4)
+    image = white_image(shape, grid, seed=seed)
+    centres = centres_within(grid, shape)
+    dark = np.random.default_rng(seed).random(len(centres)) < share
+    half = pitch / 2
+    for y, x in centres[dark]:
+        part = [slice(max(0, round(c - half)), max(0, round(c + half))) for c in (y, x)]
+        image[tuple(part)] = 0
+    return image, grid
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize(("rows", "columns", "pitch"), [(12, 15, 40), (10, 13, 76)])
+def test_missing_lenses(rows, columns, pitch, seed) -> None:
+    """20 % missing: no other lattice, and no bend that is not there."""
+    image, grid = without_lenses(rows, columns, pitch, 0.2, seed)
+    found = calibrate(image)
+    assert found.grid.order == 1
+    assert found.grid.layout == "rectangular"
+    assert np.linalg.norm(grid.nearest(found.model_centres)[2], axis=-1).max() < 0.1
+    assert 0.1 < found.evidence.missing_share < 0.3
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_hexagonal_lenses_of_uneven_brightness(seed) -> None:
+    shape, rng = (700, 800), np.random.default_rng(seed)
+    grid = regular_grid(shape, 75, layout="hexagonal-rows", rotation_degrees=1)
+    image = white_image(shape, grid, noise=0, seed=seed)
+    t, s, _ = grid.nearest(np.moveaxis(np.indices(shape), 0, -1).astype(float))
+    gain = np.clip(rng.normal(0.7, 0.2, (40, 40)), 0.1, 1)
+    found = calibrate((image * gain[t + 20, s + 20]).astype(np.uint16))
+    assert found.grid.layout == "hexagonal-rows"
+    assert np.linalg.norm(grid.nearest(found.model_centres)[2], axis=-1).max() < 0.2
+
+
+@pytest.mark.parametrize(("pitch", "limit"), [(10.0, 0.01), (5.02, 0.01), (3.02, 0.02)])
+def test_integer_and_small_pitch(pitch, limit) -> None:
+    """Pixels pull all lenses to the same side, or in a moire that looks like distortion."""
+    shape = (300, 400)
+    grid = regular_grid(shape, pitch, rotation_degrees=0.1)
+    found = calibrate(white_image(shape, grid))
+    assert found.grid.order == 1
+    away = np.linalg.norm(grid.nearest(found.model_centres)[2], axis=-1)
+    assert away.mean() < limit
+    assert found.grid.rotation_degrees == pytest.approx(0.1, abs=0.005)
+
+
+@pytest.mark.parametrize("share", [0.6, 0.7])
+@pytest.mark.parametrize("layout", ["rectangular", "hexagonal-rows"])
+def test_round_image_circle(share, layout) -> None:
+    shape = (300, 400)
+    grid = regular_grid(shape, 10.3, rotation_degrees=0.3, layout=layout)
+    y, x = np.indices(shape)
+    lit = np.hypot(y - 150, x - 200) < np.sqrt(share * y.size / np.pi)
+    found = calibrate((white_image(shape, grid) * lit).astype(np.uint16))
+    centres = found.centres[~np.isnan(found.centres[..., 0])]
+    assert np.linalg.norm(grid.nearest(centres)[2], axis=-1).mean() < 0.005
+    assert found.missing
+    assert found.evidence.missing_share < 0.05
+
+
+def test_too_small_a_pitch() -> None:
+    shape = (200, 240)
+    with pytest.raises(InputError, match="too small"):
+        calibrate(white_image(shape, regular_grid(shape, 2.4, rotation_degrees=0.3)))
+
+
+def test_few_rows() -> None:
+    """40 of 300 rows: 3.6 lenses high."""
+    shape = (300, 300)
+    grid = regular_grid(shape, 11.03, rotation_degrees=0.1)
+    try:
+        found = calibrate(white_image(shape, grid)[:40])
+    except InputError:
+        return
+    assert np.linalg.norm(grid.nearest(found.model_centres)[2], axis=-1).max() < 0.1
+
+
+def test_unknown_layout() -> None:
+    image = white_image((200, 200), regular_grid((200, 200), 11))
+    with pytest.raises(InputError, match="'hex'; expected rectangular, hexagonal-rows"):
+        calibrate(image, layout="hex")
+
+
+def test_evidence() -> None:
+    shape = (200, 240)
+    for layout in ("rectangular", "hexagonal-rows"):
+        evidence = calibrate(white_image(shape, regular_grid(shape, 11.03, layout=layout))).evidence
+        assert evidence.missing_share == 0
+        assert evidence.scatter_share < 0.002
+        assert evidence.centre_error_px < 0.01
+        assert evidence.periodicity > evidence.next_periodicity
+        assert evidence.layout_margin > 0.3
+        assert evidence.cell_margin > 0.9
+        assert len(evidence.lines()) == 3
