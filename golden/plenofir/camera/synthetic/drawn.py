@@ -19,7 +19,6 @@ _FORMS: tuple[Form, ...] = ("disc", "disc", "square", "spot")
 _PIXEL_PARTS = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) / 4
 _PITCHES = (3.0, 150.0)
 _LENSES = (3, 150)
-_DARKEST_LENS = 0.05
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ class DrawnWhite:
         Returns
         -------
         float
-            Also counts lenses in the image that no centre was found for.
+            0 if there are no centres.
         """
         found = centres.reshape(-1, 2)
         found = found[~np.isnan(found[:, 0])]
