@@ -7,7 +7,6 @@ JOBS ?= $(shell nproc)
 PLENOFIR := .venv/bin/plenofir --make
 PYTHON := .venv/bin/python
 PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
-QUICK := $(addprefix golden/tests/refocus/test_,refocus.py arithmetic.py moving_sum.py sharpness.py) tb/simulate/test_every_engine.py
 
 .PHONY: help check sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
 
@@ -49,7 +48,7 @@ test-full: venv simulator test-tools libpython lint bitstream-check ## All of th
 	@$(PYTEST)
 
 check: venv simulator lint ## For the edit loop: style, types, quick tests of the golden model, a small frame through each engine
-	@$(PYTEST) -q $(QUICK)
+	@$(PYTEST) -q -m quick
 
 golden: venv ## Golden-model tests alone (no simulator needed)
 	@$(PYTEST) golden

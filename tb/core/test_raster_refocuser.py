@@ -1,14 +1,11 @@
 """The raster core against the bit-true model, for all M, a' and both arithmetics."""
 
 import random
-from dataclasses import replace
 
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.core.moving_sum import MovingSumEngine
-from plenofir.fpga.core.stack import StackEngine
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
@@ -29,25 +26,6 @@ def raster_case(core: CoreConfiguration, *, thorough: bool = False) -> Case:
         core.generics(),
         {"core": core.model_dump(mode="json"), "thorough": thorough},
     )
-
-
-@pytest.mark.quick
-def test_small_frames_through_each_engine() -> None:
-    engines = {
-        "fir": FirEngine(),
-        "moving_sum": MovingSumEngine(),
-        "focal_stack": StackEngine(input_lines=3),
-    }
-    cases = []
-    for name, engine in engines.items():
-        core = CoreConfiguration(
-            micro_image_size=3, shifts=(-2, 1), max_columns=14, channels=3, engine=engine
-        )
-        case = raster_case(core)
-        if name == "focal_stack":
-            case = replace(case, top=name, case={**case.case, "kind": name})
-        cases.append(case)
-    run_cases(cases)
 
 
 @pytest.mark.parametrize("m", MICRO_IMAGE_SIZES)

@@ -11,6 +11,8 @@ import pytest
 from plenofir.images import write_png
 from plenofir_tb.runner import simulator_name
 
+pytestmark = pytest.mark.quick
+
 COMMAND = str(Path(sys.executable).parent / "plenofir")
 
 
