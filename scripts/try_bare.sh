@@ -12,6 +12,8 @@
 set -eu
 
 cd "$(dirname "$0")/.."
+# Where the project lies in a system.
+home=/srv
 packages=$(sed -n 's/.*after `apt-get install \([a-z ]*\)`.*/\1/p' README.md)
 
 fail() {
@@ -28,8 +30,8 @@ make_system() {
     fi
     if [ -e /etc/pip.conf ]; then cp /etc/pip.conf "$1/etc/"; fi
     if [ -e "$HOME/.config/pip/pip.conf" ]; then
-        mkdir -p "$1/root/.config/pip"
-        cp "$HOME/.config/pip/pip.conf" "$1/root/.config/pip/"
+        mkdir -p "$1$home/.config/pip"
+        cp "$HOME/.config/pip/pip.conf" "$1$home/.config/pip/"
     fi
     inside "$1" "apt-get update && apt-get install -y --no-install-recommends $packages"
 }
@@ -37,7 +39,7 @@ make_system() {
 # inside FOLDER COMMAND: runs a command in a system. Its processes and mounts end with it.
 inside() {
     cp -L /etc/resolv.conf /etc/hosts "$1/etc/"
-    env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive \
+    env -i HOME=$home PATH=/usr/sbin:/usr/bin:/sbin:/bin DEBIAN_FRONTEND=noninteractive \
         $(env | grep -E '^(PIP_|https?_proxy=|no_proxy=)[^ ]*$') \
         unshare --mount --pid --fork --kill-child sh -euc '
             mount -t proc proc "$0/proc"
@@ -68,21 +70,21 @@ for release in ${releases:-bookworm trixie}; do
     log=$bare/$release-system.log
     # No mount of ours is seen here, so nothing of the host can be removed with the system.
     if [ -z "$keep" ]; then trap 'rm -rf --one-file-system "$system"' EXIT; fi
-    if [ -z "$keep" ] || [ ! -e "$system/root/plenofir" ]; then
+    if [ -z "$keep" ] || [ ! -e "$system$home/plenofir" ]; then
         rm -rf --one-file-system "$system"
         if ! make_system "$system" "$release" >"$log" 2>&1; then
             tail -n 5 "$log" >&2
             fail "$release could not be set up; see $log"
         fi
-        git clone -q --no-hardlinks . "$system/root/plenofir"
+        git clone -q --no-hardlinks . "$system$home/plenofir"
     fi
-    git -C "$system/root/plenofir" fetch -q "$PWD" HEAD
-    git -C "$system/root/plenofir" reset -q --hard FETCH_HEAD
+    git -C "$system$home/plenofir" fetch -q "$PWD" HEAD
+    git -C "$system$home/plenofir" reset -q --hard FETCH_HEAD
     for target in ${targets:-sim test}; do
         log=$bare/$release-$target.log
         begin=$(date +%s)
         result=passed
-        inside "$system" "cd /root/plenofir && make $target" >"$log" 2>&1 || result=FAILED
+        inside "$system" "cd $home/plenofir && make $target" >"$log" 2>&1 || result=FAILED
         echo "$release: make $target $result in $(($(date +%s) - begin)) s: $(tail -n 1 "$log")"
         [ $result = passed ] || failed=1
     done
