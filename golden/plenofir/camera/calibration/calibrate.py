@@ -4,10 +4,11 @@ import numpy as np
 from scipy import ndimage
 
 from plenofir.camera.calibration.centroids import Image32
-from plenofir.camera.calibration.fit import Fit, fit_grid, lens_indices, shading_at, within
+from plenofir.camera.calibration.fit import Fit, fit_grid
 from plenofir.camera.calibration.frames import clipped_share, grey, white_signal
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
 from plenofir.camera.calibration.record import PROFILE_REACH, Calibration
+from plenofir.camera.calibration.shading import lens_indices, shading_at, within
 from plenofir.errors import InputError
 from plenofir.refocus.operator import Image
 

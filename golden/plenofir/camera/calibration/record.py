@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from plenofir.camera.calibration.evidence import Evidence
-from plenofir.camera.calibration.fit import shading_at, within
 from plenofir.camera.calibration.grid import Flags, Floats, Grid, exponents
+from plenofir.camera.calibration.shading import shading_at, within
 from plenofir.errors import InputError
 from plenofir.files import write_file
 

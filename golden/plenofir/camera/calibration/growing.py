@@ -1,0 +1,316 @@
+"""A fit of a grid that grows from the middle of the image."""
+
+import numpy as np
+from scipy import ndimage
+
+from plenofir.camera.calibration.centroids import (
+    CORE_HALF_WIDTH,
+    Image32,
+    Moments,
+    core_brightness,
+    matched_offsets,
+    reach,
+    response,
+    windowed_moments,
+)
+from plenofir.camera.calibration.grid import (
+    MAX_ORDER,
+    Flags,
+    Floats,
+    Grid,
+    Indices,
+    exponents,
+    polynomial_terms,
+)
+from plenofir.camera.calibration.lattice import (
+    no_grid,
+    reduced,
+)
+from plenofir.camera.calibration.robust import robust_fit
+from plenofir.camera.calibration.shading import (
+    extents,
+    indices_within,
+    outline,
+    shading_at,
+    unit_positions,
+)
+
+_ORDER_LENSES = 4000
+_SLOPE_LENSES = 8000
+# Distortion of less than this many pixels (root mean square) is not modelled.
+_SMALLEST_DISTORTION = 0.015
+SHADING_ORDER = 4
+DARK = 0.02
+_SMALLEST_PITCH = 2.8
+# Flattened micro images beyond these shares of the usual brightness are left out.
+DIMMEST, _BRIGHTEST = 0.25, 1.8
+# Shading is not divided by where it is less than this share of the brightest part.
+_DARKEST_SHADING = 0.03
+# Brightness (share of the brightest) of lenses whose centroids count half.
+_HALF_WEIGHT = 0.15
+# A lens beside this many unlit ones is at the border of the image circle, which cuts it off.
+_UNLIT_NEIGHBOURS = 3
+_CHANCE = 4.5
+_LEAST_FIT = 9
+_MANY_LENSES = 400
+_LARGE_PITCH = 16.0
+# Smallest scatter (in pitches) that large micro images are given: a missing neighbour moves them
+# a little, which makes no outliers of them.
+_LARGE_FLOOR = 5e-4
+# Pixels and micro images have a moire, which grows as the pitch gets smaller (square pixels).
+_MOIRE = 0.12
+_PROBE = 0.18
+# Lenses whose brightness varies less than this say nothing about the level without light.
+_EVEN_LIGHT = 0.15
+# Distortion of less than this share of a pitch is not modelled either.
+_DISTORTION_SHARE = 0.001
+_WEAKEST_RESPONSE = 0.02
+# Response of the small window, as a share of what spots would give it, for an even middle.
+_EVEN_MIDDLE = 0.6
+
+
+def reduced_lengths(grid: Grid) -> tuple[float, float]:
+    """Distances to the nearest lenses."""
+    a, b = reduced(*primitive_vectors(grid))
+    return float(np.hypot(*a)), float(np.hypot(*b))
+
+
+def primitive_vectors(grid: Grid) -> Floats:
+    """Vectors to two neighbouring lenses, in the middle of a grid."""
+    down, right = grid.vectors
+    if grid.layout == "hexagonal-rows":
+        down = down + right / 2
+    elif grid.layout == "hexagonal-columns":
+        right = right + down / 2
+    return np.array([down, right])
+
+
+class GrowingFit:
+    """State of the growing fit."""
+
+    def __init__(self, image: Image32, grid: Grid) -> None:
+        self.image = image
+        self.shape = image.shape[0], image.shape[1]
+        self.grid = grid
+        self.shading: Floats | None = None
+        self.scatter = 0.0
+        self.weights: Floats = np.empty(0)
+        self.unit = 1.0
+        self.covariance: Floats = np.empty(0)
+        # Windows of lenses at the border reach beyond it, where the edge pixels are repeated.
+        self.margin = int(reach(max(extents(grid)))) + 2
+        self.padded = np.pad(image, self.margin, mode="edge")
+
+    def lenses(self, radius: float, margin: float) -> tuple[Indices, Indices, Floats]:
+        """Lenses in the box of a radius around the middle, and margin inside the image."""
+        end = np.array(self.shape) - 1.0
+        middle = end / 2
+        low = np.maximum(middle - radius, margin)
+        high = np.minimum(middle + radius, end - margin)
+        if (low >= high).any():
+            raise no_grid("image too small for its micro images")
+        t, s = indices_within(self.grid, outline(low, high))
+        centres = self.grid.centres(t, s)
+        inside = ((centres >= low) & (centres <= high)).all(axis=-1)
+        return t[inside], s[inside], centres[inside]
+
+    def whole_lenses(self, radius: float) -> tuple[Indices, Indices, Floats]:
+        """Lenses whose micro images are whole; of few lenses also those close to the border."""
+        pitch = max(extents(self.grid))
+        found = self.lenses(radius, 0.5 * pitch)
+        if len(found[0]) > _MANY_LENSES:
+            found = self.lenses(radius, 0.65 * pitch + 1)
+        return found
+
+    def core(self, centres: Floats) -> Floats:
+        """Brightness of the middle of micro images."""
+        return core_brightness(self.padded, centres + self.margin, extents(self.grid))
+
+    def measure(self, centres: Floats) -> Floats:
+        """Centroids around expected centres, in pixels."""
+        pitch = extents(self.grid)
+        places = centres + self.margin
+        moments = windowed_moments(self.padded, places, pitch)
+        factors = response(self.padded, places, pitch)
+        if factors.min() < _WEAKEST_RESPONSE:
+            raise no_grid("nothing that repeats like micro images")
+        offsets = moments.offsets
+        if self.shading is not None:
+            slope = self.inner_slope(centres, moments, factors)
+            offsets = offsets - slope * moments.variances
+        largest = np.array(pitch) / 2
+        return centres + np.clip(offsets / factors, -largest, largest)
+
+    def inner_slope(self, centres: Floats, moments: Moments, factors: Floats) -> Floats:
+        """Slope of the light within micro images, besides that of the shading."""
+        # Light falls off with the angle to the axis, so micro images far from the middle are a
+        # little brighter on one side, which moves their centroids but not their borders. The slope
+        # shows in a small window over the middle, which does not reach the borders. A line over
+        # the image is fitted to the slopes. Spots have no even middle: for them it is not known.
+        pitch = extents(self.grid)
+        few = np.random.default_rng(2).permutation(len(centres))[:_SLOPE_LENSES]
+        places = centres[few] + self.margin
+        core = windowed_moments(self.padded, places, pitch, CORE_HALF_WIDTH)
+        core_factors = response(self.padded, places, pitch, CORE_HALF_WIDTH)
+        # Both windows see the place d and the slope g: offset = factor d + variance g.
+        spread, core_spread = (np.median(m.variances, axis=0) for m in (moments, core))
+        known = factors * core_spread - core_factors * spread
+        result = np.zeros_like(centres)
+        terms = polynomial_terms(unit_positions(centres, self.shape), 1)
+        for axis in (0, 1):
+            if known[axis] < _EVEN_MIDDLE * factors[axis] * core_spread[axis]:
+                continue
+            slope = (
+                factors[axis] * core.offsets[:, axis]
+                - core_factors[axis] * (moments.offsets[few, axis])
+            )
+            slope = (slope / known[axis])[:, np.newaxis]
+            coefficients, _, _ = robust_fit(terms[few], slope, 1e-9)
+            # Without the constant: the axis is in the middle, and sampling adds another constant.
+            result[:, axis] = (terms[:, 1:] @ coefficients[1:])[:, 0]
+        return result
+
+    def lit(self, t: Indices, s: Indices, centres: Floats) -> Flags:
+        """Lenses whose centroids are worth measuring."""
+        level = self.core(centres)
+        if self.shading is None:
+            return np.asarray(level > DARK * float(np.percentile(level, 95)))
+        usual = float(np.median(level[level > DIMMEST * float(np.percentile(level, 80))]))
+        lit = (level > DIMMEST * usual) & (level < _BRIGHTEST * usual)
+        # Inside the image circle: lenses beyond the image count as lit.
+        states = np.ones(np.array([np.ptp(t), np.ptp(s)]) + 3)
+        places = t - t.min() + 1, s - s.min() + 1
+        states[places] = level > DIMMEST * usual
+        unlit = 8 - (ndimage.uniform_filter(states, 3, mode="nearest") * 9 - states)[places]
+        inner = lit & (unlit < _UNLIT_NEIGHBOURS - 0.5)
+        return np.asarray(inner if inner.sum() >= max(25, 0.4 * lit.sum()) else lit)
+
+    def refine(self, radius: float, order: int | None, rounds: int) -> None:
+        """Measure and fit the lenses within a radius."""
+        for _ in range(rounds):
+            pitch = extents(self.grid)
+            t, s, centres = self.whole_lenses(radius)
+            if len(t) >= _LEAST_FIT:
+                lit = self.lit(t, s, centres)
+                t, s, centres = t[lit], s[lit], centres[lit]
+            if len(t) < _LEAST_FIT:
+                raise no_grid(f"{len(t)} whole micro images only")
+            large = self.shading is not None and min(extents(self.grid)) > _LARGE_PITCH
+            measured = (
+                centres + matched_offsets(self.padded, centres + self.margin, extents(self.grid))
+                if large
+                else self.measure(centres)
+            )
+            lattice = self.grid.lattice(t, s)
+            middle = np.round((lattice.min(axis=0) + lattice.max(axis=0)) / 2)
+            scale = max(1.0, float(np.abs(lattice - middle).max()))
+            points = (lattice - middle) / scale
+            floor = (_LARGE_FLOOR if large else 1e-4) * max(pitch)
+            prior = np.ones(len(t))
+            if self.shading is not None:
+                light = shading_at(self.shading, centres, self.shape)
+                light = light / light.max()
+                prior = light**2 / (light**2 + _HALF_WEIGHT**2)
+            self.unit = scale
+            chosen = order or self.best_order(points, measured, floor, prior)
+            terms = polynomial_terms(points, chosen)
+            coefficients, self.weights, self.scatter = robust_fit(terms, measured, floor, prior)
+            self.grid = Grid(
+                layout=self.grid.layout,
+                stagger=self.grid.stagger,
+                order=chosen,
+                middle=tuple(middle),
+                scale=scale,
+                coefficients=tuple(map(tuple, coefficients)),
+            )
+            if min(reduced_lengths(self.grid)) < _SMALLEST_PITCH:
+                size = min(reduced_lengths(self.grid))
+                raise no_grid(f"micro images of {size:.1f} pixels, too small")
+            weighted = terms * self.weights[:, np.newaxis]
+            self.covariance = np.asarray(np.linalg.pinv(weighted.T @ terms), dtype=np.float64)
+
+    def best_order(self, points: Floats, values: Floats, floor: float, prior: Floats) -> int:
+        """Lowest order that predicts lenses left out of the fit as well as any higher one."""
+        # Each half of the lenses (drawn at random, always the same) is predicted from the other. A
+        # higher order must be better by more than chance (standard errors) and by more than
+        # sampling does to centroids: pixels and micro images have a moire.
+        drawn = np.random.default_rng(1).permutation(len(points))[:_ORDER_LENSES]
+        points, values, prior = points[drawn], values[drawn], prior[drawn]
+        half = np.arange(len(drawn)) % 2 == 0
+        best, least = 1, np.zeros(len(points))
+        sides = np.ptp(points, axis=0) * self.unit
+        pitch = max(extents(self.grid))
+        smallest = max(_SMALLEST_DISTORTION, _DISTORTION_SHARE * pitch, _MOIRE / pitch)
+        for order in range(1, MAX_ORDER + 1):
+            if 4 * len(exponents(order)) > half.sum() or (order > 1 and min(sides) < 3 * order):
+                break
+            terms = polynomial_terms(points, order)
+            squares = np.empty(len(values))
+            for part in (half, ~half):
+                coefficients, _, _ = robust_fit(terms[part], values[part], floor, prior[part])
+                left = values[~part] - terms[~part] @ coefficients
+                squares[~part] = (left**2).sum(axis=1) * prior[~part]
+            # Outliers say nothing about the order.
+            squares = np.minimum(squares, np.percentile(squares, 90))
+            if order == 1:
+                least = squares
+                continue
+            gain = least - squares
+            chance = _CHANCE * gain.std() / np.sqrt(len(gain))
+            if gain.mean() > max(chance, smallest**2):
+                best, least = order, squares
+        return best
+
+    def flatten(self) -> None:
+        """Fit the smooth part of the brightness, and divide the image by it."""
+        _, _, centres = self.whole_lenses(max(self.shape))
+        self.padded = np.pad(self.image, self.margin, mode="edge")
+        base = self.base()
+        places, spread = centres, np.zeros(len(centres))
+        pitch = extents(self.grid)
+        width = CORE_HALF_WIDTH
+        if min(pitch) > _LARGE_PITCH:
+            # Large micro images show the slope of the light themselves.
+            moves = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]) * _PROBE * min(pitch)
+            places = (centres[:, np.newaxis] + moves).reshape(-1, 2)
+            spread = np.tile([0.0, 1.0, 1.0, 1.0, 1.0], len(centres))
+            width = _PROBE
+        level = windowed_moments(self.padded, places + self.margin, pitch, width).sums - base
+        lit = level > DARK * np.percentile(level, 95)
+        terms_of = unit_positions(places[lit], self.shape)
+        count = lit.sum() * len(centres) / len(places)
+        order = next(n for n in range(SHADING_ORDER, -1, -1) if count >= 4 * n * n + 1)
+        light = level[lit] / np.percentile(level, 95)
+        prior = light**2 / (light**2 + _HALF_WEIGHT**2)
+        terms = polynomial_terms(terms_of, order)
+        smooth = terms.shape[1]
+        if spread.any():
+            terms = np.concatenate([terms, spread[lit, np.newaxis]], axis=1)
+        coefficients, _, _ = robust_fit(terms, np.log(level[lit])[:, np.newaxis], 1e-3, prior)
+        self.shading = coefficients[:smooth, 0]
+        y, x = (np.clip(np.linspace(-1, 1, n), -1, 1) for n in self.shape)
+        table = np.zeros((order + 1, order + 1))
+        for value, (m, n) in zip(self.shading, exponents(order), strict=True):
+            table[m, n] = value
+        logs = np.polynomial.polynomial.polygrid2d(y, x, table).astype(np.float32)
+        top = float(np.max(terms[:, :smooth] @ self.shading))
+        darkest = np.log(_DARKEST_SHADING)
+        flat = (self.image - np.float32(base)) * np.exp(-np.clip(logs - top, darkest, 0.0))
+        self.padded = np.pad(flat.astype(np.float32), self.margin, mode="edge")
+
+    def base(self) -> float:
+        """Level of the image without light: what the darkest places keep where lenses are dark."""
+        _, _, centres = self.whole_lenses(max(self.shape))
+        part = 2 if self.grid.layout == "rectangular" else 3
+        gaps = centres + primitive_vectors(self.grid).sum(axis=0) / part
+        smooth = ndimage.gaussian_filter(self.image, 0.06 * min(extents(self.grid)))
+        core, gap = (
+            ndimage.map_coordinates(smooth, places.T, order=1, mode="nearest")
+            for places in (centres, gaps)
+        )
+        low, middle, high = np.percentile(core, [10, 50, 90])
+        if high - low < _EVEN_LIGHT * middle:
+            return 0.0
+        terms = np.stack([np.ones_like(core), core / high], axis=-1).astype(np.float64)
+        (level, _), _, _ = robust_fit(terms, gap[:, np.newaxis], 1e-6 * float(high))
+        return float(np.clip(level[0], 0.0, max(0.0, float(np.percentile(gap, 5)))))

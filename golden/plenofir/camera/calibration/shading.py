@@ -1,0 +1,90 @@
+"""Where lenses lie in an image, and the smooth part of its brightness."""
+
+import numpy as np
+
+from plenofir.camera.calibration.grid import (
+    Flags,
+    Floats,
+    Grid,
+    Indices,
+    exponents,
+    polynomial_terms,
+)
+
+# Pixels reach half a pixel beyond their centres; a little more for centres on the very border.
+_BORDER = 0.52
+_LARGEST_LOG = 30.0
+
+
+def shading_at(coefficients: Floats, positions: Floats, image_shape: tuple[int, int]) -> Floats:
+    """Smooth part of the white image: vignetting of the main lens."""
+    order = next(n for n in range(20) if len(exponents(n)) == len(coefficients))
+    logs = polynomial_terms(unit_positions(positions, image_shape), order) @ coefficients
+    # Far from all lenses the polynomial goes anywhere.
+    return np.exp(np.clip(logs, -_LARGEST_LOG, _LARGEST_LOG))
+
+
+def within(centres: Floats, image_shape: tuple[int, int]) -> Flags:
+    """Whether centres lie in an image."""
+    end = np.array(image_shape) - 1
+    return np.asarray(((centres >= -_BORDER) & (centres <= end + _BORDER)).all(axis=-1))
+
+
+def unit_positions(positions: Floats, image_shape: tuple[int, int]) -> Floats:
+    """Positions over half the image: -1 to 1 along y and x."""
+    half = (np.array(image_shape) - 1) / 2
+    return np.clip((positions - half) / half, -1.0, 1.0)
+
+
+def shading_slope(coefficients: Floats, positions: Floats, image_shape: tuple[int, int]) -> Floats:
+    """Relative slope of the shading along y and x for each pixel."""
+    steps = np.eye(2)
+    return np.stack(
+        [
+            (
+                np.log(shading_at(coefficients, positions + step, image_shape))
+                - np.log(shading_at(coefficients, positions - step, image_shape))
+            )
+            / 2
+            for step in steps
+        ],
+        axis=-1,
+    )
+
+
+def indices_within(grid: Grid, corners: Floats) -> tuple[Indices, Indices]:
+    """Rows and columns of all lenses that can lie in a box, given its outline."""
+    lattice = grid.inverse(corners)
+    low = np.floor(lattice.min(axis=0)).astype(np.int64) - 1
+    high = np.ceil(lattice.max(axis=0)).astype(np.int64) + 1
+    t, s = np.meshgrid(
+        np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1), indexing="ij"
+    )
+    return t, s
+
+
+def outline(low: Floats, high: Floats) -> Floats:
+    """Points on the border of a box."""
+    steps = np.linspace(0, 1, 9)
+    sides = []
+    for axis in (0, 1):
+        for end in (low, high):
+            points = np.empty((len(steps), 2))
+            points[:, axis] = end[axis]
+            points[:, 1 - axis] = low[1 - axis] + steps * (high - low)[1 - axis]
+            sides.append(points)
+    return np.concatenate(sides)
+
+
+def lens_indices(grid: Grid, image_shape: tuple[int, int]) -> tuple[Indices, Indices]:
+    """Rows and columns of all lenses that can lie in an image, and a few around it."""
+    end = np.array(image_shape) - 0.5
+    return indices_within(grid, outline(np.full(2, -0.5), end))
+
+
+def extents(grid: Grid) -> tuple[float, float]:
+    """Pitch along y and x for the windows: extent of a lens's cell."""
+    down, right = grid.pitch
+    if grid.layout == "hexagonal-rows":
+        return right, right
+    return (down, down) if grid.layout == "hexagonal-columns" else (down, right)
