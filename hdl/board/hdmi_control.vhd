@@ -101,6 +101,8 @@ architecture rtl of hdmi_control is
   signal status_here     : std_logic_vector(ERRORS + 4 downto 0);
   signal size_now        : std_logic_vector(2 * COUNT_BITS - 1 downto 0);
   signal size_here       : std_logic_vector(2 * COUNT_BITS - 1 downto 0);
+  signal rows_here       : std_logic_vector(COUNT_BITS - 1 downto 0);
+  signal columns_here    : std_logic_vector(COUNT_BITS - 1 downto 0);
   signal settings_vector : std_logic_vector(17 downto 0);
   signal pixel_settings  : std_logic_vector(17 downto 0);
   signal pixel_pattern   : std_logic_vector(0 downto 0);
@@ -311,6 +313,9 @@ begin
       destination     => size_here
     );
 
+  rows_here    <= size_here(2 * COUNT_BITS - 1 downto COUNT_BITS);
+  columns_here <= size_here(COUNT_BITS - 1 downto 0);
+
   report_status : process (clk) is
 
     variable alive : std_logic_vector(ERRORS + 4 downto 0);
@@ -324,8 +329,7 @@ begin
         alive(4 downto 0) := "00000";
       end if;
       status_values <= std_logic_vector(edid_bytes) & number(alive(ERRORS + 4 downto 5)) &
-                       number(size_here(2 * COUNT_BITS - 1 downto COUNT_BITS)) &
-                       number(size_here(COUNT_BITS - 1 downto 0)) & number(alive(4 downto 4)) &
+                       number(rows_here) & number(columns_here) & number(alive(4 downto 4)) &
                        number(alive(3 downto 3)) & number(alive(2 downto 0)) & number("0" & running) &
                        number("0" & present) & number(std_logic_vector(rate));
 

@@ -251,6 +251,10 @@ begin
     variable line_end    : unsigned(15 downto 0);
     variable slice_now   : slice_t;
     variable strobe      : std_logic;
+    variable line_first  : std_logic;
+    variable line_last   : std_logic;
+    variable band        : std_logic;
+    variable frame_first : std_logic;
     variable pixel       : std_logic;
     variable image       : std_logic;
 
@@ -388,31 +392,43 @@ begin
       end if;
 
       -- The token.
-      strobe     := '0';
-      pixel      := '0';
-      image      := '0';
-      token_row  <= band_row;
-      token_data <= (others => '0');
+      strobe      := '0';
+      pixel       := '0';
+      line_first  := '0';
+      line_last   := '0';
+      band        := '0';
+      frame_first := '0';
+      image       := '0';
+      token_row   <= band_row;
+      token_data  <= (others => '0');
 
-      if send /= nothing and reset = '0' then
+      if send /= nothing then
         strobe := '1';
       end if;
       if send /= nothing and send /= empty then
-        pixel := '1';
-      end if;
-      if image_token then
-        image := '1';
+        pixel       := '1';
+        line_first  := at_first;
+        line_last   := line_ends;
+        band        := band_token;
+        frame_first := starts_frame or first_band;
+        if image_token then
+          image := '1';
+        end if;
       end if;
       if send = stream_pixel then
         token_data <= s_axis_tdata;
       end if;
 
+      if reset = '1' then
+        strobe := '0';
+      end if;
+
       token.strobe      <= strobe;
       token.pixel       <= pixel;
-      token.line_first  <= pixel and at_first;
-      token.line_last   <= pixel and line_ends;
-      token.band        <= pixel and band_token;
-      token.frame_first <= pixel and (starts_frame or first_band);
+      token.line_first  <= line_first;
+      token.line_last   <= line_last;
+      token.band        <= band;
+      token.frame_first <= frame_first;
       token.image       <= image;
       token.slice       <= slice_now;
 
