@@ -1,49 +1,79 @@
--- The EDID blocks of the HDMI input; built by scripts/build_hdl.py.
+-- The EDID of the HDMI input, and the known modes in a monitor's; built by scripts/build_hdl.py.
 --
--- DVI only, 640x480p60, 800x600p60, 1280x720p60: each block has one mode more. A build
--- serves the block whose modes fit its longest line.
+-- Offered: 640x480p60, 800x600p60, 1024x768p60, 1280x720p50, 1280x720p60.
+-- A build serves the block whose modes fit its longest line; no extension, so
+-- sources send DVI.
 
 library ieee;
 use ieee.std_logic_1164.all;
 
 package edid_pkg is
 
-  -- The bytes of a block one after the other, the first one at the left.
-  subtype edid_t is std_logic_vector(0 to 1023);
+  constant EDID_BYTES : positive := 128;
 
-  type edids_t is array (0 to 2) of edid_t;
+  type edid_columns_t is array (0 to 3) of positive;
 
-  type edid_columns_t is array (0 to 2) of positive;
+  -- Longest line of each EDID.
+  constant EDID_COLUMNS : edid_columns_t := (0 => 640, 1 => 800, 2 => 1024, 3 => 1280);
 
-  -- Longest line of each block.
-  constant EDID_COLUMNS : edid_columns_t := (640, 800, 1280);
+  -- The bytes of all of them one after the other, the first one at the left.
+  subtype edids_t is std_logic_vector(0 to 4095);
 
-  constant EDIDS : edids_t :=
+  constant EDIDS : edids_t := x"00FFFFFFFFFFFF004186450000000000" &
+                              x"00220103810000780EEE91A3544C9926" &
+                              x"0F505420000001010101010101010101" &
+                              x"010101010101D50980A020E02D101060" &
+                              x"A2000000000000180000001000000000" &
+                              x"00000000000000000000000000FC0070" &
+                              x"6C656E6F6669720A20202020000000FD" &
+                              x"003B3C1F2003000A202020202020008F" &
+                              x"00FFFFFFFFFFFF004186450000000000" &
+                              x"00220103810000780EEE91A3544C9926" &
+                              x"0F505421000001010101010101010101" &
+                              x"010101010101A00F200031581C202880" &
+                              x"140000000000001ED50980A020E02D10" &
+                              x"1060A200000000000018000000FC0070" &
+                              x"6C656E6F6669720A20202020000000FD" &
+                              x"003B3D1F2604000A2020202020200028" &
+                              x"00FFFFFFFFFFFF004186450000000000" &
+                              x"00220103810000780EEE91A3544C9926" &
+                              x"0F505421080001010101010101010101" &
+                              x"01010101010164190040410026301888" &
+                              x"3600000000000018D50980A020E02D10" &
+                              x"1060A200000000000018000000FC0070" &
+                              x"6C656E6F6669720A20202020000000FD" &
+                              x"003B3D1F3107000A202020202020003E" &
+                              x"00FFFFFFFFFFFF004186450000000000" &
+                              x"00220103810000780EEE91A3544C9926" &
+                              x"0F505421080001010101010101010101" &
+                              x"010101010101011D007251D01E206E28" &
+                              x"550000000000001E011D00BC52D01E20" &
+                              x"B828554000000000001E000000FC0070" &
+                              x"6C656E6F6669720A20202020000000FD" &
+                              x"00323D1F3108000A2020202020200028";
+
+  -- A mode as an EDID names it: bits of bytes 35 and 36 (established timings), both bytes of a
+  -- standard timing, code of CEA-861; 0: it has none.
+
+  type known_mode_t is record
+    columns     : positive;
+    rows        : positive;
+    rate        : positive;
+    established : std_logic_vector(15 downto 0);
+    standard    : std_logic_vector(15 downto 0);
+    vic         : std_logic_vector(6 downto 0);
+  end record known_mode_t;
+
+  type known_modes_t is array (0 to 4) of known_mode_t;
+
+  -- Rates in 0.1 Hz.
+  constant KNOWN_MODES : known_modes_t :=
   (
-    x"00FFFFFFFFFFFF004186450000000000" &
-    x"00220103810000780EEE91A3544C9926" &
-    x"0F505420000001010101010101010101" &
-    x"010101010101D50980A020E02D101060" &
-    x"A2000000000000180000001000000000" &
-    x"00000000000000000000000000FC0070" &
-    x"6C656E6F6669720A20202020000000FD" &
-    x"003B3C1F2003000A202020202020008F",
-    x"00FFFFFFFFFFFF004186450000000000" &
-    x"00220103810000780EEE91A3544C9926" &
-    x"0F505421000001010101010101010101" &
-    x"010101010101A00F200031581C202880" &
-    x"140000000000001ED50980A020E02D10" &
-    x"1060A200000000000018000000FC0070" &
-    x"6C656E6F6669720A20202020000000FD" &
-    x"003B3D1F2604000A2020202020200028",
-    x"00FFFFFFFFFFFF004186450000000000" &
-    x"00220103810000780EEE91A3544C9926" &
-    x"0F505421000001010101010101010101" &
-    x"010101010101011D007251D01E206E28" &
-    x"550000000000001ED50980A020E02D10" &
-    x"1060A200000000000018000000FC0070" &
-    x"6C656E6F6669720A20202020000000FD" &
-    x"003B3D1F2E08000A2020202020200092"
+    0 => (640, 480, 599, x"2000", x"3140", "0000001"),
+    1 => (800, 600, 603, x"0100", x"4540", "0000000"),
+    2 => (1024, 768, 600, x"0008", x"6140", "0000000"),
+    3 => (1280, 720, 500, x"0000", x"0000", "0010011"),
+    4 => (1280, 720, 600, x"0000", x"81C0", "0000100")
   );
 
 end package edid_pkg;

@@ -1,7 +1,7 @@
 -- The EDID memory that sources read over the display data channel: an I2C slave at 0x50.
 --
--- A write sets the address, reads go on from it, one byte after the other. Beyond the 128 bytes of
--- the block reads give 0xFF. Both lines are taken only after FILTER equal samples; a start condition
+-- A write sets the address, reads go on from it, one byte after the other. Beyond the EDID_BYTES
+-- of the EDID reads give 0xFF. Both lines are taken only after FILTER equal samples; a start condition
 -- begins anew from any state, so a transfer that was broken off blocks nothing.
 --
 -- Latency: FILTER + 3 clocks from a falling edge of the clock line to the data line. Throughput: I2C
@@ -30,7 +30,7 @@ entity i2c_rom_slave is
     sda : in    std_logic;
     -- Pull the data line low (open drain).
     sda_low : out   std_logic;
-    -- A byte of the block was read, for a clock.
+    -- A byte was read, for a clock.
     read_byte : out   std_logic
   );
 end entity i2c_rom_slave;
@@ -39,39 +39,39 @@ architecture rtl of i2c_rom_slave is
 
   constant DEVICE : std_logic_vector(6 downto 0) := "1010000";
 
-  type rom_t is array (0 to 127) of std_logic_vector(7 downto 0);
+  type rom_t is array (0 to EDID_BYTES - 1) of std_logic_vector(7 downto 0);
 
-  -- The block with the longest lines that fit; 640x480 in any case.
-  function chosen_block (
+  -- The one with the longest lines that fit; the first one in any case.
+  function chosen_edid (
     columns : positive
   ) return rom_t is
 
-    variable block_bits : edid_t;
-    variable rom        : rom_t;
+    variable first_bit : natural;
+    variable rom       : rom_t;
 
   begin
 
-    block_bits := EDIDS(0);
+    first_bit := 0;
 
     for i in EDID_COLUMNS'range loop
 
       if EDID_COLUMNS(i) <= columns then
-        block_bits := EDIDS(i);
+        first_bit := 8 * EDID_BYTES * i;
       end if;
 
     end loop;
 
     for i in rom'range loop
 
-      rom(i) := block_bits(8 * i to 8 * i + 7);
+      rom(i) := EDIDS(first_bit + 8 * i to first_bit + 8 * i + 7);
 
     end loop;
 
     return rom;
 
-  end function chosen_block;
+  end function chosen_edid;
 
-  constant EDID : rom_t := chosen_block(MAX_COLUMNS);
+  constant EDID : rom_t := chosen_edid(MAX_COLUMNS);
 
   -- idle: not addressed; device_byte, address_byte, discard: bytes coming in; acknowledge: the
   -- slave's bit; send: a byte going out; acknowledged: the master's bit.
@@ -138,8 +138,8 @@ begin
 
     if rising_edge(clk) then
       rom_byte <= x"FF";
-      if address(7) = '0' then
-        rom_byte <= EDID(to_integer(address(6 downto 0)));
+      if address < EDID_BYTES then
+        rom_byte <= EDID(to_integer(address));
       end if;
     end if;
 

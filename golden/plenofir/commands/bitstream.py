@@ -56,8 +56,8 @@ def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
     return values
 
 
-def scene_generics(path: str) -> "dict[str, top_level.Value]":
-    """Generics of the top level that a scene means."""
+def scene_build(path: str) -> "tuple[dict[str, top_level.Value], bytes | None]":
+    """Generics of the top level that a scene means, and its EDID."""
     from plenofir.fpga.bitstream import top_level
     from plenofir.plan import load_scene, make_plan
 
@@ -68,7 +68,8 @@ def scene_generics(path: str) -> "dict[str, top_level.Value]":
             where=f"{path}: build.path",
             expected='path = "video"; for a core: make synth, or plenofir configure and ISE',
         )
-    return top_level.board_generics(plan.core)
+    edid = None if plan.edid is None else bytes.fromhex(plan.edid)
+    return top_level.board_generics(plan.core), edid
 
 
 @app.command()
@@ -88,6 +89,7 @@ def build(
 ) -> None:
     """Build the bitstream of the Atlys board with Xilinx ISE 14.7."""
     from plenofir.fpga.bitstream import ise as tools
+    from plenofir.fpga.hdmi.edid import describe_edid
 
     given = {
         name: value
@@ -100,10 +102,12 @@ def build(
             where=options.typed(next(iter(given))),
             expected="one of them",
         )
-    generics = board_generics(given) if scene is None else scene_generics(scene)
+    generics, edid = (board_generics(given), None) if scene is None else scene_build(scene)
     installation = tools.find_installation(ise)
     with steps_bar("bitstream") as show:
-        report = tools.build(installation, generics, Path(out), show)
+        report = tools.build(installation, generics, Path(out), show, edid)
+    if edid is not None:
+        print_line("edid", describe_edid(edid))
     for site, (used, there) in report.utilisation.items():
         print_line(site, f"{used} of {there}")
     for entry in report.timing:

@@ -31,6 +31,7 @@ def _amounts(amounts: dict[str, int]) -> str:
 
 def print_plan(plan: "Plan") -> None:
     """Print a plan for a person."""
+    from plenofir.fpga.hdmi.edid import describe_edid
     from plenofir.fpga.synthesis.estimate import slice_engine
 
     core = plan.core
@@ -44,6 +45,8 @@ def print_plan(plan: "Plan") -> None:
             f"in and out on the board, blanking of {plan.blanking[0]} pixels and "
             f"{plan.blanking[1]} lines",
         )
+    if plan.edid is not None:
+        print_line("edid", f"the scene's own: {describe_edid(bytes.fromhex(plan.edid))}")
     for part in plan.slices:
         depth = (
             ""

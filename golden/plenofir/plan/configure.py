@@ -9,6 +9,7 @@ from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import ise, top_level
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import used_units
+from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.plan.planner import Plan
 
 TOP = "scene_top"
@@ -238,10 +239,11 @@ def configure(plan: Plan, out: Path) -> list[Path]:
     publish({**own, "plan.json": plan.model_dump_json(indent=2) + "\n"}, out)
     # XST wants the folder for its temporary files to be there.
     (out / "xst").mkdir(exist_ok=True)
-    sources = [
-        *needed_sources(top, top.stem, hdl.board_sources()),
-        *(out / name for name in own if name.endswith(".vhd")),
-    ]
+    needed = needed_sources(top, top.stem, hdl.board_sources())
+    # Own files in the place of those that they replace, the others behind.
+    sources = [out / path.name if path.name in own else path for path in needed]
+    vhdl = (out / name for name in own if name.endswith(".vhd"))
+    sources += [path for path in vhdl if path not in sources]
     places = [os.path.relpath(source, out) for source in sources]
     publish(
         {
@@ -272,8 +274,12 @@ def _core_top(plan: Plan) -> dict[str, str]:
 
 
 def _board_top(plan: Plan) -> dict[str, str]:
-    """Top level with the scene's generics, pins and clocks, and XST's script of the board."""
+    """Top level with the scene's generics, its EDID, pins and clocks, XST's script of the board."""
+    own = {}
+    if plan.edid is not None:
+        own[f"{EDID_PACKAGE}.vhd"] = edid_package(bytes.fromhex(plan.edid))
     return {
+        **own,
         f"{top_level.TOP}.vhd": top_level.top_with_generics(top_level.board_generics(plan.core)),
         f"{top_level.TOP}.ucf": ise.CONSTRAINTS.read_text(),
         f"{top_level.TOP}.xst": ise.xst_script(ise.read_options(ise.SCRIPTS / "xst.opt")),

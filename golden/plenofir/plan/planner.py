@@ -107,6 +107,8 @@ class Plan(BaseModel):
         What the full build is.
     left_out
         What is not there, each with what it would take.
+    edid
+        In hexadecimal, the EDID that the board serves instead of its own; None for its own.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -136,6 +138,7 @@ class Plan(BaseModel):
     full_build: str
     available: dict[str, int]
     left_out: tuple[LeftOut, ...]
+    edid: str | None = None
 
 
 def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
@@ -468,4 +471,5 @@ def make_plan(loaded: LoadedScene) -> Plan:
         f"{whole.extent(full)} {whole.UNIT}",
         available=device.total.amounts(),
         left_out=left_out(core, scene.build.path),
+        edid=None if loaded.edid is None else loaded.edid.hex(),
     )

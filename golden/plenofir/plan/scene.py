@@ -18,6 +18,7 @@ from plenofir.fpga.core.configuration import (
 )
 from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS
 from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.hdmi.edid import check_edid
 from plenofir.refocus.shifts import focus_to_shift
 
 Distance = Annotated[float, Field(gt=0)]
@@ -127,6 +128,9 @@ class SceneBuild(_Part):
     engine
         "fir" (semi-systolic filters), "moving_sum", or "auto": the one that fits; of two, the one
         whose scarcest resource is used less.
+    edid
+        File (relative to the scene file) of an EDID that the board serves instead of its own; for
+        the path "video".
     """
 
     arithmetic: Literal["auto", "exact", "stored"] = "auto"
@@ -137,6 +141,7 @@ class SceneBuild(_Part):
     path: Literal["core", "video"] = "core"
     device: str = "xc6slx45"
     engine: Literal["auto", "fir", "moving_sum"] = "auto"
+    edid: Annotated[str, Field(min_length=1)] | None = None
 
     @field_validator("device")
     @classmethod
@@ -192,6 +197,8 @@ class Scene(_Part):
             board = board_device().part.split("-")[0]
             if self.build.device != board:
                 raise ValueError(f'build.device "{board}" (the board) for build.path "video"')
+        elif self.build.edid is not None:
+            raise ValueError('build.path "video" for build.edid')
         return self
 
 
@@ -208,6 +215,8 @@ class LoadedScene(BaseModel):
         The camera it names, or None.
     shifts
         a' of the slices it names, or None.
+    edid
+        The EDID it names, checked, or None.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -216,6 +225,7 @@ class LoadedScene(BaseModel):
     scene: Scene
     camera: Camera | None
     shifts: tuple[int, ...] | None
+    edid: bytes | None = None
 
     def model(self) -> RayModel | None:
         """Ray model of the camera.
@@ -283,4 +293,21 @@ def load_scene(path: str | Path) -> LoadedScene:
                     where=where,
                     expected="each a once",
                 )
-    return LoadedScene(path=file, scene=scene, camera=camera, shifts=shifts)
+    edid = None
+    if scene.build.edid is not None:
+        edid = _read_edid(file.parent / scene.build.edid, where=f"{file}: build.edid")
+    return LoadedScene(path=file, scene=scene, camera=camera, shifts=shifts, edid=edid)
+
+
+def _read_edid(path: Path, *, where: str) -> bytes:
+    """Read an EDID and check it."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(
+            f"{path} cannot be read ({error.strerror or error})",
+            where=where,
+            expected="a file of 128 or 256 bytes",
+        ) from None
+    check_edid(content, where=f"{where}: {path}")
+    return content

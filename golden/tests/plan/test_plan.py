@@ -18,6 +18,8 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.memory import Memory, block_sizes
 from plenofir.fpga.devices import Usage
+from plenofir.fpga.hdmi.edid import make_edid
+from plenofir.fpga.hdmi.modes import HD720
 from plenofir.fpga.synthesis.comparison import (
     ENGINES,
     SETS,
@@ -269,6 +271,7 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
         ("[build]", '[build]\nengine = "both"', r"build\.engine = 'both'; expected 'auto'"),
         ("[build]", '[build]\nengine = "moving_sum"\nparallel_rows = 2', r"parallel_rows = 1 for"),
         ("[build]", '[build]\npath = "video"', r"frame\.rate_hz for build\.path"),
+        ("[build]", '[build]\nedid = "own.bin"', r'build\.path "video" for build\.edid'),
         ("far_mm = inf", "far_mm = nan", r"depth"),
         ("focus_mm = 5000.0", "focus_mm = 5.0", r"."),
         ('name = "test"', 'name = "a b"', r"name = 'a b'"),
@@ -330,6 +333,38 @@ def test_video_paths_that_cannot_be(
 ) -> None:
     with pytest.raises(InputError, match=re.escape(message)):
         make_plan(scene(tmp_path, *changes, build=f'path = "video"\n{build}'))
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "rate", "clock"),
+    [(1280, 720, 50, 74.25), (1280, 720, 60, 74.25), (1024, 768, 60, 65.0)],
+)
+def test_video_modes(tmp_path: Path, columns: int, rows: int, rate: int, clock: float) -> None:
+    size = ("columns = 640\nrows = 480", f"columns = {columns}\nrows = {rows}\nrate_hz = {rate}.0")
+    plan = make_plan(scene(tmp_path, size, build='path = "video"'))
+    assert plan.clock_mhz == clock
+    assert abs(clock * 1e6 / plan.frame_clocks - rate) < 0.01 * rate
+
+
+def test_own_edid(tmp_path: Path) -> None:
+    """It takes the place of the board's in the list of sources, and in nothing else."""
+    build = 'path = "video"\nedid = "own.bin"'
+    with pytest.raises(InputError, match=r"build.edid: .*own.bin cannot be read"):
+        scene(tmp_path, RATE, build=build)
+    (tmp_path / "own.bin").write_bytes(bytes(128))
+    with pytest.raises(InputError, match=r"build.edid: .*own.bin: begins with 00 00"):
+        scene(tmp_path, RATE, build=build)
+    own = make_edid((HD720,))
+    (tmp_path / "own.bin").write_bytes(own)
+    out = tmp_path / "out"
+    plan = make_plan(scene(tmp_path, RATE, build=build))
+    with_own, without = (
+        configure(part, out) for part in (plan, plan.model_copy(update={"edid": None}))
+    )
+    package = out / "edid_pkg.vhd"
+    assert with_own == [package if path.name == package.name else path for path in without]
+    assert package not in without
+    assert own[-16:].hex().upper() in package.read_text()
 
 
 def test_video_path_that_does_not_fit_is_refused_with_it(tmp_path: Path) -> None:

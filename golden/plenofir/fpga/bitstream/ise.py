@@ -36,6 +36,7 @@ from plenofir.fpga.bitstream.top_level import (
     top_source,
     top_with_generics,
 )
+from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 
 CONSTRAINTS = project.root() / "constraints" / "atlys.ucf"
 SCRIPTS = project.root() / "scripts" / "ise"
@@ -254,7 +255,11 @@ def xst_script(options: Sequence[str], top: str = TOP, part: str = "") -> str:
 
 
 def build(
-    installation: Installation, changed: Mapping[str, Value], out: Path, progress: Progress
+    installation: Installation,
+    changed: Mapping[str, Value],
+    out: Path,
+    progress: Progress,
+    edid: bytes | None = None,
 ) -> BuildReport:
     """Build the bitstream.
 
@@ -268,6 +273,8 @@ def build(
         Folder for bitstream, reports and logs.
     progress
         Called with the tool's name, how many are done, and how many there are.
+    edid
+        EDID to serve instead of the board's own.
 
     Returns
     -------
@@ -290,7 +297,12 @@ def build(
     (work / "xst").mkdir(parents=True)
     top = work / f"{TOP}.vhd"
     top.write_text(source)
-    (work / f"{TOP}.prj").write_text("\n".join([*project_lines({top_source(): top}), ""]))
+    replaced = {top_source(): top}
+    if edid is not None:
+        own = work / f"{EDID_PACKAGE}.vhd"
+        own.write_text(edid_package(edid))
+        replaced[top_source().with_name(own.name)] = own
+    (work / f"{TOP}.prj").write_text("\n".join([*project_lines(replaced), ""]))
     (work / f"{TOP}.xst").write_text(xst_script(options["xst"]))
     constraints = CONSTRAINTS
     seconds: dict[str, float] = {}

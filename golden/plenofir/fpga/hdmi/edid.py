@@ -1,15 +1,19 @@
-"""The EDID block that the board's HDMI input serves to sources (VESA E-EDID 1.3, 128 bytes).
+"""The EDID that the board's HDMI input serves to sources (VESA E-EDID 1.3), and how to read others.
 
-There is no CEA extension, so that sources take the board for a DVI monitor and send no audio and
-no data islands. Offered are the modes that a build supports, as detailed timings, the first being
-the preferred one.
+The board's own is one block of 128 bytes. There is no CEA extension, so that sources take the board
+for a DVI monitor and send no audio and no data islands. Offered are the modes that a build
+supports.
 """
 
 from collections.abc import Sequence
 
-from plenofir.fpga.hdmi.modes import HD720, MODES, SVGA, VGA, VideoMode
+from plenofir.errors import InputError
+from plenofir.fpga.hdmi.modes import MODES, SVGA, VGA, XGA, VideoMode
 
-EDID_BYTES = 128
+EDID_PACKAGE = "edid_pkg"
+"""Name of the VHDL package."""
+BLOCK_BYTES = 128
+HEADER = b"\x00\xff\xff\xff\xff\xff\xff\x00"
 NAME = "plenofir"
 MANUFACTURER = "PLF"
 PRODUCT = 0x0045
@@ -18,8 +22,9 @@ YEAR = 2024
 
 # An unused descriptor (E-EDID 1.3, section 3.10.3).
 _NO_DESCRIPTOR = bytes([0, 0, 0, 0x10]).ljust(18, b"\0")
-# Bits of the established timings, bytes 35 to 37 (E-EDID 1.3, section 3.8).
-_ESTABLISHED = {VGA.name: (0, 0x20), SVGA.name: (0, 0x01)}
+# Bits of the established timings, bytes 35 and 36 as one number (E-EDID 1.3, section 3.8).
+_ESTABLISHED = {VGA.name: 0x2000, SVGA.name: 0x0100, XGA.name: 0x0008}
+_DESCRIPTORS = range(54, 126, 18)
 
 
 def _manufacturer_code(letters: str) -> bytes:
@@ -77,15 +82,14 @@ def _range_descriptor(modes: Sequence[VideoMode]) -> bytes:
     return bytes([0, 0, 0, 0xFD, 0, *limits, 0, 0x0A]) + b" " * 6
 
 
-def make_edid(modes: Sequence[VideoMode] = MODES, *, preferred: VideoMode = HD720) -> bytes:
+def make_edid(modes: Sequence[VideoMode] = MODES) -> bytes:
     """Make the EDID block.
 
     Parameters
     ----------
     modes
-        Modes to offer, one to three.
-    preferred
-        The one to use if the source has no other wish; one of `modes`.
+        Modes to offer, the last one preferred. Besides it, one may be none of the established
+        timings.
 
     Returns
     -------
@@ -95,24 +99,19 @@ def make_edid(modes: Sequence[VideoMode] = MODES, *, preferred: VideoMode = HD72
     Raises
     ------
     ValueError
-        If the preferred mode is not offered, or there are no or too many modes.
+        If there are no modes, or not all find a place.
     """
-    if preferred not in modes or len(modes) > 3:
-        raise ValueError("one to three modes, the preferred one among them")
-    # Behind the preferred mode those that have no other place in the block.
-    others = [mode for mode in modes if mode != preferred]
-    ordered = [preferred, *sorted(others, key=lambda mode: mode.name in _ESTABLISHED)]
-    established = [0, 0, 0]
-    for mode in modes:
-        byte, bit = _ESTABLISHED.get(mode.name, (0, 0))
-        established[byte] |= bit
-    # Two descriptors are timings, one the name, one the limits.
-    detailed = ordered[:2]
-    if any(mode.name not in _ESTABLISHED for mode in ordered[2:]):
-        raise ValueError("of three modes, one must be 640x480p60 or 800x600p60, not preferred")
+    if not modes:
+        raise ValueError("at least one mode")
+    # Two descriptors are timings, one the name, one the limits. Behind the preferred mode the one
+    # that has no other place in the block, or the smallest.
+    preferred, others = modes[-1], sorted(modes[:-1], key=lambda mode: mode.name in _ESTABLISHED)
+    if any(mode.name not in _ESTABLISHED for mode in others[1:]):
+        raise ValueError("a place for each mode that is no established timing")
+    detailed = [preferred, *others[:1]]
     block = b"".join(
         [
-            b"\x00\xff\xff\xff\xff\xff\xff\x00",
+            HEADER,
             _manufacturer_code(MANUFACTURER),
             PRODUCT.to_bytes(2, "little"),
             (0).to_bytes(4, "little"),
@@ -123,8 +122,9 @@ def make_edid(modes: Sequence[VideoMode] = MODES, *, preferred: VideoMode = HD72
             bytes([0x81, 0, 0, 120, 0x0E]),
             # Chromaticities of sRGB (IEC 61966-2-1), ten bits each.
             bytes([0xEE, 0x91, 0xA3, 0x54, 0x4C, 0x99, 0x26, 0x0F, 0x50, 0x54]),
-            bytes(established),
-            # No standard timings.
+            sum(_ESTABLISHED.get(mode.name, 0) for mode in modes).to_bytes(2, "big"),
+            # No timings of the manufacturer's, no standard timings.
+            b"\x00",
             b"\x01\x01" * 8,
             *(_detailed_timing(mode) for mode in detailed),
             *[_NO_DESCRIPTOR] * (2 - len(detailed)),
@@ -154,53 +154,199 @@ def offered_modes(max_columns: int) -> tuple[VideoMode, ...]:
     return tuple(mode for mode in MODES if mode.h_active <= max(max_columns, VGA.h_active))
 
 
-def edid_package() -> str:
-    """Make the VHDL package with the blocks.
+def check_edid(content: bytes, *, where: str) -> None:
+    """Refuse what no source would take for an EDID.
+
+    Parameters
+    ----------
+    content
+        One block, or two.
+    where
+        What to name in the error.
+
+    Raises
+    ------
+    InputError
+        If length, header, number of extensions or a checksum is wrong.
+    """
+    if len(content) not in (BLOCK_BYTES, 2 * BLOCK_BYTES):
+        raise InputError(f"{len(content)} bytes", where=where, expected="128 or 256 bytes")
+    if content[:8] != HEADER:
+        raise InputError(
+            f"begins with {content[:8].hex(' ')}", where=where, expected=HEADER.hex(" ")
+        )
+    extensions = len(content) // BLOCK_BYTES - 1
+    if content[126] != extensions:
+        raise InputError(
+            f"byte 126 says {content[126]} extension blocks",
+            where=where,
+            expected=f"{extensions}, as there are {len(content)} bytes",
+        )
+    for begin in range(0, len(content), BLOCK_BYTES):
+        remainder = sum(content[begin : begin + BLOCK_BYTES]) % 256
+        if remainder:
+            raise InputError(
+                f"bytes {begin} to {begin + 127} have the sum {remainder} modulo 256",
+                where=where,
+                expected="0: a right checksum",
+            )
+
+
+def timing_of(descriptor: bytes) -> tuple[int, int, float] | None:
+    """Read a detailed timing.
+
+    Parameters
+    ----------
+    descriptor
+        At least its first eight bytes.
+
+    Returns
+    -------
+    tuple or None
+        Columns, rows (of interlaced timings those of a field) and frames (fields) a second; None if
+        it describes something else.
+    """
+    clock = int.from_bytes(descriptor[:2], "little") * 10_000
+    columns, h_blank, v_active, v_blank = (
+        low | high << 8
+        for low, high in zip(
+            (descriptor[2], descriptor[3], descriptor[5], descriptor[6]),
+            (descriptor[4] >> 4, descriptor[4] & 15, descriptor[7] >> 4, descriptor[7] & 15),
+            strict=True,
+        )
+    )
+    pixels = (columns + h_blank) * (v_active + v_blank)
+    if not clock or not pixels:
+        return None
+    return columns, v_active, clock / pixels
+
+
+def describe_edid(content: bytes) -> str:
+    """Say in a line what an EDID makes sources do.
+
+    Parameters
+    ----------
+    content
+        One block, or two.
+
+    Returns
+    -------
+    str
+        The preferred mode, and whether sources may send HDMI.
+    """
+    timing = timing_of(content[_DESCRIPTORS.start :])
+    preferred = "no preferred mode"
+    if timing is not None:
+        preferred = f"{timing[0]} x {timing[1]} at {timing[2]:.2f} Hz preferred"
+    if len(content) == BLOCK_BYTES:
+        return f"{preferred}; no extension, so sources send DVI"
+    return f"{preferred}; an extension, so sources may send HDMI: islands, audio, other colours"
+
+
+def standard_code(mode: VideoMode) -> int:
+    """Code of a mode as a standard timing (E-EDID 1.3, section 3.9).
+
+    Parameters
+    ----------
+    mode
+        The mode.
+
+    Returns
+    -------
+    int
+        Both bytes, the first one in the high bits; 0 if there is none.
+    """
+    aspects = {(16, 10): 0, (4, 3): 1, (5, 4): 2, (16, 9): 3}
+    rate = round(mode.frame_rate) - 60
+    for (width, height), aspect in aspects.items():
+        if mode.h_active * height == mode.v_active * width and 0 <= rate < 64:
+            return (mode.h_active // 8 - 31) << 8 | aspect << 6 | rate
+    return 0
+
+
+def edid_package(own: bytes | None = None) -> str:
+    """Make the VHDL package with the blocks, and with what the modes are called in other EDIDs.
+
+    Parameters
+    ----------
+    own
+        An EDID to serve instead of the board's, whatever the longest line of the build.
 
     Returns
     -------
     str
         ``hdl/board/edid_pkg.vhd``.
     """
-    offers = [MODES[: count + 1] for count in range(len(MODES))]
-    blocks = []
-    for offer in offers:
-        block = make_edid(offer, preferred=offer[-1])
-        rows = [f'x"{block[i : i + 16].hex().upper()}"' for i in range(0, EDID_BYTES, 16)]
-        blocks.append("    " + " &\n    ".join(rows))
+    edids = {mode.h_active: make_edid(offered_modes(mode.h_active)) for mode in MODES}
+    if own is not None:
+        edids = {1: own}
+    size = len(next(iter(edids.values())))
+    content = b"".join(edids.values())
+    rows = [f'x"{content[i : i + 16].hex().upper()}"' for i in range(0, len(content), 16)]
+    known = [
+        f"    {number} => ({mode.h_active}, {mode.v_active}, {round(10 * mode.frame_rate)}, "
+        f'x"{_ESTABLISHED.get(mode.name, 0):04X}", x"{standard_code(mode):04X}", '
+        f'"{mode.vic:07b}")'
+        for number, mode in enumerate(MODES)
+    ]
     return _TEMPLATE.format(
-        modes=", ".join(mode.name for mode in MODES),
-        columns=", ".join(str(offer[-1].h_active) for offer in offers),
-        blocks=",\n".join(blocks),
-        last_bit=8 * EDID_BYTES - 1,
-        last_offer=len(offers) - 1,
+        offered=(
+            f"{', '.join(mode.name for mode in MODES)}.\n"
+            "-- A build serves the block whose modes fit its longest line; no extension, so\n"
+            "-- sources send DVI."
+            if own is None
+            else "an EDID of the user's own."
+        ),
+        bytes=size,
+        columns=", ".join(f"{number} => {columns}" for number, columns in enumerate(edids)),
+        rows=(" &\n" + 30 * " ").join(rows),
+        last_bit=8 * len(content) - 1,
+        last_offer=len(edids) - 1,
+        known=",\n".join(known),
+        last_known=len(MODES) - 1,
     )
 
 
 _TEMPLATE = """\
--- The EDID blocks of the HDMI input; built by scripts/build_hdl.py.
+-- The EDID of the HDMI input, and the known modes in a monitor's; built by scripts/build_hdl.py.
 --
--- DVI only, {modes}: each block has one mode more. A build
--- serves the block whose modes fit its longest line.
+-- Offered: {offered}
 
 library ieee;
 use ieee.std_logic_1164.all;
 
 package edid_pkg is
 
-  -- The bytes of a block one after the other, the first one at the left.
-  subtype edid_t is std_logic_vector(0 to {last_bit});
-
-  type edids_t is array (0 to {last_offer}) of edid_t;
+  constant EDID_BYTES : positive := {bytes};
 
   type edid_columns_t is array (0 to {last_offer}) of positive;
 
-  -- Longest line of each block.
+  -- Longest line of each EDID.
   constant EDID_COLUMNS : edid_columns_t := ({columns});
 
-  constant EDIDS : edids_t :=
+  -- The bytes of all of them one after the other, the first one at the left.
+  subtype edids_t is std_logic_vector(0 to {last_bit});
+
+  constant EDIDS : edids_t := {rows};
+
+  -- A mode as an EDID names it: bits of bytes 35 and 36 (established timings), both bytes of a
+  -- standard timing, code of CEA-861; 0: it has none.
+
+  type known_mode_t is record
+    columns     : positive;
+    rows        : positive;
+    rate        : positive;
+    established : std_logic_vector(15 downto 0);
+    standard    : std_logic_vector(15 downto 0);
+    vic         : std_logic_vector(6 downto 0);
+  end record known_mode_t;
+
+  type known_modes_t is array (0 to {last_known}) of known_mode_t;
+
+  -- Rates in 0.1 Hz.
+  constant KNOWN_MODES : known_modes_t :=
   (
-{blocks}
+{known}
   );
 
 end package edid_pkg;

@@ -25,6 +25,8 @@ class VideoMode(BaseModel):
         Parts of a frame in lines.
     h_positive, v_positive
         Whether sync pulses are high.
+    vic
+        Code of the mode in CEA-861, 0 for none.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -41,6 +43,7 @@ class VideoMode(BaseModel):
     v_back: Positive
     h_positive: bool
     v_positive: bool
+    vic: Annotated[int, Field(ge=0)] = 0
 
     @property
     def h_total(self) -> int:
@@ -71,8 +74,9 @@ VGA = VideoMode(
     v_back=33,
     h_positive=False,
     v_positive=False,
+    vic=1,
 )
-"""VESA DMT 640 x 480 at 60 Hz (CEA-861 VIC 1)."""
+"""VESA DMT and CEA-861, 640 x 480 at 60 Hz."""
 
 SVGA = VideoMode(
     name="800x600p60",
@@ -90,6 +94,22 @@ SVGA = VideoMode(
 )
 """VESA DMT 800 x 600 at 60 Hz."""
 
+XGA = VideoMode(
+    name="1024x768p60",
+    pixel_clock=65_000,
+    h_active=1024,
+    h_front=24,
+    h_sync=136,
+    h_back=160,
+    v_active=768,
+    v_front=3,
+    v_sync=6,
+    v_back=29,
+    h_positive=False,
+    v_positive=False,
+)
+"""VESA DMT 1024 x 768 at 60 Hz."""
+
 HD720 = VideoMode(
     name="1280x720p60",
     pixel_clock=74_250,
@@ -103,10 +123,14 @@ HD720 = VideoMode(
     v_back=20,
     h_positive=True,
     v_positive=True,
+    vic=4,
 )
-"""CEA-861 VIC 4: 1280 x 720 at 60 Hz."""
+"""CEA-861, 1280 x 720 at 60 Hz."""
 
-MODES = (VGA, SVGA, HD720)
+HD720_50 = HD720.model_copy(update={"name": "1280x720p50", "h_front": 440, "vic": 19})
+"""CEA-861, 1280 x 720 at 50 Hz: longer lines."""
+
+MODES = (VGA, SVGA, XGA, HD720_50, HD720)
 """The modes that the board's EDID offers, smallest first."""
 
 

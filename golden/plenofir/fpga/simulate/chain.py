@@ -12,7 +12,7 @@ from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SignalKind
 from plenofir.fpga.hdmi.link import LinkError, decode_frames, encode_frames
-from plenofir.fpga.hdmi.modes import MODES, VideoMode
+from plenofir.fpga.hdmi.modes import VideoMode, find_mode
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
 from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.simulators import SimulationError, Simulator
@@ -58,13 +58,10 @@ def mode_for(columns: int, rows: int) -> VideoMode:
     Returns
     -------
     VideoMode
-        The standard mode of that size, or one with the reduced blanking of VESA CVT 1.2
+        The standard mode of that size at 60 Hz, or one with the reduced blanking of VESA CVT 1.2
         (version 2) and the pixel clock of 720p60.
     """
-    for mode in MODES:
-        if (mode.h_active, mode.v_active) == (columns, rows):
-            return mode
-    return VideoMode(
+    return find_mode(columns, rows, 60) or VideoMode(
         name=f"{columns}x{rows}",
         pixel_clock=74_250,
         h_active=columns,

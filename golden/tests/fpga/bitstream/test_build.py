@@ -20,6 +20,8 @@ from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.moving_sum import MovingSumEngine
+from plenofir.fpga.hdmi.edid import make_edid
+from plenofir.fpga.hdmi.modes import HD720
 from plenofir.plan import load_scene, make_plan
 from plenofir.refocus import StoredProductArithmetic
 
@@ -334,6 +336,23 @@ def test_scene(tools: Path, tmp_path: Path) -> None:
     top = (out / "work" / f"{TOP}.vhd").read_text()
     shifts = " ".join(map(str, core.shifts))
     assert re.search(rf'SHIFTS +: string +:= "{shifts}";', top)
+
+
+def test_own_edid(tools: Path, tmp_path: Path) -> None:
+    edid = make_edid((HD720,))
+    (tmp_path / "own.bin").write_bytes(edid)
+    file = tmp_path / "scene.toml"
+    text = (project.root() / "scenes" / "rgb-480p.toml").read_text()
+    file.write_text(text.replace("[build]", '[build]\nedid = "own.bin"'))
+    out = tmp_path / "out"
+    command = ["bitstream", "build", "--scene", str(file), "--out", str(out)]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
+    assert "1280 x 720 at 60.00 Hz preferred; no extension, so sources send DVI" in done.output
+    package = out / "work" / "edid_pkg.vhd"
+    assert edid[-16:].hex().upper() in package.read_text()
+    lines = (out / "work" / f"{TOP}.prj").read_text().splitlines()
+    assert [line for line in lines if "edid_pkg" in line] == [f'vhdl work "{package}"']
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,23 @@
 """The EDID block: fields by their definition, and Debian's decoder where it is installed."""
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
-from plenofir.fpga.hdmi.edid import make_edid, offered_modes
-from plenofir.fpga.hdmi.modes import HD720, MODES, SVGA, VGA, VideoMode
+from plenofir.errors import InputError
+from plenofir.fpga.hdmi.edid import (
+    check_edid,
+    describe_edid,
+    edid_package,
+    make_edid,
+    offered_modes,
+    standard_code,
+    timing_of,
+)
+from plenofir.fpga.hdmi.modes import HD720, HD720_50, MODES, SVGA, VGA, XGA, VideoMode
 
 
 def detailed_timing(block: bytes) -> dict[str, int]:
@@ -47,41 +57,101 @@ def test_block() -> None:
     # Version 1.3, digital, no extension: sources send DVI.
     assert (block[18], block[19], block[20] >> 7, block[126]) == (1, 3, 1, 0)
     assert detailed_timing(block[54:72]) == expected(HD720)
-    assert detailed_timing(block[72:90]) == expected(VGA)
-    # 640x480 and 800x600 at 60 Hz are established timings.
-    assert block[35] == 0x21
+    assert detailed_timing(block[72:90]) == expected(HD720_50)
+    # 640x480, 800x600 and 1024x768 at 60 Hz are established timings.
+    assert block[35:38] == b"\x21\x08\0"
     assert block[90:95] == b"\0\0\0\xfc\0"
     assert block[95:108].split(b"\n")[0] == b"plenofir"
 
 
 def test_preferred_mode_comes_first() -> None:
-    assert detailed_timing(make_edid(preferred=VGA)[54:72]) == expected(VGA)
-    assert detailed_timing(make_edid((SVGA,), preferred=SVGA)[54:72]) == expected(SVGA)
+    assert detailed_timing(make_edid((HD720, VGA))[54:72]) == expected(VGA)
+    assert detailed_timing(make_edid((HD720, VGA))[72:90]) == expected(HD720)
+    assert detailed_timing(make_edid((SVGA,))[54:72]) == expected(SVGA)
 
 
 def test_offers_fit_the_build() -> None:
-    assert [len(offered_modes(columns)) for columns in (1, 640, 799, 800, 1279, 1280)] == [
-        *(1, 1, 1, 2, 2, 3)
+    assert [len(offered_modes(columns)) for columns in (1, 640, 799, 800, 1023, 1024, 1280)] == [
+        *(1, 1, 1, 2, 2, 3, 5)
     ]
 
 
-@pytest.mark.parametrize("modes", [(VGA,), (*MODES, VGA)])
+@pytest.mark.parametrize("modes", [(), (*MODES, VGA)])
 def test_impossible_offers(modes: tuple[VideoMode, ...]) -> None:
-    with pytest.raises(ValueError, match="modes"):
+    with pytest.raises(ValueError, match="mode"):
         make_edid(modes)
 
 
 @pytest.mark.skipif(shutil.which("edid-decode") is None, reason="edid-decode is not installed")
-@pytest.mark.parametrize("max_columns", [100, 640, 800, 1280])
-@pytest.mark.parametrize("largest_first", [True, False])
-def test_conforms(tmp_path: Path, max_columns: int, largest_first: bool) -> None:
+@pytest.mark.parametrize("max_columns", [100, 640, 800, 1024, 1280])
+def test_conforms(tmp_path: Path, max_columns: int) -> None:
     modes = offered_modes(max_columns)
-    preferred = modes[-1 if largest_first else 0]
+    preferred = modes[-1]
     file = tmp_path / "edid.bin"
-    file.write_bytes(make_edid(modes, preferred=preferred))
+    file.write_bytes(make_edid(modes))
     done = subprocess.run(
         ["edid-decode", "--check", str(file)], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stdout
     assert "EDID conformity: PASS" in done.stdout
     assert f"DTD 1:  {preferred.h_active:>4}x{preferred.v_active}" in done.stdout
+    for mode in modes:
+        size = rf"{mode.h_active}x{mode.v_active} +{int(mode.frame_rate)}\."
+        assert re.search(size, done.stdout), done.stdout
+
+
+def test_codes_of_the_modes() -> None:
+    """As VESA's list of display monitor timings prints them; 50 Hz has no code."""
+    codes = {mode.name: standard_code(mode) for mode in MODES}
+    assert codes == {
+        VGA.name: 0x3140,
+        SVGA.name: 0x4540,
+        XGA.name: 0x6140,
+        HD720_50.name: 0,
+        HD720.name: 0x81C0,
+    }
+
+
+def with_checksums(content: bytes) -> bytes:
+    """The same with right last bytes of all blocks."""
+    blocks = [content[i : i + 127] for i in range(0, len(content), 128)]
+    return b"".join(block + bytes([-sum(block) % 256]) for block in blocks)
+
+
+def two_blocks() -> bytes:
+    """An EDID with an empty CEA extension."""
+    block = bytearray(make_edid())
+    block[126] = 1
+    return with_checksums(bytes(block) + b"\x02\x03\x04".ljust(128, b"\0"))
+
+
+def test_own_edids() -> None:
+    for content, text in ((make_edid(), "send DVI"), (two_blocks(), "may send HDMI")):
+        check_edid(content, where="own.bin")
+        assert describe_edid(content).startswith("1280 x 720 at 60.00 Hz preferred; ")
+        assert text in describe_edid(content)
+        package = edid_package(content)
+        assert f"EDID_BYTES : positive := {len(content)};" in package
+        assert package.count("00FFFFFFFFFFFF00") == 1
+        assert content[-16:].hex().upper() in package
+    assert timing_of(make_edid()[90:]) is None
+    assert "no preferred mode" in describe_edid(bytes(128))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "own.bin: 0 bytes; expected 128 or 256 bytes"),
+        (make_edid() + bytes(1), "129 bytes"),
+        (make_edid() * 3, "384 bytes"),
+        (b"\x01" + make_edid()[1:], "begins with 01 ff ff ff ff ff ff 00; expected 00 ff"),
+        (make_edid() * 2, "byte 126 says 0 extension blocks; expected 1"),
+        (two_blocks()[:128], "byte 126 says 1 extension blocks; expected 0"),
+        (make_edid()[:127] + b"\0", "bytes 0 to 127 have the sum"),
+        (two_blocks()[:-1] + b"\1", "bytes 128 to 255 have the sum"),
+    ],
+)
+def test_own_edids_refused(content: bytes, message: str) -> None:
+    with pytest.raises(InputError) as error:
+        check_edid(content, where="own.bin")
+    assert message in str(error.value)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plenofir.fpga.hdmi import link, tmds
-from plenofir.fpga.hdmi.modes import HD720, MODES, SVGA, VGA, VideoMode
+from plenofir.fpga.hdmi.modes import HD720, HD720_50, MODES, SVGA, VGA, XGA, VideoMode
 
 MINI = VideoMode(
     name="mini",
@@ -112,5 +112,7 @@ def test_no_picture_is_an_error() -> None:
 def test_modes() -> None:
     assert (VGA.h_total, VGA.v_total) == (800, 525)
     assert (SVGA.h_total, SVGA.v_total) == (1056, 628)
+    assert (XGA.h_total, XGA.v_total) == (1344, 806)
     assert (HD720.h_total, HD720.v_total) == (1650, 750)
-    assert all(abs(mode.frame_rate - 60) < 0.4 for mode in MODES)
+    assert (HD720_50.h_total, HD720_50.v_total) == (1980, 750)
+    assert all(abs(m.frame_rate - (50 if m is HD720_50 else 60)) < 0.4 for m in MODES)
