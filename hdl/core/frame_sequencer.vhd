@@ -92,36 +92,38 @@ architecture rtl of frame_sequencer is
   constant FRAME_SIZE  : natural := 4;
 
   constant LAST_BAND_ROW : natural := PARALLEL_ROWS - 1;
+  -- Of a column, and of MIN_STEPS to compare it with.
+  constant COLUMN_BITS : positive := bits_for(larger(MAX_COLUMNS - 1, MIN_STEPS));
 
-  signal state        : state_t               := accept;
+  signal state        : state_t                            := accept;
   signal send         : send_t;
   signal take         : std_logic;
-  signal synchronised : std_logic             := '0';
-  signal frame_open   : std_logic             := '0';
-  signal column       : unsigned(15 downto 0) := (others => '0');
+  signal synchronised : std_logic                          := '0';
+  signal frame_open   : std_logic                          := '0';
+  signal column       : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
   -- column = 0, column = last_column.
-  signal at_first        : std_logic                        := '1';
-  signal at_last         : std_logic                        := '0';
+  signal at_first        : std_logic                          := '1';
+  signal at_last         : std_logic                          := '0';
   signal column_count    : natural range 0 to PARALLEL_ROWS - 1;
   signal column_step     : std_logic;
   signal column_restart  : std_logic;
-  signal row             : unsigned(15 downto 0)            := (others => '0');
-  signal last_column     : unsigned(15 downto 0)            := (others => '0');
-  signal last_row        : unsigned(15 downto 0)            := (others => '0');
-  signal new_last_column : unsigned(15 downto 0);
+  signal row             : unsigned(15 downto 0)              := (others => '0');
+  signal last_column     : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
+  signal last_row        : unsigned(15 downto 0)              := (others => '0');
+  signal new_last_column : unsigned(COLUMN_BITS - 1 downto 0);
   signal new_last_row    : unsigned(15 downto 0);
   signal size_supported  : std_logic;
   signal starts_frame    : std_logic;
   signal line_ends       : std_logic;
-  signal band_row        : natural range 0 to PARALLEL_ROWS := 0;
+  signal band_row        : natural range 0 to PARALLEL_ROWS   := 0;
   signal completes_band  : std_logic;
   signal completes_first : std_logic;
-  signal first_band      : std_logic                        := '0';
+  signal first_band      : std_logic                          := '0';
   signal band_wait       : std_logic;
-  signal slice_held      : slice_t                          := (others => '0');
-  signal tokens_to_flush : natural range 0 to ROW_FLUSH     := 0;
-  signal bands_to_flush  : natural range 0 to COLUMN_FLUSH  := 0;
-  signal steps_missing   : natural range 0 to MIN_STEPS     := 0;
+  signal slice_held      : slice_t                            := (others => '0');
+  signal tokens_to_flush : natural range 0 to ROW_FLUSH       := 0;
+  signal bands_to_flush  : natural range 0 to COLUMN_FLUSH    := 0;
+  signal steps_missing   : natural range 0 to MIN_STEPS       := 0;
   -- Bands that have to come before the next frame, and those of the frame modulo BAND_MODULUS.
   signal bands_missing : natural range 0 to MIN_BANDS    := 0;
   signal band_phase    : natural range 0 to BAND_MODULUS := 0;
@@ -129,7 +131,7 @@ architecture rtl of frame_sequencer is
 
 begin
 
-  new_last_column <= unsigned(columns) - 1;
+  new_last_column <= resize(unsigned(columns) - 1, COLUMN_BITS);
   new_last_row    <= unsigned(rows) - 1;
   size_supported  <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                      '0';
@@ -248,7 +250,7 @@ begin
     variable image_token : boolean;
     variable frame_ends  : boolean;
     variable band_token  : std_logic;
-    variable line_end    : unsigned(15 downto 0);
+    variable line_end    : unsigned(COLUMN_BITS - 1 downto 0);
     variable slice_now   : slice_t;
     variable strobe      : std_logic;
     variable line_first  : std_logic;
