@@ -94,7 +94,7 @@ architecture rtl of hdmi_refocuser is
   signal link_pixel   : std_logic_vector(23 downto 0);
   signal link_aligned : std_logic_vector(CHANNELS - 1 downto 0);
   signal link_locked  : std_logic;
-  signal link_error   : std_logic;
+  signal link_errors  : std_logic_vector(CHANNELS - 1 downto 0);
 
   signal pattern_vector : std_logic_vector(TIMING_BITS - 1 downto 0);
   signal pattern_reset  : std_logic;
@@ -151,7 +151,7 @@ begin
       pixel   => link_pixel,
       aligned => link_aligned,
       locked  => link_locked,
-      error   => link_error
+      errors  => link_errors
     );
 
   pattern_vector <= to_vector(PATTERN_TIMING);
@@ -241,7 +241,7 @@ begin
         errors_now <= (others => '0');
       elsif reset = '0' then
         errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
-        if following = '1' and link_error = '1' and settings.show_pattern = '0' then
+        if following = '1' and link_errors /= "000" and settings.show_pattern = '0' then
           errors_now(WRONG_WORD) <= '1';
         end if;
       end if;

@@ -1,4 +1,4 @@
--- TMDS decoder of one channel.
+-- TMDS decoder of one channel, with the words that HDMI adds.
 --
 -- Latency: 2 clocks. Throughput: one word each clock.
 -- Equation: DVI 1.0, figure 3-6. Of the 1024 words 460 are data words: the chain must be the one
@@ -23,8 +23,12 @@ entity tmds_decoder is
     control : out   std_logic_vector(1 downto 0);
     -- Byte of the word.
     data : out   std_logic_vector(7 downto 0);
-    -- No encoder sends this word.
-    error : out   std_logic
+    -- The word is neither a token nor one that an encoder sends for a byte.
+    error : out   std_logic;
+    -- In data islands: the word stands for four bits, these (else 0); it is of the guard band.
+    is_nibble : out   std_logic;
+    nibble    : out   std_logic_vector(3 downto 0);
+    is_guard  : out   std_logic
   );
 end entity tmds_decoder;
 
@@ -33,6 +37,8 @@ architecture rtl of tmds_decoder is
   signal byte_token   : std_logic                    := '1';
   signal byte_word    : std_logic_vector(9 downto 0) := TOKEN_00;
   signal byte         : std_logic_vector(7 downto 0) := (others => '0');
+  signal terc4        : std_logic_vector(4 downto 0) := (others => '0');
+  signal guard        : std_logic                    := '0';
   signal last_control : std_logic_vector(1 downto 0) := "00";
 
 begin
@@ -46,6 +52,15 @@ begin
       byte_token <= is_token(word);
       byte_word  <= word;
       byte       <= decode_byte(word);
+      terc4      <= decode_terc4(word);
+      guard      <= '0';
+      if word = ISLAND_GUARD then
+        guard <= '1';
+      end if;
+
+      is_nibble <= terc4(4);
+      nibble    <= terc4(3 downto 0);
+      is_guard  <= guard;
 
       active <= not byte_token;
       error  <= '0';

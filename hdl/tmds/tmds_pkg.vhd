@@ -1,7 +1,8 @@
--- Words and steps of TMDS coding, from DVI 1.0, section 3.
+-- Words and steps of TMDS coding, from DVI 1.0, section 3, and of data islands, from HDMI 1.4, section 5.
 --
 -- A word has ten bits, bit 0 is sent first. In the blanking it is one of four control tokens, else
--- a byte as a chain of XORs (bit 8 set) or XNORs, inverted or not (bit 9) for DC balance.
+-- a byte as a chain of XORs (bit 8 set) or XNORs, inverted or not (bit 9) for DC balance. In data
+-- islands it is one of 16 words for four bits.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,10 +21,26 @@ package tmds_pkg is
   constant TOKEN_10 : tmds_word_t := "0101010100";
   constant TOKEN_11 : tmds_word_t := "1010101011";
 
+  -- Guard band of data islands in channels 1 and 2, and of video in channel 1.
+  constant ISLAND_GUARD : tmds_word_t := "0100110011";
+  -- Four bits that are the guard band of video in channels 0 and 2.
+  constant VIDEO_GUARD_NIBBLE : std_logic_vector(3 downto 0) := "1000";
+
   -- Whether a word is a control token.
   function is_token (
     word : std_logic_vector(9 downto 0)
   ) return std_logic;
+
+  -- Bit 4: whether it is a word of data islands; its four bits, else 0.
+  function decode_terc4 (
+    word : std_logic_vector(9 downto 0)
+  ) return std_logic_vector;
+
+  -- Check bits of a packet's header or subpacket, one bit further: 1 + x^6 + x^7 + x^8.
+  function next_check (
+    check     : std_logic_vector(7 downto 0);
+    bit_value : std_logic
+  ) return std_logic_vector;
 
   -- Number of ones in a byte.
   function count_ones (
@@ -49,6 +66,28 @@ end package tmds_pkg;
 
 package body tmds_pkg is
 
+  type terc4_t is array (0 to 15) of tmds_word_t;
+
+  constant TERC4 : terc4_t :=
+  (
+    "1010011100",
+    "1001100011",
+    "1011100100",
+    "1011100010",
+    "0101110001",
+    "0100011110",
+    "0110001110",
+    "0100111100",
+    "1011001100",
+    "0100111001",
+    "0110011100",
+    "1011000110",
+    "1010001110",
+    "1001110001",
+    "0101100011",
+    "1011000011"
+  );
+
   function is_token (
     word : std_logic_vector(9 downto 0)
   ) return std_logic is
@@ -62,6 +101,42 @@ package body tmds_pkg is
     return '0';
 
   end function is_token;
+
+  function decode_terc4 (
+    word : std_logic_vector(9 downto 0)
+  ) return std_logic_vector is
+
+    variable value : std_logic_vector(4 downto 0);
+
+  begin
+
+    value := "00000";
+
+    for i in TERC4'range loop
+
+      if word = TERC4(i) then
+        value := '1' & std_logic_vector(to_unsigned(i, 4));
+      end if;
+
+    end loop;
+
+    return value;
+
+  end function decode_terc4;
+
+  function next_check (
+    check     : std_logic_vector(7 downto 0);
+    bit_value : std_logic
+  ) return std_logic_vector is
+
+    variable feedback : std_logic;
+
+  begin
+
+    feedback := check(0) xor bit_value;
+    return feedback & check(7 downto 3) & (check(2) xor feedback) & (check(1) xor feedback);
+
+  end function next_check;
 
   -- A table, not a chain of additions: this is in the longest path of the decoder.
 

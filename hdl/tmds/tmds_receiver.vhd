@@ -1,10 +1,10 @@
 -- From the deserialised bits of three channels to pixels and syncs.
 --
--- Gearbox -> word alignment -> deskew -> decoders. Data enable is what two of the three channels
--- say, so that one wrong token does not tear a line.
+-- Gearbox -> word alignment -> deskew -> decoders -> periods. Of an HDMI source's data islands the
+-- syncs are kept and the AVI InfoFrame is read.
 --
--- Latency: about 12 clocks, plus the skew that is taken out. Throughput: one pixel each clock.
--- Equation: DVI 1.0, sections 3.2 and 3.3.
+-- Latency: about 13 clocks, plus the skew that is taken out. Throughput: one pixel each clock.
+-- Equation: DVI 1.0, sections 3.2 and 3.3; HDMI 1.4, section 5.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -35,8 +35,18 @@ entity tmds_receiver is
     aligned : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- All channels are aligned and deskewed.
     locked : out   std_logic;
-    -- The pixel holds a word that no encoder sends, or the channels disagree on data enable.
-    error : out   std_logic
+    -- Channels whose word is not one that this period (control, video, island) can have.
+    errors : out   std_logic_vector(CHANNELS - 1 downto 0);
+    -- The source sends HDMI, not DVI.
+    hdmi : out   std_logic;
+    -- What it tells of its picture, and packets with errors; see info_frame_reader.
+    informed     : out   std_logic;
+    colour       : out   std_logic_vector(1 downto 0);
+    limited      : out   std_logic;
+    bt601        : out   std_logic;
+    format_code  : out   std_logic_vector(7 downto 0);
+    packet_error : out   std_logic;
+    sum_error    : out   std_logic
   );
 end entity tmds_receiver;
 
@@ -48,10 +58,21 @@ architecture rtl of tmds_receiver is
   signal channel_aligned : std_logic_vector(CHANNELS - 1 downto 0);
   signal deskewed        : std_logic_vector(10 * CHANNELS - 1 downto 0);
   signal deskew_locked   : std_logic;
+  signal not_locked      : std_logic;
   signal channel_active  : std_logic_vector(CHANNELS - 1 downto 0);
   signal control         : std_logic_vector(2 * CHANNELS - 1 downto 0);
   signal bytes           : std_logic_vector(8 * CHANNELS - 1 downto 0);
-  signal errors          : std_logic_vector(CHANNELS - 1 downto 0);
+  signal channel_errors  : std_logic_vector(CHANNELS - 1 downto 0);
+  signal is_nibble       : std_logic_vector(CHANNELS - 1 downto 0);
+  signal nibbles         : std_logic_vector(4 * CHANNELS - 1 downto 0);
+  signal is_guard        : std_logic_vector(CHANNELS - 1 downto 0);
+  signal is_hdmi         : std_logic;
+  signal not_hdmi        : std_logic;
+  signal island_start    : std_logic;
+  signal island_valid    : std_logic;
+  signal island_header   : std_logic;
+  signal island_even     : std_logic_vector(3 downto 0);
+  signal island_odd      : std_logic_vector(3 downto 0);
 
 begin
 
@@ -83,13 +104,16 @@ begin
 
     decoder : entity work.tmds_decoder
       port map (
-        clk     => clk,
-        reset   => reset,
-        word    => deskewed(10 * c + 9 downto 10 * c),
-        active  => channel_active(c),
-        control => control(2 * c + 1 downto 2 * c),
-        data    => bytes(8 * c + 7 downto 8 * c),
-        error   => errors(c)
+        clk       => clk,
+        reset     => reset,
+        word      => deskewed(10 * c + 9 downto 10 * c),
+        active    => channel_active(c),
+        control   => control(2 * c + 1 downto 2 * c),
+        data      => bytes(8 * c + 7 downto 8 * c),
+        error     => channel_errors(c),
+        is_nibble => is_nibble(c),
+        nibble    => nibbles(4 * c + 3 downto 4 * c),
+        is_guard  => is_guard(c)
       );
 
   end generate channel;
@@ -105,27 +129,59 @@ begin
       locked    => deskew_locked
     );
 
-  combine : process (clk) is
+  not_locked <= reset or not deskew_locked;
+  not_hdmi   <= not is_hdmi;
+  hdmi       <= is_hdmi;
+
+  periods : entity work.tmds_periods
+    port map (
+      clk            => clk,
+      reset          => not_locked,
+      word_active    => channel_active,
+      word_control   => control,
+      word_data      => bytes,
+      word_error     => channel_errors,
+      word_is_nibble => is_nibble,
+      word_nibble    => nibbles,
+      word_is_guard  => is_guard,
+      active         => active,
+      h_sync         => h_sync,
+      v_sync         => v_sync,
+      pixel          => pixel,
+      errors         => errors,
+      hdmi           => is_hdmi,
+      island_start   => island_start,
+      island_valid   => island_valid,
+      island_header  => island_header,
+      island_even    => island_even,
+      island_odd     => island_odd
+    );
+
+  reader : entity work.info_frame_reader
+    port map (
+      clk          => clk,
+      reset        => not_hdmi,
+      start        => island_start,
+      valid        => island_valid,
+      header       => island_header,
+      even         => island_even,
+      odd          => island_odd,
+      informed     => informed,
+      colour       => colour,
+      limited      => limited,
+      bt601        => bt601,
+      format_code  => format_code,
+      packet_error => packet_error,
+      sum_error    => sum_error
+    );
+
+  report_lock : process (clk) is
   begin
 
     if rising_edge(clk) then
-      active <= (channel_active(0) and channel_active(1)) or (channel_active(1) and channel_active(2)) or
-                (channel_active(2) and channel_active(0));
-      h_sync <= control(0);
-      v_sync <= control(1);
-      pixel  <= bytes(7 downto 0) & bytes(15 downto 8) & bytes(23 downto 16);
-      error  <= '0';
-      if errors /= "000" or (channel_active /= "000" and channel_active /= "111") then
-        error <= '1';
-      end if;
-      locked <= deskew_locked;
-      if reset = '1' or deskew_locked = '0' then
-        active <= '0';
-        error  <= '0';
-        locked <= '0';
-      end if;
+      locked <= not not_locked;
     end if;
 
-  end process combine;
+  end process report_lock;
 
 end architecture rtl;

@@ -33,3 +33,7 @@ def test_phase_detector_control() -> None:
 def test_elastic_buffer() -> None:
     case = {"width": 8, "address_bits": 4}
     run_unit("elastic_buffer", {name.upper(): n for name, n in case.items()}, **case)
+
+
+def test_tmds_receiver() -> None:
+    run_case("tmds_receiver", "tmds.receiver_bench", generics={})

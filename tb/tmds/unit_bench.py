@@ -73,7 +73,7 @@ async def every_byte_at_every_disparity(dut: Any) -> None:
 
 @for_entity("tmds_decoder")
 async def every_word(dut: Any) -> None:
-    """All 1024 words: byte, token, legal or not."""
+    """All 1024 words: byte, token, legal or not, four bits of an island, guard band."""
     rng = start(dut)
     words = list(range(1024)) + rng.choices(range(1024), k=500)
     dut.word.value = tmds.TOKENS[0]
@@ -87,6 +87,10 @@ async def every_word(dut: Any) -> None:
             got = (int(dut.active.value), int(dut.data.value), int(dut.control.value))
             assert got == (not token, 0 if token else tmds.decode_word(word), control), hex(word)
             assert int(dut.error.value) == (not token and not tmds.is_data_word(word)), hex(word)
+            nibble = tmds.TERC4.index(word) if word in tmds.TERC4 else None
+            assert int(dut.is_nibble.value) == (nibble is not None), hex(word)
+            assert int(dut.nibble.value) == (nibble or 0), hex(word)
+            assert int(dut.is_guard.value) == (word == tmds.ISLAND_GUARD), hex(word)
         dut.word.value = words[min(i, len(words) - 1)]
         await FallingEdge(dut.clk)
 

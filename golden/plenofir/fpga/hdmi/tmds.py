@@ -1,7 +1,7 @@
 """TMDS coding of one channel, written from DVI 1.0, section 3.2 and 3.3.
 
 Words have ten bits, bit 0 is sent first. A word is a data word (a byte, transition minimised and DC
-balanced) or one of four control tokens, sent in the blanking.
+balanced) or one of four control tokens, sent in the blanking. HDMI adds words for data islands.
 """
 
 from functools import cache
@@ -15,6 +15,32 @@ Flags = npt.NDArray[np.bool_]
 
 TOKENS = (0b1101010100, 0b0010101011, 0b0101010100, 0b1010101011)
 """Control tokens of (C1, C0) = 00, 01, 10, 11 (DVI 1.0, table 3-4)."""
+
+TERC4 = (
+    0b1010011100,
+    0b1001100011,
+    0b1011100100,
+    0b1011100010,
+    0b0101110001,
+    0b0100011110,
+    0b0110001110,
+    0b0100111100,
+    0b1011001100,
+    0b0100111001,
+    0b0110011100,
+    0b1011000110,
+    0b1010001110,
+    0b1001110001,
+    0b0101100011,
+    0b1011000011,
+)
+"""Words of the four bits of data islands (HDMI 1.4, section 5.4.3)."""
+
+ISLAND_GUARD = 0b0100110011
+"""Guard band of data islands in channels 1 and 2 (HDMI 1.4, section 5.2.3.3)."""
+
+VIDEO_GUARDS = (TERC4[8], ISLAND_GUARD, TERC4[8])
+"""Guard band of video in channels 0 to 2 (HDMI 1.4, section 5.2.2.1)."""
 
 DISPARITIES = tuple(range(-8, 10, 2))
 """Values that the running disparity takes between words."""

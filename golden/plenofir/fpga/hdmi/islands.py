@@ -1,0 +1,309 @@
+"""HDMI around the picture: preambles, guard bands and data islands, as a source and as a receiver.
+
+Words are packed as in `plenofir.fpga.hdmi.link`. A period of control tokens ends with a preamble
+of eight words that tells what comes: video, behind a guard band of two words, or a data island,
+between two guard bands of two words. A DVI source sends neither preambles nor guard bands.
+"""
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from functools import cache
+
+import numpy as np
+
+from plenofir.fpga.hdmi.link import Frame, Packed, RasterSignals, encode_signals, raster_signals
+from plenofir.fpga.hdmi.modes import VideoMode
+from plenofir.fpga.hdmi.packets import PACKET_WORDS, Packet, check_byte
+from plenofir.fpga.hdmi.tmds import (
+    ISLAND_GUARD,
+    TERC4,
+    TOKENS,
+    VIDEO_GUARDS,
+    Bytes,
+    Flags,
+    decode_word,
+    is_data_word,
+)
+
+PREAMBLE = 8
+GUARD = 2
+MOST_PACKETS = 18
+"""Packets of an island at most (HDMI 1.4, section 5.2.3.2)."""
+
+_LEAST_CONTROL = 4
+"""Words of control before a preamble, so that a control period has 12."""
+
+_VIDEO_LEAD = PREAMBLE + GUARD
+_CHANNELS = 3
+
+
+def island_words(packets: Sequence[Packet], h_sync: Flags, v_sync: Flags) -> Packed:
+    """Code a data island without its preamble.
+
+    Parameters
+    ----------
+    packets
+        1 to 18 packets.
+    h_sync, v_sync
+        Sync levels, one for each word: 32 a packet and two for each guard band.
+
+    Returns
+    -------
+    Packed
+        Words of all channels (HDMI 1.4, figure 5-3).
+    """
+    syncs = (2 * v_sync + h_sync).astype(np.uint32)
+    terc4 = np.array(TERC4, np.uint32)
+    packed = terc4[12 + syncs] | np.uint32(ISLAND_GUARD << 10 | ISLAND_GUARD << 20)
+    for i, packet in enumerate(packets):
+        header, *parts = [int.from_bytes(block, "little") for block in packet.blocks()]
+        for word in range(PACKET_WORDS):
+            at = GUARD + PACKET_WORDS * i + word
+            # Bit 3 of channel 0 is low in the first word of an island only.
+            low = syncs[at] | (header >> word & 1) << 2 | (word + i != 0) << 3
+            even = sum((part >> 2 * word & 1) << k for k, part in enumerate(parts))
+            odd = sum((part >> 2 * word + 1 & 1) << k for k, part in enumerate(parts))
+            packed[at] = terc4[low] | terc4[even] << 10 | terc4[odd] << 20
+    return np.asarray(packed, np.uint32)
+
+
+def _gaps(mode: VideoMode, frames: int) -> Iterator[tuple[int, int]]:
+    """Begin and length of what is free in each line: its blanking, or all of it."""
+    for line in range(frames * mode.v_total):
+        begin = mode.h_active if line % mode.v_total < mode.v_active else 0
+        yield line * mode.h_total + begin, mode.h_total - begin
+
+
+def encode_hdmi(mode: VideoMode, frames: Sequence[Frame], packets: Iterator[Packet]) -> Packed:
+    """Code frames with preambles, guard bands and data islands.
+
+    Parameters
+    ----------
+    mode
+        Timing; its horizontal blanking must have room for preamble and guard band.
+    frames
+        As in `plenofir.fpga.hdmi.link.encode_frames`; in front of the first one comes what the last
+        one ends with.
+    packets
+        What to send, in an island of each line and each line of the vertical blanking, as far as
+        there is room and packets last.
+
+    Returns
+    -------
+    Packed
+        Words of all channels.
+    """
+    signals = raster_signals(mode, frames)
+    packed = encode_signals(signals)
+    starts = np.flatnonzero(signals.active & ~np.roll(signals.active, 1))
+    _overlay(packed, starts - _VIDEO_LEAD, (TOKENS[1], TOKENS[0]))
+    guard = sum(word << 10 * channel for channel, word in enumerate(VIDEO_GUARDS))
+    for i in range(GUARD):
+        packed[starts - GUARD + i] = guard
+    around = _LEAST_CONTROL + PREAMBLE + 2 * GUARD + _LEAST_CONTROL + _VIDEO_LEAD
+    for begin, length in _gaps(mode, len(frames)):
+        room = min((length - around) // PACKET_WORDS, MOST_PACKETS)
+        here = list(itertools.islice(packets, max(room, 0)))
+        if here:
+            first = begin + _LEAST_CONTROL
+            _overlay(packed, np.array([first]), (TOKENS[1], TOKENS[1]))
+            words = slice(first + PREAMBLE, first + PREAMBLE + 2 * GUARD + PACKET_WORDS * len(here))
+            packed[words] = island_words(here, signals.h_sync[words], signals.v_sync[words])
+    return packed
+
+
+def _overlay(packed: Packed, places: Sequence[int] | np.ndarray, tokens: tuple[int, int]) -> None:
+    """Put a preamble, the tokens of channels 1 and 2, at each place."""
+    for i in range(PREAMBLE):
+        at = np.asarray(places) + i
+        packed[at] = packed[at] & 0x3FF | tokens[0] << 10 | tokens[1] << 20
+
+
+class _Period(Enum):
+    CONTROL = auto()
+    VIDEO_GUARD = auto()
+    VIDEO = auto()
+    ISLAND_GUARD = auto()
+    ISLAND = auto()
+
+
+@dataclass(frozen=True)
+class ReceivedPacket:
+    """A packet that came.
+
+    Attributes
+    ----------
+    end
+        Index of its last word.
+    packet
+        Its contents.
+    intact
+        Whether all check bytes are right.
+    """
+
+    end: int
+    packet: Packet
+    intact: bool
+
+
+@dataclass
+class Received:
+    """What a receiver makes of words that are aligned, one entry a word.
+
+    Attributes
+    ----------
+    signals
+        The picture; syncs hold their levels where nothing tells them.
+    errors
+        Shape (words, 3): the word is not one that its period can have.
+    hdmi
+        Lines have begun with guard bands.
+    packets
+        All packets that ended, in order.
+    """
+
+    signals: RasterSignals
+    errors: Flags
+    hdmi: Flags
+    packets: list[ReceivedPacket] = field(default_factory=list)
+
+
+PLAIN_LINES = 16
+"""Lines in a row without guard bands that make the source one of DVI."""
+
+_VOTES = 8
+_ENOUGH_VOTES = 4
+_ENOUGH_GUARDS = 3
+
+
+@cache
+def _data_words() -> frozenset[int]:
+    return frozenset(word for word in range(1024) if is_data_word(word))
+
+
+def _packet(nibbles: Sequence[tuple[int, int, int]]) -> tuple[Packet, bool]:
+    """Packet of 32 words, and whether it is intact."""
+    header = sum((low >> 2 & 1) << i for i, (low, _, _) in enumerate(nibbles))
+    parts = [
+        sum(
+            (even >> k & 1) << 2 * i | (odd >> k & 1) << 2 * i + 1
+            for i, (_, even, odd) in enumerate(nibbles)
+        )
+        for k in range(4)
+    ]
+    blocks = [header.to_bytes(4, "little"), *(part.to_bytes(8, "little") for part in parts)]
+    intact = all(check_byte(block[:-1]) == block[-1] for block in blocks)
+    return Packet(blocks[0][:-1], b"".join(block[:-1] for block in blocks[1:])), intact
+
+
+def receive(packed: Packed) -> Received:
+    """Decode words as the board's receiver does, with errors in them.
+
+    Two of three channels decide between tokens and anything else. What comes behind tokens is told
+    by the preamble (four of its words must be left) together with the guard band (three of its six
+    words must be left); it lasts until tokens come again. Everything else is video without a guard
+    band, as of a DVI source.
+
+    Parameters
+    ----------
+    packed
+        Words of all channels; those of a pixel in one number.
+
+    Returns
+    -------
+    Received
+        As many entries as words.
+    """
+    words = [
+        tuple(int(number) >> 10 * channel & 0x3FF for channel in range(_CHANNELS))
+        for number in packed.tolist()
+    ]
+    values = {word: value for value, word in enumerate(TERC4)}
+    count = len(words)
+    active = np.zeros(count, bool)
+    syncs = np.zeros(count, np.uint8)
+    pixels: Bytes = np.zeros((count, _CHANNELS), np.uint8)
+    errors = np.zeros((count, _CHANNELS), bool)
+    hdmi = np.zeros(count, bool)
+    packets: list[ReceivedPacket] = []
+    period = _Period.CONTROL
+    held = [0] * _CHANNELS
+    votes = [0] * _CHANNELS
+    sync, is_hdmi, plain = 0, False, 0
+    nibbles: list[tuple[int, int, int]] = []
+    last = [0] * _CHANNELS
+    for i, word in enumerate(words):
+        tokens = [channel in TOKENS for channel in word]
+        held = [TOKENS.index(w) if w in TOKENS else h for w, h in zip(word, held, strict=True)]
+        if sum(tokens) >= 2:
+            period = _Period.CONTROL
+            votes = [
+                min(v + 1, _VOTES) if h == 1 else max(v - 1, 0)
+                for v, h in zip(votes, held, strict=True)
+            ]
+            errors[i] = [not token for token in tokens]
+            if tokens[0]:
+                sync = held[0]
+        else:
+            following = words[i + 1] if i + 1 < count else word
+            if period == _Period.CONTROL:
+                period = _kind(votes, word, following)
+                if period == _Period.ISLAND_GUARD:
+                    nibbles = []
+                elif period == _Period.VIDEO_GUARD:
+                    is_hdmi, plain = True, 0
+                elif plain == PLAIN_LINES - 1:
+                    is_hdmi = False
+                else:
+                    plain += 1
+                second = False
+            else:
+                second = True
+            votes = [0] * _CHANNELS
+            if period == _Period.VIDEO_GUARD:
+                errors[i] = [w != guard for w, guard in zip(word, VIDEO_GUARDS, strict=True)]
+            elif period == _Period.VIDEO:
+                active[i] = True
+                errors[i] = [w not in _data_words() for w in word]
+                pixels[i] = [
+                    0 if token else decode_word(w)
+                    for w, token in zip(word[::-1], tokens[::-1], strict=True)
+                ]
+            else:
+                errors[i] = [w not in values and w != ISLAND_GUARD for w in word]
+                if word[0] in values:
+                    sync = values[word[0]] & 3
+            if period == _Period.ISLAND:
+                last = [values.get(w, 0) for w in word]
+                nibbles.append((last[0], last[1], last[2]))
+                if len(nibbles) == PACKET_WORDS:
+                    packets.append(ReceivedPacket(i, *_packet(nibbles)))
+                    nibbles = []
+            if second and period == _Period.VIDEO_GUARD:
+                period = _Period.VIDEO
+            elif second and period == _Period.ISLAND_GUARD:
+                period = _Period.ISLAND
+        syncs[i] = sync
+        hdmi[i] = is_hdmi
+    signals = RasterSignals(active, (syncs & 1).astype(bool), (syncs & 2).astype(bool), pixels)
+    return Received(signals, errors, hdmi, packets)
+
+
+def _kind(votes: list[int], word: tuple[int, ...], following: tuple[int, ...]) -> _Period:
+    """What begins with a word, from the preamble's votes and this word and the next."""
+    if votes[1] >= _ENOUGH_VOTES:
+        both = (word, following)
+        if votes[2] >= _ENOUGH_VOTES:
+            guards = sum(
+                (pair[0] in TERC4[12:]) + (pair[1] == ISLAND_GUARD) + (pair[2] == ISLAND_GUARD)
+                for pair in both
+            )
+            if guards >= _ENOUGH_GUARDS:
+                return _Period.ISLAND_GUARD
+        elif sum(w == g for pair in both for w, g in zip(pair, VIDEO_GUARDS, strict=True)) >= (
+            _ENOUGH_GUARDS
+        ):
+            return _Period.VIDEO_GUARD
+    return _Period.VIDEO

@@ -1,0 +1,239 @@
+-- Reads the packets of data islands: checks all, keeps what the AVI InfoFrame tells of the picture.
+--
+-- The check bits of header and subpackets run along with the bits; behind a whole packet all of them are 0. An
+-- InfoFrame's bytes add up to 0. An AVI InfoFrame that passes both replaces what is kept.
+--
+-- Latency: 2 clocks behind the last word of a packet. Throughput: a word each clock.
+-- Equation: HDMI 1.4, sections 5.2.3.4 and 5.2.3.5; CEA-861-D, section 6.4. RGB without a word about its
+--   range is limited in the formats of TV (VIC 2 and above); YCbCr without a word about its coding is
+--   BT.601 in formats of up to 576 lines, else BT.709.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.tmds_pkg.all;
+
+entity info_frame_reader is
+  port (
+    clk : in    std_logic;
+    -- Forgets what was told.
+    reset : in    std_logic;
+    -- An island begins; one of its words; see tmds_periods.
+    start  : in    std_logic;
+    valid  : in    std_logic;
+    header : in    std_logic;
+    even   : in    std_logic_vector(3 downto 0);
+    odd    : in    std_logic_vector(3 downto 0);
+    -- An AVI InfoFrame was read: colour space (0 RGB, 1 YCbCr 4:2:2, 2 YCbCr 4:4:4, 3 YCbCr 4:2:0), limited
+    -- range, YCbCr of BT.601, video format (VIC).
+    informed    : out   std_logic;
+    colour      : out   std_logic_vector(1 downto 0);
+    limited     : out   std_logic;
+    bt601       : out   std_logic;
+    format_code : out   std_logic_vector(7 downto 0);
+    -- A packet with wrong check bits, for a clock; an InfoFrame with a wrong sum, for a clock.
+    packet_error : out   std_logic;
+    sum_error    : out   std_logic
+  );
+end entity info_frame_reader;
+
+architecture rtl of info_frame_reader is
+
+  constant LAST_WORD       : natural := 31;
+  constant HEADER_WORDS    : natural := 24;
+  constant SUBPACKET_WORDS : natural := 28;
+
+  subtype byte_t is std_logic_vector(7 downto 0);
+
+  constant AVI : byte_t := x"82";
+
+  type checks_t is array (0 to 3) of byte_t;
+
+  type tails_t is array (0 to 3) of std_logic_vector(5 downto 0);
+
+  signal place        : unsigned(4 downto 0) := (others => '0');
+  signal header_check : byte_t               := (others => '0');
+  signal checks       : checks_t             := (others => (others => '0'));
+  -- The last bits of the subpackets, all bits of the header and of the first subpacket.
+  signal tails      : tails_t                       := (others => (others => '0'));
+  signal header_all : std_logic_vector(23 downto 0) := (others => '0');
+  signal first_all  : std_logic_vector(55 downto 0) := (others => '0');
+  -- Bytes that have become complete, added up; the sum of all so far.
+  signal column : unsigned(7 downto 0) := (others => '0');
+  signal sum    : unsigned(7 downto 0) := (others => '0');
+  signal done   : std_logic            := '0';
+
+  -- Whether a format without a word about the coding of YCbCr has at most 576 lines.
+
+  function is_small (
+    code : std_logic_vector(7 downto 0)
+  ) return std_logic is
+  begin
+
+    case to_integer(unsigned(code)) is
+
+      when 1 to 3 | 6 to 15 | 17 to 18 | 21 to 30 | 35 to 38 | 42 to 45 | 48 to 59 =>
+
+        return '1';
+
+      when others =>
+
+        return '0';
+
+    end case;
+
+  end function is_small;
+
+begin
+
+  read : process (clk) is
+
+    variable header_before : byte_t;
+    variable check_before  : byte_t;
+    variable byte          : std_logic_vector(7 downto 0);
+    variable added         : unsigned(7 downto 0);
+    variable bad           : std_logic;
+    variable told_range    : std_logic_vector(1 downto 0);
+    variable told_coding   : std_logic_vector(1 downto 0);
+    variable told_more     : std_logic_vector(2 downto 0);
+    variable told_format   : byte_t;
+
+  begin
+
+    if rising_edge(clk) then
+      done         <= '0';
+      packet_error <= '0';
+      sum_error    <= '0';
+
+      if valid = '1' then
+        place <= place + 1;
+        if place = LAST_WORD then
+          done <= '1';
+        end if;
+
+        header_before := header_check;
+        if place = 0 then
+          header_before := (others => '0');
+        end if;
+        header_check <= next_check(header_before, header);
+        if place < HEADER_WORDS then
+          header_all <= header & header_all(23 downto 1);
+        end if;
+        if place < SUBPACKET_WORDS then
+          first_all <= odd(0) & even(0) & first_all(55 downto 2);
+        end if;
+
+        added := (others => '0');
+
+        for i in 0 to 3 loop
+
+          check_before := checks(i);
+          if place = 0 then
+            check_before := (others => '0');
+          end if;
+          checks(i) <= next_check(next_check(check_before, even(i)), odd(i));
+          tails(i)  <= odd(i) & even(i) & tails(i)(5 downto 2);
+          byte      := odd(i) & even(i) & tails(i);
+          added     := added + unsigned(byte);
+
+        end loop;
+
+        -- A byte of each subpacket every four words, of the header every eight.
+        column <= (others => '0');
+        if place(1 downto 0) = 3 and place < SUBPACKET_WORDS then
+          column <= added;
+        end if;
+        if place = 0 then
+          sum <= (others => '0');
+        elsif place(2 downto 0) = 0 and place <= HEADER_WORDS then
+          sum <= sum + column + unsigned(header_all(23 downto 16));
+        else
+          sum <= sum + column;
+        end if;
+      end if;
+
+      if start = '1' then
+        place <= (others => '0');
+      end if;
+
+      -- Behind the last word.
+      bad := '0';
+      if header_check /= x"00" then
+        bad := '1';
+      end if;
+
+      for i in 0 to 3 loop
+
+        if checks(i) /= x"00" then
+          bad := '1';
+        end if;
+
+      end loop;
+
+      told_format := first_all(39 downto 32);
+      told_range  := first_all(27 downto 26);
+      told_coding := first_all(23 downto 22);
+      told_more   := first_all(30 downto 28);
+      if done = '1' then
+        if bad = '1' then
+          packet_error <= '1';
+        elsif header_all(7) = '1' and sum /= 0 then
+          sum_error <= '1';
+        elsif header_all(7 downto 0) = AVI then
+          informed    <= '1';
+          colour      <= first_all(14 downto 13);
+          format_code <= told_format;
+
+          limited <= '0';
+          if first_all(14 downto 13) /= "00" then
+            if first_all(47 downto 46) = "00" then
+              limited <= '1';
+            end if;
+          elsif told_range = "01" or (told_range = "00" and unsigned(told_format) > 1) then
+            limited <= '1';
+          end if;
+
+          case told_coding is
+
+            when "00" =>
+
+              bt601 <= is_small(told_format);
+
+            when "01" =>
+
+              bt601 <= '1';
+
+            when "10" =>
+
+              bt601 <= '0';
+
+            when others =>
+
+              -- xvYCC601, sYCC601 and Adobe's YCC.
+              bt601 <= '0';
+              if told_more = "000" or told_more = "010" or told_more = "011" then
+                bt601 <= '1';
+              end if;
+
+          end case;
+
+        end if;
+      end if;
+
+      if reset = '1' then
+        done         <= '0';
+        packet_error <= '0';
+        sum_error    <= '0';
+        informed     <= '0';
+        colour       <= "00";
+        limited      <= '0';
+        bt601        <= '0';
+        format_code  <= (others => '0');
+      end if;
+    end if;
+
+  end process read;
+
+end architecture rtl;

@@ -1,0 +1,166 @@
+"""cocotb test of ``tmds_receiver`` against the Python receiver: DVI and HDMI, with wrong bits."""
+
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.triggers import Timer
+
+from plenofir.fpga.hdmi import packets
+from plenofir.fpga.hdmi.islands import encode_hdmi, receive
+from plenofir.fpga.hdmi.link import Packed, encode_frames
+from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace, Packet
+from plenofir_tb.video import shrunken
+
+# Room for an island between the lines; where the blanking begins anew, room for many.
+MODE = shrunken(
+    "hdmi", h_active=20, h_front=9, h_sync=30, h_back=37, v_active=18, v_front=1, v_sync=2, v_back=2
+)
+FRAME = MODE.h_total * MODE.v_total
+# Frames until the receiver is locked and knows the source.
+FIRST_FRAMES = 3
+# What is told comes two clocks behind the last word of its packet.
+TOLD_LATE = 2
+
+
+def random_packets(rng: random.Random) -> Iterator[Packet]:
+    """Make packets of all kinds, now and then an InfoFrame with a wrong sum."""
+    while True:
+        info = AviInfo(
+            ColourSpace(rng.randrange(4)),
+            Colorimetry(rng.randrange(4)),
+            rng.randrange(8),
+            rng.randrange(4),
+            rng.randrange(4),
+            rng.choice([0, 1, 2, 4, 16, 17, 19, 35, 59, 60, rng.randrange(256)]),
+        ).packet()
+        yield rng.choice(
+            [
+                info,
+                info,
+                Packet(info.header, bytes([info.body[0] ^ 1 << rng.randrange(8)]) + info.body[1:]),
+                packets.NULL_PACKET,
+                packets.audio_clock_packet(rng.randrange(1 << 20), rng.randrange(1 << 20)),
+                packets.audio_sample_packet([(rng.randrange(1 << 24), rng.randrange(1 << 24))]),
+                packets.general_control_packet(mute=rng.random() < 0.5),
+                packets.audio_info_packet(),
+                Packet(rng.randbytes(3), rng.randbytes(28)),
+            ]
+        )
+
+
+def spoil(words: Packed, rng: random.Random) -> None:
+    """Turn bits: single ones anywhere, and words that are wrong in all channels."""
+    for _ in range(len(words) // 150):
+        words[rng.randrange(len(words))] ^= np.uint32(1 << rng.randrange(30))
+    for _ in range(len(words) // 1500):
+        words[rng.randrange(len(words))] ^= np.uint32(rng.getrandbits(30))
+
+
+@dataclass
+class Taken:
+    """What came out, one entry a clock."""
+
+    video: list[tuple[int, ...]] = field(default_factory=list)
+    told: list[tuple[int, ...]] = field(default_factory=list)
+    wrong: list[tuple[int, ...]] = field(default_factory=list)
+
+
+VIDEO = ("active", "h_sync", "v_sync", "pixel", "errors", "hdmi")
+TOLD = ("informed", "colour", "limited", "bt601", "format_code")
+WRONG = ("packet_error", "sum_error")
+NOTHING_TOLD = (0, 0, 0, 0, 0)
+
+
+async def play(dut: Any, words: list[int]) -> Taken:
+    """Send words, a half each clock of clk_x2."""
+    taken = Taken()
+    groups = [
+        ([getattr(dut, name) for name in names], out)
+        for names, out in ((VIDEO, taken.video), (TOLD, taken.told), (WRONG, taken.wrong))
+    ]
+    for word in words:
+        for half in (0, 1):
+            dut.clk.value = 1 - half
+            dut.clk_x2.value = 1
+            await Timer(1, "ns")
+            dut.clk_x2.value = 0
+            channels = (word >> 10 * c + 5 * half & 31 for c in range(3))
+            dut.halves.value = sum(bits << 5 * c for c, bits in enumerate(channels))
+            await Timer(1, "ns")
+        for ports, out in groups:
+            values = [port.value for port in ports]
+            good = all(value.is_resolvable for value in values)
+            out.append(tuple(map(int, values)) if good else ())
+    return taken
+
+
+def told_by(info: AviInfo) -> tuple[int, ...]:
+    return (1, info.colour_space, info.limited, info.bt601, info.format_code)
+
+
+@cocotb.test()
+async def as_the_python_receiver(dut: Any) -> None:
+    """HDMI, wrong bits, DVI, HDMI again: video, errors, packets and what they tell agree."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    pixels = np.random.default_rng(cocotb.RANDOM_SEED)
+
+    def frames(count: int) -> list[np.ndarray]:
+        shape = (count, MODE.v_active, MODE.h_active, 3)
+        return list(pixels.integers(0, 256, shape, np.uint8))
+
+    sent = random_packets(rng)
+    parts = [
+        encode_hdmi(MODE, frames(FIRST_FRAMES), sent),
+        encode_hdmi(MODE, frames(3), sent),
+        encode_frames(MODE, frames(1)),
+        encode_hdmi(MODE, frames(1), sent),
+        # As of a source that sends no packets.
+        encode_hdmi(MODE, frames(1), iter([])),
+    ]
+    spoil(parts[1], rng)
+    spoil(parts[2], rng)
+    words = np.concatenate(parts)
+    want = receive(words)
+    dut.reset.value = 1
+    await play(dut, words[:8].tolist())
+    dut.reset.value = 0
+    taken = await play(dut, [*words.tolist(), *[int(words[0])] * 40])
+
+    signals = want.signals
+    rgb = signals.pixels.astype(int) @ np.array([1, 1 << 8, 1 << 16])
+    errors = want.errors.astype(int) @ np.array([1, 2, 4])
+    columns = (signals.active, signals.h_sync, signals.v_sync, rgb, errors, want.hdmi)
+    video = list(zip(*(column.astype(int).tolist() for column in columns), strict=True))
+    begin, end = FIRST_FRAMES * FRAME, len(words)
+    # The clocks from a word to what it becomes.
+    late = taken.video.index(video[begin], begin) - begin
+    for i in range(begin, end):
+        assert taken.video[i + late] == video[i], (
+            f"word {i}: {dict(zip(VIDEO, video[i], strict=True))}"
+        )
+
+    now = NOTHING_TOLD
+    ends = {packet.end: packet for packet in want.packets}
+    kinds = [0, 0, 0]
+    for i in range(end - 1):
+        at = i + late + TOLD_LATE
+        torn = wrong = False
+        # What a source of DVI tells does not count; that it is one is known a clock earlier.
+        if not want.hdmi[i + 1]:
+            now = NOTHING_TOLD
+        elif i in ends:
+            packet = ends[i].packet
+            torn = not ends[i].intact
+            wrong = not torn and packet.is_info_frame and not packet.sum_is_right
+            info = None if torn else packets.read_avi(packet)
+            now = told_by(info) if info else now
+            if i >= begin:
+                kinds = [n + k for n, k in zip(kinds, (torn, wrong, info is not None), strict=True)]
+        if i >= begin:
+            assert taken.wrong[at] == (torn, wrong), f"packet that ends at {i}"
+            assert taken.told[at] == now, f"told behind word {i}"
+    assert all(kinds), kinds
