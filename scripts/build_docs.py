@@ -21,6 +21,7 @@ from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.hdmi import status
 from plenofir.fpga.synthesis.comparison import (
     ENGINES,
     SETS,
@@ -323,10 +324,18 @@ def stack_tables() -> tuple[list[str], list[str]]:
     return of_stacks, lines
 
 
+def status_table(text: str) -> str:
+    """Put the board's status line and the meaning of its fields between their marks in a page."""
+    lines = ["    " + status.example_line(), "", "| field | meaning |", "| --- | --- |"]
+    lines += [f"| `{field.name}` | {field.meaning} |" for field in status.FIELDS]
+    return between_marks(text, "status", "\n".join(lines))
+
+
 def committed_pages() -> dict[Path, str]:
     """Make the pages that stand in the repository."""
     of_stacks, of_indices = stack_tables()
     written = {
+        DOCS / "board.md": status_table,
         DOCS / "golden-model.md": error_bounds,
         DOCS / "moving-sum.md": column_memory,
         DOCS / "fir-array.md": clock_table,

@@ -11,6 +11,7 @@ import sys
 from plenofir import project
 from plenofir.fpga.hdmi.edid import edid_package
 from plenofir.fpga.hdmi.pll import settings_package
+from plenofir.fpga.hdmi.status import status_package
 
 HDL = project.root() / "hdl"
 UNISIM = HDL / "sim" / "unisim"
@@ -52,6 +53,7 @@ def main() -> int:
     """Write or check the packages."""
     packages = {
         HDL / "board" / "edid_pkg.vhd": edid_package(),
+        HDL / "board" / "status_pkg.vhd": status_package(),
         HDL / "spartan6" / "pll_settings_pkg.vhd": settings_package(),
         VCOMPONENTS: components_package(),
     }

@@ -43,9 +43,10 @@ entity atlys_top is
     PATTERN_V_FRONT  : positive := 10;
     PATTERN_V_SYNC   : positive := 2;
     PATTERN_V_BACK   : positive := 33;
-    -- Times in clocks of 100 MHz; a simulation shortens them.
+    -- Times in clocks of 100 MHz, but DATA_PATIENCE, 100 ms, in METER_WINDOW; a simulation shortens them.
     METER_WINDOW  : positive := 16000;
     LOCK_TIMEOUT  : positive := 1000000;
+    DATA_PATIENCE : positive := 625;
     BUTTON_STABLE : positive := 1000000;
     BIT_CLOCKS    : positive := 868;
     -- Frames for each slice of a sweep by the switch: half a second.
@@ -118,6 +119,9 @@ architecture rtl of atlys_top is
   -- Serialisers.
   signal in_halves  : std_logic_vector(5 * CHANNELS - 1 downto 0);
   signal out_halves : std_logic_vector(5 * CHANNELS + 4 downto 0);
+  signal tracking   : std_logic_vector(CHANNELS - 1 downto 0);
+  signal taps       : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+  signal hung       : std_logic_vector(CHANNELS - 1 downto 0);
 
   -- The constraints name these nets.
   attribute keep : string;
@@ -138,6 +142,7 @@ begin
       MAX_COLUMNS   => MAX_COLUMNS,
       METER_WINDOW  => METER_WINDOW,
       LOCK_TIMEOUT  => LOCK_TIMEOUT,
+      DATA_PATIENCE => DATA_PATIENCE,
       BUTTON_STABLE => BUTTON_STABLE,
       BIT_CLOCKS    => BIT_CLOCKS,
       SWITCH_FRAMES => SWITCH_FRAMES
@@ -169,6 +174,9 @@ begin
       switch_pass     => switch_pass,
       switch_sweep    => switch_sweep,
       led             => led,
+      tracking        => tracking,
+      taps            => taps,
+      hung_toggle     => hung,
       settings        => settings,
       state           => state
     );
@@ -303,7 +311,11 @@ begin
         io_strobe => io_strobe,
         clk_x2    => clk_x2,
         reset     => half_reset,
-        half      => in_halves(5 * c + 4 downto 5 * c)
+        half      => in_halves(5 * c + 4 downto 5 * c),
+
+        tracking    => tracking(c),
+        taps        => taps(TAP_BITS * c + TAP_BITS - 1 downto TAP_BITS * c),
+        hung_toggle => hung(c)
       );
 
   end generate channel;

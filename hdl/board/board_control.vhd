@@ -16,7 +16,7 @@ entity board_control is
     SLICES : positive range 1 to 256;
     -- Slice after a reset.
     FIRST_SLICE : natural := 0;
-    -- The status line behind the settings: each # stands for the next number.
+    -- The status line: each # stands for the next number.
     STATUS : string;
     FIELDS : positive;
     -- Clocks in a bit of the serial port.
@@ -38,8 +38,7 @@ entity board_control is
     switch_pattern : in    std_logic;
     switch_pass    : in    std_logic;
     switch_sweep   : in    std_logic;
-    -- FIELDS numbers of 16 bits for the status line, the first one in the low bits; slice, slices,
-    -- sweep, pass and pattern come before them.
+    -- FIELDS numbers of 16 bits for the status line, the first one in the low bits.
     status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
     -- The settings.
     slice        : out   std_logic_vector(7 downto 0);
@@ -54,8 +53,7 @@ end entity board_control;
 
 architecture rtl of board_control is
 
-  constant SETTINGS : positive := 5;
-  constant LAST     : natural  := SLICES - 1;
+  constant LAST : natural := SLICES - 1;
 
   signal up            : std_logic;
   signal down          : std_logic;
@@ -67,7 +65,6 @@ architecture rtl of board_control is
   signal out_data      : std_logic_vector(7 downto 0);
   signal out_valid     : std_logic;
   signal out_ready     : std_logic;
-  signal all_values    : std_logic_vector(16 * (FIELDS + SETTINGS) - 1 downto 0);
   signal value         : unsigned(7 downto 0);
   signal set_slice     : std_logic;
   signal set_sweep     : std_logic;
@@ -81,15 +78,6 @@ architecture rtl of board_control is
   signal frames_now    : unsigned(7 downto 0);
   signal pass_now      : std_logic;
   signal pattern_now   : std_logic;
-
-  function flag (
-    bit_value : std_logic
-  ) return std_logic_vector is
-  begin
-
-    return "000000000000000" & bit_value;
-
-  end function flag;
 
 begin
 
@@ -175,8 +163,8 @@ begin
 
   commands : entity work.command_line
     generic map (
-      STATUS => "slice=# slices=# sweep=# pass=# pattern=# " & STATUS,
-      FIELDS => FIELDS + SETTINGS
+      STATUS => STATUS,
+      FIELDS => FIELDS
     )
     port map (
       clk           => clk,
@@ -186,7 +174,7 @@ begin
       m_axis_tvalid => out_valid,
       m_axis_tready => out_ready,
       m_axis_tdata  => out_data,
-      status_values => all_values,
+      status_values => status_values,
       slices        => to_unsigned(SLICES, 9),
       value         => value,
       set_slice     => set_slice,
@@ -195,9 +183,6 @@ begin
       set_pattern   => set_pattern,
       clear_errors  => clear_errors
     );
-
-  all_values <= status_values & flag(pattern_now) & flag(pass_now) & x"00" & std_logic_vector(frames_now) &
-                std_logic_vector(to_unsigned(SLICES, 16)) & x"00" & std_logic_vector(slice_now);
 
   sweep_now   <= '1' when sweep_level = '1' or sweep_value /= 0 else
                  '0';

@@ -8,7 +8,7 @@
 --   c     clear the error flags            ?       status
 --
 -- The answer is "ok", "error" (unknown letter, number missing, too large, or not wanted), or the
--- status: name=value pairs, separated by blanks, values in decimal.
+-- status: text with numbers in decimal, negative ones with a minus sign.
 --
 -- Latency: the length of the line. Throughput: one command at a time; what arrives during an
 --   answer is dropped.
@@ -20,7 +20,7 @@ use ieee.numeric_std.all;
 
 entity command_line is
   generic (
-    -- The status: each # stands for the next field.
+    -- The status: each # stands for the next number.
     STATUS : string;
     FIELDS : positive
   );
@@ -34,7 +34,8 @@ entity command_line is
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(7 downto 0);
-    -- FIELDS numbers of 16 bits for the status line, the first one in the low bits.
+    -- FIELDS numbers of 16 bits in two's complement for the status line, the first one in the low
+    -- bits.
     status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
     -- Number of slices, the limit of the command "s".
     slices : in    unsigned(8 downto 0);
@@ -93,9 +94,9 @@ architecture rtl of command_line is
 
   constant CODES : codes_t := codes_of(ANSWERS);
 
-  -- read_line: characters come in; act: the line is complete; answer: characters go out; convert,
-  -- digits: a number goes out.
-  type state_t is (read_line, act, answer, convert, digits);
+  -- read_line: characters come in; act: the line is complete; answer: characters go out; sign,
+  -- convert, digits: a number goes out.
+  type state_t is (read_line, act, answer, sign, convert, digits);
 
   signal state   : state_t                           := read_line;
   signal letter  : character_t                       := (others => '0');
@@ -192,7 +193,7 @@ begin
               binary  <= unsigned(status_values(15 downto 0));
               decimal <= (others => '0');
               step    <= 0;
-              state   <= convert;
+              state   <= sign;
 
               for i in 1 to FIELDS - 1 loop
 
@@ -215,6 +216,15 @@ begin
                 place <= place + 1;
               end if;
             end if;
+          end if;
+
+        when sign =>
+
+          state <= convert;
+          if binary(15) = '1' then
+            binary <= 0 - binary;
+            symbol <= code('-');
+            offer  <= '1';
           end if;
 
         when convert =>

@@ -15,8 +15,8 @@ use ieee.numeric_std.all;
 
 library work;
 use work.hdmi_pkg.all;
+use work.status_pkg.all;
 use work.tmds_pkg.all;
-use work.video_pkg.all;
 
 entity hdmi_control is
   generic (
@@ -24,9 +24,11 @@ entity hdmi_control is
     SLICES : positive range 1 to 256;
     -- Longest line in pixels: longer modes are not offered.
     MAX_COLUMNS : positive;
-    -- Times in clocks of 100 MHz, see clock_meter, link_supervisor, debouncer and uart_receiver.
+    -- Times in clocks of 100 MHz, see clock_meter, link_supervisor, debouncer and uart_receiver;
+    -- DATA_PATIENCE is in windows of the meter.
     METER_WINDOW  : positive;
     LOCK_TIMEOUT  : positive;
+    DATA_PATIENCE : positive;
     BUTTON_STABLE : positive;
     BIT_CLOCKS    : positive;
     -- Frames for each slice of a sweep by the switch.
@@ -66,6 +68,11 @@ entity hdmi_control is
     switch_pass    : in    std_logic;
     switch_sweep   : in    std_logic;
     led            : out   std_logic_vector(7 downto 0);
+    -- From the delay lines of the receiver, see phase_detector_control: in pixel_clk or a multiple of it that
+    -- is made with it.
+    tracking    : in    std_logic_vector(CHANNELS - 1 downto 0);
+    taps        : in    std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+    hung_toggle : in    std_logic_vector(CHANNELS - 1 downto 0);
     -- To and from the video path, in pixel_clk.
     settings : out   video_settings_t;
     state    : in    video_state_t
@@ -74,12 +81,16 @@ end entity hdmi_control;
 
 architecture rtl of hdmi_control is
 
-  constant LINK_STATUS  : string := "clock=# present=# running=# aligned=# following=# unsupported=# ";
-  constant VIDEO_STATUS : string := "columns=# rows=# errors=# edid=#";
+  -- Bits of the counters of restarts and of resets of hung delay lines.
+  constant RARE_BITS : positive := 8;
 
-  constant FIELDS : positive := 10;
+  -- What crosses from the pixel clock.
+  constant TAPS_AT     : positive := STATE_BITS;
+  constant TRACKING_AT : positive := TAPS_AT + TAP_BITS * CHANNELS;
+  constant HUNG_AT     : positive := TRACKING_AT + CHANNELS;
+  constant REPORT_BITS : positive := HUNG_AT + CHANNELS;
 
-  signal rate            : unsigned(11 downto 0)        := (others => '0');
+  signal rate            : unsigned(11 downto 0)                   := (others => '0');
   signal rate_updated    : std_logic;
   signal lock_levels     : std_logic_vector(2 downto 0);
   signal locked_here     : std_logic_vector(2 downto 0);
@@ -93,22 +104,36 @@ architecture rtl of hdmi_control is
   signal pattern         : std_logic;
   signal clear_command   : std_logic;
   signal clear_button    : std_logic;
-  signal clear_toggle    : std_logic_vector(0 downto 0) := "0";
+  signal clear_toggle    : std_logic_vector(0 downto 0)            := "0";
   signal edid_byte       : std_logic;
-  signal edid_bytes      : unsigned(15 downto 0)        := (others => '0');
-  signal status_values   : std_logic_vector(16 * FIELDS - 1 downto 0);
-  signal status_levels   : std_logic_vector(ERRORS + 4 downto 0);
-  signal status_here     : std_logic_vector(ERRORS + 4 downto 0);
-  signal size_now        : std_logic_vector(2 * COUNT_BITS - 1 downto 0);
-  signal size_here       : std_logic_vector(2 * COUNT_BITS - 1 downto 0);
-  signal rows_here       : std_logic_vector(COUNT_BITS - 1 downto 0);
-  signal columns_here    : std_logic_vector(COUNT_BITS - 1 downto 0);
+  signal edid_bytes      : std_logic_vector(14 downto 0);
+  signal clear           : std_logic;
+  signal clear_or_reset  : std_logic;
+  signal restarted       : std_logic;
+  signal restarts        : std_logic_vector(RARE_BITS - 1 downto 0);
+  signal report_now      : std_logic_vector(REPORT_BITS - 1 downto 0);
+  signal report_here     : std_logic_vector(REPORT_BITS - 1 downto 0);
+  signal state_here      : video_state_t;
+  signal taps_here       : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+  signal tracking_here   : std_logic_vector(CHANNELS - 1 downto 0);
+  signal hung_here       : std_logic_vector(CHANNELS - 1 downto 0);
+  signal hung_before     : std_logic_vector(CHANNELS - 1 downto 0) := (others => '0');
+  signal hung_now        : std_logic_vector(CHANNELS - 1 downto 0);
+  signal hung_counts     : std_logic_vector(RARE_BITS * CHANNELS - 1 downto 0);
+  signal aligned         : std_logic_vector(CHANNELS - 1 downto 0);
+  signal data_here       : std_logic;
+  signal following       : std_logic;
+  signal unsupported     : std_logic;
+  signal frame_rate      : std_logic_vector(14 downto 0);
+  signal status          : status_t;
+  signal status_values   : status_vector_t;
   signal settings_vector : std_logic_vector(17 downto 0);
   signal pixel_settings  : std_logic_vector(17 downto 0);
   signal pixel_pattern   : std_logic_vector(0 downto 0);
   signal pixel_clear     : std_logic_vector(0 downto 0);
 
   -- A number of the status line.
+
   function number (
     value : std_logic_vector
   ) return std_logic_vector is
@@ -117,6 +142,44 @@ architecture rtl of hdmi_control is
     return std_logic_vector(resize(unsigned(value), 16));
 
   end function number;
+
+  function flag (
+    value : std_logic
+  ) return std_logic_vector is
+  begin
+
+    return "000000000000000" & value;
+
+  end function flag;
+
+  -- A number for each channel.
+
+  function numbers (
+    values   : std_logic_vector;
+    negative : boolean := false
+  ) return std_logic_vector is
+
+    constant WIDTH  : positive := values'length / CHANNELS;
+    variable value  : std_logic_vector(WIDTH - 1 downto 0);
+    variable result : std_logic_vector(16 * CHANNELS - 1 downto 0);
+
+  begin
+
+    for c in 0 to CHANNELS - 1 loop
+
+      value := values(WIDTH * c + WIDTH - 1 downto WIDTH * c);
+
+      result(16 * c + 15 downto 16 * c) := number(value);
+
+      if negative then
+        result(16 * c + 15 downto 16 * c) := std_logic_vector(resize(signed(value), 16));
+      end if;
+
+    end loop;
+
+    return result;
+
+  end function numbers;
 
 begin
 
@@ -149,7 +212,8 @@ begin
   supervisor : entity work.link_supervisor
     generic map (
       COUNTS_10_MHZ => METER_WINDOW / 160,
-      TIMEOUT       => LOCK_TIMEOUT
+      TIMEOUT       => LOCK_TIMEOUT,
+      PATIENCE      => DATA_PATIENCE
     )
     port map (
       clk             => clk,
@@ -162,11 +226,13 @@ begin
       configure       => configure,
       high            => setting_high,
       configured      => configured,
+      data            => data_here,
       receive_reset   => receive_reset,
       receive_locked  => locked_here(0),
       transmit_reset  => transmit_reset,
       transmit_locked => locked_here(1),
       run             => running,
+      restarted       => restarted,
       present         => present
     );
 
@@ -179,8 +245,8 @@ begin
   panel : entity work.board_control
     generic map (
       SLICES        => SLICES,
-      STATUS        => LINK_STATUS & VIDEO_STATUS,
-      FIELDS        => FIELDS,
+      STATUS        => STATUS_LINE,
+      FIELDS        => STATUS_NUMBERS,
       BIT_CLOCKS    => BIT_CLOCKS,
       STABLE        => BUTTON_STABLE,
       SWITCH_FRAMES => SWITCH_FRAMES
@@ -228,22 +294,31 @@ begin
       read_byte => edid_byte
     );
 
-  clear : process (clk) is
+  clear <= clear_command or clear_button;
+
+  pass_clear : process (clk) is
   begin
 
     if rising_edge(clk) then
-      if clear_command = '1' or clear_button = '1' then
+      if clear = '1' then
         clear_toggle <= not clear_toggle;
-        edid_bytes   <= (others => '0');
-      elsif edid_byte = '1' and edid_bytes /= 65535 then
-        edid_bytes <= edid_bytes + 1;
-      end if;
-      if reset = '1' then
-        edid_bytes <= (others => '0');
       end if;
     end if;
 
-  end process clear;
+  end process pass_clear;
+
+  clear_or_reset <= clear or reset;
+
+  count_edid : entity work.event_counter
+    generic map (
+      WIDTH => 15
+    )
+    port map (
+      clk   => clk,
+      clear => clear_or_reset,
+      add   => edid_byte,
+      count => edid_bytes
+    );
 
   --------------------------------------------------------------------------------------------------
   -- To the video path.
@@ -288,61 +363,120 @@ begin
   --------------------------------------------------------------------------------------------------
   -- From the video path.
 
-  status_levels <= state.errors & state.unsupported & state.following & state.aligned;
+  report_now <= hung_toggle & tracking & taps & to_vector(state);
 
-  status_crossing : entity work.synchroniser
+  report_crossing : entity work.bus_crossing
     generic map (
-      WIDTH => ERRORS + 5
-    )
-    port map (
-      clk         => clk,
-      level       => status_levels,
-      synchronous => status_here
-    );
-
-  size_now <= std_logic_vector(state.rows) & std_logic_vector(state.columns);
-
-  size_crossing : entity work.bus_crossing
-    generic map (
-      WIDTH => 2 * COUNT_BITS
+      WIDTH => REPORT_BITS
     )
     port map (
       source_clk      => pixel_clk,
-      source          => size_now,
+      source          => report_now,
       destination_clk => clk,
-      destination     => size_here
+      destination     => report_here
     );
 
-  rows_here    <= size_here(2 * COUNT_BITS - 1 downto COUNT_BITS);
-  columns_here <= size_here(COUNT_BITS - 1 downto 0);
+  state_here <= to_state(report_here(STATE_BITS - 1 downto 0));
+  taps_here  <= report_here(TRACKING_AT - 1 downto TAPS_AT);
+  hung_here  <= report_here(REPORT_BITS - 1 downto HUNG_AT);
 
-  report_status : process (clk) is
+  -- Without a pixel clock the last levels mean nothing.
+  tracking_here <= report_here(HUNG_AT - 1 downto TRACKING_AT) when running = '1' else
+                   (others => '0');
+  aligned       <= state_here.aligned when running = '1' else
+                   (others => '0');
+  data_here     <= '1' when (tracking_here and aligned) = "111" else
+                   '0';
+  following     <= state_here.following and running;
+  unsupported   <= state_here.unsupported and running;
 
-    variable alive : std_logic_vector(ERRORS + 4 downto 0);
+  frames : entity work.frame_rate_meter
+    generic map (
+      TICK => METER_WINDOW / 160
+    )
+    port map (
+      clk    => clk,
+      reset  => reset,
+      v_sync => state_here.v_sync_now,
+      rate   => frame_rate
+    );
 
+  count_restarts : entity work.event_counter
+    generic map (
+      WIDTH => RARE_BITS
+    )
+    port map (
+      clk   => clk,
+      clear => clear_or_reset,
+      add   => restarted,
+      count => restarts
+    );
+
+  count_hung : for c in 0 to CHANNELS - 1 generate
+
+    hung_now(c) <= hung_here(c) xor hung_before(c);
+
+    resets : entity work.event_counter
+      generic map (
+        WIDTH => RARE_BITS
+      )
+      port map (
+        clk   => clk,
+        clear => clear_or_reset,
+        add   => hung_now(c),
+        count => hung_counts(RARE_BITS * c + RARE_BITS - 1 downto RARE_BITS * c)
+      );
+
+  end generate count_hung;
+
+  --------------------------------------------------------------------------------------------------
+  -- What is shown.
+
+  status <=
+  (
+    slice       => number(slice),
+    SLICES      => std_logic_vector(to_unsigned(SLICES, 16)),
+    sweep       => number(sweep_frames),
+    pass        => flag(pass_through),
+    pattern     => flag(pattern),
+    clock       => number(std_logic_vector(rate)),
+    present     => flag(present),
+    running     => flag(running),
+    restarts    => number(restarts),
+    tracking    => number(tracking_here),
+    taps        => numbers(taps_here, true),
+    hung        => numbers(hung_counts),
+    aligned     => number(aligned),
+    word_errors => numbers(state_here.word_errors),
+    following   => flag(following),
+    unsupported => flag(unsupported),
+    columns     => number(std_logic_vector(state_here.columns)),
+    rows        => number(std_logic_vector(state_here.rows)),
+    rate        => number(frame_rate),
+    hsync       => flag(state_here.h_sync),
+    vsync       => flag(state_here.v_sync),
+    errors      => number(state_here.errors),
+    edid        => number(edid_bytes)
+  );
+
+  status_values <= to_vector(status);
+
+  show : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- Without a pixel clock the last levels mean nothing, except the errors.
-      alive := status_here;
-      if running = '0' then
-        alive(4 downto 0) := "00000";
-      end if;
-      status_values <= std_logic_vector(edid_bytes) & number(alive(ERRORS + 4 downto 5)) &
-                       number(rows_here) & number(columns_here) & number(alive(4 downto 4)) &
-                       number(alive(3 downto 3)) & number(alive(2 downto 0)) & number("0" & running) &
-                       number("0" & present) & number(std_logic_vector(rate));
+      hung_before <= hung_here;
 
       led(0)          <= present;
-      led(1)          <= alive(3);
-      led(4 downto 2) <= alive(2 downto 0);
+      led(1)          <= following;
+      led(4 downto 2) <= aligned;
       led(5)          <= '0';
-      if alive(ERRORS + 4 downto 5) /= "00000" then
+      if state_here.errors /= "00000" then
         led(5) <= '1';
       end if;
       led(7 downto 6) <= slice(1 downto 0);
     end if;
 
-  end process report_status;
+  end process show;
 
 end architecture rtl;

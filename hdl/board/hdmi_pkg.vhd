@@ -2,6 +2,7 @@
 
 library ieee;
 use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
 
 library work;
 use work.tmds_pkg.all;
@@ -12,6 +13,10 @@ package hdmi_pkg is
   -- Errors: those of refocus_video, then words that no encoder sends.
   constant WRONG_WORD : natural  := 4;
   constant ERRORS     : positive := 5;
+
+  -- Bits of the counters of such words, and of the counters and positions of the delay lines.
+  constant WORD_ERROR_BITS : positive := 12;
+  constant TAP_BITS        : positive := 8;
 
   -- What the panel wants of the video path.
 
@@ -37,9 +42,68 @@ package hdmi_pkg is
     unsupported : std_logic;
     -- Errors since the last clearing.
     errors : std_logic_vector(ERRORS - 1 downto 0);
-    -- Size of the picture.
+    -- Words of each channel that no encoder sends, since the last clearing.
+    word_errors : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
+    -- Size of the picture, and whether the syncs are positive.
     columns : count_t;
     rows    : count_t;
+    h_sync  : std_logic;
+    v_sync  : std_logic;
+    -- Vertical sync itself.
+    v_sync_now : std_logic;
   end record video_state_t;
 
+  constant STATE_BITS : positive := CHANNELS + 2 + ERRORS + WORD_ERROR_BITS * CHANNELS + 2 * COUNT_BITS + 3;
+
+  subtype state_vector_t is std_logic_vector(STATE_BITS - 1 downto 0);
+
+  function to_vector (
+    state : video_state_t
+  ) return std_logic_vector;
+
+  function to_state (
+    vector : std_logic_vector(STATE_BITS - 1 downto 0)
+  ) return video_state_t;
+
 end package hdmi_pkg;
+
+package body hdmi_pkg is
+
+  function to_vector (
+    state : video_state_t
+  ) return std_logic_vector is
+  begin
+
+    return state.v_sync_now & state.v_sync & state.h_sync & std_logic_vector(state.rows) &
+           std_logic_vector(state.columns) & state.word_errors & state.errors & state.unsupported &
+           (state.following & state.aligned);
+
+  end function to_vector;
+
+  function to_state (
+    vector : std_logic_vector(STATE_BITS - 1 downto 0)
+  ) return video_state_t is
+
+    constant FLAGS : positive := CHANNELS + 2;
+    constant WORDS : positive := FLAGS + ERRORS;
+    constant SIZE  : positive := WORDS + WORD_ERROR_BITS * CHANNELS;
+    constant SYNCS : positive := SIZE + 2 * COUNT_BITS;
+    variable state : video_state_t;
+
+  begin
+
+    state.aligned     := vector(CHANNELS - 1 downto 0);
+    state.following   := vector(CHANNELS);
+    state.unsupported := vector(CHANNELS + 1);
+    state.errors      := vector(WORDS - 1 downto FLAGS);
+    state.word_errors := vector(SIZE - 1 downto WORDS);
+    state.columns     := unsigned(vector(SIZE + COUNT_BITS - 1 downto SIZE));
+    state.rows        := unsigned(vector(SYNCS - 1 downto SIZE + COUNT_BITS));
+    state.h_sync      := vector(SYNCS);
+    state.v_sync      := vector(SYNCS + 1);
+    state.v_sync_now  := vector(SYNCS + 2);
+    return state;
+
+  end function to_state;
+
+end package body hdmi_pkg;

@@ -117,6 +117,8 @@ architecture rtl of hdmi_refocuser is
   signal video_errors   : std_logic_vector(3 downto 0);
   signal errors_now     : std_logic_vector(ERRORS - 1 downto 0) := (others => '0');
   signal clear_seen     : std_logic                             := '0';
+  signal clear          : std_logic;
+  signal word_errors    : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
 
 begin
 
@@ -232,12 +234,14 @@ begin
       errors       => video_errors
     );
 
+  clear <= clear_seen xor settings.clear_toggle;
+
   collect_errors : process (clk) is
   begin
 
     if rising_edge(clk) then
       clear_seen <= settings.clear_toggle;
-      if clear_seen /= settings.clear_toggle then
+      if clear = '1' then
         errors_now <= (others => '0');
       elsif reset = '0' then
         errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
@@ -248,6 +252,21 @@ begin
     end if;
 
   end process collect_errors;
+
+  count_words : for c in 0 to CHANNELS - 1 generate
+
+    words : entity work.event_counter
+      generic map (
+        WIDTH => WORD_ERROR_BITS
+      )
+      port map (
+        clk   => clk,
+        clear => clear,
+        add   => link_errors(c),
+        count => word_errors(WORD_ERROR_BITS * (c + 1) - 1 downto WORD_ERROR_BITS * c)
+      );
+
+  end generate count_words;
 
   transmitter : entity work.tmds_transmitter
     port map (
@@ -271,8 +290,12 @@ begin
     following   => following,
     unsupported => unsupported,
     errors      => errors_now,
+    word_errors => word_errors,
     columns     => timing.columns,
-    rows        => timing.rows
+    rows        => timing.rows,
+    h_sync      => timing.h_sync_level,
+    v_sync      => timing.v_sync_level,
+    v_sync_now  => video_v_sync
   );
 
 end architecture rtl;

@@ -3,13 +3,18 @@
 -- From the measured TMDS clock, or for the test pattern the board's own: choose the source, set both
 -- PLLs for its range, release the receiver's PLL, when it has locked the transmitter's, when that
 -- has locked the logic. A source that changes, a clock out of range, and a lost lock all lead back to
--- the beginning; each wait ends after TIMEOUT clocks.
+-- the beginning; each wait ends after TIMEOUT clocks. So does a TMDS clock without data: a PLL or a delay
+-- line that came up wrongly gets another chance.
 --
--- The setting is kept while the clock is in its range: 25 to 50 MHz (low) and 40 to 100 MHz (high)
+-- A TMDS clock counts when STEADY measurements in a row were in range and each differed from the one before
+-- by a count at most: an open input, which may oscillate, starts nothing. The fastest one accepted is that of
+-- the timing constraints.
+--
+-- The setting is kept while the clock is in its range: 25 to 50 MHz (low) and 40 MHz and more (high)
 -- overlap, and a clock within both does not switch back and forth.
 --
--- Latency: the PLLs' lock times. Throughput: not applicable.
--- Equation: run = clock in range, and all that it goes through is locked.
+-- Latency: STEADY + 1 measurements and the PLLs' lock times. Throughput: not applicable.
+-- Equation: run = clock steady and in range, and all that it goes through is locked.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,7 +25,13 @@ entity link_supervisor is
     -- Counts of clock_meter for 10 MHz.
     COUNTS_10_MHZ : positive := 100;
     -- Clocks to wait for a lock.
-    TIMEOUT : positive := 1000000
+    TIMEOUT : positive := 1000000;
+    -- Measurements of a TMDS clock that must agree.
+    STEADY : positive range 2 to 15 := 4;
+    -- Measurements without data after which a running link is restarted.
+    PATIENCE : positive := 625;
+    -- Fastest TMDS clock in units of 100 kHz; constraints/atlys.ucf has its period.
+    FASTEST : positive := 743
   );
   port (
     clk   : in    std_logic;
@@ -38,15 +49,19 @@ entity link_supervisor is
     configure  : out   std_logic;
     high       : out   std_logic;
     configured : in    std_logic;
+    -- Every channel of the receiver tracks its bits and finds words.
+    data : in    std_logic;
     -- The receiver's PLL.
     receive_reset  : out   std_logic;
     receive_locked : in    std_logic;
     -- The transmitter's PLL.
     transmit_reset  : out   std_logic;
     transmit_locked : in    std_logic;
-    -- Release the logic.
-    run : out   std_logic;
-    -- There is a TMDS clock in range.
+    -- Release the logic; restarted: it ran and is held again though the choice of the clock is the same, for a
+    -- clock.
+    run       : out   std_logic;
+    restarted : out   std_logic;
+    -- There is a steady TMDS clock in range.
     present : out   std_logic
   );
 end entity link_supervisor;
@@ -57,20 +72,23 @@ architecture rtl of link_supervisor is
   constant SLOWEST      : natural := (COUNTS_10_MHZ * 24) / 10;
   constant LOW_FASTEST  : natural := (COUNTS_10_MHZ * 50) / 10;
   constant HIGH_SLOWEST : natural := (COUNTS_10_MHZ * 40) / 10;
-  constant FASTEST      : natural := (COUNTS_10_MHZ * 101) / 10;
+  constant HIGH_FASTEST : natural := (COUNTS_10_MHZ * FASTEST) / 100 + (COUNTS_10_MHZ * FASTEST) / 20000 + 1;
   -- Above this a new clock gets the high setting.
   constant MIDDLE : natural := (COUNTS_10_MHZ * 45) / 10;
 
   type state_t is (quiet, choose, write_setting, lock_receive, lock_transmit, running);
 
-  signal state     : state_t                    := quiet;
-  signal clocks    : natural range 0 to TIMEOUT := 0;
-  signal own       : std_logic                  := '0';
-  signal high_now  : std_logic                  := '0';
-  signal in_range  : std_logic                  := '0';
-  signal fits      : std_logic                  := '0';
-  signal want_high : std_logic                  := '0';
+  signal state     : state_t                     := quiet;
+  signal clocks    : natural range 0 to TIMEOUT  := 0;
+  signal own       : std_logic                   := '0';
+  signal high_now  : std_logic                   := '0';
+  signal last      : unsigned(11 downto 0)       := (others => '0');
+  signal agree     : natural range 1 to STEADY   := 1;
+  signal in_range  : std_logic                   := '0';
+  signal fits      : std_logic                   := '0';
+  signal want_high : std_logic                   := '0';
   signal source_ok : std_logic;
+  signal lacking   : natural range 0 to PATIENCE := 0;
 
 begin
 
@@ -86,11 +104,19 @@ begin
 
     if rising_edge(clk) then
       if rate_updated = '1' then
+        last      <= rate;
+        agree     <= 1;
         in_range  <= '0';
         want_high <= '0';
         fits      <= '0';
-        if rate >= SLOWEST and rate <= FASTEST then
-          in_range <= '1';
+        -- In range, so nothing overflows.
+        if rate >= SLOWEST and rate <= HIGH_FASTEST and rate <= last + 1 and last <= rate + 1 then
+          if agree >= STEADY - 1 then
+            agree    <= STEADY;
+            in_range <= '1';
+          else
+            agree <= agree + 1;
+          end if;
         end if;
         if rate > MIDDLE then
           want_high <= '1';
@@ -104,6 +130,7 @@ begin
         fits <= '1';
       end if;
       if reset = '1' then
+        agree    <= 1;
         in_range <= '0';
       end if;
     end if;
@@ -111,10 +138,15 @@ begin
   end process judge;
 
   bring_up : process (clk) is
+
+    variable give_up : boolean;
+
   begin
 
     if rising_edge(clk) then
+      give_up   := clocks = TIMEOUT;
       configure <= '0';
+      restarted <= '0';
       if clocks /= TIMEOUT then
         clocks <= clocks + 1;
       end if;
@@ -162,6 +194,7 @@ begin
 
         when lock_transmit =>
 
+          lacking <= 0;
           if transmit_locked = '1' then
             state <= running;
           end if;
@@ -170,16 +203,25 @@ begin
 
           run    <= '1';
           clocks <= 0;
-          if receive_locked = '0' or transmit_locked = '0' then
-            state <= quiet;
+          if data = '1' or own = '1' then
+            lacking <= 0;
+          elsif rate_updated = '1' then
+            lacking <= lacking + 1;
           end if;
+          give_up := receive_locked = '0' or transmit_locked = '0' or lacking = PATIENCE;
 
       end case;
 
-      if clocks = TIMEOUT or (state /= quiet and state /= choose and (source_ok = '0' or own /= want_own)) then
+      if state /= quiet and state /= choose and (source_ok = '0' or own /= want_own) then
+        give_up := true;
+      end if;
+      if give_up then
         run    <= '0';
         state  <= quiet;
         clocks <= 0;
+        if state = running and own = want_own then
+          restarted <= '1';
+        end if;
       end if;
 
       if reset = '1' then

@@ -4,7 +4,8 @@
 -- is half a bit longer, their edges. The phase detector between them says whether edges come early or late;
 -- this control filters that and moves both delays by one tap. First both delay lines are calibrated
 -- and reset, then the slave is calibrated again and again, as temperature moves the half bit, and
--- each calibration allows one step (XAPP1064, UG381).
+-- each calibration allows one step (XAPP1064, UG381). A calibration is asked for during one clock, with
+-- no delay line busy and no step in the QUIET clocks before.
 --
 -- A delay line that does not answer within TIMEOUT clocks is reset and calibrated anew: nothing waits
 -- for ever.
@@ -21,8 +22,9 @@ entity phase_detector_control is
   generic (
     -- Edges more in one direction than in the other that make a step.
     FILTER : positive := 16;
-    -- Clocks between two calibrations of the slave.
+    -- Clocks between two calibrations of the slave, and those of them in the end without a step.
     INTERVAL : positive := 256;
+    QUIET    : positive := 16;
     -- Clocks to wait for a delay line.
     TIMEOUT : positive := 1023
   );
@@ -41,24 +43,37 @@ entity phase_detector_control is
     delay_reset      : out   std_logic;
     step             : out   std_logic;
     step_up          : out   std_logic;
-    -- Calibrated once since the reset.
-    tracking : out   std_logic
+    -- Calibrated, and no delay line has hung since then.
+    tracking : out   std_logic;
+    -- Steps up less steps down since the delays were reset, two's complement, at most 127 either way.
+    taps : out   std_logic_vector(7 downto 0);
+    -- Each change of it: a delay line did not answer and was reset. No reset changes it.
+    hung_toggle : out   std_logic
   );
 end entity phase_detector_control;
 
 architecture rtl of phase_detector_control is
 
-  -- settle: after reset; first, first_done: calibrate both; restart: reset the delays;
-  -- track: follow the edges; again, again_done: calibrate the slave.
-  type state_t is (settle, first, first_done, restart, track, again, again_done);
+  constant FARTHEST : positive := 127;
 
-  signal state    : state_t                         := settle;
-  signal clocks   : natural range 0 to TIMEOUT      := 0;
-  signal balance  : integer range -FILTER to FILTER := 0;
-  signal may_step : std_logic                       := '0';
-  signal busy_now : std_logic                       := '1';
+  -- settle: after a reset; begun, calibrating: of the slave, or if nothing tracks of both; restart: reset of
+  -- the delays; track: follow the edges.
+  type state_t is (settle, begun, calibrating, restart, track);
+
+  signal state    : state_t                             := settle;
+  signal clocks   : natural range 0 to TIMEOUT          := 0;
+  signal balance  : integer range -FILTER to FILTER     := 0;
+  signal may_step : std_logic                           := '0';
+  signal busy_now : std_logic                           := '1';
+  signal tracks   : std_logic                           := '0';
+  signal position : integer range -FARTHEST to FARTHEST := 0;
+  signal hung     : std_logic                           := '0';
 
 begin
+
+  tracking    <= tracks;
+  taps        <= std_logic_vector(to_signed(position, 8));
+  hung_toggle <= hung;
 
   control : process (clk) is
   begin
@@ -69,97 +84,93 @@ begin
       calibrate_slave  <= '0';
       delay_reset      <= '0';
       step             <= '0';
-      if clocks /= TIMEOUT then
-        clocks <= clocks + 1;
-      end if;
+      clocks           <= clocks + 1;
 
       case state is
 
         when settle =>
 
-          if clocks >= 32 and busy_now = '0' then
-            state  <= first;
-            clocks <= 0;
+          position <= 0;
+          if clocks >= 2 * QUIET and busy_now = '0' then
+            calibrate_master <= '1';
+            calibrate_slave  <= '1';
+            state            <= begun;
+            clocks           <= 0;
           end if;
 
-        when first =>
+        when begun =>
 
-          calibrate_master <= '1';
-          calibrate_slave  <= '1';
           if busy_now = '1' then
-            state  <= first_done;
+            state  <= calibrating;
             clocks <= 0;
           end if;
 
-        when first_done =>
+        when calibrating =>
 
+          balance  <= 0;
+          may_step <= tracks;
           if busy_now = '0' then
-            delay_reset <= '1';
-            state       <= restart;
-            clocks      <= 0;
+            state  <= track;
+            clocks <= 0;
+            if tracks = '0' then
+              delay_reset <= '1';
+              state       <= restart;
+            end if;
           end if;
 
         when restart =>
 
-          if clocks >= 8 and busy_now = '0' then
-            state    <= track;
-            tracking <= '1';
-            clocks   <= 0;
+          if clocks >= QUIET and busy_now = '0' then
+            state  <= track;
+            tracks <= '1';
+            clocks <= 0;
           end if;
 
         when track =>
 
-          if clocks = INTERVAL - 1 then
-            state  <= again;
-            clocks <= 0;
-          end if;
-          if may_step = '1' and (balance = FILTER or balance = -FILTER) then
-            step     <= '1';
-            step_up  <= '0';
-            may_step <= '0';
-            balance  <= 0;
-            if balance > 0 then
-              step_up <= '1';
+          if clocks < INTERVAL - QUIET then
+            if may_step = '1' and (balance = FILTER or balance = -FILTER) then
+              step     <= '1';
+              may_step <= '0';
+              if balance > 0 then
+                step_up <= '1';
+                if position /= FARTHEST then
+                  position <= position + 1;
+                end if;
+              else
+                step_up <= '0';
+                if position /= -FARTHEST then
+                  position <= position - 1;
+                end if;
+              end if;
+            elsif valid = '1' then
+              if increase = '1' and balance /= FILTER then
+                balance <= balance + 1;
+              elsif increase = '0' and balance /= -FILTER then
+                balance <= balance - 1;
+              end if;
             end if;
-          elsif valid = '1' then
-            if increase = '1' and balance /= FILTER then
-              balance <= balance + 1;
-            elsif increase = '0' and balance /= -FILTER then
-              balance <= balance - 1;
-            end if;
-          end if;
-
-        when again =>
-
-          calibrate_slave <= '1';
-          if busy_now = '1' then
-            calibrate_slave <= '0';
-            state           <= again_done;
+          elsif clocks >= INTERVAL and busy_now = '0' then
+            calibrate_slave <= '1';
+            state           <= begun;
             clocks          <= 0;
-          end if;
-
-        when again_done =>
-
-          if busy_now = '0' then
-            state    <= track;
-            may_step <= '1';
-            balance  <= 0;
-            clocks   <= 0;
           end if;
 
       end case;
 
       if clocks = TIMEOUT then
-        state  <= settle;
-        clocks <= 0;
+        delay_reset <= '1';
+        hung        <= not hung;
+        tracks      <= '0';
+        state       <= settle;
+        clocks      <= 0;
       end if;
 
       if reset = '1' then
-        state    <= settle;
-        clocks   <= 0;
-        balance  <= 0;
-        may_step <= '0';
-        tracking <= '0';
+        state       <= settle;
+        clocks      <= 0;
+        delay_reset <= '0';
+        tracks      <= '0';
       end if;
     end if;
 

@@ -24,7 +24,11 @@ entity tmds_input is
     -- Reset in clk_x2.
     reset : in    std_logic;
     -- Five bits, in clk_x2; bit 0 came first.
-    half : out   std_logic_vector(4 downto 0)
+    half : out   std_logic_vector(4 downto 0);
+    -- The delay lines, in clk_x2: see phase_detector_control.
+    tracking    : out   std_logic;
+    taps        : out   std_logic_vector(7 downto 0);
+    hung_toggle : out   std_logic
   );
 end entity tmds_input;
 
@@ -60,7 +64,9 @@ begin
       delay_reset      => delay_reset,
       step             => step,
       step_up          => step_up,
-      tracking         => open
+      tracking         => tracking,
+      taps             => taps,
+      hung_toggle      => hung_toggle
     );
 
   busy <= master_busy or slave_busy;

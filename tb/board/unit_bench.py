@@ -258,13 +258,13 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     """All that a person can do, and that a reset undoes it."""
     Clock(dut.clk, 10, "ns").start()
     panel = Panel(dut)
-    dut.status_values.value = 743
     await panel.reset()
     first, slices = CASE["first_slice"], CASE["slices"]
     begin = (first, 0, 0, 0, 0)
     assert panel.state() == begin
-    line = f"slice={first} slices={slices} sweep=0 pass=0 pattern=0 clock=743"
-    assert await panel.ask("?") == line
+    for number in (743, 0, 32767, -1, -32767, -32768):
+        dut.status_values.value = number & 0xFFFF
+        assert await panel.ask("?") == f"clock={number}."
     for command, answer in (
         ("s 2", "ok"),
         ("w 17", "ok"),
@@ -280,7 +280,6 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     ):
         assert await panel.ask(command) == answer, command
     assert panel.state() == (2, 1, 17, 1, 1)
-    assert await panel.ask("?") == f"slice=2 slices={slices} sweep=17 pass=1 pattern=1 clock=743"
     assert panel.clear_pulses == 0
     assert await panel.ask("c") == "ok"
     assert panel.clear_pulses == 1
@@ -333,11 +332,13 @@ class Plls:
     def __init__(self, dut: Any) -> None:
         self.dut = dut
         self.settings: list[int] = []
+        self.restarts = 0
         self.locks = [True, True]
         dut.want_own.value = 0
         dut.own_ready.value = 0
         dut.rate.value = 0
         dut.rate_updated.value = 0
+        dut.data.value = 1
         dut.configured.value = 1
         dut.receive_locked.value = 0
         dut.transmit_locked.value = 0
@@ -348,6 +349,7 @@ class Plls:
         dut = self.dut
         for _ in range(count):
             await FallingEdge(dut.clk)
+            self.restarts += str(dut.restarted.value) == "1"
             if str(dut.configure.value) == "1":
                 self.settings.append(int(dut.high.value))
                 assert int(dut.receive_reset.value), "settings change in reset only"
@@ -362,50 +364,127 @@ class Plls:
             ):
                 locked.value = int(str(reset.value) == "0" and can)
 
-    async def rate(self, tenths: int) -> None:
-        """Measure the TMDS clock: tenths of a MHz; wait until all has settled."""
-        self.dut.rate.value = tenths * CASE["counts_10_mhz"] // 100
-        self.dut.rate_updated.value = 1
-        await self.clocks(1)
-        self.dut.rate_updated.value = 0
-        await self.clocks(100)
+    async def measure(self, *tenths: int, clocks: int = 60) -> None:
+        """Measure the TMDS clock, tenths of a MHz, each time for long enough that all settles."""
+        for measured in tenths:
+            self.dut.rate.value = measured * CASE["counts_10_mhz"] // 100
+            self.dut.rate_updated.value = 1
+            await self.clocks(1)
+            self.dut.rate_updated.value = 0
+            await self.clocks(clocks - 1)
+
+    async def steady(self, tenths: int) -> None:
+        """Measure a clock until it counts: not before the fourth time."""
+        for _ in range(3):
+            await self.measure(tenths)
+            self.expect(runs=0, present=0)
+        await self.measure(tenths)
+
+    def expect(self, *, runs: int, present: int) -> None:
+        """Check what the supervisor drives."""
+        dut = self.dut
+        assert (int(dut.run.value), int(dut.present.value)) == (runs, present)
+        assert int(dut.receive_reset.value) == int(dut.transmit_reset.value) == 1 - runs
 
 
-@for_entity("link_supervisor")
-async def clocks_come_up_and_are_lost(dut: Any) -> None:
-    """Ranges and their overlap, lost locks, locks that never come, the board's own clock."""
+async def supervised(dut: Any) -> Plls:
+    """Reset the supervisor."""
     Clock(dut.clk, 10, "ns").start()
     plls = Plls(dut)
     dut.reset.value = 1
     await plls.clocks(4)
-    assert (int(dut.run.value), int(dut.receive_reset.value), int(dut.transmit_reset.value)) == (
-        *(0, 1, 1),
-    )
+    plls.expect(runs=0, present=0)
     dut.reset.value = 0
+    # No rate and no restart of a test before.
+    await plls.measure(0)
+    plls.restarts = 0
+    return plls
+
+
+@for_entity("link_supervisor")
+async def rates_and_settings(dut: Any) -> None:
+    """Limits, the middle, settings kept while the clock drifts, restarts when it jumps."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    plls = await supervised(dut)
     # Tenths of MHz, whether it runs, and the settings that were written on the way.
-    for tenths, runs, settings in (
-        (230, 0, []),
-        (250, 1, [0]),
-        (500, 1, []),
-        (510, 1, [1]),
-        (400, 1, []),
-        (390, 1, [0]),
-        (460, 1, []),
-        (742, 1, [1]),
-        (1010, 1, []),
-        (1020, 0, []),
-        (460, 1, [1]),
-        (240, 1, [0]),
-        (239, 0, []),
-        (440, 1, [0]),
+    for tenths, settings in (
+        (239, []),
+        (748, []),
+        (240, [0]),
+        (747, [1]),
+        (450, [0]),
+        (743, [1]),
+        (253, [0]),
+        (453, [1]),
     ):
         plls.settings.clear()
-        await plls.rate(tenths)
-        assert int(dut.run.value) == runs, tenths
-        assert int(dut.present.value) == runs, tenths
+        await plls.steady(tenths)
+        plls.expect(runs=len(settings), present=len(settings))
         assert plls.settings == settings, tenths
-        assert int(dut.receive_reset.value) == int(dut.transmit_reset.value) == 1 - runs
+    assert plls.restarts == 5, "each jump but the first ones takes a running link down"
+    # Drift, a count a measurement: each setting is kept as far as it reaches.
+    for begin, last, setting in ((453, 400, 0), (450, 500, 1)):
+        await plls.steady(begin + 10)
+        await plls.steady(begin)
+        plls.settings.clear()
+        step = 1 if last > begin else -1
+        await plls.measure(*range(begin + step, last + step, step), clocks=10)
+        plls.expect(runs=1, present=1)
+        assert plls.settings == []
+        await plls.measure(last + step)
+        assert plls.settings == [setting]
+        plls.expect(runs=1, present=1)
+    # The limits of the whole range are found while drifting too.
+    await plls.steady(746)
+    await plls.measure(747)
+    plls.expect(runs=1, present=1)
+    await plls.measure(748)
+    plls.expect(runs=0, present=0)
+    # A clock that flickers by a count is steady; one that jumps by two is a new one.
+    await plls.measure(742, 743, 742, 743, 742)
+    plls.expect(runs=1, present=1)
+    restarts = plls.restarts
+    for step in (2, -2):
+        await plls.measure(742 + step, clocks=4)
+        plls.expect(runs=0, present=0)
+        await plls.measure(742 + step, 742 + step)
+        plls.expect(runs=0, present=0)
+        await plls.measure(742 + step)
+        plls.expect(runs=1, present=1)
+        await plls.measure(0, 742, 742, 742, 742)
+    assert plls.restarts == restarts + 4
+    # An open input: any rate, never the same one four times.
+    await plls.measure(0)
+    plls.settings.clear()
+    last = 0
+    for _ in range(200):
+        now = rng.choice([n for n in range(0, 4095, rng.choice((3, 50))) if abs(n - last) > 1])
+        await plls.measure(*[now] * rng.randrange(1, 4), clocks=3)
+        plls.expect(runs=0, present=0)
+        last = now
+    await plls.measure(*[4095] * 5)
+    assert plls.settings == []
+    # A reset begins anew.
+    await plls.steady(742)
+    dut.reset.value = 1
+    await plls.clocks(4)
+    plls.expect(runs=0, present=0)
+    dut.reset.value = 0
+    await plls.clocks(100)
+    plls.expect(runs=0, present=0)
+    await plls.measure(742, 742)
+    plls.expect(runs=0, present=0)
+    await plls.measure(742)
+    plls.expect(runs=1, present=1)
+
+
+@for_entity("link_supervisor")
+async def lost_locks_and_the_own_clock(dut: Any) -> None:
+    """Lost locks, locks that never come, the board's own clock."""
+    plls = await supervised(dut)
+    await plls.steady(742)
     for lost in (0, 1):
+        restarts = plls.restarts
         plls.locks[lost] = False
         await plls.clocks(4)
         assert not int(dut.run.value)
@@ -419,9 +498,10 @@ async def clocks_come_up_and_are_lost(dut: Any) -> None:
         plls.locks[lost] = True
         await plls.clocks(CASE["timeout"] + 100)
         assert int(dut.run.value)
-    # The board's own clock: chosen in reset, always the low setting.
-    await plls.rate(742)
+        assert plls.restarts == restarts + 1
+    # The board's own clock: chosen in reset, always the low setting; no restart is counted.
     plls.settings.clear()
+    restarts = plls.restarts
     dut.want_own.value = 1
     await plls.clocks(100)
     assert (int(dut.run.value), int(dut.use_own.value)) == (0, 1)
@@ -429,22 +509,49 @@ async def clocks_come_up_and_are_lost(dut: Any) -> None:
     await plls.clocks(100)
     assert (int(dut.run.value), int(dut.use_own.value)) == (1, 1)
     assert plls.settings == [0]
+    assert plls.restarts == restarts
     dut.own_ready.value = 0
     await plls.clocks(4)
     assert not int(dut.run.value)
+    assert plls.restarts == restarts + 1
+    dut.own_ready.value = 1
+    await plls.clocks(100)
     dut.want_own.value = 0
     await plls.clocks(100)
     assert (int(dut.run.value), int(dut.use_own.value)) == (1, 0)
-    assert plls.settings == [0, 1]
-    # A reset begins anew.
-    dut.reset.value = 1
-    await plls.clocks(4)
-    assert not int(dut.run.value)
-    assert not int(dut.present.value)
-    dut.reset.value = 0
-    await plls.clocks(100)
-    assert not int(dut.run.value)
-    await plls.rate(742)
+    assert plls.settings == [0, 0, 1]
+    assert plls.restarts == restarts + 1
+
+
+@for_entity("link_supervisor")
+async def clock_without_data(dut: Any) -> None:
+    """Restarts after so many measurements in a row without data, not before, not by itself."""
+    plls = await supervised(dut)
+    patience = CASE["patience"]
+    await plls.steady(742)
+    await plls.measure(*[742] * (2 * patience))
+    assert plls.restarts == 0
+    dut.data.value = 0
+    for _ in range(3):
+        await plls.measure(*[742] * (patience - 1))
+        dut.data.value = 1
+        await plls.clocks(1)
+        dut.data.value = 0
+    assert plls.restarts == 0
+    for count in range(1, 4):
+        await plls.measure(*[742] * (patience - 1))
+        assert plls.restarts == count - 1
+        plls.settings.clear()
+        await plls.measure(742)
+        assert plls.restarts == count
+        assert plls.settings == [1], "the PLLs are set anew"
+        plls.expect(runs=1, present=1)
+    # The test pattern needs no data.
+    dut.own_ready.value = 1
+    dut.want_own.value = 1
+    await plls.clocks(60)
+    await plls.measure(*[742] * (3 * patience))
+    assert plls.restarts == 3
     assert int(dut.run.value)
 
 
@@ -510,3 +617,61 @@ async def settings_are_written(dut: Any) -> None:
     alive = True
     await write(1)
     assert len(writes) == 2 * len(wanted)
+
+
+@for_entity("event_counter")
+async def events_are_counted(dut: Any) -> None:
+    """Up to the limit and no further, from 0 after each clearing."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    Clock(dut.clk, 10, "ns").start()
+    limit = 2 ** CASE["width"] - 1
+    count = 0
+    for i in range(200):
+        add, clear = int(rng.random() < 0.7), int(i % 40 == 0)
+        dut.add.value = add
+        dut.clear.value = clear
+        await FallingEdge(dut.clk)
+        count = 0 if clear else min(count + add, limit)
+        assert int(dut.count.value) == count
+
+
+@for_entity("frame_rate_meter")
+async def frame_rates(dut: Any) -> None:
+    """Rates are rounded, at their limit, follow each frame, and are 0 when frames stop."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    Clock(dut.clk, 10, "ns").start()
+    tick = CASE["tick"]
+
+    async def frames(units: int, count: int) -> None:
+        for _ in range(count):
+            for level, clocks in ((1, tick * units // 3), (0, tick * units - tick * units // 3)):
+                dut.v_sync.value = level
+                await ClockCycles(dut.clk, clocks)
+
+    dut.v_sync.value = 0
+    dut.reset.value = 1
+    await ClockCycles(dut.clk, 3)
+    dut.reset.value = 0
+    await frames(1000, 1)
+    # An edge alone is no frame.
+    assert int(dut.rate.value) == 0
+    for units in (16683, 16667, 20000, 333, 305, 304, 100, rng.randrange(400, 30000)):
+        # A frame, the division, and for short frames the one that it was busy with.
+        await frames(units, 3 + 2 * (1 << 15) // (tick * units))
+        assert int(dut.rate.value) in {
+            min(int(1e7 / exact + 0.5), (1 << 15) - 1) for exact in (units, units - 1)
+        }, units
+    await ClockCycles(dut.clk, tick * (65535 - units) - 200)
+    assert int(dut.rate.value) != 0
+    await ClockCycles(dut.clk, 400)
+    assert int(dut.rate.value) == 0
+    # The first edge behind the silence is no frame.
+    await frames(30000, 1)
+    dut.v_sync.value = 1
+    await ClockCycles(dut.clk, 4)
+    assert int(dut.rate.value) == 0
+    await ClockCycles(dut.clk, 400)
+    assert int(dut.rate.value) == 333
+    dut.reset.value = 1
+    await ClockCycles(dut.clk, 3)
+    assert int(dut.rate.value) == 0

@@ -43,6 +43,7 @@ entity hdmi_bench is
     PATTERN_V_BACK      : positive := 4;
     METER_WINDOW        : positive := 16000;
     LOCK_TIMEOUT        : positive := 20000;
+    DATA_PATIENCE       : positive := 625;
     BUTTON_STABLE       : positive := 10;
     BIT_CLOCKS          : positive := 10;
     SWITCH_FRAMES       : positive := 1;
@@ -169,6 +170,7 @@ begin
       PATTERN_V_BACK      => PATTERN_V_BACK,
       METER_WINDOW        => METER_WINDOW,
       LOCK_TIMEOUT        => LOCK_TIMEOUT,
+      DATA_PATIENCE       => DATA_PATIENCE,
       BUTTON_STABLE       => BUTTON_STABLE,
       BIT_CLOCKS          => BIT_CLOCKS,
       SWITCH_FRAMES       => SWITCH_FRAMES,

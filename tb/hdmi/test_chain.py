@@ -6,7 +6,9 @@ from plenofir_tb.runner import run_case
 from plenofir_tb.video import MODE_720
 
 M, SHIFTS = 3, (2, 0, -1)
-METER_WINDOW, BIT_CLOCKS = 1600, 10
+METER_WINDOW, BIT_CLOCKS = 800, 10
+# A millisecond in place of 100 ms.
+DATA_PATIENCE = 125
 PARTS = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
 
 
@@ -19,6 +21,7 @@ def run_chain(phases: list[int], *, shifts: tuple[int, ...] = SHIFTS, long: bool
             "SHIFTS": " ".join(map(str, shifts)),
             "MAX_COLUMNS": 64,
             "METER_WINDOW": METER_WINDOW,
+            "DATA_PATIENCE": DATA_PATIENCE,
             "BIT_CLOCKS": BIT_CLOCKS,
             **{f"PATTERN_{name.upper()}": getattr(MODE_720, name) for name in PARTS},
         },

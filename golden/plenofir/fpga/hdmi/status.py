@@ -1,0 +1,197 @@
+"""The board's status line: its fields, the VHDL package made of them, and a parser.
+
+This is the only list of the fields. ``scripts/build_hdl.py`` makes ``hdl/board/status_pkg.vhd`` of
+it, ``scripts/build_docs.py`` the table of ``docs/board.md``.
+"""
+
+import re
+from dataclasses import dataclass
+
+from plenofir.errors import InputError
+
+
+@dataclass(frozen=True)
+class StatusField:
+    """A field of the status line.
+
+    Attributes
+    ----------
+    name
+        What stands before the equals sign.
+    meaning
+        What the documentation says of it.
+    example
+        Its numbers in the documentation's line, as many as the field has.
+    """
+
+    name: str
+    meaning: str
+    example: tuple[int, ...]
+
+
+_CHANNELS = "channels 0/1/2"
+
+FIELDS = (
+    StatusField("slice", "the slice that is shown", (0,)),
+    StatusField("slices", "how many there are", (1,)),
+    StatusField("sweep", "frames for each slice of a sweep, 0: none", (0,)),
+    StatusField("pass", "1: the input is passed through", (0,)),
+    StatusField("pattern", "1: test pattern instead of J3", (0,)),
+    StatusField("clock", "TMDS clock at J3 in units of 100 kHz", (743,)),
+    StatusField("present", "1: it is steady and in range", (1,)),
+    StatusField("running", "1: both PLLs are locked and the logic runs", (1,)),
+    StatusField(
+        "restarts",
+        "times that a running link was taken down and brought up again, for a lost clock, a lost "
+        "lock, or no data",
+        (0,),
+    ),
+    StatusField("tracking", "sum of 1, 2, 4: delay lines of channels 0, 1, 2 work", (7,)),
+    StatusField(
+        "taps",
+        f"steps that the delay of {_CHANNELS} has moved from the middle of a bit, to follow it",
+        (3, -1, 2),
+    ),
+    StatusField(
+        "hung", f"times that delay lines of {_CHANNELS} did not answer and were reset", (0, 0, 0)
+    ),
+    StatusField("aligned", "sum of 1, 2, 4: word boundaries found in channels 0, 1, 2", (7,)),
+    StatusField("word_errors", f"words in {_CHANNELS} that no encoder sends", (0, 0, 0)),
+    StatusField("following", "1: timing understood, picture refocused", (1,)),
+    StatusField(
+        "unsupported",
+        "1: timing is stable, but lines are too long or blanking is too short: the input is passed "
+        "through",
+        (0,),
+    ),
+    StatusField("columns", "measured width", (1280,)),
+    StatusField("rows", "measured height", (720,)),
+    StatusField("rate", "frames in ten seconds: 600 is 60 Hz; 0: no frames", (600,)),
+    StatusField("hsync", "1: horizontal sync is positive", (1,)),
+    StatusField("vsync", "1: vertical sync is positive", (1,)),
+    StatusField(
+        "errors",
+        "sum of 1: pixel lost at the refocuser's input, 2: pixel missing at its output, 4: a frame "
+        "began elsewhere, 8: the refocuser saw a broken frame, 16: a word that no encoder sends",
+        (0,),
+    ),
+    StatusField("edid", "bytes that the source has read from the EDID", (128,)),
+)
+"""The fields in their order."""
+
+
+def parse_status(line: str) -> dict[str, tuple[int, ...]]:
+    """Read a status line.
+
+    Parameters
+    ----------
+    line
+        What the board answered to ``?``.
+
+    Returns
+    -------
+    dict of str to tuple of int
+        Numbers of each field, in order.
+
+    Raises
+    ------
+    InputError
+        If fields are missing, unknown or in another order, or one has other numbers than it should.
+    """
+    words = line.split()
+    where = "status"
+    if len(words) != len(FIELDS):
+        raise InputError(f"{len(words)} fields", where=where, expected=f"{len(FIELDS)} fields")
+    status = {}
+    for word, field in zip(words, FIELDS, strict=True):
+        pattern = field.name + "=" + "/".join([r"(-?\d+)"] * len(field.example))
+        match = re.fullmatch(pattern, word)
+        if match is None:
+            expected = f"{field.name}=" + "/".join("#" * len(field.example))
+            raise InputError(word, where=where, expected=f"{expected}, # being a number")
+        status[field.name] = tuple(map(int, match.groups()))
+    return status
+
+
+def example_line() -> str:
+    """Make the status line that the documentation shows.
+
+    Returns
+    -------
+    str
+        A line as the board sends it.
+    """
+    return " ".join(f"{f.name}={'/'.join(map(str, f.example))}" for f in FIELDS)
+
+
+def status_package() -> str:
+    """Make the VHDL package with the text of the line and the record of its numbers.
+
+    Returns
+    -------
+    str
+        ``hdl/board/status_pkg.vhd``.
+    """
+    texts = [f"{f.name}={'/'.join('#' * len(f.example))}" for f in FIELDS]
+    width = max(len(f.name) for f in FIELDS)
+    types = [
+        f"std_logic_vector({16 * len(f.example) - 1} downto 0)"
+        if len(f.example) > 1
+        else "number_t"
+        for f in FIELDS
+    ]
+    return _TEMPLATE.format(
+        line=' " &\n                                   "'.join(texts),
+        numbers=sum(len(f.example) for f in FIELDS),
+        record="\n".join(
+            f"    {f.name.ljust(width)} : {t};" for f, t in zip(FIELDS, types, strict=True)
+        ),
+        vector=" &\n           ".join(f"status.{f.name}" for f in reversed(FIELDS)),
+    )
+
+
+_TEMPLATE = """\
+-- The status line of the serial port; built by scripts/build_hdl.py from the list of its fields in
+-- plenofir.fpga.hdmi.status, docs/board.md says what each means.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+package status_pkg is
+
+  -- The line: each # stands for the next number.
+  constant STATUS_LINE : string := "{line}";
+
+  constant STATUS_NUMBERS : positive := {numbers};
+
+  -- Two's complement.
+  subtype number_t is std_logic_vector(15 downto 0);
+
+  subtype status_vector_t is std_logic_vector(16 * STATUS_NUMBERS - 1 downto 0);
+
+  -- The numbers; of a field with several the first is in the low bits.
+
+  type status_t is record
+{record}
+  end record status_t;
+
+  -- All numbers in order, the first one in the low bits.
+  function to_vector (
+    status : status_t
+  ) return std_logic_vector;
+
+end package status_pkg;
+
+package body status_pkg is
+
+  function to_vector (
+    status : status_t
+  ) return std_logic_vector is
+  begin
+
+    return {vector};
+
+  end function to_vector;
+
+end package body status_pkg;
+"""

@@ -1,0 +1,92 @@
+-- Measures the frame rate: clocks from one vertical sync to the next, and their reciprocal.
+--
+-- The time between two rising edges is counted in units of TICK clocks. The division is done by adding
+-- that time up until the sum reaches ten seconds; half of it at the beginning rounds. Edges during
+-- a division do not begin another. A time of 65535 units counts as no frames.
+--
+-- Latency: a frame, and at most 2 ** 15 clocks for the division. Throughput: one rate for each frame or division.
+-- Equation: rate = round(10000000 / time), at most 2 ** 15 - 1; in 0.1 Hz if the unit is 1 us.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity frame_rate_meter is
+  generic (
+    -- Clocks in a unit of time.
+    TICK : positive := 100
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Vertical sync of any polarity.
+    v_sync : in    std_logic;
+    -- Frames in 10000000 units, 0: none.
+    rate : out   std_logic_vector(14 downto 0)
+  );
+end entity frame_rate_meter;
+
+architecture rtl of frame_rate_meter is
+
+  constant NEVER   : natural  := 2 ** 16 - 1;
+  constant TEN_S   : positive := 10000000;
+  constant FASTEST : positive := 2 ** 15 - 1;
+
+  signal before   : std_logic                   := '0';
+  signal clocks   : natural range 0 to TICK - 1 := 0;
+  signal time_now : unsigned(15 downto 0)       := to_unsigned(NEVER, 16);
+  signal divisor  : unsigned(15 downto 0)       := (others => '0');
+  signal sum      : unsigned(23 downto 0)       := (others => '0');
+  signal quotient : unsigned(14 downto 0)       := (others => '0');
+  signal divide   : std_logic                   := '0';
+
+begin
+
+  measure : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      before <= v_sync;
+
+      if divide = '1' then
+        sum      <= sum + divisor;
+        quotient <= quotient + 1;
+        if sum >= TEN_S or quotient = FASTEST then
+          rate   <= std_logic_vector(quotient);
+          divide <= '0';
+        end if;
+      end if;
+
+      if clocks /= TICK - 1 then
+        clocks <= clocks + 1;
+      else
+        clocks <= 0;
+        if time_now /= NEVER then
+          time_now <= time_now + 1;
+        else
+          rate   <= (others => '0');
+          divide <= '0';
+        end if;
+      end if;
+
+      if v_sync = '1' and before = '0' then
+        clocks   <= 0;
+        time_now <= (others => '0');
+        if divide = '0' and time_now /= NEVER then
+          divisor  <= time_now;
+          sum      <= shift_right(resize(time_now, 24), 1);
+          quotient <= (others => '0');
+          divide   <= '1';
+        end if;
+      end if;
+
+      if reset = '1' then
+        time_now <= to_unsigned(NEVER, 16);
+        divide   <= '0';
+        rate     <= (others => '0');
+      end if;
+    end if;
+
+  end process measure;
+
+end architecture rtl;

@@ -1,0 +1,109 @@
+-- The status line of the serial port; built by scripts/build_hdl.py from the list of its fields in
+-- plenofir.fpga.hdmi.status, docs/board.md says what each means.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+package status_pkg is
+
+  -- The line: each # stands for the next number.
+  constant STATUS_LINE : string := "slice=# " &
+                                   "slices=# " &
+                                   "sweep=# " &
+                                   "pass=# " &
+                                   "pattern=# " &
+                                   "clock=# " &
+                                   "present=# " &
+                                   "running=# " &
+                                   "restarts=# " &
+                                   "tracking=# " &
+                                   "taps=#/#/# " &
+                                   "hung=#/#/# " &
+                                   "aligned=# " &
+                                   "word_errors=#/#/# " &
+                                   "following=# " &
+                                   "unsupported=# " &
+                                   "columns=# " &
+                                   "rows=# " &
+                                   "rate=# " &
+                                   "hsync=# " &
+                                   "vsync=# " &
+                                   "errors=# " &
+                                   "edid=#";
+
+  constant STATUS_NUMBERS : positive := 29;
+
+  -- Two's complement.
+  subtype number_t is std_logic_vector(15 downto 0);
+
+  subtype status_vector_t is std_logic_vector(16 * STATUS_NUMBERS - 1 downto 0);
+
+  -- The numbers; of a field with several the first is in the low bits.
+
+  type status_t is record
+    slice       : number_t;
+    slices      : number_t;
+    sweep       : number_t;
+    pass        : number_t;
+    pattern     : number_t;
+    clock       : number_t;
+    present     : number_t;
+    running     : number_t;
+    restarts    : number_t;
+    tracking    : number_t;
+    taps        : std_logic_vector(47 downto 0);
+    hung        : std_logic_vector(47 downto 0);
+    aligned     : number_t;
+    word_errors : std_logic_vector(47 downto 0);
+    following   : number_t;
+    unsupported : number_t;
+    columns     : number_t;
+    rows        : number_t;
+    rate        : number_t;
+    hsync       : number_t;
+    vsync       : number_t;
+    errors      : number_t;
+    edid        : number_t;
+  end record status_t;
+
+  -- All numbers in order, the first one in the low bits.
+  function to_vector (
+    status : status_t
+  ) return std_logic_vector;
+
+end package status_pkg;
+
+package body status_pkg is
+
+  function to_vector (
+    status : status_t
+  ) return std_logic_vector is
+  begin
+
+    return status.edid &
+           status.errors &
+           status.vsync &
+           status.hsync &
+           status.rate &
+           status.rows &
+           status.columns &
+           status.unsupported &
+           status.following &
+           status.word_errors &
+           status.aligned &
+           status.hung &
+           status.taps &
+           status.tracking &
+           status.restarts &
+           status.running &
+           status.present &
+           status.clock &
+           status.pattern &
+           status.pass &
+           status.sweep &
+           status.slices &
+           status.slice;
+
+  end function to_vector;
+
+end package body status_pkg;
