@@ -231,7 +231,7 @@ class Panel:
             await ClockCycles(self.dut.clk, bit_clocks)
             assert int(self.dut.line_out.value), "no stop bit"
             text += chr(code)
-            assert len(text) < 300, text
+            assert len(text) < 600, text
         return text.strip()
 
     async def ask(self, text: str, slow: float = 1) -> str:
