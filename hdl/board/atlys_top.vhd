@@ -130,6 +130,8 @@ architecture rtl of atlys_top is
   attribute keep of clk_x2          : signal is "TRUE";
   attribute keep of tx_clk          : signal is "TRUE";
   attribute keep of tx_clk_x2       : signal is "TRUE";
+  attribute keep of own_ready       : signal is "TRUE";
+  attribute keep of pll_locked      : signal is "TRUE";
 
 begin
 

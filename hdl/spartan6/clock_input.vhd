@@ -1,5 +1,8 @@
 -- Differential clock input of the TMDS clock lane.
 --
+-- Each of the two outputs has a BUFIO2 of its own, as a BUFIO2 reaches one input of one clock multiplexer and the
+-- pin reaches four BUFIO2s (UG382).
+--
 -- Latency: the buffers. Throughput: one clock.
 -- Equation: clk = clk_p.
 
@@ -24,7 +27,7 @@ end entity clock_input;
 architecture rtl of clock_input is
 
   signal from_pins : std_logic;
-  signal divided   : std_logic;
+  signal counted   : std_logic;
 
 begin
 
@@ -39,7 +42,7 @@ begin
       o  => from_pins
     );
 
-  bypassed : component bufio2
+  chosen_way : component bufio2
     generic map (
       DIVIDE        => 1,
       DIVIDE_BYPASS => true,
@@ -48,17 +51,29 @@ begin
     )
     port map (
       i            => from_pins,
-      divclk       => divided,
+      divclk       => clk,
+      ioclk        => open,
+      serdesstrobe => open
+    );
+
+  counted_way : component bufio2
+    generic map (
+      DIVIDE        => 1,
+      DIVIDE_BYPASS => true,
+      I_INVERT      => false,
+      USE_DOUBLER   => false
+    )
+    port map (
+      i            => from_pins,
+      divclk       => counted,
       ioclk        => open,
       serdesstrobe => open
     );
 
   global : component bufg
     port map (
-      i => divided,
+      i => counted,
       o => clk_global
     );
-
-  clk <= divided;
 
 end architecture rtl;

@@ -9,11 +9,13 @@ import subprocess
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from fnmatch import fnmatch
 from pathlib import Path
 
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.clock_routing import check_clock_routing, global_buffers
 from plenofir.fpga.bitstream.ise import CONSTRAINTS, OPTION_FILES, read_options
 from plenofir.fpga.bitstream.netlist import Net, Netlist, Place, base_name, read_netlist, top_ports
 from plenofir.fpga.bitstream.spartan6_sites import Pin, device, pins
@@ -171,6 +173,7 @@ def check_clocks(constraints: Constraints, netlist: Netlist, top_text: str) -> l
             out.append(f"clock {net}: ball {ball} ({pins()[str(ball)].name}) is no clock input")
     out += _check_synthesizers(netlist, timed)
     out += _check_crossings(constraints, netlist)
+    out += _check_untimed(constraints, top_text, kept)
     return out
 
 
@@ -224,6 +227,23 @@ def _check_crossings(constraints: Constraints, netlist: Netlist) -> list[str]:
             out.append(f"TIG from {begin} to {to}: no crossing goes that way")
         if clocks_of.get(begin, set()) & clocks_of.get(to, set()):
             out.append(f"TIG from {begin} to {to}: they share a clock")
+    return out
+
+
+def _check_untimed(constraints: Constraints, top_text: str, kept: set[str]) -> list[str]:
+    """Each pin but clocks has a TIG, and each TIG a pin or a signal that keeps its name."""
+    ports = top_ports(top_text)
+    clocks = {net for group in constraints.periods for net in constraints.members(group)}
+    clocks |= {re.sub(r"_p$", "_n", net) for net in clocks}
+    out = [
+        f"port {bit} is in no constraint of timing, not even a TIG"
+        for bit in ports
+        if bit not in clocks and not any(fnmatch(bit, net) for net in constraints.untimed)
+    ]
+    for net in constraints.untimed:
+        if net.split("<")[0] not in kept and not any(fnmatch(bit, net) for bit in ports):
+            out.append(f"TIG of {net}: no port, and no signal that keeps its name")
+        out += [f"TIG of {net}: a clock" for clock in sorted(clocks) if fnmatch(clock, net)]
     return out
 
 
@@ -448,6 +468,11 @@ def run_checks(report: Report) -> int:
         )
         banks = check_serial_banks(constraints, netlist)
         tell("serial", banks, f"{len(netlist.all_of('bufpll'))} BUFPLLs")
+        tell(
+            "routing",
+            check_clock_routing(constraints, netlist),
+            f"{len(global_buffers(constraints, netlist))} clock multiplexers have places",
+        )
     folder = project.root() / "scripts" / "ise"
     tell("options", check_options(folder), f"{len(OPTION_FILES)} option files")
     return total

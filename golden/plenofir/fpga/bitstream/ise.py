@@ -20,10 +20,14 @@ from plenofir.errors import InputError
 from plenofir.fpga.bitstream.ise_reports import (
     Message,
     Timing,
+    Treatment,
+    derived,
+    latches,
     messages,
     read_timing,
     read_utilisation,
-    unimportant,
+    treatments,
+    trimmed_by_module,
 )
 from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.bitstream.top_level import (
@@ -40,11 +44,16 @@ from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 
 CONSTRAINTS = project.root() / "constraints" / "atlys.ucf"
 SCRIPTS = project.root() / "scripts" / "ise"
+WARNINGS = SCRIPTS / "warnings.txt"
 TOOLS = ("xst", "ngdbuild", "map", "par", "trce", "bitgen")
 OPTION_FILES = tuple(f"{tool}.opt" for tool in TOOLS)
 USUAL_PLACE = Path("/opt/Xilinx/14.7/ISE_DS")
 SAVED_LIBRARY_PATH = "ISE_LD_LIBRARY_PATH"
 """Where the Makefile keeps LD_LIBRARY_PATH, which is ISE's if the caller read its settings."""
+
+ROOT_CONSTRAINT = "TS_tmds"
+DERIVED_CLOCKS = {"clk": (1, 1.0), "clk_x2": (1, 2.0), "tx_clk": (2, 1.0), "tx_clk_x2": (2, 2.0)}
+"""Clocks whose periods the tools must derive: PLLs on the way from the TMDS clock, its multiple."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -74,7 +83,7 @@ def read_options(path: Path) -> list[str]:
         text = line.split("#", 1)[0].strip()
         if not text:
             continue
-        if not re.fullmatch(r"(set )?-[a-z_0-9]+( [\w:.<>/-]+)*", text):
+        if not re.fullmatch(r"-[a-z_0-9]+( [\w:.<>/-]+)*", text):
             raise InputError(
                 f"{text!r} is no option", where=f"{path.name}:{number}", expected="-name value"
             )
@@ -180,10 +189,14 @@ class BuildReport:
         Kind of site: used, there.
     timing
         What TRCE says of each constraint.
+    clocks
+        Clock behind a PLL to the constraint that the tools derived for it.
+    trimmed
+        Module to the number of its registers that XST took away as constant or not read.
     warnings
         Those that matter.
     other_warnings
-        Number of warnings of the kinds in ``scripts/ise/unimportant.txt``.
+        Number of warnings that ``scripts/ise/warnings.txt`` calls unimportant.
     seconds
         Time that each tool took.
     """
@@ -192,6 +205,8 @@ class BuildReport:
     generics: dict[str, Value]
     utilisation: dict[str, tuple[int, int]]
     timing: list[Timing]
+    clocks: dict[str, str]
+    trimmed: dict[str, int]
     warnings: list[Message]
     other_warnings: int
     seconds: dict[str, float]
@@ -245,11 +260,9 @@ def xst_script(options: Sequence[str], top: str = TOP, part: str = "") -> str:
     str
         Its text; the folder ``xst`` beside it is for XST's temporary files.
     """
-    settings = [option for option in options if option.startswith("set ")]
-    rest = [option for option in options if not option.startswith("set ")]
     lines = [
-        *('set -tmpdir "xst"', 'set -xsthdpdir "xst"', *settings, "run", f"-ifn {top}.prj"),
-        *(f"-ofn {top}", "-ofmt NGC", f"-p {part or device().part}", f"-top {top}", *rest),
+        *('set -tmpdir "xst"', 'set -xsthdpdir "xst"', "run", f"-ifn {top}.prj", f"-ofn {top}"),
+        *("-ofmt NGC", f"-p {part or device().part}", f"-top {top}", *options),
     ]
     return "\n".join([*lines, ""])
 
@@ -284,12 +297,14 @@ def build(
     Raises
     ------
     InputError
-        If the device is too small, a tool fails, or timing is not met. Then there is no bitstream.
+        If the device is too small, a tool fails or gives a warning that is fatal, a clock or a path
+        is not timed, or timing is not met. Then there is no bitstream.
     """
     generics = {**default_generics(), **changed}
     source = top_with_generics(changed)
     check_fit(configuration(generics))
     options = {tool: read_options(SCRIPTS / f"{tool}.opt") for tool in TOOLS}
+    treated = treatments(WARNINGS)
     for name in ("plenofir.bit", "report.json"):
         (out / name).unlink(missing_ok=True)
     work = out / "work"
@@ -308,17 +323,23 @@ def build(
     seconds: dict[str, float] = {}
     warnings: list[Message] = []
     timing: list[Timing] = []
+    clocks: dict[str, str] = {}
     for number, (tool, command) in enumerate(_commands(constraints, options).items()):
         progress(tool, number, len(TOOLS))
         begin = time.monotonic()
         log = _run(installation, tool, command, work, out)
         seconds[tool] = round(time.monotonic() - begin, 1)
-        warnings += messages(tool, log, "WARNING")
+        given = messages(tool, log, "WARNING")
+        _check_warnings(given, log, treated, out / f"{tool}.log")
+        warnings += given
         if tool == "trce":
             timing = read_timing((work / f"{TOP}.twr").read_text(errors="replace"))
-            _check_timing(timing, out / "work" / f"{TOP}.twr")
+            clocks = check_timing(timing, work / f"{TOP}.twr")
     progress(TOOLS[-1], len(TOOLS), len(TOOLS))
-    left_out = unimportant(SCRIPTS / "unimportant.txt")
+
+    def treated_as(treatment: Treatment) -> list[Message]:
+        return [warning for warning in warnings if treated.get(warning.code) == treatment]
+
     map_report = work / f"{TOP}_map.mrp"
     report = BuildReport(
         part=device().part,
@@ -327,8 +348,10 @@ def build(
         if map_report.is_file()
         else {},
         timing=timing,
-        warnings=[w for w in warnings if w.code not in left_out],
-        other_warnings=sum(w.times for w in warnings if w.code in left_out),
+        clocks=clocks,
+        trimmed=trimmed_by_module(treated_as(Treatment.TRIMMED)),
+        warnings=[warning for warning in warnings if warning.code not in treated],
+        other_warnings=sum(warning.times for warning in treated_as(Treatment.UNIMPORTANT)),
         seconds=seconds,
     )
     (out / "report.json").write_text(json.dumps(asdict(report), indent=2) + "\n")
@@ -370,10 +393,67 @@ def _run(
     return text
 
 
-def _check_timing(timing: Sequence[Timing], report: Path) -> None:
-    """Refuse a design that is too slow, or was not looked at."""
-    if not any(entry.paths for entry in timing):
-        raise InputError("no path was timed", where=str(report), expected="timing constraints")
+def _check_warnings(
+    warnings: Sequence[Message], log: str, treated: Mapping[str, Treatment], where: Path
+) -> None:
+    """Refuse what no build may contain."""
+    fatal = [warning for warning in warnings if treated.get(warning.code) == Treatment.FATAL]
+    if fatal:
+        raise InputError(
+            f"{fatal[0].code}: {fatal[0].text}",
+            where=str(where),
+            expected=f"none of the warnings that {WARNINGS.name} calls fatal "
+            f"({len(fatal)} are there)",
+        )
+    if number := latches(log):
+        raise InputError(
+            f"{number} latch{'' if number == 1 else 'es'}",
+            where=str(where),
+            expected="registers alone",
+        )
+
+
+def check_timing(timing: Sequence[Timing], report: Path) -> dict[str, str]:
+    """Refuse a design that was not timed as a whole, or is too slow.
+
+    Parameters
+    ----------
+    timing
+        What TRCE says of each constraint.
+    report
+        Its file, for messages.
+
+    Returns
+    -------
+    dict
+        Clock behind a PLL to the constraint that the tools derived for it.
+
+    Raises
+    ------
+    InputError
+        If a clock has no constraint with paths, a path is in no constraint, or one is too slow.
+    """
+    places = derived(timing, ROOT_CONSTRAINT)
+    found = {entry.constraint: places.get(entry.constraint) for entry in timing if entry.paths}
+    clocks: dict[str, str] = {}
+    for clock, (plls, multiple) in DERIVED_CLOCKS.items():
+        mine = [text for text, place in found.items() if place == (plls, multiple)]
+        if not mine:
+            raise InputError(
+                f"clock {clock} is not timed",
+                where=str(report),
+                expected=f"paths in a constraint that the tools derive from {ROOT_CONSTRAINT}, "
+                f"{plls} PLL{'' if plls == 1 else 's'} behind it, with {multiple:g} times its "
+                "frequency; what NGDBuild derived is in ngdbuild.log (ConstraintSystem:178)",
+            )
+        clocks[clock] = mine[0]
+    for entry in timing:
+        if entry.constraint.startswith("Unconstrained") and entry.paths:
+            raise InputError(
+                f"{entry.paths} paths are in no constraint: {entry.constraint}",
+                where=str(report),
+                expected="each path timed, or left out of timing by a TIG of constraints/atlys.ucf",
+            )
     failed = [entry for entry in timing if entry.errors]
     if failed:
         worst = failed[0]
@@ -383,3 +463,4 @@ def _check_timing(timing: Sequence[Timing], report: Path) -> None:
             where=str(report),
             expected=f"no timing errors ({len(failed)} of {len(timing)} constraints fail)",
         )
+    return clocks

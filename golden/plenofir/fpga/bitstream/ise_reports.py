@@ -1,8 +1,13 @@
 """What the logs and reports of ISE say: messages, timing, utilisation."""
 
 import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
+
+from plenofir.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -15,7 +20,8 @@ class Message:
     times: int
 
 
-_MESSAGE = re.compile(r"^(WARNING|ERROR):(\w+:\d+) - (.*)$")
+# Within the sections of its units XST sets its messages in; a few messages have no number.
+_MESSAGE = re.compile(r"^\s*(WARNING|ERROR):(\w+(?::\d+)?) - (.*)$")
 
 
 def messages(tool: str, log: str, severity: str) -> list[Message]:
@@ -51,21 +57,81 @@ def messages(tool: str, log: str, severity: str) -> list[Message]:
     return [Message(tool, code, text, times) for (code, text), times in found.items()]
 
 
-def unimportant(path: Path) -> set[str]:
-    """Codes of warnings that are left out of the list.
+class Treatment(StrEnum):
+    """What the build does with a warning that it does not simply list."""
+
+    FATAL = "fatal"
+    TRIMMED = "trimmed"
+    UNIMPORTANT = "unimportant"
+
+
+def treatments(path: Path) -> dict[str, Treatment]:
+    """Read what the build does with which warnings.
 
     Parameters
     ----------
     path
-        File with a code a line, and the reason behind ``#``.
+        File with a treatment and a code a line, and the reason behind ``#``.
 
     Returns
     -------
-    set of str
-        Codes.
+    dict
+        Code to treatment.
+
+    Raises
+    ------
+    InputError
+        If a line is something else.
     """
-    lines = (line.split("#", 1)[0].strip() for line in path.read_text().splitlines())
-    return {line for line in lines if line}
+    out: dict[str, Treatment] = {}
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        words = line.split("#", 1)[0].split()
+        if not words:
+            continue
+        if len(words) != 2 or words[0] not in list(Treatment) or words[1] in out:
+            raise InputError(
+                f"{line.strip()!r}",
+                where=f"{path}:{number}",
+                expected=f"one of {', '.join(Treatment)}, and a code that is not there yet",
+            )
+        out[words[1]] = Treatment(words[0])
+    return out
+
+
+def trimmed_by_module(warnings: Iterable[Message]) -> dict[str, int]:
+    """Count registers that XST took away, for each module: many where few are meant are a fault.
+
+    Parameters
+    ----------
+    warnings
+        Those that say so.
+
+    Returns
+    -------
+    dict
+        Module to number, the largest first.
+    """
+    counts: Counter[str] = Counter()
+    for warning in warnings:
+        block = re.search(r"in block <([^>]+)>", warning.text)
+        counts[block[1] if block else "?"] += warning.times
+    return dict(counts.most_common())
+
+
+def latches(log: str) -> int:
+    """Latches that XST inferred, as its synthesis reports count them.
+
+    Parameters
+    ----------
+    log
+        Text of XST's log.
+
+    Returns
+    -------
+    int
+        Their number (of vectors, as XST counts).
+    """
+    return max(map(int, re.findall(r"^# Latches\s*: (\d+)", log, re.M)), default=0)
 
 
 @dataclass(frozen=True)
@@ -105,8 +171,8 @@ def read_timing(report: str) -> list[Timing]:
     """
     out = []
     for section in report.split("Timing constraint: ")[1:]:
-        constraint = " ".join(section.split(";", 1)[0].split())
-        paths = re.search(r"^\s*(\d+) paths analyzed", section, re.M)
+        constraint = " ".join(re.split(r";|\n\s*\n|\nFor more", section, maxsplit=1)[0].split())
+        paths = re.search(r"^\s*(\d+) paths? analyzed", section, re.M)
         errors = re.search(r"^\s*(\d+) timing errors? detected", section, re.M)
         best = re.search(r"(?:Minimum period is|Maximum delay is)\s+([\d.]+)ns", section)
         out.append(
@@ -117,6 +183,42 @@ def read_timing(report: str) -> list[Timing]:
                 float(best[1]) if best else None,
             )
         )
+    return out
+
+
+_PERIOD = re.compile(
+    r'(TS_\w+) = PERIOD TIMEGRP "[^"]+" (TS_\w+)(?: ([*/]) ([\d.]+))?(?: PHASE \S+ ns)? HIGH'
+)
+
+
+def derived(timing: Sequence[Timing], root: str) -> dict[str, tuple[int, float]]:
+    """Find the constraints that NGDBuild derived from one, through PLLs and PLLs behind them.
+
+    Parameters
+    ----------
+    timing
+        What TRCE says of each constraint.
+    root
+        Name of the constraint that they come from; its period is in ns.
+
+    Returns
+    -------
+    dict
+        Text of each to how many PLLs it is behind, and how many times the root's frequency it has.
+    """
+    found = [(match, entry) for entry in timing if (match := _PERIOD.match(entry.constraint))]
+    names = {root: (0, 1.0)}
+    out: dict[str, tuple[int, float]] = {}
+    # TRCE lists a constraint before or behind the one that it comes from.
+    for _ in found:
+        for match, entry in found:
+            name, parent, sign, factor = match.groups()
+            if parent in names:
+                depth, frequency = names[parent]
+                ratio = float(factor or 1)
+                # Periods in ns: "TS_x / 2" is half the period.
+                frequency = frequency * ratio if sign == "/" else frequency / ratio
+                names[name] = out[entry.constraint] = (depth + 1, frequency)
     return out
 
 

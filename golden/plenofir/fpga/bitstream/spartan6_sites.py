@@ -56,6 +56,15 @@ class Pin:
         """Whether it reaches the clock networks (GCLK)."""
         return "_GCLK" in self.name
 
+    @property
+    def clock_lines(self) -> frozenset[int]:
+        """Lines to the clock multiplexers that the BUFIO2s of a clock input drive."""
+        found = re.search(r"_GCLK(\d+)", self.name)
+        assert found, self.name
+        lines = device().clock_lines
+        reached = lines.of_pins[int(found[1]) // 2 % 2]
+        return frozenset(lines.first_of_bank[self.bank] + k for k in reached)
+
 
 @cache
 def pins() -> dict[str, Pin]:
@@ -80,6 +89,16 @@ class IoRules(BaseModel):
     volts: dict[str, float]
 
 
+class ClockLines(BaseModel):
+    """Lines that end at the clock multiplexers; ``xc6slx45.toml`` explains the fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    i0: tuple[int, ...]
+    first_of_bank: tuple[int, ...]
+    of_pins: tuple[tuple[int, ...], tuple[int, ...]]
+
+
 class Device(BaseModel):
     """What ``data/devices/xc6slx45.toml`` holds.
 
@@ -95,6 +114,10 @@ class Device(BaseModel):
         Primitive to the kind of site that it takes.
     buffers, synthesizers
         Clock primitive to its inputs and, of each, the outputs.
+    routes
+        Input of a clock primitive to the outputs that have a way to it, as patterns.
+    clock_lines
+        Lines that end at the clock multiplexers.
     io
         What banks can do.
     """
@@ -107,6 +130,8 @@ class Device(BaseModel):
     primitives: dict[str, str]
     buffers: dict[str, dict[str, list[str]]]
     synthesizers: dict[str, dict[str, list[str]]]
+    routes: dict[str, list[str]]
+    clock_lines: ClockLines
     io: IoRules
 
 

@@ -31,6 +31,8 @@ class Constraints:
         Group to the period of its clock in ns.
     ignored
         Pairs of groups between which paths are not timed (FROM TO TIG).
+    untimed
+        Nets whose paths are not timed (TIG).
     """
 
     config: dict[str, str] = field(default_factory=dict)
@@ -40,6 +42,7 @@ class Constraints:
     unions: dict[str, list[str]] = field(default_factory=dict)
     periods: dict[str, float] = field(default_factory=dict)
     ignored: list[tuple[str, str]] = field(default_factory=list)
+    untimed: list[str] = field(default_factory=list)
 
     def members(self, group: str) -> list[str]:
         """Nets behind a group, unions resolved.
@@ -107,6 +110,8 @@ def read_constraints(path: Path) -> Constraints:
         statement = " ".join(text.split())
         if found := re.fullmatch(r"CONFIG (\w+) ?= ?(\S+)", statement):
             out.config[found[1]] = found[2]
+        elif found := re.fullmatch(rf"NET {_NAME} TIG", statement):
+            out.untimed.append(found[1])
         elif found := re.fullmatch(rf"NET {_NAME} (.+)", statement):
             _net(out, found[1], found[2], where)
         elif found := re.fullmatch(rf'TIMEGRP {_NAME} = ((?:"[^"]+" ?)+)', statement):

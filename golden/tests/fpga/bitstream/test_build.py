@@ -1,4 +1,8 @@
-"""The build flow with tools that only look like ISE's: order, options, reports, failures."""
+"""The build flow with tools that only look like ISE's: order, options, reports, failures.
+
+What they leave has the form of public logs of ISE 14.7 for the same device, with other contents:
+``source/VmodCAM_Ref.syr``, ``.twr`` and ``_map.mrp`` of github.com/MDMTseng/AtlysSGM.
+"""
 
 import json
 import os
@@ -28,11 +32,78 @@ from plenofir.refocus import StoredProductArithmetic
 TOP = top_level.TOP
 
 # What each fake tool does: it notes its command, and leaves what the true one leaves.
+XST_LOG = """\
+Synthesizing Unit <switched_fir_1>.
+    Related source file is "/hdl/fir/switched_fir.vhd".
+    WARNING:Xst:2404 -  FFs/Latches <sums<2:1>> (without init value) have a constant value of 0 in \
+block <switched_fir_1>.
+    Summary:
+	inferred 135 D-type flip-flop(s).
+Unit <switched_fir_1> synthesized.
+WARNING:Xst:1710 - FF/Latch <a_0> (without init value) has a constant value of 0 in block \
+<atlys_top>. This FF/Latch will be trimmed during the optimization process.
+WARNING:Xst:653 - Signal <b> is used but never assigned. This sourceless signal will be
+   automatically connected to value GND.
+WARNING:Xst:1710 - FF/Latch <a_0> (without init value) has a constant value of 0 in block \
+<atlys_top>. This FF/Latch will be trimmed during the optimization process.
+WARNING:Xst:647 - Input <c> is never used. This port will be preserved and left unconnected.
+"""
+SECTION = """\
+================================================================================
+Timing constraint: {constraint};
+For more information, see Period Analysis in the Timing Closure User Guide (UG612).
+
+ {paths} paths analyzed, 678 endpoints analyzed, {errors} failing endpoints
+ {errors} timing errors detected. ({errors} setup errors, 0 hold errors, 0 component \
+switching limit errors)
+ Minimum period is  {best}ns.
+--------------------------------------------------------------------------------
+
+"""
+DERIVED = {
+    "TS_receive_clocks_pll_pixel": "TS_tmds",
+    "TS_receive_clocks_pll_half": "TS_tmds / 2",
+    "TS_transmit_clocks_pll_pixel": "TS_receive_clocks_pll_pixel",
+    "TS_transmit_clocks_pll_half": "TS_receive_clocks_pll_pixel / 2",
+}
+
+
+def period(name: str) -> str:
+    """Text of a derived constraint, broken and padded as TRCE does it."""
+    return f'{name} = PERIOD TIMEGRP         \n"{name[3:]}"         {DERIVED[name]} HIGH \n50%'
+
+
+TIMING_REPORT = "".join(
+    [
+        SECTION.format(
+            constraint='TS_control = PERIOD TIMEGRP "control" 10 ns HIGH 50%',
+            paths=2345,
+            errors=0,
+            best=6.123,
+        ),
+        *(
+            SECTION.format(constraint=period(name), paths=123456, errors=0, best=6.001)
+            for name in list(DERIVED)[1:]
+        ),
+        SECTION.format(
+            constraint=period("TS_receive_clocks_pll_pixel"),
+            paths=123456,
+            errors="$FAILING",
+            best="${PERIOD}",
+        ),
+        """\
+================================================================================
+Timing constraint: PATH "TS_control_to_receive_path" TIG;
+
+ 12 paths analyzed, 12 endpoints analyzed, 0 failing endpoints
+ 0 timing errors detected. (0 setup errors, 0 hold errors)
+--------------------------------------------------------------------------------
+
+""",
+    ]
+)
 REPORTS = {
-    "xst": "printf 'WARNING:Xst:1710 - FF/Latch <a_0> has a constant value of 0.\\n"
-    "WARNING:Xst:737 - Found 1-bit latch for signal <b>. Latches may be generated\\n   from "
-    "incomplete case statements.\\nWARNING:Xst:1710 - FF/Latch <a_0> has a constant value of 0.\\n'"
-    f"\ntouch {TOP}.ngc",
+    "xst": f"cat <<'END'\n{XST_LOG}END\ntouch {TOP}.ngc",
     "ngdbuild": f"touch {TOP}.ngd",
     "map": f"""cat > {TOP}_map.mrp <<'END'
   Number of Slice Registers:                 9,876 out of  54,576   18%
@@ -43,28 +114,7 @@ REPORTS = {
 END
 touch {TOP}_map.ncd""",
     "par": f"touch {TOP}.ncd",
-    "trce": f"""cat > {TOP}.twr <<'END'
-================================================================================
-Timing constraint: TS_control = PERIOD TIMEGRP "control" 10 ns HIGH 50%;
-
- 2345 paths analyzed, 678 endpoints analyzed, 0 failing endpoints
- 0 timing errors detected. (0 setup errors, 0 hold errors, 0 component switching limit errors)
- Minimum period is   6.123ns.
---------------------------------------------------------------------------------
-================================================================================
-Timing constraint: TS_receive_clocks_pll_pixel = PERIOD TIMEGRP "receive_clocks_pll_pixel"
-        TS_tmds HIGH 50%;
-
- 123456 paths analyzed, 7890 endpoints analyzed, $FAILING failing endpoints
- $FAILING timing errors detected. ($FAILING setup errors, 0 hold errors, 0 component ...)
- Minimum period is  $PERIOD.
---------------------------------------------------------------------------------
-Timing constraint: TS_control_to_receive = MAXDELAY FROM TIMEGRP "control" TO ... TIG;
-
- 12 paths analyzed, 12 endpoints analyzed, 0 failing endpoints
- 0 timing errors detected. (0 setup errors, 0 hold errors)
-END
-""".replace("<<'END'", "<<END"),
+    "trce": f"cat > {TOP}.twr <<END\n{TIMING_REPORT}END\n",
     "bitgen": f"printf BITS > {TOP}.bit",
 }
 
@@ -95,7 +145,7 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = install(tmp_path / "tools")
     monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.setenv("FAILING", "0")
-    monkeypatch.setenv("PERIOD", "12.345ns")
+    monkeypatch.setenv("PERIOD", "12.345")
     return folder
 
 
@@ -121,33 +171,39 @@ def test_flow(tools: Path, tmp_path: Path) -> None:
             ise_reports.Timing(
                 'TS_control = PERIOD TIMEGRP "control" 10 ns HIGH 50%', 2345, 0, 6.123
             ),
-            ise_reports.Timing(
-                "TS_receive_clocks_pll_pixel = PERIOD TIMEGRP "
-                '"receive_clocks_pll_pixel" TS_tmds HIGH 50%',
-                123456,
-                0,
-                12.345,
+            *(
+                ise_reports.Timing(
+                    f'{name} = PERIOD TIMEGRP "{name[3:]}" {DERIVED[name]} HIGH 50%',
+                    123456,
+                    0,
+                    12.345 if name == "TS_receive_clocks_pll_pixel" else 6.001,
+                )
+                for name in [*list(DERIVED)[1:], "TS_receive_clocks_pll_pixel"]
             ),
-            ise_reports.Timing(
-                'TS_control_to_receive = MAXDELAY FROM TIMEGRP "control" TO ... TIG', 12, 0, None
-            ),
+            ise_reports.Timing('PATH "TS_control_to_receive_path" TIG', 12, 0, None),
         ],
+        clocks={
+            clock: f'{name} = PERIOD TIMEGRP "{name[3:]}" {DERIVED[name]} HIGH 50%'
+            for clock, name in zip(ise.DERIVED_CLOCKS, DERIVED, strict=True)
+        },
+        trimmed={"atlys_top": 2, "switched_fir_1": 1},
         warnings=[
             ise_reports.Message(
                 "xst",
-                "Xst:737",
-                "Found 1-bit latch for signal <b>. Latches may be generated from incomplete "
-                "case statements.",
+                "Xst:653",
+                "Signal <b> is used but never assigned. This sourceless signal will be "
+                "automatically connected to value GND.",
                 1,
             )
         ],
-        other_warnings=2,
+        other_warnings=1,
         seconds=report.seconds,
     )
     assert list(report.seconds) == list(ise.TOOLS)
     written = json.loads((out / "report.json").read_text())
-    assert written["timing"][1]["best"] == 12.345
-    assert "latch" in (out / "xst.log").read_text()
+    assert written["timing"][4]["best"] == 12.345
+    assert written["trimmed"] == {"atlys_top": 2, "switched_fir_1": 1}
+    assert "trimmed" in (out / "xst.log").read_text()
 
 
 def test_commands(tools: Path, tmp_path: Path) -> None:
@@ -171,7 +227,8 @@ def test_commands(tools: Path, tmp_path: Path) -> None:
     script = (tmp_path / "out" / "work" / f"{TOP}.xst").read_text().splitlines()
     assert script[:2] == ['set -tmpdir "xst"', 'set -xsthdpdir "xst"']
     begin = script.index("run")
-    assert all(line.startswith("set -") for line in script[:begin])
+    assert begin == 2
+    assert "-loop_iteration_limit 131072" in script
     assert script[begin + 1 : begin + 6] == [
         f"-ifn {TOP}.prj",
         f"-ofn {TOP}",
@@ -258,7 +315,7 @@ def test_tool_that_leaves_nothing(tools: Path, tmp_path: Path, tool: str) -> Non
 
 def test_timing_not_met(tools: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FAILING", "17")
-    monkeypatch.setenv("PERIOD", "14.2ns")
+    monkeypatch.setenv("PERIOD", "14.2")
     with pytest.raises(InputError) as caught:
         run(tmp_path / "out")
     assert caught.value.what == (
@@ -271,8 +328,40 @@ def test_timing_not_met(tools: Path, tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_nothing_timed(tools: Path, tmp_path: Path) -> None:
     install(tools, trce=f"touch {TOP}.twr")
-    with pytest.raises(InputError, match="no path was timed"):
+    with pytest.raises(InputError, match="clock clk is not timed") as caught:
         run(tmp_path / "out")
+    assert caught.value.where == str(tmp_path / "out" / "work" / f"{TOP}.twr")
+    assert commands(tools)[-1][0] == "trce"
+
+
+@pytest.mark.parametrize(
+    ("tool", "message", "what"),
+    [
+        (
+            "xst",
+            "    WARNING:Xst:737 - Found 1-bit latch for signal <b>. Latches may be generated from "
+            "incomplete\n   case or if statements.",
+            "Xst:737: Found 1-bit latch for signal <b>. Latches may be generated from incomplete "
+            "case or if statements.",
+        ),
+        ("xst", "# Latches                                              : 2", "2 latches"),
+        (
+            "ngdbuild",
+            "WARNING:ConstraintSystem:190 - The TNM 'tmds', does not directly or indirectly drive\n"
+            "   any flip-flops, latches and/or RAMS",
+            "ConstraintSystem:190: The TNM 'tmds', does not directly or indirectly drive any "
+            "flip-flops, latches and/or RAMS",
+        ),
+    ],
+)
+def test_fatal_warnings(tools: Path, tmp_path: Path, tool: str, message: str, what: str) -> None:
+    install(tools, **{tool: f"cat <<'END'\n{message}\nEND\n{REPORTS[tool]}"})
+    with pytest.raises(InputError) as caught:
+        run(tmp_path / "out")
+    assert caught.value.what == what
+    assert caught.value.where == str(tmp_path / "out" / f"{tool}.log")
+    assert commands(tools)[-1][0] == tool
+    assert not (tmp_path / "out" / "report.json").exists()
 
 
 def test_settings_are_read_in_a_subshell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -283,7 +372,7 @@ def test_settings_are_read_in_a_subshell(tmp_path: Path, monkeypatch: pytest.Mon
         "export PATH LD_LIBRARY_PATH\necho settings are read\n"
     )
     monkeypatch.setenv("FAILING", "0")
-    monkeypatch.setenv("PERIOD", "12ns")
+    monkeypatch.setenv("PERIOD", "12")
     before = dict(os.environ)
     out = tmp_path / "out"
     ise.build(ise.find_installation(str(settings.parent)), {}, out, lambda *_: None)
@@ -319,7 +408,9 @@ def test_command(tools: Path, tmp_path: Path) -> None:
     )
     assert done.exit_code == 0, done.output
     assert "RAMB16BWERs 84 of 116" in done.output
-    assert "warning     xst: Xst:737: Found 1-bit latch" in done.output
+    assert "warning     xst: Xst:653: Signal <b> is used but never assigned" in done.output
+    assert "clock       tx_clk_x2: timed by TS_transmit_clocks_pll_half" in done.output
+    assert "constant or not read: atlys_top 2, switched_fir_1 1" in done.output
     generics = json.loads((out / "report.json").read_text())["generics"]
     assert (generics["SHIFTS"], generics["MAX_COLUMNS"]) == ("-3 0 3", 640)
 

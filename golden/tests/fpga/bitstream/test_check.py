@@ -10,6 +10,7 @@ from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import check, ise, top_level
+from plenofir.fpga.bitstream.clock_routing import GlobalBuffer, can_place, check_clock_routing
 from plenofir.fpga.bitstream.netlist import read_netlist
 from plenofir.fpga.bitstream.spartan6_sites import device, pins
 from plenofir.fpga.bitstream.ucf import read_constraints
@@ -29,6 +30,7 @@ def problems(tmp_path: Path, ucf: str = UCF, **changed: str) -> list[str]:
         *check.check_pins(constraints, sources[top_level.TOP]),
         *check.check_clocks(constraints, netlist, sources[top_level.TOP]),
         *check.check_serial_banks(constraints, netlist),
+        *check_clock_routing(constraints, netlist),
     ]
 
 
@@ -160,10 +162,157 @@ def test_board_passes(tmp_path: Path) -> None:
             "receive_clocks/pll: CLKIN1_PERIOD is 13.468 ns, the constraint 15 ns",
             id="pll",
         ),
+        pytest.param(
+            without(r'NET "led<\*>" +TIG'),
+            "port led<0> is in no constraint of timing, not even a TIG",
+            id="untimed",
+        ),
+        pytest.param(UCF + 'NET "in_clk_n" TIG;', "TIG of in_clk_n: a clock", id="untimed-clock"),
+        pytest.param(
+            UCF + 'NET "tmds_clk" TIG;',
+            "TIG of tmds_clk: no port, and no signal that keeps its name",
+            id="untimed-net",
+        ),
     ],
 )
 def test_constraint_faults(tmp_path: Path, ucf: str, found: str) -> None:
     assert found in problems(tmp_path, ucf)
+
+
+# The board's clock input as it once was: one BUFIO2 for a BUFG and a BUFGMUX.
+ONE_BUFIO2 = re.sub(
+    r"  counted_way : .*?;\n\n",
+    "",
+    SOURCES["clock_input"].replace("i => counted", "i => clk"),
+    flags=re.S,
+)
+
+
+@pytest.mark.parametrize(
+    ("entity", "text", "found"),
+    [
+        pytest.param(
+            "clock_input",
+            ONE_BUFIO2,
+            "clock_pins/global: no clock multiplexer that tmds_clk reaches, beside "
+            "clock_select/choose",
+            id="one-bufio2",
+        ),
+        pytest.param(
+            "clock_input",
+            SOURCES["clock_input"].replace("i => counted", "i => from_pins"),
+            "clock_pins/global: no way from ibufds.o of clock_pins/pins to i",
+            id="no-bufio2",
+        ),
+        pytest.param(
+            "pixel_clock_select",
+            SOURCES["pixel_clock_select"].replace("i1 => own_clk", "i1 => clk_100"),
+            "clock_select/choose: no way from pin to i1",
+            id="buffer-behind-buffer",
+        ),
+        pytest.param(
+            "serial_clocks",
+            SOURCES["serial_clocks"].replace("=> pll_bit,\n      gclk", "=> pll_half,\n      gclk"),
+            "receive_clocks/bit_buffer: no way from pll_adv.clkout2 of receive_clocks/pll to pllin",
+            id="slow-output",
+        ),
+        pytest.param(
+            "serial_clocks",
+            SOURCES["serial_clocks"].replace(
+                "gclk         => half_clk", "gclk         => pll_half"
+            ),
+            "receive_clocks/bit_buffer: no way from pll_adv.clkout2 of receive_clocks/pll to gclk",
+            id="no-global",
+        ),
+        pytest.param(
+            "atlys_top",
+            SOURCES["atlys_top"].replace(
+                "clk_in        => source_clk", "clk_in        => tmds_clk"
+            ),
+            "",
+            id="bufio2-to-pll",
+        ),
+        pytest.param(
+            "serial_clocks",
+            replaced(SOURCES["serial_clocks"], r"clkin1     => clk_in", "clkin1     => gated"),
+            "receive_clocks/pll: no way from logic or a port to clkin1",
+            id="logic",
+        ),
+    ],
+)
+def test_clock_routing_faults(tmp_path: Path, entity: str, text: str, found: str) -> None:
+    assert text != SOURCES[entity]
+    given = problems(tmp_path, **{entity: text})
+    assert found in given if found else not any("no way" in line for line in given)
+
+
+def test_locked_of_another_pll(tmp_path: Path) -> None:
+    """A BUFPLL takes its clock and the signal that it is locked from one PLL."""
+    clocks = replaced(SOURCES["serial_clocks"], r"pllin        => pll_bit", "pllin        => other")
+    clocks = replaced(
+        clocks, r"^    clk_in : in    std_logic;", "    clk_in, other : in std_logic;"
+    )
+    clocks = clocks.replace("    locked : out", "    bit_out : out   std_logic;\n    locked : out")
+    clocks = clocks.replace("clkout0    => pll_bit", "clkout0    => bit_out")
+    top = SOURCES["atlys_top"]
+    for mine, other in (("receive", "transmit"), ("transmit", "receive")):
+        top = replaced(
+            top,
+            rf"({mine}_clocks : entity work.serial_clocks\n    port map \(\n)",
+            rf"\1      other         => {other}_bit,\n      bit_out       => {mine}_bit,\n",
+        )
+    given = problems(tmp_path, serial_clocks=clocks, atlys_top=top)
+    assert "receive_clocks/bit_buffer: pllin and locked come from two PLLs" in given
+
+
+def buffers(*inputs: tuple[tuple[str, str], ...]) -> list[GlobalBuffer]:
+    """Buffers whose inputs are nets at the BUFIO2s of a clock pin, or of a PLL (no pin)."""
+    lines = {"": frozenset(range(16))} | {ball: pins()[ball].clock_lines for ball in CLOCK_BALLS}
+    return [
+        GlobalBuffer(f"b{n}", tuple((("", net), lines[ball]) for net, ball in pairs))
+        for n, pairs in enumerate(inputs)
+    ]
+
+
+CLOCK_BALLS = ("H17", "L15", "K15", "B9", "R10", "K4")
+
+
+def test_lines_of_clock_pins() -> None:
+    """Two groups at each edge; banks 0 and 1 share lines 0 to 7, banks 2 and 3 lines 8 to 15."""
+    assert {ball: sorted(pins()[ball].clock_lines) for ball in CLOCK_BALLS} == {
+        "H17": [2, 3, 6, 7],
+        "L15": [0, 1, 4, 5],
+        "K15": [2, 3, 6, 7],
+        "B9": [2, 3, 6, 7],
+        "R10": [8, 9, 12, 13],
+        "K4": [10, 11, 14, 15],
+    }
+
+
+@pytest.mark.parametrize(
+    ("wanted", "possible"),
+    [
+        pytest.param([(("a", "H17"),)] * 2, False, id="a BUFIO2 has one BUFG"),
+        pytest.param([((n, "H17"),) for n in "abcd"], True, id="four BUFIO2s of a pin"),
+        pytest.param([((n, "H17"),) for n in "abcde"], False, id="not five"),
+        pytest.param(
+            [(("a", "H17"),), (("b", "H17"),), (("c", "B9"),), (("d", "B9"),), (("e", "K15"),)],
+            False,
+            id="pins of banks that share lines",
+        ),
+        pytest.param([(("a", "H17"), ("b", "L15"))], True, id="pins of two groups"),
+        pytest.param([(("a", "H17"), ("b", "H17"))], True, id="two BUFIO2s of a pin"),
+        pytest.param([(("a", "H17"), ("b", "R10"))], False, id="pins of far edges"),
+        pytest.param([(("a", "H17"), ("p", "")), (("p", ""), ("a", "H17"))], True, id="neighbours"),
+        pytest.param([(("a", "H17"), ("p", "")), (("q", ""), ("a", "H17"))], False, id="two more"),
+        pytest.param([(("p", ""),)] * 16, True, id="sixteen of a PLL"),
+        pytest.param([(("p", ""),)] * 17, False, id="seventeen"),
+        pytest.param([(("p", ""), ("q", ""))] * 8, True, id="a choice for each two"),
+        pytest.param([(("p", ""), ("q", ""))] * 9, False, id="nine choices"),
+    ],
+)
+def test_places(wanted: list[tuple[tuple[str, str], ...]], possible: bool) -> None:
+    assert can_place(buffers(*wanted)) == possible
 
 
 def test_new_port_without_pin(tmp_path: Path) -> None:
@@ -175,6 +324,7 @@ def test_new_port_without_pin(tmp_path: Path) -> None:
     assert problems(tmp_path, atlys_top=top) == [
         "port beeper has no LOC",
         "port beeper has no IOSTANDARD",
+        "port beeper is in no constraint of timing, not even a TIG",
     ]
 
 
@@ -269,9 +419,9 @@ def test_options(tmp_path: Path) -> None:
     with (tmp_path / "map.opt").open("a") as file:
         file.write("-ol std\n")
     with (tmp_path / "xst.opt").open("a") as file:
-        file.write("opt_mode Area\n")
+        file.write("set -opt_mode Area\n")
     found = check.check_options(tmp_path)
     assert "map.opt: -ol is there twice" in found
     assert any(line.startswith(f"{tmp_path}/par.opt: no such file") for line in found)
-    assert any("'opt_mode Area' is no option" in line for line in found)
+    assert any("'set -opt_mode Area' is no option" in line for line in found)
     assert len(found) == 3

@@ -1,0 +1,203 @@
+"""Whether each clock has a way from its source to where it goes that does not use logic.
+
+The facts are those of ``data/devices/xc6slx45.toml``. Buffers are given places one after the other,
+those with the fewest choices first.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatch
+
+from plenofir.fpga.bitstream.netlist import Net, Netlist, Place
+from plenofir.fpga.bitstream.spartan6_sites import device, pins
+from plenofir.fpga.bitstream.ucf import Constraints
+
+IMPLIED = "pin"
+"""Buffer that XST puts behind a clock pin, as a kind of primitive."""
+
+_ANY_LINE = frozenset(range(16))
+
+
+@dataclass(frozen=True)
+class GlobalBuffer:
+    """A BUFG or BUFGMUX: its name, and of I0 (and I1) the net and the lines that it can come on."""
+
+    name: str
+    inputs: tuple[tuple[Net, frozenset[int]], ...]
+
+    @property
+    def is_free(self) -> bool:
+        """Whether any place does that has its lines free."""
+        return all(lines == _ANY_LINE for _, lines in self.inputs)
+
+
+def check_clock_routing(constraints: Constraints, netlist: Netlist) -> list[str]:
+    """Ways of the clocks: from pins, BUFIO2s, DCMs and PLLs to clock multiplexers and BUFPLLs.
+
+    Parameters
+    ----------
+    constraints
+        The board's constraints.
+    netlist
+        The design.
+
+    Returns
+    -------
+    list of str
+        Problems.
+    """
+    drivers = _drivers(netlist)
+    out = _check_routes(netlist, drivers)
+    if not out:
+        out = _check_places(global_buffers(constraints, netlist, drivers))
+    return out
+
+
+Driver = tuple[Place | None, str]
+"""Instance (None: a pin) and what drives a net there, ``bufg.o``."""
+
+
+def _drivers(netlist: Netlist) -> dict[Net, Driver]:
+    """What drives the nets that come out of clock primitives, or of clock pins."""
+    found: dict[Net, Driver] = {net: (None, IMPLIED) for net in netlist.clock_nets if not net[0]}
+    outputs = {name for names in device().routes.values() for name in names}
+    for place in netlist.places:
+        for port in place.instance.ports:
+            name = f"{place.instance.of}.{port}"
+            if any(fnmatch(name, output) for output in outputs):
+                found[netlist.port(place, port)] = (place, name)
+    return found
+
+
+def _check_routes(netlist: Netlist, drivers: Mapping[Net, Driver]) -> list[str]:
+    """Each input comes from an output that has a way to it."""
+    out = []
+    for place in netlist.places:
+        for port in place.instance.ports:
+            allowed = device().routes.get(f"{place.instance.of}.{port}")
+            if allowed is None:
+                continue
+            source, name = drivers.get(netlist.port(place, port), (None, "logic or a port"))
+            # Behind a clock pin stands the BUFG that XST puts there.
+            seen = "bufg.o" if name == IMPLIED else name
+            if not any(fnmatch(seen, pattern) for pattern in allowed):
+                where = f" of {source.path}" if source else ""
+                out.append(f"{place.path}: no way from {name}{where} to {port}")
+    for place in netlist.all_of("bufpll"):
+        clock, locked = (drivers.get(netlist.port(place, port)) for port in ("pllin", "locked"))
+        if clock and locked and clock[0] != locked[0]:
+            out.append(f"{place.path}: pllin and locked come from two PLLs")
+    return out
+
+
+def global_buffers(
+    constraints: Constraints, netlist: Netlist, drivers: Mapping[Net, Driver] | None = None
+) -> list[GlobalBuffer]:
+    """Find the buffers that need a clock multiplexer, and the lines that their inputs can use.
+
+    Parameters
+    ----------
+    constraints
+        The board's constraints.
+    netlist
+        The design.
+    drivers
+        What drives the nets, if it is known already.
+
+    Returns
+    -------
+    list of GlobalBuffer
+        Those of the source, and those that XST puts behind clock pins.
+    """
+    drivers = _drivers(netlist) if drivers is None else drivers
+    ports = {
+        netlist.same(("", net.split("<")[0])): pins()[str(attributes["LOC"])].clock_lines
+        for net, attributes in constraints.pins.items()
+        if attributes.get("LOC") in pins() and pins()[str(attributes["LOC"])].is_clock
+    }
+
+    def lines(net: Net) -> frozenset[int]:
+        """Lines of the pin that a net comes from through its BUFIO2; of PLLs and DCMs all."""
+        if net in ports:
+            return ports[net]
+        place, name = drivers.get(net, (None, ""))
+        if place is not None and name in ("bufio2.divclk", "ibufds.o"):
+            return lines(netlist.port(place, "i"))
+        return _ANY_LINE
+
+    found = [
+        GlobalBuffer(
+            place.path,
+            tuple((net, lines(net)) for net in (netlist.port(place, port) for port in inputs)),
+        )
+        for kind, inputs in (("bufg", ("i",)), ("bufgmux", ("i0", "i1")))
+        for place in netlist.all_of(kind)
+    ]
+    found += [
+        GlobalBuffer(f"pin {net[1]}", ((net, lines(net)),))
+        for net, (_, name) in drivers.items()
+        if name == IMPLIED
+    ]
+    # Those with the fewest choices first; of equals those that take two lines.
+    return sorted(
+        found, key=lambda b: (min(len(lines) for _, lines in b.inputs), -len(b.inputs), b.name)
+    )
+
+
+def _check_places(buffers: Sequence[GlobalBuffer]) -> list[str]:
+    """There is a clock multiplexer for each buffer that its inputs reach."""
+    for number, buffer in enumerate(buffers, 1):
+        if not can_place(buffers[:number]):
+            nets = " and ".join("/".join(filter(None, net)) for net, _ in buffer.inputs)
+            others = ", ".join(other.name for other in buffers[: number - 1])
+            reach = "reach" if len(buffer.inputs) > 1 else "reaches"
+            return [f"{buffer.name}: no clock multiplexer that {nets} {reach}, beside {others}"]
+    return []
+
+
+def can_place(
+    buffers: Sequence[GlobalBuffer],
+    taken: frozenset[int] = frozenset(),
+    lines: Mapping[int, Net] | None = None,
+) -> bool:
+    """Whether all buffers find a clock multiplexer.
+
+    Parameters
+    ----------
+    buffers
+        Those that have none yet, the ones with the fewest choices first.
+    taken
+        Clock multiplexers that others have.
+    lines
+        Lines that are in use, with their nets.
+
+    Returns
+    -------
+    bool
+        Whether there is a way.
+    """
+    if not buffers:
+        return True
+    lines = lines or {}
+    buffer, rest = buffers[0], buffers[1:]
+    line_of = device().clock_lines.i0
+
+    def new_lines(site: int) -> int:
+        return sum(line_of[site ^ i] not in lines for i in range(len(buffer.inputs)))
+
+    for site in sorted(set(range(len(line_of))) - taken, key=new_lines):
+        wanted = {line_of[site ^ i]: (net, able) for i, (net, able) in enumerate(buffer.inputs)}
+        if all(
+            lines.get(line, net) == net
+            # A BUFIO2 drives one line, and its net is on that or on none.
+            and line in able
+            and (able == _ANY_LINE or net not in lines.values() or lines.get(line) == net)
+            for line, (net, able) in wanted.items()
+        ):
+            used = {**lines, **{line: net for line, (net, _) in wanted.items()}}
+            if can_place(rest, taken | {site}, used):
+                return True
+            if buffer.is_free:
+                # Those behind it are free too, and another place would be no better for them.
+                return False
+    return False
