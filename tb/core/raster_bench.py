@@ -126,13 +126,38 @@ class Bench:
         await ClockCycles(self.dut.clk, 50)
         self.scoreboard.result  # noqa: B018  (raises)
 
+    async def record(self, clocks: list[tuple[str, ...]]) -> None:
+        """Write down what the core shows, clock by clock."""
+        dut = self.dut
+        ports = [dut.s_axis_tready, dut.error_flags, dut.m_axis_tvalid]
+        offer = [dut.m_axis_tdata, dut.m_axis_tuser, dut.m_axis_tlast]
+        while True:
+            await RisingEdge(dut.clk)
+            shown = [*ports, *offer] if str(dut.m_axis_tvalid.value) == "1" else ports
+            clocks.append(tuple(str(port.value) for port in shown))
+
+    async def disturb(self, columns: int, rows: int) -> None:
+        """Send frames, most of them broken, up to anywhere."""
+        self.stall("some", "some")
+        if KIND == "raster_refocuser":
+            self.dut.sweep_frames.value = self.rng.randrange(4)
+        for _ in range(self.rng.randint(1, 2)):
+            share = self.rng.choice([0, 0, 0.02, 0.2])
+            beats = [
+                Beat(b.data, b.start_of_frame != hit(), b.end_of_line != hit())
+                for hit in [lambda share=share: self.rng.random() < share]
+                for b in frame_beats(self.frame("random", columns, rows), self.core.pixel_bits)
+            ]
+            await self.source.send(beats[: self.rng.randint(1, len(beats))])
+            await ClockCycles(self.dut.clk, self.rng.choice([1, 2, 5, columns, 4 * columns]))
+
     def errors(self) -> set[str]:
         """Names of the error flags that are set."""
         flags = int(self.dut.error_flags.value)
         return {name for i, name in enumerate(ERROR_NAMES) if flags >> i & 1}
 
-    def random_size(self, *, full_rate: bool = False) -> tuple[int, int]:
-        """Columns and rows of a small frame, at least one micro image.
+    def random_size(self, *, full_rate: bool = False, columns: int = 0) -> tuple[int, int]:
+        """Columns (unless given) and rows of a small frame, at least one micro image.
 
         A size that is taken at full rate where the core has one.
         """
@@ -140,8 +165,8 @@ class Bench:
         core = self.core
         least = max(m, core.frame_lines(1)) if full_rate else m
         sizes = [
-            (columns, core.frame_lines(rows) if full_rate else rows)
-            for columns in range(m, core.max_columns + 1)
+            (size, core.frame_lines(rows) if full_rate else rows)
+            for size in ([columns] if columns else range(m, core.max_columns + 1))
             for rows in range(least, least + m + 5)
         ]
         if full_rate:
@@ -151,9 +176,9 @@ class Bench:
 
 @cocotb.test()
 async def frames_without_stalls(dut: Any) -> None:
-    """Back to back at full rate: never refused, and the latency is what the formula says."""
+    """The longest lines, back to back at full rate: never refused, the latency as the formula."""
     bench = Bench(dut)
-    columns, rows = bench.random_size(full_rate=True)
+    columns, rows = bench.random_size(full_rate=True, columns=bench.core.max_columns)
     await bench.reset(columns, rows)
     bench.stall("none", "none")
     clocks: list[int] = []
@@ -365,24 +390,32 @@ async def broken_frames(dut: Any) -> None:
 
 
 @cocotb.test(skip=not read_case()["thorough"])
-async def reset_inside_a_frame(dut: Any) -> None:
-    """After a reset in mid-frame nothing of the old frame comes out."""
+async def reset_begins_anew(dut: Any) -> None:
+    """A reset anywhere, behind whatever came: from then on, clock for clock, as a new core."""
     bench = Bench(dut)
-    columns, rows = bench.random_size()
-    await bench.reset(columns, rows)
-    bench.stall("none", "none")
+    columns, rows = bench.random_size(full_rate=True)
+    frames = [bench.frame("random", columns, rows) for _ in range(2)]
+    new: list[tuple[str, ...]] = []
     for _ in range(3):
-        beats = frame_beats(bench.frame("white", columns, rows), bench.core.pixel_bits)
-        sent = beats[: bench.rng.randint(1, len(beats))]
-        # The sink refuses everything until the reset, so that nothing of this frame gets out.
-        bench.sink.stalls = iter(lambda: True, False)
-        await bench.source.send(sent[: bench.core.max_columns], sync=True)
-        await ClockCycles(dut.clk, bench.rng.randint(1, 40))
         await bench.reset(columns, rows)
-        bench.stall("none", "some")
-        bench.send_frame(bench.frame("random", columns, rows))
+        bench.scoreboard.listening = True
+        bench.stall("none", "none")
+        model = SliceModel(len(bench.core.shifts) if KIND == "raster_refocuser" else 1)
+        if KIND == "raster_refocuser":
+            dut.sweep.value = 1
+            dut.sweep_frames.value = 2
+        clocks: list[tuple[str, ...]] = []
+        watcher = cocotb.start_soon(bench.record(clocks))
+        for frame in frames:
+            slice_ = model.next_frame(0, 1, 2)
+            bench.scoreboard.expect(bench.golden(frame, slice_), slice_)
+            bench.source.append(frame_beats(frame, bench.core.pixel_bits))
         await bench.drain()
-        assert not bench.errors()
+        watcher.cancel()
+        assert clocks == (new or clocks)
+        new = clocks
+        bench.scoreboard.listening = False
+        await bench.disturb(columns, rows)
 
 
 @cocotb.test(skip=not read_case()["thorough"])

@@ -14,7 +14,7 @@ from plenofir.fpga.hdmi.status import parse_status
 from plenofir.refocus import ExactArithmetic
 from plenofir_tb.case import read_case
 from plenofir_tb.serial import SKEWS, SerialLink, last_frames
-from plenofir_tb.video import MODE_720, measured
+from plenofir_tb.video import MODE_720, light_field, measured
 
 CASE = read_case()
 # What the documentation states: the clocks are up after LOCK_US (with the meter's window of this
@@ -382,27 +382,19 @@ async def test_pattern(dut: Any) -> None:
     dut.switch_pattern.value = 1
     got = last_frames(await bench.link.play([Command(Code.WAIT, 500_000)]), MODE_720.h_total)
     assert len(got) >= 2
-    want = bench.golden(light_field(MODE_720))
+    want = bench.golden(pattern(MODE_720))
     for frame in got[-2:]:
         assert np.array_equal(frame.pixels, want)
     dut.switch_pattern.value = 0
     await bench.relock(MODE_720, [])
 
 
-def light_field(mode: VideoMode) -> np.ndarray:
-    """The test pattern, from its equation."""
-    m, shifts = CASE["m"], CASE["shifts"]
+def pattern(mode: VideoMode) -> np.ndarray:
+    """The test pattern of the board."""
+    shifts = CASE["shifts"]
     depths = (
         (shifts[0], shifts[len(shifts) // 2] if len(shifts) > 2 else 0, shifts[-1])
         if len(shifts) > 1
         else (shifts[0], 0, -shifts[0])
     )
-    light = np.array([[0xFF, 0xC0, 0x40], [0x60, 0xFF, 0x60], [0x60, 0xA0, 0xFF]], np.uint8)
-    dark = np.array([[0x40, 0x08, 0x20], [0x08, 0x40, 0x08], [0x08, 0x10, 0x40]], np.uint8)
-    x, y = np.arange(mode.h_active), np.arange(mode.v_active)
-    band = (x >= mode.h_active // 3).astype(int) + (x >= 2 * mode.h_active // 3)
-    depth = np.array(depths)[band]
-    place_x = x // m * m + x % m * depth
-    place_y = (y // m * m)[:, None] + (y % m)[:, None] * depth[None, :]
-    lit = ((place_x[None, :] >> 3) ^ (place_y >> 3)) & 1
-    return np.where(lit[:, :, None] == 1, light[band][None], dark[band][None])
+    return light_field(mode, CASE["m"], depths, (mode.h_active // 3, 2 * mode.h_active // 3))

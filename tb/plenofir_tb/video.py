@@ -10,6 +10,8 @@ from plenofir.fpga.hdmi.link import RasterSignals, ReceivedFrame, split_frames
 from plenofir.fpga.hdmi.modes import VideoMode
 
 MEASURED = {"name": "measured", "pixel_clock": 1}
+COUNT_BITS = 12
+"""Bits of a count of ``video_pkg``."""
 
 
 def shrunken(name: str, **changes: int | bool) -> VideoMode:
@@ -48,6 +50,32 @@ MODE_720 = shrunken(
 def measured(mode: VideoMode) -> VideoMode:
     """The mode as a sink measures it."""
     return mode.model_copy(update=MEASURED)
+
+
+def timing_vector(mode: VideoMode) -> int:
+    """A mode as a vector of ``video_pkg``."""
+    h_sync, v_sync = mode.h_active + mode.h_front, mode.v_active + mode.v_front
+    counts = (
+        *(mode.h_active, mode.h_total, h_sync, h_sync + mode.h_sync),
+        *(mode.v_active, mode.v_total, v_sync, h_sync, v_sync + mode.v_sync, h_sync),
+    )
+    levels = mode.h_positive | mode.v_positive << 1
+    return sum(n << COUNT_BITS * i for i, n in enumerate([*counts, levels]))
+
+
+def light_field(
+    mode: VideoMode, m: int, depths: tuple[int, ...], begins: tuple[int, int]
+) -> np.ndarray:
+    """The test pattern, from its equation: its three bands, and where the last two begin."""
+    light = np.array([[0xFF, 0xC0, 0x40], [0x60, 0xFF, 0x60], [0x60, 0xA0, 0xFF]], np.uint8)
+    dark = np.array([[0x40, 0x08, 0x20], [0x08, 0x40, 0x08], [0x08, 0x10, 0x40]], np.uint8)
+    x, y = np.arange(mode.h_active), np.arange(mode.v_active)
+    band = np.searchsorted(begins, x, side="right")
+    depth = np.array(depths)[band]
+    place_x = x // m * m + x % m * depth
+    place_y = (y // m * m)[:, None] + (y % m)[:, None] * depth[None, :]
+    lit = ((place_x[None, :] >> 3) ^ (place_y >> 3)) & 1
+    return np.where(lit[:, :, None] == 1, light[band][None], dark[band][None])
 
 
 class VideoTap:

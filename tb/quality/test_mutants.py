@@ -64,6 +64,36 @@ def test_every_source_has_mutants_and_tests() -> None:
             assert (project.root() / file).is_file()
 
 
+def test_changes_that_show_in_nothing_are_not_made(tmp_path: Path) -> None:
+    source = tmp_path / "idle.vhd"
+    declarations = """
+  signal set_1 : std_logic := '0';
+  signal set_2 : std_logic := '0';
+  signal part  : std_logic_vector(N - 1 downto 0);
+  signal count : unsigned(N - 1 downto 0);
+  type list_t is array (0 to N - 1) of integer;
+"""
+    source.write_text(
+        f"""-- A source.
+architecture rtl of idle is
+{declarations}
+begin
+      if reset = '1' then
+        set_1 <= x;
+      end if;
+"""
+    )
+    made = [(m.old.split()[1], m.new.strip()) for m in mutate.mutants([source]) if m.line < 10]
+    assert made == [
+        ("set_2", "signal set_2 : std_logic := '1';"),
+        ("part", "signal part  : std_logic_vector(N - 2 downto 0);"),
+        ("count", "signal count : unsigned(N + 1 downto 0);"),
+        ("count", "signal count : unsigned(N - 0 downto 0);"),
+        ("count", "signal count : unsigned(N - 2 downto 0);"),
+        ("list_t", "type list_t is array (0 to N - 2) of integer;"),
+    ]
+
+
 def test_sample_stays_where_sources_change() -> None:
     every = list(dict.fromkeys(mutate.mutants(hdl.board_sources())))
     sample = {mutant.key for mutant in mutate.chosen(every, 1, 120)}

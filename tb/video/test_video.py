@@ -3,7 +3,7 @@
 import pytest
 
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir_tb.runner import run_case
+from plenofir_tb.runner import Case, run_case, run_cases
 from plenofir_tb.video import MODE_720, shrunken
 
 
@@ -67,7 +67,30 @@ def test_other_latencies(options: dict) -> None:
     run_video(3, (-1, 2), MODE_720, **options)
 
 
-def test_timing_meter() -> None:
-    run_case(
-        "video_timing_meter", "video.unit_bench", generics={}, case={"entity": "video_timing_meter"}
+def unit(entity: str, generics: dict, **case: object) -> Case:
+    return Case(entity, "video.unit_bench", generics, {"entity": entity, **case})
+
+
+# Of video_to_stream: the bench has modes that just meet them.
+LIMITS = {"MAX_COLUMNS": 12, "DELAY_LINES": 6, "DELAY_PIXELS": 14, "BLANK_LINES": 4}
+
+
+def test_units() -> None:
+    pattern = {
+        **{"micro_image_size": 3, "left_shift": 2, "middle_shift": 0, "right_shift": -4},
+        **{"middle_begin": 19, "right_begin": 40},
+    }
+    run_cases(
+        [
+            unit("video_timing_meter", {}),
+            unit("raster_generator", {}),
+            unit("video_to_stream", LIMITS),
+            unit("stream_to_video", {"DELAY_LINES": 1, "DELAY_PIXELS": 3}, lines=1, pixels=3),
+            unit(
+                "light_field_pattern",
+                {name.upper(): value for name, value in pattern.items()},
+                **pattern,
+                mode={"h_active": 61, "v_active": 41},
+            ),
+        ]
     )
