@@ -340,7 +340,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
         refocused = result.frames if result.stacks is None else result.stacks[0]
         for shift, names, got, want in zip(shifts, pictures, refocused, golden, strict=True):
             comparison = compare_frames(got[np.newaxis], want[np.newaxis])
-            error = error_against_operator(got, raw, m, shift, order=core.order)
+            error = error_against_operator(got, raw, m, shift=shift, order=core.order)
             slices.append(
                 SliceReport(
                     a=shift_to_text(shift, m),
