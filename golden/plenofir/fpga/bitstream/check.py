@@ -14,7 +14,7 @@ from pathlib import Path
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.ise import CONSTRAINTS, OPTION_FILES, read_options
+from plenofir.fpga.bitstream.ise import OPTION_FILES, constraints_file, option_folder, read_options
 from plenofir.fpga.bitstream.netlist import Net, Netlist, Place, base_name, read_netlist, top_ports
 from plenofir.fpga.bitstream.spartan6_sites import Pin, device, pins
 from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line
@@ -435,7 +435,7 @@ def run_checks(report: Report) -> int:
     used = {i.of for text in texts.values() for i in instances(text) if i.is_component}
     tell("sites", check_sites(counts or dict.fromkeys(used, 1)), _listed(counts))
     try:
-        constraints = read_constraints(CONSTRAINTS)
+        constraints = read_constraints(constraints_file())
     except InputError as error:
         tell("constraints", [str(error)], "")
     else:
@@ -448,7 +448,7 @@ def run_checks(report: Report) -> int:
         )
         banks = check_serial_banks(constraints, netlist)
         tell("serial", banks, f"{len(netlist.all_of('bufpll'))} BUFPLLs")
-    folder = project.root() / "scripts" / "ise"
+    folder = option_folder()
     tell("options", check_options(folder), f"{len(OPTION_FILES)} option files")
     return total
 

@@ -37,8 +37,6 @@ from plenofir.fpga.bitstream.top_level import (
     top_with_generics,
 )
 
-CONSTRAINTS = project.root() / "constraints" / "atlys.ucf"
-SCRIPTS = project.root() / "scripts" / "ise"
 TOOLS = ("xst", "ngdbuild", "map", "par", "trce", "bitgen")
 OPTION_FILES = tuple(f"{tool}.opt" for tool in TOOLS)
 USUAL_PLACE = Path("/opt/Xilinx/14.7/ISE_DS")
@@ -46,6 +44,16 @@ SAVED_LIBRARY_PATH = "ISE_LD_LIBRARY_PATH"
 """Where the Makefile keeps LD_LIBRARY_PATH, which is ISE's if the caller read its settings."""
 
 Progress = Callable[[str, int, int], None]
+
+
+def constraints_file() -> Path:
+    """Pins and clocks of the board."""
+    return project.root() / "constraints" / "atlys.ucf"
+
+
+def option_folder() -> Path:
+    """Option files of the tools, and the list of warnings that do not matter."""
+    return project.root() / "scripts" / "ise"
 
 
 def read_options(path: Path) -> list[str]:
@@ -282,7 +290,7 @@ def build(
     generics = {**default_generics(), **changed}
     source = top_with_generics(changed)
     check_fit(configuration(generics))
-    options = {tool: read_options(SCRIPTS / f"{tool}.opt") for tool in TOOLS}
+    options = {tool: read_options(option_folder() / f"{tool}.opt") for tool in TOOLS}
     for name in ("plenofir.bit", "report.json"):
         (out / name).unlink(missing_ok=True)
     work = out / "work"
@@ -292,7 +300,7 @@ def build(
     top.write_text(source)
     (work / f"{TOP}.prj").write_text("\n".join([*project_lines({top_source(): top}), ""]))
     (work / f"{TOP}.xst").write_text(xst_script(options["xst"]))
-    constraints = CONSTRAINTS
+    constraints = constraints_file()
     seconds: dict[str, float] = {}
     warnings: list[Message] = []
     timing: list[Timing] = []
@@ -306,7 +314,7 @@ def build(
             timing = read_timing((work / f"{TOP}.twr").read_text(errors="replace"))
             _check_timing(timing, out / "work" / f"{TOP}.twr")
     progress(TOOLS[-1], len(TOOLS), len(TOOLS))
-    left_out = unimportant(SCRIPTS / "unimportant.txt")
+    left_out = unimportant(option_folder() / "unimportant.txt")
     map_report = work / f"{TOP}_map.mrp"
     report = BuildReport(
         part=device().part,

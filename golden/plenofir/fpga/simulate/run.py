@@ -308,9 +308,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
     def show(done: int) -> None:
         tell(step, done, pixels)
 
-    work_root = project.root() / "build" / "work"
-    work_root.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=work_root, prefix="sim-") as work_name:
+    with tempfile.TemporaryDirectory(prefix="plenofir-") as work_name:
         work = Path(work_name)
         results = work / "results"
         results.mkdir()
