@@ -43,7 +43,7 @@ def refocused(raw: npt.NDArray[np.uint8], m: int, order: int) -> list[npt.NDArra
     frames = np.stack([raw, raw])
     with tempfile.TemporaryDirectory() as folder:
         result = run_bench(find_simulator("ghdl"), core, frames, Path(folder), sweep_frames=1)
-    want = [core.arithmetic.refocus(raw, m, shift, order=order) for shift in core.shifts]
+    want = [core.arithmetic.refocus(raw, m, shift=shift, order=order) for shift in core.shifts]
     assert np.array_equal(result.frames, np.stack(want))
     return list(result.frames)
 

@@ -332,7 +332,7 @@ def wanted(case: Case, frames: np.ndarray) -> np.ndarray:
             core.arithmetic.refocus(
                 frame,
                 core.micro_image_size,
-                core.shifts[number % len(core.shifts)],
+                shift=core.shifts[number % len(core.shifts)],
                 align=core.align,
                 order=core.order,
             )

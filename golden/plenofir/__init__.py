@@ -1,5 +1,9 @@
 """Real-time refocusing for standard plenoptic cameras: golden model and tools."""
 
+from plenofir.errors import InputError
+
+__all__ = ["InputError"]
+
 
 def __getattr__(name: str) -> str:
     # Looked up when asked for: importlib.metadata takes as long to load as the command line.

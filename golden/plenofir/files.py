@@ -36,6 +36,15 @@ def cannot_write(path: Path, error: OSError, where: str = "") -> InputError:
     )
 
 
+def unusable(error: OSError) -> InputError:
+    """One line for what the system refuses: the file, the cause, what to do."""
+    return InputError(
+        error.strerror or str(error),
+        where=str(error.filename or "the system"),
+        expected=_REMEDIES.get(error.errno or 0, "a file that exists, and permission to use it"),
+    )
+
+
 class Results:
     """Files that appear in a folder all together, when the block ends without an error.
 

@@ -1,21 +1,40 @@
-"""Where the parts of the repository are."""
+"""Where the files are that the package reads: in a checkout, or in a plain installation."""
 
 from pathlib import Path
 
 from plenofir.errors import InputError
 
-_ROOT = Path(__file__).resolve().parents[2]
+_PACKAGE = Path(__file__).resolve().parent
+_CHECKOUT = _PACKAGE.parents[1]
+# Where pyproject.toml has the wheel put its copy of the VHDL and what goes with it.
+_COPY = _PACKAGE / "_project"
 
-DATA = Path(__file__).resolve().parent / "data"
+DATA = _PACKAGE / "data"
 """Data files that the package ships."""
 
 
+def in_checkout() -> bool:
+    """Whether the package runs from its repository, and may keep files in ``build``."""
+    return (_CHECKOUT / "hdl" / "sources.txt").is_file()
+
+
 def root() -> Path:
-    """Root of the repository that this package is installed from."""
-    if not (_ROOT / "hdl" / "sources.txt").is_file():
+    """Folder of ``hdl``, ``scenes``, ``constraints``, ``scripts/ise`` and ``tb/file_bench``.
+
+    Returns
+    -------
+    Path
+        The repository, or the copy that a wheel installs.
+
+    Raises
+    ------
+    InputError
+        If neither is there.
+    """
+    if in_checkout():
+        return _CHECKOUT
+    if not _COPY.is_dir():
         raise InputError(
-            "the VHDL sources are missing",
-            where=str(_ROOT),
-            expected="plenofir installed from its repository (make venv)",
+            "the VHDL sources are missing", where=str(_COPY), expected="plenofir installed by pip"
         )
-    return _ROOT
+    return _COPY

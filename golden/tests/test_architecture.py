@@ -13,6 +13,7 @@ pytestmark = pytest.mark.quick
 ROOT = Path(plenofir.__file__).parent
 # From top to bottom. Rooms of one layer do not import each other.
 LAYERS = (
+    ("__main__",),
     ("commands",),
     ("studies",),
     ("plan",),

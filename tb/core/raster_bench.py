@@ -106,7 +106,11 @@ class Bench:
             image = np.ascontiguousarray(found.image).view(np.uint8).reshape(rows, columns, -1)
             return np.dstack([image, index])
         return core.arithmetic.refocus(
-            frame, core.micro_image_size, core.shifts[slice_], align=core.align, order=core.order
+            frame,
+            core.micro_image_size,
+            shift=core.shifts[slice_],
+            align=core.align,
+            order=core.order,
         )
 
     def send_frame(self, frame: Frame) -> None:

@@ -190,7 +190,11 @@ async def run_frames(bench: Bench, columns: int, rows: int, count: int, idle: fl
     for (frame, slice_), (data, got_slice, _) in zip(sent, got, strict=True):
         assert got_slice == slice_
         want = core.arithmetic.refocus(
-            frame, core.micro_image_size, core.shifts[slice_], align=core.align, order=core.order
+            frame,
+            core.micro_image_size,
+            shift=core.shifts[slice_],
+            align=core.align,
+            order=core.order,
         )
         assert (data == pack_pixels(want, core.pixel_bits)).all()
     return [clock for _, _, clock in got]

@@ -65,7 +65,7 @@ class Bench:
 
     def golden(self, picture: np.ndarray, slice_: int = 0) -> np.ndarray:
         """What the board must make of a picture."""
-        return ExactArithmetic().refocus(picture, CASE["m"], CASE["shifts"][slice_])
+        return ExactArithmetic().refocus(picture, CASE["m"], shift=CASE["shifts"][slice_])
 
     def led(self) -> int:
         """Light-emitting diodes, LED 0 in bit 0."""

@@ -46,7 +46,7 @@ def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
     assert report.pixels_compared == 2 * 25 * 40
     for a, shift in (("-3_5", -3), ("0", 0)):
         shown = read_image(what.out / f"refocused_{a}.png")
-        want = ExactArithmetic().refocus(raw, 5, shift)
+        want = ExactArithmetic().refocus(raw, 5, shift=shift)
         if grey:
             want = np.repeat(want[:, :, np.newaxis], 3, axis=2)
         assert np.array_equal(shown, want)
@@ -75,7 +75,7 @@ def test_standard_modes(tmp_path: Path, mode, arithmetic: Arithmetic) -> None:
         micro_image_size=5, shifts=(-3,), max_columns=columns, channels=3, arithmetic=arithmetic
     )
     result = run_chain(find_simulator(simulator_name()), core, raw, tmp_path)
-    assert np.array_equal(result.frames[0], arithmetic.refocus(raw, 5, -3))
+    assert np.array_equal(result.frames[0], arithmetic.refocus(raw, 5, shift=-3))
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ def test_file_bench_equals_golden_model(tmp_path: Path, arithmetic, stall_percen
     result = run_bench(
         find_simulator(simulator_name()), core, frames, tmp_path, stall_percent=stall_percent
     )
-    want = np.array([arithmetic.refocus(frame, 5, -3) for frame in frames])
+    want = np.array([arithmetic.refocus(frame, 5, shift=-3) for frame in frames])
     assert np.array_equal(result.frames, want)
     if stall_percent == 0:
         assert result.input_clocks == 3 * 33 * 47
@@ -100,7 +100,7 @@ def test_stored_products_by_command(tmp_path: Path) -> None:
     report = json.loads((tmp_path / "report.json").read_text())
     assert report["arithmetic"] == {"kind": "stored", "fraction_bits": 0, "guard_bits": 0}
     assert 0.5 < report["slices"][0]["largest_error"] <= report["error_bound"]
-    want = StoredProductArithmetic(fraction_bits=0, guard_bits=0).refocus(raw, 3, 2)
+    want = StoredProductArithmetic(fraction_bits=0, guard_bits=0).refocus(raw, 3, shift=2)
     assert np.array_equal(read_image(tmp_path / "refocused.png"), want)
 
 

@@ -43,7 +43,7 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
             core.arithmetic.refocus(
                 frame,
                 core.micro_image_size,
-                core.shifts[number % len(core.shifts)],
+                shift=core.shifts[number % len(core.shifts)],
                 align=core.align,
                 order=core.order,
             )

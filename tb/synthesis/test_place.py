@@ -12,7 +12,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place, write_bitstream
 from plenofir.fpga.synthesis.self_test import TOP, self_test_generics
 from plenofir.plan import load_scene, make_plan
-from plenofir.plan.figures import scene_files
+from plenofir.plan.scene import scene_files
 
 RECORDED = json.loads((project.DATA / "ecp5.json").read_text())
 VIDEO_720P, VIDEO_1080P = 74.25, 148.5

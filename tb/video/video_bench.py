@@ -63,7 +63,7 @@ class Bench:
             else ExactArithmetic()
         )
         shift = CASE["shifts"][self.slice]
-        return arithmetic.refocus(picture, CASE["m"], shift, order=CASE["order"])
+        return arithmetic.refocus(picture, CASE["m"], shift=shift, order=CASE["order"])
 
     async def play(self, mode: VideoMode, frames: list[np.ndarray]) -> None:
         """Send whole frames."""

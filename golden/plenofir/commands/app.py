@@ -1,9 +1,13 @@
 """The command ``plenofir``: puts the groups of commands together and words their errors."""
 
 import os
+import signal
 import sys
+import traceback
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from contextlib import suppress
+from io import TextIOWrapper
+from typing import Annotated, Any, TextIO
 
 import typer
 
@@ -11,6 +15,7 @@ from plenofir.commands import batch, bitstream, capture, pictures, plan, rays, r
 from plenofir.commands.make_variables import arguments_of_make
 from plenofir.commands.options import called_by_make, named
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
+from plenofir.files import unusable
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -20,9 +25,16 @@ app = typer.Typer(
 )
 
 
+class UsageError(ValueError):
+    """Arguments that Typer refuses: one line."""
+
+
 @app.callback(invoke_without_command=True)
 def _root(
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show where an error arose; anywhere on the line.")
+    ] = False,
 ) -> None:
     if version:
         from plenofir import __version__
@@ -59,36 +71,120 @@ def _usage_error(error: Any, options: Mapping[str, Any]) -> str:
     return f"{where}: {first['input']!r}; expected {text.partition(', unable')[0].rstrip('.')}"
 
 
-def main() -> None:
-    """Run the command line; user errors become one line on standard error."""
+def run(arguments: Sequence[str]) -> int:
+    """Run a command and return its exit code; errors name options as the user typed them."""
     command: Any = typer.main.get_command(app)
-    arguments = sys.argv[1:]
     by_make = arguments[:1] == ["--make"]
-    arguments = arguments[by_make:]
-    parameters = _parameters(command, arguments)
+    words = list(arguments[by_make:])
+    parameters = _parameters(command, words)
     # Errors about make's variables name these already.
     options: Mapping[str, Any] = {} if by_make else parameters
     called_by_make(None)
     try:
         if by_make:
-            found, variables = arguments_of_make(arguments[0], parameters, os.environ)
+            found, variables = arguments_of_make("".join(words[:1]), parameters, os.environ)
             called_by_make(variables)
-            arguments += found
+            words += found
             options = parameters
-        sys.exit(command.main(arguments, prog_name="plenofir", standalone_mode=False) or 0)
+        # Not command.main, which takes a broken pipe for the end of the program.
+        with command.make_context("plenofir", words) as context:
+            command.invoke(context)
+    except typer.Exit as done:
+        return done.exit_code
     except InputError as error:
         where = named(error.where, options)
-        _fail(str(InputError(error.what, where=where, expected=error.expected)))
-    except ToolError as error:
-        kind = "simulation failed: " if type(error).__name__ == "SimulationError" else ""
-        _fail(f"{kind}{error}", EXIT_TOOL_FAILED)
+        raise InputError(error.what, where=where, expected=error.expected) from error
     except typer.exceptions.TyperException as error:
-        _fail(_usage_error(error, options))
-    except (KeyboardInterrupt, typer.Abort):
-        sys.exit(130)
+        raise UsageError(_usage_error(error, options)) from error
+    return 0
 
 
-def _fail(message: str, code: int = EXIT_BAD_INPUT) -> None:
-    if message:
-        typer.echo(f"plenofir: {message}", err=True)
+def explained(error: BaseException) -> tuple[int, str]:
+    """Exit code and message for whatever ended a command."""
+    match error:
+        case InputError() | UsageError():
+            return EXIT_BAD_INPUT, _one_line(str(error))
+        case ToolError():
+            kind = "simulation failed: " if type(error).__name__ == "SimulationError" else ""
+            return EXIT_TOOL_FAILED, f"{kind}{error}"
+        case SystemExit(code=int(code)):
+            return code, ""
+        case KeyboardInterrupt():
+            return 128 + signal.SIGINT, "interrupted"
+        case BrokenPipeError():  # The reader has seen enough.
+            return 128 + signal.SIGPIPE, ""
+        case MemoryError():
+            what = f"not enough memory ({error})" if str(error) else "not enough memory"
+            known = InputError(what, where="the machine", expected="smaller images or ranges")
+        case RecursionError():
+            known = InputError("nested too deeply", where="the input", expected="a flat file")
+        case OverflowError():
+            known = InputError(f"too large a number ({error})", where="the input", expected="less")
+        case ModuleNotFoundError():
+            known = InputError(
+                f"the package {error.name} is missing",
+                where="the installation",
+                expected=f"pip install {error.name}",
+            )
+        case OSError():
+            known = unusable(error)
+        case _:
+            text = "".join(traceback.format_exception_only(error)).partition("\n")[0]
+            known = InputError(
+                f"a fault of the program ({text[:200]})",
+                where="here",
+                expected="a report of what the same with --debug shows",
+            )
+    return EXIT_BAD_INPUT, _one_line(str(known))
+
+
+def _one_line(message: str) -> str:
+    """Escape what would break or hide a line of a terminal."""
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in message
+    )
+
+
+def _flush(stream: TextIO | None) -> None:
+    """Flush a stream; what it cannot write is dropped, or Python would complain at its end."""
+    if stream is None:
+        return
+    try:
+        stream.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        error.filename = "standard output"
+        raise
+
+
+def _stopped(number: int, _: object) -> None:
+    sys.exit(128 + number)
+
+
+def main() -> None:
+    """Run the command line: whatever happens, one line on standard error and an exit code.
+
+    0 done; 1 a difference or a failed frame; 2 input or surroundings that cannot be used; 3 a tool
+    failed; 128 and the signal's number after a signal. With ``--debug`` the traceback comes first.
+    """
+    words = [word for word in sys.argv[1:] if word != "--debug"]
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _stopped)
+    if isinstance(sys.stdout, TextIOWrapper):
+        # File names need not be text.
+        sys.stdout.reconfigure(errors="backslashreplace")
+    message = ""
+    try:
+        try:
+            code = run(words)
+        finally:
+            _flush(sys.stdout)
+    except BaseException as error:
+        code, message = explained(error)
+        if len(words) < len(sys.argv) - 1:
+            traceback.print_exception(error)
+    with suppress(OSError):
+        if message:
+            typer.echo(f"plenofir: {message}", err=True)
+        _flush(sys.stderr)
     sys.exit(code)

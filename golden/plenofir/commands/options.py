@@ -233,7 +233,9 @@ _RADIUS = typer.Option(
 _ENGINE = typer.Option(help="How the core adds.")
 _INTERPOLATION = typer.Option(help="Nearest, linear, or the order of a B-spline.")
 _ARITH = typer.Option(help="Exact, or stored products.")
-_SCENE = typer.Option(help="Scene profile (TOML file), which decides everything about the core.")
+_SCENE = typer.Option(
+    help="Scene profile (TOML file or shipped scene), which decides everything about the core."
+)
 
 MicroImage = Annotated[int, _MICRO_IMAGE]
 FocusSettings = Annotated[list[str], _SETTINGS]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from plenofir.fpga.synthesis.spartan6 import Figures
     from plenofir.plan.planner import Plan
 
-Scene = Annotated[str, typer.Argument(help="Scene profile: a TOML file.")]
+Scene = Annotated[str, typer.Argument(help="Scene profile: a TOML file, or a shipped scene.")]
 
 app = typer.Typer()
 
@@ -133,7 +133,7 @@ def _print_figures(rows: "list[tuple[str, Figures, str]]", device: "Device") -> 
 @app.command()
 def synth(
     scene: Annotated[
-        str | None, typer.Argument(help="Scene profile; all that is shipped if none.")
+        str | None, typer.Argument(help="Scene profile; all that are shipped if none.")
     ] = None,
     out: Annotated[
         str | None,

@@ -1,5 +1,6 @@
 """The command ``sim``: a raw image through the VHDL, compared with the golden model."""
 
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -88,31 +89,32 @@ def sim(
     from plenofir.fpga.simulate.run import DEFAULT_RAW, Run
 
     path = raw or DEFAULT_RAW
-    if scene:
-        path, core = _of_scene(scene, raw, chain)
-    else:
-        from plenofir.fpga.simulate.run import core_for_image
-        from plenofir.refocus import interpolation_order
+    with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:
+        if scene:
+            path, core = _of_scene(scene, raw, chain, Path(drawn))
+        else:
+            from plenofir.fpga.simulate.run import core_for_image
+            from plenofir.refocus import interpolation_order
 
-        core = core_for_image(
-            path,
-            chain,
-            micro_image_size=micro_image,
-            shifts=shifts,
-            arithmetic=options.arithmetic(arith, fraction, guard),
-            order=interpolation_order(interpolation),
-            engine=_engine(engine, parallel_rows, any_rows=any_rows),
+            core = core_for_image(
+                path,
+                chain,
+                micro_image_size=micro_image,
+                shifts=shifts,
+                arithmetic=options.arithmetic(arith, fraction, guard),
+                order=interpolation_order(interpolation),
+                engine=_engine(engine, parallel_rows, any_rows=any_rows),
+            )
+        what = Run(
+            raw=path,
+            core=core,
+            radius=radius,
+            out=Path(out),
+            simulator=simulator,
+            waves=waves,
+            chain=chain,
         )
-    what = Run(
-        raw=path,
-        core=core,
-        radius=radius,
-        out=Path(out),
-        simulator=simulator,
-        waves=waves,
-        chain=chain,
-    )
-    _run(what)
+        _run(what)
 
 
 def _engine(kind: str, parallel_rows: int, *, any_rows: bool) -> "Engine":
@@ -126,18 +128,16 @@ def _engine(kind: str, parallel_rows: int, *, any_rows: bool) -> "Engine":
 
 
 def _of_scene(
-    path: str, raw: Path | None, chain: options.Chain
+    path: str, raw: Path | None, chain: options.Chain, drawn: Path
 ) -> tuple[Path, "CoreConfiguration"]:
-    """Image and core of a scene; without an image of one's own, the flower made to measure."""
-    from plenofir import project
+    """Image and core of a scene; the flower made to measure, in a folder, if no image is given."""
     from plenofir.fpga.simulate.run import scene_image
     from plenofir.images import write_png
     from plenofir.plan import load_scene, make_plan
 
     plan = make_plan(load_scene(path))
     if raw is None:
-        raw = project.root() / "build" / "scenes" / f"{plan.scene}.png"
-        raw.parent.mkdir(parents=True, exist_ok=True)
+        raw = drawn / f"{plan.scene}.png"
         write_png(raw, scene_image(plan.core, plan.rows))
     if chain == "core":
         return raw, plan.core

@@ -268,7 +268,7 @@ def _core_top(plan: Plan) -> dict[str, str]:
             f'TIMESPEC "TS_clk" = PERIOD "clk" {period_ns:.3f} ns HIGH 50 %;\n'
         ),
         f"{TOP}.xst": ise.xst_script(
-            ise.read_options(ise.SCRIPTS / "xst.opt"), TOP, f"{part.name}-2-{part.package}"
+            ise.read_options(ise.option_folder() / "xst.opt"), TOP, f"{part.name}-2-{part.package}"
         ),
     }
 
@@ -281,6 +281,6 @@ def _board_top(plan: Plan) -> dict[str, str]:
     return {
         **own,
         f"{top_level.TOP}.vhd": top_level.top_with_generics(top_level.board_generics(plan.core)),
-        f"{top_level.TOP}.ucf": ise.CONSTRAINTS.read_text(),
-        f"{top_level.TOP}.xst": ise.xst_script(ise.read_options(ise.SCRIPTS / "xst.opt")),
+        f"{top_level.TOP}.ucf": ise.constraints_file().read_text(),
+        f"{top_level.TOP}.xst": ise.xst_script(ise.read_options(ise.option_folder() / "xst.opt")),
     }

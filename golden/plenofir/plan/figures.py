@@ -23,7 +23,7 @@ from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.plan.configure import configure, top_of
 from plenofir.plan.left_out import full_core
 from plenofir.plan.planner import Plan, make_plan
-from plenofir.plan.scene import load_scene
+from plenofir.plan.scene import load_scene, scene_files
 from plenofir.refocus.arithmetic import StoredProductArithmetic
 
 FILE = project.DATA / "figures.json"
@@ -82,17 +82,6 @@ class Design:
             return synthesise(sources, self.top, {}, directory, board=board)
         generics = self.core.generics() if self.index is None else self.index.generics()
         return synthesise(hdl.hdl_sources(), self.top, generics, directory)
-
-
-def scene_files() -> list[Path]:
-    """Shipped scene profiles.
-
-    Returns
-    -------
-    list of Path
-        TOML files.
-    """
-    return sorted((project.root() / "scenes").glob("*.toml"))
 
 
 def scene_design(plan: Plan) -> Design:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from plenofir import project
 from plenofir.camera.rays import Camera, RayModel, load_camera
 from plenofir.errors import InputError, validation_error
 from plenofir.fpga.bitstream.spartan6_sites import device as board_device
@@ -246,13 +247,24 @@ class LoadedScene(BaseModel):
         return RayModel.focused(self.camera, part.focus_mm, part.micro_image_size)
 
 
+def scene_files() -> list[Path]:
+    """Shipped scene profiles.
+
+    Returns
+    -------
+    list of Path
+        TOML files.
+    """
+    return sorted((project.root() / "scenes").glob("*.toml"))
+
+
 def load_scene(path: str | Path) -> LoadedScene:
-    """Load a scene profile.
+    """Load a shipped scene profile by name, or any scene profile from a file.
 
     Parameters
     ----------
     path
-        TOML file.
+        Name (that of one of the `scene_files`, without its suffix) or path of a TOML file.
 
     Returns
     -------
@@ -264,9 +276,14 @@ def load_scene(path: str | Path) -> LoadedScene:
     InputError
         If there is no such file, or it is not valid: field, value and what is allowed.
     """
-    file = Path(path)
+    shipped = {file.stem: file for file in scene_files()}
+    file = shipped.get(str(path), Path(path))
     if not file.is_file():
-        raise InputError("no such file", where=str(path), expected="a TOML scene file")
+        raise InputError(
+            "no such scene",
+            where=str(path),
+            expected=f"a TOML file, or one of {', '.join(shipped)}",
+        )
     try:
         content = tomllib.loads(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:

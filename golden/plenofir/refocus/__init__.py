@@ -5,7 +5,7 @@ as a switched filter (`switches`) and the hardware's arithmetic (`arithmetic`).
 """
 
 from fractions import Fraction
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,9 +16,21 @@ from plenofir.refocus.arithmetic import (
     StoredProductArithmetic,
     error_against_operator,
 )
-from plenofir.refocus.operator import (
+from plenofir.refocus.checks import (
+    MAX_INTERPOLATION_ORDER,
     Align,
+    Interpolation,
+    Region,
+    check_align,
+    check_out,
+    check_raw,
+    interpolation_order,
+    region_ranges,
+    whole_number,
+)
+from plenofir.refocus.operator import (
     Image,
+    clamped_shift,
     gather_sums,
     interpolated_sums,
     moving_sums,
@@ -30,10 +42,6 @@ from plenofir.refocus.shifts import focus_to_shift, parse_focus, shift_to_text
 from plenofir.refocus.switches import FilterLayout, filter_lines
 from plenofir.refocus.threads import processors
 
-Interpolation = Literal["nearest", "linear"] | int
-"""How micro images are interpolated: by name, or the order of the B-spline (0 to 3)."""
-MAX_INTERPOLATION_ORDER = 3
-
 __all__ = [
     "MAX_INTERPOLATION_ORDER",
     "Align",
@@ -41,6 +49,7 @@ __all__ = [
     "ExactArithmetic",
     "FilterLayout",
     "Image",
+    "Interpolation",
     "Region",
     "StoredProductArithmetic",
     "check_raw",
@@ -59,100 +68,6 @@ __all__ = [
     "scatter_sums",
     "shift_to_text",
 ]
-
-
-def check_raw(raw: Image, micro_image_size: int, *, where: str = "raw") -> None:
-    """Refuse an array that is not a raw image of micro images of M x M pixels.
-
-    Parameters
-    ----------
-    raw
-        Candidate, expected shape (rows, columns) or (rows, columns, 3), uint8 or uint16.
-    micro_image_size
-        M in pixels.
-    where
-        Name used in the error message.
-
-    Raises
-    ------
-    InputError
-        If M, the type, the number of channels or the size is not supported.
-    """
-    if isinstance(micro_image_size, bool) or not isinstance(micro_image_size, (int, np.integer)):
-        raise InputError(
-            f"{micro_image_size!r} is not an integer",
-            where="M",
-            expected="an integer, 1 or more",
-        )
-    if micro_image_size < 1:
-        raise InputError(
-            f"M = {micro_image_size} is too small", where="M", expected="an integer, 1 or more"
-        )
-    if raw.dtype not in (np.uint8, np.uint16):
-        raise InputError(
-            f"pixels of type {raw.dtype}", where=where, expected="8 or 16 bit unsigned integers"
-        )
-    if raw.ndim not in (2, 3) or (raw.ndim == 3 and raw.shape[2] != 3):
-        got = f"{raw.shape[2]} channels" if raw.ndim == 3 else f"{raw.ndim} dimensions"
-        raise InputError(got, where=where, expected="a grey (1 channel) or RGB (3 channels) image")
-    rows, columns = raw.shape[:2]
-    if min(rows, columns) < micro_image_size:
-        raise InputError(
-            f"{columns} x {rows} pixels are less than one micro image",
-            where=where,
-            expected=f"at least {micro_image_size} x {micro_image_size} pixels for "
-            f"M = {micro_image_size}",
-        )
-
-
-def interpolation_order(interpolation: Interpolation | str, *, where: str = "interpolation") -> int:
-    """Order of an interpolation.
-
-    Parameters
-    ----------
-    interpolation
-        "nearest", "linear", or a number from 0 to 3, as a number or as text.
-    where
-        Name used in the error message.
-
-    Returns
-    -------
-    int
-        0 for nearest neighbour, 1 for linear, the number itself otherwise.
-
-    Raises
-    ------
-    InputError
-        If there is no such interpolation.
-    """
-    names = {"nearest": 0, "linear": 1}
-    if isinstance(interpolation, str) and interpolation in names:
-        return names[interpolation]
-    orders = [str(order) for order in range(MAX_INTERPOLATION_ORDER + 1)]
-    if str(interpolation) in orders:
-        return int(interpolation)
-    raise InputError(
-        f"{interpolation!r}",
-        where=where,
-        expected=f"nearest, linear, or an order from 0 to {MAX_INTERPOLATION_ORDER}",
-    )
-
-
-Region = tuple[slice, slice]
-"""Rows and columns of a result, without steps."""
-
-
-def _ranges(region: Region | None, shape: tuple[int, int]) -> tuple[range, range]:
-    """Rows and columns of a region of interest."""
-    if region is None:
-        return range(shape[0]), range(shape[1])
-    expected = "two slices without steps: rows, columns"
-    if not isinstance(region, tuple) or len(region) != 2:
-        raise InputError(f"{region!r}", where="region", expected=expected)
-    if any(not isinstance(part, slice) or part.step not in (None, 1) for part in region):
-        raise InputError(f"{region!r}", where="region", expected=expected)
-    rows, columns = (range(*p.indices(n)) for p, n in zip(region, shape, strict=True))
-    return rows, columns
 
 
 def _like(raw: Any) -> Image:
@@ -222,8 +137,8 @@ def refocus(
     Returns
     -------
     numpy.ndarray
-        round(S2 / M^2), halves up (order n: round(S2 / M^(2 + 2n))); size and type of `raw`, or of
-        the region asked for.
+        round(S2 / M^2), halves up (order n: round(S2 / M^(2 + 2n))); size and type of `raw`, in
+        this machine's byte order, or of the region asked for.
 
     Raises
     ------
@@ -235,11 +150,10 @@ def refocus(
         # The checks need only shape and type: pixels stay in their own memory.
         check_raw(_like(raw), M)
     else:
-        check_raw(raw, M)
+        raw = check_raw(raw, M)
     M = int(M)  # noqa: N806
     shift = focus_to_shift(a, M)
-    if align not in ("centred", "causal"):
-        raise InputError(f"{align!r}", where="align", expected="'centred' or 'causal'")
+    check_align(align)
     order = interpolation_order(interpolation)
     if not upsample and (shift % M or order):
         raise InputError(
@@ -247,10 +161,11 @@ def refocus(
             where="upsample",
             expected="an integer a and nearest neighbour for one pixel each micro lens",
         )
-    if threads is not None and threads < 1:
-        raise InputError(f"{threads}", where="threads", expected="1 or more")
+    if threads is not None:
+        threads = whole_number(threads, "threads", 1)
+    shift = clamped_shift(M, shift, raw.shape)
     step = 1 if upsample else M
-    ranges = _ranges(region, (raw.shape[0] // step, raw.shape[1] // step))
+    ranges = region_ranges(region, (raw.shape[0] // step, raw.shape[1] // step))
     if other_library:
         from plenofir.refocus.arrays import device_refocus
 
@@ -263,15 +178,7 @@ def refocus(
             ),
         )
     if out is not None:
-        shape = (len(ranges[0]), len(ranges[1]), *raw.shape[2:])
-        if out.shape != shape or out.dtype != raw.dtype or not out.flags.c_contiguous:
-            raise InputError(
-                f"shape {out.shape}, {out.dtype}",
-                where="out",
-                expected=f"a C-contiguous array of shape {shape}, {raw.dtype}",
-            )
-        if np.shares_memory(out, raw):
-            raise InputError("overlaps the raw image", where="out", expected="other memory")
+        check_out(out, raw, (len(ranges[0]), len(ranges[1]), *raw.shape[2:]))
     # Compiled code is loaded only where something is refocused.
     from plenofir.refocus.fast import fast_refocus
 

@@ -13,11 +13,14 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from plenofir.errors import InputError
+from plenofir.refocus.checks import check_align, check_pixels, interpolation_order, whole_number
 from plenofir.refocus.operator import (
     Align,
     Image,
     Sums,
     check_sums,
+    clamped_shift,
     divide_half_up,
     gather_sums,
     output_offset,
@@ -35,6 +38,17 @@ def round_saturate(values: Sums, drop_bits: int, result_bits: int) -> Sums:
     return np.minimum(divide_half_up(values, 1 << drop_bits), (1 << result_bits) - 1)
 
 
+def _checked(
+    raw: Image, micro_image_size: int, shift: int, order: int
+) -> tuple[Image, int, int, int]:
+    """Arguments as the arithmetics take them; frames may be smaller than a micro image."""
+    if not isinstance(raw, np.ndarray):
+        raise InputError(type(raw).__name__, where="raw", expected="a NumPy array")
+    m, raw = whole_number(micro_image_size, "M", 1), check_pixels(raw)
+    shift = clamped_shift(m, whole_number(shift, "shift"), raw.shape)
+    return raw, m, shift, interpolation_order(order, where="order")
+
+
 class ExactArithmetic(BaseModel):
     """Integer sums and one correctly rounded division by M^(2 + 2 order), halves up."""
 
@@ -46,8 +60,8 @@ class ExactArithmetic(BaseModel):
         self,
         raw: Image,
         micro_image_size: int,
-        shift: int,
         *,
+        shift: int,
         align: Align = "centred",
         order: int = 0,
     ) -> Image:
@@ -60,7 +74,7 @@ class ExactArithmetic(BaseModel):
         micro_image_size
             M in pixels.
         shift
-            a' in pixels.
+            a' = a M in pixels (`refocus` takes a).
         align
             See `plenofir.refocus.operator.output_offset`.
         order
@@ -74,10 +88,11 @@ class ExactArithmetic(BaseModel):
         Raises
         ------
         InputError
-            If the sums could wrap around.
+            If an argument cannot be used, or the sums could wrap around.
         """
+        raw, micro_image_size, shift, order = _checked(raw, micro_image_size, shift, order)
         check_sums(self.largest_sum(micro_image_size, 8 * raw.dtype.itemsize, order))
-        sums = refocus_sums(raw, micro_image_size, shift, align=align, order=order)
+        sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order)
         return divide_half_up(sums, micro_image_size ** (2 * (order + 1))).astype(raw.dtype)
 
     def largest_sum(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> int:
@@ -143,15 +158,17 @@ class StoredProductArithmetic(BaseModel):
         self,
         raw: Image,
         micro_image_size: int,
-        shift: int,
         *,
+        shift: int,
         align: Align = "centred",
         order: int = 0,
     ) -> Image:
         """Refocus an image as the hardware does.
 
-        Parameters and result as `ExactArithmetic.refocus`.
+        Parameters, result and errors as `ExactArithmetic.refocus`.
         """
+        raw, micro_image_size, shift, order = _checked(raw, micro_image_size, shift, order)
+        check_align(align)
         pixel_bits = 8 * raw.dtype.itemsize
         middle_bits = pixel_bits + self.guard_bits
         drop_bits = self.fraction_bits - self.guard_bits
@@ -226,8 +243,8 @@ def error_against_operator(
     image: Image,
     raw: Image,
     micro_image_size: int,
-    shift: int,
     *,
+    shift: int,
     align: Align = "centred",
     order: int = 0,
 ) -> npt.NDArray[np.float64]:
@@ -253,6 +270,6 @@ def error_against_operator(
     numpy.ndarray
         image - S2 / M^(2 + 2 order) in grey levels, shape of `image`.
     """
-    sums = refocus_sums(raw, micro_image_size, shift, align=align, order=order)
+    sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order)
     divisor = int(micro_image_size ** (2 * (order + 1)))
     return (image.astype(np.int64) * divisor - sums) / divisor

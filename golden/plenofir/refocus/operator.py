@@ -11,15 +11,14 @@ light field is zero.
 some hardware computes the operator.
 """
 
-from typing import Literal
-
 import numpy as np
 import numpy.typing as npt
 
 from plenofir.errors import InputError
 from plenofir.images import Image as Image
+from plenofir.refocus.checks import Align as Align
+from plenofir.refocus.checks import check_align
 
-Align = Literal["centred", "causal"]
 Sums = npt.NDArray[np.int64]
 
 _SUM_BITS = 61
@@ -44,11 +43,33 @@ def output_offset(micro_image_size: int, shift: int, align: Align) -> int:
     int
         Offset in pixels.
     """
-    if align == "centred":
-        return (micro_image_size - 1) * shift // 2
-    if align == "causal":
-        return 0
-    raise ValueError(f"align: {align!r}; expected 'centred' or 'causal'")
+    check_align(align)
+    return (micro_image_size - 1) * shift // 2 if align == "centred" else 0
+
+
+def clamped_shift(micro_image_size: int, shift: int, shape: tuple[int, ...]) -> int:
+    """A shift with the same sums whose size is bounded by the picture's.
+
+    Beyond it all views but the one that stays in place have left the picture, and add nothing.
+
+    Parameters
+    ----------
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    shape
+        Shape of the picture, (rows, columns, ...).
+
+    Returns
+    -------
+    int
+        `shift`, or a multiple of M with its sign.
+    """
+    # Views move by a' (u - c) pixels; for even M the middle ones by half of a'.
+    reach = max(shape[:2]) + micro_image_size + 1
+    limit = micro_image_size * -(-reach * (1 + (micro_image_size + 1) % 2) // micro_image_size)
+    return max(-limit, min(shift, limit))
 
 
 def gather_sums(
@@ -182,7 +203,7 @@ def check_sums(largest: int) -> None:
 
 
 def refocus_sums(
-    raw: Image, micro_image_size: int, shift: int, *, align: Align = "centred", order: int = 0
+    raw: Image, micro_image_size: int, *, shift: int, align: Align = "centred", order: int = 0
 ) -> Sums:
     """Sums of both dimensions, rows first: M^(2 + 2 order) times the refocused image.
 
@@ -204,6 +225,7 @@ def refocus_sums(
     Sums
         S2, shape of `raw`.
     """
+    shift = clamped_shift(micro_image_size, shift, raw.shape)
     rows = interpolated_sums(raw, micro_image_size, shift, axis=1, align=align, order=order)
     return interpolated_sums(rows, micro_image_size, shift, axis=0, align=align, order=order)
 

@@ -1,6 +1,7 @@
 """The focus setting a and the shift a' = a * M in pixels."""
 
 from fractions import Fraction
+from numbers import Integral
 
 from plenofir.errors import InputError
 
@@ -26,12 +27,13 @@ def parse_focus(a: int | str | Fraction, *, where: str = "a") -> Fraction:
         If `a` is not a rational number.
     """
     expected = "an integer or a fraction, such as -3/5 or 1"
-    if isinstance(a, bool) or not isinstance(a, (int, str, Fraction)):
+    if isinstance(a, bool) or not isinstance(a, (Integral, str, Fraction)):
         raise InputError(f"{a!r} is not a focus setting", where=where, expected=expected)
     if isinstance(a, str) and any(c in a for c in ".eE_"):
         raise InputError(f"{a!r} is not a focus setting", where=where, expected=expected)
     try:
-        return Fraction(a)
+        # NumPy's integers would stay inside of the fraction, and overflow there.
+        return Fraction(int(a) if isinstance(a, Integral) else a)
     except (ValueError, ZeroDivisionError):
         raise InputError(f"{a!r} is not a focus setting", where=where, expected=expected) from None
 
@@ -59,7 +61,7 @@ def focus_to_shift(a: int | str | Fraction, micro_image_size: int, *, where: str
         If a * M is not an integer.
     """
     focus = parse_focus(a, where=where)
-    shift = focus * micro_image_size
+    shift = focus * int(micro_image_size)
     if shift.denominator != 1:
         raise InputError(
             f"{focus} is not on the grid of M = {micro_image_size}",

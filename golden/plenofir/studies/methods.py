@@ -47,7 +47,7 @@ class Method:
 
 def exact_sums(raw: Image, m: int, shift: int, order: int = 0) -> npt.NDArray[np.longdouble]:
     """Value of the operator, sums in integers and one division in extended precision."""
-    sums = refocus_sums(raw, m, shift, order=order)
+    sums = refocus_sums(raw, m, shift=shift, order=order)
     return np.asarray(sums.astype(np.longdouble) / m ** (2 + 2 * order))
 
 
@@ -138,7 +138,6 @@ def software() -> list[Method]:
     def fast(raw: Image, m: int, shift: int, order: int = 0) -> Image:
         return refocus(raw, m, Fraction(shift, m), interpolation=order)
 
-    exact = ExactArithmetic()
     names = {0: "nearest", 1: "linear", 3: "cubic"}
     found = [Method("refocus", fast)]
     found += [
@@ -146,7 +145,7 @@ def software() -> list[Method]:
         for order in (1, 3)
     ]
     found += [
-        Method("reference (gather)", exact.refocus),
+        Method("reference (gather)", in_hardware(ExactArithmetic())),
         Method("NumPy, separable int32", partial(running_sums, kind=np.int32)),
         Method("running sums, float32", partial(running_sums, kind=np.float32)),
         Method("running sums, float64", partial(running_sums, kind=np.float64)),
@@ -176,12 +175,17 @@ def software() -> list[Method]:
     return found
 
 
+def in_hardware(arithmetic: ExactArithmetic | StoredProductArithmetic) -> Work:
+    """The core's arithmetic as a way to refocus."""
+    return lambda raw, m, shift: arithmetic.refocus(raw, m, shift=shift)
+
+
 def hardware() -> list[Method]:
     """The core's arithmetic, bit-true: exact, and stored products with F and G bits."""
-    found = [Method("core, exact", ExactArithmetic().refocus, hardware=ExactArithmetic())]
+    found = [Method("core, exact", in_hardware(ExactArithmetic()), hardware=ExactArithmetic())]
     for fraction in range(11):
         for guard in range(min(fraction, 4) + 1):
             arithmetic = StoredProductArithmetic(fraction_bits=fraction, guard_bits=guard)
             name = f"core, F = {fraction}, G = {guard}"
-            found.append(Method(name, arithmetic.refocus, hardware=arithmetic))
+            found.append(Method(name, in_hardware(arithmetic), hardware=arithmetic))
     return found

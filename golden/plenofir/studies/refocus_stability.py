@@ -18,7 +18,7 @@ from plenofir.images import write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir.refocus.fast import field
 from plenofir.refocus.operator import Image
-from plenofir.studies.methods import exact_sums, running_sums, shift_and_sum
+from plenofir.studies.methods import exact_sums, in_hardware, running_sums, shift_and_sum
 from plenofir.studies.report_parts import machine, table
 
 Progress = Callable[[int, int], None]
@@ -45,8 +45,8 @@ def _fast(raw: Image, m: int, shift: int) -> Image:
 
 METHODS: dict[str, Work] = {
     "refocus": _fast,
-    "reference": ExactArithmetic().refocus,
-    "core, F = 8, G = 2": StoredProductArithmetic().refocus,
+    "reference": in_hardware(ExactArithmetic()),
+    "core, F = 8, G = 2": in_hardware(StoredProductArithmetic()),
     "shift and sum, float64": partial(shift_and_sum, kind=np.float64),
     "shift and sum, float32": partial(shift_and_sum, kind=np.float32),
     "running sums, float64": partial(running_sums, kind=np.float64),
@@ -176,7 +176,7 @@ def long_sums(lengths: tuple[int, ...] = _LENGTHS) -> dict[str, list[float]]:
         if length <= 10**7:
             # The whole frame: what the last columns hold must not depend on it.
             got = refocus(raw, m, "3/5")[:, -20 * m :]
-        want = ExactArithmetic().refocus(raw[:, columns - kept :], m, 3)[:, -20 * m :]
+        want = ExactArithmetic().refocus(raw[:, columns - kept :], m, shift=3)[:, -20 * m :]
         difference = got.astype(int) - want.astype(int)
         found["refocus"].append(float(np.abs(difference[:, : 20 * m]).max()))
     return found

@@ -31,8 +31,9 @@ from plenofir.fpga.synthesis.comparison import (
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, reciprocal_bits
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
 from plenofir.plan.configure import TOP, configure, needed_sources, package_text
-from plenofir.plan.figures import CORE, designs, load_figures, scene_files
+from plenofir.plan.figures import CORE, designs, load_figures
 from plenofir.plan.planner import Plan, without_idle_slices
+from plenofir.plan.scene import scene_files
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
 
 PLENOFIR = str(Path(sys.executable).parent / "plenofir")

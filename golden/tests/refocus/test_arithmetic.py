@@ -28,7 +28,7 @@ stored_arithmetics = st.integers(0, 4).flatmap(
 
 def test_exact_arithmetic_is_the_correctly_rounded_operator():
     raw = np.random.default_rng(0).integers(0, 65536, (31, 27, 3), dtype=np.uint16)
-    assert np.array_equal(ExactArithmetic().refocus(raw, 4, 7), refocus(raw, 4, "7/4"))
+    assert np.array_equal(ExactArithmetic().refocus(raw, 4, shift=7), refocus(raw, 4, "7/4"))
 
 
 @given(stored_arithmetics, st.integers(1, 12), st.integers(-9, 14), st.integers(0, 2**32 - 1))
@@ -38,15 +38,17 @@ def test_stored_products_stay_within_their_bound(arithmetic, m, shift, seed):
     # Some white and some black, where saturation and rounding are at their worst.
     raw[rng.random(raw.shape) < 0.3] = 255
     raw[rng.random(raw.shape) < 0.1] = 0
-    image = arithmetic.refocus(raw, m, shift)
-    error = error_against_operator(image, raw, m, shift)
+    image = arithmetic.refocus(raw, m, shift=shift)
+    error = error_against_operator(image, raw, m, shift=shift)
     assert np.abs(error).max() <= float(arithmetic.error_bound(m, 8)) + 1e-9
 
 
 @given(st.integers(1, 12), st.integers(-9, 14))
 def test_exact_arithmetic_stays_within_its_bound(m, shift):
     raw = np.random.default_rng(m).integers(0, 256, (m + 9, m + 11), dtype=np.uint8)
-    error = error_against_operator(ExactArithmetic().refocus(raw, m, shift), raw, m, shift)
+    error = error_against_operator(
+        ExactArithmetic().refocus(raw, m, shift=shift), raw, m, shift=shift
+    )
     assert np.abs(error).max() <= float(ExactArithmetic().error_bound(m, 8)) + 1e-9
 
 
@@ -64,7 +66,7 @@ def test_thesis_arithmetic_step_by_step(m, shift, seed):
 
     want = one_dimension(one_dimension(raw).T).T
     arithmetic = StoredProductArithmetic(fraction_bits=0, guard_bits=0)
-    assert np.array_equal(arithmetic.refocus(raw, m, shift), want)
+    assert np.array_equal(arithmetic.refocus(raw, m, shift=shift), want)
 
 
 @pytest.mark.parametrize("m", range(1, 16))
@@ -83,7 +85,7 @@ def test_white_saturates_and_never_wraps(m, bits, dtype):
     largest = np.iinfo(dtype).max
     arithmetic = StoredProductArithmetic(fraction_bits=bits[0], guard_bits=bits[1])
     white = np.full((4 * m, 4 * m), largest, dtype)
-    middle = arithmetic.refocus(white, m, 1)[2 * m, 2 * m]
+    middle = arithmetic.refocus(white, m, shift=1)[2 * m, 2 * m]
     assert largest - middle <= arithmetic.error_bound(m, 8 * white.itemsize)
 
 

@@ -34,7 +34,7 @@ def test_array_api_equals_the_reference(data):
         interpolation=order,
         region=region,
     )
-    want = ExactArithmetic().refocus(raw, m, shift, align=align, order=order)[region]
+    want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)[region]
     assert image.dtype == getattr(array_api_strict, dtype.__name__)
     assert np.array_equal(np.asarray(image), want)
 
@@ -76,7 +76,7 @@ for m, shift, shape, kind in (
         np.full(shape, np.iinfo(kind).max, kind),
     ):
         rows, columns = range(2, shape[0]), range(1, shape[1] - 1)
-        want = ExactArithmetic().refocus(raw, m, shift)[2:, 1:-1]
+        want = ExactArithmetic().refocus(raw, m, shift=shift)[2:, 1:-1]
         out = np.zeros_like(want)
         flat = out.reshape(len(out), -1)
         bits = 8 * raw.itemsize
@@ -123,5 +123,5 @@ def test_gpu_equals_the_reference(library, m, shift, order):
         raw = random_image(shape, dtype)
         image = refocus(put(raw), m, Fraction(shift, m), interpolation=order)
         assert type(image) is type(put(raw))
-        want = ExactArithmetic().refocus(raw, m, shift, order=order)
+        want = ExactArithmetic().refocus(raw, m, shift=shift, order=order)
         assert np.array_equal(get(image), want)

@@ -30,7 +30,7 @@ def test_equals_the_reference(data):
         patch.setattr(fast, "_BLOCK_LINES", data.draw(st.integers(1, 99)))
         patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))
         image = refocus(raw, m, Fraction(shift, m), align=align, interpolation=order, threads=2)
-    want = ExactArithmetic().refocus(raw, m, shift, align=align, order=order)
+    want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)
     assert image.dtype == raw.dtype
     assert np.array_equal(image, want)
 
@@ -41,14 +41,14 @@ def test_region_is_a_part_of_the_whole(m, shift, rows, columns, align, order):
     region = slice(*rows), slice(*columns)
     a = Fraction(shift, m)
     part = refocus(raw, m, a, align=align, interpolation=order, region=region)
-    whole = ExactArithmetic().refocus(raw, m, shift, align=align, order=order)
+    whole = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)
     assert np.array_equal(part, whole[region])
 
 
 @given(st.integers(1, 9), st.integers(-4, 5), bounds, aligns, depths, st.booleans())
 def test_a_pixel_for_each_micro_lens(m, a, rows, align, dtype, rgb):
     raw = random_image((8 * m + 3, 7 * m + 2, *((3,) if rgb else ())), dtype)
-    whole = ExactArithmetic().refocus(raw, m, a * m, align=align)
+    whole = ExactArithmetic().refocus(raw, m, shift=a * m, align=align)
     want = whole[: raw.shape[0] // m * m : m, : raw.shape[1] // m * m : m]
     assert np.array_equal(refocus(raw, m, a, align=align, upsample=False), want)
     region = slice(*rows), slice(1, None)
@@ -72,7 +72,7 @@ def test_a_pixel_for_each_micro_lens(m, a, rows, align, dtype, rgb):
 def test_extremes_and_all_white(m, shift, shape, dtype):
     white = np.full(shape, np.iinfo(dtype).max, dtype)
     for raw in (white, random_image(shape, dtype)):
-        want = ExactArithmetic().refocus(raw, m, shift)
+        want = ExactArithmetic().refocus(raw, m, shift=shift)
         assert np.array_equal(refocus(raw, m, Fraction(shift, m)), want)
 
 
@@ -101,7 +101,7 @@ def test_sums_that_do_not_fit_are_refused():
     with pytest.raises(InputError, match="sums of 78 bits"):
         refocus(raw, 200, 1, interpolation=3)
     with pytest.raises(InputError, match="sums of 78 bits"):
-        ExactArithmetic().refocus(raw, 200, 200, order=3)
+        ExactArithmetic().refocus(raw, 200, shift=200, order=3)
 
 
 def test_views_and_given_memory():
@@ -109,7 +109,7 @@ def test_views_and_given_memory():
     out = np.empty((80, 60), np.uint8)
     image = refocus(raw[:, :, 1].T, 5, "-3/5", out=out)
     assert image is out
-    assert np.array_equal(out, ExactArithmetic().refocus(raw[:, :, 1].T, 5, -3))
+    assert np.array_equal(out, ExactArithmetic().refocus(raw[:, :, 1].T, 5, shift=-3))
     empty = refocus(raw, 5, "-3/5", region=(slice(3, 3), slice(None)))
     assert empty.shape == (0, 80, 3)
 

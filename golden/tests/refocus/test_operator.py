@@ -187,7 +187,7 @@ def test_a_point_stays_put_while_focus_is_stepped(m, shift):
 @given(st.integers(1, 6), st.integers(-4, 8))
 def test_integer_focus_repeats_one_value_over_each_micro_image(m, a):
     raw = np.random.default_rng(0).integers(0, 256, (4 * m, 5 * m), dtype=np.uint8)
-    sums = refocus_sums(raw, m, a * m, align="causal")
+    sums = refocus_sums(raw, m, shift=a * m, align="causal")
     blocks = sums.reshape(4, m, 5, m)
     assert (blocks == blocks[:, :1, :, :1]).all()
 
@@ -195,8 +195,8 @@ def test_integer_focus_repeats_one_value_over_each_micro_image(m, a):
 def test_linear_in_the_image():
     rng = np.random.default_rng(1)
     first, second = rng.integers(0, 1000, (2, 17, 23))
-    want = refocus_sums(first, 5, 3) + 7 * refocus_sums(second, 5, 3)
-    assert np.array_equal(refocus_sums(first + 7 * second, 5, 3), want)
+    want = refocus_sums(first, 5, shift=3) + 7 * refocus_sums(second, 5, shift=3)
+    assert np.array_equal(refocus_sums(first + 7 * second, 5, shift=3), want)
 
 
 def test_unknown_alignment_is_refused():

@@ -8,7 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plenofir.errors import InputError
-from plenofir.refocus import focus_to_shift, refocus, refocus_sums, shift_to_text
+from plenofir.refocus import (
+    ExactArithmetic,
+    StoredProductArithmetic,
+    clamped_shift,
+    focus_to_shift,
+    interpolated_sums,
+    refocus,
+    refocus_sums,
+    shift_to_text,
+)
 
 pytestmark = pytest.mark.quick
 
@@ -33,7 +42,7 @@ def test_correctly_rounded_halves_up(m, shift, extra_rows, extra_columns, dtype,
     image = refocus(raw, m, Fraction(shift, m), align=align)
     assert image.dtype == raw.dtype
     assert image.shape == raw.shape
-    sums = refocus_sums(raw, m, shift, align=align)
+    sums = refocus_sums(raw, m, shift=shift, align=align)
     for got, total in zip(image.flat, sums.flat, strict=True):
         exact = Fraction(int(total), m * m)
         assert Fraction(-1, 2) < int(got) - exact <= Fraction(1, 2)
@@ -68,6 +77,7 @@ def test_transposed_image_gives_the_transposed_picture():
         ("1/2", 4, 2),
         (Fraction(7, 11), 11, 7),
         (" 1 ", 3, 3),
+        (np.int64(2), np.uint8(200), 400),
     ],
 )
 def test_focus_settings(a, m, shift):
@@ -98,6 +108,7 @@ def test_bad_focus_settings(a):
         (np.zeros((10, 10), np.uint8), 0, "too small"),
         (np.zeros((10, 10), np.uint8), -5, "too small"),
         (np.zeros((10, 10), np.uint8), 2.5, "not an integer"),
+        (np.ma.masked_array(np.zeros((10, 10), np.uint8)), 5, "masked array"),
     ],
 )
 def test_bad_images(raw, m, message):
@@ -112,3 +123,111 @@ def test_bad_options():
         refocus(raw, 5, 0, align="left")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="interpolation"):
         refocus(raw, 5, 0, interpolation="cubic")  # type: ignore[arg-type]
+    for options in ({"region": (slice(0.5), slice(3))}, {"threads": 1.5}, {"upsample": False}):
+        with pytest.raises(InputError, match=f"^{next(iter(options))}: "):
+            refocus(raw, 5, "1/5", **options)  # type: ignore[arg-type]
+
+
+def test_bad_memory_for_the_result():
+    raw = random_image((12, 12), np.uint8)
+    read_only = np.zeros((10, 10), np.uint8)
+    read_only.flags.writeable = False
+    for out in (
+        read_only,
+        np.ma.masked_array(np.zeros((10, 10), np.uint8)),
+        np.zeros((10, 10), ">u2"),
+        np.zeros((10, 10), np.uint8).tolist(),
+        raw[:10, :10],
+        raw.reshape(-1)[:100].reshape(10, 10),
+    ):
+        with pytest.raises(InputError, match=r"^out: ") as refused:
+            refocus(raw[2:, 2:], 5, 1, out=out)
+        assert "\n" not in str(refused.value)
+
+
+ARITHMETICS = (ExactArithmetic(), StoredProductArithmetic())
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_any_order_of_the_same_pixels(dtype):
+    """Byte-swapped, read-only, reversed, transposed, in a file: the values alone count."""
+    raw = random_image((21, 18, 3), dtype)
+    read_only = raw.copy()
+    read_only.flags.writeable = False
+    same = (
+        raw.astype(raw.dtype.newbyteorder()),
+        read_only,
+        raw[::-1, :, ::-1].copy()[::-1, :, ::-1],
+        np.asfortranarray(raw),
+        np.repeat(raw, 2, axis=1)[:, ::2],
+    )
+    want = refocus(raw, 3, "2/3")
+    for image in same:
+        got = refocus(image, np.int64(3), "2/3")
+        assert got.dtype == raw.dtype
+        assert np.array_equal(got, want)
+        for arithmetic in ARITHMETICS:
+            got = arithmetic.refocus(image, np.uint8(3), shift=np.int16(2))
+            assert got.dtype == raw.dtype
+            assert np.array_equal(got, arithmetic.refocus(raw, 3, shift=2))
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS, ids=lambda a: a.kind)
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        ({"raw": np.zeros((9, 9))}, "raw"),
+        ({"raw": [[1, 2], [3, 4]]}, "raw"),
+        ({"raw": np.zeros((9, 9, 4), np.uint8)}, "raw"),
+        ({"raw": np.ma.masked_array(np.zeros((9, 9), np.uint8))}, "raw"),
+        ({"micro_image_size": 0}, "M"),
+        ({"micro_image_size": "3"}, "M"),
+        ({"shift": 0.5}, "shift"),
+        ({"shift": "1/3"}, "shift"),
+        ({"shift": True}, "shift"),
+        ({"align": "left"}, "align"),
+        ({"order": 4}, "order"),
+    ],
+    ids=str,
+)
+def test_the_arithmetics_check_their_arguments(arithmetic, change, where):
+    arguments = {"raw": np.zeros((9, 9), np.uint8), "micro_image_size": 3, "shift": 1, **change}
+    with pytest.raises(InputError, match=f"^{where}: ") as refused:
+        arithmetic.refocus(**arguments)
+    assert "\n" not in str(refused.value)
+
+
+def test_shift_and_focus_setting_cannot_be_mixed_up():
+    raw = random_image((9, 9), np.uint8)
+    for arithmetic in ARITHMETICS:
+        with pytest.raises(TypeError, match="positional"):
+            arithmetic.refocus(raw, 3, 1)
+
+
+@given(
+    st.integers(1, 6),
+    st.integers(-60, 60),
+    st.tuples(st.integers(1, 15), st.integers(1, 15)),
+    st.sampled_from(["centred", "causal"]),
+    st.integers(0, 2),
+)
+def test_clamping_changes_no_sum(m, shift, shape, align, order):
+    raw = random_image(shape, np.uint8)
+    bounded = clamped_shift(m, shift, shape)
+    assert bounded == shift or (bounded % m == 0 and abs(bounded) < abs(shift))
+    rows = interpolated_sums(raw, m, shift, axis=1, align=align, order=order)
+    want = interpolated_sums(rows, m, shift, axis=0, align=align, order=order)
+    assert np.array_equal(refocus_sums(raw, m, shift=shift, align=align, order=order), want)
+
+
+@pytest.mark.parametrize("a", [10**5, -(10**8), 10**21, "-1" + 300 * "0"])
+def test_far_beyond_the_picture(a):
+    for m in (1, 2, 5):
+        raw = random_image((3 * m, 4 * m), np.uint8)
+        image = refocus(raw, m, a)
+        # The middle view is the only one that stays in place.
+        lenses = raw[m // 2 :: m, m // 2 :: m].astype(np.int64) * (m % 2)
+        want = ((lenses + m * m // 2) // (m * m)).repeat(m, 0).repeat(m, 1)
+        assert np.array_equal(image, want)
+        assert np.array_equal(image, ExactArithmetic().refocus(raw, m, shift=int(a) * m))
+        assert np.array_equal(refocus(raw, m, a, upsample=False), want[::m, ::m])

@@ -21,7 +21,7 @@ def test_all_ways_agree(m, shift):
             assert np.array_equal(image, np.floor(exact + 0.5)), method.name
         else:
             assert np.abs(image - exact).max() < 1e-3, method.name
-    want = ExactArithmetic().refocus(raw, m, shift)
+    want = ExactArithmetic().refocus(raw, m, shift=shift)
     assert np.array_equal(running_sums(raw, m, shift, np.int64), want)
 
 

@@ -16,7 +16,7 @@ from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.clock_routing import check_clock_routing, global_buffers
-from plenofir.fpga.bitstream.ise import CONSTRAINTS, OPTION_FILES, read_options
+from plenofir.fpga.bitstream.ise import OPTION_FILES, constraints_file, option_folder, read_options
 from plenofir.fpga.bitstream.netlist import Net, Netlist, Place, base_name, read_netlist, top_ports
 from plenofir.fpga.bitstream.spartan6_sites import Pin, device, pins
 from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line
@@ -455,7 +455,7 @@ def run_checks(report: Report) -> int:
     used = {i.of for text in texts.values() for i in instances(text) if i.is_component}
     tell("sites", check_sites(counts or dict.fromkeys(used, 1)), _listed(counts))
     try:
-        constraints = read_constraints(CONSTRAINTS)
+        constraints = read_constraints(constraints_file())
     except InputError as error:
         tell("constraints", [str(error)], "")
     else:
@@ -473,7 +473,7 @@ def run_checks(report: Report) -> int:
             check_clock_routing(constraints, netlist),
             f"{len(global_buffers(constraints, netlist))} clock multiplexers have places",
         )
-    folder = project.root() / "scripts" / "ise"
+    folder = option_folder()
     tell("options", check_options(folder), f"{len(OPTION_FILES)} option files")
     return total
 

@@ -42,9 +42,6 @@ from plenofir.fpga.bitstream.top_level import (
 )
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 
-CONSTRAINTS = project.root() / "constraints" / "atlys.ucf"
-SCRIPTS = project.root() / "scripts" / "ise"
-WARNINGS = SCRIPTS / "warnings.txt"
 TOOLS = ("xst", "ngdbuild", "map", "par", "trce", "bitgen")
 OPTION_FILES = tuple(f"{tool}.opt" for tool in TOOLS)
 USUAL_PLACE = Path("/opt/Xilinx/14.7/ISE_DS")
@@ -56,6 +53,21 @@ DERIVED_CLOCKS = {"clk": (1, 1.0), "clk_x2": (1, 2.0), "tx_clk": (2, 1.0), "tx_c
 """Clocks whose periods the tools must derive: PLLs on the way from the TMDS clock, its multiple."""
 
 Progress = Callable[[str, int, int], None]
+
+
+def constraints_file() -> Path:
+    """Pins and clocks of the board."""
+    return project.root() / "constraints" / "atlys.ucf"
+
+
+def option_folder() -> Path:
+    """Option files of the tools, and how their warnings are treated."""
+    return project.root() / "scripts" / "ise"
+
+
+def warning_file() -> Path:
+    """What becomes of the tools' warnings."""
+    return option_folder() / "warnings.txt"
 
 
 def read_options(path: Path) -> list[str]:
@@ -303,8 +315,8 @@ def build(
     generics = {**default_generics(), **changed}
     source = top_with_generics(changed)
     check_fit(configuration(generics))
-    options = {tool: read_options(SCRIPTS / f"{tool}.opt") for tool in TOOLS}
-    treated = treatments(WARNINGS)
+    options = {tool: read_options(option_folder() / f"{tool}.opt") for tool in TOOLS}
+    treated = treatments(warning_file())
     for name in ("plenofir.bit", "report.json"):
         (out / name).unlink(missing_ok=True)
     work = out / "work"
@@ -319,7 +331,7 @@ def build(
         replaced[top_source().with_name(own.name)] = own
     (work / f"{TOP}.prj").write_text("\n".join([*project_lines(replaced), ""]))
     (work / f"{TOP}.xst").write_text(xst_script(options["xst"]))
-    constraints = CONSTRAINTS
+    constraints = constraints_file()
     seconds: dict[str, float] = {}
     warnings: list[Message] = []
     timing: list[Timing] = []
@@ -402,7 +414,7 @@ def _check_warnings(
         raise InputError(
             f"{fatal[0].code}: {fatal[0].text}",
             where=str(where),
-            expected=f"none of the warnings that {WARNINGS.name} calls fatal "
+            expected=f"none of the warnings that {warning_file().name} calls fatal "
             f"({len(fatal)} are there)",
         )
     if number := latches(log):

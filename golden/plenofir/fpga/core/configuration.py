@@ -283,7 +283,10 @@ class CoreConfiguration(Raster):
         """
         m, order = self.micro_image_size, self.order
         return np.stack(
-            [self.arithmetic.refocus(raw, m, s, align=self.align, order=order) for s in self.shifts]
+            [
+                self.arithmetic.refocus(raw, m, shift=s, align=self.align, order=order)
+                for s in self.shifts
+            ]
         )
 
     def generics(self) -> Generics:

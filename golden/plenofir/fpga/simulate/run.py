@@ -308,9 +308,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
     def show(done: int) -> None:
         tell(step, done, pixels)
 
-    work_root = project.root() / "build" / "work"
-    work_root.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=work_root, prefix="sim-") as work_name:
+    with tempfile.TemporaryDirectory(prefix="plenofir-") as work_name:
         work = Path(work_name)
         results = work / "results"
         results.mkdir()
@@ -340,7 +338,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
         refocused = result.frames if result.stacks is None else result.stacks[0]
         for shift, names, got, want in zip(shifts, pictures, refocused, golden, strict=True):
             comparison = compare_frames(got[np.newaxis], want[np.newaxis])
-            error = error_against_operator(got, raw, m, shift, order=core.order)
+            error = error_against_operator(got, raw, m, shift=shift, order=core.order)
             slices.append(
                 SliceReport(
                     a=shift_to_text(shift, m),

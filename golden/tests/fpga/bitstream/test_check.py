@@ -15,7 +15,7 @@ from plenofir.fpga.bitstream.netlist import read_netlist
 from plenofir.fpga.bitstream.spartan6_sites import device, pins
 from plenofir.fpga.bitstream.ucf import read_constraints
 
-UCF = check.CONSTRAINTS.read_text()
+UCF = check.constraints_file().read_text()
 SOURCES = {path.stem: path.read_text() for path in hdl.board_sources()}
 
 

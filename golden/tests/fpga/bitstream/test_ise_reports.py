@@ -222,7 +222,7 @@ def test_latches() -> None:
 
 
 def test_treatments(tmp_path: Path) -> None:
-    known = treatments(ise.WARNINGS)
+    known = treatments(ise.warning_file())
     assert known["Xst:737"] == Treatment.FATAL
     assert {code for code, treatment in known.items() if treatment == Treatment.TRIMMED} == {
         f"Xst:{number}" for number in (1293, 1710, 1895, 1896, 2404, 2677)

@@ -1,0 +1,148 @@
+"""What every call of the refocuser accepts; everything else is refused in one line."""
+
+from typing import Any, Literal
+
+import numpy as np
+
+from plenofir.errors import InputError
+from plenofir.images import Image
+
+Align = Literal["centred", "causal"]
+Interpolation = Literal["nearest", "linear"] | int
+"""How micro images are interpolated: by name, or the order of the B-spline (0 to 3)."""
+MAX_INTERPOLATION_ORDER = 3
+Region = tuple[slice, slice]
+"""Rows and columns of a result, without steps."""
+
+
+def whole_number(value: object, where: str, least: int | None = None) -> int:
+    """A Python integer from an integer of Python or NumPy."""
+    expected = "an integer" if least is None else f"an integer, {least} or more"
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise InputError(f"{value!r} is not an integer", where=where, expected=expected)
+    number = int(value)
+    if least is not None and number < least:
+        raise InputError(f"{where} = {number} is too small", where=where, expected=expected)
+    return number
+
+
+def check_align(align: str) -> None:
+    """Refuse an alignment that does not exist."""
+    if align not in ("centred", "causal"):
+        raise InputError(f"{align!r}", where="align", expected="'centred' or 'causal'")
+
+
+def check_pixels(raw: Image, where: str = "raw") -> Image:
+    """Refuse an array that is no image; the array in this machine's byte order."""
+    if isinstance(raw, np.ma.MaskedArray):
+        raise InputError(
+            "a masked array", where=where, expected="a plain array, such as raw.filled(0)"
+        )
+    native = raw.dtype.newbyteorder("=")
+    if native not in (np.uint8, np.uint16):
+        raise InputError(
+            f"pixels of type {raw.dtype}", where=where, expected="8 or 16 bit unsigned integers"
+        )
+    if raw.ndim not in (2, 3) or (raw.ndim == 3 and raw.shape[2] != 3):
+        got = f"{raw.shape[2]} channels" if raw.ndim == 3 else f"{raw.ndim} dimensions"
+        raise InputError(got, where=where, expected="a grey (1 channel) or RGB (3 channels) image")
+    return np.asarray(raw, dtype=native)
+
+
+def check_raw(raw: Image, micro_image_size: int, *, where: str = "raw") -> Image:
+    """Refuse an array that is not a raw image of micro images of M x M pixels.
+
+    Parameters
+    ----------
+    raw
+        Candidate, expected shape (rows, columns) or (rows, columns, 3), uint8 or uint16.
+    micro_image_size
+        M in pixels.
+    where
+        Name used in the error message.
+
+    Returns
+    -------
+    Image
+        The same pixels in this machine's byte order.
+
+    Raises
+    ------
+    InputError
+        If M, the type, the number of channels or the size is not supported.
+    """
+    m = whole_number(micro_image_size, "M", 1)
+    image = check_pixels(raw, where)
+    rows, columns = image.shape[:2]
+    if min(rows, columns) < m:
+        raise InputError(
+            f"{columns} x {rows} pixels are less than one micro image",
+            where=where,
+            expected=f"at least {m} x {m} pixels for M = {m}",
+        )
+    return image
+
+
+def interpolation_order(interpolation: Interpolation | str, *, where: str = "interpolation") -> int:
+    """Order of an interpolation.
+
+    Parameters
+    ----------
+    interpolation
+        "nearest", "linear", or a number from 0 to 3, as a number or as text.
+    where
+        Name used in the error message.
+
+    Returns
+    -------
+    int
+        0 for nearest neighbour, 1 for linear, the number itself otherwise.
+
+    Raises
+    ------
+    InputError
+        If there is no such interpolation.
+    """
+    names = {"nearest": 0, "linear": 1}
+    if isinstance(interpolation, str) and interpolation in names:
+        return names[interpolation]
+    orders = [str(order) for order in range(MAX_INTERPOLATION_ORDER + 1)]
+    if str(interpolation) in orders:
+        return int(interpolation)
+    raise InputError(
+        f"{interpolation!r}",
+        where=where,
+        expected=f"nearest, linear, or an order from 0 to {MAX_INTERPOLATION_ORDER}",
+    )
+
+
+def region_ranges(region: Region | None, shape: tuple[int, int]) -> tuple[range, range]:
+    """Rows and columns of a region of interest."""
+    if region is None:
+        return range(shape[0]), range(shape[1])
+    bad = InputError(
+        f"{region!r}", where="region", expected="two slices without steps: rows, columns"
+    )
+    if not isinstance(region, tuple) or len(region) != 2:
+        raise bad
+    if any(not isinstance(part, slice) or part.step not in (None, 1) for part in region):
+        raise bad
+    try:
+        rows, columns = (range(*p.indices(n)) for p, n in zip(region, shape, strict=True))
+    except TypeError:
+        raise bad from None
+    return rows, columns
+
+
+def check_out(out: Any, raw: Image, shape: tuple[int, ...]) -> None:
+    """Refuse memory that a result of a shape cannot be written to."""
+    expected = f"a C-contiguous array of shape {shape}, {raw.dtype}, that can be written"
+    if not isinstance(out, np.ndarray) or isinstance(out, np.ma.MaskedArray):
+        raise InputError(f"a {type(out).__name__}", where="out", expected=expected)
+    if out.shape != shape or out.dtype != raw.dtype:
+        raise InputError(f"shape {out.shape}, {out.dtype}", where="out", expected=expected)
+    if not out.flags.c_contiguous or not out.flags.writeable:
+        what = "not contiguous" if out.flags.writeable else "read-only"
+        raise InputError(what, where="out", expected=expected)
+    if np.may_share_memory(out, raw) and np.shares_memory(out, raw):
+        raise InputError("overlaps the raw image", where="out", expected="other memory")

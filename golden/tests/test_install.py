@@ -1,0 +1,124 @@
+"""A plain installation: from the source distribution, where no checkout can be read."""
+
+import json
+import os
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import plenofir
+from plenofir import InputError, project
+from plenofir.fpga.hdl import board_sources, unisim_sources
+from plenofir.images import read_image, write_png
+from plenofir.refocus import refocus
+
+# Folders whose files are all read.
+NAMED = ("constraints", "scenes", "scripts/ise", "tb/file_bench")
+# Put into the environment: whatever Python opens of the checkout is an error.
+NO_CHECKOUT = """
+import sys
+def look(event, arguments):
+    if event == "open" and str(arguments[0]).startswith({checkout!r}):
+        if not str(arguments[0]).startswith({packages!r}):
+            raise AssertionError(arguments[0])
+sys.addaudithook(look)
+"""
+
+
+@pytest.fixture(scope="module")
+def bin_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Programs of an environment with the package, and the packages of this one beside it."""
+    folder = tmp_path_factory.mktemp("install")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", str(folder)]
+    subprocess.run(build, cwd=project.root(), check=True, stdout=subprocess.DEVNULL)
+    (source,) = folder.glob("*.tar.gz")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
+    python = folder / "bin" / "python"
+    (own,) = folder.glob("lib/python*/site-packages")
+    packages = sysconfig.get_path("purelib")
+    (own / "others.pth").write_text(f"{packages}\n")
+    pip = [sys.executable, "-m", "pip", "-q", "--python", str(python), "install", "--no-index"]
+    subprocess.run([*pip, "--no-deps", "--no-build-isolation", str(source)], check=True)
+    audit = NO_CHECKOUT.format(checkout=f"{project.root()}{os.sep}", packages=packages)
+    (own / "sitecustomize.py").write_text(audit)
+    return python.parent
+
+
+@pytest.fixture
+def call(bin_folder: Path, tmp_path: Path):
+    """Run a program of that environment in an empty folder."""
+
+    def run(*words: str, path: str = os.environ["PATH"]) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [bin_folder / words[0], *words[1:]],
+            cwd=tmp_path,
+            env={"HOME": str(tmp_path), "PATH": path},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    return run
+
+
+def test_commands_find_their_files(call, tmp_path: Path) -> None:
+    code = "import plenofir.project as p; print(p.root(), p.in_checkout())"
+    root, _, inside = call("python", "-c", code).stdout.strip().rpartition(" ")
+    assert Path(root).parts[-3:] == ("site-packages", "plenofir", "_project")
+    assert inside == "False"
+    assert call("plenofir", "--version").stdout == f"{plenofir.__version__}\n"
+    planned = call("plenofir", "plan", "rgb-480p", "--json")
+    assert json.loads(planned.stdout)["scene"] == "rgb-480p", planned.stderr
+    done = call("plenofir", "configure", "still-m11", "--out", "scene")
+    assert (done.returncode, done.stderr) == (0, "")
+    for line in (tmp_path / "scene" / "sources.txt").read_text().splitlines():
+        assert (tmp_path / "scene" / line).is_file(), line
+    write_png(tmp_path / "raw.png", np.full((15, 20), 7, np.uint8))
+    done = call("plenofir", "views", "raw.png", "-M", "5")
+    assert (done.stdout, done.stderr) == ("views: 25 views of 4 x 3 pixels\n", "")
+    done = call("plenofir", "sim", "--raw", "raw.png", path="")
+    assert done.returncode == 2
+    assert done.stderr.startswith("plenofir: --simulator: ghdl is not on the PATH; expected ")
+
+
+@pytest.mark.slow
+def test_sim_and_refocus(call, tmp_path: Path) -> None:
+    raw = np.random.default_rng(5).integers(0, 256, (15, 20, 3), np.uint8)
+    write_png(tmp_path / "raw.png", raw)
+    done = call("plenofir", "sim", "--raw", "raw.png", "-a", "1/5", "--out", "sim")
+    assert done.returncode == 0, done.stderr
+    want = refocus(raw, 5, "1/5")
+    assert (read_image(tmp_path / "sim" / "refocused.png") == want).all()
+    done = call("plenofir", "refocus", "raw.png", "-M", "5", "-a", "1/5")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (read_image(tmp_path / "refocused.png") == want).all()
+
+
+def test_the_wheel_holds_what_commands_read(tmp_path: Path) -> None:
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
+    subprocess.run(build, cwd=project.root(), check=True, stdout=subprocess.DEVNULL)
+    (wheel,) = tmp_path.glob("*.whl")
+    names = set(zipfile.ZipFile(wheel).namelist())
+    root = project.root()
+    needed = [
+        *board_sources(),
+        *unisim_sources(),
+        *(root / "hdl").rglob("sources.txt"),
+        *(file for name in NAMED for file in (root / name).iterdir()),
+    ]
+    for file in needed:
+        assert f"plenofir/_project/{file.relative_to(root)}" in names, file
+    for file in (root / "golden" / "plenofir").rglob("*"):
+        if file.is_file() and "__pycache__" not in file.parts:
+            assert str(file.relative_to(root / "golden")) in names, file
+    assert not [name for name in names if "__pycache__" in name]
+
+
+def test_what_a_user_imports() -> None:
+    assert issubclass(InputError, ValueError)
+    assert (Path(plenofir.__file__).parent / "py.typed").is_file()
