@@ -2,10 +2,10 @@
 --
 -- The input has two delay lines: behind the master's the bits are sampled, behind the slave's, which
 -- is half a bit longer, their edges. The phase detector between them says whether edges come early or late;
--- this control filters that and moves both delays by one tap. First both delay lines are calibrated
--- and reset, then the slave is calibrated again and again, as temperature moves the half bit, and
--- each calibration allows one step (XAPP1064, UG381). A calibration is asked for during one clock, with
--- no delay line busy and no step in the QUIET clocks before.
+-- this control filters that and moves both delays by one tap. First both delay lines are calibrated,
+-- one behind the other, so that the answer of each is seen, and reset; then the slave is calibrated again
+-- and again, as temperature moves the half bit, and each calibration allows one step (XAPP1064, UG381). A
+-- calibration is asked for during one clock, with no delay line busy and no step in the QUIET clocks before.
 --
 -- A delay line that does not answer within TIMEOUT clocks is reset and calibrated anew: nothing waits
 -- for ever.
@@ -56,18 +56,19 @@ architecture rtl of phase_detector_control is
 
   constant FARTHEST : positive := 127;
 
-  -- settle: after a reset; begun, calibrating: of the slave, or if nothing tracks of both; restart: reset of
-  -- the delays; track: follow the edges.
+  -- settle: before the first calibration of each line; begun, calibrating: until BUSY has come and gone; restart:
+  -- reset of the delays; track: follow the edges.
   type state_t is (settle, begun, calibrating, restart, track);
 
-  signal state    : state_t                             := settle;
-  signal clocks   : natural range 0 to TIMEOUT          := 0;
-  signal balance  : integer range -FILTER to FILTER     := 0;
-  signal may_step : std_logic                           := '0';
-  signal busy_now : std_logic                           := '1';
-  signal tracks   : std_logic                           := '0';
-  signal position : integer range -FARTHEST to FARTHEST := 0;
-  signal hung     : std_logic                           := '0';
+  signal state       : state_t                             := settle;
+  signal clocks      : natural range 0 to TIMEOUT          := 0;
+  signal balance     : integer range -FILTER to FILTER     := 0;
+  signal may_step    : std_logic                           := '0';
+  signal busy_now    : std_logic                           := '1';
+  signal master_done : std_logic                           := '0';
+  signal tracks      : std_logic                           := '0';
+  signal position    : integer range -FARTHEST to FARTHEST := 0;
+  signal hung        : std_logic                           := '0';
 
 begin
 
@@ -84,7 +85,9 @@ begin
       calibrate_slave  <= '0';
       delay_reset      <= '0';
       step             <= '0';
-      clocks           <= clocks + 1;
+      if clocks /= TIMEOUT then
+        clocks <= clocks + 1;
+      end if;
 
       case state is
 
@@ -92,8 +95,8 @@ begin
 
           position <= 0;
           if clocks >= 2 * QUIET and busy_now = '0' then
-            calibrate_master <= '1';
-            calibrate_slave  <= '1';
+            calibrate_master <= not master_done;
+            calibrate_slave  <= master_done;
             state            <= begun;
             clocks           <= 0;
           end if;
@@ -110,9 +113,12 @@ begin
           balance  <= 0;
           may_step <= tracks;
           if busy_now = '0' then
-            state  <= track;
-            clocks <= 0;
-            if tracks = '0' then
+            state       <= track;
+            clocks      <= 0;
+            master_done <= '1';
+            if master_done = '0' then
+              state <= settle;
+            elsif tracks = '0' then
               delay_reset <= '1';
               state       <= restart;
             end if;
@@ -162,6 +168,7 @@ begin
         delay_reset <= '1';
         hung        <= not hung;
         tracks      <= '0';
+        master_done <= '0';
         state       <= settle;
         clocks      <= 0;
       end if;
@@ -171,6 +178,7 @@ begin
         clocks      <= 0;
         delay_reset <= '0';
         tracks      <= '0';
+        master_done <= '0';
       end if;
     end if;
 

@@ -28,20 +28,3 @@ def test_board_control() -> None:
     case = {"slices": 3, "first_slice": 1, "bit_clocks": 8, "stable": 4, "switch_frames": 30}
     generics = {name.upper(): value for name, value in case.items()}
     run_unit("board_control", {**generics, "STATUS": "clock=#.", "FIELDS": 1}, **case)
-
-
-def test_link_supervisor() -> None:
-    case = {"counts_10_mhz": 1000 // 10, "timeout": 300, "patience": 5}
-    run_unit("link_supervisor", {name.upper(): n for name, n in case.items()}, **case)
-
-
-def test_pll_configure() -> None:
-    run_unit("pll_configure", {"TIMEOUT": 60}, timeout=60)
-
-
-def test_frame_rate_meter() -> None:
-    run_unit("frame_rate_meter", {"TICK": 2}, tick=2)
-
-
-def test_event_counter() -> None:
-    run_unit("event_counter", {"WIDTH": 3}, width=3)

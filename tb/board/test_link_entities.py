@@ -1,0 +1,39 @@
+"""What brings the link up and watches it, entity by entity."""
+
+import pytest
+
+from plenofir_tb.runner import run_case
+
+PHASE = {"filter": 5, "interval": 40, "quiet": 16, "timeout": 100}
+
+
+def run_unit(entity: str, **case: int) -> None:
+    """Run the bench; the entity's generics are among what the case says."""
+    generics = {name.upper(): value for name, value in case.items() if name != "faults"}
+    case_and_name = {"entity": entity, **case}
+    run_case(entity, "board.link_bench", generics=generics, case=case_and_name)
+
+
+def test_link_supervisor() -> None:
+    run_unit("link_supervisor", counts_10_mhz=100, timeout=300, patience=5)
+
+
+def test_pll_configure() -> None:
+    run_unit("pll_configure", timeout=60)
+
+
+def test_frame_rate_meter() -> None:
+    run_unit("frame_rate_meter", tick=2)
+
+
+def test_event_counter() -> None:
+    run_unit("event_counter", width=3)
+
+
+def test_phase_detector_control() -> None:
+    run_unit("phase_detector_control", **PHASE, faults=20)
+
+
+@pytest.mark.slow
+def test_many_hung_delay_lines() -> None:
+    run_unit("phase_detector_control", **PHASE, faults=2000)
