@@ -21,10 +21,10 @@ def test_i2c_rom_slave() -> None:
 
 
 def test_debouncer() -> None:
-    run_unit("debouncer", {"STABLE": 20})
+    run_unit("debouncer", {"STABLE": 20}, stable=20)
 
 
 def test_board_control() -> None:
     case = {"slices": 3, "first_slice": 1, "bit_clocks": 8, "stable": 4, "switch_frames": 30}
     generics = {name.upper(): value for name, value in case.items()}
-    run_unit("board_control", {**generics, "STATUS": "clock=#.", "FIELDS": 1}, **case)
+    run_unit("board_control", {**generics, "STATUS": "clock=# rows=# taps=#.", "FIELDS": 3}, **case)

@@ -164,6 +164,18 @@ async def bouncing_contact(dut: Any) -> None:
             presses += int(dut.pressed.value)
         assert int(dut.level.value) == level
     assert presses == 2
+    # A level counts when it has lasted as long as it must, without a break.
+    stable = CASE["stable"]
+    for runs, want in (([stable - 1], 0), ([stable - 1, stable - 1], 0), ([stable], 1)):
+        presses = 0
+        for run in [*runs, 0]:
+            for level, clocks in ((1, run), (0, 1 if run else 3 * stable)):
+                dut.contact.value = level
+                for _ in range(clocks):
+                    await FallingEdge(dut.clk)
+                    presses += int(dut.pressed.value)
+        assert presses == want, runs
+        assert not int(dut.level.value)
 
 
 class Panel:
@@ -260,9 +272,9 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     first, slices = CASE["first_slice"], CASE["slices"]
     begin = (first, 0, 0, 0, 0)
     assert panel.state() == begin
-    for number in (743, 0, 32767, -1, -32767, -32768):
-        dut.status_values.value = number & 0xFFFF
-        assert await panel.ask("?") == f"clock={number}."
+    for numbers in ((743, 0, 32767), (-1, -32767, -32768), (10, 9999, -10000)):
+        dut.status_values.value = sum((n & 0xFFFF) << 16 * i for i, n in enumerate(numbers))
+        assert await panel.ask("?") == "clock={} rows={} taps={}.".format(*numbers)
     for command, answer in (
         ("s 2", "ok"),
         ("w 17", "ok"),
@@ -272,8 +284,18 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
         ("s 256", "error"),
         ("s", "error"),
         ("s x", "error"),
+        ("ss 1", "error"),
+        ("1 s", "error"),
+        ("w", "error"),
+        ("w 256", "error"),
+        ("w 1000", "error"),
+        ("p", "error"),
         ("p 2", "error"),
+        ("t", "error"),
+        ("t 2", "error"),
         ("x", "error"),
+        ("x 1", "error"),
+        ("c 0", "error"),
         ("? 1", "error"),
     ):
         assert await panel.ask(command) == answer, command
@@ -289,9 +311,16 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
     await panel.reset()
     assert panel.state() == begin
     await panel.clocks(2)
-    assert await panel.ask("w 3") == "ok"
-    assert await panel.ask("w 0") == "ok"
-    assert panel.state() == begin
+    for command, state in (
+        (" w 2 5 5 ", (first, 1, 255, 0, 0)),
+        ("w 0", begin),
+        ("p1", (first, 0, 0, 1, 0)),
+        ("p 0", begin),
+        ("t1", (first, 0, 0, 0, 1)),
+        ("t 00", begin),
+    ):
+        assert await panel.ask(command) == "ok"
+        assert panel.state() == state
     # What is shorter than half a bit is no character, whenever the next one comes.
     for offset in range(CASE["bit_clocks"]):
         dut.line_in.value = 0
@@ -316,3 +345,70 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
         getattr(dut, name).value = 0
         await panel.clocks(2 * CASE["stable"] + 6)
     assert panel.state() == begin
+
+
+@for_entity("board_control")
+async def serial_line_clock_by_clock(dut: Any) -> None:
+    """Bits of the right length; what is no character or no command leaves nothing behind."""
+    Clock(dut.clk, 10, "ns").start()
+    panel = Panel(dut)
+    bit = CASE["bit_clocks"]
+    dut.status_values.value = 0
+    await panel.reset()
+    levels: list[int] = []
+
+    async def record() -> None:
+        while True:
+            await FallingEdge(dut.clk)
+            levels.append(int(dut.line_out.value))
+
+    async def is_quiet() -> bool:
+        levels.clear()
+        await panel.clocks(40 * bit)
+        return all(levels)
+
+    cocotb.start_soon(record())
+    await panel.send("c\r")
+    await panel.clocks(50 * bit)
+    text = ""
+    while 0 in levels:
+        del levels[: levels.index(0)]
+        bits = [levels[i * bit : (i + 1) * bit] for i in range(10)]
+        assert all(len(set(clocks)) == 1 for clocks in bits), bits
+        assert bits[9][0]
+        text += chr(sum(clocks[0] << i for i, clocks in enumerate(bits[1:9])))
+        del levels[: 10 * bit]
+    assert text == "ok\r\n"
+    assert await panel.ask("w 0", slow=1.04) == "ok"
+    # Lines without a command, a break, a character without its stop bit: no answer.
+    await panel.send("\n \r\n")
+    assert await is_quiet()
+    dut.line_in.value = 0
+    await panel.clocks(35 * bit)
+    dut.line_in.value = 1
+    assert await is_quiet()
+    await panel.send("w")
+    dut.line_in.value = 0
+    await panel.clocks(10 * bit)
+    dut.line_in.value = 1
+    await panel.clocks(bit)
+    assert await panel.ask("w 0") == "error"
+    # What comes during an answer is dropped.
+    pulses = panel.clear_pulses
+    answer = cocotb.start_soon(panel.line())
+    await panel.send("?\rc\r")
+    assert (await answer).startswith("clock=0")
+    assert await is_quiet()
+    assert panel.clear_pulses == pulses
+    # A reset inside a command, and inside an answer.
+    for begun in ("w 9", "xx", "7"):
+        await panel.send(begun)
+        await panel.reset()
+        assert await panel.ask("c") == "ok"
+        assert panel.state()[1] == 0
+    for clocks in (2, 12 * bit + 3, 30 * bit):
+        await panel.send("?\r")
+        await panel.clocks(clocks)
+        await panel.reset()
+        assert await is_quiet()
+        assert await panel.ask("c") == "ok"
