@@ -186,3 +186,12 @@ def test_tag_delay() -> None:
             for width, length in [(1, 0), (3, 1), (5, 9)]
         ]
     )
+
+
+def test_bus_crossing_and_event_counter() -> None:
+    run_cases(
+        [
+            unit("bus_crossing", {"WIDTH": 24}, width=24),
+            unit("event_counter", {"WIDTH": 5}, width=5),
+        ]
+    )

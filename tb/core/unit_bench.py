@@ -7,7 +7,7 @@ from typing import Any
 import cocotb
 import numpy as np
 from cocotb.clock import Clock
-from cocotb.triggers import FallingEdge, RisingEdge
+from cocotb.triggers import FallingEdge, RisingEdge, Timer
 
 from plenofir.refocus import FilterLayout, filter_lines
 from plenofir_tb.case import read_case
@@ -345,4 +345,75 @@ async def tags_come_later(dut: Any) -> None:
             stored = [*stored[1:], tag]
         if reset:
             stored = [t & ~1 for t in stored]
+        await FallingEdge(dut.clk)
+
+
+@for_entity("bus_crossing")
+async def values_cross_whole(dut: Any) -> None:
+    """All bits of one moment, in order, soon; either clock may stop, and the value stays."""
+    half = CASE["width"] // 2
+    sent: list[int] = [0]
+    running = {"source_clk": True, "destination_clk": True}
+
+    async def clock(name: str, period: int) -> None:
+        while True:
+            port = getattr(dut, name)
+            port.value = 0
+            await Timer(period, "ns")
+            if running[name]:
+                if name == "source_clk":
+                    # A value whose halves tell of each other.
+                    number = len(sent)
+                    sent.append(number << half | number ^ (1 << half) - 1)
+                    dut.source.value = sent[-1]
+                    await Timer(period // 2, "ns")
+                port.value = 1
+            await Timer(period, "ns")
+
+    tasks = []
+    for periods in ((10, 10), (10, 34), (38, 6)):
+        for task in tasks:
+            task.cancel()
+        tasks = [
+            cocotb.start_soon(clock(name, period))
+            for name, period in zip(running, periods, strict=True)
+        ]
+        await Timer(20 * sum(periods), "ns")
+        seen = set()
+        last = 0
+        for _ in range(60 * sum(periods) // periods[1]):
+            await FallingEdge(dut.destination_clk)
+            value = int(dut.destination.value)
+            # Each copy takes a round trip of both clocks at most, twice.
+            recent = sent[-14 * sum(periods) // periods[0] :]
+            assert value in recent
+            place = len(sent) - 1 - sent[::-1].index(value)
+            assert place >= last
+            last = place
+            seen.add(value)
+        assert len(seen) >= 8
+        for name in running:
+            running[name] = False
+            await Timer(20 * sum(periods), "ns")
+            value = int(dut.destination.value)
+            await Timer(20 * sum(periods), "ns")
+            assert int(dut.destination.value) == value
+            running[name] = True
+
+
+@for_entity("event_counter")
+async def events_up_to_the_limit(dut: Any) -> None:
+    """Counts up to its largest number and stays there; a clearing begins anew."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    most = 2 ** CASE["width"] - 1
+    Clock(dut.clk, 10, "ns").start()
+    dut.clear.value = 1
+    dut.add.value = 0
+    await FallingEdge(dut.clk)
+    count = 0
+    for clock in range(12 * most):
+        assert int(dut.count.value) == count
+        add, clear = rng.random() < 0.7, clock % (4 * most) == 3 * most or rng.random() < 0.01
+        dut.add.value, dut.clear.value = int(add), int(clear)
+        count = 0 if clear else min(count + add, most)
         await FallingEdge(dut.clk)

@@ -1,5 +1,6 @@
 """The design that tests itself: passes with the golden model's signature, fails with another."""
 
+import random
 from typing import Any
 
 import cocotb
@@ -11,17 +12,31 @@ from plenofir_tb.case import read_case
 
 @cocotb.test()
 async def result_of_three_frames(dut: Any) -> None:
+    """From a reset in the middle of a frame on as from the first one; blink tells the frames."""
     case = read_case()
+    rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
-    dut.reset.value = 1
-    await ClockCycles(dut.clk, 4)
-    await FallingEdge(dut.clk)
-    dut.reset.value = 0
-    await ClockCycles(dut.clk, 2)
-    await FallingEdge(dut.clk)
-    assert (int(dut.tested.value), int(dut.passed.value)) == (0, 1)
-    await ClockCycles(dut.clk, case["clocks"])
-    await FallingEdge(dut.clk)
-    assert int(dut.tested.value) == 1
-    assert int(dut.passed.value) == case["passes"]
-    assert int(dut.under_test.frames.value) >= 3
+    runs = []
+    for clocks in (case["clocks"], rng.randrange(case["clocks"]), case["clocks"]):
+        dut.reset.value = 1
+        await ClockCycles(dut.clk, 4)
+        await FallingEdge(dut.clk)
+        dut.reset.value = 0
+        shown = []
+        for _ in range(clocks):
+            await FallingEdge(dut.clk)
+            shown.append(tuple(int(port.value) for port in (dut.tested, dut.passed, dut.blink)))
+        assert shown[0] == (0, 1, 0)
+        runs.append(shown)
+    for shown in runs:
+        assert shown == runs[0][: len(shown)]
+    tested, passed, blink = zip(*runs[0], strict=True)
+    assert (tested[-1], passed[-1]) == (1, case["passes"])
+    # A result from the end of the first frame on, which does not change.
+    first = tested.index(1)
+    assert all(tested[first:])
+    assert set(passed[:first]) == {1}
+    assert set(passed[first:]) == {case["passes"]}
+    # The bit of the count of frames that counts pairs of them.
+    assert blink.index(1) == first + case["pixels"]
+    assert blink.index(0, first + case["pixels"]) == first + 3 * case["pixels"]

@@ -24,6 +24,8 @@ def test_self_test(channels: int, arithmetic, wrong: int) -> None:
     )
     generics = self_test_generics(core, ROWS)
     generics["EXPECTED_LOW"] ^= wrong
-    clocks = core.latency_clocks(COLUMNS, ROWS) + 4 * COLUMNS * ROWS
-    case = {"clocks": clocks, "passes": int(not wrong)}
+    generics["BLINK_BITS"] = 1
+    pixels = COLUMNS * ROWS
+    clocks = core.latency_clocks(COLUMNS, ROWS) + 5 * pixels
+    case = {"clocks": clocks, "passes": int(not wrong), "pixels": pixels}
     run_case(TOP, "selftest.bench", generics=generics, case=case)
