@@ -87,6 +87,9 @@ RASTER = "tb/core/test_raster_refocuser.py"
 SUMS = "tb/moving_sum/test_moving_sum_engine.py"
 STACK = "tb/stack/test_focal_stack.py"
 INDEX = "tb/depth/test_depth_index.py"
+BOARD = "tb/board/test_board_entities.py"
+LINK = "tb/board/test_link_entities.py"
+TMDS = "tb/tmds/test_tmds_entities.py"
 CHAIN = "tb/hdmi/test_chain.py"
 # Words in front of a file of tests are variables; here, which of the chain's tests run.
 CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
@@ -103,16 +106,16 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("stack/*", (STACK,)),
     ("depth/*", (INDEX,)),
     ("common/bus*", ("tb/core/test_units.py -k {}", CHAIN)),
-    ("common/event*", ("tb/core/test_units.py -k {}", CHAIN)),
-    ("common/[es]*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
+    ("common/event*", (f"{LINK} -k {{}}", CHAIN)),
+    ("common/[es]*", (f"{TMDS} -k {{}}", CHAIN)),
     ("common/reset*", (CHAIN,)),
-    ("board/[cu]*", ("tb/board/test_board_entities.py -k board_control", CONTROL, CHAIN)),
-    ("board/[bdil]*", ("tb/board/test_board_entities.py -k {}", CONTROL, CHAIN)),
+    ("board/c[lo]*", (f"{LINK} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
+    ("board/[bdiu]*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
+    ("board/[fl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
     ("board/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),
-    ("tmds/tmds_pkg*", ("tb/tmds/test_tmds_entities.py", CHAIN)),
-    ("tmds/*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
-    ("spartan6/phase*", ("tb/tmds/test_tmds_entities.py -k {}", CHAIN)),
-    ("spartan6/pll*", ("tb/board/test_board_entities.py -k {}", CONTROL, CHAIN)),
+    ("tmds/tmds_pkg*", (TMDS, CHAIN)),
+    ("tmds/*", (f"{TMDS} -k {{}}", f"{TMDS} -k receiver", CHAIN)),
+    ("spartan6/p[hl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
     ("spartan6/*", (CHAIN,)),
     ("video/*", OF_VIDEO),
     ("selftest/*", ("tb/selftest/test_self_test.py",)),

@@ -395,7 +395,7 @@ async def broken_frames(dut: Any) -> None:
 
 @cocotb.test(skip=not read_case()["thorough"])
 async def reset_begins_anew(dut: Any) -> None:
-    """A clock of reset anywhere, behind whatever came: from then on, clock for clock, a new core."""
+    """A clock of reset anywhere, behind whatever came: then clock for clock as a new core."""
     bench = Bench(dut)
     columns, rows = bench.random_size(full_rate=True)
     frames = [bench.frame("random", columns, rows) for _ in range(2)]

@@ -399,21 +399,3 @@ async def values_cross_whole(dut: Any) -> None:
             await Timer(20 * sum(periods), "ns")
             assert int(dut.destination.value) == value
             running[name] = True
-
-
-@for_entity("event_counter")
-async def events_up_to_the_limit(dut: Any) -> None:
-    """Counts up to its largest number and stays there; a clearing begins anew."""
-    rng = random.Random(cocotb.RANDOM_SEED)
-    most = 2 ** CASE["width"] - 1
-    Clock(dut.clk, 10, "ns").start()
-    dut.clear.value = 1
-    dut.add.value = 0
-    await FallingEdge(dut.clk)
-    count = 0
-    for clock in range(12 * most):
-        assert int(dut.count.value) == count
-        add, clear = rng.random() < 0.7, clock % (4 * most) == 3 * most or rng.random() < 0.01
-        dut.add.value, dut.clear.value = int(add), int(clear)
-        count = 0 if clear else min(count + add, most)
-        await FallingEdge(dut.clk)
