@@ -618,3 +618,35 @@ async def delay_lines_that_hang(dut: Any) -> None:
         await channel.clocks(rng.randrange(patience))
         await channel.clocks(2 * patience, until_tracking=1)
         assert int(dut.tracking.value)
+
+
+@for_entity("clock_meter")
+async def clocks_are_measured(dut: Any) -> None:
+    """Counts of several clocks, one for each window, and of a clock that stands still."""
+    window = CASE["window"]
+    Clock(dut.clk, 10, "ns").start()
+    dut.measured_clk.value = 0
+    await ClockCycles(dut.clk, 2)
+    # In ns; one clock in 16 is counted.
+    for period in (0, 3, 27, 125):
+        clock = Clock(dut.measured_clk, period, "ns") if period else None
+        if clock is not None:
+            clock.start()
+        counts: list[int] = []
+        since = 0
+        for _ in range(5 * window):
+            await FallingEdge(dut.clk)
+            since += 1
+            if int(dut.updated.value):
+                assert not counts or since == window
+                since = 0
+                counts.append(int(dut.count.value))
+            elif counts:
+                assert int(dut.count.value) == counts[-1]
+        assert len(counts) in (4, 5)
+        want = 10 * window / (16 * period) if period else 0
+        # The first window has another clock in it.
+        assert all(abs(count - want) < 1 for count in counts[1:]), (period, counts)
+        assert abs(sum(counts[2:]) - want * len(counts[2:])) < 1
+        if clock is not None:
+            clock.stop()

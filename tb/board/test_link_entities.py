@@ -26,6 +26,10 @@ def test_frame_rate_meter() -> None:
     run_unit("frame_rate_meter", tick=2)
 
 
+def test_clock_meter() -> None:
+    run_unit("clock_meter", window=400)
+
+
 def test_event_counter() -> None:
     run_unit("event_counter", width=3)
 
