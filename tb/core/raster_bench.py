@@ -152,8 +152,15 @@ class Bench:
                 for hit in [lambda share=share: self.rng.random() < share]
                 for b in frame_beats(self.frame("random", columns, rows), self.core.pixel_bits)
             ]
-            await self.source.send(beats[: self.rng.randint(1, len(beats))])
-            await ClockCycles(self.dut.clk, self.rng.choice([1, 2, 5, columns, 4 * columns]))
+            sent, clocks = (
+                self.rng.randint(1, len(beats)),
+                self.rng.choice([1, columns, 4 * columns]),
+            )
+            if self.rng.random() < 0.5:
+                # The beginning of a line, which is somewhere inside when the reset comes.
+                sent, clocks = columns * self.rng.randrange(rows) + 1, self.rng.randint(1, 12)
+            await self.source.send(beats[:sent])
+            await ClockCycles(self.dut.clk, clocks)
 
     def errors(self) -> set[str]:
         """Names of the error flags that are set."""
