@@ -49,6 +49,8 @@ entity atlys_top is
     DATA_PATIENCE : positive := 625;
     BUTTON_STABLE : positive := 1000000;
     BIT_CLOCKS    : positive := 868;
+    DDC_QUARTER   : positive := 500;
+    DDC_PAUSE     : positive := 200000000;
     -- Frames for each slice of a sweep by the switch: half a second.
     SWITCH_FRAMES : positive range 1 to 255 := 30;
     -- Words without control tokens after which a channel is lost.
@@ -65,11 +67,13 @@ entity atlys_top is
     in_data_n : in    std_logic_vector(2 downto 0);
     in_scl    : in    std_logic;
     in_sda    : inout std_logic;
-    -- HDMI out, J2.
+    -- HDMI out, J2, with its display data channel.
     out_clk_p  : out   std_logic;
     out_clk_n  : out   std_logic;
     out_data_p : out   std_logic_vector(2 downto 0);
     out_data_n : out   std_logic_vector(2 downto 0);
+    out_scl    : inout std_logic;
+    out_sda    : inout std_logic;
     -- Serial port, buttons, switches and LEDs, see hdmi_control.
     uart_rx        : in    std_logic;
     uart_tx        : out   std_logic;
@@ -96,9 +100,18 @@ architecture rtl of atlys_top is
   signal pll_reset       : std_logic_vector(1 downto 0);
   signal pll_locked      : std_logic_vector(1 downto 0);
   signal run             : std_logic;
-  signal sda_low         : std_logic;
-  signal settings        : video_settings_t;
-  signal state           : video_state_t;
+
+  -- Display data channels: levels of the pins, and pulled low.
+  signal in_scl_level  : std_logic;
+  signal in_sda_level  : std_logic;
+  signal in_sda_low    : std_logic;
+  signal out_scl_level : std_logic;
+  signal out_sda_level : std_logic;
+  signal out_scl_low   : std_logic;
+  signal out_sda_low   : std_logic;
+
+  signal settings : video_settings_t;
+  signal state    : video_state_t;
 
   -- Clocks and resets.
   signal tmds_clk        : std_logic;
@@ -147,6 +160,8 @@ begin
       DATA_PATIENCE => DATA_PATIENCE,
       BUTTON_STABLE => BUTTON_STABLE,
       BIT_CLOCKS    => BIT_CLOCKS,
+      DDC_QUARTER   => DDC_QUARTER,
+      DDC_PAUSE     => DDC_PAUSE,
       SWITCH_FRAMES => SWITCH_FRAMES
     )
     port map (
@@ -164,9 +179,13 @@ begin
       receive_reset   => pll_reset(0),
       transmit_reset  => pll_reset(1),
       run             => run,
-      scl             => in_scl,
-      sda             => in_sda,
-      sda_low         => sda_low,
+      in_scl          => in_scl_level,
+      in_sda          => in_sda_level,
+      in_sda_low      => in_sda_low,
+      out_scl         => out_scl_level,
+      out_sda         => out_sda_level,
+      out_scl_low     => out_scl_low,
+      out_sda_low     => out_sda_low,
       uart_rx         => uart_rx,
       uart_tx         => uart_tx,
       button_up       => button_up,
@@ -183,8 +202,18 @@ begin
       state           => state
     );
 
-  in_sda <= '0' when sda_low = '1' else
-            'Z';
+  -- A line that a pull-up holds is high.
+  in_scl_level  <= to_x01(in_scl);
+  in_sda_level  <= to_x01(in_sda);
+  out_scl_level <= to_x01(out_scl);
+  out_sda_level <= to_x01(out_sda);
+
+  in_sda  <= '0' when in_sda_low = '1' else
+             'Z';
+  out_scl <= '0' when out_scl_low = '1' else
+             'Z';
+  out_sda <= '0' when out_sda_low = '1' else
+             'Z';
 
   path : entity work.hdmi_refocuser
     generic map (

@@ -7,7 +7,7 @@
 -- aligned, 5 error since the last clearing, 6 and 7 slice.
 --
 -- Latency: a setting takes about 10 clocks. Throughput: not applicable.
--- Equation: none; see link_supervisor, board_control and i2c_rom_slave.
+-- Equation: none; see link_supervisor, board_control, i2c_rom_slave and monitor_edid.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -24,13 +24,15 @@ entity hdmi_control is
     SLICES : positive range 1 to 256;
     -- Longest line in pixels: longer modes are not offered.
     MAX_COLUMNS : positive;
-    -- Times in clocks of 100 MHz, see clock_meter, link_supervisor, debouncer and uart_receiver;
-    -- DATA_PATIENCE is in windows of the meter.
+    -- Times in clocks of 100 MHz, see clock_meter, link_supervisor, debouncer, uart_receiver and
+    -- monitor_edid; DATA_PATIENCE is in windows of the meter.
     METER_WINDOW  : positive;
     LOCK_TIMEOUT  : positive;
     DATA_PATIENCE : positive;
     BUTTON_STABLE : positive;
     BIT_CLOCKS    : positive;
+    DDC_QUARTER   : positive;
+    DDC_PAUSE     : positive;
     -- Frames for each slice of a sweep by the switch.
     SWITCH_FRAMES : positive range 1 to 255
   );
@@ -54,10 +56,14 @@ entity hdmi_control is
     receive_reset  : out   std_logic;
     transmit_reset : out   std_logic;
     run            : out   std_logic;
-    -- Display data channel; sda_low: pull the data line low (open drain).
-    scl     : in    std_logic;
-    sda     : in    std_logic;
-    sda_low : out   std_logic;
+    -- Display data channels of the input and of the output; low: pull the line low (open drain).
+    in_scl      : in    std_logic;
+    in_sda      : in    std_logic;
+    in_sda_low  : out   std_logic;
+    out_scl     : in    std_logic;
+    out_sda     : in    std_logic;
+    out_scl_low : out   std_logic;
+    out_sda_low : out   std_logic;
     -- Serial port, buttons, switches and LEDs.
     uart_rx        : in    std_logic;
     uart_tx        : out   std_logic;
@@ -125,6 +131,11 @@ architecture rtl of hdmi_control is
   signal following       : std_logic;
   signal unsupported     : std_logic;
   signal frame_rate      : std_logic_vector(14 downto 0);
+  signal monitor_state   : std_logic_vector(1 downto 0);
+  signal monitor_columns : std_logic_vector(11 downto 0);
+  signal monitor_rows    : std_logic_vector(11 downto 0);
+  signal monitor_rate    : std_logic_vector(11 downto 0);
+  signal monitor_ok      : std_logic;
   signal status          : status_t;
   signal status_values   : status_vector_t;
   signal settings_vector : std_logic_vector(17 downto 0);
@@ -288,10 +299,32 @@ begin
     port map (
       clk       => clk,
       reset     => reset,
-      scl       => scl,
-      sda       => sda,
-      sda_low   => sda_low,
+      scl       => in_scl,
+      sda       => in_sda,
+      sda_low   => in_sda_low,
       read_byte => edid_byte
+    );
+
+  monitor : entity work.monitor_edid
+    generic map (
+      QUARTER => DDC_QUARTER,
+      PAUSE   => DDC_PAUSE
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      scl           => out_scl,
+      sda           => out_sda,
+      scl_low       => out_scl_low,
+      sda_low       => out_sda_low,
+      shown_columns => state_here.columns,
+      shown_rows    => state_here.rows,
+      shown_rate    => frame_rate,
+      state         => monitor_state,
+      columns       => monitor_columns,
+      rows          => monitor_rows,
+      rate          => monitor_rate,
+      offered       => monitor_ok
     );
 
   clear <= clear_command or clear_button;
@@ -434,29 +467,32 @@ begin
 
   status <=
   (
-    slice       => number(slice),
-    SLICES      => std_logic_vector(to_unsigned(SLICES, 16)),
-    sweep       => number(sweep_frames),
-    pass        => flag(pass_through),
-    pattern     => flag(pattern),
-    clock       => number(std_logic_vector(rate)),
-    present     => flag(present),
-    running     => flag(running),
-    restarts    => number(restarts),
-    tracking    => number(tracking_here),
-    taps        => numbers(taps_here, true),
-    hung        => numbers(hung_counts),
-    aligned     => number(aligned),
-    word_errors => numbers(state_here.word_errors),
-    following   => flag(following),
-    unsupported => flag(unsupported),
-    columns     => number(std_logic_vector(state_here.columns)),
-    rows        => number(std_logic_vector(state_here.rows)),
-    rate        => number(frame_rate),
-    hsync       => flag(state_here.h_sync),
-    vsync       => flag(state_here.v_sync),
-    errors      => number(state_here.errors),
-    edid        => number(edid_bytes)
+    slice        => number(slice),
+    SLICES       => std_logic_vector(to_unsigned(SLICES, 16)),
+    sweep        => number(sweep_frames),
+    pass         => flag(pass_through),
+    pattern      => flag(pattern),
+    clock        => number(std_logic_vector(rate)),
+    present      => flag(present),
+    running      => flag(running),
+    restarts     => number(restarts),
+    tracking     => number(tracking_here),
+    taps         => numbers(taps_here, true),
+    hung         => numbers(hung_counts),
+    aligned      => number(aligned),
+    word_errors  => numbers(state_here.word_errors),
+    following    => flag(following),
+    unsupported  => flag(unsupported),
+    columns      => number(std_logic_vector(state_here.columns)),
+    rows         => number(std_logic_vector(state_here.rows)),
+    rate         => number(frame_rate),
+    hsync        => flag(state_here.h_sync),
+    vsync        => flag(state_here.v_sync),
+    errors       => number(state_here.errors),
+    edid         => number(edid_bytes),
+    monitor      => number(monitor_state),
+    monitor_mode => number(monitor_rate) & number(monitor_rows) & number(monitor_columns),
+    monitor_ok   => flag(monitor_ok)
   );
 
   status_values <= to_vector(status);

@@ -29,9 +29,12 @@ package status_pkg is
                                    "hsync=# " &
                                    "vsync=# " &
                                    "errors=# " &
-                                   "edid=#";
+                                   "edid=# " &
+                                   "monitor=# " &
+                                   "monitor_mode=#/#/# " &
+                                   "monitor_ok=#";
 
-  constant STATUS_NUMBERS : positive := 29;
+  constant STATUS_NUMBERS : positive := 34;
 
   -- Two's complement.
   subtype number_t is std_logic_vector(15 downto 0);
@@ -41,29 +44,32 @@ package status_pkg is
   -- The numbers; of a field with several the first is in the low bits.
 
   type status_t is record
-    slice       : number_t;
-    slices      : number_t;
-    sweep       : number_t;
-    pass        : number_t;
-    pattern     : number_t;
-    clock       : number_t;
-    present     : number_t;
-    running     : number_t;
-    restarts    : number_t;
-    tracking    : number_t;
-    taps        : std_logic_vector(47 downto 0);
-    hung        : std_logic_vector(47 downto 0);
-    aligned     : number_t;
-    word_errors : std_logic_vector(47 downto 0);
-    following   : number_t;
-    unsupported : number_t;
-    columns     : number_t;
-    rows        : number_t;
-    rate        : number_t;
-    hsync       : number_t;
-    vsync       : number_t;
-    errors      : number_t;
-    edid        : number_t;
+    slice        : number_t;
+    slices       : number_t;
+    sweep        : number_t;
+    pass         : number_t;
+    pattern      : number_t;
+    clock        : number_t;
+    present      : number_t;
+    running      : number_t;
+    restarts     : number_t;
+    tracking     : number_t;
+    taps         : std_logic_vector(47 downto 0);
+    hung         : std_logic_vector(47 downto 0);
+    aligned      : number_t;
+    word_errors  : std_logic_vector(47 downto 0);
+    following    : number_t;
+    unsupported  : number_t;
+    columns      : number_t;
+    rows         : number_t;
+    rate         : number_t;
+    hsync        : number_t;
+    vsync        : number_t;
+    errors       : number_t;
+    edid         : number_t;
+    monitor      : number_t;
+    monitor_mode : std_logic_vector(47 downto 0);
+    monitor_ok   : number_t;
   end record status_t;
 
   -- All numbers in order, the first one in the low bits.
@@ -80,7 +86,10 @@ package body status_pkg is
   ) return std_logic_vector is
   begin
 
-    return status.edid &
+    return status.monitor_ok &
+           status.monitor_mode &
+           status.monitor &
+           status.edid &
            status.errors &
            status.vsync &
            status.hsync &

@@ -46,6 +46,8 @@ entity hdmi_bench is
     DATA_PATIENCE       : positive := 625;
     BUTTON_STABLE       : positive := 10;
     BIT_CLOCKS          : positive := 10;
+    DDC_QUARTER         : positive := 25;
+    DDC_PAUSE           : positive := 100;
     SWITCH_FRAMES       : positive := 1;
     ALIGN_TIMEOUT       : positive := 8192
   );
@@ -105,7 +107,8 @@ architecture test of hdmi_bench is
   signal out_clk_n  : std_logic;
   signal out_data_p : lanes_t;
   signal out_data_n : lanes_t;
-  signal sda        : std_logic;
+  signal ddc_scl    : std_logic;
+  signal ddc_sda    : std_logic;
   signal playing    : boolean   := false;
   signal played     : boolean   := false;
   signal captured   : boolean   := false;
@@ -115,7 +118,9 @@ begin
   clk_100 <= not clk_100 after 5 ns when running else
              '0';
 
-  sda <= 'H';
+  -- As with JP6 and JP7 on: the board reads its own EDID.
+  ddc_scl <= 'H';
+  ddc_sda <= 'H';
 
   to_board.reset_n        <= '1' when AUTO_START else
                              reset_n;
@@ -173,6 +178,8 @@ begin
       DATA_PATIENCE       => DATA_PATIENCE,
       BUTTON_STABLE       => BUTTON_STABLE,
       BIT_CLOCKS          => BIT_CLOCKS,
+      DDC_QUARTER         => DDC_QUARTER,
+      DDC_PAUSE           => DDC_PAUSE,
       SWITCH_FRAMES       => SWITCH_FRAMES,
       ALIGN_TIMEOUT       => ALIGN_TIMEOUT
     )
@@ -183,12 +190,14 @@ begin
       in_clk_n       => pin_clk_n,
       in_data_p      => pin_data_p,
       in_data_n      => pin_data_n,
-      in_scl         => '1',
-      in_sda         => sda,
+      in_scl         => ddc_scl,
+      in_sda         => ddc_sda,
       out_clk_p      => out_clk_p,
       out_clk_n      => out_clk_n,
       out_data_p     => out_data_p,
       out_data_n     => out_data_n,
+      out_scl        => ddc_scl,
+      out_sda        => ddc_sda,
       uart_rx        => to_board.uart_rx,
       uart_tx        => uart_tx,
       button_up      => to_board.button_up,

@@ -23,8 +23,8 @@ YEAR = 2024
 # An unused descriptor (E-EDID 1.3, section 3.10.3).
 _NO_DESCRIPTOR = bytes([0, 0, 0, 0x10]).ljust(18, b"\0")
 # Bits of the established timings, bytes 35 and 36 as one number (E-EDID 1.3, section 3.8).
-_ESTABLISHED = {VGA.name: 0x2000, SVGA.name: 0x0100, XGA.name: 0x0008}
-_DESCRIPTORS = range(54, 126, 18)
+ESTABLISHED = {VGA.name: 0x2000, SVGA.name: 0x0100, XGA.name: 0x0008}
+DESCRIPTORS = range(54, 126, 18)
 
 
 def _manufacturer_code(letters: str) -> bytes:
@@ -105,8 +105,8 @@ def make_edid(modes: Sequence[VideoMode] = MODES) -> bytes:
         raise ValueError("at least one mode")
     # Two descriptors are timings, one the name, one the limits. Behind the preferred mode the one
     # that has no other place in the block, or the smallest.
-    preferred, others = modes[-1], sorted(modes[:-1], key=lambda mode: mode.name in _ESTABLISHED)
-    if any(mode.name not in _ESTABLISHED for mode in others[1:]):
+    preferred, others = modes[-1], sorted(modes[:-1], key=lambda mode: mode.name in ESTABLISHED)
+    if any(mode.name not in ESTABLISHED for mode in others[1:]):
         raise ValueError("a place for each mode that is no established timing")
     detailed = [preferred, *others[:1]]
     block = b"".join(
@@ -122,7 +122,7 @@ def make_edid(modes: Sequence[VideoMode] = MODES) -> bytes:
             bytes([0x81, 0, 0, 120, 0x0E]),
             # Chromaticities of sRGB (IEC 61966-2-1), ten bits each.
             bytes([0xEE, 0x91, 0xA3, 0x54, 0x4C, 0x99, 0x26, 0x0F, 0x50, 0x54]),
-            sum(_ESTABLISHED.get(mode.name, 0) for mode in modes).to_bytes(2, "big"),
+            sum(ESTABLISHED.get(mode.name, 0) for mode in modes).to_bytes(2, "big"),
             # No timings of the manufacturer's, no standard timings.
             b"\x00",
             b"\x01\x01" * 8,
@@ -234,7 +234,7 @@ def describe_edid(content: bytes) -> str:
     str
         The preferred mode, and whether sources may send HDMI.
     """
-    timing = timing_of(content[_DESCRIPTORS.start :])
+    timing = timing_of(content[DESCRIPTORS.start :])
     preferred = "no preferred mode"
     if timing is not None:
         preferred = f"{timing[0]} x {timing[1]} at {timing[2]:.2f} Hz preferred"
@@ -285,7 +285,7 @@ def edid_package(own: bytes | None = None) -> str:
     rows = [f'x"{content[i : i + 16].hex().upper()}"' for i in range(0, len(content), 16)]
     known = [
         f"    {number} => ({mode.h_active}, {mode.v_active}, {round(10 * mode.frame_rate)}, "
-        f'x"{_ESTABLISHED.get(mode.name, 0):04X}", x"{standard_code(mode):04X}", '
+        f'x"{ESTABLISHED.get(mode.name, 0):04X}", x"{standard_code(mode):04X}", '
         f'"{mode.vic:07b}")'
         for number, mode in enumerate(MODES)
     ]

@@ -76,6 +76,18 @@ FIELDS = (
         (0,),
     ),
     StatusField("edid", "bytes that the source has read from the EDID", (128,)),
+    StatusField(
+        "monitor",
+        "EDID of the monitor at J2: 0: no answer, 1: read, 2: it answers, but header or checksum "
+        "is wrong, 3: a line of its data channel stays low",
+        (1,),
+    ),
+    StatusField(
+        "monitor_mode",
+        "its preferred columns/rows/rate (in 0.1 Hz; rows and rate of fields if it is interlaced)",
+        (1920, 1080, 600),
+    ),
+    StatusField("monitor_ok", "1: the mode on show is in it", (1,)),
 )
 """The fields in their order."""
 

@@ -1,0 +1,298 @@
+-- Reads bytes from address 0 on from an I2C device, as the only master of its lines.
+--
+-- Nine clocks and a stop come first: they free a data line that a device still holds from a read that
+-- was broken off. A device may stretch the clock for up to STRETCH clocks. A line that stays low,
+-- or a byte that is not acknowledged, ends the read with a stop; both lines are let go.
+--
+-- Latency: 51 bits to the first byte. Throughput: a byte in 9 bits, a bit in 4 * QUARTER clocks and the
+--   clock line's time to rise.
+-- Equation: the n-th byte = device(n).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity i2c_reader is
+  generic (
+    -- Address of the device.
+    DEVICE : std_logic_vector(6 downto 0) := "1010000";
+    -- Clocks in a quarter of a bit; 500 are 50 kHz with clk of 100 MHz.
+    QUARTER : positive := 500;
+    -- Clocks that the clock line may stay low after it was let go.
+    STRETCH : positive := 3000000
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- The lines, as they are at the pins, and pull them low (open drain).
+    scl     : in    std_logic;
+    sda     : in    std_logic;
+    scl_low : out   std_logic;
+    sda_low : out   std_logic;
+    -- Begin to read, for a clock, while idle.
+    start : in    std_logic;
+    -- The next byte may be read. One more is wanted behind it; both hold still until it is there.
+    next_byte : in    std_logic;
+    more      : in    std_logic;
+    -- A byte was read, for a clock.
+    valid : out   std_logic;
+    data  : out   std_logic_vector(7 downto 0);
+    -- The read has ended, for a clock, and with it: all bytes came; a line stayed low.
+    done     : out   std_logic;
+    complete : out   std_logic;
+    stuck    : out   std_logic
+  );
+end entity i2c_reader;
+
+architecture rtl of i2c_reader is
+
+  constant WRITE_TO  : std_logic_vector(7 downto 0) := DEVICE & '0';
+  constant READ_FROM : std_logic_vector(7 downto 0) := DEVICE & '1';
+  constant ADDRESS   : std_logic_vector(7 downto 0) := x"00";
+  -- The bit that the other side drives.
+  constant LISTEN : std_logic := '1';
+
+  -- What is on the lines: nine ones and a stop, start and two bytes, start and a byte, the bytes that
+  -- are read, and a stop.
+  type step_t is (
+    idle, free, free_stop, write_start, write_device, write_address, read_start, read_device, read_byte, stop
+  );
+
+  -- Clock line low with the data line as it was, low with the next bit on it; let go until it is high;
+  -- high before and after the middle, in which the data line is read or makes a start or a stop.
+  type phase_t is (hold, setup, rise, high, high_end);
+
+  signal lines   : std_logic_vector(1 downto 0);
+  signal arrived : std_logic_vector(1 downto 0);
+  signal scl_now : std_logic;
+  signal sda_now : std_logic;
+  signal step    : step_t                       := idle;
+  signal phase   : phase_t                      := hold;
+  signal clocks  : natural range 0 to STRETCH   := 0;
+  signal bits    : natural range 0 to 8         := 0;
+  signal shift   : std_logic_vector(8 downto 0) := (others => '1');
+  signal all_in  : std_logic                    := '0';
+
+begin
+
+  lines <= scl & sda;
+
+  cross : entity work.synchroniser
+    generic map (
+      WIDTH => 2
+    )
+    port map (
+      clk         => clk,
+      level       => lines,
+      synchronous => arrived
+    );
+
+  scl_now <= arrived(1);
+  sda_now <= arrived(0);
+
+  data     <= shift(8 downto 1);
+  complete <= all_in;
+
+  read : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      valid  <= '0';
+      done   <= '0';
+      clocks <= clocks + 1;
+
+      case phase is
+
+        when hold =>
+
+          if step = idle then
+            clocks <= 0;
+            if start = '1' then
+              scl_low <= '1';
+              all_in  <= '0';
+              stuck   <= '0';
+              step    <= free;
+              bits    <= 0;
+              shift   <= (others => '1');
+            end if;
+          elsif clocks >= QUARTER - 1 then
+            clocks <= QUARTER - 1;
+
+            case step is
+
+              when write_start | read_start =>
+
+                sda_low <= '0';
+                clocks  <= 0;
+                phase   <= setup;
+
+              when free_stop | stop =>
+
+                sda_low <= '1';
+                clocks  <= 0;
+                phase   <= setup;
+
+              when others =>
+
+                if step /= read_byte or bits /= 0 then
+                  sda_low <= not shift(8);
+                  clocks  <= 0;
+                  phase   <= setup;
+                elsif next_byte = '1' then
+                  sda_low <= '0';
+                  shift   <= x"FF" & not more;
+                  clocks  <= 0;
+                  phase   <= setup;
+                end if;
+
+            end case;
+
+          end if;
+
+        when setup =>
+
+          if clocks = QUARTER - 1 then
+            scl_low <= '0';
+            clocks  <= 0;
+            phase   <= rise;
+          end if;
+
+        when rise =>
+
+          if scl_now = '1' then
+            clocks <= 0;
+            phase  <= high;
+          elsif clocks = STRETCH - 1 then
+            stuck   <= '1';
+            done    <= '1';
+            sda_low <= '0';
+            clocks  <= 0;
+            step    <= idle;
+            phase   <= hold;
+          end if;
+
+        when high =>
+
+          if clocks = QUARTER - 1 then
+            clocks <= 0;
+            phase  <= high_end;
+
+            case step is
+
+              when write_start | read_start =>
+
+                sda_low <= '1';
+
+              when free_stop | stop =>
+
+                sda_low <= '0';
+
+              when others =>
+
+                shift <= shift(7 downto 0) & sda_now;
+
+            end case;
+
+          end if;
+
+        when high_end =>
+
+          if clocks = QUARTER - 1 then
+            clocks  <= 0;
+            phase   <= hold;
+            scl_low <= '1';
+            bits    <= 0;
+
+            case step is
+
+              when free_stop =>
+
+                step <= write_start;
+                if sda_now = '0' then
+                  stuck   <= '1';
+                  done    <= '1';
+                  scl_low <= '0';
+                  step    <= idle;
+                end if;
+
+              when write_start =>
+
+                step  <= write_device;
+                shift <= WRITE_TO & LISTEN;
+
+              when read_start =>
+
+                step  <= read_device;
+                shift <= READ_FROM & LISTEN;
+
+              when stop | idle =>
+
+                done    <= '1';
+                scl_low <= '0';
+                step    <= idle;
+
+              when others =>
+
+                if bits /= 8 then
+                  bits <= bits + 1;
+                else
+                  -- What was sent must be on the line, with a zero behind it from the device.
+                  case step is
+
+                    when free =>
+
+                      step <= free_stop;
+
+                    when write_device =>
+
+                      step  <= write_address;
+                      shift <= ADDRESS & LISTEN;
+                      if shift /= WRITE_TO & '0' then
+                        step <= stop;
+                      end if;
+
+                    when write_address =>
+
+                      step <= read_start;
+                      if shift /= ADDRESS & '0' then
+                        step <= stop;
+                      end if;
+
+                    when read_device =>
+
+                      step <= read_byte;
+                      if shift /= READ_FROM & '0' then
+                        step <= stop;
+                      end if;
+
+                    when others =>
+
+                      valid <= '1';
+                      if more = '0' then
+                        all_in <= '1';
+                        step   <= stop;
+                      end if;
+
+                  end case;
+
+                end if;
+
+            end case;
+
+          end if;
+
+      end case;
+
+      if reset = '1' then
+        scl_low <= '0';
+        sda_low <= '0';
+        step    <= idle;
+        phase   <= hold;
+        done    <= '0';
+        valid   <= '0';
+      end if;
+    end if;
+
+  end process read;
+
+end architecture rtl;

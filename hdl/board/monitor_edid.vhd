@@ -1,0 +1,355 @@
+-- What the monitor at the HDMI output says of itself: its EDID, read again and again, as there is no
+-- hot-plug line.
+--
+-- Of the first block, and of a CEA-861 extension behind it, the last eight bytes are at hand as they come
+-- in: enough for the header, for both bytes of a standard timing, and for size and rate of a detailed
+-- timing, the first of which is the preferred mode. A mode counts as offered if its size and its rate
+-- (within 1 Hz) are those of a detailed timing, or if it is one of KNOWN_MODES and stands among the
+-- established timings, the standard timings, or the codes of the extension. Of an interlaced timing
+-- the rows and the rate are those of fields.
+--
+-- Latency: a read of 256 bytes takes 50 ms at 50 kHz; PAUSE lies between two reads. Throughput: not
+--   applicable.
+-- Equation: none; see timing_rate for the rates.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.edid_pkg.all;
+use work.video_pkg.all;
+
+entity monitor_edid is
+  generic (
+    -- As in i2c_reader.
+    QUARTER : positive := 500;
+    STRETCH : positive := 3000000;
+    -- Clocks between two reads: 2 s of 100 MHz.
+    PAUSE : positive := 200000000
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- The display data channel of the output, as it is at the pins, and pull it low (open drain).
+    scl     : in    std_logic;
+    sda     : in    std_logic;
+    scl_low : out   std_logic;
+    sda_low : out   std_logic;
+    -- The mode on show, its rate in 0.1 Hz.
+    shown_columns : in    count_t;
+    shown_rows    : in    count_t;
+    shown_rate    : in    std_logic_vector(14 downto 0);
+    -- The last read: 0 no answer, 1 an EDID, 2 something else, 3 a line stays low.
+    state : out   std_logic_vector(1 downto 0);
+    -- Of an EDID the preferred mode, else 0, and whether the mode on show was in it.
+    columns : out   std_logic_vector(11 downto 0);
+    rows    : out   std_logic_vector(11 downto 0);
+    rate    : out   std_logic_vector(11 downto 0);
+    offered : out   std_logic
+  );
+end entity monitor_edid;
+
+architecture rtl of monitor_edid is
+
+  constant NO_ANSWER : std_logic_vector(1 downto 0) := "00";
+  constant AN_EDID   : std_logic_vector(1 downto 0) := "01";
+  constant NO_EDID   : std_logic_vector(1 downto 0) := "10";
+  constant LINE_LOW  : std_logic_vector(1 downto 0) := "11";
+
+  -- Places of bytes: in the first block, and in the extension, which begins at 128.
+  constant HEADER_LAST      : natural := 7;
+  constant ESTABLISHED_LAST : natural := 36;
+  constant STANDARD_FIRST   : natural := 38;
+  constant STANDARD_LAST    : natural := 53;
+  constant DETAILED_FIRST   : natural := 54;
+  constant DETAILED_LAST    : natural := 125;
+  constant EXTENSIONS       : natural := 126;
+  constant BLOCK_LAST       : natural := 127;
+  constant EXTENSION_FIRST  : natural := 128;
+  constant DETAILED_AT      : natural := 130;
+  constant CODES_FIRST      : natural := 132;
+  constant LAST             : natural := 255;
+
+  constant HEADER      : std_logic_vector(63 downto 0) := x"00FFFFFFFFFFFF00";
+  constant CEA_TAG     : std_logic_vector(7 downto 0)  := x"02";
+  constant VIDEO_CODES : std_logic_vector(2 downto 0)  := "010";
+
+  -- Bytes of a descriptor, and those of them that size and rate need.
+  constant DESCRIPTOR : positive := 18;
+  constant TIMING     : positive := 8;
+
+  -- 1 Hz.
+  constant TOLERANCE : positive := 10;
+
+  signal paused      : natural range 0 to PAUSE - 1      := 0;
+  signal reading     : std_logic                         := '0';
+  signal start       : std_logic;
+  signal next_byte   : std_logic;
+  signal more        : std_logic;
+  signal valid       : std_logic;
+  signal data        : std_logic_vector(7 downto 0);
+  signal done        : std_logic;
+  signal complete    : std_logic;
+  signal stuck       : std_logic;
+  signal window      : std_logic_vector(63 downto 0)     := (others => '0');
+  signal look        : std_logic                         := '0';
+  signal index       : natural range 0 to LAST           := 0;
+  signal none_yet    : std_logic                         := '0';
+  signal sum         : unsigned(7 downto 0)              := (others => '0');
+  signal right       : std_logic                         := '0';
+  signal extended    : std_logic                         := '0';
+  signal detailed    : unsigned(6 downto 0)              := (others => '0');
+  signal in_codes    : std_logic                         := '0';
+  signal codes       : unsigned(4 downto 0)              := (others => '0');
+  signal video       : std_logic                         := '0';
+  signal in_detailed : std_logic                         := '0';
+  signal place       : natural range 0 to DESCRIPTOR - 1 := 0;
+  signal divide      : std_logic                         := '0';
+  signal dividing    : std_logic                         := '0';
+  signal divided     : std_logic;
+  signal found       : std_logic                         := '0';
+  signal preferred   : std_logic_vector(35 downto 0)     := (others => '0');
+  signal shown       : std_logic_vector(KNOWN_MODES'range);
+  signal width       : unsigned(11 downto 0);
+  signal height      : unsigned(11 downto 0);
+  signal clock       : std_logic_vector(15 downto 0);
+  signal line_length : unsigned(12 downto 0);
+  signal frame_lines : unsigned(12 downto 0);
+  signal rate_found  : unsigned(11 downto 0);
+
+  function near (
+    a : unsigned(14 downto 0);
+    b : unsigned(11 downto 0)
+  ) return boolean is
+
+    constant WIDE : positive := 16;
+
+  begin
+
+    return resize(a, WIDE) + TOLERANCE >= b and a <= resize(b, WIDE) + TOLERANCE;
+
+  end function near;
+
+begin
+
+  reader : entity work.i2c_reader
+    generic map (
+      QUARTER => QUARTER,
+      STRETCH => STRETCH
+    )
+    port map (
+      clk       => clk,
+      reset     => reset,
+      scl       => scl,
+      sda       => sda,
+      scl_low   => scl_low,
+      sda_low   => sda_low,
+      start     => start,
+      next_byte => next_byte,
+      more      => more,
+      valid     => valid,
+      data      => data,
+      done      => done,
+      complete  => complete,
+      stuck     => stuck
+    );
+
+  start     <= '1' when reading = '0' and paused = PAUSE - 1 else
+               '0';
+  next_byte <= not (valid or look or dividing);
+  more      <= '0' when index = LAST or (index = BLOCK_LAST and extended = '0') else
+               '1';
+
+  -- The first eight bytes of a descriptor, if they are those of a timing.
+  clock       <= window(55 downto 48) & window(63 downto 56);
+  width       <= unsigned(window(31 downto 28)) & unsigned(window(47 downto 40));
+  height      <= unsigned(window(7 downto 4)) & unsigned(window(23 downto 16));
+  line_length <= ('0' & width) + (unsigned(window(27 downto 24)) & unsigned(window(39 downto 32)));
+  frame_lines <= ('0' & height) + (unsigned(window(3 downto 0)) & unsigned(window(15 downto 8)));
+
+  rate_of_timing : entity work.timing_rate
+    port map (
+      clk         => clk,
+      reset       => start,
+      start       => divide,
+      pixel_clock => clock,
+      line_length => line_length,
+      frame_lines => frame_lines,
+      rate        => rate_found,
+      done        => divided
+    );
+
+  which_known : process (shown_columns, shown_rows, shown_rate) is
+  begin
+
+    for i in KNOWN_MODES'range loop
+
+      shown(i) <= '0';
+
+      if shown_columns = KNOWN_MODES(i).columns and shown_rows = KNOWN_MODES(i).rows and
+         near(unsigned(shown_rate), to_unsigned(KNOWN_MODES(i).rate, 12)) then
+        shown(i) <= '1';
+      end if;
+
+    end loop;
+
+  end process which_known;
+
+  parse : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      look   <= valid;
+      divide <= '0';
+      if valid = '1' then
+        window   <= window(55 downto 0) & data;
+        sum      <= sum + unsigned(data);
+        none_yet <= '0';
+      end if;
+
+      if look = '1' then
+        if index /= LAST then
+          index <= index + 1;
+        end if;
+
+        if index = HEADER_LAST and window /= HEADER then
+          right <= '0';
+        end if;
+        if (index = BLOCK_LAST or index = LAST) and sum /= 0 then
+          right <= '0';
+        end if;
+        if index = EXTENSIONS and window(7 downto 0) /= x"00" then
+          extended <= '1';
+        end if;
+        if index = DETAILED_AT and window(23 downto 16) = CEA_TAG then
+          detailed <= unsigned(window(6 downto 0));
+        end if;
+
+        -- Timings that stand there by a bit, two bytes or a code.
+        for i in KNOWN_MODES'range loop
+
+          if shown(i) = '1' then
+            if index = ESTABLISHED_LAST and (window(15 downto 0) and KNOWN_MODES(i).established) /= x"0000" then
+              found <= '1';
+            end if;
+            if index > STANDARD_FIRST and index <= STANDARD_LAST and index mod 2 = 1 and
+               window(15 downto 0) = KNOWN_MODES(i).standard then
+              found <= '1';
+            end if;
+            if in_codes = '1' and codes /= 0 and video = '1' and window(6 downto 0) = KNOWN_MODES(i).vic then
+              found <= '1';
+            end if;
+          end if;
+
+        end loop;
+
+        -- Blocks of codes; a byte before each says what they are and how many.
+        if in_codes = '1' then
+          if codes /= 0 then
+            codes <= codes - 1;
+          else
+            codes <= unsigned(window(4 downto 0));
+            video <= '0';
+            if window(7 downto 5) = VIDEO_CODES then
+              video <= '1';
+            end if;
+          end if;
+        end if;
+        if index = CODES_FIRST - 1 and detailed > CODES_FIRST - EXTENSION_FIRST then
+          in_codes <= '1';
+        end if;
+
+        -- Descriptors, one behind the other.
+        if place = DESCRIPTOR - 1 then
+          place <= 0;
+        else
+          place <= place + 1;
+        end if;
+        if in_detailed = '1' and place = TIMING - 1 and clock /= x"0000" then
+          divide   <= '1';
+          dividing <= '1';
+        end if;
+        if index = DETAILED_FIRST - 1 or (detailed /= 0 and index = EXTENSION_FIRST - 1 + to_integer(detailed)) then
+          in_codes    <= '0';
+          in_detailed <= '1';
+          place       <= 0;
+        end if;
+        if index = DETAILED_LAST then
+          in_detailed <= '0';
+        end if;
+      end if;
+
+      if divided = '1' then
+        dividing <= '0';
+        if index = DETAILED_FIRST + TIMING then
+          preferred <= std_logic_vector(rate_found) & std_logic_vector(height) & std_logic_vector(width);
+        end if;
+        if shown_columns = width and shown_rows = height and near(unsigned(shown_rate), rate_found) then
+          found <= '1';
+        end if;
+      end if;
+
+      if start = '1' then
+        index       <= 0;
+        none_yet    <= '1';
+        sum         <= (others => '0');
+        right       <= '1';
+        extended    <= '0';
+        detailed    <= (others => '0');
+        in_codes    <= '0';
+        codes       <= (others => '0');
+        in_detailed <= '0';
+        dividing    <= '0';
+        found       <= '0';
+        preferred   <= (others => '0');
+      end if;
+    end if;
+
+  end process parse;
+
+  report_read : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if reading = '0' and paused /= PAUSE - 1 then
+        paused <= paused + 1;
+      end if;
+      if start = '1' then
+        reading <= '1';
+        paused  <= 0;
+      end if;
+      if done = '1' then
+        reading <= '0';
+        columns <= (others => '0');
+        rows    <= (others => '0');
+        rate    <= (others => '0');
+        offered <= '0';
+        if stuck = '1' then
+          state <= LINE_LOW;
+        elsif none_yet = '1' then
+          state <= NO_ANSWER;
+        elsif complete = '0' or right = '0' then
+          state <= NO_EDID;
+        else
+          state   <= AN_EDID;
+          columns <= preferred(11 downto 0);
+          rows    <= preferred(23 downto 12);
+          rate    <= preferred(35 downto 24);
+          offered <= found;
+        end if;
+      end if;
+      if reset = '1' then
+        reading <= '0';
+        paused  <= 0;
+        state   <= NO_ANSWER;
+        columns <= (others => '0');
+        rows    <= (others => '0');
+        rate    <= (others => '0');
+        offered <= '0';
+      end if;
+    end if;
+
+  end process report_read;
+
+end architecture rtl;

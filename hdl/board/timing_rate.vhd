@@ -1,0 +1,101 @@
+-- The frame rate of a timing: pixel clock over pixels of a frame, both with blanking.
+--
+-- Only additions: the lines of a frame are added up; then the clock is added in CLOCK_STEPS steps, and each time
+-- the sum has reached a frame that is taken away and counted. The sum begins half a frame below, which
+-- rounds.
+--
+-- Latency: at most 2 ** 13 + CLOCK_STEPS + 2 ** 12 + 4 clocks. Throughput: one rate at a time.
+-- Equation: rate = floor((100000 * clock + ceil(pixels / 2)) / pixels), pixels = line_length * frame_lines,
+--   at most 4095.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity timing_rate is
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Begin, for a clock, while nothing is computed; the timing stands still until it is done.
+    start : in    std_logic;
+    -- Pixel clock in 10 kHz, pixels of a line and lines of a frame.
+    pixel_clock : in    std_logic_vector(15 downto 0);
+    line_length : in    unsigned(12 downto 0);
+    frame_lines : in    unsigned(12 downto 0);
+    -- In 0.1 Hz, while done is high for a clock and until the next start.
+    rate : out   unsigned(11 downto 0);
+    done : out   std_logic
+  );
+end entity timing_rate;
+
+architecture rtl of timing_rate is
+
+  -- 3125 * 32 = 100000.
+  constant CLOCK_STEPS : positive := 3125;
+  constant HIGHEST     : positive := 2 ** 12 - 1;
+
+  type state_t is (idle, add_lines, divide);
+
+  signal state  : state_t               := idle;
+  signal turns  : unsigned(12 downto 0) := (others => '0');
+  signal sum    : signed(26 downto 0)   := (others => '0');
+  signal pixels : signed(26 downto 0)   := (others => '0');
+  signal frames : unsigned(11 downto 0) := (others => '0');
+
+begin
+
+  rate <= frames;
+
+  compute : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      done <= '0';
+
+      case state is
+
+        when idle =>
+
+          if start = '1' then
+            turns  <= (others => '0');
+            sum    <= (others => '0');
+            frames <= (others => '0');
+            state  <= add_lines;
+          end if;
+
+        when add_lines =>
+
+          if turns /= frame_lines then
+            turns <= turns + 1;
+            sum   <= sum + signed(resize(line_length, 27));
+          else
+            turns  <= (others => '0');
+            pixels <= sum;
+            sum    <= -shift_right(sum, 1);
+            state  <= divide;
+          end if;
+
+        when divide =>
+
+          if sum >= 0 and frames /= HIGHEST then
+            sum    <= sum - pixels;
+            frames <= frames + 1;
+          elsif sum >= 0 or turns = CLOCK_STEPS then
+            done  <= '1';
+            state <= idle;
+          else
+            turns <= turns + 1;
+            sum   <= sum + signed(resize(unsigned(pixel_clock) & "00000", 27));
+          end if;
+
+      end case;
+
+      if reset = '1' then
+        state <= idle;
+        done  <= '0';
+      end if;
+    end if;
+
+  end process compute;
+
+end architecture rtl;
