@@ -1,0 +1,66 @@
+"""What XST is known to refuse, or to take otherwise than simulators and GHDL do.
+
+The sources are read as text, in the one style that they are written in (``scripts/vsg.yaml``). The
+rules are in ``rules``; each names the precedent that it comes from.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from plenofir.fpga.xst_lint.intervals import Names
+from plenofir.fpga.xst_lint.rules import RULES, Design, Source
+
+__all__ = ["Finding", "lint"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A place that a rule forbids.
+
+    Attributes
+    ----------
+    path, line
+        Where it is.
+    rule
+        Name of the rule.
+    what
+        What stands there.
+    """
+
+    path: Path
+    line: int
+    rule: str
+    what: str
+
+    def __str__(self) -> str:
+        """As compilers write it, with the rule's precedent."""
+        return f"{self.path}:{self.line}: {self.what} ({self.rule}: {RULES[self.rule].precedent})"
+
+
+def lint(paths: Sequence[Path]) -> list[Finding]:
+    """Hold sources against all rules.
+
+    Parameters
+    ----------
+    paths
+        Sources of a design, packages before those that use them.
+
+    Returns
+    -------
+    list of Finding
+        In the order of the sources.
+    """
+    texts = {path: re.sub(r"--[^\n]*", "", path.read_text()) for path in paths}
+    shared = Names()
+    for path, text in texts.items():
+        if path.stem.endswith("_pkg"):
+            shared.read(text)
+    design = Design(shared, "\n".join(texts.values()))
+    return [
+        Finding(path, text.count("\n", 0, at) + 1, name, what)
+        for path, text in texts.items()
+        for name, rule in RULES.items()
+        for at, what in rule.find(Source(text, design))
+    ]

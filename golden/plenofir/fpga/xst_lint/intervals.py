@@ -1,0 +1,178 @@
+"""Least and greatest values of integer expressions, from the types and limits of their names."""
+
+import ast
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from plenofir.fpga.core.configuration import (
+    MAX_COLUMNS,
+    MAX_MICRO_IMAGE_SIZE,
+    MAX_SHIFT,
+    MAX_SLICES,
+)
+from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS, MAX_TAPS
+from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
+
+Interval = tuple[float, float]
+
+INFINITE = float("inf")
+ANY: Interval = (-INFINITE, INFINITE)
+
+# Limits of generics, parameters and results that their types do not tell.
+LARGEST: dict[str, float] = {
+    "micro_image_size": MAX_MICRO_IMAGE_SIZE,
+    "max_columns": MAX_COLUMNS,
+    "parallel_rows": MAX_PARALLEL_ROWS,
+    "taps": MAX_TAPS,
+    "radius": MAX_SHARPNESS_RADIUS,
+    "shift": MAX_SHIFT,
+    "slice_count": MAX_SLICES,
+    "bits_for": 31,
+    # A shift takes five characters at most, and a blank.
+    "shifts__length": 6 * MAX_SLICES,
+}
+
+SCALAR = r"(positive|natural|integer)(?: range ([^;:]+?) (?:to|downto) ([^;:]+?))?"
+_PARENTHESES = r"[^()\n]*(?:\((?:[^()\n]|\([^()\n]*\))*\)[^()\n]*)*"
+
+
+@dataclass
+class Names:
+    """What sources declare, by name in small letters.
+
+    Attributes
+    ----------
+    types
+        Integer, or function of integer result, to its type and bounds (empty if it has none).
+    values
+        Constant to its expression.
+    ranges
+        Array, or its type, to the bounds of its index.
+    """
+
+    types: dict[str, tuple[str, str, str]] = field(default_factory=dict)
+    values: dict[str, str] = field(default_factory=dict)
+    ranges: dict[str, tuple[str, str]] = field(default_factory=dict)
+
+    def read(self, text: str) -> "Names":
+        """Take in what a text declares; of a name that is declared twice the wider type counts."""
+        order = ("integer", "natural", "positive")
+        own: dict[str, tuple[str, str, str]] = {}
+        for pattern in (
+            rf"\b(\w+)\s*:\s*(?:in\s+|out\s+)?{SCALAR}\s*(?=;|:=|\n|\))",
+            rf"\bsubtype (\w+) is {SCALAR};",
+            r"\bfunction (\w+)(?:\s*\([^)]*\))?\s*return (positive|natural|integer)()()\b",
+        ):
+            for name, kind, low, high in re.findall(pattern, text):
+                old = own.get(name.lower())
+                if old is None or order.index(kind) < order.index(old[0]):
+                    own[name.lower()] = (kind, low, high)
+        self.types |= own
+        for name, value in re.findall(r"\bconstant (\w+)\s*:[^:;]*?:=\s*([^;]*);", text):
+            self.values[name.lower()] = value
+        for name, low, high in re.findall(
+            r"\b(\w+)\s*(?::|is)[^;:()\n]*\((?:natural range )?"
+            rf"({_PARENTHESES}) (?:to|downto) ({_PARENTHESES})\)",
+            text,
+        ):
+            self.ranges[name.lower()] = (low, high)
+        return self
+
+
+def interval(expression: str, names: Names) -> Interval:
+    """Evaluate an expression of integers.
+
+    Parameters
+    ----------
+    expression
+        VHDL.
+    names
+        What is known of its names.
+
+    Returns
+    -------
+    tuple of float
+        The least and the greatest value that it can have; infinite where nothing is known.
+    """
+    return _Evaluation(names, frozenset()).of_text(expression)
+
+
+@dataclass(frozen=True)
+class _Evaluation:
+    """An evaluation under way, with the names that it is inside of."""
+
+    names: Names
+    inside: frozenset[str]
+
+    def of_text(self, expression: str) -> Interval:
+        plain = re.sub(r"'(\w+)", r"__\1", " ".join(expression.split()).lower())
+        plain = re.sub(r"\b(?:mod|rem)\b", "%", plain)
+        try:
+            return self.of(ast.parse(plain, mode="eval").body)
+        except SyntaxError:
+            return ANY
+
+    def of(self, node: ast.expr) -> Interval:
+        match node:
+            case ast.Constant(value=int(value)):
+                return (value, value)
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                low, high = self.of(operand)
+                return (-high, -low)
+            case ast.Name(id=name):
+                return self.of_name(name)
+            case ast.BinOp(left=left, op=op, right=right):
+                return _of_pair(op, self.of(left), self.of(right))
+            case ast.Call(func=ast.Name(id=name), args=arguments):
+                return self.of_call(name, [self.of(argument) for argument in arguments])
+        return ANY
+
+    def of_name(self, name: str) -> Interval:
+        if name in self.inside:
+            return ANY
+        inner = _Evaluation(self.names, self.inside | {name})
+        low, high = inner.of_type(name)
+        if name in self.names.values:
+            value = inner.of_text(self.names.values[name])
+            low, high = max(low, value[0]), min(high, value[1])
+        if name.endswith("__length"):
+            low = 1
+        return (low, min(high, LARGEST.get(name, INFINITE)))
+
+    def of_type(self, name: str) -> Interval:
+        if name not in self.names.types:
+            return ANY
+        kind, *bounds = self.names.types[name]
+        low, high = {"positive": 1.0, "natural": 0.0, "integer": -INFINITE}[kind], INFINITE
+        if all(bounds):
+            ends = [self.of_text(bound) for bound in bounds]
+            low, high = max(low, min(e[0] for e in ends)), max(e[1] for e in ends)
+        return (low, high)
+
+    def of_call(self, name: str, arguments: Sequence[Interval]) -> Interval:
+        if name == "larger":
+            return (max(a[0] for a in arguments), max(a[1] for a in arguments))
+        if name == "choose":
+            return (min(a[0] for a in arguments[1:]), max(a[1] for a in arguments[1:]))
+        if name == "divide_up":
+            return (min(arguments[0][0], 1), arguments[0][1])
+        return self.of_name(name)
+
+
+def _of_pair(op: ast.operator, a: Interval, b: Interval) -> Interval:
+    match op:
+        case ast.Add():
+            return (a[0] + b[0], a[1] + b[1])
+        case ast.Sub():
+            return (a[0] - b[1], a[1] - b[0])
+        # Of the others only what is not negative.
+        case ast.Mult() if a[0] >= 0 <= b[0]:
+            return (a[0] * b[0], a[1] * b[1])
+        case ast.Div() if a[0] >= 0:
+            return (a[0] // b[1] if b[1] < INFINITE else 0, a[1] // max(b[0], 1))
+        case ast.Mod():
+            return (0, b[1] - 1)
+        case ast.Pow() if a[0] >= 0 <= b[0]:
+            return (a[0] ** b[0], a[1] ** b[1] if b[1] <= 64 else INFINITE)
+    return ANY

@@ -1,0 +1,225 @@
+"""The rules, and where each comes from."""
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from plenofir.fpga.bitstream.ise import SCRIPTS, read_options
+from plenofir.fpga.xst_lint.intervals import SCALAR, Interval, Names, interval
+
+MAX_TEXT_LOOPS = 4
+"""Loops around and in the parsing of a text: slices and phases, and slices and characters."""
+
+Places = Iterator[tuple[int, str]]
+"""Places in a text, and what is wrong there."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """What all sources share: names of the packages, and the text of all, for its functions."""
+
+    names: Names
+    text: str
+
+    @cached_property
+    def text_functions(self) -> dict[str, str]:
+        """Functions with a parameter of type string, and their bodies."""
+        return {
+            name: body
+            for name, parameters, body in re.findall(
+                r"\bfunction (\w+) \(([^)]*)\) return [\w.]+ is(.*?)\bend function\b",
+                self.text,
+                re.S,
+            )
+            if re.search(r":\s*string\b", parameters)
+        }
+
+
+@dataclass(frozen=True)
+class Source:
+    """A source without its comments."""
+
+    text: str
+    design: Design
+
+    @cached_property
+    def names(self) -> Names:
+        """Names that it can use: its own over those of the packages."""
+        shared = self.design.names
+        return Names({**shared.types}, {**shared.values}, {**shared.ranges}).read(self.text)
+
+    def interval(self, expression: str) -> Interval:
+        """Evaluate an expression that stands in it."""
+        return interval(expression, self.names)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule: who says so, and what it finds."""
+
+    precedent: str
+    find: Callable[[Source], Places]
+
+
+def loop_limit() -> int:
+    """Turns that XST allows a loop, as the build sets it."""
+    for option in read_options(SCRIPTS / "xst.opt"):
+        name, _, value = option.partition(" ")
+        if name == "-loop_iteration_limit":
+            return int(value)
+    return 64
+
+
+def long_loops(source: Source) -> Places:
+    """Loops with more turns than XST allows, or with a number that is not known."""
+    for found in re.finditer(r"\bfor \w+ in ([^;]*?) loop\b", source.text):
+        bounds = " ".join(found[1].split())
+        if whole := re.fullmatch(r"(\w+)'range", bounds):
+            length = source.interval(f"{whole[1]}'length")[1]
+            ends = source.names.ranges.get(whole[1].lower(), ("1", str(length)))
+        else:
+            first, last = re.split(r" (?:to|downto) ", bounds.removeprefix("natural range "))
+            ends = (first, last)
+        values = [source.interval(end) for end in ends]
+        turns = max(high for _, high in values) - min(low for low, _ in values) + 1
+        if not turns <= loop_limit():
+            number = "an unknown number of" if turns == float("inf") else f"{turns:.0f}"
+            yield found.start(), f"{number} turns of {bounds}, {loop_limit()} are allowed"
+
+
+def computed_attributes(source: Source) -> Places:
+    """Attributes whose value is not a literal."""
+    for found in re.finditer(r"\battribute (\w+) of \w+\s*: \w+ is ([^;]+);", source.text):
+        if not re.fullmatch(r'"[^"]*"', found[2].strip()):
+            yield found.start(), f"the value of {found[1]} is computed: {found[2]}"
+
+
+def named_slices(source: Source) -> Places:
+    """Slices by the name or the range of a subtype."""
+    for name, *scalar in re.findall(rf"\bsubtype (\w+) is(?: {SCALAR};)?", source.text):
+        pattern = rf"[\w)]\(({name})\)" if scalar[0] else rf"[\w)]\(({name}'range)\)"
+        for found in re.finditer(pattern, source.text):
+            yield found.start(1), f"a slice by {found[1]}"
+
+
+def empty_ranges(source: Source) -> Places:
+    """Integers that may have one value alone, and vectors that may have no element."""
+    generics = re.search(r"\bgeneric \((.*?)^  \);", source.text, re.S | re.M)
+    for found in re.finditer(
+        r"^\s*(?:(?:signal|variable)?\s*\w+\s*:\s*(?:in\s+|out\s+)?|subtype \w+ is )"
+        r"(?:natural|integer|positive) range ([^;:]+?) to ([^;:]+?)\s*(?:;|:=|$)",
+        source.text,
+        re.M,
+    ):
+        if generics and generics.start() <= found.start() < generics.end():
+            continue
+        if source.interval(found[1])[1] >= source.interval(found[2])[0]:
+            yield found.start(1), f"{found[1]} to {found[2]} may be one value alone"
+    for found in re.finditer(
+        r"\b(?:std_logic_vector|unsigned|signed)\(([^;\n]+) downto 0\)", source.text
+    ):
+        if source.interval(found[1])[0] < 0:
+            yield found.start(1), f"{found[1]} downto 0 may be empty"
+
+
+_ZERO = re.compile(r"'0'|\"0+\"|0|false|\(others => (?:'0'|0|\(others => '0'\))\)")
+
+
+def reset_values(source: Source) -> Places:
+    """Registers that power up with another value than that of their reset."""
+    first_literals = dict(re.findall(r"\btype (\w+) is \(\s*(\w+)", source.text))
+    begins: dict[str, str] = {}
+    for name, kind, low, value in re.findall(
+        r"^\s*signal (\w+)\s*:\s*(\w+)(?: range (\S+) to [^;:]+)?[^;:]*?(?::=([^;]+))?;",
+        source.text,
+        re.M,
+    ):
+        begins[name] = " ".join((value or low or first_literals.get(kind, "'0'")).split())
+    for block in re.finditer(
+        r"\b(?:if|elsif) (?:\w*reset\w*|request) = '1' then(.*?)\b(?:elsif|else|end if)\b",
+        source.text,
+        re.S,
+    ):
+        for found in re.finditer(r"^\s*(\w+)([^;<]*?)\s*<=([^;]+);", block[1], re.M):
+            value, begin = " ".join(found[3].split()), begins.get(found[1], "'0'")
+            if value != begin and not (_ZERO.fullmatch(value) and _ZERO.fullmatch(begin)):
+                at = block.start(1) + found.start(1)
+                yield at, f"{found[1]}{found[2]} powers up as {begin}, its reset is {value}"
+
+
+def text_loops(source: Source) -> Places:
+    """Loops that parse a text again and again, so that a set of many slices takes XST hours."""
+    for at, loops, name in _parsings(source.text, source.design.text_functions):
+        if loops > MAX_TEXT_LOOPS:
+            yield at, f"{loops} loops around and in {name}, which parses a text"
+
+
+def _parsings(
+    text: str, functions: Mapping[str, str], inside: frozenset[str] = frozenset()
+) -> Iterator[tuple[int, int, str]]:
+    """Calls that parse a text, and loops over one: the place, the loops in all, the name."""
+    calls = rf"\b({'|'.join(functions or ['$'])}) ?\((?!\n)"
+    around = 0
+    for found in re.finditer(
+        rf"\b(end loop)\b|\bfor \w+ in ([^;]*?) (?:loop|generate)\b|\bend (generate)\b|{calls}",
+        text,
+    ):
+        if found[1] or found[3]:
+            around -= 1
+            continue
+        inner = [found[4]] if found[4] else re.findall(calls, found[2])
+        if found[2] == "shifts'range":
+            yield found.start(), around + 1, found[2]
+        for name in inner:
+            if name not in inside:
+                deepest = max(
+                    (
+                        loops
+                        for _, loops, _ in _parsings(functions[name], functions, inside | {name})
+                    ),
+                    default=0,
+                )
+                if deepest:
+                    yield found.start(), around + deepest, name
+        around += found[2] is not None
+
+
+def other_words(source: Source) -> Places:
+    """Words of VHDL that XST ignores or refuses."""
+    for found in re.finditer(
+        r"\b(after|wait|buffer|guarded|disconnect|file|access|real)\b", source.text
+    ):
+        yield found.start(), f"the word {found[0]}"
+
+
+RULES = {
+    "loop-limit": Rule(
+        "XST ends with an error at a loop of more than -loop_iteration_limit turns; clash-compiler "
+        "issue 638",
+        long_loops,
+    ),
+    "attribute-value": Rule(
+        "UG687 shows literals as values of attributes, and no design built with ISE was found that "
+        "computes one",
+        computed_attributes,
+    ),
+    "named-slice": Rule(
+        "no design built with ISE was found that slices by the name of a subtype", named_slices
+    ),
+    "empty-range": Rule(
+        "HDLParsers:3350, null range, in vhdl2008c issue 2; tools differ on them, Quartus swaps the "
+        "bounds",
+        empty_ranges,
+    ),
+    "reset-value": Rule(
+        "UG384: a register has one attribute for power-up and reset; XST builds the other in logic, "
+        "or a latch with Xst:3002; AR 18605 has the values without initial value",
+        reset_values,
+    ),
+    "text-loops": Rule(
+        "XST interprets functions at elaboration, one character after the other", text_loops
+    ),
+    "word": Rule("UG687, VHDL that is ignored or not supported", other_words),
+}
+"""Name of each rule to the rule."""
