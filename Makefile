@@ -58,6 +58,7 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) -m ruff format --quiet --check golden tb scripts
 	@$(PYTHON) -m mypy --no-error-summary
 	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb -name '*.vhd')
+	@$(PYTHON) scripts/lint_xst.py
 	@$(PYTHON) scripts/build_docs.py --check
 	@$(PYTHON) scripts/build_hdl.py --check
 	@$(PYTHON) scripts/draw_diagrams.py --check

@@ -1,20 +1,39 @@
 """Hold the VHDL sources against what XST is known to refuse or to take otherwise.
 
 Usage: python scripts/lint_xst.py
+
+If NVC is installed, it analyses the core too, as a second strict reader of VHDL-93.
 """
 
+import subprocess
 import sys
+import tempfile
 
+from plenofir.errors import InputError
 from plenofir.fpga import hdl
+from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.fpga.xst_lint import lint
+
+
+def refused_by_nvc() -> str:
+    """What NVC says of the core, if it is there and refuses it."""
+    try:
+        nvc = find_simulator("nvc")
+    except InputError:
+        return ""
+    command = nvc.build_commands(hdl.hdl_sources(), "raster_refocuser")[0]
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return done.stderr if done.returncode else ""
 
 
 def main() -> int:
     """Print what is found."""
-    findings = lint(hdl.board_sources())
-    for finding in findings:
-        print(finding, file=sys.stderr)
-    return 1 if findings else 0
+    found = [*map(str, lint(hdl.board_sources())), refused_by_nvc()]
+    lines = [line for line in found if line]
+    if lines:
+        print(*lines, sep="\n", file=sys.stderr)
+    return 1 if lines else 0
 
 
 if __name__ == "__main__":

@@ -11,6 +11,9 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.math_pkg.all;
+
 entity clock_meter is
   generic (
     -- Clocks in which edges are counted.
@@ -28,12 +31,12 @@ end entity clock_meter;
 
 architecture rtl of clock_meter is
 
-  signal divider : unsigned(3 downto 0)          := (others => '0');
+  signal divider : unsigned(3 downto 0)                     := (others => '0');
   signal divided : std_logic_vector(0 downto 0);
   signal arrived : std_logic_vector(0 downto 0);
-  signal before  : std_logic                     := '0';
-  signal clocks  : natural range 0 to WINDOW - 1 := 0;
-  signal edges   : unsigned(11 downto 0)         := (others => '0');
+  signal before  : std_logic                                := '0';
+  signal clocks  : natural range 0 to larger(WINDOW - 1, 1) := 0;
+  signal edges   : unsigned(11 downto 0)                    := (others => '0');
 
 begin
 

@@ -6,6 +6,9 @@
 library ieee;
 use ieee.std_logic_1164.all;
 
+library work;
+use work.math_pkg.all;
+
 entity debouncer is
   generic (
     -- 10 ms of 100 MHz.
@@ -26,8 +29,8 @@ architecture rtl of debouncer is
 
   signal pin       : std_logic_vector(0 downto 0);
   signal arrived   : std_logic_vector(0 downto 0);
-  signal level_now : std_logic                     := '0';
-  signal clocks    : natural range 0 to STABLE - 1 := 0;
+  signal level_now : std_logic                                := '0';
+  signal clocks    : natural range 0 to larger(STABLE - 1, 1) := 0;
 
 begin
 

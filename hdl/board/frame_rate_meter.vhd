@@ -11,6 +11,9 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.math_pkg.all;
+
 entity frame_rate_meter is
   generic (
     -- Clocks in a unit of time.
@@ -32,13 +35,13 @@ architecture rtl of frame_rate_meter is
   constant TEN_S   : positive := 10000000;
   constant FASTEST : positive := 2 ** 15 - 1;
 
-  signal before   : std_logic                   := '0';
-  signal clocks   : natural range 0 to TICK - 1 := 0;
-  signal time_now : unsigned(15 downto 0)       := to_unsigned(NEVER, 16);
-  signal divisor  : unsigned(15 downto 0)       := (others => '0');
-  signal sum      : unsigned(23 downto 0)       := (others => '0');
-  signal quotient : unsigned(14 downto 0)       := (others => '0');
-  signal divide   : std_logic                   := '0';
+  signal before   : std_logic                              := '0';
+  signal clocks   : natural range 0 to larger(TICK - 1, 1) := 0;
+  signal time_now : unsigned(15 downto 0)                  := to_unsigned(NEVER, 16);
+  signal divisor  : unsigned(15 downto 0)                  := (others => '0');
+  signal sum      : unsigned(23 downto 0)                  := (others => '0');
+  signal quotient : unsigned(14 downto 0)                  := (others => '0');
+  signal divide   : std_logic                              := '0';
 
 begin
 

@@ -90,11 +90,18 @@ architecture rtl of link_supervisor is
   signal source_ok : std_logic;
   signal lacking   : natural range 0 to PATIENCE := 0;
 
+  -- PLLs are in reset from the FPGA's configuration on.
+  signal receive_reset_now  : std_logic := '1';
+  signal transmit_reset_now : std_logic := '1';
+
 begin
 
   use_own <= own;
   high    <= high_now;
   present <= in_range;
+
+  receive_reset  <= receive_reset_now;
+  transmit_reset <= transmit_reset_now;
 
   source_ok <= own_ready when own = '1' else
                in_range and fits;
@@ -156,9 +163,9 @@ begin
         when quiet =>
 
           -- Resets reach all clocks that still run before the source is switched.
-          run            <= '0';
-          receive_reset  <= '1';
-          transmit_reset <= '1';
+          run                <= '0';
+          receive_reset_now  <= '1';
+          transmit_reset_now <= '1';
           if clocks >= 15 then
             own    <= want_own;
             state  <= choose;
@@ -179,17 +186,17 @@ begin
         when write_setting =>
 
           if configured = '1' and clocks >= 3 then
-            receive_reset <= '0';
-            state         <= lock_receive;
-            clocks        <= 0;
+            receive_reset_now <= '0';
+            state             <= lock_receive;
+            clocks            <= 0;
           end if;
 
         when lock_receive =>
 
           if receive_locked = '1' then
-            transmit_reset <= '0';
-            state          <= lock_transmit;
-            clocks         <= 0;
+            transmit_reset_now <= '0';
+            state              <= lock_transmit;
+            clocks             <= 0;
           end if;
 
         when lock_transmit =>
@@ -225,11 +232,11 @@ begin
       end if;
 
       if reset = '1' then
-        state          <= quiet;
-        clocks         <= 0;
-        run            <= '0';
-        receive_reset  <= '1';
-        transmit_reset <= '1';
+        state              <= quiet;
+        clocks             <= 0;
+        run                <= '0';
+        receive_reset_now  <= '1';
+        transmit_reset_now <= '1';
       end if;
     end if;
 

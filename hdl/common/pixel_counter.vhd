@@ -6,6 +6,9 @@
 library ieee;
 use ieee.std_logic_1164.all;
 
+library work;
+use work.math_pkg.all;
+
 entity pixel_counter is
   generic (
     -- What it counts to.
@@ -18,7 +21,7 @@ entity pixel_counter is
     -- With strobe: this token counts as 0.
     restart : in    std_logic;
     -- The number of the token.
-    count : out   natural range 0 to MODULUS - 1
+    count : out   natural range 0 to larger(MODULUS - 1, 1)
   );
 end entity pixel_counter;
 
@@ -32,8 +35,8 @@ begin
 
   many : if MODULUS > 1 generate
 
-    signal count_now : natural range 0 to MODULUS - 1;
-    signal count_d1  : natural range 0 to MODULUS - 1 := 0;
+    signal count_now : natural range 0 to larger(MODULUS - 1, 1);
+    signal count_d1  : natural range 0 to larger(MODULUS - 1, 1) := 0;
 
   begin
 

@@ -67,7 +67,7 @@ entity frame_sequencer is
     drained : in    std_logic;
     -- Tokens with their pixel and the place of its line in its band.
     token      : out   token_t;
-    token_row  : out   natural range 0 to PARALLEL_ROWS - 1;
+    token_row  : out   natural range 0 to larger(PARALLEL_ROWS - 1, 1);
     token_data : out   std_logic_vector(DATA_BITS - 1 downto 0);
     -- 0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of frame, 4 frame size
     -- that the core does not support. They stay set until error_clear.
@@ -102,28 +102,28 @@ architecture rtl of frame_sequencer is
   signal frame_open   : std_logic                          := '0';
   signal column       : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
   -- column = 0, column = last_column.
-  signal at_first        : std_logic                          := '1';
-  signal at_last         : std_logic                          := '0';
-  signal column_count    : natural range 0 to PARALLEL_ROWS - 1;
+  signal at_first        : std_logic                                  := '1';
+  signal at_last         : std_logic                                  := '0';
+  signal column_count    : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
   signal column_step     : std_logic;
   signal column_restart  : std_logic;
-  signal row             : unsigned(15 downto 0)              := (others => '0');
-  signal last_column     : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
-  signal last_row        : unsigned(15 downto 0)              := (others => '0');
+  signal row             : unsigned(15 downto 0)                      := (others => '0');
+  signal last_column     : unsigned(COLUMN_BITS - 1 downto 0)         := (others => '0');
+  signal last_row        : unsigned(15 downto 0)                      := (others => '0');
   signal new_last_column : unsigned(COLUMN_BITS - 1 downto 0);
   signal new_last_row    : unsigned(15 downto 0);
   signal size_supported  : std_logic;
   signal starts_frame    : std_logic;
   signal line_ends       : std_logic;
-  signal band_row        : natural range 0 to PARALLEL_ROWS   := 0;
+  signal band_row        : natural range 0 to PARALLEL_ROWS           := 0;
   signal completes_band  : std_logic;
   signal completes_first : std_logic;
-  signal first_band      : std_logic                          := '0';
+  signal first_band      : std_logic                                  := '0';
   signal band_wait       : std_logic;
-  signal slice_held      : slice_t                            := (others => '0');
-  signal tokens_to_flush : natural range 0 to ROW_FLUSH       := 0;
-  signal bands_to_flush  : natural range 0 to COLUMN_FLUSH    := 0;
-  signal steps_missing   : natural range 0 to MIN_STEPS       := 0;
+  signal slice_held      : slice_t                                    := (others => '0');
+  signal tokens_to_flush : natural range 0 to larger(ROW_FLUSH, 1)    := 0;
+  signal bands_to_flush  : natural range 0 to larger(COLUMN_FLUSH, 1) := 0;
+  signal steps_missing   : natural range 0 to MIN_STEPS               := 0;
   -- Bands that have to come before the next frame, and those of the frame modulo BAND_MODULUS.
   signal bands_missing : natural range 0 to MIN_BANDS    := 0;
   signal band_phase    : natural range 0 to BAND_MODULUS := 0;

@@ -36,7 +36,7 @@ begin
 
   round : process (clk) is
 
-    variable rounded : natural range 0 to (VALUE_MAX + HALF) / 2 ** DROP_BITS;
+    variable rounded : natural range 0 to larger((VALUE_MAX + HALF) / 2 ** DROP_BITS, 1);
 
   begin
 

@@ -29,7 +29,7 @@ entity row_gather is
     reset : in    std_logic;
     -- As frame_sequencer gives them.
     token      : in    token_t;
-    token_row  : in    natural range 0 to PARALLEL_ROWS - 1;
+    token_row  : in    natural range 0 to larger(PARALLEL_ROWS - 1, 1);
     token_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
     -- Tokens of bands, the rows that are image lines, and their pixels, row 0 in the low bits.
     array_token : out   token_t;
@@ -55,7 +55,7 @@ begin
     signal column    : unsigned(ADDRESS_BITS - 1 downto 0);
     signal column_d1 : unsigned(ADDRESS_BITS - 1 downto 0)    := (others => '0');
     signal image_d1  : std_logic;
-    signal row_d1    : natural range 0 to PARALLEL_ROWS - 1;
+    signal row_d1    : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
     signal data_d1   : std_logic_vector(DATA_BITS - 1 downto 0);
 
   begin

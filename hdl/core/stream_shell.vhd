@@ -98,7 +98,7 @@ architecture rtl of stream_shell is
   signal frame_start    : std_logic;
   signal slice_selected : slice_t;
   signal line_token     : token_t;
-  signal line_row       : natural range 0 to PARALLEL_ROWS - 1;
+  signal line_row       : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
   signal line_data      : std_logic_vector(IN_BITS - 1 downto 0);
   signal credit         : std_logic;
   signal drained        : std_logic;
@@ -140,7 +140,7 @@ begin
 
   set_of_slices : if SLICES > 0 generate
 
-    signal selected : unsigned(SLICE_BITS - 1 downto 0);
+    signal selected : unsigned(larger(SLICE_BITS, 1) - 1 downto 0);
 
   begin
 

@@ -104,10 +104,6 @@ architecture rtl of fir_array is
 
   subtype token_tag_t is std_logic_vector(IMAGE_LOW + PARALLEL_ROWS - 1 downto 0);
 
-  subtype slice_field is natural range SLICE_LOW + SLICE_BITS - 1 downto SLICE_LOW;
-
-  subtype image_field is natural range IMAGE_LOW + PARALLEL_ROWS - 1 downto IMAGE_LOW;
-
   -- Side information of a column.
   subtype column_tag_t is std_logic_vector(BAND_LAST downto 0);
 
@@ -138,7 +134,7 @@ architecture rtl of fir_array is
   signal skewed_data  : std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
   signal demuxed_data : std_logic_vector(ROW_LANES * ROW_SUM_BITS - 1 downto 0);
   signal band_starts  : std_logic;
-  signal count        : natural range 0 to PARALLEL_ROWS - 1;
+  signal count        : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
   signal band_tag     : token_tag_t;
   signal band_held    : token_tag_t;
   signal image_rows   : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
@@ -162,13 +158,13 @@ begin
     severity failure;
 
   -- Row modules: every token is a step.
-  row_strobe(0)            <= token.strobe;
-  row_tags(0)(PIXEL)       <= token.pixel;
-  row_tags(0)(BAND_FIRST)  <= token.line_first;
-  row_tags(0)(BAND_LAST)   <= token.line_last;
-  row_tags(0)(FRAME_FIRST) <= token.frame_first;
-  row_tags(0)(slice_field) <= std_logic_vector(token.slice(SLICE_BITS - 1 downto 0));
-  row_tags(0)(image_field) <= token_rows;
+  row_strobe(0)                                  <= token.strobe;
+  row_tags(0)(PIXEL)                             <= token.pixel;
+  row_tags(0)(BAND_FIRST)                        <= token.line_first;
+  row_tags(0)(BAND_LAST)                         <= token.line_last;
+  row_tags(0)(FRAME_FIRST)                       <= token.frame_first;
+  row_tags(0)(IMAGE_LOW - 1 downto SLICE_LOW)    <= std_logic_vector(token.slice(SLICE_BITS - 1 downto 0));
+  row_tags(0)(token_tag_t'high downto IMAGE_LOW) <= token_rows;
 
   row_data(0)(ROW_LANES * PIXEL_BITS - 1 downto 0) <= token_data;
 
@@ -181,7 +177,7 @@ begin
   begin
 
     first_pass : if i = 0 generate
-      slice <= unsigned(row_tags(i)(slice_field));
+      slice <= unsigned(row_tags(i)(IMAGE_LOW - 1 downto SLICE_LOW));
     end generate first_pass;
 
     later_pass : if i > 0 generate
@@ -283,16 +279,16 @@ begin
 
   end process hold_band;
 
-  image_rows <= band_tag(image_field);
+  image_rows <= band_tag(token_tag_t'high downto IMAGE_LOW);
 
   line_tags(0)(LINE_IMAGE)       <= image_rows(count);
   line_tags(0)(LINE_FRAME_FIRST) <= band_starts and row_tags(PASSES)(FRAME_FIRST);
 
-  line_tags(0)(LINE_SLICE_LOW + SLICE_BITS - 1 downto LINE_SLICE_LOW) <= band_tag(slice_field);
+  line_tags(0)(LINE_SLICE_LOW + SLICE_BITS - 1 downto LINE_SLICE_LOW) <= band_tag(IMAGE_LOW - 1 downto SLICE_LOW);
 
   -- Column modules: every line is a step.
   column_strobe(0) <= row_strobe(PASSES);
-  column_tags(0)   <= row_tags(PASSES)(column_tag_t'range);
+  column_tags(0)   <= row_tags(PASSES)(BAND_LAST downto 0);
 
   column_data(0)(ROW_LANES * ROW_SUM_BITS - 1 downto 0) <= demuxed_data;
 

@@ -30,25 +30,20 @@ package fir_pkg is
     hold             : boolean
   ) return positive;
 
-  -- Whether the switch of a tap is closed for pixels of a phase (row p, column w of the slice's switch matrix).
-  function is_closed (
+  -- Neighbouring switches that a phase closes.
+  function closed_width (
     micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
-    hold             : boolean;
-    slice            : natural;
-    phase            : natural;
-    tap              : natural
-  ) return boolean;
+    hold             : boolean
+  ) return positive;
 
-  -- Whether any slice ever closes the switch of a tap; a tap that none closes has neither switch nor adder.
-  function is_switched (
+  -- The shortest delay of the taps whose switches are closed for pixels of a phase.
+  function first_delay (
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean;
-    hold             : boolean;
-    tap              : natural
-  ) return boolean;
+    slice            : natural;
+    phase            : natural
+  ) return natural;
 
   -- Whether the M outputs of every micro image are equal in all slices.
   function can_hold (
@@ -82,7 +77,6 @@ end package fir_pkg;
 
 package body fir_pkg is
 
-  -- Switches that a phase closes.
   function closed_width (
     micro_image_size : positive;
     hold             : boolean
@@ -119,60 +113,24 @@ package body fir_pkg is
 
   end function tap_count;
 
-  function is_closed (
+  function first_delay (
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean;
-    hold             : boolean;
     slice            : natural;
-    phase            : natural;
-    tap              : natural
-  ) return boolean is
+    phase            : natural
+  ) return natural is
 
-    variable shift       : integer;
-    variable first_delay : integer;
-    variable delay       : integer;
+    variable shift : integer;
 
   begin
 
-    shift       := slice_shift(shifts, slice);
-    first_delay := phase * (shift - 1) + output_delay(micro_image_size, shifts, centred) -
-                   centre_offset(micro_image_size, shift, centred);
-    delay       := tap_count(micro_image_size, shifts, centred, hold) - 1 - tap;
+    shift := slice_shift(shifts, slice);
 
-    return delay >= first_delay and delay < first_delay + closed_width(micro_image_size, hold);
+    return phase * (shift - 1) + output_delay(micro_image_size, shifts, centred) -
+           centre_offset(micro_image_size, shift, centred);
 
-  end function is_closed;
-
-  function is_switched (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
-    hold             : boolean;
-    tap              : natural
-  ) return boolean is
-
-    variable found : boolean;
-
-  begin
-
-    found := false;
-
-    for s in 0 to slice_count(shifts) - 1 loop
-
-      for p in 0 to micro_image_size - 1 loop
-
-        if is_closed(micro_image_size, shifts, centred, hold, s, p, tap) then
-          found := true;
-        end if;
-
-      end loop;
-
-    end loop;
-
-    return found;
-
-  end function is_switched;
+  end function first_delay;
 
   function can_hold (
     micro_image_size : positive;

@@ -48,7 +48,7 @@ entity fir_stage is
     -- Largest input of the filters.
     PRODUCT_MAX : natural;
     -- Largest sum: M times the largest input.
-    SUM_MAX : natural;
+    SUM_MAX : positive;
     -- Stored products: fraction bits to drop from the sums.
     DROP_BITS : natural;
     -- Width of a lane of the output.
@@ -116,7 +116,7 @@ architecture rtl of fir_stage is
 
   type switch_chain_t is array (natural range 0 to MODULES) of switches_t;
 
-  signal burst_step  : natural range 0 to MODULES - 1;
+  signal burst_step  : natural range 0 to larger(MODULES - 1, 1);
   signal opening     : std_logic := '0';
   signal fresh       : std_logic;
   signal turn        : turns_t;

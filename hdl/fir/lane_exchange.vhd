@@ -12,6 +12,9 @@
 library ieee;
 use ieee.std_logic_1164.all;
 
+library work;
+use work.math_pkg.all;
+
 entity lane_exchange is
   generic (
     -- N.
@@ -24,7 +27,7 @@ entity lane_exchange is
     -- A token.
     strobe : in    std_logic;
     -- Pixel counter of lane 0.
-    count : in    natural range 0 to LANES - 1;
+    count : in    natural range 0 to larger(LANES - 1, 1);
     -- A word of each lane, lane 0 in the low bits.
     data_in  : in    std_logic_vector(LANES * WIDTH - 1 downto 0);
     data_out : out   std_logic_vector(LANES * WIDTH - 1 downto 0)

@@ -13,6 +13,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.token_pkg.all;
 
 entity row_results is
@@ -74,7 +75,7 @@ architecture rtl of row_results is
   constant RESULT_BITS      : natural := DATA_LOW + SUM_BITS;
 
   signal starts    : std_logic;
-  signal count     : natural range 0 to PARALLEL_ROWS - 1;
+  signal count     : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
   signal summed    : std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0);
   signal raw_tags  : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
   signal skew_tags : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);

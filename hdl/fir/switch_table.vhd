@@ -41,9 +41,46 @@ end entity switch_table;
 
 architecture rtl of switch_table is
 
-  -- Columns of the ROM: the switched taps, from tap 0 on.
+  constant PHASE_BITS : positive := bits_for(MICRO_IMAGE_SIZE - 1);
+  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
+
   subtype taps_t is std_logic_vector(0 to TAPS - 1);
 
+  -- Switches of all taps; a power of two rows, so that every address exists.
+  type switches_t is array (natural range 0 to 2 ** (SLICE_BITS + PHASE_BITS) - 1) of taps_t;
+
+  function all_switches return switches_t is
+
+    variable switches : switches_t;
+    variable last     : natural;
+
+  begin
+
+    switches := (others => (others => '0'));
+
+    for s in 0 to slice_count(SHIFTS) - 1 loop
+
+      for p in 0 to MICRO_IMAGE_SIZE - 1 loop
+
+        last := TAPS - 1 - first_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, s, p);
+
+        for i in 0 to closed_width(MICRO_IMAGE_SIZE, HOLD) - 1 loop
+
+          switches(s * 2 ** PHASE_BITS + p)(last - i) := '1';
+
+        end loop;
+
+      end loop;
+
+    end loop;
+
+    return switches;
+
+  end function all_switches;
+
+  constant SWITCHES : switches_t := all_switches;
+
+  -- Columns of the ROM: the taps that some row closes, from tap 0 on.
   function switched_taps return taps_t is
 
     variable taps_used : taps_t;
@@ -52,11 +89,9 @@ architecture rtl of switch_table is
 
     taps_used := (others => '0');
 
-    for w in 0 to TAPS - 1 loop
+    for r in switches_t'range loop
 
-      if is_switched(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, HOLD, w) then
-        taps_used(w) := '1';
-      end if;
+      taps_used := taps_used or SWITCHES(r);
 
     end loop;
 
@@ -91,35 +126,31 @@ architecture rtl of switch_table is
 
   constant COLUMNS : positive := column_of(TAPS);
 
-  constant PHASE_BITS : positive := bits_for(MICRO_IMAGE_SIZE - 1);
-  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
-
   subtype row_t is std_logic_vector(0 to COLUMNS - 1);
 
-  -- A power of two rows, so that every address exists.
   type rows_t is array (natural range 0 to 2 ** (SLICE_BITS + PHASE_BITS) - 1) of row_t;
 
   function all_rows return rows_t is
 
-    variable rows : rows_t;
+    variable rows   : rows_t;
+    variable column : natural;
 
   begin
 
-    rows := (others => (others => '0'));
+    column := 0;
 
-    for s in 0 to slice_count(SHIFTS) - 1 loop
+    for w in 0 to TAPS - 1 loop
 
-      for p in 0 to MICRO_IMAGE_SIZE - 1 loop
+      if SWITCHED(w) = '1' then
 
-        for w in 0 to TAPS - 1 loop
+        for r in rows_t'range loop
 
-          if is_closed(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, HOLD, s, p, w) then
-            rows(s * 2 ** PHASE_BITS + p)(column_of(w)) := '1';
-          end if;
+          rows(r)(column) := SWITCHES(r)(w);
 
         end loop;
 
-      end loop;
+        column := column + 1;
+      end if;
 
     end loop;
 
@@ -129,25 +160,7 @@ architecture rtl of switch_table is
 
   constant ROWS : rows_t := all_rows;
 
-  -- A table of many slices goes into block RAM.
-  function preferred_style return string is
-  begin
-
-    if slice_count(SHIFTS) > 1 then
-      return "block";
-    end if;
-
-    return "auto";
-
-  end function preferred_style;
-
-  constant STYLE : string := preferred_style;
-
-  attribute rom_style : string;
-
   signal row : row_t;
-
-  attribute rom_style of row : signal is STYLE;
 
 begin
 

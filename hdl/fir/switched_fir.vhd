@@ -35,7 +35,7 @@ entity switched_fir is
     -- Largest input.
     DATA_MAX : natural;
     -- Largest sum: M times the largest input.
-    SUM_MAX : natural;
+    SUM_MAX : positive;
     -- Taps that one latch of the input drives; 0: no latches.
     BROADCAST_TAPS : natural
   );
@@ -116,7 +116,7 @@ architecture rtl of switched_fir is
   -- leaves the filter; with HOLD, the output takes its place.
   constant KEPT : natural := choose(HOLD, TAPS, TAPS - 1);
 
-  subtype word_t is std_logic_vector(KEPT * SUM_BITS - 1 downto 0);
+  subtype word_t is std_logic_vector(larger(KEPT, 1) * SUM_BITS - 1 downto 0);
 
   function packed (
     sums : partial_sums_t

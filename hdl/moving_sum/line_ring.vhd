@@ -40,14 +40,14 @@ entity line_ring is
     clk : in    std_logic;
     -- A line begins; its phase, whether it is the first of a frame, whether it belongs to the frame.
     step_1  : in    std_logic;
-    phase_1 : in    natural range 0 to MICRO_IMAGE_SIZE - 1;
+    phase_1 : in    natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
     first_1 : in    std_logic;
     live_1  : in    std_logic;
     -- Output 0 of a frame is due, and its slice.
     take_1  : in    std_logic;
     slice_1 : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
     -- Phase of the line that enters, and whether it does not lie before its frame.
-    enter_phase_2 : in    natural range 0 to MICRO_IMAGE_SIZE - 1;
+    enter_phase_2 : in    natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
     moves_3       : in    std_logic;
     -- Of each token: its column, then whether it has a pixel, and the pixel.
     column_4 : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
@@ -69,7 +69,7 @@ architecture rtl of line_ring is
   constant WORDS     : positive := larger(ALL_LINES, 1) * COLUMNS;
   constant WORD_BITS : positive := bits_for(WORDS - 1);
 
-  subtype phase_t is natural range 0 to M - 1;
+  subtype phase_t is natural range 0 to larger(M - 1, 1);
 
   -- A place in a ring, or the size of a ring.
   subtype place_t is natural range 0 to larger(BANKS * ALL_LINES, 1);
@@ -107,21 +107,26 @@ architecture rtl of line_ring is
 
   end function ring_table;
 
+  constant RING_OF : places_t := ring_table;
+
   -- Lines of a bank before those of the rings.
   function base_table return places_t is
 
-    variable table : places_t;
+    variable table  : places_t;
+    variable before : natural;
 
   begin
 
-    table := (others => 1);
+    table  := (others => 1);
+    before := 0;
 
     for v in 0 to M - 1 loop
 
       table(v) := 0;
 
-      if ring_lines(M, SHIFTS, CENTRED, ANY_ROWS, v) > 0 then
-        table(v) := bank_lines(M, SHIFTS, CENTRED, ANY_ROWS, v);
+      if RING_OF(v) > 0 then
+        table(v) := before / BANKS;
+        before   := before + RING_OF(v);
       end if;
 
     end loop;
@@ -146,7 +151,7 @@ architecture rtl of line_ring is
       for v in 0 to M - 1 loop
 
         index := initial_index(M, SHIFTS, CENTRED, s, v, false);
-        ring  := ring_lines(M, SHIFTS, CENTRED, ANY_ROWS, v);
+        ring  := RING_OF(v);
 
         if ring > 0 then
           table(s * SLICE_STEP + v) := ring;
@@ -164,7 +169,6 @@ architecture rtl of line_ring is
 
   end function skip_table;
 
-  constant RING_OF : places_t := ring_table;
   constant BASE_OF : places_t := base_table;
   constant SKIP_OF : skips_t  := skip_table;
 

@@ -42,14 +42,14 @@ entity moving_sum_control is
     slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
     -- 1 clock behind advance: the step, as it came in, and its phase.
     step_1  : out   std_logic;
-    phase_1 : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
+    phase_1 : out   natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
     first_1 : out   std_logic;
     live_1  : out   std_logic;
     -- Whether output 0 is due, and the slice of the output.
     take_1  : out   std_logic;
     slice_1 : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
     -- 2 clocks behind advance: phase of the pixel that enters.
-    enter_phase_2 : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
+    enter_phase_2 : out   natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
     -- 3 clocks behind advance: whether the pixel that enters does not lie before the line, and its age.
     moves_3 : out   std_logic;
     age_3   : out   natural range 0 to reach(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
@@ -64,9 +64,11 @@ architecture rtl of moving_sum_control is
   constant M       : positive := MICRO_IMAGE_SIZE;
   constant SLICES  : positive := slice_count(SHIFTS);
   constant DELAY   : natural  := output_delay(M, SHIFTS, CENTRED);
-  constant REACHED : natural  := reach(M, SHIFTS, CENTRED);
+  constant REACHED : positive := reach(M, SHIFTS, CENTRED);
+  -- Indices reach to here when M steps have passed.
+  constant LEFT_MAX : positive := REACHED + 1 - M;
 
-  subtype phase_t is natural range 0 to M - 1;
+  subtype phase_t is natural range 0 to larger(M - 1, 1);
 
   -- Steps since a line began, up to one beyond what matters.
   subtype count_t is natural range 0 to REACHED + 1;
@@ -258,10 +260,10 @@ architecture rtl of moving_sum_control is
   signal due_first_2    : std_logic := '0';
   signal age_2          : count_t   := 0;
   -- The counts as they were M steps before, when what leaves entered; ages come late from a block RAM.
-  signal left_count_2 : integer range -M to REACHED + 1 - M := -M;
-  signal left_ended_2 : integer range -M to REACHED + 1 - M := -M;
-  signal update_2     : std_logic                           := '0';
-  signal clear_2      : std_logic                           := '0';
+  signal left_count_2 : integer range -M to LEFT_MAX := -M;
+  signal left_ended_2 : integer range -M to LEFT_MAX := -M;
+  signal update_2     : std_logic                    := '0';
+  signal clear_2      : std_logic                    := '0';
 
 begin
 
@@ -347,8 +349,8 @@ begin
 
   look_up : process (clk) is
 
-    variable own : natural range 0 to WORDS - 1;
-    variable row : natural range 0 to WORDS - 1;
+    variable own : natural range 0 to larger(WORDS - 1, 1);
+    variable row : natural range 0 to larger(WORDS - 1, 1);
 
   begin
 

@@ -49,7 +49,7 @@ entity moving_sum_stage is
     -- Largest input of the sums.
     PRODUCT_MAX : natural;
     -- Largest sum: M times the largest input.
-    SUM_MAX : natural;
+    SUM_MAX : positive;
     -- Stored products: fraction bits to drop from the sums.
     DROP_BITS : natural;
     -- Width of a lane of the output.
@@ -106,12 +106,12 @@ architecture rtl of moving_sum_stage is
   -- Of the control; clocks behind a token are part of the names.
   signal step          : std_logic;
   signal step_1        : std_logic;
-  signal phase_1       : natural range 0 to M - 1;
+  signal phase_1       : natural range 0 to larger(M - 1, 1);
   signal first_1       : std_logic;
   signal live_1        : std_logic;
   signal take_1        : std_logic;
   signal slice_1       : unsigned(slice'range);
-  signal enter_phase_2 : natural range 0 to M - 1;
+  signal enter_phase_2 : natural range 0 to larger(M - 1, 1);
   signal moves_3       : std_logic;
   signal age_3         : natural range 0 to reach(M, SHIFTS, CENTRED);
 

@@ -17,7 +17,7 @@ entity pixel_ring is
     -- M.
     MICRO_IMAGE_SIZE : positive;
     -- The largest age at which a pixel is needed.
-    REACHED : natural;
+    REACHED : positive;
     -- Whether pixels leave.
     WITH_LEAVING : boolean;
     -- Bits of a token.

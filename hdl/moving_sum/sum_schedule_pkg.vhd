@@ -59,7 +59,7 @@ package sum_schedule_pkg is
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean
-  ) return natural;
+  ) return positive;
 
   -- Index in its line of the pixel of a phase that is in the sum with output 0, or -1. With held it is
   -- the sum of output 0 itself, else the sum as it goes on from there (they differ within a group).
@@ -241,7 +241,7 @@ package body sum_schedule_pkg is
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean
-  ) return natural is
+  ) return positive is
 
     variable oldest : natural;
 

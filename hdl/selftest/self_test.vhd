@@ -27,9 +27,9 @@ entity self_test is
     -- As in raster_refocuser.
     GUARD_BITS : natural range 0 to 12 := 0;
     -- Frame size.
-    COLUMNS : positive := 640;
+    COLUMNS : positive range 2 to 65535 := 640;
     -- Frame size.
-    ROWS : positive := 480;
+    ROWS : positive range 2 to 65535 := 480;
     -- Upper and lower half of the signature of a refocused frame.
     EXPECTED_HIGH : natural range 0 to 65535 := 0;
     -- As above.

@@ -44,10 +44,13 @@ architecture rtl of pll_configure is
   signal state    : state_t                               := idle;
   signal index    : natural range 0 to PLL_REGISTERS'high := 0;
   signal clocks   : natural range 0 to TIMEOUT            := 0;
+  signal done_now : std_logic                             := '1';
   signal entry    : pll_register_t;
   signal contents : std_logic_vector(15 downto 0);
 
 begin
+
+  done <= done_now;
 
   entry    <= PLL_REGISTERS(index);
   contents <= entry.high when high = '1' else
@@ -70,8 +73,8 @@ begin
           clocks <= 0;
           index  <= 0;
           if start = '1' then
-            state <= fetch;
-            done  <= '0';
+            state    <= fetch;
+            done_now <= '0';
           end if;
 
         when fetch =>
@@ -99,8 +102,8 @@ begin
 
           if drp_ready = '1' then
             if index = PLL_REGISTERS'high then
-              state <= idle;
-              done  <= '1';
+              state    <= idle;
+              done_now <= '1';
             else
               index <= index + 1;
               state <= fetch;
@@ -110,13 +113,13 @@ begin
       end case;
 
       if clocks = TIMEOUT then
-        state <= idle;
-        done  <= '1';
+        state    <= idle;
+        done_now <= '1';
       end if;
 
       if reset = '1' then
-        state <= idle;
-        done  <= '1';
+        state    <= idle;
+        done_now <= '1';
       end if;
     end if;
 

@@ -43,7 +43,7 @@ entity column_sum is
     first : in    std_logic;
     live  : in    std_logic;
     -- 1 clock behind step: phase of the line.
-    phase_1 : out   natural range 0 to MICRO_IMAGE_SIZE - 1;
+    phase_1 : out   natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
     -- Of a token: its column, then whether it has a pixel, the pixel, and what the memory holds of its column.
     column_2  : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     active_3  : in    std_logic;
@@ -61,7 +61,7 @@ architecture rtl of column_sum is
 
   subtype pixel_t is std_logic_vector(PIXEL_BITS - 1 downto 0);
 
-  subtype phase_t is natural range 0 to M - 1;
+  subtype phase_t is natural range 0 to larger(M - 1, 1);
 
   constant NO_SLICE : unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0) := (others => '0');
 

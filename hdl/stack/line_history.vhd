@@ -34,7 +34,7 @@ entity line_history is
     column : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     -- 2 clocks behind it: marks a pixel that comes in, its phase, its column again, and the pixel.
     active   : in    std_logic;
-    phase    : in    natural range 0 to MICRO_IMAGE_SIZE - 1;
+    phase    : in    natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
     column_2 : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     pixel    : in    std_logic_vector(PIXEL_BITS - 1 downto 0);
     -- With them the pixels of all phases before it, phase 0 and the newest line of a phase in the low bits.
@@ -44,14 +44,37 @@ end entity line_history;
 
 architecture rtl of line_history is
 
+  type lines_t is array (natural range 0 to MICRO_IMAGE_SIZE) of natural;
+
+  -- Lines of all phases before one.
+  function lines_before return lines_t is
+
+    variable before : lines_t;
+
+  begin
+
+    before(0) := 0;
+
+    for v in 0 to MICRO_IMAGE_SIZE - 1 loop
+
+      before(v + 1) := before(v) + history_lines(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, v);
+
+    end loop;
+
+    return before;
+
+  end function lines_before;
+
+  constant BEFORE : lines_t := lines_before;
+
 begin
 
   history(history'high) <= '0';
 
   every_phase : for v in 0 to MICRO_IMAGE_SIZE - 1 generate
 
-    constant LINES : natural  := history_lines(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, v);
-    constant FIRST : natural  := history_base(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, v) * PIXEL_BITS;
+    constant LINES : natural  := BEFORE(v + 1) - BEFORE(v);
+    constant FIRST : natural  := BEFORE(v) * PIXEL_BITS;
     constant WIDTH : positive := choose(LINES = 0, 1, LINES * PIXEL_BITS);
 
   begin

@@ -66,7 +66,7 @@ architecture rtl of stack_columns is
   constant SUMS_BITS   : positive := LANES * column_sum_bits(M, LANE_BITS);
   constant COLUMN_BITS : positive := bits_for(COLUMNS - 1);
 
-  subtype phase_t is natural range 0 to M - 1;
+  subtype phase_t is natural range 0 to larger(M - 1, 1);
 
   type phases_t is array (natural range 0 to SLICES - 1) of phase_t;
 

@@ -12,6 +12,7 @@ library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
+use work.math_pkg.all;
 use work.tmds_pkg.all;
 
 entity tmds_periods is
@@ -64,19 +65,19 @@ architecture rtl of tmds_periods is
 
   signal video_marks    : std_logic_vector(CHANNELS - 1 downto 0);
   signal island_marks   : std_logic_vector(CHANNELS - 1 downto 0);
-  signal video_marks_1  : std_logic_vector(CHANNELS - 1 downto 0)     := (others => '0');
-  signal island_marks_1 : std_logic_vector(CHANNELS - 1 downto 0)     := (others => '0');
-  signal active_1       : std_logic_vector(CHANNELS - 1 downto 0)     := (others => '0');
-  signal control_1      : std_logic_vector(2 * CHANNELS - 1 downto 0) := (others => '0');
-  signal data_1         : std_logic_vector(8 * CHANNELS - 1 downto 0) := (others => '0');
-  signal error_1        : std_logic_vector(CHANNELS - 1 downto 0)     := (others => '0');
-  signal island_1       : std_logic_vector(CHANNELS - 1 downto 0)     := (others => '0');
-  signal is_nibble_1    : std_logic                                   := '0';
-  signal nibble_1       : std_logic_vector(4 * CHANNELS - 1 downto 0) := (others => '0');
-  signal period         : period_t                                    := control;
-  signal votes_green    : votes_t                                     := 0;
-  signal votes_red      : votes_t                                     := 0;
-  signal plain          : natural range 0 to PLAIN_LINES - 1          := 0;
+  signal video_marks_1  : std_logic_vector(CHANNELS - 1 downto 0)       := (others => '0');
+  signal island_marks_1 : std_logic_vector(CHANNELS - 1 downto 0)       := (others => '0');
+  signal active_1       : std_logic_vector(CHANNELS - 1 downto 0)       := (others => '0');
+  signal control_1      : std_logic_vector(2 * CHANNELS - 1 downto 0)   := (others => '0');
+  signal data_1         : std_logic_vector(8 * CHANNELS - 1 downto 0)   := (others => '0');
+  signal error_1        : std_logic_vector(CHANNELS - 1 downto 0)       := (others => '0');
+  signal island_1       : std_logic_vector(CHANNELS - 1 downto 0)       := (others => '0');
+  signal is_nibble_1    : std_logic                                     := '0';
+  signal nibble_1       : std_logic_vector(4 * CHANNELS - 1 downto 0)   := (others => '0');
+  signal period         : period_t                                      := control;
+  signal votes_green    : votes_t                                       := 0;
+  signal votes_red      : votes_t                                       := 0;
+  signal plain          : natural range 0 to larger(PLAIN_LINES - 1, 1) := 0;
 
   function count_marks (
     marks : std_logic_vector(2 * CHANNELS - 1 downto 0)

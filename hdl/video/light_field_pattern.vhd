@@ -13,6 +13,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.video_pkg.all;
 
 entity light_field_pattern is
@@ -57,7 +58,7 @@ architecture rtl of light_field_pattern is
   constant LIGHT : colours_t := (x"40C0FF", x"60FF60", x"FFA060");
   constant DARK  : colours_t := (x"200840", x"084008", x"401008");
 
-  subtype phase_t is natural range 0 to MICRO_IMAGE_SIZE - 1;
+  subtype phase_t is natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
 
   signal mode          : timing_t;
   signal fresh         : std_logic := '1';

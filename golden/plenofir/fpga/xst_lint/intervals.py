@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from plenofir.fpga.core.configuration import (
     MAX_COLUMNS,
     MAX_MICRO_IMAGE_SIZE,
+    MAX_ROWS,
     MAX_SHIFT,
     MAX_SLICES,
 )
@@ -22,16 +23,30 @@ ANY: Interval = (-INFINITE, INFINITE)
 # Limits of generics, parameters and results that their types do not tell.
 LARGEST: dict[str, float] = {
     "micro_image_size": MAX_MICRO_IMAGE_SIZE,
+    "phase": MAX_MICRO_IMAGE_SIZE,
     "max_columns": MAX_COLUMNS,
     "parallel_rows": MAX_PARALLEL_ROWS,
     "taps": MAX_TAPS,
+    "closed_width": MAX_MICRO_IMAGE_SIZE,
+    "all_lines": MAX_ROWS,
     "radius": MAX_SHARPNESS_RADIUS,
     "shift": MAX_SHIFT,
     "slice_count": MAX_SLICES,
     "bits_for": 31,
     # A shift takes five characters at most, and a blank.
     "shifts__length": 6 * MAX_SLICES,
+    # Other texts: names, and the answers of the serial port.
+    "a__length": 32,
+    "text__length": 2048,
+    # Bits of a number, and block RAMs of a memory.
+    "t": 64,
+    "exponent": 64,
+    "number__length": 64,
+    "gray__left": 64,
+    "index": 232,
 }
+# The tops assert that a set of slices is not empty; tables and texts of the packages have elements.
+SMALLEST = {"slice_count": 1, "answers__length": 2, "pll_registers__high": 1, "gray__left": 0}
 
 SCALAR = r"(positive|natural|integer)(?: range ([^;:]+?) (?:to|downto) ([^;:]+?))?"
 _PARENTHESES = r"[^()\n]*(?:\((?:[^()\n]|\([^()\n]*\))*\)[^()\n]*)*"
@@ -49,11 +64,19 @@ class Names:
         Constant to its expression.
     ranges
         Array, or its type, to the bounds of its index.
+    kinds
+        Object to the name of its type.
     """
 
     types: dict[str, tuple[str, str, str]] = field(default_factory=dict)
     values: dict[str, str] = field(default_factory=dict)
     ranges: dict[str, tuple[str, str]] = field(default_factory=dict)
+    kinds: dict[str, str] = field(default_factory=dict)
+
+    def bounds(self, array: str) -> tuple[str, str] | None:
+        """Bounds of the index of an array, or of its type."""
+        name = array.lower()
+        return self.ranges.get(name) or self.ranges.get(self.kinds.get(name, ""))
 
     def read(self, text: str) -> "Names":
         """Take in what a text declares; of a name that is declared twice the wider type counts."""
@@ -77,6 +100,8 @@ class Names:
             text,
         ):
             self.ranges[name.lower()] = (low, high)
+        for name, kind in re.findall(r"\b(?:constant|variable|signal) (\w+)\s*:\s*(\w+)", text):
+            self.kinds[name.lower()] = kind.lower()
         return self
 
 
@@ -120,7 +145,8 @@ class _Evaluation:
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 low, high = self.of(operand)
                 return (-high, -low)
-            case ast.Name(id=name):
+            # Of a field of a record its declaration in the record.
+            case ast.Name(id=name) | ast.Attribute(attr=name):
                 return self.of_name(name)
             case ast.BinOp(left=left, op=op, right=right):
                 return _of_pair(op, self.of(left), self.of(right))
@@ -138,7 +164,7 @@ class _Evaluation:
             low, high = max(low, value[0]), min(high, value[1])
         if name.endswith("__length"):
             low = 1
-        return (low, min(high, LARGEST.get(name, INFINITE)))
+        return (max(low, SMALLEST.get(name, -INFINITE)), min(high, LARGEST.get(name, INFINITE)))
 
     def of_type(self, name: str) -> Interval:
         if name not in self.names.types:
@@ -157,6 +183,8 @@ class _Evaluation:
             return (min(a[0] for a in arguments[1:]), max(a[1] for a in arguments[1:]))
         if name == "divide_up":
             return (min(arguments[0][0], 1), arguments[0][1])
+        if name == "bits_for" and arguments[0][1] < INFINITE:
+            return (1, max(1, int(arguments[0][1]).bit_length()))
         return self.of_name(name)
 
 

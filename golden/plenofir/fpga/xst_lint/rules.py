@@ -47,7 +47,14 @@ class Source:
     def names(self) -> Names:
         """Names that it can use: its own over those of the packages."""
         shared = self.design.names
-        return Names({**shared.types}, {**shared.values}, {**shared.ranges}).read(self.text)
+        copies = (dict(shared.types), dict(shared.values), dict(shared.ranges), dict(shared.kinds))
+        return Names(*copies).read(self.text)
+
+    @cached_property
+    def functions(self) -> list[tuple[int, int]]:
+        """Where its functions begin and end."""
+        pattern = r"\bfunction \w+(?: \([^)]*\))? return [\w.]+ is.*?\bend function\b"
+        return [found.span() for found in re.finditer(pattern, self.text, re.S)]
 
     def interval(self, expression: str) -> Interval:
         """Evaluate an expression that stands in it."""
@@ -72,19 +79,23 @@ def loop_limit() -> int:
 
 
 def long_loops(source: Source) -> Places:
-    """Loops with more turns than XST allows, or with a number that is not known."""
+    """Loops with more turns than XST allows; in functions also those that nobody can count.
+
+    A turn of a loop outside of functions makes hardware, so the device ends it before the limit.
+    """
     for found in re.finditer(r"\bfor \w+ in ([^;]*?) loop\b", source.text):
         bounds = " ".join(found[1].split())
         if whole := re.fullmatch(r"(\w+)'range", bounds):
             length = source.interval(f"{whole[1]}'length")[1]
-            ends = source.names.ranges.get(whole[1].lower(), ("1", str(length)))
+            ends = source.names.bounds(whole[1]) or ("1", str(length))
         else:
-            first, last = re.split(r" (?:to|downto) ", bounds.removeprefix("natural range "))
-            ends = (first, last)
-        values = [source.interval(end) for end in ends]
-        turns = max(high for _, high in values) - min(low for low, _ in values) + 1
-        if not turns <= loop_limit():
-            number = "an unknown number of" if turns == float("inf") else f"{turns:.0f}"
+            first, way, last = re.split(r" (to|downto) ", bounds.removeprefix("natural range "))
+            ends = (first, last) if way == "to" else (last, first)
+        turns = source.interval(ends[1])[1] - source.interval(ends[0])[0] + 1
+        is_known = turns < float("inf")
+        is_in_function = any(begin <= found.start() < end for begin, end in source.functions)
+        if turns > loop_limit() and (is_known or is_in_function):
+            number = f"{turns:.0f}" if is_known else "an unknown number of"
             yield found.start(), f"{number} turns of {bounds}, {loop_limit()} are allowed"
 
 
@@ -117,13 +128,14 @@ def empty_ranges(source: Source) -> Places:
         if source.interval(found[1])[1] >= source.interval(found[2])[0]:
             yield found.start(1), f"{found[1]} to {found[2]} may be one value alone"
     for found in re.finditer(
-        r"\b(?:std_logic_vector|unsigned|signed)\(([^;\n]+) downto 0\)", source.text
+        r":\s*(?:in\s+|out\s+)?(?:std_logic_vector|unsigned|signed)\(([^;\n]+) downto 0\)",
+        source.text,
     ):
         if source.interval(found[1])[0] < 0:
             yield found.start(1), f"{found[1]} downto 0 may be empty"
 
 
-_ZERO = re.compile(r"'0'|\"0+\"|0|false|\(others => (?:'0'|0|\(others => '0'\))\)")
+_ZERO = re.compile(r"'0'|x?\"0+\"|0|false|\(others => (?:'0'|0|\(others => '0'\))\)")
 
 
 def reset_values(source: Source) -> Places:
@@ -208,13 +220,12 @@ RULES = {
         "no design built with ISE was found that slices by the name of a subtype", named_slices
     ),
     "empty-range": Rule(
-        "HDLParsers:3350, null range, in vhdl2008c issue 2; tools differ on them, Quartus swaps the "
-        "bounds",
+        "HDLParsers:3350, null range, in vhdl2008c issue 2; tools differ, Quartus swaps the bounds",
         empty_ranges,
     ),
     "reset-value": Rule(
-        "UG384: a register has one attribute for power-up and reset; XST builds the other in logic, "
-        "or a latch with Xst:3002; AR 18605 has the values without initial value",
+        "UG384: a register has one attribute for power-up and reset, so that another value costs "
+        "logic, or a latch (Xst:3002); without initial value it powers up as 0 (AR 18605)",
         reset_values,
     ),
     "text-loops": Rule(
