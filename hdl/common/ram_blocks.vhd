@@ -1,6 +1,6 @@
 -- A deep memory in blocks, with a register behind each block and the multiplexer behind these registers.
 --
--- Synthesis would put the multiplexer between the block RAMs, whose output is late, and the first register. Here the
+-- A tool would put the multiplexer between the block RAMs, whose output is late, and the first register. Here the
 -- words are divided into blocks that need no multiplexer: some of the same size, then smaller ones for what is
 -- left. Of all such divisions it is the one with the fewest block RAMs, then the fewest blocks. A block's register
 -- is zero unless the block was read, so the multiplexer behind the registers is an OR.
