@@ -98,6 +98,7 @@ OF_VIDEO = (f"{VIDEO} -k units", f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_vi
 # Tests behind the file bench for a source's mutants, the first pattern that fits; {} is its
 # entity.
 TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("moving_sum/*_pkg*", ("tb/moving_sum/test_moving_sum_schedule.py", f"{SUMS} -k sets_stalls")),
     (
         "moving_sum/*",
         (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice", f"{STACK} -k stalls_and_faults"),

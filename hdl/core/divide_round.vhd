@@ -83,7 +83,8 @@ architecture rtl of divide_round is
 
   begin
 
-    exponent := RECIPROCAL_BITS - 1;
+    -- Set by the loop: its first exponent always suffices.
+    exponent := 0;
 
     for t in natural range RECIPROCAL_BITS - 1 downto 0 loop
 
@@ -127,7 +128,7 @@ architecture rtl of divide_round is
 
     end loop;
 
-    if remainder > 0 then
+    if remainder /= 0 then
       quotient_so_far := quotient_so_far + 1;
     end if;
 

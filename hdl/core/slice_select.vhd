@@ -45,7 +45,7 @@ architecture rtl of slice_select is
 
 begin
 
-  asked <= LAST when unsigned(slice) >= SLICES - 1 else
+  asked <= LAST when unsigned(slice) >= SLICES else
            unsigned(slice(SLICE_BITS - 1 downto 0));
 
   selected <= swept when sweep = '1' else

@@ -125,7 +125,6 @@ begin
 
       if reset = '1' then
         on_now       <= '0';
-        in_columns   <= '0';
         in_rows      <= '0';
         at_first     <= '0';
         at_line_last <= '0';
