@@ -17,6 +17,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.edid_pkg.all;
 use work.video_pkg.all;
 
@@ -82,8 +83,8 @@ architecture rtl of monitor_edid is
   -- 1 Hz.
   constant TOLERANCE : positive := 10;
 
-  signal paused      : natural range 0 to PAUSE - 1      := 0;
-  signal reading     : std_logic                         := '0';
+  signal paused      : natural range 0 to larger(PAUSE - 1, 1) := 0;
+  signal reading     : std_logic                               := '0';
   signal start       : std_logic;
   signal next_byte   : std_logic;
   signal more        : std_logic;
@@ -92,24 +93,24 @@ architecture rtl of monitor_edid is
   signal done        : std_logic;
   signal complete    : std_logic;
   signal stuck       : std_logic;
-  signal window      : std_logic_vector(63 downto 0)     := (others => '0');
-  signal look        : std_logic                         := '0';
-  signal index       : natural range 0 to LAST           := 0;
-  signal none_yet    : std_logic                         := '0';
-  signal sum         : unsigned(7 downto 0)              := (others => '0');
-  signal right       : std_logic                         := '0';
-  signal extended    : std_logic                         := '0';
-  signal detailed    : unsigned(6 downto 0)              := (others => '0');
-  signal in_codes    : std_logic                         := '0';
-  signal codes       : unsigned(4 downto 0)              := (others => '0');
-  signal video       : std_logic                         := '0';
-  signal in_detailed : std_logic                         := '0';
-  signal place       : natural range 0 to DESCRIPTOR - 1 := 0;
-  signal divide      : std_logic                         := '0';
-  signal dividing    : std_logic                         := '0';
+  signal window      : std_logic_vector(63 downto 0)           := (others => '0');
+  signal look        : std_logic                               := '0';
+  signal index       : natural range 0 to LAST                 := 0;
+  signal none_yet    : std_logic                               := '0';
+  signal sum         : unsigned(7 downto 0)                    := (others => '0');
+  signal right       : std_logic                               := '0';
+  signal extended    : std_logic                               := '0';
+  signal detailed    : unsigned(6 downto 0)                    := (others => '0');
+  signal in_codes    : std_logic                               := '0';
+  signal codes       : unsigned(4 downto 0)                    := (others => '0');
+  signal video       : std_logic                               := '0';
+  signal in_detailed : std_logic                               := '0';
+  signal place       : natural range 0 to DESCRIPTOR - 1       := 0;
+  signal divide      : std_logic                               := '0';
+  signal dividing    : std_logic                               := '0';
   signal divided     : std_logic;
-  signal found       : std_logic                         := '0';
-  signal preferred   : std_logic_vector(35 downto 0)     := (others => '0');
+  signal found       : std_logic                               := '0';
+  signal preferred   : std_logic_vector(35 downto 0)           := (others => '0');
   signal shown       : std_logic_vector(KNOWN_MODES'range);
   signal width       : unsigned(11 downto 0);
   signal height      : unsigned(11 downto 0);

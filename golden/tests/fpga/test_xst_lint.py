@@ -149,6 +149,8 @@ def test_empty_range(tmp_path: Path, declaration: str, is_found: bool) -> None:
         ("state_t", "busy", True),
         ("state_t := busy", "busy", False),
         ("timing_t := NO_TIMING", "NO_TIMING", False),
+        ("std_logic_vector(1 downto 0)", "NOTHING", False),
+        ("std_logic_vector(1 downto 0)", "ALL_OF_IT", True),
     ],
 )
 def test_reset_value(tmp_path: Path, declaration: str, value: str, is_found: bool) -> None:
@@ -162,7 +164,11 @@ def test_reset_value(tmp_path: Path, declaration: str, value: str, is_found: boo
         a <= {value};
       end if;
 """
-    assert found(tmp_path, text) == (["a.vhd:7 reset-value"] if is_found else [])
+    package = """\
+  constant NOTHING : std_logic_vector(1 downto 0) := "00";
+  constant ALL_OF_IT : std_logic_vector(1 downto 0) := "11";
+"""
+    assert found(tmp_path, text, package) == (["a.vhd:7 reset-value"] if is_found else [])
 
 
 PARSING = """\

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from plenofir.fpga.bitstream.ise import SCRIPTS, read_options
+from plenofir.fpga.bitstream.ise import option_folder, read_options
 from plenofir.fpga.xst_lint.intervals import SCALAR, Interval, Names, interval
 
 MAX_TEXT_LOOPS = 4
@@ -71,7 +71,7 @@ class Rule:
 
 def loop_limit() -> int:
     """Turns that XST allows a loop, as the build sets it."""
-    for option in read_options(SCRIPTS / "xst.opt"):
+    for option in read_options(option_folder() / "xst.opt"):
         name, _, value = option.partition(" ")
         if name == "-loop_iteration_limit":
             return int(value)
@@ -154,7 +154,10 @@ def reset_values(source: Source) -> Places:
         re.S,
     ):
         for found in re.finditer(r"^\s*(\w+)([^;<]*?)\s*<=([^;]+);", block[1], re.M):
-            value, begin = " ".join(found[3].split()), begins.get(found[1], "'0'")
+            value, begin = (
+                source.names.values.get(text.lower(), text).strip()
+                for text in (" ".join(found[3].split()), begins.get(found[1], "'0'"))
+            )
             if value != begin and not (_ZERO.fullmatch(value) and _ZERO.fullmatch(begin)):
                 at = block.start(1) + found.start(1)
                 yield at, f"{found[1]}{found[2]} powers up as {begin}, its reset is {value}"
