@@ -9,6 +9,7 @@ import re
 import sys
 
 from plenofir import project
+from plenofir.fpga.hdmi.colour import colour_package
 from plenofir.fpga.hdmi.edid import edid_package
 from plenofir.fpga.hdmi.pll import settings_package
 from plenofir.fpga.hdmi.status import status_package
@@ -54,6 +55,7 @@ def main() -> int:
     packages = {
         HDL / "board" / "edid_pkg.vhd": edid_package(),
         HDL / "board" / "status_pkg.vhd": status_package(),
+        HDL / "video" / "colour_pkg.vhd": colour_package(),
         HDL / "spartan6" / "pll_settings_pkg.vhd": settings_package(),
         VCOMPONENTS: components_package(),
     }

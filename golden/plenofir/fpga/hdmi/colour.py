@@ -1,0 +1,204 @@
+"""Full-range RGB from what HDMI sources send: limited range, YCbCr 4:4:4 of BT.601 and BT.709.
+
+The board multiplies with integers; this is the same arithmetic, and the home of its coefficients.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.fpga.hdmi.packets import AviInfo, ColourSpace
+
+Pixels = npt.NDArray[np.uint8]
+
+FRACTION_BITS = 12
+"""Bits of the coefficients behind the point."""
+
+_COEFFICIENT_BITS = 15
+_OFFSET_BITS = 22
+_ONE = 1 << FRACTION_BITS
+# Shares of red and blue in luma (BT.601, section 2.5.1; BT.709, section 3.2).
+_BT601 = (0.299, 0.114)
+_BT709 = (0.2126, 0.0722)
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """One way to full-range RGB, in units of 2**-FRACTION_BITS.
+
+    Channels are those of the link: 0 blue or Cb, 1 green or Y, 2 red or Cr.
+
+    Attributes
+    ----------
+    luma
+        Channel 1 in green and, where `shared`, in red and blue too.
+    red, green_red
+        Channel 2 in red and in green.
+    green_blue, blue
+        Channel 0 in green and in blue.
+    offsets
+        What is added to red, green and blue; with the half that rounds.
+    shared
+        Whether channel 1 is luma.
+    """
+
+    luma: int
+    red: int
+    green_red: int
+    green_blue: int
+    blue: int
+    offsets: tuple[int, int, int]
+    shared: bool
+
+
+def _fixed(value: float) -> int:
+    return round(value * _ONE)
+
+
+def _rgb(*, limited: bool) -> Coefficients:
+    scale = _fixed(255 / 219) if limited else _ONE
+    offset = _ONE // 2 - (16 * scale if limited else 0)
+    return Coefficients(scale, scale, 0, 0, scale, (offset,) * 3, shared=False)
+
+
+def _ycbcr(shares: tuple[float, float], *, limited: bool) -> Coefficients:
+    share_red, share_blue = shares
+    share_green = 1 - share_red - share_blue
+    chroma = 255 / 224 if limited else 1.0
+    luma = _fixed(255 / 219) if limited else _ONE
+    red = _fixed(2 * (1 - share_red) * chroma)
+    blue = _fixed(2 * (1 - share_blue) * chroma)
+    green_red = _fixed(-2 * (1 - share_red) * share_red / share_green * chroma)
+    green_blue = _fixed(-2 * (1 - share_blue) * share_blue / share_green * chroma)
+    black = _ONE // 2 - (16 * luma if limited else 0)
+    offsets = (black - 128 * red, black - 128 * (green_red + green_blue), black - 128 * blue)
+    return Coefficients(luma, red, green_red, green_blue, blue, offsets, shared=True)
+
+
+WAYS = (
+    _rgb(limited=False),
+    _rgb(limited=True),
+    _ycbcr(_BT709, limited=False),
+    _ycbcr(_BT709, limited=True),
+    _ycbcr(_BT601, limited=False),
+    _ycbcr(_BT601, limited=True),
+)
+"""RGB, YCbCr of BT.709, of BT.601; of each the full and the limited range."""
+
+
+def way_of(info: AviInfo) -> int:
+    """Choose the way from what a source tells.
+
+    Parameters
+    ----------
+    info
+        The AVI InfoFrame; ``AviInfo()`` for a source that sends none.
+
+    Returns
+    -------
+    int
+        Index into `WAYS`; 0, as it is, for 4:2:2 and 4:2:0.
+    """
+    if info.colour_space == ColourSpace.RGB:
+        return int(info.limited)
+    if info.colour_space == ColourSpace.YCBCR_444:
+        return 2 + 2 * info.bt601 + info.limited
+    return 0
+
+
+def to_full_range_rgb(pixels: Pixels, way: int) -> Pixels:
+    """Compute what the board makes of pixels.
+
+    Parameters
+    ----------
+    pixels
+        Shape (..., 3): channels 2, 1, 0 of the link, that is red, green, blue or Cr, Y, Cb.
+    way
+        Index into `WAYS`.
+
+    Returns
+    -------
+    Pixels
+        The same shape: red, green, blue, 0 to 255.
+    """
+    c = WAYS[way]
+    high, middle, low = (pixels[..., i].astype(np.int64) for i in range(3))
+    luma = c.luma * middle
+    shared = luma if c.shared else 0
+    sums = (
+        c.red * high + shared,
+        c.green_red * high + luma + c.green_blue * low,
+        c.blue * low + shared,
+    )
+    rgb = [(part + offset) >> FRACTION_BITS for part, offset in zip(sums, c.offsets, strict=True)]
+    return np.clip(np.stack(rgb, axis=-1), 0, 255).astype(np.uint8)
+
+
+def colour_package() -> str:
+    """Make the VHDL package with the coefficients.
+
+    Returns
+    -------
+    str
+        ``hdl/video/colour_pkg.vhd``.
+    """
+    rows = []
+    for c in WAYS:
+        numbers = (c.luma, c.red, c.green_red, c.green_blue, c.blue)
+        parts = [f"to_signed({number}, {_COEFFICIENT_BITS})" for number in numbers]
+        parts += [f"to_signed({offset}, {_OFFSET_BITS})" for offset in c.offsets]
+        rows.append("    (\n      " + ",\n      ".join([*parts, f"'{int(c.shared)}'"]) + "\n    )")
+    return _TEMPLATE.format(
+        fraction_bits=FRACTION_BITS,
+        coefficient_msb=_COEFFICIENT_BITS - 1,
+        offset_msb=_OFFSET_BITS - 1,
+        last=len(WAYS) - 1,
+        rows=",\n".join(rows),
+    )
+
+
+_TEMPLATE = """\
+-- Coefficients of full_range_rgb; built by scripts/build_hdl.py.
+--
+-- Ways to full-range RGB: RGB, YCbCr of BT.709, of BT.601; of each the full and the limited range.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+package colour_pkg is
+
+  -- Bits of the coefficients behind the point.
+  constant COLOUR_FRACTION : positive := {fraction_bits};
+
+  subtype coefficient_t is signed({coefficient_msb} downto 0);
+
+  subtype offset_t is signed({offset_msb} downto 0);
+
+  -- Channel 1 (green or Y) in green and, where it is shared, in red and blue; channel 2 (red or
+  -- Cr) in red and green; channel 0 (blue or Cb) in green and blue; what is added to all three.
+
+  type coefficients_t is record
+    luma         : coefficient_t;
+    red          : coefficient_t;
+    green_red    : coefficient_t;
+    green_blue   : coefficient_t;
+    blue         : coefficient_t;
+    red_offset   : offset_t;
+    green_offset : offset_t;
+    blue_offset  : offset_t;
+    shared_luma  : std_logic;
+  end record coefficients_t;
+
+  subtype way_t is natural range 0 to {last};
+
+  type ways_t is array (way_t) of coefficients_t;
+
+  constant WAYS : ways_t :=
+  (
+{rows}
+  );
+
+end package colour_pkg;
+"""

@@ -1,0 +1,107 @@
+-- Coefficients of full_range_rgb; built by scripts/build_hdl.py.
+--
+-- Ways to full-range RGB: RGB, YCbCr of BT.709, of BT.601; of each the full and the limited range.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+package colour_pkg is
+
+  -- Bits of the coefficients behind the point.
+  constant COLOUR_FRACTION : positive := 12;
+
+  subtype coefficient_t is signed(14 downto 0);
+
+  subtype offset_t is signed(21 downto 0);
+
+  -- Channel 1 (green or Y) in green and, where it is shared, in red and blue; channel 2 (red or
+  -- Cr) in red and green; channel 0 (blue or Cb) in green and blue; what is added to all three.
+
+  type coefficients_t is record
+    luma         : coefficient_t;
+    red          : coefficient_t;
+    green_red    : coefficient_t;
+    green_blue   : coefficient_t;
+    blue         : coefficient_t;
+    red_offset   : offset_t;
+    green_offset : offset_t;
+    blue_offset  : offset_t;
+    shared_luma  : std_logic;
+  end record coefficients_t;
+
+  subtype way_t is natural range 0 to 5;
+
+  type ways_t is array (way_t) of coefficients_t;
+
+  constant WAYS : ways_t :=
+  (
+    (
+      to_signed(4096, 15),
+      to_signed(4096, 15),
+      to_signed(0, 15),
+      to_signed(0, 15),
+      to_signed(4096, 15),
+      to_signed(2048, 22),
+      to_signed(2048, 22),
+      to_signed(2048, 22),
+      '0'
+    ),
+    (
+      to_signed(4769, 15),
+      to_signed(4769, 15),
+      to_signed(0, 15),
+      to_signed(0, 15),
+      to_signed(4769, 15),
+      to_signed(-74256, 22),
+      to_signed(-74256, 22),
+      to_signed(-74256, 22),
+      '0'
+    ),
+    (
+      to_signed(4096, 15),
+      to_signed(6450, 15),
+      to_signed(-1917, 15),
+      to_signed(-767, 15),
+      to_signed(7601, 15),
+      to_signed(-823552, 22),
+      to_signed(345600, 22),
+      to_signed(-970880, 22),
+      '1'
+    ),
+    (
+      to_signed(4769, 15),
+      to_signed(7343, 15),
+      to_signed(-2183, 15),
+      to_signed(-873, 15),
+      to_signed(8652, 15),
+      to_signed(-1014160, 22),
+      to_signed(316912, 22),
+      to_signed(-1181712, 22),
+      '1'
+    ),
+    (
+      to_signed(4096, 15),
+      to_signed(5743, 15),
+      to_signed(-2925, 15),
+      to_signed(-1410, 15),
+      to_signed(7258, 15),
+      to_signed(-733056, 22),
+      to_signed(556928, 22),
+      to_signed(-926976, 22),
+      '1'
+    ),
+    (
+      to_signed(4769, 15),
+      to_signed(6537, 15),
+      to_signed(-3330, 15),
+      to_signed(-1605, 15),
+      to_signed(8263, 15),
+      to_signed(-910992, 22),
+      to_signed(557424, 22),
+      to_signed(-1131920, 22),
+      '1'
+    )
+  );
+
+end package colour_pkg;

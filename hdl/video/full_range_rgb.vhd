@@ -1,0 +1,136 @@
+-- Makes full-range RGB of limited RGB and of YCbCr 4:4:4; anything else passes as it is.
+--
+-- Latency: 3 clocks. Throughput: one pixel each clock, five multipliers.
+-- Equation: CEA-861-D, section 5; BT.601, BT.709: e.g. R = 255/219 (Y - 16) + 255/224 * 2 (1 - Kr) (Cr - 128),
+--   with coefficients of 12 bits behind the point, rounded to the nearest and kept within 0 to 255.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.colour_pkg.all;
+
+entity full_range_rgb is
+  port (
+    clk : in    std_logic;
+    -- Of the source: 0 RGB, 2 YCbCr 4:4:4, others as they are; limited range; BT.601, not BT.709.
+    colour  : in    std_logic_vector(1 downto 0);
+    limited : in    std_logic;
+    bt601   : in    std_logic;
+    -- Video in: red or Cr in the low bits of pixel, then green or Y, then blue or Cb.
+    in_active : in    std_logic;
+    in_h_sync : in    std_logic;
+    in_v_sync : in    std_logic;
+    in_pixel  : in    std_logic_vector(23 downto 0);
+    -- Video out: red in the low bits of pixel.
+    out_active : out   std_logic;
+    out_h_sync : out   std_logic;
+    out_v_sync : out   std_logic;
+    out_pixel  : out   std_logic_vector(23 downto 0)
+  );
+end entity full_range_rgb;
+
+architecture rtl of full_range_rgb is
+
+  -- Of products and sums; none reaches 2 ** 22.
+  constant SUM_BITS : positive := 24;
+
+  subtype sum_t is signed(SUM_BITS - 1 downto 0);
+
+  signal way        : way_t                        := 0;
+  signal flags_1    : std_logic_vector(2 downto 0) := "000";
+  signal flags_2    : std_logic_vector(2 downto 0) := "000";
+  signal luma       : sum_t                        := (others => '0');
+  signal red        : sum_t                        := (others => '0');
+  signal green_red  : sum_t                        := (others => '0');
+  signal green_blue : sum_t                        := (others => '0');
+  signal blue       : sum_t                        := (others => '0');
+  signal red_sum    : sum_t                        := (others => '0');
+  signal green_sum  : sum_t                        := (others => '0');
+  signal blue_sum   : sum_t                        := (others => '0');
+
+  function multiply (
+    byte        : std_logic_vector(7 downto 0);
+    coefficient : coefficient_t
+  ) return signed is
+  begin
+
+    return signed('0' & byte) * coefficient;
+
+  end function multiply;
+
+  -- Whole part of a sum, kept within a byte.
+
+  function to_byte (
+    sum : signed(SUM_BITS - 1 downto 0)
+  ) return std_logic_vector is
+
+    variable whole : signed(SUM_BITS - COLOUR_FRACTION - 1 downto 0);
+
+  begin
+
+    whole := sum(SUM_BITS - 1 downto COLOUR_FRACTION);
+
+    if whole < 0 then
+      return x"00";
+    elsif whole > 255 then
+      return x"FF";
+    end if;
+
+    return std_logic_vector(whole(7 downto 0));
+
+  end function to_byte;
+
+begin
+
+  convert : process (clk) is
+
+    variable c         : coefficients_t;
+    variable also_luma : signed(SUM_BITS - 1 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      way <= 0;
+      if colour = "00" and limited = '1' then
+        way <= 1;
+      elsif colour = "10" then
+        if bt601 = '0' and limited = '0' then
+          way <= 2;
+        elsif bt601 = '0' then
+          way <= 3;
+        elsif limited = '0' then
+          way <= 4;
+        else
+          way <= 5;
+        end if;
+      end if;
+
+      c := WAYS(way);
+
+      flags_1    <= in_active & in_h_sync & in_v_sync;
+      luma       <= multiply(in_pixel(15 downto 8), c.luma);
+      red        <= multiply(in_pixel(7 downto 0), c.red);
+      green_red  <= multiply(in_pixel(7 downto 0), c.green_red);
+      green_blue <= multiply(in_pixel(23 downto 16), c.green_blue);
+      blue       <= multiply(in_pixel(23 downto 16), c.blue);
+
+      also_luma := (others => '0');
+      if c.shared_luma = '1' then
+        also_luma := luma;
+      end if;
+      flags_2   <= flags_1;
+      red_sum   <= red + also_luma + c.red_offset;
+      green_sum <= luma + green_red + green_blue + c.green_offset;
+      blue_sum  <= blue + also_luma + c.blue_offset;
+
+      out_active <= flags_2(2);
+      out_h_sync <= flags_2(1);
+      out_v_sync <= flags_2(0);
+      out_pixel  <= to_byte(blue_sum) & to_byte(green_sum) & to_byte(red_sum);
+    end if;
+
+  end process convert;
+
+end architecture rtl;
