@@ -14,9 +14,10 @@ package hdmi_pkg is
   constant WRONG_WORD : natural  := 4;
   constant ERRORS     : positive := 5;
 
-  -- Bits of the counters of such words, and of the counters and positions of the delay lines.
-  constant WORD_ERROR_BITS : positive := 12;
-  constant TAP_BITS        : positive := 8;
+  -- Bits of the counters of such words, of packets with errors, and of the counters and positions of the delay lines.
+  constant WORD_ERROR_BITS   : positive := 12;
+  constant PACKET_ERROR_BITS : positive := 8;
+  constant TAP_BITS          : positive := 8;
 
   -- What the panel wants of the video path.
 
@@ -44,6 +45,15 @@ package hdmi_pkg is
     errors : std_logic_vector(ERRORS - 1 downto 0);
     -- Words of each channel that no encoder sends, since the last clearing.
     word_errors : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
+    -- What the source sends, see tmds_receiver; packets with wrong check bits and InfoFrames with a wrong
+    -- sum, since the last clearing.
+    hdmi          : std_logic;
+    informed      : std_logic;
+    colour        : std_logic_vector(1 downto 0);
+    limited       : std_logic;
+    format_code   : std_logic_vector(7 downto 0);
+    packet_errors : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
+    sum_errors    : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
     -- Size of the picture, and whether the syncs are positive.
     columns : count_t;
     rows    : count_t;
@@ -53,7 +63,10 @@ package hdmi_pkg is
     v_sync_now : std_logic;
   end record video_state_t;
 
-  constant STATE_BITS : positive := CHANNELS + 2 + ERRORS + WORD_ERROR_BITS * CHANNELS + 2 * COUNT_BITS + 3;
+  constant SOURCE_BITS : positive := 13 + 2 * PACKET_ERROR_BITS;
+
+  constant STATE_BITS : positive := CHANNELS + 2 + ERRORS + WORD_ERROR_BITS * CHANNELS + 2 * COUNT_BITS + 3 +
+                                    SOURCE_BITS;
 
   subtype state_vector_t is std_logic_vector(STATE_BITS - 1 downto 0);
 
@@ -74,7 +87,8 @@ package body hdmi_pkg is
   ) return std_logic_vector is
   begin
 
-    return state.v_sync_now & state.v_sync & state.h_sync & std_logic_vector(state.rows) &
+    return state.sum_errors & state.packet_errors & state.format_code & state.limited & state.colour &
+           (state.informed & state.hdmi) & state.v_sync_now & state.v_sync & state.h_sync & std_logic_vector(state.rows) &
            std_logic_vector(state.columns) & state.word_errors & state.errors & state.unsupported &
            (state.following & state.aligned);
 
@@ -88,6 +102,8 @@ package body hdmi_pkg is
     constant WORDS : positive := FLAGS + ERRORS;
     constant SIZE  : positive := WORDS + WORD_ERROR_BITS * CHANNELS;
     constant SYNCS : positive := SIZE + 2 * COUNT_BITS;
+    constant TOLD  : positive := SYNCS + 3;
+    constant WRONG : positive := TOLD + 13;
     variable state : video_state_t;
 
   begin
@@ -102,6 +118,14 @@ package body hdmi_pkg is
     state.h_sync      := vector(SYNCS);
     state.v_sync      := vector(SYNCS + 1);
     state.v_sync_now  := vector(SYNCS + 2);
+
+    state.hdmi          := vector(TOLD);
+    state.informed      := vector(TOLD + 1);
+    state.colour        := vector(TOLD + 3 downto TOLD + 2);
+    state.limited       := vector(TOLD + 4);
+    state.format_code   := vector(TOLD + 12 downto TOLD + 5);
+    state.packet_errors := vector(WRONG + PACKET_ERROR_BITS - 1 downto WRONG);
+    state.sum_errors    := vector(WRONG + 2 * PACKET_ERROR_BITS - 1 downto WRONG + PACKET_ERROR_BITS);
     return state;
 
   end function to_state;

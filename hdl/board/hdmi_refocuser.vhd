@@ -1,7 +1,7 @@
 -- The video path of a board: TMDS halves in, refocused, TMDS halves out, with nothing of a family in it.
 --
--- The input is the receiver's or a test pattern with three planes. The board gives the clocks and turns
--- bits into halves of words and back.
+-- The input is the receiver's, as full-range RGB, or a test pattern with three planes. The board gives
+-- the clocks and turns bits into halves of words and back.
 --
 -- Latency: see refocus_video, and about 40 pixels of the link. Throughput: one pixel each clock.
 -- Equation: out picture = refocus(in picture), see raster_refocuser.
@@ -96,6 +96,19 @@ architecture rtl of hdmi_refocuser is
   signal link_locked  : std_logic;
   signal link_errors  : std_logic_vector(CHANNELS - 1 downto 0);
 
+  signal hdmi         : std_logic;
+  signal informed     : std_logic;
+  signal colour       : std_logic_vector(1 downto 0);
+  signal limited      : std_logic;
+  signal bt601        : std_logic;
+  signal format_code  : std_logic_vector(7 downto 0);
+  signal packet_error : std_logic;
+  signal sum_error    : std_logic;
+  signal rgb_active   : std_logic;
+  signal rgb_h_sync   : std_logic;
+  signal rgb_v_sync   : std_logic;
+  signal rgb_pixel    : std_logic_vector(23 downto 0);
+
   signal pattern_vector : std_logic_vector(TIMING_BITS - 1 downto 0);
   signal pattern_reset  : std_logic;
   signal drawn_active   : std_logic;
@@ -119,6 +132,8 @@ architecture rtl of hdmi_refocuser is
   signal clear_seen     : std_logic                             := '0';
   signal clear          : std_logic;
   signal word_errors    : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
+  signal packet_errors  : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
+  signal sum_errors     : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
 
 begin
 
@@ -143,17 +158,41 @@ begin
       ALIGN_TIMEOUT => ALIGN_TIMEOUT
     )
     port map (
-      clk     => clk,
-      clk_x2  => clk_x2,
-      reset   => reset,
-      halves  => in_halves,
-      active  => link_active,
-      h_sync  => link_h_sync,
-      v_sync  => link_v_sync,
-      pixel   => link_pixel,
-      aligned => link_aligned,
-      locked  => link_locked,
-      errors  => link_errors
+      clk          => clk,
+      clk_x2       => clk_x2,
+      reset        => reset,
+      halves       => in_halves,
+      active       => link_active,
+      h_sync       => link_h_sync,
+      v_sync       => link_v_sync,
+      pixel        => link_pixel,
+      aligned      => link_aligned,
+      locked       => link_locked,
+      errors       => link_errors,
+      hdmi         => hdmi,
+      informed     => informed,
+      colour       => colour,
+      limited      => limited,
+      bt601        => bt601,
+      format_code  => format_code,
+      packet_error => packet_error,
+      sum_error    => sum_error
+    );
+
+  convert : entity work.full_range_rgb
+    port map (
+      clk        => clk,
+      colour     => colour,
+      limited    => limited,
+      bt601      => bt601,
+      in_active  => link_active,
+      in_h_sync  => link_h_sync,
+      in_v_sync  => link_v_sync,
+      in_pixel   => link_pixel,
+      out_active => rgb_active,
+      out_h_sync => rgb_h_sync,
+      out_v_sync => rgb_v_sync,
+      out_pixel  => rgb_pixel
     );
 
   pattern_vector <= to_vector(PATTERN_TIMING);
@@ -188,10 +227,10 @@ begin
         video_v_sync <= drawn_v_sync;
         video_pixel  <= drawn_pixel;
       else
-        video_active <= link_active;
-        video_h_sync <= link_h_sync;
-        video_v_sync <= link_v_sync;
-        video_pixel  <= link_pixel;
+        video_active <= rgb_active;
+        video_h_sync <= rgb_h_sync;
+        video_v_sync <= rgb_v_sync;
+        video_pixel  <= rgb_pixel;
       end if;
       if reset = '1' then
         video_active <= '0';
@@ -268,6 +307,28 @@ begin
 
   end generate count_words;
 
+  count_packets : entity work.event_counter
+    generic map (
+      WIDTH => PACKET_ERROR_BITS
+    )
+    port map (
+      clk   => clk,
+      clear => clear,
+      add   => packet_error,
+      count => packet_errors
+    );
+
+  count_sums : entity work.event_counter
+    generic map (
+      WIDTH => PACKET_ERROR_BITS
+    )
+    port map (
+      clk   => clk,
+      clear => clear,
+      add   => sum_error,
+      count => sum_errors
+    );
+
   transmitter : entity work.tmds_transmitter
     port map (
       clk       => clk,
@@ -286,16 +347,23 @@ begin
 
   state <=
   (
-    aligned     => link_aligned,
-    following   => following,
-    unsupported => unsupported,
-    errors      => errors_now,
-    word_errors => word_errors,
-    columns     => timing.columns,
-    rows        => timing.rows,
-    h_sync      => timing.h_sync_level,
-    v_sync      => timing.v_sync_level,
-    v_sync_now  => video_v_sync
+    aligned       => link_aligned,
+    following     => following,
+    unsupported   => unsupported,
+    errors        => errors_now,
+    word_errors   => word_errors,
+    hdmi          => hdmi,
+    informed      => informed,
+    colour        => colour,
+    limited       => limited,
+    format_code   => format_code,
+    packet_errors => packet_errors,
+    sum_errors    => sum_errors,
+    columns       => timing.columns,
+    rows          => timing.rows,
+    h_sync        => timing.h_sync_level,
+    v_sync        => timing.v_sync_level,
+    v_sync_now    => video_v_sync
   );
 
 end architecture rtl;

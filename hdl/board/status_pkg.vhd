@@ -21,6 +21,12 @@ package status_pkg is
                                    "hung=#/#/# " &
                                    "aligned=# " &
                                    "word_errors=#/#/# " &
+                                   "hdmi=# " &
+                                   "avi=# " &
+                                   "colour=# " &
+                                   "limited=# " &
+                                   "vic=# " &
+                                   "packet_errors=#/# " &
                                    "following=# " &
                                    "unsupported=# " &
                                    "columns=# " &
@@ -34,7 +40,7 @@ package status_pkg is
                                    "monitor_mode=#/#/# " &
                                    "monitor_ok=#";
 
-  constant STATUS_NUMBERS : positive := 34;
+  constant STATUS_NUMBERS : positive := 41;
 
   -- Two's complement.
   subtype number_t is std_logic_vector(15 downto 0);
@@ -44,32 +50,38 @@ package status_pkg is
   -- The numbers; of a field with several the first is in the low bits.
 
   type status_t is record
-    slice        : number_t;
-    slices       : number_t;
-    sweep        : number_t;
-    pass         : number_t;
-    pattern      : number_t;
-    clock        : number_t;
-    present      : number_t;
-    running      : number_t;
-    restarts     : number_t;
-    tracking     : number_t;
-    taps         : std_logic_vector(47 downto 0);
-    hung         : std_logic_vector(47 downto 0);
-    aligned      : number_t;
-    word_errors  : std_logic_vector(47 downto 0);
-    following    : number_t;
-    unsupported  : number_t;
-    columns      : number_t;
-    rows         : number_t;
-    rate         : number_t;
-    hsync        : number_t;
-    vsync        : number_t;
-    errors       : number_t;
-    edid         : number_t;
-    monitor      : number_t;
-    monitor_mode : std_logic_vector(47 downto 0);
-    monitor_ok   : number_t;
+    slice         : number_t;
+    slices        : number_t;
+    sweep         : number_t;
+    pass          : number_t;
+    pattern       : number_t;
+    clock         : number_t;
+    present       : number_t;
+    running       : number_t;
+    restarts      : number_t;
+    tracking      : number_t;
+    taps          : std_logic_vector(47 downto 0);
+    hung          : std_logic_vector(47 downto 0);
+    aligned       : number_t;
+    word_errors   : std_logic_vector(47 downto 0);
+    hdmi          : number_t;
+    avi           : number_t;
+    colour        : number_t;
+    limited       : number_t;
+    vic           : number_t;
+    packet_errors : std_logic_vector(31 downto 0);
+    following     : number_t;
+    unsupported   : number_t;
+    columns       : number_t;
+    rows          : number_t;
+    rate          : number_t;
+    hsync         : number_t;
+    vsync         : number_t;
+    errors        : number_t;
+    edid          : number_t;
+    monitor       : number_t;
+    monitor_mode  : std_logic_vector(47 downto 0);
+    monitor_ok    : number_t;
   end record status_t;
 
   -- All numbers in order, the first one in the low bits.
@@ -98,6 +110,12 @@ package body status_pkg is
            status.columns &
            status.unsupported &
            status.following &
+           status.packet_errors &
+           status.vic &
+           status.limited &
+           status.colour &
+           status.avi &
+           status.hdmi &
            status.word_errors &
            status.aligned &
            status.hung &

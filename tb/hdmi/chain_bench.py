@@ -7,13 +7,16 @@ import cocotb
 import numpy as np
 from cocotb.triggers import Timer
 
+from plenofir.fpga.hdmi.colour import to_full_range_rgb, way_of
 from plenofir.fpga.hdmi.link import Packed, ReceivedFrame, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode
+from plenofir.fpga.hdmi.packets import AviInfo, ColourSpace
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period
 from plenofir.fpga.hdmi.status import parse_status
 from plenofir.refocus import ExactArithmetic
 from plenofir_tb.case import read_case
 from plenofir_tb.serial import SKEWS, SerialLink, last_frames
+from plenofir_tb.sources import LIMITED_YCBCR, MODE_HDMI, RGB, hdmi_source
 from plenofir_tb.video import MODE_720, light_field, measured
 
 CASE = read_case()
@@ -63,9 +66,10 @@ class Bench:
         shape = (count, mode.v_active, mode.h_active, 3)
         return list(self.rng.integers(0, 256, shape, np.uint8))
 
-    def golden(self, picture: np.ndarray, slice_: int = 0) -> np.ndarray:
+    def golden(self, picture: np.ndarray, slice_: int = 0, info: AviInfo = RGB) -> np.ndarray:
         """What the board must make of a picture."""
-        return ExactArithmetic().refocus(picture, CASE["m"], shift=CASE["shifts"][slice_])
+        rgb = to_full_range_rgb(picture, way_of(info))
+        return ExactArithmetic().refocus(rgb, CASE["m"], shift=CASE["shifts"][slice_])
 
     def led(self) -> int:
         """Light-emitting diodes, LED 0 in bit 0."""
@@ -77,15 +81,17 @@ class Bench:
         return int(np.ceil(LOCK_US / frame_us)) + LOCK_FRAMES
 
     async def relock(
-        self, mode: VideoMode, script: list[Command | Packed], more: int = 3
+        self, mode: VideoMode, script: list[Command | Packed], info: AviInfo | None = None
     ) -> list[ReceivedFrame]:
         """Send a script, then frames: the first whole frame that is not black must be right.
 
-        Returns the frames from that one on.
+        The source is one of DVI, or one of HDMI that tells of its pictures. Returns the frames from
+        the first right one on.
         """
         lost = self.lost_frames(mode)
-        frames = self.pictures(mode, lost + more)
-        taken = await self.link.play([*script, *signal(mode), encode_frames(mode, frames)])
+        frames = self.pictures(mode, lost + 3)
+        source = hdmi_source(info) if info else encode_frames
+        taken = await self.link.play([*script, *signal(mode), source(mode, frames)])
         got = last_frames(taken, mode.h_total)
         assert got, "no picture"
         assert got[-1].mode == measured(mode)
@@ -93,7 +99,7 @@ class Bench:
         assert shown, "nothing but black"
         # Black frames come before the picture, never between.
         assert all(frame.pixels.any() for frame in got[-len(shown) :])
-        wanted = [self.golden(frame) for frame in frames]
+        wanted = [self.golden(frame, info=info or RGB) for frame in frames]
         first = next(
             (i for i, want in enumerate(wanted) if np.array_equal(shown[0].pixels, want)), None
         )
@@ -162,6 +168,58 @@ async def modes_change(dut: Any) -> None:
 
 
 @cocotb.test()
+async def hdmi_and_dvi(dut: Any) -> None:
+    """A source goes from HDMI to DVI and to HDMI in other colours, and no frame is lost."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    frames = bench.pictures(MODE_HDMI, bench.lost_frames(MODE_HDMI) + 8)
+    first, second = len(frames) - 6, len(frames) - 4
+    words = [
+        hdmi_source(AviInfo(format_code=1))(MODE_HDMI, frames[:first]),
+        encode_frames(MODE_HDMI, frames[first:second]),
+        hdmi_source(LIMITED_YCBCR)(MODE_HDMI, frames[second:]),
+    ]
+    taken = await bench.link.play([*signal(MODE_HDMI), *words])
+    got = last_frames(taken, MODE_HDMI.h_total)
+    # All but the last frame, which has not come out as a whole.
+    assert len(got) >= 7
+    for number, frame in zip(range(len(frames) - 2, -1, -1), got[::-1], strict=False):
+        info = LIMITED_YCBCR if number >= second else RGB
+        # In the first lines of other colours nobody has told of them.
+        if number != second:
+            assert np.array_equal(frame.pixels, bench.golden(frames[number], info=info)), number
+        assert frame.mode == measured(MODE_HDMI)
+
+
+@cocotb.test(skip=not CASE["thorough"])
+async def hdmi_modes_change(dut: Any) -> None:
+    """DVI and HDMI between the settings of the PLLs, in the middle of frames."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    slow = MODE_HDMI.model_copy(update={"pixel_clock": 25_175, "h_positive": False})
+    sources: list[tuple[VideoMode, AviInfo | None]] = [
+        (MODE_HDMI, AviInfo(format_code=4)),
+        (MODE_VGA, None),
+        (MODE_HDMI, LIMITED_YCBCR),
+        (slow, AviInfo(ColourSpace.YCBCR_444, format_code=1, ycc_range=1)),
+        (MODE_720, None),
+        (slow, AviInfo(ColourSpace.YCBCR_422, format_code=1)),
+    ]
+    for mode, info in sources:
+        await bench.relock(mode, [], info)
+        assert bench.led() & 0x1F == 0x1F
+        source = hdmi_source(info) if info else encode_frames
+        part = source(mode, bench.pictures(mode, 1))
+        await bench.link.play([part[: bench.random.randrange(len(part))]])
+
+
+@cocotb.test(skip=not CASE["thorough"])
+async def hdmi_bit_errors(dut: Any) -> None:
+    """Random bit errors with islands: pictures without any are right, the raster stays."""
+    await spoilt_frames(Bench(dut), MODE_HDMI, LIMITED_YCBCR)
+
+
+@cocotb.test()
 async def clock_lost_and_back(dut: Any) -> None:
     """The clock lane stands still for a while: the LED goes out, then all comes back."""
     bench = Bench(dut)
@@ -202,30 +260,37 @@ async def data_lost_while_the_clock_runs(dut: Any) -> None:
     await bench.relock(MODE_720, [])
 
 
-@cocotb.test()
-async def bit_errors(dut: Any) -> None:
-    """Random bit errors: told by the LED, pictures without any are right, the raster stays."""
-    bench = Bench(dut)
+async def spoilt_frames(bench: Bench, mode: VideoMode, info: AviInfo | None) -> None:
+    """Send random bit errors in three frames, anywhere, also in the blanking."""
     await bench.link.reset()
-    lost = bench.lost_frames(MODE_720)
-    frames = bench.pictures(MODE_720, lost + 9)
-    words = encode_frames(MODE_720, frames)
-    total = MODE_720.h_total * MODE_720.v_total
+    lost = bench.lost_frames(mode)
+    frames = bench.pictures(mode, lost + 9)
+    words = (hdmi_source(info) if info else encode_frames)(mode, frames)
+    total = mode.h_total * mode.v_total
     hit: set[int] = set()
     for _ in range(40):
-        # In three frames, anywhere, also in the blanking.
         at = bench.random.randrange((lost + 2) * total, (lost + 5) * total)
         words[at] ^= np.uint32(1 << bench.random.randrange(30))
         hit.add(at // total)
-    got = last_frames(await bench.link.play([*signal(MODE_720), words]), MODE_720.h_total)
-    assert got[-1].mode == measured(MODE_720)
+    got = last_frames(await bench.link.play([*signal(mode), words]), mode.h_total)
+    assert got[-1].mode == measured(mode)
     # No frame is missing between the last one, which has not come out whole, and the first.
     begin = len(frames) - 2 - len(got) + 1
     assert begin <= lost
     for i, (frame, shown) in enumerate(zip(frames[begin:], got, strict=False)):
         if begin + i not in hit:
-            assert np.array_equal(shown.pixels, bench.golden(frame)), f"frame {begin + i}"
+            want = bench.golden(frame, info=info or RGB)
+            assert np.array_equal(shown.pixels, want), f"frame {begin + i}"
     assert bench.led() & 0x3F == 0x3F, f"LEDs {bench.led():08b}"
+
+
+@cocotb.test()
+async def bit_errors(dut: Any) -> None:
+    """Random bit errors: told by the LED, pictures without any are right, the raster stays."""
+    bench = Bench(dut)
+    await spoilt_frames(bench, MODE_720, None)
+    # That no frame follows is an error too, a little later.
+    await Timer(2, "us")
     dut.button_clear.value = 1
     await Timer(2, "us")
     dut.button_clear.value = 0
@@ -275,7 +340,7 @@ async def ask(dut: Any, text: str) -> str:
 
 @cocotb.test()
 async def commands_and_status(dut: Any) -> None:
-    """The serial port: status before and with a signal, pass-through, errors."""
+    """The serial port: status before and with a signal of HDMI, pass-through, errors."""
     bench = Bench(dut)
     await bench.link.reset()
     status = parse_status(await ask(dut, "?"))
@@ -291,34 +356,39 @@ async def commands_and_status(dut: Any) -> None:
     assert status["monitor_ok"] == (0,)
     assert status["edid"][0] >= 128
     assert await ask(dut, "c") == "ok"
-    await bench.relock(MODE_720, [])
+    mode = MODE_HDMI
+    await bench.relock(mode, [], LIMITED_YCBCR)
     # While the phase is found a word may be wrong.
     assert await ask(dut, "c") == "ok"
     # The clock goes on while the answer comes.
-    frames = bench.pictures(MODE_720, 24)
+    frames = bench.pictures(mode, 28)
     asking = cocotb.start_soon(ask(dut, "?"))
-    await bench.link.play([encode_frames(MODE_720, frames)])
+    await bench.link.play([hdmi_source(LIMITED_YCBCR)(mode, frames)])
     status = parse_status(await asking)
     window_us = CASE["meter_window"] / 100
     wanted = {
-        **dict.fromkeys(("present", "running", "following", "hsync", "vsync"), 1),
+        **dict.fromkeys(("present", "running", "following", "hsync", "vsync", "hdmi", "avi"), 1),
         **dict.fromkeys(("unsupported", "restarts", "slice", "sweep", "pass"), 0),
         "tracking": 7,
         "aligned": 7,
-        "columns": MODE_720.h_active,
-        "rows": MODE_720.v_active,
+        "colour": ColourSpace.YCBCR_444,
+        "limited": 1,
+        "vic": 4,
+        "columns": mode.h_active,
+        "rows": mode.v_active,
     }
     for name, value in wanted.items():
         assert status[name] == (value,), f"{name}={status[name]}"
     # The bench's blanking between scripts tears the raster.
     assert not status["errors"][0] & ~0b110
+    assert status["packet_errors"] == (0, 0)
     assert status["hung"] == status["word_errors"] == (0, 0, 0)
     assert all(abs(taps) < 10 for taps in status["taps"])
     # Both meters count in units of their window.
-    assert abs(status["clock"][0] - MODE_720.pixel_clock / 1000 * window_us / 16) <= 1
+    assert abs(status["clock"][0] - mode.pixel_clock / 1000 * window_us / 16) <= 1
     # A division takes longer than one of these frames, and one more may begin with a torn one.
     unit_us = window_us / 160
-    frame_us = 1000 * MODE_720.h_total * MODE_720.v_total / MODE_720.pixel_clock
+    frame_us = 1000 * mode.h_total * mode.v_total / mode.pixel_clock
     await Timer(250, "us")
     status = parse_status(await ask(dut, "?"))
     assert abs(status["rate"][0] / (1e7 * unit_us / frame_us) - 1) < 0.1

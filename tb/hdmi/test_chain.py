@@ -12,7 +12,13 @@ DATA_PATIENCE = 125
 PARTS = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
 
 
-def run_chain(phases: list[int], *, shifts: tuple[int, ...] = SHIFTS, long: bool = True) -> None:
+def run_chain(
+    phases: list[int],
+    *,
+    shifts: tuple[int, ...] = SHIFTS,
+    long: bool = True,
+    thorough: bool = False,
+) -> None:
     run_case(
         "hdmi_bench",
         "hdmi.chain_bench",
@@ -31,6 +37,7 @@ def run_chain(phases: list[int], *, shifts: tuple[int, ...] = SHIFTS, long: bool
             "phases": phases,
             "meter_window": METER_WINDOW,
             "bit_clocks": BIT_CLOCKS,
+            "thorough": thorough,
         },
         board=True,
         long=long,
@@ -50,3 +57,9 @@ def test_pattern_of_two_slices(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_all_phases() -> None:
     run_chain([*range(10), *range(10)], shifts=(-2,))
+
+
+@pytest.mark.slow
+def test_hdmi_sources(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COCOTB_TEST_FILTER", "hdmi_(modes|bit)")
+    run_chain([], thorough=True)

@@ -57,6 +57,25 @@ FIELDS = (
     ),
     StatusField("aligned", "sum of 1, 2, 4: word boundaries found in channels 0, 1, 2", (7,)),
     StatusField("word_errors", f"words in {_CHANNELS} that no encoder sends", (0, 0, 0)),
+    StatusField("hdmi", "1: the source sends HDMI, 0: DVI", (0,)),
+    StatusField("avi", "1: an HDMI source has told what it sends (AVI InfoFrame)", (0,)),
+    StatusField(
+        "colour",
+        "what it sends: 0: RGB, 1: YCbCr 4:2:2, 2: YCbCr 4:4:4, 3: YCbCr 4:2:0; 2 is converted to "
+        "RGB, 1 and 3 are not",
+        (0,),
+    ),
+    StatusField(
+        "limited",
+        "1: its black is 16 and its white 235; made full range, but not where colour is 1 or 3",
+        (0,),
+    ),
+    StatusField("vic", "its number of the video format (VIC of CEA-861), 0: none", (0,)),
+    StatusField(
+        "packet_errors",
+        "packets of an HDMI source with wrong check bits / InfoFrames with a wrong checksum",
+        (0, 0),
+    ),
     StatusField("following", "1: timing understood, picture refocused", (1,)),
     StatusField(
         "unsupported",
