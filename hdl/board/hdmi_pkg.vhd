@@ -88,9 +88,9 @@ package body hdmi_pkg is
   begin
 
     return state.sum_errors & state.packet_errors & state.format_code & state.limited & state.colour &
-           (state.informed & state.hdmi) & state.v_sync_now & state.v_sync & state.h_sync & std_logic_vector(state.rows) &
-           std_logic_vector(state.columns) & state.word_errors & state.errors & state.unsupported &
-           (state.following & state.aligned);
+           (state.informed & state.hdmi) & state.v_sync_now & state.v_sync & state.h_sync &
+           std_logic_vector(state.rows) & std_logic_vector(state.columns) & state.word_errors &
+           (state.errors & state.unsupported & state.following & state.aligned);
 
   end function to_vector;
 

@@ -84,7 +84,7 @@ def test_units() -> None:
         [
             unit("video_timing_meter", {}),
             unit("raster_generator", {}),
-            unit("full_range_rgb", {}),
+            Case("full_range_rgb", "video.colour_bench"),
             unit("video_to_stream", LIMITS),
             unit("stream_to_video", {"DELAY_LINES": 1, "DELAY_PIXELS": 3}, lines=1, pixels=3),
             unit(

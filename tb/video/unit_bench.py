@@ -1,6 +1,5 @@
 """cocotb tests of the parts of the video path; each is for the entity that it names."""
 
-import itertools
 import random
 from typing import Any
 
@@ -9,16 +8,11 @@ import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
 
-from plenofir.fpga.hdmi.colour import to_full_range_rgb, way_of
 from plenofir.fpga.hdmi.link import RasterSignals, raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace
 from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
 from plenofir_tb.video import COUNT_BITS, light_field, shrunken, timing_vector
-
-# Clocks of full_range_rgb.
-COLOUR_LATENCY = 3
 
 
 async def reset(dut: Any, clocks: int = 2) -> None:
@@ -489,38 +483,3 @@ async def streams_with_faults_are_shown(dut: Any) -> None:
         good = frame()
         await show(good, [pixel for pixel, _ in good], 0)
         await run(mode.h_total + 2)
-
-
-@for_entity("full_range_rgb")
-async def colours_are_converted(dut: Any) -> None:
-    """All ways, and those that pass: pixels as in the Python arithmetic, syncs with them."""
-    Clock(dut.clk, 10, "ns").start()
-    rng = np.random.default_rng(cocotb.RANDOM_SEED)
-    ends = list(itertools.product((0, 16, 128, 240, 255), repeat=3))
-    for space, limited, bt601 in itertools.product(range(4), (0, 1), (0, 1)):
-        dut.colour.value, dut.limited.value, dut.bt601.value = space, limited, bt601
-        info = AviInfo(
-            ColourSpace(space), Colorimetry(2 - bt601), rgb_range=2 - limited, ycc_range=1 - limited
-        )
-        pixels = np.concatenate([ends, rng.integers(0, 256, (150, 3))]).astype(np.uint8)
-        want = to_full_range_rgb(pixels, way_of(info))
-        flags = rng.integers(0, 8, len(pixels)).tolist()
-        for i in range(len(pixels) + COLOUR_LATENCY):
-            if i >= COLOUR_LATENCY:
-                packed = int(dut.out_pixel.value)
-                got = [packed >> 8 * c & 255 for c in range(3)]
-                assert got == want[i - COLOUR_LATENCY].tolist(), (
-                    f"{info}: {pixels[i - COLOUR_LATENCY]}"
-                )
-                levels = (dut.out_active.value, dut.out_h_sync.value, dut.out_v_sync.value)
-                assert sum(int(v) << k for k, v in enumerate(levels)) == flags[i - COLOUR_LATENCY]
-            at = min(i, len(pixels) - 1)
-            red, green, blue = pixels[at].tolist()
-            dut.in_pixel.value = red | green << 8 | blue << 16
-            dut.in_active.value = flags[at] & 1
-            dut.in_h_sync.value = flags[at] >> 1 & 1
-            dut.in_v_sync.value = flags[at] >> 2
-            if i == 0:
-                # The way is known a clock later.
-                await FallingEdge(dut.clk)
-            await FallingEdge(dut.clk)
