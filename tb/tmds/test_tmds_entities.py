@@ -21,15 +21,6 @@ def test_tmds_word_align() -> None:
     run_unit("tmds_word_align", {"TIMEOUT": 100}, timeout=100)
 
 
-def test_phase_detector_control() -> None:
-    run_unit(
-        "phase_detector_control",
-        {"FILTER": 16, "INTERVAL": 100, "TIMEOUT": 200},
-        interval=100,
-        timeout=200,
-    )
-
-
 def test_elastic_buffer() -> None:
     case = {"width": 8, "address_bits": 4}
     run_unit("elastic_buffer", {name.upper(): n for name, n in case.items()}, **case)

@@ -6,7 +6,7 @@ from typing import Any
 import cocotb
 import numpy as np
 from cocotb.clock import Clock
-from cocotb.triggers import FallingEdge, RisingEdge, Timer
+from cocotb.triggers import FallingEdge, Timer
 
 from plenofir.fpga.hdmi import tmds
 from plenofir_tb.case import read_case
@@ -275,108 +275,6 @@ async def five_bits_from_ten(dut: Any) -> None:
     want = "".join(map(str, bits_of(words)))
     whole = "".join(str(half >> i & 1) for half in got for i in range(5))
     assert want in whole
-
-
-class DelayLine:
-    """Delay lines and phase detector of one channel as the control sees them, in Python."""
-
-    def __init__(self, dut: Any, rng: random.Random, middle: int) -> None:
-        self.dut = dut
-        self.rng = rng
-        self.middle = middle
-        self.taps = 0
-        self.calibrated = False
-        self.steps = 0
-        self.hung = False
-
-    async def run(self) -> None:
-        """Answer calibrations after 8 to 16 clocks, report edges, count steps."""
-        dut = self.dut
-        busy = 0
-        stepped = False
-        while True:
-            await FallingEdge(dut.clk)
-            if int(dut.delay_reset.value):
-                assert self.calibrated, "reset before the calibration"
-                self.taps = 20
-            if int(dut.step.value):
-                assert not stepped, "two steps without a calibration between them"
-                assert busy == 0, "step in a calibration"
-                stepped = True
-                self.steps += 1
-                self.taps += 1 if int(dut.step_up.value) else -1
-            if int(dut.calibrate_slave.value) and busy == 0 and not self.hung:
-                busy = self.rng.randint(8, 16)
-                stepped = False
-                self.calibrated = True
-            elif busy:
-                busy -= 1
-            dut.busy.value = int(busy > 0)
-            # Edges come with most words; jitter makes them wrong now and then.
-            dut.valid.value = int(self.rng.random() < 0.8)
-            late = self.taps < self.middle
-            if self.taps == self.middle:
-                late = self.rng.random() < 0.5
-            dut.increase.value = int(late != (self.rng.random() < 0.1))
-
-
-@for_entity("phase_detector_control")
-async def follows_the_eye(dut: Any) -> None:
-    """From the middle of the line to the eye, along with its drift, one step a calibration."""
-    rng = start(dut)
-    line = DelayLine(dut, rng, 26)
-    dut.busy.value = 0
-    dut.valid.value = 0
-    dut.increase.value = 0
-    await reset(dut)
-    cocotb.start_soon(line.run())
-
-    async def watch() -> None:
-        """The next calibration comes an interval after the end of the last."""
-        idle = 0
-        while True:
-            await FallingEdge(dut.clk)
-            idle = 0 if int(dut.busy.value) else idle + 1
-            if int(dut.calibrate_slave.value) and int(dut.tracking.value):
-                assert not idle or idle >= CASE["interval"], idle
-
-    cocotb.start_soon(watch())
-    for middle in (26, 12, 15):
-        line.middle = middle
-        for _ in range(CASE["interval"] * 20):
-            await RisingEdge(dut.clk)
-        assert int(dut.tracking.value)
-        assert abs(line.taps - middle) <= 1, f"{line.taps} taps for {middle}"
-
-
-@for_entity("phase_detector_control")
-async def a_hung_delay_line_is_calibrated_anew(dut: Any) -> None:
-    """A delay line that does not answer: the control tries again, and tracks once it answers."""
-    rng = start(dut)
-    line = DelayLine(dut, rng, 24)
-    line.hung = True
-    dut.busy.value = 0
-    dut.valid.value = 0
-    dut.increase.value = 0
-    await reset(dut)
-    cocotb.start_soon(line.run())
-    for _ in range(3 * CASE["timeout"]):
-        await RisingEdge(dut.clk)
-    assert not int(dut.tracking.value)
-    line.hung = False
-    for _ in range(CASE["interval"] * 12):
-        await RisingEdge(dut.clk)
-    assert int(dut.tracking.value)
-    assert abs(line.taps - 24) <= 1
-    # And in the middle of the work.
-    line.hung = True
-    for _ in range(3 * CASE["timeout"]):
-        await RisingEdge(dut.clk)
-    line.hung = False
-    line.middle = 18
-    for _ in range(CASE["interval"] * 16):
-        await RisingEdge(dut.clk)
-    assert abs(line.taps - 18) <= 1
 
 
 @for_entity("elastic_buffer")
