@@ -110,6 +110,8 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("common/event*", (f"{LINK} -k {{}}", CHAIN)),
     ("common/[es]*", (f"{TMDS} -k {{}}", CHAIN)),
     ("common/reset*", (CHAIN,)),
+    ("board/[mt]*", ("tb/board/test_monitor.py", CHAIN)),
+    ("board/i2c_reader*", ("tb/board/test_monitor.py", CHAIN)),
     ("board/c[lo]*", (f"{LINK} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
     ("board/[bdiu]*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
     ("board/[fl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),

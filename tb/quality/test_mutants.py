@@ -47,6 +47,7 @@ def test_every_source_has_mutants_and_tests() -> None:
     # Packages of constants, wiring.
     without = {
         "clock_input.vhd",
+        "colour_pkg.vhd",
         "edid_pkg.vhd",
         "gearbox_5_to_10.vhd",
         "pixel_clock_select.vhd",
