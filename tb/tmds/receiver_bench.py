@@ -164,3 +164,10 @@ async def as_the_python_receiver(dut: Any) -> None:
             assert taken.wrong[at] == (torn, wrong), f"packet that ends at {i}"
             assert taken.told[at] == now, f"told behind word {i}"
     assert all(kinds), kinds
+    assert int(dut.locked.value)
+    assert int(dut.aligned.value) == 7
+    dut.reset.value = 1
+    after = await play(dut, words[:4].tolist())
+    active, _, _, _, wrong_words, hdmi = after.video[-1]
+    assert (active, wrong_words, hdmi, int(dut.locked.value)) == (0, 0, 0, 0)
+    assert after.told[-1] == NOTHING_TOLD
