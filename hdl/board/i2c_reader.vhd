@@ -72,6 +72,8 @@ architecture rtl of i2c_reader is
   signal bits    : natural range 0 to 8         := 0;
   signal shift   : std_logic_vector(8 downto 0) := (others => '1');
   signal all_in  : std_logic                    := '0';
+  signal starts  : std_logic;
+  signal stops   : std_logic;
 
 begin
 
@@ -92,6 +94,11 @@ begin
 
   data     <= shift(8 downto 1);
   complete <= all_in;
+
+  starts <= '1' when step = write_start or step = read_start else
+            '0';
+  stops  <= '1' when step = free_stop or step = stop else
+            '0';
 
   read : process (clk) is
   begin
@@ -115,38 +122,21 @@ begin
               bits    <= 0;
               shift   <= (others => '1');
             end if;
-          elsif clocks >= QUARTER - 1 then
-            clocks <= QUARTER - 1;
-
-            case step is
-
-              when write_start | read_start =>
-
+          elsif clocks = QUARTER - 1 then
+            if step = read_byte and bits = 0 then
+              if next_byte = '1' then
                 sda_low <= '0';
+                shift   <= x"FF" & not more;
                 clocks  <= 0;
                 phase   <= setup;
-
-              when free_stop | stop =>
-
-                sda_low <= '1';
-                clocks  <= 0;
-                phase   <= setup;
-
-              when others =>
-
-                if step /= read_byte or bits /= 0 then
-                  sda_low <= not shift(8);
-                  clocks  <= 0;
-                  phase   <= setup;
-                elsif next_byte = '1' then
-                  sda_low <= '0';
-                  shift   <= x"FF" & not more;
-                  clocks  <= 0;
-                  phase   <= setup;
-                end if;
-
-            end case;
-
+              else
+                clocks <= clocks;
+              end if;
+            else
+              sda_low <= stops or (not starts and not shift(8));
+              clocks  <= 0;
+              phase   <= setup;
+            end if;
           end if;
 
         when setup =>
@@ -176,23 +166,13 @@ begin
           if clocks = QUARTER - 1 then
             clocks <= 0;
             phase  <= high_end;
-
-            case step is
-
-              when write_start | read_start =>
-
-                sda_low <= '1';
-
-              when free_stop | stop =>
-
-                sda_low <= '0';
-
-              when others =>
-
-                shift <= shift(7 downto 0) & sda_now;
-
-            end case;
-
+            if starts = '1' then
+              sda_low <= '1';
+            elsif stops = '1' then
+              sda_low <= '0';
+            else
+              shift <= shift(7 downto 0) & sda_now;
+            end if;
           end if;
 
         when high_end =>
@@ -201,84 +181,77 @@ begin
             clocks  <= 0;
             phase   <= hold;
             scl_low <= '1';
-            bits    <= 0;
+            if starts = '0' and stops = '0' and bits /= 8 then
+              bits <= bits + 1;
+            else
+              bits <= 0;
 
-            case step is
+              -- What was sent must be on the line, with a zero behind it from the device.
+              case step is
 
-              when free_stop =>
+                when free =>
 
-                step <= write_start;
-                if sda_now = '0' then
-                  stuck   <= '1';
+                  step <= free_stop;
+
+                when free_stop =>
+
+                  step <= write_start;
+                  if sda_now = '0' then
+                    stuck   <= '1';
+                    done    <= '1';
+                    scl_low <= '0';
+                    step    <= idle;
+                  end if;
+
+                when write_start =>
+
+                  step  <= write_device;
+                  shift <= WRITE_TO & LISTEN;
+
+                when write_device =>
+
+                  step  <= write_address;
+                  shift <= ADDRESS & LISTEN;
+                  if shift /= WRITE_TO & '0' then
+                    step <= stop;
+                  end if;
+
+                when write_address =>
+
+                  step <= read_start;
+                  if shift /= ADDRESS & '0' then
+                    step <= stop;
+                  end if;
+
+                when read_start =>
+
+                  step  <= read_device;
+                  shift <= READ_FROM & LISTEN;
+
+                when read_device =>
+
+                  step <= read_byte;
+                  if shift /= READ_FROM & '0' then
+                    step <= stop;
+                  end if;
+
+                when read_byte =>
+
+                  valid <= '1';
+                  if more = '0' then
+                    all_in <= '1';
+                    step   <= stop;
+                  end if;
+
+                when stop | idle =>
+
                   done    <= '1';
                   scl_low <= '0';
                   step    <= idle;
-                end if;
 
-              when write_start =>
+              end case;
 
-                step  <= write_device;
-                shift <= WRITE_TO & LISTEN;
-
-              when read_start =>
-
-                step  <= read_device;
-                shift <= READ_FROM & LISTEN;
-
-              when stop | idle =>
-
-                done    <= '1';
-                scl_low <= '0';
-                step    <= idle;
-
-              when others =>
-
-                if bits /= 8 then
-                  bits <= bits + 1;
-                else
-                  -- What was sent must be on the line, with a zero behind it from the device.
-                  case step is
-
-                    when free =>
-
-                      step <= free_stop;
-
-                    when write_device =>
-
-                      step  <= write_address;
-                      shift <= ADDRESS & LISTEN;
-                      if shift /= WRITE_TO & '0' then
-                        step <= stop;
-                      end if;
-
-                    when write_address =>
-
-                      step <= read_start;
-                      if shift /= ADDRESS & '0' then
-                        step <= stop;
-                      end if;
-
-                    when read_device =>
-
-                      step <= read_byte;
-                      if shift /= READ_FROM & '0' then
-                        step <= stop;
-                      end if;
-
-                    when others =>
-
-                      valid <= '1';
-                      if more = '0' then
-                        all_in <= '1';
-                        step   <= stop;
-                      end if;
-
-                  end case;
-
-                end if;
-
-            end case;
-
+            end if;
           end if;
 
       end case;

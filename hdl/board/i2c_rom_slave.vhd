@@ -153,23 +153,12 @@ begin
 
       if scl_now = '1' and scl_before = '0' then
         -- Rising clock: bits are taken.
-        case state is
-
-          when device_byte | address_byte | discard =>
-
-            shift <= shift(6 downto 0) & sda_now;
-            bits  <= bits + 1;
-
-          when acknowledged =>
-
-            refused <= sda_now;
-
-          when others =>
-
-            null;
-
-        end case;
-
+        if state = device_byte or state = address_byte or state = discard then
+          shift <= shift(6 downto 0) & sda_now;
+          bits  <= bits + 1;
+        elsif state = acknowledged then
+          refused <= sda_now;
+        end if;
       elsif scl_now = '0' and scl_before = '1' then
         -- Falling clock: the data line may change.
         case state is
