@@ -12,6 +12,7 @@ from enum import Enum, auto
 from functools import cache
 
 import numpy as np
+import numpy.typing as npt
 
 from plenofir.fpga.hdmi.link import Frame, Packed, RasterSignals, encode_signals, raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
@@ -114,10 +115,10 @@ def encode_hdmi(mode: VideoMode, frames: Sequence[Frame], packets: Iterator[Pack
     return packed
 
 
-def _overlay(packed: Packed, places: Sequence[int] | np.ndarray, tokens: tuple[int, int]) -> None:
+def _overlay(packed: Packed, places: npt.NDArray[np.intp], tokens: tuple[int, int]) -> None:
     """Put a preamble, the tokens of channels 1 and 2, at each place."""
     for i in range(PREAMBLE):
-        at = np.asarray(places) + i
+        at = places + i
         packed[at] = packed[at] & 0x3FF | tokens[0] << 10 | tokens[1] << 20
 
 
@@ -173,6 +174,10 @@ class Received:
 PLAIN_LINES = 16
 """Lines in a row without guard bands that make the source one of DVI."""
 
+_Word = tuple[int, int, int]
+_NIBBLES = {word: value for value, word in enumerate(TERC4)}
+_AFTER_GUARD = {_Period.VIDEO_GUARD: _Period.VIDEO, _Period.ISLAND_GUARD: _Period.ISLAND}
+_PREAMBLE_TOKEN = 1
 _VOTES = 8
 _ENOUGH_VOTES = 4
 _ENOUGH_GUARDS = 3
@@ -183,7 +188,7 @@ def _data_words() -> frozenset[int]:
     return frozenset(word for word in range(1024) if is_data_word(word))
 
 
-def _packet(nibbles: Sequence[tuple[int, int, int]]) -> tuple[Packet, bool]:
+def _packet(nibbles: Sequence[Sequence[int]]) -> tuple[Packet, bool]:
     """Packet of 32 words, and whether it is intact."""
     header = sum((low >> 2 & 1) << i for i, (low, _, _) in enumerate(nibbles))
     parts = [
@@ -196,6 +201,103 @@ def _packet(nibbles: Sequence[tuple[int, int, int]]) -> tuple[Packet, bool]:
     blocks = [header.to_bytes(4, "little"), *(part.to_bytes(8, "little") for part in parts)]
     intact = all(check_byte(block[:-1]) == block[-1] for block in blocks)
     return Packet(blocks[0][:-1], b"".join(block[:-1] for block in blocks[1:])), intact
+
+
+def _kind(votes: Sequence[int], word: _Word, following: _Word) -> _Period:
+    """What begins with a word, from the preamble's votes and this word and the next."""
+    if votes[1] >= _ENOUGH_VOTES:
+        both = (word, following)
+        if votes[2] >= _ENOUGH_VOTES:
+            guards = sum(
+                (pair[0] in TERC4[12:]) + (pair[1] == ISLAND_GUARD) + (pair[2] == ISLAND_GUARD)
+                for pair in both
+            )
+            if guards >= _ENOUGH_GUARDS:
+                return _Period.ISLAND_GUARD
+        elif sum(w == g for pair in both for w, g in zip(pair, VIDEO_GUARDS, strict=True)) >= (
+            _ENOUGH_GUARDS
+        ):
+            return _Period.VIDEO_GUARD
+    return _Period.VIDEO
+
+
+class _Receiver:
+    """State from word to word, and what came out."""
+
+    def __init__(self, count: int) -> None:
+        self.period = _Period.CONTROL
+        # Last token of each channel, and how many of those before it were of a preamble.
+        self.held = [0] * _CHANNELS
+        self.votes = [0] * _CHANNELS
+        self.syncs = 0
+        self.hdmi = False
+        self.plain_lines = 0
+        self.nibbles: list[list[int]] = []
+        self.active = np.zeros(count, bool)
+        self.levels = np.zeros(count, np.uint8)
+        self.pixels: Bytes = np.zeros((count, _CHANNELS), np.uint8)
+        self.errors = np.zeros((count, _CHANNELS), bool)
+        self.is_hdmi = np.zeros(count, bool)
+        self.packets: list[ReceivedPacket] = []
+
+    def take(self, i: int, word: _Word, following: _Word) -> None:
+        """Take a word; the next one helps to know the guard bands."""
+        tokens = [channel in TOKENS for channel in word]
+        for c in range(_CHANNELS):
+            if tokens[c]:
+                self.held[c] = TOKENS.index(word[c])
+        if sum(tokens) >= 2:
+            self.period = _Period.CONTROL
+            self._control(i, tokens)
+        else:
+            second = self.period != _Period.CONTROL
+            if not second:
+                self._begin(word, following)
+            self.votes = [0] * _CHANNELS
+            self._inside(i, word)
+            if second:
+                self.period = _AFTER_GUARD.get(self.period, self.period)
+        self.levels[i] = self.syncs
+        self.is_hdmi[i] = self.hdmi
+
+    def _control(self, i: int, tokens: list[bool]) -> None:
+        """Blanking: syncs, and votes for a preamble."""
+        for c in range(_CHANNELS):
+            up = self.held[c] == _PREAMBLE_TOKEN
+            self.votes[c] = min(self.votes[c] + 1, _VOTES) if up else max(self.votes[c] - 1, 0)
+            self.errors[i, c] = not tokens[c]
+        if tokens[0]:
+            self.syncs = self.held[0]
+
+    def _begin(self, word: _Word, following: _Word) -> None:
+        """First word behind tokens: what begins here."""
+        self.period = _kind(self.votes, word, following)
+        if self.period == _Period.ISLAND_GUARD:
+            self.nibbles = []
+        elif self.period == _Period.VIDEO_GUARD:
+            self.hdmi, self.plain_lines = True, 0
+        elif self.plain_lines == PLAIN_LINES - 1:
+            self.hdmi = False
+        else:
+            self.plain_lines += 1
+
+    def _inside(self, i: int, word: _Word) -> None:
+        """Guard band, pixel, or word of an island."""
+        if self.period == _Period.VIDEO_GUARD:
+            self.errors[i] = [w != guard for w, guard in zip(word, VIDEO_GUARDS, strict=True)]
+        elif self.period == _Period.VIDEO:
+            self.active[i] = True
+            self.errors[i] = [w not in _data_words() for w in word]
+            self.pixels[i] = [0 if w in TOKENS else decode_word(w) for w in word[::-1]]
+        else:
+            self.errors[i] = [w not in _NIBBLES and w != ISLAND_GUARD for w in word]
+            if word[0] in _NIBBLES:
+                self.syncs = _NIBBLES[word[0]] & 3
+        if self.period == _Period.ISLAND:
+            self.nibbles.append([_NIBBLES.get(w, 0) for w in word])
+            if len(self.nibbles) == PACKET_WORDS:
+                self.packets.append(ReceivedPacket(i, *_packet(self.nibbles)))
+                self.nibbles = []
 
 
 def receive(packed: Packed) -> Received:
@@ -217,93 +319,13 @@ def receive(packed: Packed) -> Received:
         As many entries as words.
     """
     words = [
-        tuple(int(number) >> 10 * channel & 0x3FF for channel in range(_CHANNELS))
-        for number in packed.tolist()
+        (number & 0x3FF, number >> 10 & 0x3FF, number >> 20 & 0x3FF) for number in packed.tolist()
     ]
-    values = {word: value for value, word in enumerate(TERC4)}
-    count = len(words)
-    active = np.zeros(count, bool)
-    syncs = np.zeros(count, np.uint8)
-    pixels: Bytes = np.zeros((count, _CHANNELS), np.uint8)
-    errors = np.zeros((count, _CHANNELS), bool)
-    hdmi = np.zeros(count, bool)
-    packets: list[ReceivedPacket] = []
-    period = _Period.CONTROL
-    held = [0] * _CHANNELS
-    votes = [0] * _CHANNELS
-    sync, is_hdmi, plain = 0, False, 0
-    nibbles: list[tuple[int, int, int]] = []
-    last = [0] * _CHANNELS
-    for i, word in enumerate(words):
-        tokens = [channel in TOKENS for channel in word]
-        held = [TOKENS.index(w) if w in TOKENS else h for w, h in zip(word, held, strict=True)]
-        if sum(tokens) >= 2:
-            period = _Period.CONTROL
-            votes = [
-                min(v + 1, _VOTES) if h == 1 else max(v - 1, 0)
-                for v, h in zip(votes, held, strict=True)
-            ]
-            errors[i] = [not token for token in tokens]
-            if tokens[0]:
-                sync = held[0]
-        else:
-            following = words[i + 1] if i + 1 < count else word
-            if period == _Period.CONTROL:
-                period = _kind(votes, word, following)
-                if period == _Period.ISLAND_GUARD:
-                    nibbles = []
-                elif period == _Period.VIDEO_GUARD:
-                    is_hdmi, plain = True, 0
-                elif plain == PLAIN_LINES - 1:
-                    is_hdmi = False
-                else:
-                    plain += 1
-                second = False
-            else:
-                second = True
-            votes = [0] * _CHANNELS
-            if period == _Period.VIDEO_GUARD:
-                errors[i] = [w != guard for w, guard in zip(word, VIDEO_GUARDS, strict=True)]
-            elif period == _Period.VIDEO:
-                active[i] = True
-                errors[i] = [w not in _data_words() for w in word]
-                pixels[i] = [
-                    0 if token else decode_word(w)
-                    for w, token in zip(word[::-1], tokens[::-1], strict=True)
-                ]
-            else:
-                errors[i] = [w not in values and w != ISLAND_GUARD for w in word]
-                if word[0] in values:
-                    sync = values[word[0]] & 3
-            if period == _Period.ISLAND:
-                last = [values.get(w, 0) for w in word]
-                nibbles.append((last[0], last[1], last[2]))
-                if len(nibbles) == PACKET_WORDS:
-                    packets.append(ReceivedPacket(i, *_packet(nibbles)))
-                    nibbles = []
-            if second and period == _Period.VIDEO_GUARD:
-                period = _Period.VIDEO
-            elif second and period == _Period.ISLAND_GUARD:
-                period = _Period.ISLAND
-        syncs[i] = sync
-        hdmi[i] = is_hdmi
-    signals = RasterSignals(active, (syncs & 1).astype(bool), (syncs & 2).astype(bool), pixels)
-    return Received(signals, errors, hdmi, packets)
-
-
-def _kind(votes: list[int], word: tuple[int, ...], following: tuple[int, ...]) -> _Period:
-    """What begins with a word, from the preamble's votes and this word and the next."""
-    if votes[1] >= _ENOUGH_VOTES:
-        both = (word, following)
-        if votes[2] >= _ENOUGH_VOTES:
-            guards = sum(
-                (pair[0] in TERC4[12:]) + (pair[1] == ISLAND_GUARD) + (pair[2] == ISLAND_GUARD)
-                for pair in both
-            )
-            if guards >= _ENOUGH_GUARDS:
-                return _Period.ISLAND_GUARD
-        elif sum(w == g for pair in both for w, g in zip(pair, VIDEO_GUARDS, strict=True)) >= (
-            _ENOUGH_GUARDS
-        ):
-            return _Period.VIDEO_GUARD
-    return _Period.VIDEO
+    receiver = _Receiver(len(words))
+    for i, (word, following) in enumerate(zip(words, [*words[1:], *words[-1:]], strict=True)):
+        receiver.take(i, word, following)
+    levels = receiver.levels
+    signals = RasterSignals(
+        receiver.active, (levels & 1).astype(bool), (levels & 2).astype(bool), receiver.pixels
+    )
+    return Received(signals, receiver.errors, receiver.is_hdmi, receiver.packets)
