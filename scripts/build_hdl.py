@@ -40,10 +40,11 @@ end package vcomponents;
 def components_package() -> str:
     """Make ``hdl/sim/unisim/vcomponents.vhd``, the components of all models."""
     components = []
-    for path in sorted(set(UNISIM.glob("*.vhd")) - {VCOMPONENTS}):
+    for path in sorted(UNISIM.glob("*.vhd")):
         entity = re.search(r"^entity (\w+) is\n(.*?)^end entity", path.read_text(), re.S | re.M)
         if entity is None:
-            raise ValueError(f"{path}: no entity")
+            # A package.
+            continue
         name, clauses = entity.groups()
         component = f"component {name} is\n{clauses}end component {name};"
         components.append(re.sub(r"^(?=.)", "  ", component, flags=re.M))

@@ -12,11 +12,15 @@
 --   1 pixel clock period in fs * 64       2, 3, 4 skew of channel 0, 1, 2 in ps
 --   5 jitter of the edges, +- ps          6 clock lane: 1 runs, 0 stands still
 --   7 cable: 1 plugged, 0 open            8 skew of the clock lane in ps
---   9 blanking for as many ns
+--   9 blanking for as many ns             10 faults of the delay lines, see unisim.model_faults
+--   11 an open clock input that oscillates for as many ns, at ever another rate
 
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
+
+library unisim;
+use unisim.model_faults.all;
 
 entity hdmi_bench is
   generic (
@@ -268,7 +272,10 @@ begin
 
     end procedure send;
 
-    variable waited : time;
+    variable waited  : time;
+    variable started : time;
+    variable half    : time;
+    variable slow    : natural := 0;
 
   begin
 
@@ -331,6 +338,33 @@ begin
             while now - waited < value * 1 ns loop
 
               send;
+
+            end loop;
+
+          when 10 =>
+
+            delay_faults <= value;
+
+          when 11 =>
+
+            bits   := IDLE;
+            waited := now;
+
+            while now - waited < value * 1 ns loop
+
+              -- Slow and fast in turn, each for longer than a window of the meter and shorter than two.
+              random  := (random * 25173 + 13849) mod 65536;
+              slow    := 1 - slow;
+              half    := (5 + 8 * slow) * 1 ns + (random mod 4096) * 1 ps;
+              started := now;
+
+              while now - started < METER_WINDOW * 14 ns loop
+
+                in_clk_p <= '1', '0' after half;
+                in_clk_n <= '0', '1' after half;
+                wait for 2 * half;
+
+              end loop;
 
             end loop;
 

@@ -260,6 +260,59 @@ async def data_lost_while_the_clock_runs(dut: Any) -> None:
     await bench.relock(MODE_720, [])
 
 
+@cocotb.test()
+async def open_clock_input(dut: Any) -> None:
+    """An open input that oscillates starts nothing; a source is followed then."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    await bench.link.play([Command(Code.OPEN_CLOCK, 200_000)])
+    assert bench.led() & 0x1F == 0
+    status = parse_status(await ask(dut, "?"))
+    assert status["present"] == status["running"] == status["restarts"] == (0,)
+    await bench.relock(MODE_720, [])
+
+
+async def faulty_delay_lines(dut: Any, seed: int, recovery_us: float) -> None:
+    """Let delay lines go wrong for some frames; right again within a time behind the last fault."""
+    bench = Bench(dut)
+    await bench.link.reset()
+    dut._log.info("seed of the faults: %d", seed)
+    during = encode_frames(MODE_720, bench.pictures(MODE_720, 8))
+    frame_us = 1000 * MODE_720.h_total * MODE_720.v_total / MODE_720.pixel_clock
+    lost = bench.lost_frames(MODE_720) + int(np.ceil(recovery_us / frame_us))
+    frames = bench.pictures(MODE_720, lost + 3)
+    taken = await bench.link.play(
+        [
+            *(Command(Code.DELAY_FAULTS, seed), *signal(MODE_720), during),
+            *(Command(Code.DELAY_FAULTS, 0), encode_frames(MODE_720, frames)),
+        ]
+    )
+    got = last_frames(taken, MODE_720.h_total)
+    assert len(got) >= 2
+    # The last frame has not come out as a whole.
+    for frame, picture in zip(got[::-1], frames[-2 : lost - 1 : -1], strict=False):
+        assert np.array_equal(frame.pixels, bench.golden(picture))
+    assert bench.led() & 0x1F == 0x1F, f"LEDs {bench.led():08b}"
+    status = parse_status(await ask(dut, "?"))
+    assert any(status["hung"])
+    assert status["tracking"] == (7,)
+    assert bool(status["restarts"][0]) == bool(seed % 2)
+
+
+@cocotb.test()
+async def delay_lines_hang(dut: Any) -> None:
+    """Delay lines hang, ignore and answer late; a reset of the delay brings them back."""
+    seed = 2 * random.Random(cocotb.RANDOM_SEED).randrange(1, 1 << 20)
+    await faulty_delay_lines(dut, seed, 2 * 1023 / 148.5)
+
+
+@cocotb.test()
+async def delay_lines_hang_until_a_restart(dut: Any) -> None:
+    """Only a restart of the receiver's clocks brings them back: the supervisor does it."""
+    seed = 2 * random.Random(cocotb.RANDOM_SEED).randrange(1 << 20) + 1
+    await faulty_delay_lines(dut, seed, CASE["patience_us"] + LOCK_US)
+
+
 async def spoilt_frames(bench: Bench, mode: VideoMode, info: AviInfo | None) -> None:
     """Send random bit errors in three frames, anywhere, also in the blanking."""
     await bench.link.reset()

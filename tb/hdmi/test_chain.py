@@ -7,8 +7,8 @@ from plenofir_tb.video import MODE_720
 
 M, SHIFTS = 3, (2, 0, -1)
 METER_WINDOW, BIT_CLOCKS = 800, 10
-# A millisecond in place of 100 ms.
-DATA_PATIENCE = 125
+# 240 us in place of 100 ms.
+DATA_PATIENCE = 30
 PARTS = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
 
 
@@ -38,6 +38,7 @@ def run_chain(
             "meter_window": METER_WINDOW,
             "bit_clocks": BIT_CLOCKS,
             "thorough": thorough,
+            "patience_us": DATA_PATIENCE * METER_WINDOW / 100,
         },
         board=True,
         long=long,

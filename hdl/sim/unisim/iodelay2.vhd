@@ -4,13 +4,17 @@
 -- in which BUSY is high, and measures how many taps a bit lasts. RST sets the delay to half of
 -- that. CE moves it by one tap up (INC) or down: a step is taken only while BUSY is low; it stays within
 -- one bit. The slave's delay is half a bit longer than its counter says, as measured by its last
--- calibration.
+-- calibration. A calibration within 16 clocks of a step is a failure of the simulation. With faults (see
+-- model_faults) it hangs, ignores commands or answers late, as these delay lines were seen to do on boards.
 --
 -- Left out: all other types and sources of delay, output delay, the spread between taps and between
 -- delay lines, the constant part of the delay, wrap-around, DATAOUT2.
 
 library ieee;
 use ieee.std_logic_1164.all;
+
+library work;
+use work.model_faults.all;
 
 entity iodelay2 is
   generic (
@@ -48,6 +52,31 @@ architecture behaviour of iodelay2 is
 
   constant TAP                : time    := SIM_TAPDELAY_VALUE * 1 ps;
   constant CALIBRATION_CLOCKS : natural := 12;
+  constant QUIET              : natural := 16;
+  -- Of a late answer, in clocks.
+  constant LATEST : natural := 900;
+  -- CLK stands still.
+  constant STANDSTILL : time := 200 ns;
+
+  -- Another number for each delay line of a design.
+
+  function hash (
+    name : string
+  ) return natural is
+
+    variable value : natural := 1;
+
+  begin
+
+    for i in name'range loop
+
+      value := (value * 31 + character'pos(name(i))) mod 65536;
+
+    end loop;
+
+    return value;
+
+  end function hash;
 
   signal delay : time := 0 fs;
 
@@ -70,13 +99,71 @@ begin
     variable counter  : natural := 0;
     variable clocks   : natural := 0;
     variable started  : time;
+    variable stepped  : natural := QUIET;
+    variable random   : natural := hash(iodelay2'path_name);
+    variable late     : natural := 0;
+    variable stuck    : boolean := false;
+    variable by_reset : boolean := true;
+
+    -- The next random number below a limit.
+
+    procedure draw (
+      limit  : in positive;
+      result : out natural
+    ) is
+    begin
+
+      random := (random * 25173 + 13849 + delay_faults mod 65536) mod 65536;
+      result := (random / 16) mod limit;
+
+    end procedure draw;
+
+    variable chance : natural;
 
   begin
 
     busy <= '0';
     wait until rising_edge(clk);
 
+    late := 0;
+
+    if delay_faults /= 0 and (cal = '1' or ce = '1') then
+      draw(12, chance);
+      by_reset := delay_faults mod 2 = 0;
+      if chance = 0 then
+        busy  <= '1';
+        stuck := true;
+      elsif chance = 1 then
+        stuck := true;
+      elsif chance = 2 then
+        draw(LATEST, late);
+      end if;
+    end if;
+
+    while stuck loop
+
+      started := now;
+      wait until rising_edge(clk) for STANDSTILL;
+      stuck   := not (now - started >= STANDSTILL or (rst = '1' and by_reset));
+
+    end loop;
+
+    if stepped /= QUIET then
+      stepped := stepped + 1;
+    end if;
+
     if cal = '1' then
+      assert stepped = QUIET
+        report "IODELAY2: calibrated too soon behind a step"
+        severity failure;
+
+      while late > 0 loop
+
+        wait until rising_edge(clk);
+        late := late - 1;
+
+      end loop;
+
       busy <= '1';
       -- Two bits; a bit clock that stands still leaves things as they were.
       wait until rising_edge(ioclk0) for 100 ns;
@@ -104,6 +191,7 @@ begin
     elsif rst = '1' then
       counter := bit_taps / 2;
     elsif ce = '1' then
+      stepped := 0;
       if inc = '1' and counter < bit_taps then
         counter := counter + 1;
       elsif inc = '0' and counter > 0 then

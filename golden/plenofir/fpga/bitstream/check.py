@@ -390,7 +390,7 @@ def elaborate(sources: Sequence[Path], folder: Path) -> tuple[list[str], Counter
             placed = re.compile(r"\S+:\d+:\d+:(?!warning:|note:)|.*:error: ")
             errors = [line for line in lines if placed.match(line)] or lines
             return [errors[0] if errors else f"{' '.join(step[:2])} failed"], Counter()
-    names = {path.stem for path in hdl.unisim_sources()} - {"vcomponents"}
+    names = {path.stem for path in hdl.unisim_sources()} - {"vcomponents", "model_faults"}
     found = re.findall(r"-(\w+) \[entity\]", done.stdout)
     return [], Counter(name for name in found if name in names)
 

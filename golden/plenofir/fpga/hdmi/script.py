@@ -25,6 +25,8 @@ class Code(IntEnum):
     CABLE = 7
     CLOCK_SKEW = 8
     WAIT = 9
+    DELAY_FAULTS = 10
+    OPEN_CLOCK = 11
 
 
 @dataclass(frozen=True)
