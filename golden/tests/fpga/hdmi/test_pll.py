@@ -1,8 +1,11 @@
 """Settings of the PLL and their registers."""
 
+import re
+
 import pytest
 
-from plenofir.fpga.hdmi.modes import HD720, SVGA, VGA
+from plenofir import project
+from plenofir.fpga.hdmi.modes import HD720, MODES, SVGA, VGA
 from plenofir.fpga.hdmi.pll import (
     HIGH,
     LOW,
@@ -98,3 +101,13 @@ def test_nothing_needless_is_written() -> None:
     assert {address: mask for address, (mask, _) in written.items()} == {
         address: mask for address, (mask, _) in registers(HIGH).items()
     }
+
+
+def test_supervisor_takes_what_the_constraints_cover() -> None:
+    constraints = (project.root() / "constraints" / "atlys.ucf").read_text()
+    period = float(re.findall(r'"TS_tmds" = PERIOD "tmds" ([\d.]+) ns', constraints)[0])
+    supervisor = (project.root() / "hdl" / "board" / "link_supervisor.vhd").read_text()
+    fastest = int(re.findall(r"FASTEST : positive := (\d+)", supervisor)[0])
+    # In units of 100 kHz, rounded up.
+    assert fastest - 1 < 1e4 / period <= fastest
+    assert all(mode.pixel_clock <= 100 * fastest for mode in MODES)
