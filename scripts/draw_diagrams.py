@@ -95,7 +95,8 @@ _BOARD: list[Box] = [
         60,
         "control",
         (
-            "clock_meter  link_supervisor  pll_configure x 2  i2c_rom_slave (EDID)  board_control",
+            "clock_meter  link_supervisor  pll_configure x 2  i2c_rom_slave  monitor_edid  "
+            "board_control",
             "measures, chooses the PLLs' setting, brings up in order; buttons, switches, UART",
         ),
     ),

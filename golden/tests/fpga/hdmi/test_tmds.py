@@ -5,6 +5,7 @@ import pytest
 
 from plenofir.fpga.hdmi import link, tmds
 from plenofir.fpga.hdmi.modes import HD720, HD720_50, MODES, SVGA, VGA, XGA, VideoMode
+from plenofir.fpga.simulate.chain import mode_for
 
 MINI = VideoMode(
     name="mini",
@@ -115,4 +116,6 @@ def test_modes() -> None:
     assert (XGA.h_total, XGA.v_total) == (1344, 806)
     assert (HD720.h_total, HD720.v_total) == (1650, 750)
     assert (HD720_50.h_total, HD720_50.v_total) == (1980, 750)
+    for mode in (VGA, SVGA, XGA, HD720):
+        assert mode_for(mode.h_active, mode.v_active) == mode
     assert all(abs(m.frame_rate - (50 if m is HD720_50 else 60)) < 0.4 for m in MODES)
