@@ -89,7 +89,6 @@ STACK = "tb/stack/test_focal_stack.py"
 INDEX = "tb/depth/test_depth_index.py"
 BOARD = "tb/board/test_board_entities.py"
 LINK = "tb/board/test_link_entities.py"
-MONITOR = "tb/board/test_monitor.py"
 TMDS = "tb/tmds/test_tmds_entities.py"
 CHAIN = "tb/hdmi/test_chain.py"
 # Words in front of a file of tests are variables; here, which of the chain's tests run.
@@ -114,8 +113,6 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("board/[mt]*", ("tb/board/test_monitor.py", CHAIN)),
     ("board/i2c_reader*", ("tb/board/test_monitor.py", CHAIN)),
     ("board/c[lo]*", (f"{LINK} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
-    ("board/i2c_reader*", (MONITOR,)),
-    ("board/[mt]*", (MONITOR,)),
     ("board/[bdiu]*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
     ("board/[fl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
     ("board/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),
