@@ -41,3 +41,10 @@ def test_phase_detector_control() -> None:
 @pytest.mark.slow
 def test_many_hung_delay_lines() -> None:
     run_unit("phase_detector_control", **PHASE, faults=2000)
+
+
+def test_hdmi_control() -> None:
+    case = {"slices": 3, "meter_window": 320, "data_patience": 150, "bit_clocks": 6}
+    generics = {name.upper(): value for name, value in case.items()}
+    case_and_name = {"entity": "hdmi_control_bench", **case}
+    run_case("hdmi_control_bench", "board.control_bench", generics=generics, case=case_and_name)

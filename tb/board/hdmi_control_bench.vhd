@@ -1,0 +1,160 @@
+-- hdmi_control with a port for each field of the records that cocotb is to reach.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.hdmi_pkg.all;
+use work.tmds_pkg.all;
+use work.video_pkg.all;
+
+entity hdmi_control_bench is
+  generic (
+    SLICES        : positive := 3;
+    MAX_COLUMNS   : positive := 640;
+    METER_WINDOW  : positive := 320;
+    LOCK_TIMEOUT  : positive := 2000;
+    DATA_PATIENCE : positive := 4;
+    BIT_CLOCKS    : positive := 4;
+    SWITCH_FRAMES : positive := 30
+  );
+  port (
+    clk             : in    std_logic;
+    reset           : in    std_logic;
+    tmds_clk        : in    std_logic;
+    pixel_clk       : in    std_logic;
+    receive_locked  : in    std_logic;
+    transmit_locked : in    std_logic;
+    receive_reset   : out   std_logic;
+    transmit_reset  : out   std_logic;
+    run             : out   std_logic;
+    scl             : in    std_logic;
+    sda             : in    std_logic;
+    sda_low         : out   std_logic;
+    uart_rx         : in    std_logic;
+    uart_tx         : out   std_logic;
+    button_clear    : in    std_logic;
+    led             : out   std_logic_vector(7 downto 0);
+    tracking        : in    std_logic_vector(CHANNELS - 1 downto 0);
+    taps            : in    std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+    hung_toggle     : in    std_logic_vector(CHANNELS - 1 downto 0);
+    -- Of the settings.
+    pass_through : out   std_logic;
+    slice        : out   std_logic_vector(7 downto 0);
+    sweep        : out   std_logic;
+    sweep_frames : out   std_logic_vector(7 downto 0);
+    show_pattern : out   std_logic;
+    clear_toggle : out   std_logic;
+    -- Of the state.
+    aligned     : in    std_logic_vector(CHANNELS - 1 downto 0);
+    following   : in    std_logic;
+    unsupported : in    std_logic;
+    error_flags : in    std_logic_vector(ERRORS - 1 downto 0);
+    word_errors : in    std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
+    columns     : in    std_logic_vector(COUNT_BITS - 1 downto 0);
+    rows        : in    std_logic_vector(COUNT_BITS - 1 downto 0);
+    hsync       : in    std_logic;
+    vsync       : in    std_logic;
+    v_sync_now  : in    std_logic;
+    hdmi        : in    std_logic;
+    avi         : in    std_logic;
+    colour      : in    std_logic_vector(1 downto 0);
+    limited     : in    std_logic;
+    vic         : in    std_logic_vector(7 downto 0)
+  );
+end entity hdmi_control_bench;
+
+architecture test of hdmi_control_bench is
+
+  signal settings : video_settings_t;
+  signal state    : video_state_t;
+
+begin
+
+  pass_through <= settings.pass_through;
+  slice        <= settings.slice;
+  sweep        <= settings.sweep;
+  sweep_frames <= settings.sweep_frames;
+  show_pattern <= settings.show_pattern;
+  clear_toggle <= settings.clear_toggle;
+
+  fill : process (aligned, following, unsupported, error_flags, word_errors, columns, rows, hsync, vsync, v_sync_now,
+                  hdmi, avi, colour, limited, vic) is
+
+    variable filled : video_state_t;
+
+  begin
+
+    filled             := to_state((others => '0'));
+    filled.aligned     := aligned;
+    filled.following   := following;
+    filled.unsupported := unsupported;
+    filled.errors      := error_flags;
+    filled.word_errors := word_errors;
+    filled.columns     := unsigned(columns);
+    filled.rows        := unsigned(rows);
+    filled.h_sync      := hsync;
+    filled.v_sync      := vsync;
+    filled.v_sync_now  := v_sync_now;
+    filled.hdmi        := hdmi;
+    filled.informed    := avi;
+    filled.colour      := colour;
+    filled.limited     := limited;
+    filled.format_code := vic;
+    state              <= filled;
+
+  end process fill;
+
+  under_test : entity work.hdmi_control
+    generic map (
+      SLICES        => SLICES,
+      MAX_COLUMNS   => MAX_COLUMNS,
+      METER_WINDOW  => METER_WINDOW,
+      LOCK_TIMEOUT  => LOCK_TIMEOUT,
+      DATA_PATIENCE => DATA_PATIENCE,
+      BUTTON_STABLE => 4,
+      BIT_CLOCKS    => BIT_CLOCKS,
+      DDC_QUARTER   => 50,
+      DDC_PAUSE     => 20000,
+      SWITCH_FRAMES => SWITCH_FRAMES
+    )
+    port map (
+      clk             => clk,
+      reset           => reset,
+      tmds_clk        => tmds_clk,
+      pixel_clk       => pixel_clk,
+      own_ready       => '0',
+      receive_locked  => receive_locked,
+      transmit_locked => transmit_locked,
+      use_own         => open,
+      configure       => open,
+      setting_high    => open,
+      configured      => '1',
+      receive_reset   => receive_reset,
+      transmit_reset  => transmit_reset,
+      run             => run,
+      in_scl          => scl,
+      in_sda          => sda,
+      in_sda_low      => sda_low,
+      out_scl         => '1',
+      out_sda         => '1',
+      out_scl_low     => open,
+      out_sda_low     => open,
+      uart_rx         => uart_rx,
+      uart_tx         => uart_tx,
+      button_up       => '0',
+      button_down     => '0',
+      button_clear    => button_clear,
+      switch_pattern  => '0',
+      switch_pass     => '0',
+      switch_sweep    => '0',
+      led             => led,
+      tracking        => tracking,
+      taps            => taps,
+      hung_toggle     => hung_toggle,
+      settings        => settings,
+      state           => state
+    );
+
+end architecture test;
