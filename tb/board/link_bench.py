@@ -390,6 +390,7 @@ class DelayLine:
         self.fault = ""
         self.heals = True
         self.clocks = (1, 12)
+        self.under_way = self.clocks
         self.passed: int | None = None
 
     def busy(self, calibrate: int, reset: int) -> int:
@@ -400,10 +401,11 @@ class DelayLine:
         if calibrate and self.fault != "ignores":
             assert self.passed is None, "calibrated while it is busy"
             self.passed = 0
+            self.under_way = self.clocks
         if self.passed is None:
             return 0
         self.passed += 1
-        begin, length = self.clocks
+        begin, length = self.under_way
         if self.passed >= begin + length and self.fault != "hangs":
             self.passed = None
         return int(self.passed is not None and self.passed >= begin)
