@@ -144,7 +144,7 @@ architecture rtl of switched_fir is
 
   begin
 
-    sums(TAPS - 1) := 0;
+    sums := (others => 0);
 
     for w in 0 to KEPT - 1 loop
 

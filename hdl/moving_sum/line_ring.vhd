@@ -198,7 +198,7 @@ architecture rtl of line_ring is
 
     if place > 0 then
       return place - 1;
-    elsif ring > 0 then
+    elsif ring /= 0 then
       return ring - 1;
     end if;
 

@@ -47,100 +47,91 @@ def test_every_slice(m: int, kind: str) -> None:
     run_cases(cases)
 
 
-@pytest.mark.parametrize(
-    "core",
-    [
-        CoreConfiguration(micro_image_size=1, shifts=(2,), max_columns=6),
-        CoreConfiguration(micro_image_size=2, shifts=(-1,), max_columns=16, channels=3),
-        CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=32, align="causal"),
-        CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=9, align="causal"),
-        CoreConfiguration(micro_image_size=4, shifts=(0,), max_columns=20, pixel_bits=16),
-        CoreConfiguration(micro_image_size=5, shifts=(-3,), max_columns=23, channels=3),
-        CoreConfiguration(
-            micro_image_size=5, shifts=(7,), max_columns=16, arithmetic=STORED_VARIANTS[2]
-        ),
-        CoreConfiguration(
-            micro_image_size=3,
-            shifts=(4,),
-            max_columns=17,
-            channels=3,
-            arithmetic=STORED_VARIANTS[0],
-        ),
-        CoreConfiguration(
-            micro_image_size=2,
-            shifts=(3,),
-            max_columns=12,
-            pixel_bits=16,
-            arithmetic=STORED_VARIANTS[0],
-        ),
-        CoreConfiguration(micro_image_size=7, shifts=(1,), max_columns=7),
-    ],
-    ids=lambda core: (
-        f"M{core.micro_image_size}_shift{core.shifts[0]}_{core.arithmetic.kind}"
-        f"_{core.channels}x{core.pixel_bits}_{core.align}"
+# Cases share simulations, which start faster than they run.
+FAULTS = [
+    CoreConfiguration(micro_image_size=1, shifts=(2,), max_columns=6),
+    CoreConfiguration(micro_image_size=2, shifts=(-1,), max_columns=16, channels=3),
+    CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=32, align="causal"),
+    CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=9, align="causal"),
+    CoreConfiguration(micro_image_size=4, shifts=(0,), max_columns=20, pixel_bits=16),
+    CoreConfiguration(micro_image_size=5, shifts=(-3,), max_columns=23, channels=3),
+    CoreConfiguration(
+        micro_image_size=5, shifts=(7,), max_columns=16, arithmetic=STORED_VARIANTS[2]
     ),
-)
-def test_stalls_gaps_faults(core: CoreConfiguration) -> None:
-    run_cases([raster_case(core, thorough=True)])
+    CoreConfiguration(
+        micro_image_size=3,
+        shifts=(4,),
+        max_columns=17,
+        channels=3,
+        arithmetic=STORED_VARIANTS[0],
+    ),
+    CoreConfiguration(
+        micro_image_size=2,
+        shifts=(3,),
+        max_columns=12,
+        pixel_bits=16,
+        arithmetic=STORED_VARIANTS[0],
+    ),
+    CoreConfiguration(micro_image_size=7, shifts=(1,), max_columns=7),
+]
+ARRAYS = [
+    CoreConfiguration(
+        micro_image_size=3, shifts=(-3, 0, 3), max_columns=12, engine=FirEngine(hold=True)
+    ),
+    CoreConfiguration(
+        micro_image_size=3, shifts=(0,), max_columns=14, channels=3, engine=FirEngine(hold=True)
+    ),
+    CoreConfiguration(micro_image_size=3, shifts=(-2, 1, 4), max_columns=14, order=1),
+    CoreConfiguration(micro_image_size=2, shifts=(3,), max_columns=14, order=3),
+    CoreConfiguration(
+        micro_image_size=3, shifts=(2,), max_columns=12, order=2, arithmetic=STORED_VARIANTS[2]
+    ),
+    CoreConfiguration(
+        micro_image_size=5,
+        shifts=(-3, 7),
+        max_columns=13,
+        channels=3,
+        engine=FirEngine(broadcast_taps=4),
+    ),
+    CoreConfiguration(micro_image_size=3, shifts=(-4, 5), max_columns=15, align="causal"),
+    CoreConfiguration(
+        micro_image_size=4,
+        shifts=tuple(range(-4, 5)),
+        max_columns=15,
+        arithmetic=STORED_VARIANTS[1],
+    ),
+    CoreConfiguration(
+        micro_image_size=3, shifts=(-1, 2), max_columns=18, engine=FirEngine(parallel_rows=3)
+    ),
+    CoreConfiguration(
+        micro_image_size=3,
+        shifts=(2,),
+        max_columns=7,
+        channels=3,
+        engine=FirEngine(parallel_rows=5),
+    ),
+    CoreConfiguration(
+        micro_image_size=2, shifts=(0, 2), max_columns=5, engine=FirEngine(parallel_rows=8)
+    ),
+    CoreConfiguration(
+        micro_image_size=5,
+        shifts=(-5, 0, 5),
+        max_columns=12,
+        engine=FirEngine(parallel_rows=2, hold=True, broadcast_taps=1),
+        order=1,
+        arithmetic=STORED_VARIANTS[2],
+    ),
+]
 
 
-@pytest.mark.parametrize(
-    "core",
-    [
-        CoreConfiguration(
-            micro_image_size=3, shifts=(-3, 0, 3), max_columns=12, engine=FirEngine(hold=True)
-        ),
-        CoreConfiguration(
-            micro_image_size=3, shifts=(0,), max_columns=14, channels=3, engine=FirEngine(hold=True)
-        ),
-        CoreConfiguration(micro_image_size=3, shifts=(-2, 1, 4), max_columns=14, order=1),
-        CoreConfiguration(micro_image_size=2, shifts=(3,), max_columns=14, order=3),
-        CoreConfiguration(
-            micro_image_size=3, shifts=(2,), max_columns=12, order=2, arithmetic=STORED_VARIANTS[2]
-        ),
-        CoreConfiguration(
-            micro_image_size=5,
-            shifts=(-3, 7),
-            max_columns=13,
-            channels=3,
-            engine=FirEngine(broadcast_taps=4),
-        ),
-        CoreConfiguration(micro_image_size=3, shifts=(-4, 5), max_columns=15, align="causal"),
-        CoreConfiguration(
-            micro_image_size=4,
-            shifts=tuple(range(-4, 5)),
-            max_columns=15,
-            arithmetic=STORED_VARIANTS[1],
-        ),
-        CoreConfiguration(
-            micro_image_size=3, shifts=(-1, 2), max_columns=18, engine=FirEngine(parallel_rows=3)
-        ),
-        CoreConfiguration(
-            micro_image_size=3,
-            shifts=(2,),
-            max_columns=7,
-            channels=3,
-            engine=FirEngine(parallel_rows=5),
-        ),
-        CoreConfiguration(
-            micro_image_size=2, shifts=(0, 2), max_columns=5, engine=FirEngine(parallel_rows=8)
-        ),
-        CoreConfiguration(
-            micro_image_size=5,
-            shifts=(-5, 0, 5),
-            max_columns=12,
-            engine=FirEngine(parallel_rows=2, hold=True, broadcast_taps=1),
-            order=1,
-            arithmetic=STORED_VARIANTS[2],
-        ),
-    ],
-    ids=lambda core: (
-        f"M{core.micro_image_size}_slices{len(core.shifts)}_rows{core.parallel_rows}"
-        f"_order{core.order}{'_hold' * core.engine.hold}_latch{core.engine.broadcast_taps}"
-    ),
-)
-def test_array_slices_interpolation(core: CoreConfiguration) -> None:
-    run_cases([raster_case(core, thorough=True)])
+@pytest.mark.parametrize("part", range(2))
+def test_stalls_gaps_faults(part: int) -> None:
+    run_cases([raster_case(core, thorough=True) for core in FAULTS[part::2]])
+
+
+@pytest.mark.parametrize("part", range(3))
+def test_array_slices_interpolation(part: int) -> None:
+    run_cases([raster_case(core, thorough=True) for core in ARRAYS[part::3]])
 
 
 def random_core(rng: random.Random) -> CoreConfiguration:

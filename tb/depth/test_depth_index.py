@@ -1,49 +1,50 @@
 """Depth index and all-in-focus picture in VHDL, against the bit-true model."""
 
 import random
-from typing import Any
 
 import pytest
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir_tb.faults import plant
-from plenofir_tb.runner import draw_seed, run_case
+from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
-def run_index(**options: object) -> None:
-    """Run the raster core's bench on the sharpness of a stack."""
-    core = DepthIndexConfiguration.model_validate(options)
-    run_case(
-        "depth_index",
-        "core.raster_bench",
-        generics=core.generics(),
-        case={"core": core.model_dump(mode="json"), "thorough": True, "kind": "depth_index"},
+def run_indices(*cases: dict) -> None:
+    """Run the raster core's bench on the sharpness of stacks, side by side."""
+    cores = [DepthIndexConfiguration.model_validate(options) for options in cases]
+    run_cases(
+        [
+            Case(
+                "depth_index",
+                "core.raster_bench",
+                core.generics(),
+                {"core": core.model_dump(mode="json"), "thorough": True, "kind": "depth_index"},
+            )
+            for core in cores
+        ]
     )
 
 
-def slow(**options: object) -> Any:
-    return pytest.param(options, marks=pytest.mark.slow)
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
+def test_index_and_picture() -> None:
+    run_indices(
         {"micro_image_size": 3, "slices": 3, "max_columns": 16, "channels": 3},
         # Sums of all their bits; a power of two of micro images a line, the last one cut.
         {"micro_image_size": 2, "slices": 3, "max_columns": 15, "radius": 3},
         {"micro_image_size": 4, "slices": 1, "max_columns": 14, "radius": 0},
         # Lines shorter than the window.
         {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
-        slow(micro_image_size=2, slices=3, max_columns=16),
-        slow(micro_image_size=3, slices=2, max_columns=22, channels=3, radius=2),
-        slow(micro_image_size=5, slices=5, max_columns=22, channels=3),
-        slow(micro_image_size=4, slices=4, max_columns=25, radius=0, pixel_bits=16),
-    ],
-    ids=lambda options: "_".join(str(value) for value in options.values()).replace(" ", ""),
-)
-def test_index_and_picture(options: dict) -> None:
-    run_index(**options)
+    )
+
+
+@pytest.mark.slow
+def test_more_indices_and_pictures() -> None:
+    run_indices(
+        {"micro_image_size": 2, "slices": 3, "max_columns": 16},
+        {"micro_image_size": 3, "slices": 2, "max_columns": 22, "channels": 3, "radius": 2},
+        {"micro_image_size": 5, "slices": 5, "max_columns": 22, "channels": 3},
+        {"micro_image_size": 4, "slices": 4, "max_columns": 25, "radius": 0, "pixel_bits": 16},
+    )
 
 
 def run_random(number: int) -> None:
@@ -60,7 +61,7 @@ def run_random(number: int) -> None:
         "pixel_bits": rng.choice([8, 8, 16]),
     }
     print(options)
-    run_index(**options)
+    run_indices(options)
 
 
 @pytest.mark.parametrize("number", range(1))
@@ -94,4 +95,4 @@ def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
     sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
     with pytest.raises(pytest.fail.Exception):
-        run_index(micro_image_size=2, slices=3, radius=1, max_columns=14)
+        run_indices({"micro_image_size": 2, "slices": 3, "radius": 1, "max_columns": 14})

@@ -1,7 +1,6 @@
 """Several slices at once in VHDL, against the bit-true model."""
 
 import random
-from typing import Any
 
 import pytest
 
@@ -9,7 +8,7 @@ from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack import StackEngine
 from plenofir_tb.faults import plant
-from plenofir_tb.runner import draw_seed, run_case
+from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
 def configuration(spare: int = 4, **options: object) -> CoreConfiguration:
@@ -22,38 +21,34 @@ def configuration(spare: int = 4, **options: object) -> CoreConfiguration:
     return core
 
 
-def run_stack(core: CoreConfiguration, *, thorough: bool) -> None:
-    """Run the raster core's bench on a stack."""
-    run_case(
-        "focal_stack",
-        "core.raster_bench",
-        generics=core.generics(),
-        case={"core": core.model_dump(mode="json"), "thorough": thorough, "kind": "focal_stack"},
-    )
+def stack_case(core: CoreConfiguration, *, thorough: bool) -> Case:
+    """The raster core's bench on a stack."""
+    case = {"core": core.model_dump(mode="json"), "thorough": thorough, "kind": "focal_stack"}
+    return Case("focal_stack", "core.raster_bench", core.generics(), case)
 
 
-def slow(**options: object) -> Any:
-    return pytest.param(options, marks=pytest.mark.slow)
+# Cases share simulations, which start faster than they run.
+STACKS: list[dict] = [
+    {"micro_image_size": 5, "shifts": (-3, 0, 3), "channels": 3},
+    {"micro_image_size": 3, "shifts": (-3, 3)},
+    # A phase of which no line is kept.
+    {"micro_image_size": 3, "shifts": (3,)},
+    {"micro_image_size": 4, "shifts": (2, -2, 1), "pixel_bits": 16},
+    {"micro_image_size": 2, "shifts": (-3, -1, 0, 1, 4)},
+]
+MORE_STACKS: list[dict] = [
+    {"micro_image_size": 3, "shifts": (3, 0, -3, 1), "channels": 3},
+    {"micro_image_size": 4, "shifts": (4, 2), "align": "causal"},
+    {"micro_image_size": 1, "shifts": (0,)},
+    {"micro_image_size": 7, "shifts": (5,)},
+]
 
 
 @pytest.mark.parametrize(
-    "options",
-    [
-        {"micro_image_size": 5, "shifts": (-3, 0, 3), "channels": 3},
-        {"micro_image_size": 3, "shifts": (-3, 3)},
-        # A phase of which no line is kept.
-        {"micro_image_size": 3, "shifts": (3,)},
-        {"micro_image_size": 4, "shifts": (2, -2, 1), "pixel_bits": 16},
-        {"micro_image_size": 2, "shifts": (-3, -1, 0, 1, 4)},
-        slow(micro_image_size=3, shifts=(3, 0, -3, 1), channels=3),
-        slow(micro_image_size=4, shifts=(4, 2), align="causal"),
-        slow(micro_image_size=1, shifts=(0,)),
-        slow(micro_image_size=7, shifts=(5,)),
-    ],
-    ids=lambda options: "_".join(str(value) for value in options.values()).replace(" ", ""),
+    "stacks", [STACKS[::2], STACKS[1::2], pytest.param(MORE_STACKS, marks=pytest.mark.slow)]
 )
-def test_stacks_stalls_and_faults(options: dict) -> None:
-    run_stack(configuration(**options), thorough=True)
+def test_stacks_stalls_and_faults(stacks: list[dict]) -> None:
+    run_cases([stack_case(configuration(**options), thorough=True) for options in stacks])
 
 
 def draw(rng: random.Random) -> dict[str, object]:
@@ -71,7 +66,7 @@ def run_random(number: int) -> None:
     rng = random.Random(draw_seed() + number)
     options = draw(rng)
     print(options)
-    run_stack(configuration(**options), thorough=number % 2 == 0)
+    run_cases([stack_case(configuration(**options), thorough=number % 2 == 0)])
 
 
 @pytest.mark.parametrize("number", range(1))
@@ -100,5 +95,6 @@ def test_more_random_stacks(number: int) -> None:
 def test_planted_fault_is_found(tmp_path, monkeypatch, options, file, old, new) -> None:
     sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
+    core = configuration(micro_image_size=3, spare=6, **options)
     with pytest.raises(pytest.fail.Exception):
-        run_stack(configuration(micro_image_size=3, spare=6, **options), thorough=True)
+        run_cases([stack_case(core, thorough=True)])
