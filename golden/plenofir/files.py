@@ -29,9 +29,11 @@ _FOLDER = "a folder that can be written"
 
 def cannot_write(path: Path, error: OSError, where: str = "") -> InputError:
     """One line for a failed write: the file, the cause, what to do."""
+    where = where or str(path)
+    subject = "" if where == str(path) else f"{path} "
     return InputError(
-        f"{path} cannot be written ({error.strerror or error})",
-        where=where or str(path),
+        f"{subject}cannot be written ({error.strerror or error})",
+        where=where,
         expected=_REMEDIES.get(error.errno or 0, "permission to write there"),
     )
 
@@ -43,6 +45,14 @@ def unusable(error: OSError) -> InputError:
         where=str(error.filename or "the system"),
         expected=_REMEDIES.get(error.errno or 0, "a file that exists, and permission to use it"),
     )
+
+
+def write_flushed(path: Path, content: bytes | memoryview | str) -> None:
+    """Write a file and flush it to the disk, so that a full one is noticed; raises OSError."""
+    with path.open("wb") as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 class Results:
@@ -79,10 +89,7 @@ class Results:
             If it cannot be written.
         """
         try:
-            with self.path(name).open("wb") as file:
-                file.write(content.encode() if isinstance(content, str) else content)
-                file.flush()
-                os.fsync(file.fileno())
+            write_flushed(self.path(name), content)
         except OSError as error:
             raise cannot_write(self.folder / name, error) from None
 

@@ -21,7 +21,7 @@ from plenofir.fpga.simulate.file_bench import BenchResult, run_bench, wave_signa
 from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
 from plenofir.fpga.simulate.waves import write_save_file
 from plenofir.images import read_image, write_png
-from plenofir.refocus import check_raw, error_against_operator, shift_to_text
+from plenofir.refocus import check_raw, error_against_operator, shift_to_name, shift_to_text
 from plenofir.refocus.arithmetic import Arithmetic
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, depth_index_picture
@@ -137,8 +137,7 @@ def picture_names(shift: int, micro_image_size: int, slices: int) -> tuple[str, 
 
     They name the slice where there are several; a fraction's stroke becomes an underscore.
     """
-    text = shift_to_text(shift, micro_image_size).replace("/", "_")
-    suffix = f"_{text}" if slices > 1 else ""
+    suffix = f"_{shift_to_name(shift, micro_image_size)}" if slices > 1 else ""
     return f"refocused{suffix}.png", f"golden{suffix}.png", f"diff{suffix}.png"
 
 
