@@ -14,7 +14,6 @@ from any_call import (
     calls,
     contents,
     inside,
-    make_stock,
     run,
     strict_json,
 )
@@ -35,13 +34,6 @@ LEAVES = [
 ]
 
 Parameters = dict[str, Any]
-
-
-@pytest.fixture(scope="module")
-def stock(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("stock")
-    make_stock(folder)
-    return folder
 
 
 def check_views(p: Parameters) -> set[str]:
