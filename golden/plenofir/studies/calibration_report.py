@@ -25,6 +25,7 @@ from plenofir.images import read_image, write_png
 from plenofir.project import DATA
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
+from plenofir.studies.drawn_calibration import DRAWS, drawn_lines, drawn_picture, try_drawn
 from plenofir.studies.experiments import (
     Focused,
     disparity_experiment,
@@ -377,7 +378,7 @@ def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
     own = [] if spots is None else list(_spot_images(spots))
     check_folder(folder, str(folder))
     folder.mkdir(parents=True, exist_ok=True)
-    total = 8 + len(own) + 1 + 6 + 1 + 1
+    total = 8 + len(own) + DRAWS + 1 + 6 + 1 + 1
     done = 0
 
     def tell() -> None:
@@ -387,6 +388,9 @@ def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
 
     lines = ["# Calibration, focus and depth", ""]
     lines += _accuracy_lines(chain(_white_images(), own), tell)
+    results = try_drawn(DRAWS, tell)
+    lines += drawn_lines(results)
+    write_png(folder / "drawn.png", drawn_picture(results))
     lines += _rotation_lines(tell)
     lines += _experiment_lines(folder, tell)
     lines += _method_lines(tell)
