@@ -28,17 +28,22 @@ def check_file(out: str, suffixes: tuple[str, ...]) -> Path:
     return path
 
 
-def publish(files: "Mapping[str, Image | Floats]", folder: Path) -> None:
-    """Write PNG and NumPy files, all or none of them."""
+def save(results: Results, name: str, values: "Image | Floats") -> None:
+    """Add a PNG or NumPy file to results."""
     import numpy as np
 
     from plenofir.images import encode_png
 
+    if name.endswith(".npy"):
+        content = io.BytesIO()
+        np.save(content, values)
+        results.write(name, content.getbuffer())
+    else:
+        results.write(name, encode_png(cast("Image", values)))
+
+
+def publish(files: "Mapping[str, Image | Floats]", folder: Path) -> None:
+    """Write PNG and NumPy files, all or none of them."""
     with Results(folder) as results:
         for name, values in files.items():
-            if name.endswith(".npy"):
-                content = io.BytesIO()
-                np.save(content, values)
-                results.write(name, content.getbuffer())
-            else:
-                results.write(name, encode_png(cast("Image", values)))
+            save(results, name, values)

@@ -77,7 +77,7 @@ def kill_a_worker(run: subprocess.Popen[str], draw: random.Random) -> None:
 def kill_run(folder: Path, draw: random.Random) -> None:
     """Kill a run somewhere in what is left, now and then while something is being written."""
     run = start(folder)
-    wait_for_lines(folder, draw.randrange(lines(folder), FRAMES), run)
+    wait_for_lines(folder, lines(folder) + draw.randrange(FRAMES), run)
     time.sleep(draw.uniform(0, 0.2))
     run.kill()
     run.communicate()
@@ -87,8 +87,8 @@ def finish(folder: Path, draw: random.Random, kills: int) -> str:
     """Let a run go to its end while its workers are killed; what it prints."""
     run = start(folder)
     first = lines(folder)
-    for done in sorted(draw.randrange(first + 1, FRAMES) for _ in range(kills)):
-        wait_for_lines(folder, done, run)
+    for done in sorted(draw.randrange(1, FRAMES) for _ in range(kills)):
+        wait_for_lines(folder, first + done, run)
         kill_a_worker(run, draw)
     text, errors = run.communicate(timeout=300)
     assert (run.returncode, errors) == (0, "")
