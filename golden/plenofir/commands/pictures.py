@@ -42,7 +42,7 @@ def views(
     raw = _raster(raster, m)
     check_folder(Path(out), out)
     files = named_views(raw, m)
-    publish(files, Path(out))
+    publish(files, Path(out), raster)
     rows, columns = raw.shape[0] // m, raw.shape[1] // m
     typer.echo(f"{out}: {len(files)} views of {columns} x {rows} pixels")
 
@@ -60,7 +60,8 @@ def compose(
     from plenofir.camera.lightfield.folders import read_views
     from plenofir.camera.lightfield.indexing import compose as interleave
 
-    path = check_file(out, (".png",))
+    views_there = Path(folder).iterdir() if Path(folder).is_dir() else ()
+    path = check_file(out, (".png",), *views_there)
     with progress_bar("reading") as show:
         images = read_views(Path(folder), order=order, progress=show)
     publish({path.name: interleave(images)}, path.parent)
@@ -83,7 +84,7 @@ def refocus_command(
     """Refocus an aligned raw image, correctly rounded."""
     from plenofir.refocus import interpolation_order, refocus
 
-    path = check_file(out, (".png",))
+    path = check_file(out, (".png",), raster)
     m = micro_image
     raw = _raster(raster, m)
     setting = options.one_focus_setting(a, m)
@@ -164,7 +165,7 @@ def stack(
     # Near the borders views are missing.
     margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * m
     lines = [f"{out}: {len(settings)} slices"]
-    with progress_bar("refocusing") as show, Results(Path(out)) as results:
+    with progress_bar("refocusing") as show, Results(Path(out), [Path(raster)]) as results:
         # Slices are made again where they are needed again: that takes less than keeping them.
         slices = FocalStack(raw, m, settings, show)
         for shift, image in zip(shifts, slices, strict=True):
@@ -235,7 +236,7 @@ def depth_map(
         "distance_mm.npy": found.distance_mm,
         "disparity.npy": found.disparity.pixels_per_view,
     }
-    publish(files, Path(out))
+    publish(files, Path(out), raster)
     share = 100 * known.size / found.distance_mm.size
     spread = (
         f", {np.percentile(known, 5):.0f} to {np.percentile(known, 95):.0f} mm"
