@@ -73,7 +73,7 @@ class Calibration(BaseModel):
     grid: Grid
     missing: tuple[tuple[Index, Index], ...] = ()
     uneven: tuple[tuple[Index, Index, Number], ...] = ()
-    dark_level: Number = 0.0
+    dark_level: Annotated[Number, Field(ge=0, le=65535)] = 0.0
     shading: tuple[Number, ...]
     profile: tuple[tuple[Number, ...], ...]
     residual_px: Annotated[Number, Field(ge=0)]
