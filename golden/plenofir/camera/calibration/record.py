@@ -51,7 +51,7 @@ class Calibration(BaseModel):
         Grey level without light: median of the dark frame, 0 without one.
     shading
         Logarithm of the lenses' brightness, coefficients of a polynomial
-        (`plenofir.camera.calibration.fit.shading_at`); 0 at the brightest lens.
+        (`plenofir.camera.calibration.shading.shading_at`); 0 at the brightest lens.
     profile
         Brightness across a micro image relative to its middle: rows and columns from
         -`PROFILE_REACH` to `PROFILE_REACH` pitches.
