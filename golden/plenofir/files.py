@@ -4,11 +4,12 @@ Every file is written whole beside its place, flushed to the disk, and then rena
 disk, a killed run or a lost network leaves what was there before.
 """
 
+import contextlib
 import errno
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 
@@ -29,9 +30,11 @@ _FOLDER = "a folder that can be written"
 
 def cannot_write(path: Path, error: OSError, where: str = "") -> InputError:
     """One line for a failed write: the file, the cause, what to do."""
+    where = where or str(path)
+    subject = "" if where == str(path) else f"{path} "
     return InputError(
-        f"{path} cannot be written ({error.strerror or error})",
-        where=where or str(path),
+        f"{subject}cannot be written ({error.strerror or error})",
+        where=where,
         expected=_REMEDIES.get(error.errno or 0, "permission to write there"),
     )
 
@@ -45,6 +48,30 @@ def unusable(error: OSError) -> InputError:
     )
 
 
+def check_result(target: Path, inputs: Iterable[Path] = (), where: str = "") -> None:
+    """Refuse a place for a result that is a folder, or a file that the result is made from."""
+    where = where or str(target)
+    if target.is_dir():
+        raise InputError(f"{target} is a folder", where=where, expected="a file or nothing")
+    for path in inputs:
+        # One of them that does not exist is not the other.
+        with contextlib.suppress(OSError):
+            if target.samefile(path):
+                raise InputError(
+                    f"{target} would replace what it is made from",
+                    where=where,
+                    expected="another name, or another folder",
+                )
+
+
+def write_flushed(path: Path, content: bytes | memoryview | str) -> None:
+    """Write a file and flush it to the disk, so that a full one is noticed; raises OSError."""
+    with path.open("wb") as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
 class Results:
     """Files that appear in a folder all together, when the block ends without an error.
 
@@ -52,10 +79,13 @@ class Results:
     ----------
     folder
         Where they appear; made where it is missing.
+    inputs
+        Files that they are made from, which they never replace.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, inputs: Iterable[Path] = ()) -> None:
         self.folder = folder
+        self.inputs = tuple(inputs)
         self._staging: tempfile.TemporaryDirectory[str] | None = None
 
     def path(self, name: str) -> Path:
@@ -79,10 +109,7 @@ class Results:
             If it cannot be written.
         """
         try:
-            with self.path(name).open("wb") as file:
-                file.write(content.encode() if isinstance(content, str) else content)
-                file.flush()
-                os.fsync(file.fileno())
+            write_flushed(self.path(name), content)
         except OSError as error:
             raise cannot_write(self.folder / name, error) from None
 
@@ -108,11 +135,7 @@ class Results:
                 return
             names = sorted(os.listdir(self._staging.name))
             for name in names:
-                target = self.folder / name
-                if target.is_dir():
-                    raise InputError(
-                        f"{target} is a folder", where=str(target), expected="a file or nothing"
-                    )
+                check_result(self.folder / name, self.inputs)
             for name in names:
                 try:
                     self.path(name).replace(self.folder / name)

@@ -239,7 +239,7 @@ async def frames_of_any_rows(dut: Any) -> None:
             bench.scoreboard.expect(bench.golden(frame, slice_), slice_)
             bench.source.append(frame_beats(frame, core.pixel_bits))
         await bench.drain()
-    assert bench.source.refused_clocks == 0
+    assert bench.source.refused_clocks == 0, f"refused for {bench.source.refused_clocks} clocks"
     assert not bench.errors()
 
 

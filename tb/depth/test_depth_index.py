@@ -6,7 +6,7 @@ import pytest
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir_tb.faults import plant
+from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
@@ -94,5 +94,5 @@ def test_more_random_windows(number: int) -> None:
 def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
     sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
-    with pytest.raises(pytest.fail.Exception):
+    with pytest.raises(pytest.fail.Exception, match=FOUND):
         run_indices({"micro_image_size": 2, "slices": 3, "radius": 1, "max_columns": 14})

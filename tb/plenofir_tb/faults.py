@@ -3,6 +3,9 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+FOUND = r"(?m)^(AssertionError: |.*:error: bound check failure)"
+"""Pattern of a failure for a wrong result, and not because something is missing or broken."""
+
 
 def plant(folder: Path, sources: Iterable[Path], file: str, old: str, new: str) -> list[Path]:
     """Copy sources with one of them changed.

@@ -9,7 +9,7 @@ from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.images import read_image
-from plenofir_tb.faults import plant
+from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import run_case
 
 CORE = CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=20, channels=3)
@@ -58,7 +58,7 @@ HOLD = CoreConfiguration(
 def test_planted_fault_is_found(tmp_path, monkeypatch, core, file, old, new) -> None:
     sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
-    with pytest.raises(pytest.fail.Exception) as caught:
+    with pytest.raises(pytest.fail.Exception, match=FOUND) as caught:
         run_case(
             "raster_refocuser",
             "core.raster_bench",

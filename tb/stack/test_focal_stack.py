@@ -7,7 +7,7 @@ import pytest
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack import StackEngine
-from plenofir_tb.faults import plant
+from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
@@ -96,5 +96,5 @@ def test_planted_fault_is_found(tmp_path, monkeypatch, options, file, old, new) 
     sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
     core = configuration(micro_image_size=3, spare=6, **options)
-    with pytest.raises(pytest.fail.Exception):
+    with pytest.raises(pytest.fail.Exception, match=FOUND):
         run_cases([stack_case(core, thorough=True)])

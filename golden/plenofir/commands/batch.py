@@ -13,7 +13,9 @@ app = typer.Typer()
 
 @app.command()
 def batch(
-    frames: Annotated[str, typer.Argument(help="Pattern of aligned raw images, in quotes.")],
+    frames: Annotated[
+        list[str], typer.Argument(help="Aligned raw images: names, or patterns in quotes.")
+    ],
     micro_image: options.MicroImage,
     a: options.FocusSettings,
     out: options.OutFolder = "batch",
@@ -28,7 +30,6 @@ def batch(
     upsample: options.Upsample = True,
 ) -> None:
     """Refocus many frames; a run that was cut off goes on where it stopped."""
-    from plenofir.files import check_folder
     from plenofir.refocus import interpolation_order
     from plenofir.refocus.batch import Settings, find_frames, run_batch
 
@@ -36,11 +37,14 @@ def batch(
     options.shifts_of(chosen, micro_image)
     settings = Settings(micro_image, chosen, interpolation_order(interpolation), upsample)
     sources = find_frames(frames)
-    check_folder(Path(out), out)
-    with progress_bar("refocusing") as show:
-        done = run_batch(
-            sources, settings, Path(out), scheduler=scheduler, workers=workers, progress=show
-        )
+    try:
+        with progress_bar("refocusing") as show:
+            done = run_batch(
+                sources, settings, Path(out), scheduler=scheduler, workers=workers, progress=show
+            )
+    except KeyboardInterrupt:
+        typer.echo("plenofir: stopped; the same command goes on from here", err=True)
+        raise typer.Exit(130) from None
     failed = [frame for frame in done if frame.state == "failed"]
     for frame in failed:
         typer.echo(f"failed: {frame.reason}", err=True)

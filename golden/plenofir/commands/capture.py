@@ -47,8 +47,8 @@ def calibrate(
     from plenofir.camera.calibration import calibrate as find
     from plenofir.images import read_image
 
-    path = check_file(out, (".json",))
-    picture_path = check_file(picture, (".png",)) if picture else None
+    path = check_file(out, (".json",), white, dark)
+    picture_path = check_file(picture, (".png",), white, dark) if picture else None
     image = read_image(Path(white))
     with progress_bar("calibrating"):
         found = find(
@@ -122,7 +122,7 @@ def decode(
     from plenofir.camera.calibration import load_calibration
     from plenofir.images import read_image
 
-    path = check_file(out, (".png",))
+    path = check_file(out, (".png",), raw, calib, dark, white)
     calibration = load_calibration(calib)
     capture = read_image(Path(raw))
     with progress_bar("decoding") as show:

@@ -56,7 +56,7 @@ def steps_bar(description: str) -> Iterator[Callable[[str, int, int], None]]:
     console = Console(stderr=True)
     columns = (TextColumn("{task.description:<20}"), BarColumn(), TimeRemainingColumn())
     with Progress(
-        *columns, transient=True, console=console, disable=not console.is_terminal
+        *columns, transient=True, console=console, disable=not console.file.isatty()
     ) as bars:
         task = bars.add_task(description, total=None)
         yield lambda step, done, total: bars.update(

@@ -9,9 +9,9 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
-from plenofir.commands.results import check_file, publish
+from plenofir.commands.results import check_file, publish, save
 from plenofir.errors import InputError
-from plenofir.files import check_folder
+from plenofir.files import Results, check_folder
 
 if TYPE_CHECKING:
     from plenofir.commands.results import Floats
@@ -42,7 +42,7 @@ def views(
     raw = _raster(raster, m)
     check_folder(Path(out), out)
     files = named_views(raw, m)
-    publish(files, Path(out))
+    publish(files, Path(out), raster)
     rows, columns = raw.shape[0] // m, raw.shape[1] // m
     typer.echo(f"{out}: {len(files)} views of {columns} x {rows} pixels")
 
@@ -60,7 +60,8 @@ def compose(
     from plenofir.camera.lightfield.folders import read_views
     from plenofir.camera.lightfield.indexing import compose as interleave
 
-    path = check_file(out, (".png",))
+    views_there = Path(folder).iterdir() if Path(folder).is_dir() else ()
+    path = check_file(out, (".png",), *views_there)
     with progress_bar("reading") as show:
         images = read_views(Path(folder), order=order, progress=show)
     publish({path.name: interleave(images)}, path.parent)
@@ -83,7 +84,7 @@ def refocus_command(
     """Refocus an aligned raw image, correctly rounded."""
     from plenofir.refocus import interpolation_order, refocus
 
-    path = check_file(out, (".png",))
+    path = check_file(out, (".png",), raster)
     m = micro_image
     raw = _raster(raster, m)
     setting = options.one_focus_setting(a, m)
@@ -140,7 +141,7 @@ def stack(
     import numpy as np
 
     from plenofir.camera.lightfield.pictures import sharpness_picture
-    from plenofir.camera.lightfield.stack import all_in_focus, focal_stack, sharpness_curve
+    from plenofir.camera.lightfield.stack import FocalStack, all_in_focus, sharpness_curve
     from plenofir.fpga.simulate.run import picture_names
     from plenofir.refocus.sharpness import MAX_STACK, depth_index, depth_index_picture
 
@@ -161,30 +162,30 @@ def stack(
             expected=f"at most {MAX_STACK} with --depth-index",
         )
     check_folder(Path(out), out)
-    with progress_bar("refocusing") as show:
-        slices = focal_stack(raw, m, list(settings), show)
-    # Two or more: even the only slice has its a in its name.
-    names = [picture_names(shift, m, 2)[0] for shift in shifts]
-    files = dict(zip(names, slices, strict=True))
     # Near the borders views are missing.
     margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * m
-    if min(raw.shape[:2]) >= 2 * margin + 8 * m:
-        inside = slice(margin, raw.shape[0] - margin), slice(margin, raw.shape[1] - margin)
-        curve = sharpness_curve(slices, inside, m)
-        files["sharpness.png"] = sharpness_picture(
-            [float(setting) for setting in settings], {"": curve}
-        )
-        best = settings[int(np.argmax(curve))]
-        typer.echo(f"sharpest: a = {best}")
-    if everywhere:
-        files["all_in_focus.png"] = all_in_focus(slices, m).image
-    if index:
-        found = depth_index(slices, m, radius)
-        files["all_in_focus.png"] = found.image
-        of_pixels = found.index.repeat(m, 0).repeat(m, 1)[: raw.shape[0], : raw.shape[1]]
-        files["depth_index.png"] = depth_index_picture(of_pixels, len(slices))
-    publish(files, Path(out))
-    typer.echo(f"{out}: {len(slices)} slices")
+    lines = [f"{out}: {len(settings)} slices"]
+    with progress_bar("refocusing") as show, Results(Path(out), [Path(raster)]) as results:
+        # Slices are made again where they are needed again: that takes less than keeping them.
+        slices = FocalStack(raw, m, settings, show)
+        for shift, image in zip(shifts, slices, strict=True):
+            # Two or more: even the only slice has its a in its name.
+            save(results, picture_names(shift, m, 2)[0], image)
+        if min(raw.shape[:2]) >= 2 * margin + 8 * m:
+            inside = slice(margin, raw.shape[0] - margin), slice(margin, raw.shape[1] - margin)
+            curve = sharpness_curve(slices, inside, m)
+            plot = sharpness_picture([float(setting) for setting in settings], {"": curve})
+            save(results, "sharpness.png", plot)
+            lines.insert(0, f"sharpest: a = {settings[int(np.argmax(curve))]}")
+        if everywhere:
+            save(results, "all_in_focus.png", all_in_focus(slices, m).image)
+        if index:
+            found = depth_index(slices, m, radius)
+            save(results, "all_in_focus.png", found.image)
+            of_pixels = found.index.repeat(m, 0).repeat(m, 1)[: raw.shape[0], : raw.shape[1]]
+            save(results, "depth_index.png", depth_index_picture(of_pixels, len(slices)))
+    for line in lines:
+        typer.echo(line)
 
 
 @app.command("depth-map")
@@ -235,7 +236,7 @@ def depth_map(
         "distance_mm.npy": found.distance_mm,
         "disparity.npy": found.disparity.pixels_per_view,
     }
-    publish(files, Path(out))
+    publish(files, Path(out), raster)
     share = 100 * known.size / found.distance_mm.size
     spread = (
         f", {np.percentile(known, 5):.0f} to {np.percentile(known, 95):.0f} mm"

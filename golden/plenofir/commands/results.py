@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from plenofir.errors import InputError
-from plenofir.files import Results, check_folder
+from plenofir.files import Results, check_folder, check_result
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,28 +17,35 @@ if TYPE_CHECKING:
     Floats = npt.NDArray[np.float64]
 
 
-def check_file(out: str, suffixes: tuple[str, ...]) -> Path:
-    """Refuse a result file that cannot be written, before any work is done."""
+def check_file(out: str, suffixes: tuple[str, ...], *inputs: str | Path | None) -> Path:
+    """Refuse a result file that cannot be written, before any work is done.
+
+    Nor may it be one of the files that it is made from.
+    """
     path = Path(out)
     if path.suffix.lower() not in suffixes:
         raise InputError("no such kind of file", where=out, expected=" or ".join(suffixes))
-    if path.is_dir():
-        raise InputError("is a folder", where=out, expected="a file")
+    check_result(path, [Path(file) for file in inputs if file is not None], out)
     check_folder(path.parent, out)
     return path
 
 
-def publish(files: "Mapping[str, Image | Floats]", folder: Path) -> None:
-    """Write PNG and NumPy files, all or none of them."""
+def save(results: Results, name: str, values: "Image | Floats") -> None:
+    """Add a PNG or NumPy file to results."""
     import numpy as np
 
     from plenofir.images import encode_png
 
-    with Results(folder) as results:
+    if name.endswith(".npy"):
+        content = io.BytesIO()
+        np.save(content, values)
+        results.write(name, content.getbuffer())
+    else:
+        results.write(name, encode_png(cast("Image", values)))
+
+
+def publish(files: "Mapping[str, Image | Floats]", folder: Path, *inputs: str) -> None:
+    """Write PNG and NumPy files, all or none of them, and none that they are made from."""
+    with Results(folder, map(Path, inputs)) as results:
         for name, values in files.items():
-            if name.endswith(".npy"):
-                content = io.BytesIO()
-                np.save(content, values)
-                results.write(name, content.getbuffer())
-            else:
-                results.write(name, encode_png(cast("Image", values)))
+            save(results, name, values)

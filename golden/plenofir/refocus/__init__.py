@@ -38,7 +38,7 @@ from plenofir.refocus.operator import (
     refocus_sums,
     scatter_sums,
 )
-from plenofir.refocus.shifts import focus_to_shift, parse_focus, shift_to_text
+from plenofir.refocus.shifts import focus_to_shift, parse_focus, shift_to_name, shift_to_text
 from plenofir.refocus.switches import FilterLayout, filter_lines
 from plenofir.refocus.threads import processors
 
@@ -66,6 +66,7 @@ __all__ = [
     "refocus",
     "refocus_sums",
     "scatter_sums",
+    "shift_to_name",
     "shift_to_text",
 ]
 

@@ -1,48 +1,81 @@
 """Many frames through Dask: resumable, in any order; a failed frame is reported, the others go on.
 
 Each worker process has one thread and refocuses one frame at a time. Only paths are sent to it,
-never pixels, so workers on other machines need the same file system.
+never pixels, so workers on other machines need the same file system. Workers write into a hidden
+folder of their run; the run itself puts results in their places and notes them in the record. So
+nothing that an earlier run has left behind, not even a worker, can touch a result.
 """
 
-import json
+import glob
 import os
-from collections.abc import Callable, Iterator, Sequence
+import re
+import shutil
+import signal
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from hashlib import sha256
+from itertools import islice
+from multiprocessing import resource_tracker
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
+from uuid import uuid4
 
 from plenofir.errors import InputError
-from plenofir.images import read_image, write_png
+from plenofir.files import cannot_write, write_flushed
+from plenofir.images import encode_png, read_image
 from plenofir.refocus import (
     check_raw,
     focus_to_shift,
     interpolation_order,
     processors,
     refocus,
+    shift_to_name,
 )
+from plenofir.refocus.checks import whole_number
+from plenofir.refocus.record import Content, Entry, Record
 
 Progress = Callable[[int, int], None]
 State = Literal["done", "kept", "failed"]
 
-RECORD = "batch.json"
+WORKERS_PER_PROCESSOR = 4
+"""More wait for each other, or for memory."""
+_AHEAD = 1000
+"""Frames that the scheduler holds at once, however many there are."""
+_FRAMES = "image files, or a pattern of them"
+_STAGING = ".plenofir-batch-"
 
 
 @dataclass(frozen=True)
 class Settings:
     """What is done to every frame."""
 
-    m: int  # M in pixels
+    micro_image_size: int  # M in pixels
     a: tuple[Fraction, ...]  # focus settings
     order: int = 0  # order of the interpolation
     upsample: bool = True  # see `plenofir.refocus.refocus`
 
+    def check(self) -> None:
+        """Refuse settings that `plenofir.refocus.refocus` would refuse for every frame."""
+        whole_number(self.micro_image_size, "M", 1)
+        interpolation_order(self.order)
+        if not self.a:
+            raise InputError("no focus settings", where="a", expected="one or more")
+        for a in self.a:
+            focus_to_shift(a, self.micro_image_size)
+            if not self.upsample and (a.denominator != 1 or self.order):
+                raise InputError(
+                    f"a = {a}, interpolation of order {self.order}",
+                    where="upsample",
+                    expected="an integer a and nearest neighbour for one pixel each micro lens",
+                )
+
     def signature(self) -> str:
         """Text that is equal for equal settings."""
         focus = " ".join(str(a) for a in self.a)
-        return f"M={self.m} a={focus} order={self.order} upsample={self.upsample}"
+        return f"M={self.micro_image_size} a={focus} order={self.order} upsample={self.upsample}"
 
 
 @dataclass(frozen=True)
@@ -55,25 +88,42 @@ class Frame:
     reason: str = ""  # why it failed
 
 
-def find_frames(pattern: str) -> list[Path]:
-    """Frames of a pattern, in the order of the numbers in their names."""
-    import glob
-    import re
+def find_frames(patterns: Iterable[str]) -> list[Path]:
+    """Frames of names and patterns, those of a pattern in the order of the numbers in them.
+
+    A name that is a file's is no pattern, whatever brackets it has.
+    """
 
     def by_number(path: str) -> list[tuple[int, int, str]]:
         parts = re.split(r"(\d+)", path)
-        return [(0, int(p), "") if p.isdigit() else (1, 0, p) for p in parts if p]
+        return [(0, int(p), "") if p.isdecimal() else (1, 0, p) for p in parts if p]
 
-    found = [Path(p) for p in sorted(glob.glob(pattern, recursive=True), key=by_number)]
-    found = [path for path in found if path.is_file()]
-    if not found:
-        raise InputError("no such files", where=pattern, expected="a pattern of image files")
-    return found
+    frames: dict[Path, None] = {}
+    for pattern in patterns:
+        named = Path(pattern)
+        try:
+            found = [named] if named.exists() else []
+            if not found:
+                names = sorted(glob.glob(pattern, recursive=True), key=by_number)
+                found = [path for path in map(Path, names) if path.is_file()]
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise InputError(reason, where=pattern, expected=_FRAMES) from None
+        if not found:
+            raise InputError("no such files", where=pattern, expected=_FRAMES)
+        if found[0].is_dir():
+            raise InputError(
+                "is a folder", where=pattern, expected=f"a pattern, such as '{named / '*.png'}'"
+            )
+        frames |= dict.fromkeys(found)
+    return list(frames)
 
 
 def result_names(sources: Sequence[Path], settings: Settings) -> list[tuple[str, ...]]:
-    """Names of the results of each frame."""
-    names: list[tuple[str, ...]] = []
+    """Names of the results of each frame: the frame's own, and the focus setting."""
+    m = settings.micro_image_size
+    suffixes = [f"_a{shift_to_name(focus_to_shift(a, m), m)}.png" for a in settings.a]
+    names = []
     seen: dict[str, Path] = {}
     for source in sources:
         if source.stem in seen:
@@ -83,41 +133,50 @@ def result_names(sources: Sequence[Path], settings: Settings) -> list[tuple[str,
                 expected="frames of different names",
             )
         seen[source.stem] = source
-        if len(settings.a) == 1:
-            names.append((f"{source.stem}.png",))
-        else:
-            shifts = [focus_to_shift(a, settings.m) for a in settings.a]
-            names.append(tuple(f"{source.stem}_a{shift:+d}.png" for shift in shifts))
+        names.append(tuple(source.stem + suffix for suffix in suffixes))
     return names
 
 
-def refocus_frame(source: Path, results: tuple[Path, ...], settings: Settings) -> str:
-    """Refocus a frame and write its results, each in one step."""
+class Made(NamedTuple):
+    """What a worker made of a frame."""
+
+    results: tuple[tuple[Path, Content], ...] = ()  # in the order of the focus settings
+    failure: str = ""  # what is wrong with the frame
+    stop: OSError | None = None  # why the next one cannot be written: no frame's could be
+
+
+def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
+    """Refocus a frame and write its results into a folder, under names of their own."""
+    results: list[tuple[Path, Content]] = []
     try:
         raw = read_image(source)
-        check_raw(raw, settings.m, where=str(source))
-        for a, result in zip(settings.a, results, strict=True):
+        check_raw(raw, settings.micro_image_size, where=str(source))
+        for a in settings.a:
             image = refocus(
                 raw,
-                settings.m,
+                settings.micro_image_size,
                 a,
                 interpolation=settings.order,
                 upsample=settings.upsample,
                 threads=1,
             )
-            partial = result.with_name(f".{result.stem}.{os.getpid()}.png")
+            content = encode_png(image)
+            path = folder / uuid4().hex
             try:
-                write_png(partial, image)
-                partial.replace(result)
-            finally:
-                partial.unlink(missing_ok=True)
-    except (InputError, OSError, MemoryError) as error:
-        return str(error) or type(error).__name__
-    return ""
+                write_flushed(path, content)
+            except OSError as error:
+                return Made(tuple(results), stop=error)
+            found = Content(size=len(content), sha256=sha256(content).hexdigest())
+            results.append((path, found))
+    except InputError as error:
+        return Made(failure=str(error))
+    except MemoryError:
+        return Made(failure=f"{source}: too large for the memory; expected a smaller frame")
+    return Made(tuple(results))
 
 
 @contextmanager
-def _client(scheduler: str, workers: int | None) -> Iterator[Any]:
+def _client(scheduler: str, workers: int) -> Iterator[Any]:
     """Client of a Dask cluster: one of its own on this machine, or one that runs already."""
     try:
         from distributed import Client, LocalCluster
@@ -127,19 +186,24 @@ def _client(scheduler: str, workers: int | None) -> Iterator[Any]:
             where="batch",
             expected="pip install 'plenofir[batch]'",
         ) from None
-    if scheduler != "local" and not scheduler.startswith(("tcp://", "tls://")):
-        raise InputError(f"{scheduler!r}", where="--scheduler", expected="local or tcp://HOST:PORT")
     if scheduler == "local":
-        with (
-            LocalCluster(
-                n_workers=workers or processors(),
+        # Ctrl-C is for this process alone: workers inherit the signals blocked in the cluster's
+        # threads, unless the first of them starts multiprocessing's tracker, which resets these.
+        resource_tracker.ensure_running()
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            cluster = LocalCluster(
+                n_workers=workers,
                 threads_per_worker=1,
                 processes=True,
                 dashboard_address=None,
+                # Any port that is free, for other runs on this machine.
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
                 silence_logs=50,
-            ) as cluster,
-            Client(cluster) as client,
-        ):
+            )
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        with cluster, Client(cluster) as client:
             yield client
         return
     try:
@@ -152,10 +216,63 @@ def _client(scheduler: str, workers: int | None) -> Iterator[Any]:
         yield client
 
 
-def _identity(source: Path) -> str:
-    """What changes when the file changes."""
-    status = source.stat()
-    return f"{status.st_size} {status.st_mtime_ns}"
+@contextmanager
+def _staging(out: Path) -> Iterator[Path]:
+    """Hidden folder for the workers of this run; what runs that were killed have left goes."""
+    for left in out.glob(f"{_STAGING}*"):
+        shutil.rmtree(left, ignore_errors=True)
+    folder = out / f"{_STAGING}{uuid4().hex}"
+    try:
+        folder.mkdir()
+    except OSError as error:
+        raise cannot_write(folder, error) from None
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _mark(source: Path, settings: Settings) -> str:
+    """What changes when the file or the settings change."""
+    try:
+        status = source.stat()
+        identity = f"{status.st_size} {status.st_mtime_ns}"
+    except OSError:
+        identity = "missing"
+    return sha256(f"{settings.signature()} {source.absolute()} {identity}".encode()).hexdigest()
+
+
+def _made(
+    sources: Sequence[Path], settings: Settings, folder: Path, client: Any
+) -> Iterator[tuple[int, Made]]:
+    """Frames in the order in which the workers finish them."""
+    from distributed import KilledWorker, as_completed
+
+    waiting = iter(enumerate(sources))
+    running = as_completed()
+    numbers: dict[str, int] = {}
+
+    def submit(count: int) -> None:
+        for number, source in islice(waiting, count):
+            future = client.submit(refocus_frame, source.absolute(), settings, folder, pure=False)
+            numbers[future.key] = number
+            running.add(future)
+
+    submit(_AHEAD)
+    for future in running:
+        number = numbers.pop(future.key)
+        if future.status == "finished":
+            made = future.result()
+        else:
+            error = future.exception()
+            reason = (
+                "its worker process died, again and again (too little memory, or killed)"
+                if isinstance(error, KilledWorker)
+                else f"{type(error).__name__} {error}".splitlines()[0]
+            )
+            made = Made(failure=f"{sources[number]}: {reason}; expected a frame like the others")
+        yield number, made
+        submit(1)
 
 
 def run_batch(
@@ -169,8 +286,9 @@ def run_batch(
 ) -> list[Frame]:
     """Refocus many frames.
 
-    Frames whose results are there already, made from the same file with the same settings, are
-    kept, so a run that was interrupted continues where it stopped.
+    Frames whose results are there already, made from the same file with the same settings and
+    unchanged since (size and hash), are kept, so a run that was interrupted continues where it
+    stopped.
 
     Parameters
     ----------
@@ -179,7 +297,7 @@ def run_batch(
     settings
         What to do to each of them.
     out
-        Folder for the results and for the record ``batch.json``.
+        Folder for the results and for the record ``batch.jsonl``.
     scheduler
         "local", or the address of a Dask scheduler.
     workers
@@ -195,83 +313,78 @@ def run_batch(
     Raises
     ------
     InputError
-        If the settings, the folder or the scheduler cannot be used.
+        If the settings, the folder, the record or the scheduler cannot be used, or a result cannot
+        be written (a full disk): frames that are done stay done.
     """
-    interpolation_order(settings.order)
-    for a in settings.a:
-        if not settings.upsample and a.denominator != 1:
-            raise InputError(str(a), where="a", expected="an integer for a pixel each micro lens")
-        focus_to_shift(a, settings.m)
+    settings.check()
+    if scheduler != "local" and not scheduler.startswith(("tcp://", "tls://")):
+        raise InputError(f"{scheduler!r}", where="scheduler", expected="local or tcp://HOST:PORT")
+    most = WORKERS_PER_PROCESSOR * processors()
+    count = processors() if workers is None else whole_number(workers, "workers", 1)
+    if count > most:
+        raise InputError(f"{count}", where="workers", expected=f"1 to {most}, for these processors")
     names = result_names(sources, settings)
-    results = [tuple((out / name).absolute() for name in group) for group in names]
-    inputs = {source.absolute() for source in sources}
-    for group in results:
-        for path in group:
-            if path in inputs:
-                raise InputError(
-                    "would replace a frame", where=str(path), expected="another folder for results"
-                )
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        record = out / RECORD
-        known: dict[str, str] = json.loads(record.read_text()) if record.is_file() else {}
-    except OSError as error:
-        raise InputError(
-            f"cannot be used ({error.strerror})",
-            where=str(out),
-            expected="a folder that can be written",
-        ) from None
-    except ValueError:
-        known = {}
-    marks = [
-        sha256(
-            f"{settings.signature()} {source.absolute()} {_identity(source)}".encode()
-        ).hexdigest()
-        for source in sources
-    ]
+    there = out.resolve()
+    for source in sources:
+        if source.resolve().parent == there:
+            raise InputError(
+                "lies in the folder for results", where=str(source), expected="another folder"
+            )
     frames: dict[int, Frame] = {}
-    waiting = []
-    for number, (source, group, mark) in enumerate(zip(sources, results, marks, strict=True)):
-        if known.get(source.name) == mark and all(path.is_file() for path in group):
-            frames[number] = Frame(source, group, "kept")
-        else:
-            waiting.append(number)
 
-    def tell() -> None:
+    def note(number: int, state: State, reason: str = "") -> None:
+        results = tuple((out / name).absolute() for name in names[number])
+        frames[number] = Frame(sources[number], results, state, reason)
         if progress is not None:
             progress(len(frames), len(sources))
 
-    def note(number: int) -> None:
-        known[sources[number].name] = marks[number]
-        partial = record.with_name(f".{RECORD}.{os.getpid()}")
-        partial.write_text(json.dumps(known, indent=1) + "\n")
-        partial.replace(record)
+    with Record(out) as record, _staging(out.absolute()) as folder:
+        limit = os.pathconf(out, "PC_NAME_MAX")
+        for source, group in zip(sources, names, strict=True):
+            if max(len(os.fsencode(name)) for name in group) > limit:
+                raise InputError(
+                    "the names of its results would be too long",
+                    where=str(source),
+                    expected="a shorter name",
+                )
+        marks = [_mark(source, settings) for source in sources]
 
-    tell()
-    if waiting:
-        with _client(scheduler, workers) as client:
-            from distributed import as_completed
+        def is_there(number: int) -> bool:
+            entry = record.entries.get(marks[number])
+            return (
+                entry is not None
+                and tuple(entry.results) == names[number]
+                and all(content.is_in(out / name) for name, content in entry.results.items())
+            )
 
-            futures = {
-                client.submit(
-                    refocus_frame,
-                    sources[number].absolute(),
-                    results[number],
-                    settings,
-                    pure=False,
-                    retries=1,
-                ): number
-                for number in waiting
-            }
-            for future in as_completed(list(futures)):
-                number = futures[future]
-                if future.status == "finished":
-                    reason = future.result()
-                else:
-                    reason = f"worker failed: {future.exception()}"
-                state: State = "failed" if reason else "done"
-                frames[number] = Frame(sources[number], results[number], state, reason)
-                if not reason:
-                    note(number)
-                tell()
+        with ThreadPoolExecutor(processors()) as pool:
+            for number, kept in enumerate(pool.map(is_there, range(len(sources)))):
+                if kept:
+                    note(number, "kept")
+        waiting = [number for number in range(len(sources)) if number not in frames]
+        if waiting:
+            with _client(scheduler, count) as client:
+                frames_made = _made([sources[n] for n in waiting], settings, folder, client)
+                for place, made in frames_made:
+                    number = waiting[place]
+                    for name, (path, _) in zip(names[number], made.results, strict=False):
+                        try:
+                            path.replace(out / name)
+                        except OSError as error:
+                            raise cannot_write(out / name, error) from None
+                    if made.stop is not None:
+                        unwritten = out / names[number][len(made.results)]
+                        raise cannot_write(unwritten, made.stop)
+                    if made.failure:
+                        note(number, "failed", made.failure)
+                        continue
+                    contents = [content for _, content in made.results]
+                    record.add(
+                        Entry(
+                            source=str(sources[number]),
+                            mark=marks[number],
+                            results=dict(zip(names[number], contents, strict=True)),
+                        )
+                    )
+                    note(number, "done")
     return [frames[number] for number in range(len(sources))]

@@ -5,7 +5,9 @@ finer detail is only replicas. Each step is a sum or a comparison, so that hardw
 in every bit.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +20,16 @@ Integers = npt.NDArray[np.int64]
 MAX_SHARPNESS_RADIUS = 8
 MAX_STACK = 256
 """Slices that an index of 8 bits tells apart."""
+
+
+class Slices(Protocol):
+    """Slices of a focal stack, which may be made one by one each time they are gone through."""
+
+    def __len__(self) -> int:
+        """Number of slices."""
+
+    def __iter__(self) -> Iterator[Image]:
+        """Slices of equal shape, (rows, columns[, 3]), and type."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +50,12 @@ class DepthIndex:
 
 def lens_sums(image: Image, m: int) -> Integers:
     """Luma of each micro image, summed over its pixels; pixels beyond the edges count as 0."""
-    values = image.astype(np.int64)
-    luma = values if values.ndim == 2 else values @ np.array([1, 2, 1])
-    rows, columns = luma.shape
-    padded = np.pad(luma, ((0, -rows % m), (0, -columns % m)))
-    lenses: Integers = padded.reshape(padded.shape[0] // m, m, padded.shape[1] // m, m)
-    return np.asarray(lenses.sum((1, 3)))
+    edges = [(0, -length % m) for length in image.shape[:2]] + [(0, 0)] * (image.ndim - 2)
+    padded = np.pad(image, edges)
+    rows, columns = padded.shape[0] // m, padded.shape[1] // m
+    lenses = padded.reshape(rows, m, columns, m, *image.shape[2:])
+    sums: Integers = lenses.sum((1, 3), dtype=np.int64)
+    return sums if image.ndim == 2 else np.asarray(sums @ np.array([1, 2, 1]))
 
 
 def local_sharpness(image: Image, micro_image_size: int, radius: int) -> Integers:
@@ -79,13 +91,13 @@ def local_sharpness(image: Image, micro_image_size: int, radius: int) -> Integer
     return window
 
 
-def depth_index(stack: Image, micro_image_size: int, radius: int = 1) -> DepthIndex:
+def depth_index(stack: Slices, micro_image_size: int, radius: int = 1) -> DepthIndex:
     """Find the slice in which each micro image is sharpest, and take it from there.
 
     Parameters
     ----------
     stack
-        Focal stack, shape (slices, rows, columns[, 3]), at most 256 slices.
+        Focal stack: an array (slices, rows, columns[, 3]) or other `Slices`, at most 256.
     micro_image_size
         M in pixels.
     radius
@@ -105,13 +117,25 @@ def depth_index(stack: Image, micro_image_size: int, radius: int = 1) -> DepthIn
         raise InputError(f"{len(stack)} slices", where="stack", expected=f"1 to {MAX_STACK} slices")
     if not 0 <= radius <= MAX_SHARPNESS_RADIUS:
         raise InputError(f"{radius}", where="radius", expected=f"0 to {MAX_SHARPNESS_RADIUS}")
-    best = np.argmax(
-        np.stack([local_sharpness(image, micro_image_size, radius) for image in stack]), axis=0
-    )
-    rows, columns = stack.shape[1:3]
-    of_pixels = best.repeat(micro_image_size, 0).repeat(micro_image_size, 1)[:rows, :columns]
-    line, column = np.ogrid[:rows, :columns]
-    return DepthIndex(best.astype(np.uint8), stack[of_pixels, line, column])
+    best = most = None
+    for number, image in enumerate(stack):
+        energy = local_sharpness(image, micro_image_size, radius)
+        if best is None or most is None:
+            best, most = np.zeros(energy.shape, np.uint8), energy
+        best[energy > most] = number
+        most = np.maximum(energy, most)
+    assert best is not None, "one slice at least"
+    picture: Image | None = None
+    for number, image in enumerate(stack):
+        if picture is None:
+            rows, columns = image.shape[:2]
+            of_pixels = best.repeat(micro_image_size, 0).repeat(micro_image_size, 1)
+            of_pixels = of_pixels[:rows, :columns]
+            picture = np.empty_like(image)
+        here = of_pixels == number
+        picture[here] = image[here]
+    assert picture is not None
+    return DepthIndex(best, picture)
 
 
 def depth_index_picture(index: npt.NDArray[np.uint8], slices: int) -> npt.NDArray[np.uint8]:

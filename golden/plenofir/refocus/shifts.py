@@ -88,3 +88,8 @@ def shift_to_text(shift: int, micro_image_size: int) -> str:
     """
     whole, rest = divmod(shift, micro_image_size)
     return str(whole) if rest == 0 else f"{shift}/{micro_image_size}"
+
+
+def shift_to_name(shift: int, micro_image_size: int) -> str:
+    """Focus setting as a part of a file name: `shift_to_text` with ``_`` for the stroke."""
+    return shift_to_text(shift, micro_image_size).replace("/", "_")

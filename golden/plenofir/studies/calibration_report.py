@@ -25,6 +25,7 @@ from plenofir.images import read_image, write_png
 from plenofir.project import DATA
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
+from plenofir.studies.drawn_calibration import DRAWS, drawn_lines, drawn_picture, try_drawn
 from plenofir.studies.experiments import (
     Focused,
     disparity_experiment,
@@ -127,6 +128,9 @@ def _white_images() -> Iterator[_Truth]:
     grid = tilted(shape, 7.69)
     yield "tilted array, pitch 7.69", white_image(shape, grid), centres_within(grid, shape), 7.69
     yield regular("pitch 11, 3201 x 3201", 3201, 11.0, 0.0)
+    for pitch in (5.0, 3.0):
+        yield regular(f"pitch {pitch}, 0.1 degree, 360 x 360", 360, pitch)
+        yield regular(f"pitch {pitch}, 0.3 degree, 360 x 360", 360, pitch, 0.3)
 
 
 def _spot_images(folder: Path) -> Iterator[_Truth]:
@@ -377,7 +381,7 @@ def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
     own = [] if spots is None else list(_spot_images(spots))
     check_folder(folder, str(folder))
     folder.mkdir(parents=True, exist_ok=True)
-    total = 8 + len(own) + 1 + 6 + 1 + 1
+    total = 12 + len(own) + DRAWS + 1 + 6 + 1 + 1
     done = 0
 
     def tell() -> None:
@@ -387,6 +391,9 @@ def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
 
     lines = ["# Calibration, focus and depth", ""]
     lines += _accuracy_lines(chain(_white_images(), own), tell)
+    results = try_drawn(DRAWS, tell)
+    lines += drawn_lines(results)
+    write_png(folder / "drawn.png", drawn_picture(results))
     lines += _rotation_lines(tell)
     lines += _experiment_lines(folder, tell)
     lines += _method_lines(tell)

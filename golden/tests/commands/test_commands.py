@@ -4,18 +4,17 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 import pytest
-import typer
+from any_call import COMMANDS
 
 from plenofir import project
 from plenofir.commands import options
-from plenofir.commands.app import app, main
+from plenofir.commands.app import main
 from plenofir.commands.make_variables import arguments_of_make
 from plenofir.errors import InputError
 from plenofir.images import write_png
@@ -23,18 +22,6 @@ from plenofir.images import write_png
 Words = tuple[str, ...]
 
 SCENE = str(project.root() / "scenes" / "rgb-480p.toml")
-
-
-def every_command(
-    command: Any, words: tuple[str, ...] = ()
-) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """All commands with the words that call them."""
-    yield words, command
-    for name, sub in getattr(command, "commands", {}).items():
-        yield from every_command(sub, (*words, name))
-
-
-COMMANDS = dict(every_command(typer.main.get_command(app)))
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Scene profiles, plans, estimates, project files."""
+"""Scene profiles, plans, project files."""
 
 import itertools
 import json
@@ -13,25 +13,11 @@ from plenofir.camera.rays import Cover, Slice, covering_slices
 from plenofir.errors import InputError
 from plenofir.files import publish_files
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.top_level import TOP as BOARD
-from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.core.memory import Memory, block_sizes
-from plenofir.fpga.devices import Usage
 from plenofir.fpga.hdmi.edid import make_edid
 from plenofir.fpga.hdmi.modes import HD720
-from plenofir.fpga.synthesis.comparison import (
-    ENGINES,
-    SETS,
-    Cell,
-    load_comparison,
-    measured_cells,
-    widest,
-)
-from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, reciprocal_bits
+from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
 from plenofir.plan.configure import TOP, configure, needed_sources, package_text
-from plenofir.plan.figures import CORE, designs, load_figures
 from plenofir.plan.planner import Plan, without_idle_slices
 from plenofir.plan.scene import scene_files
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
@@ -417,103 +403,6 @@ def test_plan_as_json() -> None:
     assert content["slices"][0]["far_mm"] is None
 
 
-def test_estimates_against_synthesis() -> None:
-    # Block RAM and multipliers equal what Yosys makes; LUTs and flip-flops within some percent.
-    # The board is its core, and the video path around it.
-    known = load_figures().figures["2.0.0"]
-    compared = 0
-    for design in designs():
-        if design.name not in known or design.top not in (CORE, BOARD):
-            continue
-        figures, usage = known[design.name], estimate(design.core)
-        if design.top == BOARD:
-            usage += VIDEO_USAGE
-        assert (usage.ramb16, usage.ramb8, usage.dsp) == (
-            figures.ramb16,
-            figures.ramb8,
-            figures.dsp,
-        ), design.name
-        assert usage.lut == pytest.approx(figures.lut, rel=0.15), design.name
-        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name
-        compared += 1
-    assert compared >= 15
-
-
-def test_estimates_of_both_engines_against_synthesis() -> None:
-    known = load_comparison().figures
-    measured = [cell for cell in measured_cells() if cell.name in known]
-    assert {cell.engine for cell in measured} == set(ENGINES)
-    assert len(measured) >= 60
-    for cell in measured:
-        figures, usage = known[cell.name], estimate(cell.core())
-        assert usage.block_rams == figures.usage.block_rams, cell.name
-        assert usage.dsp == figures.dsp, cell.name
-        assert usage.lut == pytest.approx(figures.lut, rel=0.15), cell.name
-        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), cell.name
-
-
-def test_goals_of_moving_sums() -> None:
-    # 1280 columns with any slice chosen at run time; what the frames' memory takes less.
-    device = DEVICES["xc6slx45"]
-    for part in SETS:
-        taps, sums = (Cell(*part, engine) for engine in ENGINES)
-        assert device.overflow(estimate(taps.core()))
-        assert not device.overflow(estimate(sums.core()))
-        assert widest(sums, device) >= 1280 > widest(taps, device)
-    for m, shift, channels, ratio in ((5, 10, 3, 2.5), (11, 11, 1, 3.0)):
-        taps, sums = (Cell(m, (shift,), channels, engine) for engine in ENGINES)
-        assert taps.core(1024).line_buffer_bits >= ratio * sums.core(1024).line_buffer_bits
-
-
-@pytest.mark.parametrize(
-    ("address_bits", "width", "ramb16", "ramb8"),
-    [
-        (5, 100, 0, 0),
-        (7, 36, 0, 1),
-        (7, 37, 0, 2),
-        (10, 9, 0, 1),
-        (10, 10, 1, 0),
-        (10, 19, 0, 3),
-        (11, 10, 0, 3),
-        (11, 27, 3, 0),
-        (13, 9, 4, 0),
-        (13, 10, 5, 0),
-        (13, 45, 20, 0),
-    ],
-)
-def test_memories_as_yosys_maps_them(
-    address_bits: int, width: int, ramb16: int, ramb8: int
-) -> None:
-    usage = Memory("", address_bits, width, 1).usage
-    assert (usage.ramb16, usage.ramb8) == (ramb16, ramb8)
-
-
-def test_blocks_of_deep_memories_take_no_more_block_rams() -> None:
-    for width in (1, 8, 9, 11, 24, 48):
-        for words in (1, 513, 1500, 4097, 23040, 70400):
-            sizes = block_sizes(words, width)
-            assert sum(sizes) == words
-            bases = itertools.accumulate([0, *sizes[:-1]])
-            for base, size in zip(bases, sizes, strict=True):
-                assert base % (1 << (size - 1).bit_length()) == 0
-            parts = [Memory("", (n - 1).bit_length(), width, 1, words=n).usage for n in sizes]
-            whole = Memory("", (words - 1).bit_length(), width, 1, words=words).usage
-            assert sum(parts, Usage()).block_rams <= whole.block_rams, (words, width)
-
-
-def test_reciprocal_is_exact() -> None:
-    for divisor in (3, 9, 25, 49, 121, 625):
-        largest = 255 * divisor
-        bits, factor_bits = reciprocal_bits(largest, divisor)
-        numerator = largest + divisor // 2
-        assert bits == numerator.bit_length()
-        exponent = next(t for t in range(64) if (-(1 << t)) % divisor * numerator < 1 << t)
-        factor = -(-(1 << exponent) // divisor)
-        assert factor.bit_length() == factor_bits
-        for n in range(0, numerator + 1, 7):
-            assert n * factor >> exponent == n // divisor
-
-
 def test_configure_leaves_all_files(tmp_path: Path) -> None:
     plan = make_plan(load_scene(scene_files()[0]))
     sources = configure(plan, tmp_path / "out")
@@ -564,9 +453,3 @@ def test_cover_needs_its_greedy_choice() -> None:
     cover = covering_slices(model, 500.0, float("inf"))
     again = without_idle_slices(cover, 500.0, float("inf"))
     assert again.slices == cover.slices
-
-
-def test_hold_is_smaller() -> None:
-    core = CoreConfiguration(micro_image_size=5, shifts=(-5, 0, 5), max_columns=640)
-    held = core.model_copy(update={"engine": FirEngine(hold=True)})
-    assert estimate(held).lut < estimate(core).lut

@@ -1,7 +1,12 @@
-"""Many frames: order, going on, failed frames."""
+"""Many frames: order, names, going on, failed frames, and what can go wrong with the folder."""
 
+import errno
+import resource
+import shutil
 import sys
+from contextlib import nullcontext
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,90 +14,260 @@ import pytest
 from plenofir.commands.app import main
 from plenofir.errors import InputError
 from plenofir.images import read_image, write_png
-from plenofir.refocus import refocus
-from plenofir.refocus.batch import RECORD, Settings, find_frames, result_names, run_batch
+from plenofir.refocus import batch, processors, refocus
+from plenofir.refocus.batch import (
+    Made,
+    Settings,
+    find_frames,
+    refocus_frame,
+    result_names,
+    run_batch,
+)
+from plenofir.refocus.record import RECORD, Content, Entry, Record
 
-SETTINGS = Settings(5, (Fraction(-3, 5), Fraction(1)))
+SETTINGS = Settings(5, (Fraction(1), Fraction(1, 5)))
+NAMES = ("_a1.png", "_a1_5.png")
 
 
 @pytest.fixture
 def frames(tmp_path):
     rng = np.random.default_rng(0)
+    (tmp_path / "in").mkdir()
     for number in (1, 2, 10):
         raw = rng.integers(0, 65536, (40, 50, 3), dtype=np.uint16)
-        write_png(tmp_path / f"frame_{number}.png", raw)
+        write_png(tmp_path / "in" / f"frame_{number}.png", raw)
     return tmp_path
 
 
+@pytest.fixture
+def here(monkeypatch):
+    """Workers in this process: only what is done with their results is looked at."""
+
+    def made(sources, settings, folder, client):
+        for number, source in enumerate(sources):
+            yield number, batch.refocus_frame(source.absolute(), settings, folder)
+
+    monkeypatch.setattr(batch, "_client", lambda *_: nullcontext())
+    monkeypatch.setattr(batch, "_made", made)
+
+
+def check_results(sources, out: Path, settings: Settings = SETTINGS) -> None:
+    """Every result is right, and nothing else is in the folder but the record."""
+    names = result_names(sources, settings)
+    wanted = {name for group in names for name in group} | {RECORD}
+    assert {path.name for path in out.iterdir()} == wanted
+    for source, group in zip(sources, names, strict=True):
+        raw = read_image(source)
+        for a, name in zip(settings.a, group, strict=True):
+            assert np.array_equal(read_image(out / name), refocus(raw, 5, a)), name
+
+
 def test_order_and_names(frames):
-    found = find_frames(str(frames / "*.png"))
+    pattern = str(frames / "in" / "*.png")
+    found = find_frames([pattern])
     assert [path.stem for path in found] == ["frame_1", "frame_2", "frame_10"]
-    assert result_names(found, SETTINGS)[2] == ("frame_10_a-3.png", "frame_10_a+5.png")
-    assert result_names(found, Settings(5, (Fraction(1),)))[0] == ("frame_1.png",)
-    with pytest.raises(InputError, match="no such files"):
-        find_frames(str(frames / "*.tif"))
+    assert find_frames([str(found[2]), pattern]) == [found[2], *found[:2]]
+    # a = 1, a = 1/5 and a = -3/5 cannot be taken for one another.
+    assert result_names(found, SETTINGS)[2] == ("frame_10_a1.png", "frame_10_a1_5.png")
+    assert result_names(found, Settings(5, (Fraction(-3, 5),)))[0] == ("frame_1_a-3_5.png",)
+    for bad, message in (
+        (str(frames / "*.tif"), "no such files"),
+        (str(frames / "in"), r"is a folder; expected a pattern, such as .*in/\*.png"),
+        ("x" * 300, "no such files|name too long"),
+        ("nul\0", "no such files"),
+    ):
+        with pytest.raises(InputError, match=message):
+            find_frames([bad])
     with pytest.raises(InputError, match="same name"):
         result_names([frames / "a.png", frames / "b" / "a.png"], SETTINGS)
 
 
+def test_names_with_brackets_are_no_patterns(frames):
+    folder = frames / "in"
+    literal = folder / "x[1].png"
+    (folder / "frame_1.png").rename(literal)
+    (folder / "frame_2.png").rename(folder / "x1.png")
+    assert find_frames([str(literal)]) == [literal]
+    assert find_frames([str(folder / "x[2-9].png"), str(folder / "x?.png")][1:]) == [
+        folder / "x1.png"
+    ]
+    literal.unlink()
+    assert find_frames([str(literal)]) == [folder / "x1.png"]
+
+
 def test_batch_goes_on_and_reports_failures(frames):
-    (frames / "frame_3.png").write_text("no image")
-    sources, out = find_frames(str(frames / "*.png")), frames / "out"
+    """With worker processes."""
+    (frames / "in" / "frame_3.png").write_text("no image")
+    sources, out = find_frames([str(frames / "in" / "*.png")]), frames / "out"
     done = run_batch(sources, SETTINGS, out, workers=2)
     assert [f.state for f in done] == ["done", "done", "failed", "done"]
     assert [f.source.stem for f in done] == ["frame_1", "frame_2", "frame_3", "frame_10"]
     assert "frame_3.png: no image" in done[2].reason
-    for frame in (done[0], done[1], done[3]):
-        raw = read_image(frame.source)
-        for a, result in zip(SETTINGS.a, frame.results, strict=True):
-            assert np.array_equal(read_image(result), refocus(raw, 5, a))
-    assert len(list(out.iterdir())) == 7  # and no half-written ones
-
-    # One result lost, one frame changed, one repaired: these are made anew, the other is kept.
-    done[0].results[1].unlink()
-    raw = np.zeros((40, 50, 3), np.uint16)
-    write_png(sources[1], raw[:, :45])
-    write_png(sources[2], raw)
-    again = run_batch(sources, SETTINGS, out, workers=1)
-    assert [f.state for f in again] == ["done", "done", "done", "kept"]
-    assert read_image(again[1].results[0]).shape == (40, 45, 3)
+    assert [path.name for path in done[3].results] == ["frame_10" + name for name in NAMES]
+    good = [sources[0], sources[1], sources[3]]
+    check_results(good, out)
     # Nothing to do: no cluster is started.
-    states = {f.state for f in run_batch(sources, SETTINGS, out, scheduler="tcp://nowhere:1")}
+    states = {f.state for f in run_batch(good, SETTINGS, out, scheduler="tcp://nowhere:1")}
     assert states == {"kept"}
-    (out / RECORD).write_text("broken")
-    with pytest.raises(InputError, match="scheduler"):
-        run_batch(sources, SETTINGS, out, scheduler="nonsense")
+
+
+def test_what_is_made_again(frames, here):
+    sources, out = find_frames([str(frames / "in" / "*.png")]), frames / "out"
+    run_batch(sources, SETTINGS, out)
+    results = [out / f"{source.stem}{NAMES[1]}" for source in sources]
+
+    def states() -> list[str]:
+        found = [frame.state for frame in run_batch(sources, SETTINGS, out)]
+        check_results(sources, out)
+        return found
+
+    assert states() == ["kept"] * 3
+    # A result is lost, emptied, altered at the same size.
+    results[0].unlink()
+    assert states() == ["done", "kept", "kept"]
+    results[1].write_bytes(b"")
+    assert states() == ["kept", "done", "kept"]
+    content = bytearray(results[2].read_bytes())
+    content[-20] ^= 1
+    results[2].write_bytes(content)
+    assert states() == ["kept", "kept", "done"]
+    # A frame is changed.
+    write_png(sources[1], read_image(sources[1])[:, :45])
+    assert states() == ["kept", "done", "kept"]
+    # Other settings in the same folder, and back: the first results are there still.
+    other = Settings(5, (Fraction(1), Fraction(1, 5)), order=1)
+    assert {f.state for f in run_batch(sources, other, out)} == {"done"}
+    assert states() == ["done"] * 3
+
+
+def test_a_run_that_was_killed(frames, here):
+    """Half a line in the record, results without a line, files of workers."""
+    sources, out = find_frames([str(frames / "in" / "*.png")]), frames / "out"
+    run_batch(sources, SETTINGS, out)
+    record = out / RECORD
+    lines = record.read_bytes().splitlines(keepends=True)
+    record.write_bytes(lines[0] + lines[1][:-1])
+    (out / f"frame_1{NAMES[0]}").write_bytes(b"half")
+    (out / ".plenofir-batch-dead").mkdir()
+    (out / ".plenofir-batch-dead" / "x").write_bytes(b"half")
+    assert [f.state for f in run_batch(sources, SETTINGS, out)] == ["done", "done", "done"]
+    check_results(sources, out)
+    assert len(record.read_bytes().splitlines()) == 4
+
+
+def test_records_that_cannot_be_used(frames, here):
+    sources, out = find_frames([str(frames / "in" / "*.png")]), frames / "out"
+    run_batch(sources, SETTINGS, out)
+    record = out / RECORD
+    good = record.read_bytes()
+    for bad in (b"[1,2]\n", b"null\n", b"\n", b"\xff\n", b"[" * 5000 + b"\n", b'{"mark":"x"}\n'):
+        record.write_bytes(good + bad)
+        with pytest.raises(
+            InputError, match=r"batch.jsonl: line 4 is damaged; expected"
+        ) as refused:
+            run_batch(sources, SETTINGS, out)
+        assert "\n" not in str(refused.value)
+        assert record.read_bytes() == good + bad
+    record.write_bytes(good)
+    with Record(out), pytest.raises(InputError, match="another run is writing here"):
+        run_batch(sources, SETTINGS, out)
+    (out / "batch.json").write_text("{}")
+    with pytest.raises(InputError, match="record of an earlier version"):
+        run_batch(sources, SETTINGS, out)
+
+
+def test_the_record_only_grows_by_a_line(tmp_path):
+    """What a frame costs does not depend on how many there are."""
+    content = Content(size=1, sha256="0" * 64)
+    with Record(tmp_path) as record:
+        sizes = []
+        for number in range(100):
+            entry = Entry(source="x", mark=f"{number:064}", results={"x": content})
+            before = record.path.stat()
+            record.add(entry)
+            after = record.path.stat()
+            assert after.st_ino == before.st_ino
+            sizes.append(after.st_size - before.st_size)
+    assert len(set(sizes)) == 1
+    with Record(tmp_path) as record:
+        assert len(record.entries) == 100
+
+
+def test_a_full_disk_stops_the_run(frames, here, monkeypatch):
+    sources, out = find_frames([str(frames / "in" / "*.png")]), frames / "out"
+    run_batch(sources[:1], SETTINGS, out)
+    tried = []
+
+    def full(source, settings, folder):
+        tried.append(source)
+        made = refocus_frame(source, settings, folder)
+        return Made(made.results[:1], stop=OSError(errno.ENOSPC, "No space left on device"))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(batch, "refocus_frame", full)
+        with pytest.raises(InputError, match=r"frame_2_a1_5.png: cannot be written \(No space"):
+            run_batch(sources, SETTINGS, out)
+    assert len(tried) == 1
+    assert not list(out.glob(".*"))
+    assert [f.state for f in run_batch(sources, SETTINGS, out)] == ["kept", "done", "done"]
+    check_results(sources, out)
+
+
+@pytest.mark.parametrize("room", [100, 600, 5000])
+def test_files_that_cannot_grow(frames, here, room):
+    """The limit is met by the record or by a result."""
+    sources, out = find_frames([str(frames / "in" / "*.png")]), frames / "out"
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (room, old[1]))
+    try:
+        with pytest.raises(InputError, match=r"cannot be written \(File too large\)"):
+            run_batch(sources, SETTINGS, out)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
+    run_batch(sources, SETTINGS, out)
+    check_results(sources, out)
 
 
 def test_a_scheduler_that_runs_already(frames, monkeypatch, capfd):
     from distributed import LocalCluster
 
     monkeypatch.chdir(frames)
-    (frames / "frame_3.png").write_text("no image")
+    (frames / "in" / "frame_3.png").write_text("no image")
     with LocalCluster(
         n_workers=1, processes=False, protocol="tcp://", dashboard_address=None
     ) as cluster:
         address = cluster.scheduler_address
         options = ("-M", "5", "-a", "2/5", "--scheduler", address)
-        monkeypatch.setattr(sys, "argv", ["plenofir", "batch", "frame_*.png", *options])
+        monkeypatch.setattr(sys, "argv", ["plenofir", "batch", "in/frame_*.png", *options])
         with pytest.raises(SystemExit) as exit_:
             main()
     assert exit_.value.code == 1
     captured = capfd.readouterr()
     assert "batch: 3 frames refocused, 0 there already, 1 failed" in captured.out
     assert captured.err.startswith("failed: ")
-    want = refocus(read_image(frames / "frame_10.png"), 5, "2/5")
-    assert np.array_equal(read_image(frames / "batch" / "frame_10.png"), want)
+    want = refocus(read_image(frames / "in" / "frame_10.png"), 5, "2/5")
+    assert np.array_equal(read_image(frames / "batch" / "frame_10_a2_5.png"), want)
 
 
 def test_refusals(frames):
-    sources = find_frames(str(frames / "*.png"))
-    with pytest.raises(InputError, match="would replace a frame"):
-        run_batch(sources, Settings(5, (Fraction(1),)), frames)
-    with pytest.raises(InputError, match="denominator divides 5"):
-        run_batch(sources, Settings(5, (Fraction(1, 3),)), frames / "out")
-    with pytest.raises(InputError, match="integer"):
-        run_batch(sources, Settings(5, (Fraction(1, 5),), upsample=False), frames / "out")
+    sources = find_frames([str(frames / "in" / "*.png")])
+    linked = frames / "linked"
+    linked.symlink_to(frames / "in")
+    for out in (frames / "in", linked):
+        with pytest.raises(InputError, match="lies in the folder for results"):
+            run_batch(sources, SETTINGS, out)
+    for settings, message in (
+        (Settings(5, (Fraction(1, 3),)), "denominator divides 5"),
+        (Settings(5, (Fraction(1, 5),), upsample=False), "integer"),
+        (Settings(5, ()), "no focus settings"),
+        (Settings(0, (Fraction(1),)), "too small"),
+    ):
+        with pytest.raises(InputError, match=message):
+            run_batch(sources, settings, frames / "out")
+    long = frames / "in" / ("x" * 248 + ".png")
+    shutil.copy(sources[0], long)
+    with pytest.raises(InputError, match="too long"):
+        run_batch([long], SETTINGS, frames / "out")
 
 
 @pytest.mark.parametrize(
@@ -102,12 +277,17 @@ def test_refusals(frames):
         (("-M", "5", "-a", "1 1"), "--a: 1 is given twice"),
         (("-M", "0", "-a", "1"), "--micro-image: '0'"),
         (("-M", "5", "-a", "1", "--workers", "0"), "--workers: '0'"),
+        (
+            ("-M", "5", "-a", "1", "--workers", "99999999999"),
+            f"--workers: 99999999999; expected 1 to {4 * processors()}",
+        ),
         (("-M", "5", "-a", "1", "--scheduler", "x"), "--scheduler: 'x'"),
+        (("-M", "5", "-a", "1", "--out", "in/frame_1.png"), "in/frame_1.png/batch.jsonl: cannot"),
     ],
 )
 def test_bad_options_are_one_line(frames, monkeypatch, capfd, options, message):
     monkeypatch.chdir(frames)
-    monkeypatch.setattr(sys, "argv", ["plenofir", "batch", "*.png", *options])
+    monkeypatch.setattr(sys, "argv", ["plenofir", "batch", "in/*.png", *options])
     with pytest.raises(SystemExit) as exit_:
         main()
     assert exit_.value.code == 2

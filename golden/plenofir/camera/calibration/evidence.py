@@ -27,6 +27,10 @@ class Evidence(BaseModel):
         By how much the other layout (square or hexagonal) fits the lenses worse, in pitches.
     cell_margin
         1 minus the relative brightness of a second spot in the mean cell of the grid.
+    order_gains_px
+        For the orders 2, 3 of the grid's polynomial, as far as there were lenses enough to try
+        them: by how many pixels (root mean square) lenses left out of the fit were predicted better
+        than by the best lower order, negative if worse. Empty if the order was given.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -38,6 +42,7 @@ class Evidence(BaseModel):
     next_periodicity: _Number
     layout_margin: _Number
     cell_margin: _Number
+    order_gains_px: tuple[_Number, ...] = ()
 
     def lines(self) -> list[str]:
         """The evidence in words.
@@ -47,10 +52,13 @@ class Evidence(BaseModel):
         list of str
             Lines with a heading of 14 characters.
         """
+        gains = [f"order {n}: {gain:.4f}" for n, gain in enumerate(self.order_gains_px, 2)]
         return [
             f"missing       {100 * self.missing_share:.1f} % of the lit lenses",
             f"evidence      scatter {100 * self.scatter_share:.2f} % of the pitch, centres within "
             f"{self.centre_error_px:.4f} pixels (standard error)",
             f"              periodicity {self.periodicity:.2f}, of the next best lattice "
             f"{self.next_periodicity:.2f}; the other layout {self.layout_margin:.2f} pitches off",
+            "              pixels gained at lenses left out of the fit by "
+            + (", ".join(gains) or "higher orders: not tried"),
         ]

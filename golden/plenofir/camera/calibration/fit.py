@@ -9,6 +9,7 @@ from scipy import ndimage
 from plenofir.camera.calibration.centroids import (
     Image32,
     core_brightness,
+    reach,
 )
 from plenofir.camera.calibration.checks import cell_margin, check_classes
 from plenofir.camera.calibration.evidence import Evidence
@@ -50,6 +51,10 @@ _MISSING = 0.05
 # If centroids scatter by more than this share of a pitch, there is no grid.
 _LARGEST_SCATTER = 0.12
 _FEWEST_USED = 0.5
+# Light and centres are fitted in turn, until no centre moves by more than this many pixels;
+# if one still moves by more than the other number, there is no grid.
+_SETTLED, _RESTLESS = 0.01, 0.1
+_MOST_ROUNDS = 10
 _FEWEST_LENSES = 14
 _LARGEST_MISSING = 0.45
 _LARGEST_CENTRE_ERROR = 0.12
@@ -152,9 +157,15 @@ def _fit(
     while radius < largest:
         radius *= _GROWTH
         fitter.refine(min(radius, largest), 1 if radius < 10 * pitch else 2, 1)
-    for _ in range(2):
+    for n in range(_MOST_ROUNDS):
+        t, s, before = fitter.whole_lenses(largest)
         fitter.flatten()
         fitter.refine(largest, order, 2)
+        moved = float(np.abs(fitter.grid.centres(t, s) - before).max())
+        if n and moved < _SETTLED:
+            break
+    if moved > _RESTLESS:
+        raise no_grid(f"centres uncertain by {moved:.2f} pixels (between rounds of the fit)")
     used = int((fitter.weights > 0).sum())
     if fitter.scatter > _LARGEST_SCATTER * pitch or used < _FEWEST_USED * len(fitter.weights):
         raise no_grid(
@@ -184,14 +195,15 @@ def _fit(
         next_periodicity=next_score,
         layout_margin=misfits[1] - misfits[0],
         cell_margin=margin,
+        order_gains_px=fitter.order_gains,
     )
     fit = _finish(fitter, used, evidence)
     inside = ~np.isnan(fit.brightness)
     t, s = np.nonzero(inside)
     points = (fit.grid.lattice(t, s) - fit.grid.middle) / fit.grid.scale
     terms = polynomial_terms(points, fit.grid.order)
-    spread = np.einsum("ni,ij,nj->n", terms, fitter.covariance, terms)
-    error = fitter.scatter * float(np.sqrt(spread.max()))
+    spread = np.einsum("ni,aij,nj->an", terms, fitter.covariance, terms)
+    error = float(np.sqrt(spread.max()))
     # Bent grids go astray beyond the lenses that they were fitted to: they have to be surer.
     if error > _LARGEST_CENTRE_ERROR / (1 if fit.grid.order == 1 else 2):
         raise no_grid(f"centres uncertain by {error:.2f} pixels (standard error)")
@@ -229,7 +241,7 @@ def _finish(fitter: GrowingFit, used: int, evidence: Evidence) -> Fit:
     inside, centres = inside[part], centres[part]
     pitch = extents(grid)
     # Cut-off micro images are measured with the edge pixels repeated.
-    margin = int(np.ceil(max(pitch))) + 1
+    margin = int(reach(max(pitch)))
     padded = np.pad(fitter.image, margin, mode="edge")
     level = core_brightness(padded, centres[inside] + margin, pitch)
     base = max(fitter.base(), float(np.percentile(fitter.image[::3, ::3], 0.5)))

@@ -22,6 +22,7 @@ Indices = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
 MAX_ORDER = 3
+_LARGEST_NUMBER = 1e9
 
 
 def lattice_coordinates(layout: Layout, stagger: int, t: Indices, s: Indices) -> Floats:
@@ -78,8 +79,9 @@ class Grid(BaseModel):
         terms = len(exponents(self.order))
         if len(self.coefficients) != terms:
             raise ValueError(f"{len(self.coefficients)} coefficients, {terms} needed")
-        if not np.isfinite([*self.middle, self.scale, *np.ravel(self.coefficients)]).all():
-            raise ValueError("numbers must be finite")
+        numbers = np.array([*self.middle, self.scale, *np.ravel(self.coefficients)])
+        if not (np.abs(numbers) <= _LARGEST_NUMBER).all():
+            raise ValueError(f"numbers must be finite and within {_LARGEST_NUMBER:g}")
         return self
 
     def _terms(self, lattice: Floats, order: int) -> Floats:

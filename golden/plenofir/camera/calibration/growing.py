@@ -26,6 +26,7 @@ from plenofir.camera.calibration.lattice import (
     no_grid,
     reduced,
 )
+from plenofir.camera.calibration.moire import pull_waves, pulled_fit
 from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
     extents,
@@ -97,6 +98,7 @@ class GrowingFit:
         self.weights: Floats = np.empty(0)
         self.unit = 1.0
         self.covariance: Floats = np.empty(0)
+        self.order_gains: tuple[float, ...] = ()
         # Windows of lenses at the border reach beyond it, where the edge pixels are repeated.
         self.margin = int(reach(max(extents(grid)))) + 2
         self.padded = np.pad(image, self.margin, mode="edge")
@@ -145,8 +147,9 @@ class GrowingFit:
         """Slope of the light within micro images, besides that of the shading."""
         # Light falls off with the angle to the axis, so micro images far from the middle are a
         # little brighter on one side, which moves their centroids but not their borders. The slope
-        # shows in a small window over the middle, which does not reach the borders. A line over
-        # the image is fitted to the slopes. Spots have no even middle: for them it is not known.
+        # shows in a small window over the middle, which does not reach the borders. It points away
+        # from the axis, so the slope along y grows with y only, and along x with x; the pull of
+        # pixels is told apart from it. Spots have no even middle: for them it is not known.
         pitch = extents(self.grid)
         few = np.random.default_rng(2).permutation(len(centres))[:_SLOPE_LENSES]
         places = centres[few] + self.margin
@@ -156,7 +159,8 @@ class GrowingFit:
         spread, core_spread = (np.median(m.variances, axis=0) for m in (moments, core))
         known = factors * core_spread - core_factors * spread
         result = np.zeros_like(centres)
-        terms = polynomial_terms(unit_positions(centres, self.shape), 1)
+        far = unit_positions(centres, self.shape)
+        waves, _ = pull_waves(centres[few])
         for axis in (0, 1):
             if known[axis] < _EVEN_MIDDLE * factors[axis] * core_spread[axis]:
                 continue
@@ -165,9 +169,11 @@ class GrowingFit:
                 - core_factors[axis] * (moments.offsets[few, axis])
             )
             slope = (slope / known[axis])[:, np.newaxis]
-            coefficients, _, _ = robust_fit(terms[few], slope, 1e-9)
+            constant = np.ones((len(slope), 1))
+            terms = np.concatenate([far[few, axis, np.newaxis], constant, waves[:, axis]], axis=1)
+            coefficients, _, _ = robust_fit(terms, slope, 1e-9)
             # Without the constant: the axis is in the middle, and sampling adds another constant.
-            result[:, axis] = (terms[:, 1:] @ coefficients[1:])[:, 0]
+            result[:, axis] = far[:, axis] * coefficients[0, 0]
         return result
 
     def lit(self, t: Indices, s: Indices, centres: Floats) -> Flags:
@@ -212,24 +218,27 @@ class GrowingFit:
                 light = light / light.max()
                 prior = light**2 / (light**2 + _HALF_WEIGHT**2)
             self.unit = scale
-            chosen = order or self.best_order(points, measured, floor, prior)
-            terms = polynomial_terms(points, chosen)
-            coefficients, self.weights, self.scatter = robust_fit(terms, measured, floor, prior)
+            # Only the borders of large micro images count, which are at all places between pixels.
+            pulled = max(pitch) if self.shading is not None and not large else None
+            self.order_gains = ()
+            chosen = order or self.best_order(points, measured, floor, prior, pulled)
+            fit = pulled_fit(polynomial_terms(points, chosen), measured, floor, prior, pulled)
+            self.weights, self.scatter, self.covariance = fit.weights, fit.scatter, fit.covariance
             self.grid = Grid(
                 layout=self.grid.layout,
                 stagger=self.grid.stagger,
                 order=chosen,
                 middle=tuple(middle),
                 scale=scale,
-                coefficients=tuple(map(tuple, coefficients)),
+                coefficients=tuple(map(tuple, fit.coefficients)),
             )
             if min(reduced_lengths(self.grid)) < _SMALLEST_PITCH:
                 size = min(reduced_lengths(self.grid))
                 raise no_grid(f"micro images of {size:.1f} pixels, too small")
-            weighted = terms * self.weights[:, np.newaxis]
-            self.covariance = np.asarray(np.linalg.pinv(weighted.T @ terms), dtype=np.float64)
 
-    def best_order(self, points: Floats, values: Floats, floor: float, prior: Floats) -> int:
+    def best_order(
+        self, points: Floats, values: Floats, floor: float, prior: Floats, pulled: float | None
+    ) -> int:
         """Lowest order that predicts lenses left out of the fit as well as any higher one."""
         # Each half of the lenses (drawn at random, always the same) is predicted from the other. A
         # higher order must be better by more than chance (standard errors) and by more than
@@ -247,8 +256,8 @@ class GrowingFit:
             terms = polynomial_terms(points, order)
             squares = np.empty(len(values))
             for part in (half, ~half):
-                coefficients, _, _ = robust_fit(terms[part], values[part], floor, prior[part])
-                left = values[~part] - terms[~part] @ coefficients
+                fit = pulled_fit(terms[part], values[part], floor, prior[part], pulled)
+                left = values[~part] - fit.centroids(terms[~part])
                 squares[~part] = (left**2).sum(axis=1) * prior[~part]
             # Outliers say nothing about the order.
             squares = np.minimum(squares, np.percentile(squares, 90))
@@ -256,8 +265,10 @@ class GrowingFit:
                 least = squares
                 continue
             gain = least - squares
+            mean = float(gain.mean())
+            self.order_gains += (float(np.copysign(np.sqrt(abs(mean)), mean)),)
             chance = _CHANCE * gain.std() / np.sqrt(len(gain))
-            if gain.mean() > max(chance, smallest**2):
+            if mean > max(chance, smallest**2):
                 best, least = order, squares
         return best
 
@@ -278,7 +289,8 @@ class GrowingFit:
         level = windowed_moments(self.padded, places + self.margin, pitch, width).sums - base
         lit = level > DARK * np.percentile(level, 95)
         terms_of = unit_positions(places[lit], self.shape)
-        count = lit.sum() * len(centres) / len(places)
+        # Probes around a middle tell the slope besides the level.
+        count = lit.sum() * (3 / 5 if spread.any() else 1)
         order = next(n for n in range(SHADING_ORDER, -1, -1) if count >= 4 * n * n + 1)
         light = level[lit] / np.percentile(level, 95)
         prior = light**2 / (light**2 + _HALF_WEIGHT**2)

@@ -51,7 +51,7 @@ class Calibration(BaseModel):
         Grey level without light: median of the dark frame, 0 without one.
     shading
         Logarithm of the lenses' brightness, coefficients of a polynomial
-        (`plenofir.camera.calibration.fit.shading_at`); 0 at the brightest lens.
+        (`plenofir.camera.calibration.shading.shading_at`); 0 at the brightest lens.
     profile
         Brightness across a micro image relative to its middle: rows and columns from
         -`PROFILE_REACH` to `PROFILE_REACH` pitches.
@@ -73,7 +73,7 @@ class Calibration(BaseModel):
     grid: Grid
     missing: tuple[tuple[Index, Index], ...] = ()
     uneven: tuple[tuple[Index, Index, Number], ...] = ()
-    dark_level: Number = 0.0
+    dark_level: Annotated[Number, Field(ge=0, le=65535)] = 0.0
     shading: tuple[Number, ...]
     profile: tuple[tuple[Number, ...], ...]
     residual_px: Annotated[Number, Field(ge=0)]

@@ -36,22 +36,6 @@ def unit_positions(positions: Floats, image_shape: tuple[int, int]) -> Floats:
     return np.clip((positions - half) / half, -1.0, 1.0)
 
 
-def shading_slope(coefficients: Floats, positions: Floats, image_shape: tuple[int, int]) -> Floats:
-    """Relative slope of the shading along y and x for each pixel."""
-    steps = np.eye(2)
-    return np.stack(
-        [
-            (
-                np.log(shading_at(coefficients, positions + step, image_shape))
-                - np.log(shading_at(coefficients, positions - step, image_shape))
-            )
-            / 2
-            for step in steps
-        ],
-        axis=-1,
-    )
-
-
 def indices_within(grid: Grid, corners: Floats) -> tuple[Indices, Indices]:
     """Rows and columns of all lenses that can lie in a box, given its outline."""
     lattice = grid.inverse(corners)

@@ -20,6 +20,7 @@ from plenofir.camera.lightfield.indexing import (
 )
 from plenofir.camera.lightfield.stack import (
     AllInFocus,
+    FocalStack,
     all_in_focus,
     focal_stack,
     peak,
@@ -31,6 +32,7 @@ __all__ = [
     "AllInFocus",
     "DepthMap",
     "Disparity",
+    "FocalStack",
     "all_in_focus",
     "compose",
     "depth_map",

@@ -99,6 +99,12 @@ def sad_disparity(
     if not -np.inf < low < high < np.inf:
         raise InputError(f"{low} to {high}", where="search", expected="a smaller and a larger one")
     base = grey(reference)
+    # A point that moves by more than the picture from one view to the next is seen in one alone.
+    most = max(base.shape)
+    if max(-low, high) > most:
+        raise InputError(
+            f"{low:g} to {high:g}", where="search", expected=f"-{most} to {most}, the views' size"
+        )
     reach = max(float(np.hypot(*gap)) for _, gap in others)
     count = int(np.ceil((high - low) * reach / _STEP)) + 1
     candidates = np.linspace(low, high, max(count, 3))
@@ -112,7 +118,10 @@ def sad_disparity(
     sides: dict[tuple[int, int], list[int]] = {}
     for k, (_, gap) in enumerate(splines):
         sides.setdefault((int(np.sign(gap[0])), int(np.sign(gap[1]))), []).append(k)
-    costs = np.empty((len(candidates), *base.shape))
+    # Costs of the best candidate, of those next to it and of the last one; never of all of them.
+    least, total = np.full(base.shape, np.inf), np.zeros(base.shape)
+    best = np.zeros(base.shape, np.int64)
+    before, after, last = (np.zeros(base.shape) for _ in range(3))
     for n, candidate in enumerate(candidates):
         single = []
         for values, gap in splines:
@@ -126,22 +135,25 @@ def sad_disparity(
             )
             for side, members in sides.items()
         }
-        total = np.zeros(base.shape)
-        for side, cost in by_side.items():
+        cost = np.zeros(base.shape)
+        for side, own in by_side.items():
             opposite = by_side.get((-side[0], -side[1]))
-            total += cost if opposite is None else np.minimum(cost, opposite)
-        costs[n] = total
+            cost += own if opposite is None else np.minimum(own, opposite)
+        after = np.where(best == n - 1, cost, after)
+        better = cost < least
+        before = np.where(better, last, before)
+        best[better] = n
+        least = np.minimum(cost, least)
+        total += cost
+        last = cost
         if progress is not None:
             progress(n + 1, len(candidates))
-    best = np.argmin(costs, axis=0)
-    inner = np.clip(best, 1, len(candidates) - 2)[np.newaxis]
-    before, here, after = (np.take_along_axis(costs, inner + k, axis=0)[0] for k in (-1, 0, 1))
-    bend = before - 2 * here + after
+    bend = before - 2 * least + after
     shift = np.where(bend > 0, 0.5 * (before - after) / np.where(bend > 0, bend, 1), 0.0)
-    at_end = best != inner[0]
+    at_end = (best == 0) | (best == len(candidates) - 1)
     step = candidates[1] - candidates[0]
     pixels = candidates[best] + np.where(at_end, 0.0, np.clip(shift, -1, 1) * step)
-    least, mean = costs.min(axis=0), costs.mean(axis=0)
+    mean = total / len(candidates)
     confidence = 1 - least / np.maximum(mean, 1e-9)
     return Disparity(pixels, np.where(mean > 1e-9, confidence, 0.0))
 

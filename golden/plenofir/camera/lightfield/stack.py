@@ -1,6 +1,6 @@
 """Focal stacks, how sharp their parts are, and the picture that is sharp everywhere."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -12,9 +12,59 @@ from plenofir.camera.calibration.frames import grey
 from plenofir.errors import InputError
 from plenofir.refocus import check_raw, focus_to_shift, refocus
 from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpness import Slices
 
 Floats = npt.NDArray[np.float64]
 Focus = int | str | Fraction
+# Lines that are worked on at once, where a whole picture of numbers would fill the memory.
+_LINES = 64
+
+
+class FocalStack:
+    """Focal stack whose slices are made when they are asked for, and not kept.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    micro_image_size
+        M in pixels.
+    settings
+        Focus settings a, as `plenofir.refocus.refocus` takes them.
+    progress
+        Called with the slices done and to do, each time the stack is gone through.
+
+    Raises
+    ------
+    InputError
+        If the raw image or a setting cannot be used, or there is none.
+    """
+
+    def __init__(
+        self,
+        raw: Image,
+        micro_image_size: int,
+        settings: Iterable[Focus],
+        progress: Callable[[int, int], None] | None = None,
+    ) -> None:
+        self.raw, self.micro_image_size = check_raw(raw, micro_image_size), micro_image_size
+        self.settings = tuple(settings)
+        self.progress = progress
+        if not self.settings:
+            raise InputError("no focus settings", where="a", expected="one or more")
+        for a in self.settings:
+            focus_to_shift(a, micro_image_size)
+
+    def __len__(self) -> int:
+        """Number of slices."""
+        return len(self.settings)
+
+    def __iter__(self) -> Iterator[Image]:
+        """Slices in the order of the settings, each of shape (rows, columns[, 3])."""
+        for number, a in enumerate(self.settings, 1):
+            yield refocus(self.raw, self.micro_image_size, a)
+            if self.progress is not None:
+                self.progress(number, len(self))
 
 
 def focal_stack(
@@ -23,7 +73,7 @@ def focal_stack(
     settings: Iterable[Focus],
     progress: Callable[[int, int], None] | None = None,
 ) -> Image:
-    """Refocus a raw image to several planes.
+    """Refocus a raw image to several planes, all in memory; `FocalStack` makes one by one.
 
     Parameters
     ----------
@@ -41,17 +91,10 @@ def focal_stack(
     Image
         Shape (slices, rows, columns[, 3]).
     """
-    chosen = list(settings)
-    if not chosen:
-        raise InputError("no focus settings", where="a", expected="one or more")
-    check_raw(raw, micro_image_size)
-    for a in chosen:
-        focus_to_shift(a, micro_image_size)
-    slices = np.empty((len(chosen), *raw.shape), raw.dtype)
-    for number, a in enumerate(chosen):
-        refocus(raw, micro_image_size, a, out=slices[number])
-        if progress is not None:
-            progress(number + 1, len(chosen))
+    stack = FocalStack(raw, micro_image_size, settings, progress)
+    slices = np.empty((len(stack), *stack.raw.shape), stack.raw.dtype)
+    for number, image in enumerate(stack):
+        slices[number] = image
     return slices
 
 
@@ -87,9 +130,13 @@ def sharpness(region: Image | Floats, micro_image_size: int = 1, low: float = 0.
             where="region",
             expected=f"at least {4 * m} x {4 * m} pixels",
         )
-    energy = np.abs(np.fft.fft2(grey(region).astype(np.float64))) ** 2
-    ends = [-(-n // (2 * m)) for n in energy.shape]
-    quarter = energy[: ends[0], : ends[1]]
+    ends = [-(-n // (2 * m)) for n in region.shape[:2]]
+    # Of the spectrum along the lines only what counts is kept.
+    lines = [
+        np.fft.rfft(grey(region[k : k + _LINES]).astype(np.float64))[:, : ends[1]]
+        for k in range(0, region.shape[0], _LINES)
+    ]
+    quarter = np.abs(np.fft.fft(np.concatenate(lines), axis=0)[: ends[0]]) ** 2
     limits = [min(max(1, round(n * low)), n - 1) for n in ends]
     total = float(quarter.sum())
     lows = float(quarter[: limits[0] + 1, : limits[1] + 1].sum())
@@ -97,7 +144,7 @@ def sharpness(region: Image | Floats, micro_image_size: int = 1, low: float = 0.
 
 
 def sharpness_curve(
-    stack: Image,
+    stack: Slices,
     region: tuple[slice, slice] = (slice(None), slice(None)),
     micro_image_size: int = 1,
     low: float = 0.01,
@@ -107,10 +154,10 @@ def sharpness_curve(
     Parameters
     ----------
     stack
-        Shape (slices, rows, columns[, 3]).
+        Array of shape (slices, rows, columns[, 3]), or a `FocalStack`.
     region
         Rows and columns of the region of interest.
-    m, low
+    micro_image_size, low
         See `sharpness`.
 
     Returns
@@ -163,13 +210,13 @@ class AllInFocus:
     slices: Floats
 
 
-def all_in_focus(stack: Image, micro_image_size: int, window: float = 2.0) -> AllInFocus:
+def all_in_focus(stack: Slices, micro_image_size: int, window: float = 2.0) -> AllInFocus:
     """Take every part of a picture from the slice in which it is sharpest.
 
     Parameters
     ----------
     stack
-        Focal stack, shape (slices, rows, columns[, 3]).
+        Focal stack: array of shape (slices, rows, columns[, 3]), or a `FocalStack`.
     micro_image_size
         M: sharpness is judged between micro lenses, of which each fills M pixels.
     window
@@ -180,32 +227,53 @@ def all_in_focus(stack: Image, micro_image_size: int, window: float = 2.0) -> Al
     AllInFocus
         Picture and slices.
     """
-    m = micro_image_size
-    rows, columns = (n // m for n in stack.shape[1:3])
-    if min(rows, columns) < 1:
-        raise InputError("less than one micro image", where="stack", expected="a larger image")
-    energies = []
-    for image in stack:
+    slices, shape, dtype = _sharpest_slices(stack, micro_image_size, window)
+    places = [(np.arange(n) - (micro_image_size - 1) / 2) / micro_image_size for n in shape[:2]]
+    parts = [slice(k, k + _LINES) for k in range(0, shape[0], _LINES)]
+    depth = np.empty(shape[:2])
+    for part in parts:
+        place = np.stack(np.meshgrid(places[0][part], places[1], indexing="ij"))
+        depth[part] = ndimage.map_coordinates(slices, place, order=1, mode="nearest")
+    picture = np.empty(shape, dtype)
+    before: Image | None = None
+    for number, image in enumerate(stack):
+        last = number == len(stack) - 1
+        for part in parts:
+            # Pixels between the slice before and this one, or on the last one.
+            if before is not None:
+                here = (depth[part] >= number - 1) & (depth[part] < number)
+                share = (depth[part][here] - (number - 1)).reshape(-1, *[1] * (len(shape) - 2))
+                mixed = (1 - share) * before[part][here] + share * image[part][here]
+                picture[part][here] = np.floor(mixed + 0.5).astype(dtype)
+            if last:
+                here = depth[part] >= number
+                picture[part][here] = image[part][here]
+        before = image
+    return AllInFocus(picture, slices)
+
+
+def _sharpest_slices(
+    stack: Slices, m: int, window: float
+) -> tuple[Floats, tuple[int, ...], npt.DTypeLike]:
+    """Sharpest slice for each micro lens, smoothed; shape and type of the slices."""
+    best = strength = None
+    for number, image in enumerate(stack):
+        rows, columns = (n // m for n in image.shape[:2])
+        if min(rows, columns) < 1:
+            raise InputError("less than one micro image", where="stack", expected="a larger image")
         # Frequencies of more than a cycle a micro lens are replicas, not detail.
         smooth = ndimage.gaussian_filter(grey(image), m / 2, mode="nearest")
         lenses = smooth[m // 2 :: m, m // 2 :: m][:rows, :columns]
         detail = ndimage.laplace(lenses.astype(np.float64), mode="nearest") ** 2
-        energies.append(ndimage.gaussian_filter(detail, window, mode="nearest"))
-    energy = np.stack(energies)
-    best = np.argmax(energy, axis=0)
+        energy = ndimage.gaussian_filter(detail, window, mode="nearest")
+        if best is None or strength is None:
+            best, strength = np.zeros(energy.shape), energy
+        best[energy > strength] = number
+        strength = np.maximum(energy, strength)
+    if best is None or strength is None:
+        raise InputError("no slices", where="stack", expected="one or more")
     # Even parts have no sharpest slice: what is around them decides.
-    strength = energy.max(axis=0)
     weight = strength / (strength + np.median(strength) + 1e-12)
     votes = ndimage.gaussian_filter(best * weight, window, mode="nearest")
     slices = votes / np.maximum(ndimage.gaussian_filter(weight, window, mode="nearest"), 1e-12)
-    slices = np.clip(slices, 0, len(stack) - 1)
-    y = (np.arange(stack.shape[1]) - (m - 1) / 2) / m
-    x = (np.arange(stack.shape[2]) - (m - 1) / 2) / m
-    place = np.stack(np.meshgrid(y, x, indexing="ij"))
-    depth = ndimage.map_coordinates(slices, place, order=1, mode="nearest")
-    below = np.clip(np.floor(depth).astype(np.int64), 0, len(stack) - 1)
-    above = np.minimum(below + 1, len(stack) - 1)
-    share = (depth - below).reshape(depth.shape + (1,) * (stack.ndim - 3))
-    line, column = np.ogrid[: stack.shape[1], : stack.shape[2]]
-    image = (1 - share) * stack[below, line, column] + share * stack[above, line, column]
-    return AllInFocus(np.floor(image + 0.5).astype(stack.dtype), slices)
+    return np.clip(slices, 0, len(stack) - 1), image.shape, image.dtype

@@ -22,6 +22,9 @@ F_LINE_NM = 486.1327
 C_LINE_NM = 656.2725
 
 _NM_PER_UM = 1000
+# Far beyond what any glass lets through.
+_SHORTEST_NM = 1.0
+_LONGEST_NM = 1e6
 _SCHOTT_COEFFICIENTS = 6
 
 
@@ -32,9 +35,11 @@ def _as_written(value: float) -> Fraction:
 
 def _checked_wavelengths(wavelength_nm: npt.ArrayLike) -> FloatArray:
     wavelengths = np.asarray(wavelength_nm, dtype=np.float64)
-    if not np.all(np.isfinite(wavelengths) & (wavelengths > 0)):
+    if not np.all((wavelengths >= _SHORTEST_NM) & (wavelengths <= _LONGEST_NM)):
         raise InputError(
-            "not a wavelength", where="wavelength", expected="positive numbers of nanometres"
+            "not a wavelength of light",
+            where="wavelength",
+            expected=f"{_SHORTEST_NM:g} to {_LONGEST_NM:g} nanometres",
         )
     return wavelengths
 
@@ -56,18 +61,6 @@ def _index_from_square(
 class _Formula(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-
-class Constant(_Formula):
-    """An index without dispersion.
-
-    Attributes
-    ----------
-    value
-        Refractive index.
-    """
-
-    value: Annotated[FiniteFloat, Field(gt=0)]
-
     def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
         """Refractive index.
 
@@ -84,9 +77,27 @@ class Constant(_Formula):
         Raises
         ------
         InputError
-            If a wavelength is not positive.
+            If a wavelength is none of light, or the formula has no real, positive index there.
         """
-        return np.full_like(_checked_wavelengths(wavelength_nm), self.value)
+        return self._at(_checked_wavelengths(wavelength_nm))
+
+    def _at(self, wavelengths: FloatArray) -> FloatArray:
+        raise NotImplementedError
+
+
+class Constant(_Formula):
+    """An index without dispersion.
+
+    Attributes
+    ----------
+    value
+        Refractive index.
+    """
+
+    value: Annotated[FiniteFloat, Field(gt=0)]
+
+    def _at(self, wavelengths: FloatArray) -> FloatArray:
+        return np.full_like(wavelengths, self.value)
 
 
 class Schott(_Formula):
@@ -105,31 +116,14 @@ class Schott(_Formula):
         Field(min_length=_SCHOTT_COEFFICIENTS, max_length=_SCHOTT_COEFFICIENTS),
     ]
 
-    def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
-        """Refractive index.
-
-        Parameters
-        ----------
-        wavelength_nm
-            Wavelengths in nm, any shape.
-
-        Returns
-        -------
-        FloatArray
-            Indices, shape of `wavelength_nm`.
-
-        Raises
-        ------
-        InputError
-            If a wavelength is not positive or the formula has no real index there.
-        """
-        squared_um = (_checked_wavelengths(wavelength_nm) / _NM_PER_UM) ** 2
+    def _at(self, wavelengths: FloatArray) -> FloatArray:
+        squared_um = (wavelengths / _NM_PER_UM) ** 2
         g0, g1, *falling = self.coefficients
         x = 1 / squared_um
         tail = np.zeros_like(x)
         for coefficient in reversed(falling):
             tail = x * (coefficient + tail)
-        return _index_from_square(g0 + (g1 * squared_um + tail), wavelength_nm, "Schott")
+        return _index_from_square(g0 + (g1 * squared_um + tail), wavelengths, "Schott")
 
 
 class Cauchy(_Formula):
@@ -145,25 +139,7 @@ class Cauchy(_Formula):
 
     coefficients: Annotated[tuple[FiniteFloat, ...], Field(min_length=1)]
 
-    def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
-        """Refractive index.
-
-        Parameters
-        ----------
-        wavelength_nm
-            Wavelengths in nm, any shape.
-
-        Returns
-        -------
-        FloatArray
-            Indices, shape of `wavelength_nm`.
-
-        Raises
-        ------
-        InputError
-            If a wavelength is not positive or the formula gives no positive index there.
-        """
-        wavelengths = _checked_wavelengths(wavelength_nm)
+    def _at(self, wavelengths: FloatArray) -> FloatArray:
         x = wavelengths**-2.0
         index = np.full_like(x, self.coefficients[-1])
         for coefficient in reversed(self.coefficients[:-1]):
@@ -257,29 +233,11 @@ class Sellmeier(_Formula):
         combined += [(float(b), 0.0, float(c), None) for b, c in positive]
         return tuple(combined)
 
-    def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
-        """Refractive index, without the cancellation between terms of opposite sign.
-
-        Coefficients fitted by software may hold two huge terms of nearly the same resonance that
-        cancel (thesis Eq. 5.7: 9e5 against an index of 1.5). They are evaluated as one fraction
-        whose small numerator is known exactly.
-
-        Parameters
-        ----------
-        wavelength_nm
-            Wavelengths in nm, any shape.
-
-        Returns
-        -------
-        FloatArray
-            Indices, shape of `wavelength_nm`.
-
-        Raises
-        ------
-        InputError
-            If a wavelength is not positive or the formula has no real index there.
-        """
-        squared_um = (_checked_wavelengths(wavelength_nm) / _NM_PER_UM) ** 2
+    def _at(self, wavelengths: FloatArray) -> FloatArray:
+        # Coefficients fitted by software may hold two huge terms of nearly the same resonance that
+        # cancel (thesis Eq. 5.7: 9e5 against an index of 1.5). They are evaluated as one fraction
+        # whose small numerator is known exactly.
+        squared_um = (wavelengths / _NM_PER_UM) ** 2
         total = np.zeros_like(squared_um)
         with np.errstate(divide="ignore", invalid="ignore"):
             for slope, offset, c1, c2 in self._combined:
@@ -289,7 +247,7 @@ class Sellmeier(_Formula):
                     total = total + (slope * squared_um - offset) * (
                         squared_um / (squared_um - c1) / (squared_um - c2)
                     )
-        return _index_from_square(1 + total, wavelength_nm, "Sellmeier")
+        return _index_from_square(1 + total, wavelengths, "Sellmeier")
 
 
 def naive_sellmeier_index(formula: Sellmeier, wavelength_nm: npt.ArrayLike) -> FloatArray:

@@ -50,23 +50,7 @@ class Glass(BaseModel):
     dispersion: Dispersion
 
     def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
-        """Refractive index.
-
-        Parameters
-        ----------
-        wavelength_nm
-            Wavelengths in nm, any shape.
-
-        Returns
-        -------
-        FloatArray
-            Indices, shape of `wavelength_nm`.
-
-        Raises
-        ------
-        InputError
-            If a wavelength is not positive or the formula has no real index there.
-        """
+        """Refractive index, see `Constant.index`."""
         return self.dispersion.index(wavelength_nm)
 
     @property

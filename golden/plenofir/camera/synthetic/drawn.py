@@ -59,8 +59,8 @@ class DrawnWhite:
         """Whether at least 5 x 5 lenses are in the picture, at most 20 % of them damaged."""
         return self.whole >= 25 and min(self.sides) >= 5 and self.damaged <= 0.2
 
-    def largest_error(self, centres: Floats) -> float:
-        """Distance in pixels between centres found and the grid's, the largest of all.
+    def errors(self, centres: Floats) -> Floats:
+        """Distances in pixels between centres found and the nearest of the grid.
 
         Parameters
         ----------
@@ -69,13 +69,12 @@ class DrawnWhite:
 
         Returns
         -------
-        float
-            0 if there are no centres.
+        Floats
+            One for each centre found.
         """
         found = centres.reshape(-1, 2)
         found = found[~np.isnan(found[:, 0])]
-        away = np.linalg.norm(self.grid.nearest(found)[2], axis=1)
-        return float(away.max(initial=0.0))
+        return np.asarray(np.linalg.norm(self.grid.nearest(found)[2], axis=1))
 
     def missed(self, centres: Floats) -> int:
         """Lenses of the image that have no centre within half a pitch.

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir import project
 from plenofir.errors import InputError
-from plenofir.files import check_folder, publish_files
+from plenofir.files import check_folder, check_result, publish_files
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.stack import StackEngine
@@ -21,7 +21,7 @@ from plenofir.fpga.simulate.file_bench import BenchResult, run_bench, wave_signa
 from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
 from plenofir.fpga.simulate.waves import write_save_file
 from plenofir.images import read_image, write_png
-from plenofir.refocus import check_raw, error_against_operator, shift_to_text
+from plenofir.refocus import check_raw, error_against_operator, shift_to_name, shift_to_text
 from plenofir.refocus.arithmetic import Arithmetic
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, depth_index_picture
@@ -137,8 +137,7 @@ def picture_names(shift: int, micro_image_size: int, slices: int) -> tuple[str, 
 
     They name the slice where there are several; a fraction's stroke becomes an underscore.
     """
-    text = shift_to_text(shift, micro_image_size).replace("/", "_")
-    suffix = f"_{text}" if slices > 1 else ""
+    suffix = f"_{shift_to_name(shift, micro_image_size)}" if slices > 1 else ""
     return f"refocused{suffix}.png", f"golden{suffix}.png", f"diff{suffix}.png"
 
 
@@ -291,10 +290,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
         pictures = [picture_names(shift, m, 2)[:1] for shift in shifts]
     check_folder(what.out, "out")
     for name in (*sum(pictures, ()), *((ALL_IN_FOCUS, DEPTH_INDEX) if depth else ()), REPORT):
-        if (what.out / name).is_dir():
-            raise InputError(
-                f"{what.out / name} is a folder", where="out", expected="a file or nothing"
-            )
+        check_result(what.out / name, [what.raw], "out")
     simulator = find_simulator(what.simulator)
     rows, columns = raw.shape[:2]
     frames = raw[np.newaxis] if depth else np.stack([raw] * len(shifts))

@@ -221,6 +221,7 @@ def test_older_file(tmp_path: Path) -> None:
         ({"missing": [[100, 0]]}, "outside the"),
         ({"uneven": [[0, 0, float("nan")]]}, "finite"),
         ({"dark_level": float("inf")}, "finite"),
+        ({"dark_level": 1e300}, "dark_level"),
         ({"shading": [0.0, 1.0]}, "2 shading coefficients"),
         ({"shading": [1e9]}, "too large"),
         ({"shading": []}, "0 shading coefficients"),

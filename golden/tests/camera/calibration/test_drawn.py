@@ -15,7 +15,7 @@ def check(drawn: DrawnWhite) -> bool:
         found = calibrate(drawn.image)
     except InputError:
         return False
-    assert drawn.largest_error(found.centres) <= 0.5, drawn.name
+    assert drawn.errors(found.centres).max() <= 0.5, drawn.name
     assert drawn.missed(found.model_centres[found.inside]) == 0, drawn.name
     return True
 
@@ -90,6 +90,31 @@ def test_integer_and_small_pitch(pitch, limit) -> None:
     assert found.grid.rotation_degrees == pytest.approx(0.1, abs=0.005)
 
 
+@pytest.mark.parametrize("pitch", [3.0, 4.0, 5.0])
+@pytest.mark.parametrize("options", [{"form": "square"}, {"softness": 0.3}])
+def test_pull_of_pixels(pitch, options) -> None:
+    """Sharp micro images of a few pixels: without the fit of the pull 0.006 to 0.06 pixels."""
+    shape = (200, 260)
+    grid = regular_grid(shape, pitch, rotation_degrees=0.5)
+    found = calibrate(white_image(shape, grid, **options))
+    assert np.linalg.norm(grid.nearest(found.model_centres)[2], axis=-1).mean() < 0.004
+
+
+def test_small_micro_images_at_the_border() -> None:
+    """The windows of lenses whose centres lie on the image's border reach beyond it."""
+    shape = (300, 400)
+    grid = regular_grid(shape, 3.0, rotation_degrees=0.1)
+    found = calibrate(white_image(shape, grid))
+    assert np.linalg.norm(grid.nearest(found.model_centres)[2], axis=-1).max() < 0.3
+
+
+@pytest.mark.parametrize("seed", [196, 360, 415])
+def test_vignetting_and_image_circle_of_few_lenses(seed) -> None:
+    """Few large lenses: their light's slope counts, and light and centres are fitted in turn."""
+    drawn = drawn_white(seed, 500_000)
+    assert drawn.errors(calibrate(drawn.image).centres).max() < 0.3
+
+
 @pytest.mark.parametrize("share", [0.6, 0.7])
 @pytest.mark.parametrize("layout", ["rectangular", "hexagonal-rows"])
 def test_round_image_circle(share, layout) -> None:
@@ -137,4 +162,7 @@ def test_evidence() -> None:
         assert evidence.periodicity > evidence.next_periodicity
         assert evidence.layout_margin > 0.3
         assert evidence.cell_margin > 0.9
-        assert len(evidence.lines()) == 3
+        assert len(evidence.lines()) == 4
+        # Higher orders were tried and gained nothing.
+        assert len(evidence.order_gains_px) == 2
+        assert max(evidence.order_gains_px) < 0.005

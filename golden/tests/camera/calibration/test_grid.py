@@ -84,3 +84,10 @@ def test_pitch_and_rotation(layout) -> None:
     t, s = np.mgrid[-2:3, -2:3]
     away = np.sort(np.linalg.norm(grid.centres(t, s) - grid.centres(0, 0), axis=-1).ravel())
     assert away[1 : 5 if layout == "rectangular" else 7] == pytest.approx(12.5)
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), 1e300])
+def test_numbers_beyond_all_images(number) -> None:
+    grid = regular_grid((500, 500), 12.5)
+    with pytest.raises(ValueError, match="finite and within 1e"):
+        Grid(**{**grid.model_dump(), "middle": (number, 0.0)})

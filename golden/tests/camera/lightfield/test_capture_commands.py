@@ -230,6 +230,11 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         write_png(folder / f"{name}.png", image)
     calibrate(white).save(folder / "calib.json")
     (folder / "views").mkdir()
+    (folder / "linked.png").symlink_to("white.png")
+    (folder / "a").mkdir()
+    for name in ("refocused_1", "refocused", "sharpness", "view_00_00", "depth"):
+        write_png(folder / "a" / f"{name}.png", white)
+    write_png(folder / "w.png", white)
     (folder / "text.json").write_text("{}")
     for name, text in (("spots", "1 2\n3 4\n"), ("lines", "one two\n")):
         (folder / name).mkdir()
@@ -278,6 +283,21 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("depth-map white.png -M 5 --camera f197-mla2 --window 4", "odd"),
         ("depth-map white.png -M 5 --camera f197-mla2 --near x", "--near"),
         ("depth-map white.png -M 5 --camera f197-mla2 --near=-2", "search"),
+        ("depth-map white.png -M 5 --camera f197-mla2 --near 1e9", "-28 to 28, the views' size"),
+        ("refocus views -M 5 -a 1", "views: is a folder"),
+        # Results never replace what they are made from, whatever it is called.
+        ("refocus white.png -M 5 -a 1 --out white.png", "white.png would replace what it is made"),
+        ("refocus linked.png -M 5 -a 1 --out white.png", "white.png would replace"),
+        ("refocus white.png -M 5 -a 1 --out views/../linked.png", "linked.png would replace"),
+        ("stack a/refocused_1.png -M 5 -a 1 --out a", "refocused_1.png would replace"),
+        ("stack a/sharpness.png -M 5 --out a", "sharpness.png would replace"),
+        ("views a/view_00_00.png -M 5 --out a", "view_00_00.png would replace"),
+        ("compose a --out a/view_00_00.png", "view_00_00.png would replace"),
+        ("depth-map a/depth.png -M 5 --camera f197-mla2 --out a", "depth.png would replace"),
+        ("decode white.png --calib calib.json -M 5 --out white.png", "white.png would replace"),
+        ("decode white.png --calib calib.json -M 5 --white w.png --out w.png", "would replace"),
+        ("calibrate white.png --picture white.png", "white.png would replace"),
+        ("sim --raw a/refocused.png -M 5 --out a", "refocused.png would replace"),
         ("report calibration --out /proc/none", "cannot be written"),
         ("report calibration --out r --spots none", "no NAME.txt"),
         ("report calibration --out r --spots spots", "two.png: no such file"),

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from plenofir.camera.lightfield import (
+    FocalStack,
     all_in_focus,
     compose,
     focal_stack,
@@ -22,6 +23,7 @@ from plenofir.camera.lightfield import (
 from plenofir.camera.lightfield.fourier import kaiser_bessel, kaiser_bessel_transform
 from plenofir.errors import InputError
 from plenofir.refocus import refocus
+from plenofir.refocus.sharpness import depth_index
 
 
 def texture(shape: tuple[int, int], seed: int = 0, blur: float = 1.0) -> np.ndarray:
@@ -140,6 +142,25 @@ def test_all_in_focus() -> None:
     assert np.median(result.slices[6:-6, 26:-6]) == pytest.approx(8, abs=0.5)
     best = sharpness(result.image[30:-30, 30:-30], m)
     assert all(best > sharpness(image[30:-30, 30:-30], m) for image in stack)
+
+
+@pytest.mark.parametrize("rgb", [False, True])
+def test_slices_made_one_by_one_give_the_same(rgb: bool) -> None:
+    m, places = 5, [f"{k}/5" for k in range(-3, 4)]
+    grey_ = np.where(np.arange(200) < 100, plane_light_field(m, -0.4), plane_light_field(m, 0.4))
+    raw = np.stack([grey_, grey_ // 2, 65535 - grey_], axis=2) if rgb else grey_
+    done: list[int] = []
+    lazy = FocalStack(raw, m, places, lambda number, _: done.append(number))
+    stack = focal_stack(raw, m, places)
+    assert len(lazy) == len(stack)
+    for one, other in zip(lazy, stack, strict=True):
+        assert np.array_equal(one, other)
+    assert done == [1, 2, 3, 4, 5, 6, 7]
+    assert np.array_equal(
+        sharpness_curve(lazy, micro_image_size=m), sharpness_curve(stack, micro_image_size=m)
+    )
+    assert np.array_equal(all_in_focus(lazy, m).image, all_in_focus(stack, m).image)
+    assert np.array_equal(depth_index(lazy, m).image, depth_index(stack, m).image)
 
 
 @settings(max_examples=15)

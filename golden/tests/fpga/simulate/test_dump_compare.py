@@ -1,9 +1,5 @@
 """Comparing waveform files, on files that a small VCD writer makes."""
 
-import json
-import subprocess
-import sys
-from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
@@ -11,77 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from vcd import COUNT, Vcd, bits, counter
 
 from plenofir.errors import InputError
 from plenofir.fpga.simulate.dump_compare import DumpComparison, compare_dumps, parse_bound
-from plenofir.fpga.simulate.dumps import Dump, canonical_name, time_text
-
-PLENOFIR = str(Path(sys.executable).parent / "plenofir")
-
-
-@dataclass
-class Vcd:
-    """A VCD file: signals with their width (0: a real number), and values by cycle.
-
-    The clock rises at 5, 15, 25 ... ns. Values change at 5, 15 ... too (a register), so value n
-    is the one before edge n: the first is there from time 0 on.
-    """
-
-    signals: dict[str, tuple[int, list[str]]] = field(default_factory=dict)
-    top: str = ""
-    clock: str = "clk"
-    unit: str = "1ns"
-    ticks_per_ns: Fraction = Fraction(1)
-    cycles: int = 8
-    period: int = 10
-
-    def write(self, path: Path) -> Path:
-        """Write the file and return its path."""
-        names = [*([self.clock] if self.clock else []), *self.signals]
-        widths = [*([1] if self.clock else []), *(width for width, _ in self.signals.values())]
-        lines = [f"$timescale {self.unit} $end"]
-        for number, (name, width) in enumerate(zip(names, widths, strict=True)):
-            path_parts = [*([self.top] if self.top else []), *name.split(".")]
-            lines += [f"$scope module {scope} $end" for scope in path_parts[:-1]]
-            kind = "wire" if width else "real"
-            lines += [f"$var {kind} {width or 64} s{number} {path_parts[-1]} $end"]
-            lines += ["$upscope $end" for _ in path_parts[:-1]]
-        lines += ["$enddefinitions $end"]
-        half = self.period // 2
-        events: dict[int, list[str]] = {0: []}
-        first = 1 if self.clock else 0
-        for cycle in range(self.cycles if self.clock else 0):
-            events.setdefault(self.period * cycle, []).append("0s0")
-            events.setdefault(self.period * cycle + half, []).append("1s0")
-        for number, (_, values) in enumerate(self.signals.values()):
-            for cycle, value in enumerate(values):
-                time = 0 if cycle == 0 else self.period * cycle - half
-                if not value:
-                    continue
-                text = value if value[0] == "r" or len(value) == 1 else f"b{value}"
-                space = " " if len(text) > 1 else ""
-                events.setdefault(time, []).append(f"{text}{space}s{first + number}")
-        for time in sorted(events):
-            lines += [f"#{int(time * self.ticks_per_ns)}", *events[time]]
-        path.write_text("\n".join([*lines, ""]))
-        return path
-
-
-COUNT = ["000", "001", "010", "011", "100", "101", "110", "111"]
-
-
-def counter(**changed) -> Vcd:
-    signals = {"core.count[2:0]": (3, list(COUNT)), "core.odd": (1, list("01010101"))}
-    return Vcd(**{"signals": signals, **changed})
+from plenofir.fpga.simulate.dumps import canonical_name, time_text
 
 
 def compared(tmp_path: Path, a: Vcd, b: Vcd, **options) -> DumpComparison:
     return compare_dumps(a.write(tmp_path / "a.vcd"), b.write(tmp_path / "b.vcd"), **options)
-
-
-def bits(*values: str) -> Vcd:
-    """One signal with a value for each cycle; the last one stays."""
-    return Vcd({"x": (len(values[0]), [*values])})
 
 
 @pytest.mark.parametrize(
@@ -434,110 +368,6 @@ def test_any_single_change_is_found(tmp_path_factory: pytest.TempPathFactory, da
     assert [(d.signal.split(".")[-1], d.cycle) for d in found.differences] == [
         (name.split(".")[-1], cycle)
     ]
-
-
-def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [PLENOFIR, "waves", "compare", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
-def test_command(tmp_path: Path) -> None:
-    a = counter().write(tmp_path / "a.vcd")
-    other = counter()
-    other.signals["core.odd"][1][3] = "0"
-    other.signals["lone"] = (1, ["0"])
-    b = other.write(tmp_path / "b.vcd")
-    same = run(a, a)
-    assert (same.returncode, same.stderr) == (0, "")
-    assert same.stdout.splitlines() == [
-        "compared        2 signals, 8 cycles of clk",
-        "only in A       0 signals",
-        "only in B       0 signals",
-        "result          equal",
-    ]
-    different = run(a, b)
-    assert (different.returncode, different.stderr) == (1, "")
-    assert different.stdout.splitlines() == [
-        "compared        2 signals, 8 cycles of clk",
-        "only in A       0 signals",
-        "only in B       1 signal (--list names them)",
-        "first differs   core.odd, cycle 3, 35 ns: 1 in A, 0 in B",
-        "result          different",
-    ]
-    assert "  lone" in run(a, b, "--list").stdout.splitlines()
-    assert run(a, b, "--from", "36ns").returncode == 0
-    assert run(a, b, "--signals", "count").returncode == 0
-    answer = run(a, b, "--json", "--to", "5")
-    assert answer.returncode == 1
-    content = json.loads(answer.stdout)
-    assert (content["equal"], content["samples"], content["only_in_b"]) == (False, 6, ["lone"])
-    assert content["differences"][0] == {
-        "signal": "core.odd",
-        "cycle": 3,
-        "time_a": "35 ns",
-        "time_b": "35 ns",
-        "value_a": "1",
-        "value_b": "0",
-    }
-    short = run(a, counter(cycles=7).write(tmp_path / "short.vcd"))
-    assert short.returncode == 1
-    assert "length differs  8 cycles in A, 7 in B" in short.stdout
-
-
-@pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("files")
-    counter().write(folder / "a.vcd")
-    wide = counter()
-    wide.signals["lone"] = (1, ["0"])
-    wide.write(folder / "wide.vcd")
-    Vcd({"unknown": (1, ["0"])}, clock="").write(folder / "other.vcd")
-    (folder / "text.vcd").write_text("this is no waveform")
-    (folder / "empty.vcd").write_text("")
-    (folder / "cut.vcd").write_text((folder / "a.vcd").read_text()[:90])
-    without_unit = (folder / "a.vcd").read_text().split("\n", 1)[1]
-    (folder / "no_unit.vcd").write_text(without_unit)
-    (folder / "folder.vcd").mkdir()
-    return folder
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["a.vcd", "none.vcd"], "none.vcd: no such file"),
-        (["folder.vcd", "a.vcd"], "no such file"),
-        (["a.vcd", "text.vcd"], "text.vcd: cannot be read"),
-        (["empty.vcd", "a.vcd"], "cannot be read"),
-        (["cut.vcd", "a.vcd"], "cannot be read"),
-        (["no_unit.vcd", "a.vcd"], "no time unit"),
-        (["a.vcd", "other.vcd"], "no signal of one is in the other"),
-        (["a.vcd", "a.vcd", "--signals", "core.cuont"], "expected core.count"),
-        (["a.vcd", "wide.vcd", "--signals", "lone"], "'lone' is only in wide.vcd"),
-        (["a.vcd", "a.vcd", "--signals", "clk"], "besides the clock"),
-        (["a.vcd", "a.vcd", "--clock", "mclk"], "'mclk': no such signal"),
-        (["wide.vcd", "a.vcd", "--clock", "lone"], "'lone' is only in wide.vcd"),
-        (["a.vcd", "a.vcd", "--clock", "core.count"], "no rising edge"),
-        (["a.vcd", "a.vcd", "--from", "12 parsecs"], "--from"),
-        (["a.vcd", "a.vcd", "--to", "1.5"], "--to"),
-        (["a.vcd", "a.vcd", "--from", "8"], "nothing happens in this range"),
-        (["a.vcd", "a.vcd", "--from", "50ns", "--to", "40ns"], "nothing happens in this range"),
-        (["a.vcd", "a.vcd", "--clock", "none", "--from", "3"], "cycles need a clock"),
-    ],
-)
-def test_bad_input_is_one_line_and_exit_code_2(files: Path, arguments, message: str) -> None:
-    command = [PLENOFIR, "waves", "compare", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=files, check=False)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert message in done.stderr
-    assert "expected" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_a_file_of_nothing_but_a_header_has_no_signals(tmp_path: Path) -> None:
-    (tmp_path / "a.vcd").write_text("$timescale 1ns $end\n$enddefinitions $end\n")
-    assert not Dump(tmp_path / "a.vcd").signals
-    with pytest.raises(InputError, match="no signal of one is in the other"):
-        compare_dumps(tmp_path / "a.vcd", tmp_path / "a.vcd")
 
 
 def test_text_and_booleans(tmp_path: Path) -> None:

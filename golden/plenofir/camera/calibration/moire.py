@@ -1,0 +1,94 @@
+"""Fit of a grid to centroids that pixels pull.
+
+Sharp micro images of a few pixels have details finer than a pixel. So a centroid is pulled a
+little, depending on where the centre lies between pixels. Along each axis
+
+    pull = b1 sin(2 pi centre) + b2 sin(4 pi centre)
+
+with the same strengths b1, b2 for all micro images and both axes; by symmetry there are no cosines.
+Pulls cancel out where centres lie everywhere between pixels. At an integer pitch and a small
+rotation they drift by little, and pulls look like another pitch and another rotation. So the
+strengths are fitted together with the grid.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plenofir.camera.calibration.grid import Floats
+from plenofir.camera.calibration.robust import robust_fit
+
+# Standard deviations of the strengths times the pitch, in square pixels: what is known beforehand.
+_USUAL = np.array([0.2, 0.02])
+_ROUNDS = 3
+_STEPS = 4
+_SMALL_STEP = 1e-6
+
+
+@dataclass(frozen=True)
+class PulledFit:
+    """Polynomial of a grid, strengths of the pull, robust weights and scatter in pixels.
+
+    `covariance` is that of the coefficients for y and for x, shape (2, terms, terms).
+    """
+
+    coefficients: Floats
+    strengths: Floats
+    weights: Floats
+    scatter: float
+    covariance: Floats
+
+    def centroids(self, terms: Floats) -> Floats:
+        """Centroids that the fit predicts, pulls included."""
+        centres = np.asarray(terms @ self.coefficients)
+        return centres + pull_waves(centres)[0] @ self.strengths
+
+
+def pull_waves(centres: Floats) -> tuple[Floats, Floats]:
+    """Pulls of strength 1 and their slopes, shape (lenses, 2 axes, strengths)."""
+    turns = 2 * np.pi * np.arange(1, len(_USUAL) + 1)
+    phases = centres[..., np.newaxis] * turns
+    return np.sin(phases), np.cos(phases) * turns
+
+
+def pulled_fit(
+    terms: Floats, values: Floats, floor: float, prior: Floats, pitch: float | None
+) -> PulledFit:
+    """Fit a polynomial robustly, and with it the pull at this pitch (None: there is none)."""
+    count = terms.shape[1]
+    strengths = np.zeros(len(_USUAL))
+    coefficients, weights, scatter = robust_fit(terms, values, floor, prior)
+    if pitch is None:
+        inverse = np.linalg.pinv((terms * weights[:, np.newaxis]).T @ terms)
+        covariance = np.stack([scatter**2 * inverse] * 2)
+        return PulledFit(coefficients, strengths, weights, scatter, covariance)
+    known = np.diag((pitch / _USUAL) ** 2)
+    axes = [slice(0, count), slice(count, 2 * count)]
+    pull = slice(2 * count, None)
+    for _ in range(_ROUNDS):
+        # Gauss-Newton, as pulls depend on the centres.
+        for _ in range(_STEPS):
+            centres = terms @ coefficients
+            waves, slopes = pull_waves(centres)
+            left = values - centres - waves @ strengths
+            matrix = np.zeros((2 * count + len(known),) * 2)
+            right = np.zeros(len(matrix))
+            matrix[pull, pull] = scatter**2 * known
+            right[pull] = -(scatter**2) * known @ strengths
+            for axis, own in enumerate(axes):
+                parts = np.zeros((len(terms), len(matrix)))
+                parts[:, own] = terms * (1 + slopes[:, axis] @ strengths)[:, np.newaxis]
+                parts[:, pull] = waves[:, axis]
+                weighted = parts * weights[:, np.newaxis]
+                matrix += weighted.T @ parts
+                right += weighted.T @ left[:, axis]
+            inverse = np.linalg.pinv(matrix)
+            step = inverse @ right
+            coefficients = coefficients + np.stack([step[own] for own in axes], axis=-1)
+            strengths = strengths + step[pull]
+            if np.abs(step).max() < _SMALL_STEP:
+                break
+        pulls = pull_waves(terms @ coefficients)[0] @ strengths
+        coefficients, weights, scatter = robust_fit(terms, values - pulls, floor, prior)
+    covariance = scatter**2 * np.stack([inverse[own, own] for own in axes])
+    return PulledFit(coefficients, strengths, weights, scatter, covariance)

@@ -1,0 +1,287 @@
+"""Random calls of every command: files, options, surroundings, drawn from what it declares."""
+
+import io
+import json
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args, get_origin
+from unittest.mock import patch
+
+import numpy as np
+import typer
+from hypothesis import strategies as st
+from PIL import Image as PillowImage
+from tifffile import imwrite
+
+from plenofir import project
+from plenofir.camera.calibration import calibrate
+from plenofir.camera.rays.camera import CAMERAS
+from plenofir.commands.app import app, main
+from plenofir.images import write_png
+
+Words = tuple[str, ...]
+M = 5
+
+
+def every_command(command: Any, words: Words = ()) -> Iterator[tuple[Words, Any]]:
+    """All commands with the words that call them."""
+    yield words, command
+    for name, sub in getattr(command, "commands", {}).items():
+        yield from every_command(sub, (*words, name))
+
+
+COMMANDS = dict(every_command(typer.main.get_command(app)))
+
+LONG = "x" * 300
+# Where a name of a file is wanted: what is no file, no text, no name.
+ODD_NAMES = (
+    *("none.png", "folder", "empty.png", "text.png", "text.png/x.png", f"{LONG}.png", "", " "),
+    *("none/none/x.png", "/dev/null", "/proc/self/mem", "/proc/none/x.png", "ä\n\x1b[2J.png"),
+    *("\udcff.png", "deep.json", "deep.toml", ".", "*", "[", "~"),
+)
+IMAGES = ("grey.png", "rgb.png", "deep.png", "grey.tif", "rgb.jpg", "grey.pgm", "one.png")
+# Names that each option usually takes.
+NAMES: Mapping[str, tuple[str, ...]] = {
+    "raster": IMAGES,
+    "raw": (*IMAGES, "white.png"),
+    "white": ("white.png",),
+    "dark": ("dark.png",),
+    "calib": ("known.json",),
+    "frames": ("grey.png", "*.png"),
+    "folder": ("views",),
+    "scene": ("scene.toml", "rgb-480p"),
+    "camera": ("camera.toml", "f193-mla2"),
+    "prescription": ("lens.csv", "f100"),
+    "a": ("a.vcd", "b.vcd"),
+    "b": ("a.vcd", "b.vcd"),
+    "begin": ("", "1", "10ns"),
+    "end": ("2", "30ns"),
+    "clock": ("", "clk", "none", "top.clk"),
+    "signals": ("*", "top.*", "x"),
+    "region": ("0:3,1:9", ":,:", "5:2,0:1", "0:99999999999999999999,0:1"),
+    "picture": ("picture.png",),
+    "plot": ("plot.png",),
+    "ise": ("folder",),
+    "scheduler": ("nowhere", "tcp://", "tcp://127.0.0.1:x"),
+    "spots": ("folder",),
+}
+ODD_WHOLE = ("-1", "0", "1", "2", "64", "10001", str(10**9), str(10**18), str(10**30), "x", "1.5")
+ODD_REAL = (
+    *("0", "-1", "1e-320", "1e-9", "1e9", "1e300", "nan", "inf", "-inf", "1e999", "x", ""),
+    *("0.5", "1", "2.5", "100", "587.6", "5000"),
+)
+ODD_SETTINGS = (
+    *("1e9", "1/0", "0:1", "0:1:1/5", "1:0", "0:1000", "1/5 1/5", "", ":", "0,2/5", "nan", "-"),
+    *(str(10**9), str(10**30), "1/3", "100", "-2000", "0.2", "١"),
+)
+
+
+def make_stock(folder: Path) -> None:
+    """Write one good file of each kind, and some of no kind."""
+    rng = np.random.default_rng(18)
+    grey = rng.integers(0, 256, (4 * M, 3 * M), np.uint8)
+    rgb = rng.integers(0, 256, (3 * M, 4 * M, 3), np.uint8)
+    write_png(folder / "grey.png", grey)
+    write_png(folder / "rgb.png", rgb)
+    write_png(folder / "deep.png", rng.integers(0, 65536, (23, 31), np.uint16))
+    write_png(folder / "one.png", grey[:1, :1])
+    write_png(folder / "dark.png", np.zeros((90, 90), np.uint8))
+    imwrite(folder / "grey.tif", grey, compression="zlib")
+    PillowImage.fromarray(rgb).save(folder / "rgb.jpg")
+    (folder / "grey.pgm").write_bytes(b"P5 %d %d 255\n" % grey.shape[::-1] + grey.tobytes())
+    y, x = np.mgrid[:90, :90]
+    light = np.cos(np.pi * (y - 4.3) / 9) ** 2 * np.cos(np.pi * (x - 4.6) / 9) ** 2
+    white = np.rint(20 + 220 * light).astype(np.uint8)
+    write_png(folder / "white.png", white)
+    calibrate(white).save(folder / "known.json")
+    (folder / "views").mkdir()
+    for v, u in np.ndindex(3, 3):
+        write_png(folder / "views" / f"view_{v}_{u}.png", grey[v::3, u::3][:5, :5])
+    shutil.copy(project.root() / "scenes" / "rgb-480p.toml", folder / "scene.toml")
+    shutil.copy(CAMERAS / "f193-mla2.toml", folder / "camera.toml")
+    shutil.copy(project.DATA / "lenses" / "f100.csv", folder / "lens.csv")
+    head = "$timescale 1ns $end\n$scope module top $end\n$var wire 1 ! clk $end\n"
+    head += "$var wire 4 # x $end\n$upscope $end\n$enddefinitions $end\n"
+    for name, value in (("a.vcd", "b0011"), ("b.vcd", "b0111")):
+        steps = "".join(f"#{10 * n}\n{n % 2}!\n{value} #\n" for n in range(6))
+        (folder / name).write_text(head + steps)
+    (folder / "folder").mkdir()
+    (folder / "empty.png").write_bytes(b"")
+    (folder / "text.png").write_text("no picture")
+    (folder / "deep.json").write_text("[" * 200_000)
+    (folder / "deep.toml").write_text("a = " + "[" * 200_000)
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call: words, what is damaged before (file, kind, place, what with), and surroundings."""
+
+    words: Words
+    damage: tuple[tuple[str, str, float, str], ...]
+    environment: Mapping[str, str]
+
+
+def mostly(draw: Any, usual: st.SearchStrategy[str], odd: st.SearchStrategy[str]) -> str:
+    return str(draw(usual if draw(st.integers(0, 5)) else odd))
+
+
+WHOLE = st.sampled_from(ODD_WHOLE)
+REAL = st.sampled_from(ODD_REAL) | st.floats().map(str)
+# Without a slash: results stay in the folder.
+TEXT = st.text(st.characters(exclude_characters="\0/", exclude_categories=("Cs",)), max_size=8)
+TEXT = TEXT.filter(lambda text: text != "..")
+NAME = st.sampled_from(ODD_NAMES) | TEXT
+SETTING = st.sampled_from(ODD_SETTINGS) | TEXT
+USUAL_SETTING = st.integers(-6, 9).map(lambda shift: f"{shift}/{M}")
+
+
+def value(draw: Any, command: Words, parameter: Any) -> str:
+    """Draw a value for an option or an argument."""
+    kind = parameter.type_descriptor.annotation
+    if get_origin(kind) is list:
+        (kind,) = get_args(kind)
+    name = parameter.name
+    if name == "a" and command != ("waves", "compare"):
+        return mostly(draw, USUAL_SETTING, SETTING)
+    if kind is int:
+        return mostly(draw, st.just(str(M)) if name == "micro_image" else WHOLE, WHOLE)
+    if kind is float:
+        return str(draw(REAL))
+    if get_args(kind):
+        return mostly(draw, st.sampled_from(get_args(kind)), TEXT)
+    if name == "out":
+        usual = st.just(f"results/{parameter.default or 'out'}")
+        taken = st.sampled_from(("grey.png", "known.json", "folder", "views"))
+        return mostly(draw, usual, NAME | taken)
+    return mostly(draw, st.sampled_from(NAMES[name]), NAME)
+
+
+@st.composite
+def calls(draw: Any, command: Words) -> Call:
+    """Draw a call of a command: most of its parts are as they should be."""
+    words = list(command)
+    for parameter in COMMANDS[command].params:
+        if parameter.name in ("version", "debug"):
+            continue
+        given = draw(st.integers(0, 19)) > 0 if parameter.required else not draw(st.integers(0, 2))
+        if not given:
+            continue
+        if parameter.param_type_name == "argument":
+            words.append(value(draw, command, parameter))
+        elif parameter.is_flag:
+            words.append(draw(st.sampled_from((*parameter.opts, *parameter.secondary_opts))))
+        else:
+            for _ in range(draw(st.integers(1, 2)) if parameter.multiple else 1):
+                words.append(f"{parameter.opts[0]}={value(draw, command, parameter)}")
+    if not draw(st.integers(0, 14)):
+        words.append(draw(TEXT))
+    kinds = st.sampled_from(("cut", "flip", "number"))
+    stock = ("grey.png", "deep.png", "white.png", "grey.tif", "rgb.jpg", "grey.pgm", "known.json")
+    stock += ("scene.toml", "camera.toml", "lens.csv", "a.vcd", "views/view_1_1.png")
+    damage = st.tuples(
+        st.sampled_from(stock), kinds, st.floats(0, 1, exclude_max=True), WHOLE | REAL | TEXT
+    )
+    surroundings = {
+        "COLUMNS": st.sampled_from(("1", "0", "x", "40")),
+        "TERM": st.sampled_from(("dumb", "xterm")),
+        "FORCE_COLOR": st.just("1"),
+        "TMPDIR": st.sampled_from(("/none", "/proc", LONG)),
+        "M": TEXT,
+    }
+    environment = st.fixed_dictionaries({}, optional=surroundings)
+    return Call(
+        tuple(words),
+        tuple(draw(st.lists(damage, max_size=2)) if not draw(st.integers(0, 1)) else ()),
+        draw(environment) if not draw(st.integers(0, 2)) else {},
+    )
+
+
+def spoil(path: Path, kind: str, place: float, text: str) -> None:
+    """Damage a file: cut it off, flip a byte's bits, or put another text for a number."""
+    content = path.read_bytes()
+    at = int(place * len(content))
+    if kind == "cut":
+        path.write_bytes(content[:at])
+    elif kind == "flip":
+        path.write_bytes(content[:at] + bytes([content[at] ^ 0x41]) + content[at + 1 :])
+    else:
+        digits = [n for n, byte in enumerate(content) if chr(byte).isdigit()]
+        at = digits[int(place * len(digits))]
+        path.write_bytes(content[:at] + os.fsencode(text) + content[at + 1 :])
+
+
+class StuckError(BaseException):
+    """A call that does not end."""
+
+
+def _stuck(*_: object) -> None:
+    raise StuckError
+
+
+def run(words: Words, environment: Mapping[str, str]) -> tuple[int, str, str]:
+    """Call the command in this process: exit code and both outputs."""
+    out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", newline="") for _ in range(2))
+    old = signal.signal(signal.SIGALRM, _stuck)
+    signal.alarm(120)
+    try:
+        with (
+            patch.object(sys, "argv", ["plenofir", *words]),
+            patch.dict(os.environ, {**environment, "PATH": ""}),
+            patch.object(tempfile, "tempdir", None),
+            warnings.catch_warnings(),
+            redirect_stdout(out),
+            redirect_stderr(err),
+        ):
+            # They would be lines more.
+            warnings.simplefilter("error", RuntimeWarning)
+            main()
+    except SystemExit as done:
+        code = done.code
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, old)
+    texts = []
+    for stream in (out, err):
+        stream.flush()
+        texts.append(stream.buffer.getvalue().decode())  # type: ignore[attr-defined]
+    assert isinstance(code, int)
+    return code, texts[0], texts[1]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+
+
+@contextmanager
+def inside(stock: Path, call: Call) -> Iterator[dict[str, bytes]]:
+    """A fresh copy of the stock as the working folder, damaged; yields what it holds."""
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory() as name:
+        shutil.copytree(stock, name, dirs_exist_ok=True)
+        os.chdir(name)
+        try:
+            for file, *how in call.damage:
+                if Path(file).stat().st_size:
+                    spoil(Path(file), *how)
+            yield contents(Path(name))
+        finally:
+            os.chdir(before)
+
+
+def strict_json(text: str) -> Any:
+    def refuse(word: str) -> None:
+        raise AssertionError(word)
+
+    return json.loads(text, parse_constant=refuse)

@@ -1,0 +1,218 @@
+"""Random calls of every command end with right results, or one line, exit code 2 and nothing."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from any_call import (
+    COMMANDS,
+    Call,
+    Words,
+    calls,
+    contents,
+    inside,
+    run,
+    strict_json,
+)
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from plenofir.camera.calibration import decode, load_calibration
+from plenofir.commands import options
+from plenofir.images import read_image
+from plenofir.refocus import interpolation_order, refocus
+
+# They take minutes.
+LONG_RUNNING = [("report", name) for name in ("rays", "precision", "stability", "calibration")]
+LEAVES = [
+    words
+    for words, command in COMMANDS.items()
+    if not hasattr(command, "commands") and words not in LONG_RUNNING
+]
+
+Parameters = dict[str, Any]
+
+
+def check_views(p: Parameters) -> set[str]:
+    m, raw = p["micro_image"], read_image(Path(p["raster"]))
+    rows, columns = (length // m * m for length in raw.shape[:2])
+    names = set()
+    for v, u in np.ndindex(m, m):
+        file = Path(p["out"]) / f"view_{v:02}_{u:02}.png"
+        assert (read_image(file) == raw[v:rows:m, u:columns:m]).all()
+        names.add(str(file))
+    return names
+
+
+def check_compose(p: Parameters) -> set[str]:
+    found = read_image(Path(p["out"]))
+    for v, u in np.ndindex(3, 3):
+        place = (v, u) if p["order"] == "rows" else (u, v)
+        view = read_image(Path(p["folder"]) / "view_{}_{}.png".format(*place))
+        assert (found[v::3, u::3] == view).all()
+    return {p["out"]}
+
+
+def check_refocus(p: Parameters) -> set[str]:
+    m = p["micro_image"]
+    area = None
+    if p["region"]:
+        ends = [int(n) if n else None for n in re.split("[:,]", p["region"].replace(" ", ""))]
+        area = slice(*ends[:2]), slice(*ends[2:])
+    want = refocus(
+        read_image(Path(p["raster"])),
+        m,
+        options.one_focus_setting(p["a"], m),
+        interpolation=interpolation_order(p["interpolation"]),
+        upsample=p["upsample"],
+        region=area,
+    )
+    assert (read_image(Path(p["out"])) == want).all()
+    return {p["out"]}
+
+
+def check_stack(p: Parameters) -> set[str]:
+    m, raw = p["micro_image"], read_image(Path(p["raster"]))
+    names = set()
+    for a in options.focus_settings(p["a"] or ["0:1"], m):
+        file = Path(p["out"]) / f"refocused_{str(a).replace('/', '_')}.png"
+        assert (read_image(file) == refocus(raw, m, a)).all()
+        names.add(str(file))
+    for name, wanted in (
+        ("all_in_focus", p["everywhere"] or p["index"]),
+        ("depth_index", p["index"]),
+        ("sharpness", False),
+    ):
+        file = Path(p["out"]) / f"{name}.png"
+        assert file.exists() >= wanted
+        if file.exists():
+            read_image(file)
+            names.add(str(file))
+    return names
+
+
+def check_depth_map(p: Parameters) -> set[str]:
+    out = Path(p["out"])
+    lenses = [n // p["micro_image"] for n in read_image(Path(p["raster"])).shape[:2]]
+    for name in ("distance_mm.npy", "disparity.npy"):
+        assert list(np.load(out / name).shape) == lenses
+    assert list(read_image(out / "distance_tenth_mm.png").shape) == lenses
+    read_image(out / "depth.png")
+    return {str(file) for file in out.iterdir() if file.is_file()}
+
+
+def check_calibrate(p: Parameters) -> set[str]:
+    centres = load_calibration(p["out"]).centres
+    if p["white"] == "white.png":
+        # As drawn: pitch 9, the first centre at 4.3, 4.6.
+        off = (centres[~np.isnan(centres[..., 0])] - (4.3, 4.6)) / 9
+        assert np.abs(off - np.rint(off)).max() < 0.5 / 9
+    return {p["out"]} | ({p["picture"]} if p["picture"] else set())
+
+
+def check_decode(p: Parameters) -> set[str]:
+    found, capture = read_image(Path(p["out"])), read_image(Path(p["raw"]))
+    extra = {name: p[name] and read_image(p[name]) for name in ("dark", "white")}
+    how = {name: p[name] for name in ("interpolation", "scale", "devignette")}
+    calibration = load_calibration(p["calib"])
+    assert (found == decode(capture, calibration, p["micro_image"], **extra, **how)).all()
+    return {p["out"]}
+
+
+def check_configure(p: Parameters) -> set[str]:
+    out = Path(p["out"])
+    strict_json((out / "plan.json").read_text())
+    for line in (out / "sources.txt").read_text().splitlines():
+        assert (out / line).is_file()
+    return {str(file) for file in out.iterdir() if file.is_file()}
+
+
+def check_batch(p: Parameters) -> set[str]:
+    found = {str(file) for file in Path(p["out"]).rglob("*") if file.is_file()}
+    pictures = [name for name in found if name.endswith(".png")]
+    assert pictures
+    for name in pictures:
+        read_image(Path(name))
+    return found
+
+
+CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
+    ("views",): check_views,
+    ("compose",): check_compose,
+    ("refocus",): check_refocus,
+    ("stack",): check_stack,
+    ("depth-map",): check_depth_map,
+    ("calibrate",): check_calibrate,
+    ("decode",): check_decode,
+    ("configure",): check_configure,
+    ("batch",): check_batch,
+    ("distance",): lambda p: {str(p["plot"])} if p["plot"] else set(),
+}
+
+
+def right(command: Words, call: Call, stock: Path) -> None:
+    """Make the call, and look at whatever it did."""
+    with inside(stock, call) as before:
+        code, out, err = run(call.words, call.environment)
+        after = contents(Path())
+        assert not [name for name in after if ".plenofir" in name]
+        if code == 2:
+            assert err.startswith("plenofir: ") or not call.words[len(command) :], err
+            assert err.count("\n") == 1, err
+            assert "a fault of the program" not in err, err
+            assert after == before
+            return
+        if code == 1 and command == ("batch",):
+            assert all(line.startswith("failed: ") for line in err.splitlines())
+            return
+        assert err == ""
+        assert code == 0 or (code == 1 and command == ("waves", "compare"))
+        if "--help" in call.words:
+            return
+        context = COMMANDS[command].make_context("", list(call.words[len(command) :]))
+        if context.params.get("as_json"):
+            strict_json(out)
+        assert out
+        written = CHECKS[command](context.params) if command in CHECKS else set()
+        # What it wrote, and nothing else.
+        changed = {name for name in after if after[name] != before.get(name)}
+        assert changed == {str(Path(name)) for name in written if not Path(name).is_absolute()}
+
+
+QUICK = settings(
+    max_examples=12,
+    deadline=None,
+    database=None,
+    derandomize=True,
+    # To make a call smaller takes longer than to read it.
+    phases=(Phase.explicit, Phase.generate),
+    suppress_health_check=list(HealthCheck),
+)
+
+
+# Each call of batch starts and ends some processes.
+@pytest.mark.parametrize("command", [word for word in LEAVES if word != ("batch",)], ids=" ".join)
+@QUICK
+@given(st.data())
+def test_any_call(stock: Path, command: Words, data: st.DataObject) -> None:
+    right(command, data.draw(calls(command)), stock)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", LEAVES, ids=" ".join)
+def test_many_calls(stock: Path, command: Words) -> None:
+    @settings(QUICK, max_examples=40 if command == ("batch",) else 400, derandomize=False)
+    @given(calls(command))
+    def try_it(call: Call) -> None:
+        right(command, call, stock)
+
+    try_it()
+
+
+@pytest.mark.parametrize("words", LONG_RUNNING, ids=" ".join)
+def test_reports_are_refused_before_the_work(stock: Path, words: Words) -> None:
+    for out in ("text.png/x", "/dev/null", "/proc/none"):
+        right(words, Call((*words, "--out", out), (), {}), stock)
