@@ -15,6 +15,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.hdmi_pkg.all;
+use work.number_pkg.all;
 use work.status_pkg.all;
 use work.tmds_pkg.all;
 
@@ -142,55 +143,6 @@ architecture rtl of hdmi_control is
   signal pixel_settings  : std_logic_vector(17 downto 0);
   signal pixel_pattern   : std_logic_vector(0 downto 0);
   signal pixel_clear     : std_logic_vector(0 downto 0);
-
-  -- A number of the status line.
-
-  function number (
-    value : std_logic_vector
-  ) return std_logic_vector is
-  begin
-
-    return std_logic_vector(resize(unsigned(value), 16));
-
-  end function number;
-
-  function flag (
-    value : std_logic
-  ) return std_logic_vector is
-  begin
-
-    return "000000000000000" & value;
-
-  end function flag;
-
-  -- A number for each channel.
-
-  function numbers (
-    values   : std_logic_vector;
-    negative : boolean := false
-  ) return std_logic_vector is
-
-    constant WIDTH  : positive := values'length / CHANNELS;
-    variable value  : std_logic_vector(WIDTH - 1 downto 0);
-    variable result : std_logic_vector(16 * CHANNELS - 1 downto 0);
-
-  begin
-
-    for c in 0 to CHANNELS - 1 loop
-
-      value := values(WIDTH * c + WIDTH - 1 downto WIDTH * c);
-
-      result(16 * c + 15 downto 16 * c) := number(value);
-
-      if negative then
-        result(16 * c + 15 downto 16 * c) := std_logic_vector(resize(signed(value), 16));
-      end if;
-
-    end loop;
-
-    return result;
-
-  end function numbers;
 
 begin
 

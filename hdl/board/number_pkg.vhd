@@ -1,0 +1,77 @@
+-- Numbers of the status line: 16 bits each, in two's complement.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.tmds_pkg.all;
+
+package number_pkg is
+
+  -- An unsigned number of fewer bits.
+  function number (
+    value : std_logic_vector
+  ) return std_logic_vector;
+
+  -- 0 or 1.
+  function flag (
+    value : std_logic
+  ) return std_logic_vector;
+
+  -- A number for each channel, of as many bits each, signed where they may be negative.
+  function numbers (
+    values   : std_logic_vector;
+    negative : boolean := false
+  ) return std_logic_vector;
+
+end package number_pkg;
+
+package body number_pkg is
+
+  function number (
+    value : std_logic_vector
+  ) return std_logic_vector is
+  begin
+
+    return std_logic_vector(resize(unsigned(value), 16));
+
+  end function number;
+
+  function flag (
+    value : std_logic
+  ) return std_logic_vector is
+  begin
+
+    return "000000000000000" & value;
+
+  end function flag;
+
+  function numbers (
+    values   : std_logic_vector;
+    negative : boolean := false
+  ) return std_logic_vector is
+
+    constant WIDTH  : positive := values'length / CHANNELS;
+    variable value  : std_logic_vector(WIDTH - 1 downto 0);
+    variable result : std_logic_vector(16 * CHANNELS - 1 downto 0);
+
+  begin
+
+    for c in 0 to CHANNELS - 1 loop
+
+      value := values(WIDTH * c + WIDTH - 1 downto WIDTH * c);
+
+      result(16 * c + 15 downto 16 * c) := number(value);
+
+      if negative then
+        result(16 * c + 15 downto 16 * c) := std_logic_vector(resize(signed(value), 16));
+      end if;
+
+    end loop;
+
+    return result;
+
+  end function numbers;
+
+end package body number_pkg;
