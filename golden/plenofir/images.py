@@ -145,11 +145,15 @@ def read_picture(path: Path) -> Picture:
     """
     where = str(path)
     try:
+        if path.is_char_device():  # It may have no end.
+            raise InputError("is a device", where=where, expected=_EXPECTED)
         data = path.read_bytes()
     except FileNotFoundError:
         raise InputError("no such file", where=where, expected=_EXPECTED) from None
     except IsADirectoryError:
         raise InputError("is a folder", where=where, expected=_EXPECTED) from None
+    except InputError:
+        raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"cannot be read ({reason})", where=where, expected=_EXPECTED) from None

@@ -44,7 +44,14 @@ LONG = "x" * 300
 # Where a name of a file is wanted: what is no file, no text, no name.
 ODD_NAMES = (
     *("none.png", "folder", "empty.png", "text.png", "text.png/x.png", f"{LONG}.png", "", " "),
-    *("none/none/x.png", "/dev/null", "/proc/self/mem", "/proc/none/x.png", "ä\n\x1b[2J.png"),
+    *(
+        "none/none/x.png",
+        "/dev/null",
+        "/dev/zero",
+        "/proc/self/mem",
+        "/proc/none/x.png",
+        "ä\n\x1b[2J.png",
+    ),
     *("\udcff.png", "deep.json", "deep.toml", ".", "*", "[", "~"),
 )
 IMAGES = ("grey.png", "rgb.png", "deep.png", "grey.tif", "rgb.jpg", "grey.pgm", "one.png")
