@@ -220,7 +220,8 @@ def spoil(path: Path, kind: str, place: float, text: str) -> None:
     elif kind == "flip":
         path.write_bytes(content[:at] + bytes([content[at] ^ 0x41]) + content[at + 1 :])
     else:
-        digits = [n for n, byte in enumerate(content) if chr(byte).isdigit()]
+        # Where a cut has left none: the end.
+        digits = [n for n, byte in enumerate(content) if chr(byte).isdigit()] or [len(content)]
         at = digits[int(place * len(digits))]
         path.write_bytes(content[:at] + os.fsencode(text) + content[at + 1 :])
 
