@@ -7,14 +7,13 @@ A mutant is one change of one operator, constant, switch bit or reset in one sou
 until something fails: first a few small cores in the file bench against the golden model, then the
 testbenches that reach its source, short ones first. A mutant that does not analyse is not counted.
 Which mutants are taken depends on a hash of their text, so that a change of the sources leaves most
-of them as they were. Two kinds of changes that no input can show are never made, see `is_idle`.
+of them as they were; mutants.py makes them.
 
 Survivors must be explained in docs/mutants.md; exit code 1 if one is not.
 """
 
 import argparse
 import fnmatch
-import hashlib
 import json
 import os
 import re
@@ -25,8 +24,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -36,6 +34,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from mutants import Key, Mutant, chosen, explained, mutants, write_mutant
 from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -45,39 +44,7 @@ from plenofir.fpga.simulate import file_bench
 from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
 from plenofir.refocus import StoredProductArithmetic
 
-# What may be changed: pattern, and what takes its place.
-RULES: tuple[tuple[str, tuple[str, ...]], ...] = (
-    (r"(?<= )\+(?= )", ("-",)),
-    (r"(?<= )-(?= )", ("+",)),
-    (r"(?<= )and(?= )", ("or",)),
-    (r"(?<= )or(?= )", ("and",)),
-    (r"(?<= )not (?=\w)", ("",)),
-    (r"(?<= )=(?= )", ("/=",)),
-    (r"(?<= )/=(?= )", ("=",)),
-    (r"(?<= )<(?= )", ("<=", ">=")),
-    (r"(?<= )>(?= )", (">=", "<")),
-    (r"(?<= )>=(?= )", (">", "<")),
-    (r"(?<== )'0'", ("'1'",)),
-    (r"(?<== )'1'", ("'0'",)),
-    (r"(?<=<= )'0'(?=;| when)", ("'1'",)),
-    (r"(?<=<= )'1'(?=;| when)", ("'0'",)),
-    (r"(?<=[-+/] )1(?=[ ;)])", ("0", "2")),
-    (r"(?<=> )0(?= )", ("1",)),
-)
-# A line of a reset branch: dropped as a whole.
-RESET = re.compile(r"if (?:\w+_)?reset = '1' then\n(.*?)\n +end if;", re.S)
-# A signal with a value before the first clock; what a reset branch sets as a whole.
-INITIAL = re.compile(r" *signal (\w+) +: [^:;]*:=")
-SET = re.compile(r"^ *(\w+) *<=", re.M)
-# A vector or an array, and its bounds up to what makes it longer.
-ELEMENTS = re.compile(
-    r" *(?:signal (\w+) +: std_logic_vector|type (\w+) is array) ?\((?:[^()]|\([^()]*\))*[^()\s] $"
-)
-LONGER = re.compile(r"(\+|- 0)(?= ?1?(?: downto|\)))")
-# Nothing in here is logic: text, declarations of ports, checks of generics.
-SKIPPED = re.compile(r"--|assert|report|severity|: +in |: +out |library|use |generic|range")
 STALLS = 25
-EXPLAINED = project.root() / "docs" / "mutants.md"
 # Processor time of a file of tests until a mutant counts as one that hangs.
 TEST_SECONDS = 600
 # A test of a bench that has failed, in its log.
@@ -135,36 +102,6 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
 )
 # Of these the file bench simulates every line.
 IN_FILE_BENCH = ("core/*", "refocuser/raster*", "fir/*", "moving_sum/*", "common/*")
-
-
-Key = tuple[str, str, str, int]
-"""Source, line before and after, number of the line among those with its text."""
-
-
-@dataclass(frozen=True)
-class Mutant:
-    """One change.
-
-    Attributes
-    ----------
-    file, line
-        Where it is.
-    old, new
-        The line before and after.
-    place
-        Number of the line among those of its file with the same text, from 1.
-    """
-
-    file: str
-    line: int
-    old: str
-    new: str
-    place: int
-
-    @property
-    def key(self) -> Key:
-        """What stays the same where lines move."""
-        return self.file, self.old.strip(), self.new.strip(), self.place
 
 
 @dataclass(frozen=True)
@@ -225,102 +162,6 @@ CASES = (
         2,
     ),
 )
-
-
-def is_idle(text: str, code: str, place: int, changed: str) -> bool:
-    """Whether a change of a declaration shows in nothing that a design does.
-
-    Either it is the first value of a signal that a reset sets as a whole: all tests begin with a
-    reset, and so does the board. Or a vector or an array gets longer at its end: where lengths no
-    longer fit, VHDL refuses it; elsewhere nothing drives or reads what is new.
-
-    Parameters
-    ----------
-    text
-        The source.
-    code, place
-        The line before, and where in it the change is.
-    changed
-        The line after.
-    """
-    initial = INITIAL.match(code)
-    if initial and place >= initial.end():
-        return any(initial[1] in SET.findall(block[1]) for block in RESET.finditer(text))
-    # From the operator on: what is changed may be what stands behind it.
-    start = code.rfind(" ", 0, place - 1) + 1 if code[place] == "1" else place
-    declared = ELEMENTS.match(code[:start])
-    return (
-        declared is not None
-        and LONGER.match(changed[start:]) is not None
-        and f"{declared[1] or declared[2]}'" not in text
-    )
-
-
-def mutants(sources: Sequence[Path]) -> Iterator[Mutant]:
-    """All changes that the rules allow."""
-    for source in sources:
-        text = source.read_text()
-        begins = [text.find(word) for word in ("\narchitecture ", "\npackage body ")]
-        if max(begins) < 0:
-            continue
-        first = text[: max(begins) + 1].count("\n")
-        lines = text.splitlines()
-
-        seen: Counter[str] = Counter()
-        places = []
-        for line in lines:
-            code = line.split("--")[0].strip()
-            seen[code] += 1
-            places.append(seen[code])
-
-        for number, line in enumerate(lines[first:], first):
-            code = line.split("--")[0]
-            if SKIPPED.search(line):
-                continue
-            for pattern, replacements in RULES:
-                for match in re.finditer(pattern, code):
-                    for replacement in replacements:
-                        changed = code[: match.start()] + replacement + code[match.end() :]
-                        if not is_idle(text, code, match.start(), changed):
-                            yield Mutant(source.name, number + 1, code, changed, places[number])
-        for block in RESET.finditer(text):
-            start = text[: block.start(1)].count("\n")
-            for number, line in enumerate(block.group(1).splitlines(), start):
-                if "<=" in line and line.strip().endswith(";"):
-                    yield Mutant(source.name, number + 1, line, "", places[number])
-
-
-def chosen(every: Sequence[Mutant], seed: int, count: int) -> list[Mutant]:
-    """Those that come first in an order of hashes, files mixed."""
-
-    def order(mutant: Mutant) -> str:
-        return hashlib.sha256(repr((seed, *mutant.key)).encode()).hexdigest()
-
-    return sorted(every, key=order)[:count]
-
-
-def explained() -> set[Key]:
-    """Keys of the mutants in the tables of docs/mutants.md."""
-    found = set()
-    for line in EXPLAINED.read_text().splitlines():
-        row = re.fullmatch(r"\| `(.+?)` \| `(.*?)` \| `(.*?)` \| (\d+) \| .+ \|", line)
-        if row:
-            old, new = (text.replace("\\|", "|") for text in row.group(2, 3))
-            found.add((row.group(1), old, "" if new == "dropped" else new, int(row.group(4))))
-    return found
-
-
-def write_mutant(mutant: Mutant | None, sources: Sequence[Path], folder: Path) -> list[Path]:
-    """Copy the sources with one line changed."""
-    folder.mkdir()
-    copies = []
-    for source in sources:
-        lines = source.read_text().splitlines()
-        if mutant is not None and source.name == mutant.file:
-            lines[mutant.line - 1] = mutant.new
-        copies.append(folder / source.name)
-        copies[-1].write_text("\n".join([*lines, ""]))
-    return copies
 
 
 def frames_of(case: Case) -> np.ndarray:

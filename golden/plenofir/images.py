@@ -34,13 +34,13 @@ class Picture(NamedTuple):
     ----------
     pixels
         Shape (rows, columns) or (rows, columns, 3), uint8 or uint16.
-    bits
-        Bits of a pixel that the file says are used, 8 to 16: 12 of a camera's 12 bit capture in
-        words of 16.
+    full_scale
+        Value of white that the file tells: 4095 of a camera's 12 bit capture in words of 16. That
+        of a PNG is always 255 or 65535; its samples are scaled to that by definition.
     """
 
     pixels: Image
-    bits: int
+    full_scale: int
 
 
 class _DamagedError(ValueError):
@@ -50,7 +50,7 @@ class _DamagedError(ValueError):
 def _png(data: bytes) -> tuple[Any, int]:
     from imagecodecs import png_decode
 
-    place, kind, bits = len(_PNG), b"", 0
+    place, kind = len(_PNG), b""
     while kind != b"IEND":
         head = data[place : place + 8]
         length, kind = int.from_bytes(head[:4], "big"), head[4:]
@@ -60,10 +60,8 @@ def _png(data: bytes) -> tuple[Any, int]:
             raise _DamagedError("it ends in the middle")
         if int.from_bytes(checksum, "big") != zlib.crc32(kind + body):
             raise _DamagedError(f"wrong checksum at byte {place}")
-        if kind == b"sBIT":
-            bits = max(body)
         place += 12 + length
-    return png_decode(data), bits
+    return png_decode(data), 0
 
 
 def _tiff(data: bytes) -> tuple[Any, int]:
@@ -92,14 +90,14 @@ def _tiff(data: bytes) -> tuple[Any, int]:
             image = np.moveaxis(image, 0, -1)
         if page.photometric == PHOTOMETRIC.MINISWHITE:
             image = (1 << page.bitspersample) - 1 - image
-        return image, page.bitspersample
+        return image, (1 << page.bitspersample) - 1
 
 
 def _netpbm(data: bytes) -> tuple[Any, int]:
     from netpbmfile import NetpbmFile
 
     with NetpbmFile(io.BytesIO(data)) as file:
-        return file.asarray(), int(file.maxval).bit_length()
+        return file.asarray(), int(file.maxval)
 
 
 def _pillow(data: bytes) -> tuple[Any, int]:
@@ -109,7 +107,7 @@ def _pillow(data: bytes) -> tuple[Any, int]:
         image.load()
         if image.mode not in ("L", "RGB"):
             raise InputError(f"pixels of mode {image.mode}", where="", expected=_EXPECTED)
-        return np.asarray(image), 8
+        return np.asarray(image), 255
 
 
 _READERS: tuple[tuple[bytes, Callable[[bytes], tuple[Any, int]]], ...] = (
@@ -125,7 +123,7 @@ _READERS: tuple[tuple[bytes, Callable[[bytes], tuple[Any, int]]], ...] = (
 
 
 def read_picture(path: Path) -> Picture:
-    """Read an image as it is stored, and how many of its bits are used.
+    """Read an image as it is stored, and what it counts as white.
 
     Parameters
     ----------
@@ -135,7 +133,7 @@ def read_picture(path: Path) -> Picture:
     Returns
     -------
     Picture
-        Pixels and bits.
+        Pixels and full scale.
 
     Raises
     ------
@@ -145,11 +143,15 @@ def read_picture(path: Path) -> Picture:
     """
     where = str(path)
     try:
+        if path.is_char_device():  # It may have no end.
+            raise InputError("is a device", where=where, expected=_EXPECTED)
         data = path.read_bytes()
     except FileNotFoundError:
         raise InputError("no such file", where=where, expected=_EXPECTED) from None
     except IsADirectoryError:
         raise InputError("is a folder", where=where, expected=_EXPECTED) from None
+    except InputError:
+        raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"cannot be read ({reason})", where=where, expected=_EXPECTED) from None
@@ -158,7 +160,7 @@ def read_picture(path: Path) -> Picture:
         what = "an empty file" if not data else "no image of a known kind"
         raise InputError(what, where=where, expected=_EXPECTED)
     try:
-        image, bits = read(data)
+        image, full_scale = read(data)
     except InputError as error:
         raise InputError(error.what, where=where, expected=error.expected) from None
     except MemoryError:
@@ -168,8 +170,11 @@ def read_picture(path: Path) -> Picture:
     except Exception as error:  # Decoders raise whatever a damaged file leads them to.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"damaged ({reason})", where=where, expected=_WHOLE) from None
-    if image.dtype.newbyteorder("=") not in (np.uint8, np.uint16) or (bits and bits < 8):
-        what = f"pixels of {bits} bit" if bits and bits < 8 else f"pixels of type {image.dtype}"
+    if image.dtype.newbyteorder("=") not in (np.uint8, np.uint16) or 0 < full_scale < 128:
+        few = 0 < full_scale < 128
+        what = (
+            f"pixels of {full_scale.bit_length()} bit" if few else f"pixels of type {image.dtype}"
+        )
         raise InputError(what, where=where, expected=_EXPECTED)
     image = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("="))
     if image.ndim == 3 and image.shape[2] == 1:
@@ -178,7 +183,7 @@ def read_picture(path: Path) -> Picture:
         raise InputError(f"{image.shape[2]} channels", where=where, expected=_EXPECTED)
     if image.ndim not in (2, 3):
         raise InputError(f"{image.ndim} dimensions", where=where, expected=_EXPECTED)
-    return Picture(image, bits or 8 * image.dtype.itemsize)
+    return Picture(image, full_scale or np.iinfo(image.dtype).max)
 
 
 def read_image(path: Path) -> Image:

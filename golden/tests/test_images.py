@@ -1,4 +1,4 @@
-"""Images come back as they were written, with the bits that the file tells; damaged ones do not."""
+"""Images come back as they were written, with the white that the file tells; damaged do not."""
 
 import io
 import random
@@ -73,7 +73,7 @@ GREY = picture(np.uint8, 1, bits=8)
 
 CASES = {
     "png16": (encode_png(DEEP), DEEP, 16),
-    "png, 12 significant bits": (with_chunk(encode_png(TWELVE), b"sBIT", b"\x0c" * 3), TWELVE, 12),
+    "png, 12 significant bits": (with_chunk(encode_png(TWELVE), b"sBIT", b"\x0c" * 3), TWELVE, 16),
     "tiff": (tiff(DEEP), DEEP, 16),
     "tiff big endian": (tiff(DEEP, byteorder=">"), DEEP, 16),
     "tiff big": (tiff(GREY, bigtiff=True), GREY, 8),
@@ -101,11 +101,17 @@ def test_formats(tmp_path: Path, case: str) -> None:
     path = tmp_path / "image"
     path.write_bytes(data)
     got = read_picture(path)
-    assert got.bits == bits
+    assert got.full_scale == (1 << bits) - 1
     assert got.pixels.dtype == (np.uint8 if bits == 8 else np.uint16)
     assert got.pixels.flags.c_contiguous
     if want is not None:
         assert np.array_equal(got.pixels, want)
+
+
+def test_white_that_is_no_power_of_two(tmp_path: Path) -> None:
+    path = tmp_path / "image"
+    path.write_bytes(netpbm(TWELVE[:, :, 0] // 8, 1000))
+    assert read_picture(path).full_scale == 1000
 
 
 def refuses(path: Path, data: bytes, match: str) -> None:

@@ -13,6 +13,7 @@ from plenofir.fpga import hdl
 
 sys.path.insert(0, str(project.root() / "scripts"))
 
+import mutants
 import mutate
 
 SCRIPT = project.root() / "scripts" / "mutate.py"
@@ -36,13 +37,13 @@ def test_survivors_are_explained(tmp_path: Path) -> None:
 
 def test_explained_mutants_exist() -> None:
     # What is explained is a change that the rules make of a line that is there.
-    keys = {mutant.key for mutant in mutate.mutants(hdl.board_sources())}
+    keys = {mutant.key for mutant in mutants.mutants(hdl.board_sources())}
     assert len(keys) > 3000
-    assert mutate.explained() - keys == set()
+    assert mutants.explained() - keys == set()
 
 
 def test_every_source_has_mutants_and_tests() -> None:
-    files = {mutant.file for mutant in mutate.mutants(hdl.board_sources())}
+    files = {mutant.file for mutant in mutants.mutants(hdl.board_sources())}
     names = {source.name for source in hdl.board_sources()}
     # Packages of constants, wiring.
     without = {
@@ -84,7 +85,7 @@ begin
       end if;
 """
     )
-    made = [(m.old.split()[1], m.new.strip()) for m in mutate.mutants([source]) if m.line < 10]
+    made = [(m.old.split()[1], m.new.strip()) for m in mutants.mutants([source]) if m.line < 10]
     assert made == [
         ("set_2", "signal set_2 : std_logic := '1';"),
         ("part", "signal part  : std_logic_vector(N - 2 downto 0);"),
@@ -96,8 +97,8 @@ begin
 
 
 def test_sample_stays_where_sources_change() -> None:
-    every = list(dict.fromkeys(mutate.mutants(hdl.board_sources())))
-    sample = {mutant.key for mutant in mutate.chosen(every, 1, 120)}
+    every = list(dict.fromkeys(mutants.mutants(hdl.board_sources())))
+    sample = {mutant.key for mutant in mutants.chosen(every, 1, 120)}
     rest = [mutant for mutant in every if mutant.file != "fir_array.vhd"]
-    without = {mutant.key for mutant in mutate.chosen(rest, 1, 120)}
+    without = {mutant.key for mutant in mutants.chosen(rest, 1, 120)}
     assert {key for key in sample if key[0] != "fir_array.vhd"} <= without

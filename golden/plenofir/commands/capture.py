@@ -120,14 +120,14 @@ def decode(
     """Resample a raw capture to aligned micro images of M x M pixels."""
     from plenofir.camera.calibration import decode as resample
     from plenofir.camera.calibration import load_calibration
-    from plenofir.images import read_image
+    from plenofir.images import read_picture
 
     path = check_file(out, (".png",), raw, calib, dark, white)
     calibration = load_calibration(calib)
-    capture = read_image(Path(raw))
+    capture = read_picture(Path(raw))
     with progress_bar("decoding") as show:
         raster = resample(
-            capture,
+            capture.pixels,
             calibration,
             micro_image,
             dark=_optional(dark),
@@ -135,6 +135,7 @@ def decode(
             interpolation=interpolation,
             scale=scale,
             devignette=devignette,
+            full_scale=capture.full_scale,
             where=raw,
             progress=show,
         )

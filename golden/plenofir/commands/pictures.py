@@ -171,6 +171,7 @@ def stack(
         for shift, image in zip(shifts, slices, strict=True):
             # Two or more: even the only slice has its a in its name.
             save(results, picture_names(shift, m, 2)[0], image)
+        del image
         if min(raw.shape[:2]) >= 2 * margin + 8 * m:
             inside = slice(margin, raw.shape[0] - margin), slice(margin, raw.shape[1] - margin)
             curve = sharpness_curve(slices, inside, m)

@@ -18,13 +18,13 @@ PACKAGE = "scene_pkg"
 STILL_CLOCK_MHZ = 74.25
 
 
-def needed_sources(top: Path, entity: str, sources: Sequence[Path]) -> list[Path]:
+def needed_sources(top: str, entity: str, sources: Sequence[Path]) -> list[Path]:
     """Sources that an entity is built of, in order of analysis, without any other.
 
     Parameters
     ----------
     top
-        File that instantiates entities and uses packages.
+        VHDL that instantiates entities and uses packages.
     entity
         Not used by any source: the top itself.
     sources
@@ -39,10 +39,10 @@ def needed_sources(top: Path, entity: str, sources: Sequence[Path]) -> list[Path
     needed: set[str] = set()
     waiting = [top]
     while waiting:
-        for name in used_units(waiting.pop().read_text()):
+        for name in used_units(waiting.pop()):
             if name in by_name and name not in needed and name != entity:
                 needed.add(name)
-                waiting.append(by_name[name])
+                waiting.append(by_name[name].read_text())
     return [source for source in sources if source.stem in needed]
 
 
@@ -233,25 +233,22 @@ def configure(plan: Plan, out: Path) -> list[Path]:
     plenofir.errors.InputError
         If the folder cannot be written.
     """
-    # The top first, because the list of sources is read from it.
-    top = out / f"{top_of(plan)}.vhd"
+    top = top_of(plan)
     own = _board_top(plan) if plan.path == "video" else _core_top(plan)
-    publish({**own, "plan.json": plan.model_dump_json(indent=2) + "\n"}, out)
-    # XST wants the folder for its temporary files to be there.
-    (out / "xst").mkdir(exist_ok=True)
-    needed = needed_sources(top, top.stem, hdl.board_sources())
+    needed = needed_sources(own[f"{top}.vhd"], top, hdl.board_sources())
     # Own files in the place of those that they replace, the others behind.
     sources = [out / path.name if path.name in own else path for path in needed]
     vhdl = (out / name for name in own if name.endswith(".vhd"))
     sources += [path for path in vhdl if path not in sources]
     places = [os.path.relpath(source, out) for source in sources]
-    publish(
-        {
-            "sources.txt": "".join(f"{place}\n" for place in places),
-            f"{top.stem}.prj": "".join(f'vhdl work "{place}"\n' for place in places),
-        },
-        out,
-    )
+    lists = {
+        "plan.json": plan.model_dump_json(indent=2) + "\n",
+        "sources.txt": "".join(f"{place}\n" for place in places),
+        f"{top}.prj": "".join(f'vhdl work "{place}"\n' for place in places),
+    }
+    publish({**own, **lists}, out)
+    # XST wants the folder for its temporary files to be there.
+    (out / "xst").mkdir(exist_ok=True)
     return sources
 
 

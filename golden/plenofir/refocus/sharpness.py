@@ -51,7 +51,7 @@ class DepthIndex:
 def lens_sums(image: Image, m: int) -> Integers:
     """Luma of each micro image, summed over its pixels; pixels beyond the edges count as 0."""
     edges = [(0, -length % m) for length in image.shape[:2]] + [(0, 0)] * (image.ndim - 2)
-    padded = np.pad(image, edges)
+    padded = np.pad(image, edges) if any(after for _, after in edges) else image
     rows, columns = padded.shape[0] // m, padded.shape[1] // m
     lenses = padded.reshape(rows, m, columns, m, *image.shape[2:])
     sums: Integers = lenses.sum((1, 3), dtype=np.int64)
@@ -133,7 +133,7 @@ def depth_index(stack: Slices, micro_image_size: int, radius: int = 1) -> DepthI
             of_pixels = of_pixels[:rows, :columns]
             picture = np.empty_like(image)
         here = of_pixels == number
-        picture[here] = image[here]
+        np.copyto(picture, image, where=here.reshape(*here.shape, *[1] * (image.ndim - 2)))
     assert picture is not None
     return DepthIndex(best, picture)
 

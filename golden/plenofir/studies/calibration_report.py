@@ -64,7 +64,7 @@ class Accuracy:
 
 def accuracy(found: Floats, truth: Floats, pitch: float, seconds: float) -> Accuracy:
     """Compare centres found with true ones."""
-    distance = cKDTree(found).query(truth)[0]
+    distance = cKDTree(found).query(truth)[0] if len(found) else np.full(len(truth), np.inf)
     near = distance < pitch / 2
     return Accuracy(
         float(distance[near].mean()) if near.any() else float("nan"),
@@ -75,9 +75,12 @@ def accuracy(found: Floats, truth: Floats, pitch: float, seconds: float) -> Accu
 
 
 def both_methods(image: Image, truth: Floats, pitch: float) -> tuple[Accuracy, Accuracy]:
-    """Calibrate with the grid fit and with the text's method."""
+    """Calibrate with the grid fit (all missed where it refuses) and with the text's method."""
     start = time.perf_counter()
-    centres = calibrate(image).centres.reshape(-1, 2)
+    try:
+        centres = calibrate(image).centres.reshape(-1, 2)
+    except InputError:
+        centres = np.full((1, 2), np.nan)
     middle = time.perf_counter()
     text = text_calibration(grey(image))
     end = time.perf_counter()

@@ -44,7 +44,14 @@ LONG = "x" * 300
 # Where a name of a file is wanted: what is no file, no text, no name.
 ODD_NAMES = (
     *("none.png", "folder", "empty.png", "text.png", "text.png/x.png", f"{LONG}.png", "", " "),
-    *("none/none/x.png", "/dev/null", "/proc/self/mem", "/proc/none/x.png", "ä\n\x1b[2J.png"),
+    *(
+        "none/none/x.png",
+        "/dev/null",
+        "/dev/zero",
+        "/proc/self/mem",
+        "/proc/none/x.png",
+        "ä\n\x1b[2J.png",
+    ),
     *("\udcff.png", "deep.json", "deep.toml", ".", "*", "[", "~"),
 )
 IMAGES = ("grey.png", "rgb.png", "deep.png", "grey.tif", "rgb.jpg", "grey.pgm", "one.png")
@@ -213,7 +220,8 @@ def spoil(path: Path, kind: str, place: float, text: str) -> None:
     elif kind == "flip":
         path.write_bytes(content[:at] + bytes([content[at] ^ 0x41]) + content[at + 1 :])
     else:
-        digits = [n for n, byte in enumerate(content) if chr(byte).isdigit()]
+        # Where a cut has left none: the end.
+        digits = [n for n, byte in enumerate(content) if chr(byte).isdigit()] or [len(content)]
         at = digits[int(place * len(digits))]
         path.write_bytes(content[:at] + os.fsencode(text) + content[at + 1 :])
 

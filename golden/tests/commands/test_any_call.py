@@ -204,7 +204,7 @@ def test_any_call(stock: Path, command: Words, data: st.DataObject) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("command", LEAVES, ids=" ".join)
 def test_many_calls(stock: Path, command: Words) -> None:
-    @settings(QUICK, max_examples=40 if command == ("batch",) else 400, derandomize=False)
+    @settings(QUICK, max_examples=25 if command == ("batch",) else 150, derandomize=False)
     @given(calls(command))
     def try_it(call: Call) -> None:
         right(command, call, stock)

@@ -53,6 +53,19 @@ def limited(size: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, old)
 
 
+@contextmanager
+def without_rights() -> Iterator[None]:
+    """Root may do everything; here it is nobody."""
+    root = os.geteuid() == 0
+    if root:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        if root:
+            os.seteuid(0)
+
+
 def old_results(out: Path, names: tuple[str, ...]) -> None:
     out.mkdir(exist_ok=True)
     for name in names:
@@ -60,7 +73,7 @@ def old_results(out: Path, names: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize("words", WRITERS, ids=lambda words: words[0])
-def test_files_that_cannot_grow(folder: Path, words: Words) -> None:
+def test_files_that_cannot_grow_or_be_used(folder: Path, words: Words) -> None:
     old_results(folder / "out", WRITERS[words])
     before = contents(folder)
     with limited(40):
@@ -72,6 +85,17 @@ def test_files_that_cannot_grow(folder: Path, words: Words) -> None:
     assert run(words, {})[::2] == (0, "")
     after = contents(folder)
     assert all(after[f"out/{name}"] != b"old" for name in WRITERS[words])
+    # All modules are loaded now: those of root cannot be read without its rights.
+    for path, mode in ((folder / "out", 0o555), (folder, 0o600)):
+        folder.chmod(0o755)
+        path.chmod(mode)
+        with without_rights():
+            code, _, err = run(words, {})
+        path.chmod(0o755)
+        assert code == 2
+        assert "Permission denied" in err
+        assert err.count("\n") == 1
+        assert contents(folder) == after
 
 
 @pytest.fixture

@@ -440,10 +440,8 @@ def test_configure_needs_a_folder_that_can_be_written(tmp_path: Path) -> None:
         configure(plan, tmp_path / "out")
 
 
-def test_sources_of_a_core_are_those_it_is_built_of(tmp_path: Path) -> None:
-    top = tmp_path / f"{TOP}.vhd"
-    top.write_text("core : entity work.axis_fifo")
-    sources = needed_sources(top, TOP, hdl.hdl_sources())
+def test_sources_of_a_core_are_those_it_is_built_of() -> None:
+    sources = needed_sources("core : entity work.axis_fifo", TOP, hdl.hdl_sources())
     assert [source.stem for source in sources] == ["ram_simple_dual_port", "axis_fifo"]
 
 

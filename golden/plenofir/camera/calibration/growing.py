@@ -26,7 +26,7 @@ from plenofir.camera.calibration.lattice import (
     no_grid,
     reduced,
 )
-from plenofir.camera.calibration.moire import pull_waves, pulled_fit
+from plenofir.camera.calibration.moire import pulled_fit
 from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
     extents,
@@ -148,8 +148,8 @@ class GrowingFit:
         # Light falls off with the angle to the axis, so micro images far from the middle are a
         # little brighter on one side, which moves their centroids but not their borders. The slope
         # shows in a small window over the middle, which does not reach the borders. It points away
-        # from the axis, so the slope along y grows with y only, and along x with x; the pull of
-        # pixels is told apart from it. Spots have no even middle: for them it is not known.
+        # from the axis, so the slope along y grows with y only, and along x with x. Spots have no
+        # even middle: for them it is not known.
         pitch = extents(self.grid)
         few = np.random.default_rng(2).permutation(len(centres))[:_SLOPE_LENSES]
         places = centres[few] + self.margin
@@ -160,7 +160,6 @@ class GrowingFit:
         known = factors * core_spread - core_factors * spread
         result = np.zeros_like(centres)
         far = unit_positions(centres, self.shape)
-        waves, _ = pull_waves(centres[few])
         for axis in (0, 1):
             if known[axis] < _EVEN_MIDDLE * factors[axis] * core_spread[axis]:
                 continue
@@ -169,8 +168,7 @@ class GrowingFit:
                 - core_factors[axis] * (moments.offsets[few, axis])
             )
             slope = (slope / known[axis])[:, np.newaxis]
-            constant = np.ones((len(slope), 1))
-            terms = np.concatenate([far[few, axis, np.newaxis], constant, waves[:, axis]], axis=1)
+            terms = np.stack([far[few, axis], np.ones(len(slope))], axis=1)
             coefficients, _, _ = robust_fit(terms, slope, 1e-9)
             # Without the constant: the axis is in the middle, and sampling adds another constant.
             result[:, axis] = far[:, axis] * coefficients[0, 0]
@@ -300,11 +298,13 @@ class GrowingFit:
             terms = np.concatenate([terms, spread[lit, np.newaxis]], axis=1)
         coefficients, _, _ = robust_fit(terms, np.log(level[lit])[:, np.newaxis], 1e-3, prior)
         self.shading = coefficients[:smooth, 0]
-        y, x = (np.clip(np.linspace(-1, 1, n), -1, 1) for n in self.shape)
         table = np.zeros((order + 1, order + 1))
         for value, (m, n) in zip(self.shading, exponents(order), strict=True):
             table[m, n] = value
-        logs = np.polynomial.polynomial.polygrid2d(y, x, table).astype(np.float32)
+        down, right = (
+            np.polynomial.polynomial.polyvander(np.linspace(-1, 1, n), order) for n in self.shape
+        )
+        logs = (down @ table).astype(np.float32) @ right.T.astype(np.float32)
         top = float(np.max(terms[:, :smooth] @ self.shading))
         darkest = np.log(_DARKEST_SHADING)
         flat = (self.image - np.float32(base)) * np.exp(-np.clip(logs - top, darkest, 0.0))

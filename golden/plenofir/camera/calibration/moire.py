@@ -41,10 +41,10 @@ class PulledFit:
     def centroids(self, terms: Floats) -> Floats:
         """Centroids that the fit predicts, pulls included."""
         centres = np.asarray(terms @ self.coefficients)
-        return centres + pull_waves(centres)[0] @ self.strengths
+        return centres + _waves(centres)[0] @ self.strengths
 
 
-def pull_waves(centres: Floats) -> tuple[Floats, Floats]:
+def _waves(centres: Floats) -> tuple[Floats, Floats]:
     """Pulls of strength 1 and their slopes, shape (lenses, 2 axes, strengths)."""
     turns = 2 * np.pi * np.arange(1, len(_USUAL) + 1)
     phases = centres[..., np.newaxis] * turns
@@ -69,7 +69,7 @@ def pulled_fit(
         # Gauss-Newton, as pulls depend on the centres.
         for _ in range(_STEPS):
             centres = terms @ coefficients
-            waves, slopes = pull_waves(centres)
+            waves, slopes = _waves(centres)
             left = values - centres - waves @ strengths
             matrix = np.zeros((2 * count + len(known),) * 2)
             right = np.zeros(len(matrix))
@@ -88,7 +88,7 @@ def pulled_fit(
             strengths = strengths + step[pull]
             if np.abs(step).max() < _SMALL_STEP:
                 break
-        pulls = pull_waves(terms @ coefficients)[0] @ strengths
+        pulls = _waves(terms @ coefficients)[0] @ strengths
         coefficients, weights, scatter = robust_fit(terms, values - pulls, floor, prior)
     covariance = scatter**2 * np.stack([inverse[own, own] for own in axes])
     return PulledFit(coefficients, strengths, weights, scatter, covariance)

@@ -172,6 +172,8 @@ def load_calibration(path: str | Path) -> Calibration:
     """
     expected = "a file written by plenofir calibrate"
     try:
+        if Path(path).is_char_device():  # It may have no end.
+            raise OSError
         size = Path(path).stat().st_size
         content = None if size > _LARGEST_FILE else json.loads(Path(path).read_text("utf-8"))
     except (OSError, UnicodeDecodeError, ValueError, RecursionError) as error:

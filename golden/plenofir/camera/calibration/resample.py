@@ -125,6 +125,7 @@ def decode(
     interpolation: Interpolation = "bilinear",
     scale: Scale = "native",
     devignette: bool = True,
+    full_scale: int | None = None,
     where: str = "raw capture",
     progress: Callable[[int, int], None] | None = None,
 ) -> Image:
@@ -149,6 +150,8 @@ def decode(
         "native": steps of one pixel, micro images are cropped. "fit": M steps to a pitch.
     devignette
         Whether to divide by the white image or its model at all.
+    full_scale
+        Largest value of the capture, where results saturate; its type's largest if None.
     where
         Name of the raw capture for messages.
     progress
@@ -220,7 +223,7 @@ def decode(
         if progress is not None:
             progress(part.stop, height)
     raster = _rectangular(result, calibration, rows, columns, order)
-    limit = np.iinfo(raw.dtype).max
+    limit = full_scale or np.iinfo(raw.dtype).max
     rounded = np.clip(np.floor(raster + 0.5), 0, limit).astype(raw.dtype)
     flat = rounded.reshape(rounded.shape[0] * m, rounded.shape[2] * m, -1)
     return np.asarray(flat if raw.ndim == 3 else flat[:, :, 0])

@@ -133,7 +133,7 @@ def sharpness(region: Image | Floats, micro_image_size: int = 1, low: float = 0.
     ends = [-(-n // (2 * m)) for n in region.shape[:2]]
     # Of the spectrum along the lines only what counts is kept.
     lines = [
-        np.fft.rfft(grey(region[k : k + _LINES]).astype(np.float64))[:, : ends[1]]
+        np.fft.rfft(grey(region[k : k + _LINES]).astype(np.float64))[:, : ends[1]].copy()
         for k in range(0, region.shape[0], _LINES)
     ]
     quarter = np.abs(np.fft.fft(np.concatenate(lines), axis=0)[: ends[0]]) ** 2
@@ -230,7 +230,7 @@ def all_in_focus(stack: Slices, micro_image_size: int, window: float = 2.0) -> A
     slices, shape, dtype = _sharpest_slices(stack, micro_image_size, window)
     places = [(np.arange(n) - (micro_image_size - 1) / 2) / micro_image_size for n in shape[:2]]
     parts = [slice(k, k + _LINES) for k in range(0, shape[0], _LINES)]
-    depth = np.empty(shape[:2])
+    depth = np.empty(shape[:2], np.float32)
     for part in parts:
         place = np.stack(np.meshgrid(places[0][part], places[1], indexing="ij"))
         depth[part] = ndimage.map_coordinates(slices, place, order=1, mode="nearest")
@@ -242,7 +242,8 @@ def all_in_focus(stack: Slices, micro_image_size: int, window: float = 2.0) -> A
             # Pixels between the slice before and this one, or on the last one.
             if before is not None:
                 here = (depth[part] >= number - 1) & (depth[part] < number)
-                share = (depth[part][here] - (number - 1)).reshape(-1, *[1] * (len(shape) - 2))
+                share = depth[part][here].astype(np.float64) - (number - 1)
+                share = share.reshape(-1, *[1] * (len(shape) - 2))
                 mixed = (1 - share) * before[part][here] + share * image[part][here]
                 picture[part][here] = np.floor(mixed + 0.5).astype(dtype)
             if last:
@@ -262,8 +263,14 @@ def _sharpest_slices(
         if min(rows, columns) < 1:
             raise InputError("less than one micro image", where="stack", expected="a larger image")
         # Frequencies of more than a cycle a micro lens are replicas, not detail.
-        smooth = ndimage.gaussian_filter(grey(image), m / 2, mode="nearest")
-        lenses = smooth[m // 2 :: m, m // 2 :: m][:rows, :columns]
+        smooth = np.empty((rows, image.shape[1]), np.float32)
+        for k in range(0, image.shape[1], _LINES):
+            part = ndimage.gaussian_filter1d(
+                grey(image[:, k : k + _LINES]), m / 2, 0, mode="nearest"
+            )
+            smooth[:, k : k + _LINES] = part[m // 2 :: m][:rows]
+        smooth = ndimage.gaussian_filter1d(smooth, m / 2, 1, mode="nearest")
+        lenses = smooth[:, m // 2 :: m][:, :columns]
         detail = ndimage.laplace(lenses.astype(np.float64), mode="nearest") ** 2
         energy = ndimage.gaussian_filter(detail, window, mode="nearest")
         if best is None or strength is None:

@@ -109,6 +109,15 @@ def test_white_image_becomes_even(layout, with_white) -> None:
     assert raster.std() < (0.002 if with_white else 0.02)
 
 
+def test_results_saturate_where_the_capture_does() -> None:
+    shape = (200, 220)
+    white = white_image(shape, regular_grid(shape, 11.03), level=0.05, noise=0)
+    bright = np.minimum(white.astype(np.int64) * 4, 4095).astype(np.uint16)
+    calibration = calibrate(white)
+    assert decode(bright, calibration, 7).max() > 4095
+    assert decode(bright, calibration, 7, full_scale=4095).max() == 4095
+
+
 def test_dark_and_colours() -> None:
     shape = (200, 220)
     grid = regular_grid(shape, 11.03)
