@@ -11,7 +11,8 @@ def run_unit(entity: str, **case: int) -> None:
     """Run the bench; the entity's generics are among what the case says."""
     generics = {name.upper(): value for name, value in case.items() if name != "faults"}
     case_and_name = {"entity": entity, **case}
-    run_case(entity, "board.link_bench", generics=generics, case=case_and_name)
+    bench = "phase_bench" if entity == "phase_detector_control" else "link_bench"
+    run_case(entity, f"board.{bench}", generics=generics, case=case_and_name)
 
 
 def test_link_supervisor() -> None:

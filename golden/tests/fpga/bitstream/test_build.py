@@ -11,23 +11,16 @@ import stat
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from plenofir import project
 from plenofir.commands.app import app
-from plenofir.commands.bitstream import board_generics
 from plenofir.errors import EXIT_BAD_INPUT, InputError
 from plenofir.fpga.bitstream import ise, ise_reports, top_level
 from plenofir.fpga.bitstream.spartan6_sites import device
-from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.hdmi.edid import make_edid
 from plenofir.fpga.hdmi.modes import HD720
 from plenofir.plan import load_scene, make_plan
-from plenofir.refocus import StoredProductArithmetic
 
 TOP = top_level.TOP
 
@@ -466,82 +459,6 @@ def test_scenes_are_refused(
     assert not (tmp_path / "o").exists()
 
 
-@pytest.mark.parametrize(
-    "core",
-    [
-        CoreConfiguration(micro_image_size=3, shifts=(2, -1), max_columns=800, channels=3),
-        CoreConfiguration(
-            micro_image_size=5,
-            shifts=(-5, 0),
-            max_columns=640,
-            channels=3,
-            order=1,
-            engine=FirEngine(hold=True),
-            arithmetic=StoredProductArithmetic(fraction_bits=6, guard_bits=1),
-        ),
-        CoreConfiguration(
-            micro_image_size=3, shifts=(1,), max_columns=64, channels=3, engine=MovingSumEngine()
-        ),
-    ],
-)
-def test_configuration_and_generics_are_one(core: CoreConfiguration) -> None:
-    assert (
-        top_level.configuration({**top_level.default_generics(), **top_level.board_generics(core)})
-        == core
-    )
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"channels": 1},
-        {"engine": FirEngine(parallel_rows=2)},
-        {"align": "causal"},
-        {"pixel_bits": 10},
-    ],
-)
-def test_board_has_no_such_core(change: dict[str, object]) -> None:
-    core = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=64, channels=3)
-    with pytest.raises(InputError, match="the board has no such refocuser"):
-        top_level.board_generics(core.model_copy(update=change))
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"micro_image": 7}, "micro_image: needs a focus setting; expected --a too"),
-        ({"a": ["1/2"]}, "1/2 is not on the grid of M = 5"),
-        ({"fraction": 4, "arith": "exact"}, "--fraction: cannot be combined with --arith exact"),
-        ({"guard": 3, "fraction": 2}, "guard_bits must not exceed fraction_bits"),
-    ],
-)
-def test_options_are_refused(options: dict[str, object], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        board_generics(options)
-
-
-def test_options() -> None:
-    assert board_generics({}) == {}
-    assert board_generics(
-        {
-            "micro_image": 3,
-            "a": ["-2/3", "1"],
-            "arith": "stored",
-            "interpolation": "linear",
-            "engine": "moving_sum",
-        }
-    ) == {
-        "MICRO_IMAGE_SIZE": 3,
-        "SHIFTS": "-2 3",
-        "ENGINE": "moving_sum",
-        "INTERPOLATION_ORDER": 1,
-        "EXACT": False,
-        "FRACTION_BITS": StoredProductArithmetic().fraction_bits,
-        "GUARD_BITS": StoredProductArithmetic().guard_bits,
-    }
-    assert board_generics({"arith": "exact"}) == {"EXACT": True}
-
-
 def test_exit_code_without_ise(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -556,16 +473,3 @@ def test_exit_code_without_ise(
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
     assert lines[0].startswith("plenofir: bitstream: Xilinx ISE is not installed (xst, ngdbuild")
-
-
-WORDS = st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=20)
-
-
-@given(st.lists(st.tuples(st.sampled_from(("WARNING", "ERROR", "INFO")), WORDS), max_size=10))
-def test_messages(entries: list[tuple[str, str]]) -> None:
-    """Every warning of a log is found once for each of its texts, whatever stands around it."""
-    log = "\n".join(f"{severity}:Xst:1 - {text.strip()}x\nnoise" for severity, text in entries)
-    wanted = [f"{text.strip()}x" for severity, text in entries if severity == "WARNING"]
-    found = ise_reports.messages("xst", log, "WARNING")
-    assert [message.text for message in found] == list(dict.fromkeys(wanted))
-    assert sum(message.times for message in found) == len(wanted)

@@ -13,6 +13,8 @@ other sections here.
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from plenofir.errors import InputError
 from plenofir.fpga.bitstream import ise
@@ -233,3 +235,16 @@ def test_treatments(tmp_path: Path) -> None:
         with pytest.raises(InputError, match="a code that is not there yet") as caught:
             treatments(path)
         assert caught.value.where == f"{path}:3"
+
+
+WORDS = st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=20)
+
+
+@given(st.lists(st.tuples(st.sampled_from(("WARNING", "ERROR", "INFO")), WORDS), max_size=10))
+def test_messages(entries: list[tuple[str, str]]) -> None:
+    """Every warning of a log is found once for each of its texts, whatever stands around it."""
+    log = "\n".join(f"{severity}:Xst:1 - {text.strip()}x\nnoise" for severity, text in entries)
+    wanted = [f"{text.strip()}x" for severity, text in entries if severity == "WARNING"]
+    found = messages("xst", log, "WARNING")
+    assert [message.text for message in found] == list(dict.fromkeys(wanted))
+    assert sum(message.times for message in found) == len(wanted)
