@@ -11,7 +11,14 @@ def run_unit(entity: str, generics: dict, **case: object) -> None:
 
 @pytest.mark.parametrize(
     "entity",
-    ["tmds_encoder", "tmds_decoder", "tmds_deskew", "gearbox_5_to_10", "gearbox_10_to_5"],
+    [
+        "tmds_encoder",
+        "tmds_decoder",
+        "tmds_periods",
+        "tmds_deskew",
+        "gearbox_5_to_10",
+        "gearbox_10_to_5",
+    ],
 )
 def test_unit(entity: str) -> None:
     run_unit(entity, {})

@@ -95,6 +95,57 @@ async def every_word(dut: Any) -> None:
         await FallingEdge(dut.clk)
 
 
+@for_entity("tmds_periods")
+async def what_a_preamble_begins(dut: Any) -> None:
+    """Preambles and guard bands with faults, resets in preambles: what follows is as voted."""
+    rng = start(dut)
+    words, enough, guards = 8, 4, 3
+    for port in ("active", "control", "data", "error", "is_nibble", "nibble", "is_guard"):
+        getattr(dut, f"word_{port}").value = 0
+    await reset(dut)
+    for _ in range(1500):
+        # Votes of channels 1 and 2.
+        votes = [0, 0]
+        shares = [rng.choice((0.1, 0.6, 0.9, 1)) for _ in votes]
+        begins_anew = rng.choice((None, rng.randrange(4, 14)))
+        dut.word_active.value = 0
+        for clock in range(14):
+            dut.reset.value = int(clock == begins_anew)
+            if clock == begins_anew:
+                votes = [0, 0]
+            control = rng.randrange(4)
+            for i, share in enumerate(shares):
+                token = 1 if rng.random() < share else rng.choice((0, 2, 3))
+                votes[i] = min(words, votes[i] + 1) if token == 1 else max(0, votes[i] - 1)
+                control |= token << 2 * (i + 1)
+            dut.word_control.value = control
+            await FallingEdge(dut.clk)
+        dut.reset.value = 0
+        dut.word_active.value = 7
+        island = video = 0
+        for _ in range(2):
+            blue, red = (rng.choice((8, 8, 12, 15, rng.randrange(16))) for _ in range(2))
+            blue_is, red_is, green_guard, red_guard = (rng.random() < 0.6 for _ in range(4))
+            video += (blue_is and blue == 8) + green_guard + (red_is and red == 8)
+            island += (blue_is and blue >= 12) + green_guard + red_guard
+            dut.word_is_nibble.value = blue_is | red_is << 2
+            dut.word_nibble.value = blue | red << 8
+            dut.word_is_guard.value = green_guard << 1 | red_guard << 2
+            await FallingEdge(dut.clk)
+        begun = [(int(dut.active.value), int(dut.island_start.value))]
+        for _ in range(2):
+            dut.word_is_nibble.value = dut.word_is_guard.value = 0
+            await FallingEdge(dut.clk)
+            begun.append((int(dut.active.value), int(dut.island_start.value)))
+        if votes[0] >= enough and votes[1] >= enough and island >= guards:
+            want = [(0, 1), (0, 1), (0, 0)]
+        elif votes[0] >= enough and votes[1] < enough and video >= guards:
+            want = [(0, 0), (0, 0), (1, 0)]
+        else:
+            want = [(1, 0)] * 3
+        assert begun == want, (votes, begins_anew, video, island)
+
+
 def some_lines(rng: random.Random, lines: int, active: int, blank: int) -> list[int]:
     """Words of a channel: lines of random data with random tokens between them."""
     width = active + blank
