@@ -104,7 +104,7 @@ def write_verilog(
     library = []
     if board:
         # Components alone: nothing is bound to them, so each becomes a cell.
-        components = hdl.unisim_sources()[0]
+        components = next(s for s in hdl.unisim_sources() if s.stem == "vcomponents")
         library = [f"-P{directory.resolve()}"]
         run_tool(
             [
