@@ -16,7 +16,7 @@ from plenofir.refocus.arithmetic import ExactArithmetic
 _DSP_BITS = 17
 _DSP_LEAST_PRODUCT = 9
 
-VIDEO_USAGE = Usage(lut=2650, flip_flops=2885)
+VIDEO_USAGE = Usage(lut=4100, flip_flops=3885, dsp=5)
 """The board without its core, synthesised: receiver, transmitter, timing, control; no block RAM."""
 
 
