@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
@@ -275,7 +276,8 @@ def test_core_is_a_design() -> None:
 def test_yosys_runs_once_for_the_same_verilog(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(tools_module, "root", lambda: tmp_path)
+    monkeypatch.setattr(project, "root", lambda: tmp_path)
+    monkeypatch.setattr(project, "in_checkout", lambda: True)
     runs = []
 
     def run(command: list[str], log: Path) -> None:
