@@ -44,6 +44,7 @@ from plenofir.plan.figures import (
 )
 from plenofir.plan.planner import full_core
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir.studies.errata import page_lines
 
 DOCS = project.root() / "docs"
 HDL = project.root() / "hdl"
@@ -331,11 +332,17 @@ def status_table(text: str) -> str:
     return between_marks(text, "status", "\n".join(lines))
 
 
+def errata(text: str) -> str:
+    """Put the errata of the thesis between their marks in a page."""
+    return between_marks(text, "errata", "\n".join(page_lines()))
+
+
 def committed_pages() -> dict[Path, str]:
     """Make the pages that stand in the repository."""
     of_stacks, of_indices = stack_tables()
     written = {
         DOCS / "board.md": status_table,
+        DOCS / "errata.md": errata,
         DOCS / "golden-model.md": error_bounds,
         DOCS / "moving-sum.md": column_memory,
         DOCS / "fir-array.md": clock_table,

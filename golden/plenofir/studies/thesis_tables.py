@@ -74,7 +74,6 @@ class Part:
     name: str
     settings: Cells
     rows: tuple[Cells, ...]
-    left_out: str | None = None
     erratum: str | None = None
 
 
@@ -114,7 +113,6 @@ def _part(part: Mapping[str, Any]) -> Part:
         name=part["name"],
         settings=_cells(part.get("settings", {})),
         rows=tuple(_cells(row) for row in part.get("rows", ())),
-        left_out=part.get("left_out"),
         erratum=part.get("erratum"),
     )
 

@@ -17,17 +17,19 @@ ROWS = {
     "5.4": [3, 3, 3],
     "5.5": [15],
     "5.6": [15],
-    "5.7": [0],
-    "5.8": [6],
-    "5.9": [0],
-    "5.10": [15, 15, 2],
+    "5.7": [15],
+    "5.8": [9],
+    "5.9": [29],
+    "5.10": [15, 15, 15],
     "5.11": [4, 4, 2],
     "5.12": [4, 4, 2],
     "5.13": [2],
 }
 UNITS = ("mm", "cm", "m", "um", "nm", "deg", "px", "pct")
 WITHOUT_UNIT = {"a", "n", "f_number", "s_over_p_m", "gap", "view"}
-REFOCUSING = ("5.5", "5.6", "5.10")
+REFOCUSING = ("5.5", "5.6", "5.7", "5.10")
+# Printed deviations that do not follow from the two printed numbers beside them.
+MISPRINTED = {("5.4a", 56, "exit_pupil"), ("5.4b", 14, "principal_plane")}
 
 
 def all_cells():
@@ -62,8 +64,6 @@ def test_rows(number):
     assert table.topic
     assert [len(part.rows) for part in table.parts] == ROWS[number]
     assert len({part.name for part in table.parts}) == len(table.parts)
-    for part in table.parts:
-        assert part.rows or part.left_out
 
 
 def test_names_end_in_a_unit():
@@ -91,7 +91,7 @@ def test_near_is_nearer_than_far(kind):
         assert distances == sorted(distances)
         assert all(distance > 0 for distance in distances)
         found += len(distances)
-    assert found >= 89
+    assert found >= 134
 
 
 @pytest.mark.parametrize("number", REFOCUSING)
@@ -111,17 +111,17 @@ def test_planes_come_nearer_with_a(number):
                     assert values == sorted(values, reverse=True)
 
 
-@pytest.mark.parametrize("number", ["5.5", "5.6"])
+@pytest.mark.parametrize("number", ["5.5", "5.6", "5.7"])
 def test_errors_of_refocusing(number):
     for row in load_table(number).part().rows:
         for border in ("_near", "", "_far"):
             printed = row.numbers.get(f"error{border}_pct")
             if printed is not None:
                 simulated = row[f"simulated{border}_mm"]
-                assert printed.agrees(error(row[f"predicted{border}_mm"], simulated), 1e-5)
+                assert printed.agrees(error(row[f"predicted{border}_mm"], simulated))
                 assert abs(printed.value) < 0.35
-        at_3_m = row["d_f_m"] == 3 and row["a"] >= 1
-        assert (row.erratum is not None) == at_3_m
+        wrong = number != "5.7" and row["d_f_m"] == 3 and row["a"] >= 1
+        assert (row.erratum is not None) == wrong
 
 
 @pytest.mark.parametrize("number", ["5.3", "5.4"])
@@ -136,9 +136,9 @@ def test_micro_image_centres(number):
             predicted = row.numbers[f"{name}_mm"]
             stretch = 1 + part.settings["f_s_mm"] / part.settings[origin]
             assert predicted.agrees(lens_mm * stretch, 1e-6)
-            # Printed from the unrounded prediction in one row, from the rounded one in others.
             measured = error(predicted.value, row["simulated_mm"])
-            assert row.numbers[f"{name}_error_pct"].agrees(measured, 0.0015)
+            misprinted = (number + part.name, row["s_over_p_m"], name) in MISPRINTED
+            assert row.numbers[f"{name}_error_pct"].agrees(measured) is not misprinted
 
 
 def test_moving_the_lens_moves_the_exit_pupil():
@@ -165,8 +165,25 @@ def test_virtual_cameras():
             printed = row.numbers.get(f"{name.rpartition('_')[0]}_error_pct")
             if printed is not None:
                 errors = error(row[f"predicted_{name}"], row[f"simulated_{name}"])
-                assert printed.agrees(errors, 1e-5)
+                assert printed.agrees(errors)
         assert (row["predicted_tilt_deg"] == 0) == math.isinf(row["d_f_m"])
+
+
+def test_distances_from_disparities():
+    before = None
+    for row in load_table("5.9").part().rows:
+        setup = {**row.labels, "d_f_m": row["d_f_m"]}
+        if before is not None and before[0] == setup:
+            assert row["disparity_px"] == before[1]["disparity_px"] + 1
+            for name in ("predicted_mm", "simulated_mm"):
+                assert row[name] < before[1][name]
+        before = setup, row
+        at_infinity = row["disparity_px"] == 0 and math.isinf(row["d_f_m"])
+        assert ("error_pct" in row.numbers) != at_infinity
+        if not at_infinity:
+            measured = error(row["predicted_mm"], row["simulated_mm"])
+            assert row.numbers["error_pct"].agrees(measured)
+            assert abs(measured) < 0.335
 
 
 @pytest.mark.parametrize("number", ["5.11", "5.12"])
