@@ -36,6 +36,8 @@ RESET = re.compile(r"if (?:\w+_)?reset = '1' then\n(.*?)\n +end if;", re.S)
 # A signal with a value before the first clock; what a reset branch sets as a whole.
 INITIAL = re.compile(r" *signal (\w+) +: [^:;]*:=")
 SET = re.compile(r"^ *(\w+) *<=", re.M)
+# What each clock does: the lines right below the edge.
+CLOCKED = re.compile(r"^( *)if rising_edge\(\w+\) then\n(.*?)^\1end if;", re.S | re.M)
 # A vector or an array, and its bounds up to what makes it longer.
 ELEMENTS = re.compile(
     r" *(?:signal (\w+) +: std_logic_vector|type (\w+) is array) ?\((?:[^()]|\([^()]*\))*[^()\s] $"
@@ -78,8 +80,9 @@ class Mutant:
 def is_idle(text: str, code: str, place: int, changed: str) -> bool:
     """Whether a change of a declaration shows in nothing that a design does.
 
-    Either it is the first value of a signal that a reset sets as a whole: all tests begin with a
-    reset, and so does the board. Or a vector or an array gets longer at its end: where lengths no
+    Either it is the first value of a signal that a reset sets as a whole, or that every clock sets
+    from other signals: all tests begin with a reset of some clocks, and so does the board. Or a
+    vector or an array gets longer at its end: where lengths no
     longer fit, VHDL refuses it; elsewhere nothing drives or reads what is new.
 
     Parameters
@@ -93,7 +96,8 @@ def is_idle(text: str, code: str, place: int, changed: str) -> bool:
     """
     initial = INITIAL.match(code)
     if initial and place >= initial.end():
-        return any(initial[1] in SET.findall(block[1]) for block in RESET.finditer(text))
+        in_resets = any(initial[1] in SET.findall(block[1]) for block in RESET.finditer(text))
+        return in_resets or is_set_each_clock(text, initial[1])
     # From the operator on: what is changed may be what stands behind it.
     start = code.rfind(" ", 0, place - 1) + 1 if code[place] == "1" else place
     declared = ELEMENTS.match(code[:start])
@@ -101,6 +105,14 @@ def is_idle(text: str, code: str, place: int, changed: str) -> bool:
         declared is not None
         and LONGER.match(changed[start:]) is not None
         and f"{declared[1] or declared[2]}'" not in text
+    )
+
+
+def is_set_each_clock(text: str, name: str) -> bool:
+    """Whether every clock sets a signal, whatever it was before."""
+    return any(
+        re.search(rf"^{block[1]}  {name} *<= (?!.*\b{name}\b)[^;\n]*;$", block[2], re.M)
+        for block in CLOCKED.finditer(text)
     )
 
 

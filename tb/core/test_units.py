@@ -190,3 +190,19 @@ def test_tag_delay() -> None:
 
 def test_bus_crossing() -> None:
     run_cases([unit("bus_crossing", {"WIDTH": 24}, width=24)])
+
+
+def test_row_scatter() -> None:
+    cases = []
+    # Two whose memory is just as large as it must be, and one that needs a word more than half.
+    for rows, columns, under_way, slice_bits in [(1, 5, 8, 0), (2, 3, 4, 3), (3, 9, 6, 1)]:
+        generics = {
+            "PARALLEL_ROWS": rows,
+            "MAX_COLUMNS": columns,
+            "DATA_BITS": 6,
+            "SLICE_BITS": slice_bits,
+            "UNDER_WAY": under_way,
+        }
+        case = {name.lower(): value for name, value in generics.items()}
+        cases.append(Case("scatter_ports", "core.scatter_bench", generics, case))
+    run_cases(cases)

@@ -1,12 +1,13 @@
 """Raster signals into and out of a design, one pixel each clock."""
 
+import random
 from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from cocotb.triggers import FallingEdge
+from cocotb.triggers import ClockCycles, FallingEdge
 
-from plenofir.fpga.hdmi.link import RasterSignals, ReceivedFrame, split_frames
+from plenofir.fpga.hdmi.link import RasterSignals, ReceivedFrame, raster_signals, split_frames
 from plenofir.fpga.hdmi.modes import VideoMode
 
 MEASURED = {"name": "measured", "pixel_clock": 1}
@@ -76,6 +77,34 @@ def light_field(
     place_y = (y // m * m)[:, None] + (y % m)[:, None] * depth[None, :]
     lit = ((place_x[None, :] >> 3) ^ (place_y >> 3)) & 1
     return np.where(lit[:, :, None] == 1, light[band][None], dark[band][None])
+
+
+def random_mode(rng: random.Random) -> VideoMode:
+    """A mode of some hundred pixels, both polarities of both syncs."""
+    parts = {
+        f"{d}_{part}": rng.randint(1, most)
+        for d in "hv"
+        for part, most in (("active", 9), ("front", 3), ("sync", 3), ("back", 3))
+    }
+    return shrunken(
+        "random",
+        **{**parts, "h_active": rng.randint(2, 16), "v_active": rng.randint(2, 9)},
+        h_positive=rng.random() < 0.5,
+        v_positive=rng.random() < 0.5,
+    )
+
+
+def blank_frames(mode: VideoMode, count: int) -> RasterSignals:
+    """Signals of black frames."""
+    return raster_signals(mode, [np.zeros((mode.v_active, mode.h_active, 3), np.uint8)] * count)
+
+
+async def reset(dut: Any, clocks: int = 2) -> None:
+    """Reset, up to a falling clock."""
+    dut.reset.value = 1
+    await ClockCycles(dut.clk, clocks)
+    await FallingEdge(dut.clk)
+    dut.reset.value = 0
 
 
 class VideoTap:

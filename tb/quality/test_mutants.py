@@ -71,6 +71,9 @@ def test_changes_that_show_in_nothing_are_not_made(tmp_path: Path) -> None:
     declarations = """
   signal set_1 : std_logic := '0';
   signal set_2 : std_logic := '0';
+  signal set_3 : std_logic := '0';
+  signal set_4 : std_logic := '0';
+  signal set_5 : std_logic := '0';
   signal part  : std_logic_vector(N - 1 downto 0);
   signal count : unsigned(N - 1 downto 0);
   type list_t is array (0 to N - 1) of integer;
@@ -80,14 +83,23 @@ def test_changes_that_show_in_nothing_are_not_made(tmp_path: Path) -> None:
 architecture rtl of idle is
 {declarations}
 begin
+    if rising_edge(clk) then
+      set_3 <= x;
+      set_4 <= not set_4;
+      if x = '1' then
+        set_5 <= x;
+      end if;
       if reset = '1' then
         set_1 <= x;
       end if;
+    end if;
 """
     )
-    made = [(m.old.split()[1], m.new.strip()) for m in mutants.mutants([source]) if m.line < 10]
+    made = [(m.old.split()[1], m.new.strip()) for m in mutants.mutants([source]) if m.line < 13]
     assert made == [
         ("set_2", "signal set_2 : std_logic := '1';"),
+        ("set_4", "signal set_4 : std_logic := '1';"),
+        ("set_5", "signal set_5 : std_logic := '1';"),
         ("part", "signal part  : std_logic_vector(N - 2 downto 0);"),
         ("count", "signal count : unsigned(N + 1 downto 0);"),
         ("count", "signal count : unsigned(N - 0 downto 0);"),

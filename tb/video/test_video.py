@@ -67,8 +67,8 @@ def test_other_latencies(options: dict) -> None:
     run_video(3, (-1, 2), MODE_720, **options)
 
 
-def unit(entity: str, generics: dict, **case: object) -> Case:
-    return Case(entity, "video.unit_bench", generics, {"entity": entity, **case})
+def unit(entity: str, generics: dict, *, bench: str = "unit", **case: object) -> Case:
+    return Case(entity, f"video.{bench}_bench", generics, {"entity": entity, **case})
 
 
 # Of video_to_stream: the bench has modes that just meet them.
@@ -76,16 +76,24 @@ LIMITS = {"MAX_COLUMNS": 12, "DELAY_LINES": 6, "DELAY_PIXELS": 14, "BLANK_LINES"
 
 
 def test_units() -> None:
+    mode = shrunken("any", h_sync=5, v_sync=3, v_positive=False)
+    given = mode.model_dump()
+    parts = {key.upper(): part for key, part in given.items() if key[:2] in ("h_", "v_")}
     pattern = {
         **{"micro_image_size": 3, "left_shift": 2, "middle_shift": 0, "right_shift": -4},
         **{"middle_begin": 19, "right_begin": 40},
     }
     run_cases(
         [
-            unit("video_timing_meter", {}),
+            unit("video_timing_meter", {}, bench="input"),
             unit("raster_generator", {}),
+            unit(
+                "mode_ports",
+                {key.upper(): part for key, part in parts.items()},
+                mode=mode.model_dump(),
+            ),
             Case("full_range_rgb", "video.colour_bench"),
-            unit("video_to_stream", LIMITS),
+            unit("video_to_stream", LIMITS, bench="input"),
             unit("stream_to_video", {"DELAY_LINES": 1, "DELAY_PIXELS": 3}, lines=1, pixels=3),
             unit(
                 "light_field_pattern",
