@@ -1,5 +1,6 @@
 """Commands from a camera's raw capture to an aligned raw image: calibrate, decode."""
 
+from math import inf, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -10,6 +11,8 @@ from plenofir.commands.console import progress_bar
 from plenofir.commands.results import check_file, publish
 
 if TYPE_CHECKING:
+    from plenofir.camera.calibration import Calibration
+    from plenofir.camera.rays import MeasuredPupil, RayModel
     from plenofir.commands.results import Floats
     from plenofir.refocus.operator import Image
 
@@ -40,15 +43,33 @@ def calibrate(
     picture: Annotated[
         str | None, typer.Option(help="Draw the centres found into the white image: a PNG file.")
     ] = None,
+    camera: options.CameraIfGiven = None,
+    focus: options.Focus = inf,
+    reversed_lens: Annotated[
+        Path | None,
+        typer.Option(help="White image with the main lens reversed, for its entrance pupil."),
+    ] = None,
+    reversed_focus: Annotated[
+        float, options.distance("--reversed-focus", "Focus distance of that in mm, or inf.")
+    ] = inf,
 ) -> None:
-    """Find the micro image centres of a camera from its white image."""
+    """Find the micro image centres of a camera from its white image.
+
+    With the camera's data it also measures the exit pupil, and compares.
+    """
     import numpy as np
 
     from plenofir.camera.calibration import calibrate as find
     from plenofir.images import read_image
 
-    path = check_file(out, (".json",), white, dark)
-    picture_path = check_file(picture, (".png",), white, dark) if picture else None
+    options.require("focus", "camera", camera is None and focus != inf)
+    options.require("reversed_lens", "camera", camera is None and reversed_lens is not None)
+    alone = reversed_lens is None and reversed_focus != inf
+    options.require("reversed_focus", "reversed_lens", alone)
+    inputs = white, dark, reversed_lens
+    path = check_file(out, (".json",), *inputs)
+    picture_path = check_file(picture, (".png",), *inputs) if picture else None
+    pupils = None if camera is None else _Pupils(camera, focus, reversed_lens, reversed_focus)
     image = read_image(Path(white))
     with progress_bar("calibrating"):
         found = find(
@@ -59,6 +80,7 @@ def calibrate(
             where=white,
             dark_where=str(dark or ""),
         )
+        measured = [] if pupils is None else pupils.lines(found)
     path.parent.mkdir(parents=True, exist_ok=True)
     found.save(path)
     if picture_path is not None:
@@ -68,7 +90,12 @@ def calibrate(
     grid = found.grid
     typer.echo(f"micro images  {count} ({columns} x {rows}, {len(found.missing)} missing)")
     typer.echo(f"layout        {grid.layout}, order {grid.order}")
-    typer.echo(f"pitch         {grid.pitch[1]:.4f} x {grid.pitch[0]:.4f} pixels")
+    pitch = f"{grid.pitch[1]:.4f} x {grid.pitch[0]:.4f} pixels"
+    if found.evidence is not None and found.evidence.pitch_error_px is not None:
+        pitch += f" (standard error {found.evidence.pitch_error_px:.5f})"
+    typer.echo(f"pitch         {pitch}")
+    for line in measured:
+        typer.echo(line)
     typer.echo(f"rotation      {grid.rotation_degrees:.4f} degrees")
     typer.echo(f"scatter       {found.residual_px:.4f} pixels ({found.used} centroids used)")
     if found.evidence is not None:
@@ -78,6 +105,63 @@ def calibrate(
         share = f"{100 * found.clipped_share:.0f} %"
         typer.echo(f"note          {share} of the pixels at full scale: vignetting is not known")
     typer.echo(f"file          {out}")
+
+
+class _Pupils:
+    """What a camera's data say about its pupils, and what white images say."""
+
+    def __init__(
+        self, camera: str, focus: float, reversed_lens: Path | None, reversed_focus: float
+    ) -> None:
+        from plenofir.camera.rays import RayModel, load_camera
+
+        known = load_camera(camera)
+        # M does not matter here.
+        self.model = RayModel.focused(known, focus, 2)
+        self.reversed = None
+        if reversed_lens is not None:
+            self.reversed = (
+                reversed_lens,
+                RayModel.focused(known.reversed(), reversed_focus, 2),
+            )
+
+    def lines(self, found: "Calibration") -> list[str]:
+        """What to print about them."""
+        from plenofir.camera.calibration import calibrate as find
+        from plenofir.camera.rays import measured_focal_length
+        from plenofir.images import read_image
+
+        pupil = self._measured(self.model, found)
+        lines = [_pupil_line("pupils", "exit", pupil)]
+        if self.reversed is not None:
+            white, model = self.reversed
+            other = self._measured(model, find(read_image(white), where=str(white)))
+            lines.append(_pupil_line("", "entrance", other))
+            length, error = measured_focal_length(self.model, pupil, model, other)
+            known = self.model.camera.main_lens.focal_length_mm
+            text = f"{length:.4f} mm (standard error {error:.4f}; camera: {known:.4f})"
+            lines.append(f"focal length  {'none that fits both pupils' if isnan(length) else text}")
+        return lines
+
+    @staticmethod
+    def _measured(model: "RayModel", found: "Calibration") -> "MeasuredPupil":
+        from plenofir.camera.rays import measure_pupil
+
+        error = found.evidence.pitch_error_px if found.evidence is not None else None
+        return measure_pupil(model, found.grid.lens_pitch, error or 0.0)
+
+
+def _pupil_line(heading: str, name: str, pupil: "MeasuredPupil") -> str:
+    verdict = "agrees"
+    if not pupil.agrees:
+        verdict = (
+            f"disagrees by {pupil.deviation_percent:.1f} %; micro lenses "
+            f"{pupil.micro_lens_pitch_mm:.6f} mm apart would agree"
+        )
+    return (
+        f"{heading:<13} {name} {pupil.distance_mm:.4f} mm from the micro lenses (standard error "
+        f"{pupil.error_mm:.4f}; camera: {pupil.predicted_mm:.4f}: {verdict})"
+    )
 
 
 def _marked(image: "Image", centres: "Floats") -> "Image":

@@ -168,6 +168,14 @@ def focus_settings(texts: Iterable[str], micro_image_size: int) -> tuple[Fractio
     return tuple(found)
 
 
+def require(option: str, other: str, missing: bool) -> None:
+    """Refuse an option that another one is missing for."""
+    if missing:
+        raise InputError(
+            f"is for {typed(other)}", where=typed(option), expected=f"{typed(other)} too"
+        )
+
+
 def shifts_of(settings: Iterable[Fraction], micro_image_size: int) -> tuple[int, ...]:
     """The shifts a' = a M of focus settings, all of them on the grid of M."""
     from plenofir.refocus.shifts import focus_to_shift
@@ -247,9 +255,8 @@ Radius = Annotated[int, _RADIUS]
 OutFolder = Annotated[str, typer.Option("--out", help="Folder for the results.")]
 OutPng = Annotated[str, typer.Option("--out", help="PNG file to write.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Camera = Annotated[
-    str, typer.Option("--camera", help="Shipped camera (plenofir cameras) or TOML file.")
-]
+_CAMERA = typer.Option("--camera", help="Shipped camera (plenofir cameras) or TOML file.")
+Camera = Annotated[str, _CAMERA]
 Focus = Annotated[
     float, distance("--focus", "Focus distance of the camera from the micro lenses in mm, or inf.")
 ]
@@ -263,7 +270,8 @@ Upsample = Annotated[
     ),
 ]
 
-# Of a command that has a default of its own.
+# Of a command that has a default of its own, or can do without.
+CameraIfGiven = Annotated[str | None, _CAMERA]
 MicroImageIfGiven = Annotated[int | None, _MICRO_IMAGE]
 SettingsIfGiven = Annotated[list[str] | None, _SETTINGS]
 EngineIfGiven = Annotated[Engine | None, _ENGINE]

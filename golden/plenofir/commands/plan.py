@@ -56,6 +56,8 @@ def print_plan(plan: "Plan") -> None:
         print_line("slice", f"a = {part.a} (a' = {part.shift}){depth}")
     for low, high in plan.gaps_mm:
         print_line("not covered", f"{_millimetres(low)} to {_millimetres(high)} mm")
+    for note in plan.notes:
+        print_line("note", note)
     for name, text in slice_engine(core).describe(core, plan.rows):
         print_line(name, text)
     print_line("engine", f"{core.engine.kind}: {plan.engine_reason}")

@@ -1,6 +1,6 @@
 """Commands of the ray model: distance, baseline, depth, slices, cameras, lens."""
 
-from math import inf, isnan
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -33,9 +33,19 @@ def _fraction(a: "Fraction") -> str:
     return f"{a.numerator}/{a.denominator}"
 
 
+def _finite(value: float) -> float | None:
+    """Number for JSON, which has no infinity."""
+    return value if isfinite(value) else None
+
+
 def _number_or_none(distances: "Distances") -> float | None:
-    value = float(distances.mm)
-    return None if isnan(value) else value
+    return _finite(float(distances.mm))
+
+
+def _note(text: str) -> None:
+    """Print what a result should be taken with; nothing without it."""
+    if text:
+        typer.echo(f"note: {text}")
 
 
 def _cell(distances: "Distances") -> str:
@@ -65,6 +75,8 @@ def distance(
     ] = None,
 ) -> None:
     """Distance and depth of field of refocused planes."""
+    from plenofir.camera.rays import diffraction_note, rayleigh_limit
+
     model = _model(camera, focus, micro_image)
     settings = options.focus_settings(a, micro_image)
     rows = [
@@ -85,16 +97,25 @@ def distance(
                 "far_mm": _number_or_none(far),
                 "near_state": near.state().value,
                 "far_state": far.state().value,
+                "alpha": _finite(float(model.alpha(float(setting)))),
             }
             for setting, near, centre, far in rows
         ]
-        print_json({"camera": model.camera.name, "planes": planes})
+        limit = rayleigh_limit(model.camera)
+        content = {
+            "camera": model.camera.name,
+            "rayleigh_limit_mm": _finite(limit),
+            "diffraction_limited": model.camera.sensor.pixel_pitch_mm < limit,
+            "planes": planes,
+        }
+        print_json(content)
         return
     print_table(
         ["a", "near", "distance", "far"],
         [[str(s), _cell(near), _cell(centre), _cell(far)] for s, near, centre, far in rows],
         title=_title(model),
     )
+    _note(diffraction_note(model.camera))
 
 
 @app.command()
@@ -111,15 +132,18 @@ def baseline(
     content = {
         "gap": gap,
         "baseline_mm": float(model.baseline(gap)),
+        "exit_pupil_baseline_mm": float(model.exit_pupil_baseline(gap)),
         "tilt_deg": float(model.tilt(gap, view)) + 0.0,
         "entrance_pupil_mm": model.entrance_pupil_mm,
     }
+    note = model.vignetting_note(view, view + gap)
     if as_json:
-        print_json(content)
+        print_json({**content, "outermost_view": model.outermost_view, "vignetted": bool(note)})
         return
-    names = ["gap", "baseline / mm", "tilt / degrees", "entrance pupil / mm"]
+    names = ["gap", "baseline / mm", "at the exit pupil", "tilt / degrees", "entrance pupil / mm"]
     cells = [str(gap), *(f"{content[k]:.4f}" for k in list(content)[1:])]
     print_table(names, [cells], title=_title(model))
+    _note(note)
 
 
 @app.command()
@@ -152,8 +176,10 @@ def depth(
                 "distance_mm": None if z is None else z + model.entrance_pupil_mm,
             }
         )
+    note = model.vignetting_note(view, view + gap)
     if as_json:
-        print_json({"camera": model.camera.name, "gap": gap, "unit": unit, "objects": objects})
+        content = {"camera": model.camera.name, "gap": gap, "unit": unit, "vignetted": bool(note)}
+        print_json({**content, "objects": objects})
         return
     cells = [
         [f"{o['disparity']:g}", *(str(o["state"]) if o[k] is None else f"{o[k]:.4f}" for k in keys)]
@@ -162,6 +188,7 @@ def depth(
     ]
     names = [f"disparity / {unit}", "from entrance pupil", "from micro lenses"]
     print_table(names, cells, title=_title(model))
+    _note(note)
 
 
 @app.command()

@@ -6,7 +6,7 @@ from math import inf
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.camera.rays import Cover, RayModel, covering_slices
+from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration, SliceEngineName
@@ -109,6 +109,8 @@ class Plan(BaseModel):
         What is not there, each with what it would take.
     edid
         In hexadecimal, the EDID that the board serves instead of its own; None for its own.
+    notes
+        What the camera's optics do to the slices, a line each.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -139,6 +141,7 @@ class Plan(BaseModel):
     available: dict[str, int]
     left_out: tuple[LeftOut, ...]
     edid: str | None = None
+    notes: tuple[str, ...] = ()
 
 
 def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
@@ -195,6 +198,14 @@ def _planned(shift: int, m: int, model: RayModel | None) -> PlannedSlice:
         near_mm=None if field is None else field.near_mm,
         far_mm=None if field is None or field.far_mm == inf else field.far_mm,
     )
+
+
+def _notes(model: RayModel | None) -> tuple[str, ...]:
+    """What the camera's optics do to the slices."""
+    if model is None:
+        return ()
+    notes = diffraction_note(model.camera), model.vignetting_note(model.micro_image_size // 2)
+    return tuple(note for note in notes if note)
 
 
 def _arithmetics(
@@ -472,4 +483,5 @@ def make_plan(loaded: LoadedScene) -> Plan:
         available=device.total.amounts(),
         left_out=left_out(core, scene.build.path),
         edid=None if loaded.edid is None else loaded.edid.hex(),
+        notes=_notes(model),
     )

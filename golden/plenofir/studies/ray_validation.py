@@ -8,6 +8,7 @@ from math import inf, isnan
 from plenofir.camera.optics.micro_lens import plano_convex
 from plenofir.camera.rays.camera import load_camera
 from plenofir.camera.rays.distances import Distances, State
+from plenofir.camera.rays.focused import Origin
 from plenofir.camera.rays.model import RayModel
 from plenofir.studies.thesis_tables import Cells, Printed, load_table
 
@@ -82,7 +83,7 @@ def micro_lens_checks() -> Iterator[Check]:
 
 
 def micro_image_checks() -> Iterator[Check]:
-    """Tables 5.3 and 5.4: micro image centres from the principal plane and the exit pupil."""
+    """Tables 5.3 and 5.4: micro image centres from the places where chief rays may come from."""
     for number in ("5.3", "5.4"):
         for part in load_table(number).parts:
             labels, focus = part.settings.labels, part.settings["d_f_m"]
@@ -90,11 +91,13 @@ def micro_image_checks() -> Iterator[Check]:
             for row in part.rows:
                 position = float(model.micro_lens_position(row["s_over_p_m"]))
                 label = f"{labels['lens']}, MLA {labels['mla']}, lens {row['s_over_p_m']:g}"
-                for name, origin in (
+                origins: tuple[tuple[str, Origin], ...] = (
                     ("principal_plane_mm", "principal plane"),
+                    ("stop_mm", "aperture stop"),
                     ("exit_pupil_mm", "exit pupil"),
-                ):
-                    computed = float(model.micro_image_centre(position, origin))  # type: ignore[arg-type]
+                )
+                for name, origin in origins:
+                    computed = float(model.micro_image_centre(position, origin))
                     # The distances that they come from are rounded to four decimals.
                     yield Check(number + part.name, label, name, row.numbers[name], computed, 1e-6)
 

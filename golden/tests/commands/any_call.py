@@ -61,6 +61,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "raw": (*IMAGES, "white.png"),
     "white": ("white.png",),
     "dark": ("dark.png",),
+    "reversed_lens": ("white.png",),
     "calib": ("known.json",),
     "frames": ("grey.png", "*.png"),
     "folder": ("views",),

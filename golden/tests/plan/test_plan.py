@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from plenofir.camera.rays import Cover, Slice, covering_slices
+from plenofir.camera.rays.camera import CAMERAS
 from plenofir.errors import InputError
 from plenofir.files import publish_files
 from plenofir.fpga import hdl
@@ -93,6 +94,17 @@ def test_slices_cover_the_range_and_each_is_needed(tmp_path: Path) -> None:
     for number in range(1, len(fields) - 1):
         # Without a slice in the middle, a gap opens between its neighbours.
         assert fields[number - 1][0] > fields[number + 1][1]
+
+
+def test_notes_on_the_optics(tmp_path: Path) -> None:
+    (note,) = make_plan(scene(tmp_path)).notes
+    assert "smaller than the Rayleigh limit" in note
+    camera = (CAMERAS / "f193-mla1.toml").read_text()
+    narrow = camera.replace("[main_lens]", "[main_lens]\nentrance_pupil_diameter_mm = 3.0")
+    (tmp_path / "narrow.toml").write_text(narrow)
+    (note,) = make_plan(scene(tmp_path, ("f193-mla2", "narrow.toml"))).notes
+    assert "outside the entrance pupil" in note
+    assert make_plan(scene(tmp_path, ("f193-mla2", "f193-mla1"))).notes == ()
 
 
 def test_idle_slices_are_dropped() -> None:

@@ -31,6 +31,9 @@ class Evidence(BaseModel):
         For the orders 2, 3 of the grid's polynomial, as far as there were lenses enough to try
         them: by how many pixels (root mean square) lenses left out of the fit were predicted better
         than by the best lower order, negative if worse. Empty if the order was given.
+    pitch_error_px
+        Standard error of the distance of neighbouring micro images (`Grid.lens_pitch`) in pixels;
+        None in files that do not have it.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -43,6 +46,7 @@ class Evidence(BaseModel):
     layout_margin: _Number
     cell_margin: _Number
     order_gains_px: tuple[_Number, ...] = ()
+    pitch_error_px: _Number | None = None
 
     def lines(self) -> list[str]:
         """The evidence in words.

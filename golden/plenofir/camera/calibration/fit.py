@@ -196,6 +196,7 @@ def _fit(
         layout_margin=misfits[1] - misfits[0],
         cell_margin=margin,
         order_gains_px=fitter.order_gains,
+        pitch_error_px=_pitch_error(fitter),
     )
     fit = _finish(fitter, used, evidence)
     inside = ~np.isnan(fit.brightness)
@@ -213,6 +214,18 @@ def _fit(
         raise no_grid(f"{100 * missing:.0f} % of the micro images missing")
     sure = evidence.model_copy(update={"missing_share": missing, "centre_error_px": error})
     return replace(fit, evidence=sure)
+
+
+def _pitch_error(fitter: GrowingFit) -> float:
+    """Standard error of `Grid.lens_pitch`, from the covariance of the grid's linear terms."""
+    vectors = fitter.grid.vectors
+    (down_y, down_x), (right_y, right_x) = vectors
+    # How the area of a cell changes with the vectors' parts along y and along x.
+    slopes = np.array([[right_x, -down_x], [-right_y, down_y]])
+    linear = fitter.covariance[:, 1:3, 1:3] / fitter.grid.scale**2
+    variance = float(np.einsum("ai,aij,aj->", slopes, linear, slopes))
+    area = abs(float(np.linalg.det(vectors)))
+    return float(fitter.grid.lens_pitch * np.sqrt(max(variance, 0.0)) / (2 * area))
 
 
 def _shading(fitter: GrowingFit) -> Floats:

@@ -245,6 +245,13 @@ class Grid(BaseModel):
         return float(down), float(right)
 
     @property
+    def lens_pitch(self) -> float:
+        """Distance of neighbouring micro images in pixels, in the middle: the mean of all ways."""
+        down, right = self.vectors
+        area = abs(float(down[0] * right[1] - down[1] * right[0]))
+        return float(np.sqrt(area / (1.0 if self.layout == "rectangular" else np.sqrt(0.75))))
+
+    @property
     def rotation_degrees(self) -> float:
         """Angle of the rows against the image's rows, positive when they fall to the right.
 

@@ -234,8 +234,9 @@ def paraxial_properties(
     -------
     dict
         Lengths in mm: the fields of `CardinalPoints`; ``entrance_pupil_mm`` from V_1U and
-        ``exit_pupil_mm`` from V_2U; ``exit_pupil_distance_mm``, d_A' at infinity focus. None where
-        there is no number: for an afocal lens, without a stop, or for a pupil at infinity.
+        ``exit_pupil_mm`` from V_2U; ``exit_pupil_distance_mm`` and ``aperture_stop_distance_mm``,
+        d_A' and d_A at infinity focus. None where there is no number: for an afocal lens, without a
+        stop, or for a pupil at infinity.
 
     Raises
     ------
@@ -254,6 +255,11 @@ def paraxial_properties(
     focus, exit_position = properties["back_focal_distance_mm"], properties["exit_pupil_mm"]
     properties["exit_pupil_distance_mm"] = (
         None if focus is None or exit_position is None else focus - exit_position
+    )
+    properties["aperture_stop_distance_mm"] = (
+        None
+        if focus is None or system.stop is None
+        else focus + system.length_mm - float(system.vertices[system.stop])
     )
     return properties
 

@@ -12,13 +12,19 @@ from plenofir.camera.rays.camera import (
     load_camera,
 )
 from plenofir.camera.rays.cover import Cover, Slice, covering_slices, depth_of_field, gaps_between
-from plenofir.camera.rays.diffraction import abbe_limit, airy_radius
+from plenofir.camera.rays.diffraction import (
+    abbe_limit,
+    airy_radius,
+    diffraction_note,
+    rayleigh_limit,
+)
 from plenofir.camera.rays.distances import Distances, Planes, State, lens_extension
 from plenofir.camera.rays.intersections import (
     image_side_distance,
     iterated_image_distance,
     object_side_distance,
 )
+from plenofir.camera.rays.measured import MeasuredPupil, measure_pupil, measured_focal_length
 from plenofir.camera.rays.model import RayModel
 
 __all__ = [
@@ -26,6 +32,7 @@ __all__ = [
     "Cover",
     "Distances",
     "MainLens",
+    "MeasuredPupil",
     "MicroLensArray",
     "Planes",
     "RayModel",
@@ -37,10 +44,14 @@ __all__ = [
     "camera_names",
     "covering_slices",
     "depth_of_field",
+    "diffraction_note",
     "gaps_between",
     "image_side_distance",
     "iterated_image_distance",
     "lens_extension",
     "load_camera",
+    "measure_pupil",
+    "measured_focal_length",
     "object_side_distance",
+    "rayleigh_limit",
 ]

@@ -4,6 +4,7 @@ All lengths are in mm. A description is a small TOML file; those of some known c
 """
 
 import tomllib
+from math import inf
 from pathlib import Path
 from typing import Annotated
 
@@ -51,12 +52,18 @@ class MainLens(_Part):
     front_vertex_mm
         V1H1 from the front vertex to the object-side principal plane, if known. Planes nearer than
         the front vertex lie inside the lens.
+    aperture_stop_mm
+        d_A from the micro lenses to the aperture stop with the lens focused to infinity, if known.
+    entrance_pupil_diameter_mm
+        Diameter of the entrance pupil, if known. Views beyond it are vignetted.
     """
 
     focal_length_mm: Length
     principal_plane_separation_mm: SignedLength = 0.0
     exit_pupil_mm: Length
     front_vertex_mm: SignedLength | None = None
+    aperture_stop_mm: Length | None = None
+    entrance_pupil_diameter_mm: Length | None = None
 
 
 class Sensor(_Part):
@@ -93,6 +100,35 @@ class Camera(_Part):
     main_lens: MainLens
     micro_lenses: MicroLensArray
     sensor: Sensor
+
+    def reversed(self) -> "Camera":
+        """The camera with its main lens the other way round: the exit is the entrance pupil then.
+
+        Returns
+        -------
+        Camera
+            By Newton's equation the pupils' distances from the focal points multiply to f_U^2.
+
+        Raises
+        ------
+        InputError
+            If that is no number.
+        """
+        lens = self.main_lens
+        shrunk = lens.exit_pupil_mm / lens.focal_length_mm
+        pupil = lens.focal_length_mm / shrunk if shrunk else inf
+        if not 0 < pupil < inf:
+            raise InputError(
+                "pupils too far apart", where=self.name, expected="another exit_pupil_mm"
+            )
+        diameter = lens.entrance_pupil_diameter_mm
+        turned = MainLens(
+            focal_length_mm=lens.focal_length_mm,
+            principal_plane_separation_mm=lens.principal_plane_separation_mm,
+            exit_pupil_mm=pupil,
+            entrance_pupil_diameter_mm=None if diameter is None else diameter * shrunk,
+        )
+        return self.model_copy(update={"name": f"{self.name} reversed", "main_lens": turned})
 
 
 def camera_names() -> list[str]:

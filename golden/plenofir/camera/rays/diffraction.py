@@ -3,7 +3,11 @@
 import numpy as np
 import numpy.typing as npt
 
+from plenofir.camera.rays.camera import Camera
 from plenofir.camera.rays.precise import Values
+
+WAVELENGTH_MM = 550e-6
+"""Green light."""
 
 
 def airy_radius(
@@ -46,4 +50,47 @@ def abbe_limit(wavelength_mm: npt.ArrayLike, numerical_aperture: npt.ArrayLike) 
     """
     return np.asarray(
         np.asarray(wavelength_mm, float) / (2 * np.asarray(numerical_aperture, float))
+    )
+
+
+def rayleigh_limit(camera: Camera, wavelength_mm: float = WAVELENGTH_MM) -> float:
+    """Rayleigh limit of a camera's micro lenses on its sensor (Eq. 3.35, section 3.3.2).
+
+    Parameters
+    ----------
+    camera
+        The camera.
+    wavelength_mm
+        Wavelength.
+
+    Returns
+    -------
+    float
+        Airy radius of a micro lens in mm, its whole pitch open. Where pixels are smaller,
+        diffraction and not the pixel decides about the depth of field.
+    """
+    array = camera.micro_lenses
+    return float(airy_radius(wavelength_mm, array.focal_length_mm, array.pitch_mm))
+
+
+def diffraction_note(camera: Camera) -> str:
+    """Say if pixels are smaller than the Rayleigh limit.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+
+    Returns
+    -------
+    str
+        A line, empty where they are not.
+    """
+    pixel, limit = camera.sensor.pixel_pitch_mm, rayleigh_limit(camera)
+    if pixel >= limit:
+        return ""
+    return (
+        f"pixels of {1000 * pixel:.3g} um are smaller than the Rayleigh limit of the micro lenses "
+        f"({1000 * limit:.3g} um at {1e6 * WAVELENGTH_MM:g} nm): diffraction widens the depths of "
+        "field"
     )

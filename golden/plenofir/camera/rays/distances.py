@@ -36,6 +36,7 @@ class State(StrEnum):
 States = npt.NDArray[np.int8]
 """Indices into `STATES`."""
 STATES = tuple(State)
+REAL, INFINITY, BEYOND, INSIDE = range(len(STATES))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from plenofir.camera.optics.chief_rays import micro_image_centres
-from plenofir.camera.optics.paraxial import cardinal_points, exit_pupil
+from plenofir.camera.optics.paraxial import cardinal_points, entrance_pupil, exit_pupil
 from plenofir.camera.optics.prescription import LensSystem, load_prescription
 from plenofir.camera.optics.tracing import refocused_planes
 from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor
@@ -38,6 +38,10 @@ def real_camera(lens: str) -> RealCamera:
         principal_plane_separation_mm=points.principal_plane_separation_mm,
         exit_pupil_mm=points.back_focal_distance_mm - pupil.position_mm,
         front_vertex_mm=points.front_principal_plane_mm,
+        aperture_stop_mm=points.back_focal_distance_mm
+        + system.length_mm
+        - float(system.vertices[system.stop_surface]),
+        entrance_pupil_diameter_mm=2 * entrance_pupil(system).semi_diameter_mm,
     )
     camera = Camera(
         name=lens, title="", main_lens=main_lens, micro_lenses=MICRO_LENSES, sensor=SENSOR

@@ -29,6 +29,7 @@ from plenofir.studies.calibration_report import MICROSCOPE, microscope_raster
 PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 M = 5
 A = 0.4
+PUPILS = "exit", "entrance"
 
 
 @dataclass
@@ -72,6 +73,31 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("raw", "white", "dark"):
         write_png(folder / f"{name}.png", getattr(taken, name))
     return folder
+
+
+def test_pupils_of_a_white_image(capture: Path, tmp_path: Path, run) -> None:
+    white = str(capture / "white.png")
+    call = "calibrate", white, "--camera", "f197-mla2", "--out", "c.json"
+    done = run(*call, "--reversed-lens", white, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    exit_, entrance = (next(line for line in lines if f" {name} " in line) for name in PUPILS)
+    assert "camera: 100.5000: agrees" in exit_
+    assert float(exit_.split()[2]) == pytest.approx(100.5, rel=0.003)
+    # Not taken with the lens reversed.
+    assert "camera: 386.6549: disagrees by -74.0 %" in entrance
+    wrong = {
+        ("--camera", "lytro1-wide"): "--camera: micro images 14.27 pixels apart",
+        ("--focus", "3000"): "--focus: is for --camera",
+        ("--reversed-lens", white): "--reversed-lens: is for --camera",
+        ("--camera", "f197-mla2", "--reversed-focus", "1e4"): "is for --reversed-lens",
+        ("--camera", "f197-mla2", "--focus", "100"): "--focus: 100.0 mm is nearer",
+    }
+    for options, message in wrong.items():
+        done = run("calibrate", white, *options, "--out", "d.json", cwd=tmp_path)
+        assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+        assert message in done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["c.json"]
 
 
 def test_chain(capture: Path, run) -> None:

@@ -200,10 +200,16 @@ def test_properties_by_name():
     properties = paraxial_properties(load_prescription("f100"), 550)
     assert properties["focal_length_mm"] == pytest.approx(99.5044, abs=6e-5)
     assert properties["exit_pupil_distance_mm"] == pytest.approx(108.2937, abs=1e-4)
+    # From the stop's surface to the last one, and to the focal plane.
+    behind = 12.4281291 + 3.77696589 + 10.8339285 + 0.5 + 6.85817491
+    assert properties["aperture_stop_distance_mm"] == pytest.approx(
+        behind + properties["back_focal_distance_mm"]
+    )
     plate = paraxial_properties(lens_of((0.0, 3, GLASS, False), (0.0, 0, AIR, False)))
     assert all(value is None for value in plate.values())
     no_stop = paraxial_properties(lens_of((0.02, 3, GLASS, False), (0.0, 0, AIR, False)))
     assert no_stop["focal_length_mm"] == pytest.approx(100, rel=1e-14)
     assert no_stop["exit_pupil_mm"] is None
     assert no_stop["exit_pupil_distance_mm"] is None
+    assert no_stop["aperture_stop_distance_mm"] is None
     assert all(value is None or math.isfinite(value) for value in no_stop.values())

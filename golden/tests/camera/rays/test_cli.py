@@ -8,6 +8,9 @@ from pathlib import Path
 import imageio.v3 as iio
 import pytest
 
+from plenofir.camera.rays.camera import CAMERAS
+from plenofir.commands.app import run
+
 PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 
 
@@ -35,6 +38,9 @@ def test_distance() -> None:
     assert third["a"] == "-2/13"
     assert (third["state"], third["distance_mm"]) == ("beyond infinity", None)
     assert (fourth["state"], fourth["near_state"]) == ("real", "inside lens")
+    assert (second["alpha"], round(first["alpha"], 5)) == (1, 1.30121)
+    assert found["diffraction_limited"]
+    assert round(found["rayleigh_limit_mm"], 6) == 0.014762
 
 
 def test_baseline() -> None:
@@ -42,8 +48,24 @@ def test_baseline() -> None:
     assert found["gap"] == 6
     assert round(found["baseline_mm"], 4) == 4.2748
     assert round(found["tilt_deg"], 4) == -0.0816
-    assert set(found) == {"gap", "baseline_mm", "tilt_deg", "entrance_pupil_mm"}
+    assert round(found["exit_pupil_baseline_mm"], 4) == 2.4556
+    assert (found["outermost_view"], found["vignetted"]) == (None, False)
     assert answer("baseline", "--camera", "f193-mla2", "--gap", "6")["tilt_deg"] == 0
+
+
+def test_views_beyond_the_entrance_pupil(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (CAMERAS / "f193-mla2.toml").read_text()
+    camera = tmp_path / "camera.toml"
+    camera.write_text(text.replace("[main_lens]", "[main_lens]\nentrance_pupil_diameter_mm = 7.0"))
+    for command in (("baseline",), ("depth", "--disparity", "1")):
+        for gap, beyond in (("5", False), ("6", True)):
+            call = (*command, "--camera", str(camera), "--gap", gap)
+            assert run(call) == 0
+            assert ("outside the entrance pupil" in capsys.readouterr().out) == beyond
+            assert run((*call, "--json")) == 0
+            assert json.loads(capsys.readouterr().out)["vignetted"] == beyond
 
 
 def test_depth() -> None:

@@ -17,11 +17,13 @@ from plenofir.camera.rays import (
     camera_names,
     covering_slices,
     depth_of_field,
+    diffraction_note,
     gaps_between,
     image_side_distance,
     iterated_image_distance,
     load_camera,
     object_side_distance,
+    rayleigh_limit,
 )
 from plenofir.camera.rays.distances import STATES
 from plenofir.errors import InputError
@@ -231,6 +233,70 @@ def test_cover_to_infinity():
 def test_bad_ranges(near, far):
     with pytest.raises(InputError, match="near, far"):
         covering_slices(model(), near, far)
+
+
+def in_pupil(diameter: float) -> RayModel:
+    """f193 at infinity focus with an entrance pupil; its views are 0.6326 mm apart."""
+    lens = F193.main_lens.model_copy(update={"entrance_pupil_diameter_mm": diameter})
+    return RayModel(F193.model_copy(update={"main_lens": lens}), Decimal(0), 13)
+
+
+@given(st.floats(-0.9, 3), st.sampled_from([inf, 1500.0, 3000.0]))
+def test_alpha_is_the_image_distance_of_the_plane(a, focus):
+    m = model(focus)
+    alpha = float(m.alpha(a))
+    assert float(m.focus_setting_of_alpha(alpha)) == pytest.approx(a, rel=1e-9, abs=1e-12)
+    found = m.distance(a)
+    if found.state() is State.REAL and float(found.mm) < 1e6:
+        image, f = alpha * m.image_distance_mm, F193.main_lens.focal_length_mm
+        front = m.image_distance_mm + F193.main_lens.principal_plane_separation_mm
+        assert front + image * f / (image - f) == pytest.approx(float(found.mm), rel=1e-6)
+
+
+def test_alpha_at_its_ends():
+    m = model()
+    assert float(m.alpha(0)) == 1
+    assert float(m.alpha(m.focus_setting(inf))) == pytest.approx(
+        F193.main_lens.focal_length_mm / m.image_distance_mm
+    )
+    assert float(m.alpha(m.focus_setting_of_alpha(inf))) > 1e12
+    for alpha in (float("nan"), 1 - m.exit_pupil_mm / m.image_distance_mm):
+        with pytest.raises(InputError, match="alpha"):
+            m.focus_setting_of_alpha(alpha)
+
+
+def test_baseline_at_the_exit_pupil():
+    m = model()
+    # Eq. 3.51 as it stands: slope of the chief ray times d_A'.
+    apart = (m.chief_ray_slope(-6, 0.0) - m.chief_ray_slope(0, 0.0)) * m.exit_pupil_mm
+    assert float(m.exit_pupil_baseline(6)) == pytest.approx(float(apart))
+    lens = F193.main_lens
+    pupils = lens.exit_pupil_mm / lens.focal_length_mm
+    assert float(m.exit_pupil_baseline(6)) == pytest.approx(pupils * float(m.baseline(6)))
+
+
+def test_views_beyond_the_entrance_pupil():
+    step = float(model(inf).baseline(1))
+    assert model().outermost_view is None
+    assert model().vignetting_note(99) == ""
+    assert [in_pupil(2 * step * n).outermost_view for n in (0.99, 1, 3.5)] == [0, 1, 3]
+    assert in_pupil(1e300).outermost_view == 10**9
+    narrow = in_pupil(7.0)
+    assert narrow.vignetting_note(-5, 0) == ""
+    assert "more than 5 from the central one" in narrow.vignetting_note(0, -6)
+
+
+def test_pixels_against_the_rayleigh_limit():
+    # Micro lenses f/22 and f/10 at 550 nm, pixels of 9 um.
+    assert rayleigh_limit(F193) == pytest.approx(1.22 * 550e-6 * 22)
+    assert "smaller than the Rayleigh limit" in diffraction_note(F193)
+    assert rayleigh_limit(load_camera("f193-mla1")) == pytest.approx(1.22 * 550e-6 * 10)
+    assert diffraction_note(load_camera("f193-mla1")) == ""
+
+
+def test_micro_image_centres_from_an_unknown_stop():
+    with pytest.raises(InputError, match="aperture_stop_mm"):
+        model(camera="f197-mla2").micro_image_centre(1.0, "aperture stop")
 
 
 def test_shipped_cameras():

@@ -1,0 +1,130 @@
+"""Pupils measured by the pitch of micro images (section 5.3.1).
+
+Chief rays leave the exit pupil, so micro images are farther apart than micro lenses. With Eqs. 3.20
+and 3.21, a pitch of n pixels of width p_p puts the pupil at
+
+    d = f_s / (n p_p / p_M - 1)
+
+from the micro lenses. With the main lens reversed the pupil is the entrance pupil. The excess
+n p_p / p_M - 1 is a few percent, so relative errors of the three pitches count 1 / excess times.
+"""
+
+from dataclasses import dataclass
+from math import hypot, inf, sqrt
+
+from plenofir.camera.rays.model import RayModel
+from plenofir.errors import InputError
+
+# How far pitches of one camera may be apart: more, and the white image is another camera's.
+_SAME_CAMERA = 0.2
+# What is taken for agreement: this many standard errors and this share of the distance, what a
+# slightly misaligned micro lens array did to the text's own measurement.
+_ERRORS, _SHARE = 3.0, 0.025
+
+
+@dataclass(frozen=True)
+class MeasuredPupil:
+    """A pupil as a white image and as the camera's data have it.
+
+    Attributes
+    ----------
+    distance_mm
+        From the micro lenses to the pupil; inf where the micro images are as far apart as the micro
+        lenses, negative where they are nearer to each other: then it lies behind the sensor.
+    error_mm
+        Standard error of that, from the pitch of the micro images alone.
+    predicted_mm
+        The same distance from the camera's data.
+    micro_lens_pitch_mm
+        Pitch of the micro lenses that would make both equal.
+    agrees
+        Whether both agree to three standard errors and 2.5 %.
+    """
+
+    distance_mm: float
+    error_mm: float
+    predicted_mm: float
+    micro_lens_pitch_mm: float
+    agrees: bool
+
+    @property
+    def deviation_percent(self) -> float:
+        """By how much the measured distance exceeds the predicted one."""
+        return 100 * (self.distance_mm / self.predicted_mm - 1)
+
+
+def measure_pupil(model: RayModel, pitch_px: float, error_px: float) -> MeasuredPupil:
+    """Measure the distance of the exit pupil by the pitch of the micro images.
+
+    Parameters
+    ----------
+    model
+        The camera as it was focused. For a white image that was taken with the main lens reversed,
+        that of `Camera.reversed`; the result is the entrance pupil then.
+    pitch_px
+        Distance of neighbouring micro images in pixels.
+    error_px
+        Its standard error.
+
+    Returns
+    -------
+    MeasuredPupil
+        Beside what the camera's data say.
+
+    Raises
+    ------
+    InputError
+        If the white image cannot be that camera's.
+    """
+    array, pixel = model.camera.micro_lenses, model.camera.sensor.pixel_pitch_mm
+    predicted = model.exit_pupil_mm
+    usual = array.pitch_mm * (1 + array.focal_length_mm / predicted) / pixel
+    if not abs(pitch_px - usual) <= _SAME_CAMERA * usual:
+        raise InputError(
+            f"micro images {pitch_px:.2f} pixels apart, those of {model.camera.name} are "
+            f"{usual:.2f} apart",
+            where="camera",
+            expected="the camera of the white image",
+        )
+    excess = pitch_px * pixel / array.pitch_mm - 1
+    wanted = array.focal_length_mm / predicted
+    unsure = error_px * pixel / array.pitch_mm
+    distance = array.focal_length_mm / excess if excess else inf
+    return MeasuredPupil(
+        distance_mm=distance,
+        error_mm=distance**2 * unsure / array.focal_length_mm,
+        predicted_mm=predicted,
+        micro_lens_pitch_mm=pitch_px * pixel / (1 + wanted),
+        agrees=abs(excess - wanted) <= _ERRORS * unsure + _SHARE * wanted,
+    )
+
+
+def measured_focal_length(
+    model: RayModel,
+    pupil: MeasuredPupil,
+    reversed_model: RayModel,
+    reversed_pupil: MeasuredPupil,
+) -> tuple[float, float]:
+    """Focal length of the main lens from both of its pupils, by Newton's equation.
+
+    The pupils are images of each other, so their distances from the focal points multiply to f_U^2.
+
+    Parameters
+    ----------
+    model, pupil
+        The camera, and its exit pupil as measured.
+    reversed_model, reversed_pupil
+        The same with the main lens reversed: its entrance pupil.
+
+    Returns
+    -------
+    tuple of float
+        f_U and its standard error in mm; nan where the pupils cannot belong to one lens.
+    """
+    exit_mm = pupil.distance_mm - model.extension_mm
+    entrance_mm = reversed_pupil.distance_mm - reversed_model.extension_mm
+    square = exit_mm * entrance_mm
+    if not 0 < square < inf:
+        return float("nan"), float("nan")
+    share = hypot(pupil.error_mm / exit_mm, reversed_pupil.error_mm / entrance_mm)
+    return sqrt(square), sqrt(square) * share / 2

@@ -1,0 +1,212 @@
+"""The virtual cameras behind the views of a light field, and triangulation with them."""
+
+from dataclasses import dataclass
+from math import floor
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.camera.rays.distances import BEYOND, INFINITY, REAL, Distances
+from plenofir.camera.rays.focused import FocusedCamera
+from plenofir.camera.rays.precise import Values
+from plenofir.errors import InputError
+
+DisparityUnit = Literal["pixels", "pixels per view"]
+
+_MOST_VIEWS = 1e9
+
+
+@dataclass(frozen=True)
+class VirtualCameras(FocusedCamera):
+    """Views as cameras on the entrance pupil (section 3.5): a part of `RayModel`."""
+
+    def virtual_camera(self, i: npt.ArrayLike) -> Values:
+        """Heights of virtual cameras on the entrance pupil (Eq. 3.54).
+
+        Parameters
+        ----------
+        i
+            Views, counted from the central one.
+
+        Returns
+        -------
+        Values
+            A_i'' in mm, same shape.
+        """
+        lens = self.camera.main_lens
+        step = self.pixel_slope * lens.focal_length_mm * (self.exit_pupil_mm / lens.exit_pupil_mm)
+        return -np.asarray(i, dtype=np.float64) * step
+
+    def baseline(self, gap: npt.ArrayLike) -> Values:
+        """Baseline between virtual cameras (Eq. 3.55 as a difference).
+
+        Parameters
+        ----------
+        gap
+            G, views between the two cameras.
+
+        Returns
+        -------
+        Values
+            B_G in mm, same shape.
+        """
+        return -self.virtual_camera(gap)
+
+    def exit_pupil_baseline(self, gap: npt.ArrayLike) -> Values:
+        """Baseline B_A' between views at the exit pupil (Eq. 3.51 as a difference).
+
+        Parameters
+        ----------
+        gap
+            G, views between the two cameras.
+
+        Returns
+        -------
+        Values
+            B_A' in mm, same shape.
+        """
+        return np.asarray(gap, dtype=np.float64) * (self.pixel_slope * self.exit_pupil_mm)
+
+    @property
+    def outermost_view(self) -> int | None:
+        """Largest view, counted from the central one, whose camera lies in the entrance pupil.
+
+        The pupil bounds the baseline: views farther out see its rim, and are vignetted. None where
+        the pupil's diameter is not known.
+        """
+        diameter = self.camera.main_lens.entrance_pupil_diameter_mm
+        if diameter is None:
+            return None
+        with np.errstate(divide="ignore", over="ignore"):
+            views = np.float64(diameter / 2) / self.baseline(1)
+        # A little more, or a view right on the rim would be in or out by rounding.
+        return floor(min(float(views) * (1 + 1e-12), _MOST_VIEWS))
+
+    def vignetting_note(self, *views: int) -> str:
+        """Say if views lie beyond the entrance pupil.
+
+        Parameters
+        ----------
+        *views
+            Views, counted from the central one.
+
+        Returns
+        -------
+        str
+            A line, empty where all lie in it or its diameter is not known.
+        """
+        bound, diameter = self.outermost_view, self.camera.main_lens.entrance_pupil_diameter_mm
+        if bound is None or diameter is None or max(map(abs, views)) <= bound:
+            return ""
+        return (
+            f"views more than {bound} from the central one lie outside the entrance pupil "
+            f"(diameter {diameter:.4g} mm): vignetted"
+        )
+
+    def tilt(self, gap: npt.ArrayLike, view: npt.ArrayLike = 0) -> Values:
+        """Tilt between the axes of virtual cameras view and view + gap (Eqs. 3.58, 3.59).
+
+        Parameters
+        ----------
+        gap
+            G, views between the two cameras.
+        view
+            i, the first camera.
+
+        Returns
+        -------
+        Values
+            Phi_i - Phi_i+G in degrees: 0 at infinity focus, negative where the axes converge.
+        """
+        return -np.rad2deg(np.arctan(self._convergence(gap, view)))
+
+    def _convergence(self, gap: npt.ArrayLike, view: npt.ArrayLike) -> Values:
+        """Tangent of the angle at which two virtual cameras' axes converge."""
+        step = self.pixel_slope * (self.extension_mm / self.camera.main_lens.focal_length_mm)
+        first = np.asarray(view, dtype=np.float64) * step
+        turn = np.asarray(gap, dtype=np.float64) * step
+        # tan(arctan(x + t) - arctan(x)) without the difference of the two angles.
+        return turn / (1 + first * (first + turn))
+
+    @property
+    def _pixel_at_unit_distance(self) -> float:
+        """Virtual pixel pitch p_N divided by the virtual image distance b_N (Eq. 3.57)."""
+        lens = self.camera.main_lens
+        ratio = lens.exit_pupil_mm / self.exit_pupil_mm
+        return self.camera.micro_lenses.pitch_mm * ratio / lens.focal_length_mm
+
+    def depth(
+        self,
+        disparity: npt.ArrayLike,
+        gap: int,
+        *,
+        view: int = 0,
+        unit: DisparityUnit = "pixels",
+    ) -> Distances:
+        """Distance of an object from its disparity (Eqs. 2.5, 3.60, 3.61).
+
+        Parameters
+        ----------
+        disparity
+            Disparity between views view and view + gap, any shape.
+        gap
+            G, not 0.
+        view
+            i, the first view.
+        unit
+            "pixels": of the two sub-aperture images (micro lenses). "pixels per view": divided
+            by the gap, as Table 5.9 of the text counts.
+
+        Returns
+        -------
+        Distances
+            Z from the entrance pupil (add `entrance_pupil_mm` to count from the micro lenses).
+        """
+        pixels = self._in_pixels(disparity, gap, unit)
+        turn = pixels * self._pixel_at_unit_distance + self._convergence(gap, view)
+        states = np.full(turn.shape, REAL, dtype=np.int8)
+        base = self.baseline(gap)
+        states[turn * np.sign(base) < 0] = BEYOND
+        with np.errstate(divide="ignore", over="ignore"):
+            depth = base / turn
+        # Farther than a double can say counts as infinity.
+        states[~np.isfinite(depth)] = INFINITY
+        return Distances(np.where(states == REAL, depth, np.nan), states)
+
+    def disparity(
+        self,
+        depth_mm: npt.ArrayLike,
+        gap: int,
+        *,
+        view: int = 0,
+        unit: DisparityUnit = "pixels",
+    ) -> Values:
+        """Disparity of an object from its distance: the inverse of `depth`.
+
+        Parameters
+        ----------
+        depth_mm
+            Z from the entrance pupil, any shape; inf is allowed.
+        gap, view, unit
+            As in `depth`.
+
+        Returns
+        -------
+        Values
+            Disparity, same shape.
+        """
+        self._in_pixels(0.0, gap, unit)
+        z = np.asarray(depth_mm, dtype=np.float64)
+        turn = self.baseline(gap) / z - self._convergence(gap, view)
+        pixels = turn / self._pixel_at_unit_distance
+        return np.asarray(pixels / gap if unit == "pixels per view" else pixels)
+
+    @staticmethod
+    def _in_pixels(disparity: npt.ArrayLike, gap: int, unit: DisparityUnit) -> Values:
+        if gap == 0:
+            raise InputError("gap = 0", where="gap", expected="two different views")
+        if unit not in ("pixels", "pixels per view"):
+            raise InputError(f"{unit!r}", where="unit", expected="'pixels' or 'pixels per view'")
+        pixels = np.asarray(disparity, dtype=np.float64)
+        return pixels * gap if unit == "pixels per view" else pixels
