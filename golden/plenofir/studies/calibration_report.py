@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import chain
-from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,6 @@ from plenofir.camera.calibration.frames import grey
 from plenofir.camera.calibration.grid import Grid, Layout
 from plenofir.camera.calibration.text_method import rotated
 from plenofir.camera.lightfield import fourier_slice, shifted_views
-from plenofir.camera.lightfield.pictures import sharpness_picture
 from plenofir.camera.synthetic.pattern import centres_within, regular_grid, white_image
 from plenofir.errors import InputError
 from plenofir.files import check_folder
@@ -26,17 +24,9 @@ from plenofir.project import DATA
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir.studies.drawn_calibration import DRAWS, drawn_lines, drawn_picture, try_drawn
-from plenofir.studies.experiments import (
-    Focused,
-    disparity_experiment,
-    focus_experiment,
-    model_of,
-    random_distances,
-    range_experiment,
-    take,
-)
+from plenofir.studies.experiments import model_of, take
+from plenofir.studies.experiments_report import experiment_lines
 from plenofir.studies.report_parts import table
-from plenofir.studies.thesis_tables import load_table
 
 Floats = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -47,7 +37,6 @@ _Truth = tuple[str, Image, Floats, float]
 MICROSCOPE = DATA / "microscope"
 """Folder of the microscope capture: raw.png, white.png, dark.png."""
 MICROSCOPE_M = 13
-_FOCUS_4_M = 4040.0
 _SEED = 1
 
 
@@ -218,106 +207,6 @@ def _rotation_lines(tell: Callable[[], None]) -> list[str]:
     return lines + table(heads, rows)
 
 
-def _focus_rows(part: str, results: list[Focused], m: int) -> list[list[str]]:
-    return [
-        [
-            part,
-            f"{Fraction(r.predicted).limit_denominator(m)}",
-            f"{r.distance_mm / 10:.1f}",
-            f"{round(r.best * m)}/{m}",
-            f"{r.found * m:.2f}/{m}",
-            f"{r.error_percent:+.2f} %",
-        ]
-        for r in results
-    ]
-
-
-def _experiment_lines(folder: Path, tell: Callable[[], None]) -> list[str]:
-    lines = [
-        "## Objects at predicted distances",
-        "",
-        "The text's experiment (Fig. 5.16, Table 5.10) with the synthetic camera: textured objects "
-        "at the distances that the ray model predicts for slices, captured (pitch 14.27 pixels, "
-        "rotated by 0.3 degree, 1 % noise), calibrated, decoded, swept. Distances from the micro "
-        "lenses; the last column compares the distance of the sharpest setting, between slices.",
-        "",
-    ]
-    rows: list[list[str]] = []
-    cases = [("5.10a", 9, inf), ("5.10b", 11, inf), ("5.10c", 11, _FOCUS_4_M)]
-    for part, m, focus in cases:
-        model = model_of(m, focus)
-        if focus == inf:
-            printed = load_table("5.10").part(part[-1]).rows
-            settings = [r["a"] for r in printed if "object" in r.labels][:4]
-        else:
-            settings = [0.0, 4 / 11, 7 / 11, 1.0]
-        results = focus_experiment(model, [float(d) for d in model.distance(settings).mm])
-        rows += _focus_rows(part, results, m)
-        names = {f"{r.distance_mm / 10:.0f} cm": r for r in results}
-        picture = sharpness_picture(
-            [float(a) for a in results[0].settings],
-            {name: r.curve for name, r in names.items()},
-            {name: r.predicted for name, r in names.items()},
-        )
-        write_png(folder / f"sharpness_{part[-1]}.png", picture)
-        lines += [f"![Sharpness, Table {part}](sharpness_{part[-1]}.png)", ""]
-        tell()
-    heads = ["table", "predicted a", "distance / cm", "sharpest slice", "peak", "error of distance"]
-    lines += table(heads, rows)
-
-    lines += [
-        "## Baselines and tilts",
-        "",
-        "Disparities between views on both sides of the central one, at the text's distances, and "
-        "what follows from them (Eqs. 5.24, 5.25; Tables 5.11, 5.12).",
-        "",
-    ]
-    rows = []
-    for number, focus in (("5.11", inf), ("5.12", _FOCUS_4_M)):
-        model = model_of(11, focus)
-        depths = [10 * row["distance_cm"] for row in load_table(number).part("a").rows]
-        for r in disparity_experiment(model, depths):
-            want_tilt = -float(model.tilt(r.gap, -r.gap // 2))
-            base = float(model.baseline(r.gap))
-            rows.append(
-                [
-                    number,
-                    str(r.gap),
-                    f"{r.depth_mm / 10:.0f}",
-                    f"{r.predicted_px:.3f} / {r.found_px:.3f}",
-                    f"{base:.4f} / {r.baseline_mm:.4f}",
-                    f"{100 * (r.baseline_mm / base - 1):+.2f} %",
-                    f"{want_tilt:.4f} / {r.tilt_degrees:.4f}",
-                ]
-            )
-        tell()
-    heads = ["table", "G", "Z / cm", "disparity: predicted / found", "baseline / mm: the same"]
-    lines += table([*heads, "error", "tilt / degrees: the same"], rows)
-
-    lines += [
-        "## Objects anywhere",
-        "",
-        f"Objects at random distances (seed {_SEED}), M = 11, focus at infinity: what depth map "
-        "and sharpest slice say.",
-        "",
-    ]
-    model = model_of(11)
-    ranged = range_experiment(model, random_distances(model, 12, _SEED), seed=_SEED)
-    ranged.sort(key=lambda r: r.distance_mm)
-    rows = [
-        [
-            f"{r.distance_mm:.0f}",
-            f"{r.by_disparity_mm:.0f}",
-            f"{100 * (r.by_disparity_mm / r.distance_mm - 1):+.2f} %",
-            f"{r.by_focus_mm:.0f}",
-            f"{100 * (r.by_focus_mm / r.distance_mm - 1):+.2f} %",
-        ]
-        for r in ranged
-    ]
-    tell()
-    return lines + table(["distance / mm", "by disparity", "error", "by focus", "error"], rows)
-
-
 def _method_lines(tell: Callable[[], None]) -> list[str]:
     lines = [
         "## Refocusing: error against run time",
@@ -398,7 +287,7 @@ def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
     lines += drawn_lines(results)
     write_png(folder / "drawn.png", drawn_picture(results))
     lines += _rotation_lines(tell)
-    lines += _experiment_lines(folder, tell)
+    lines += experiment_lines(folder, tell)
     lines += _method_lines(tell)
     write_png(folder / "microscope.png", microscope_picture())
     lines += [

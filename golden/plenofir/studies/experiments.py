@@ -26,15 +26,20 @@ from plenofir.camera.lightfield import (
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic.render import Capture, TexturedPlane, field_of_view, render
 from plenofir.refocus.operator import Image
+from plenofir.studies.thesis_tables import load_table
 
 Floats = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 CAMERA = "f197-mla2"
 """The camera of the text's experiments."""
-_OBJECT_LENSES = 26
-_ROWS = 36
-# Objects are judged away from their borders, which others' blur reaches.
+FOCUS_MM = {"a": inf, "b": inf, "c": 4000.0}
+"""Focus of the parts of Table 5.10; Table 5.11 has that of (b), Table 5.12 that of (c)."""
+OBJECT_LENSES = 26
+"""Width of an object in micro lenses: enough for refocusing and for small windows."""
+# Objects are this many micro lenses apart, and judged away from their borders, which others' blur
+# reaches.
+_APART = 4
 _MARGIN = 5
 _NOISE = 0.01
 _ROTATION = 0.3
@@ -58,26 +63,37 @@ def textures() -> list[Image]:
     return [gravel, grass, gravel[::-1, ::-1], grass[::-1, ::-1]]
 
 
-def take(model: RayModel, distances_mm: Sequence[float], *, seed: int = 0) -> Scene:
-    """Capture and decode objects side by side, a plain wall behind them."""
+def take(
+    model: RayModel,
+    distances_mm: Sequence[float],
+    *,
+    seed: int = 0,
+    object_lenses: int = OBJECT_LENSES,
+    margin: float = 0,
+) -> Scene:
+    """Capture and decode objects side by side, a plain wall behind them.
+
+    Objects are squares of some micro lenses; what is judged of them lies `margin` micro lenses
+    farther inside than other objects' blur reaches.
+    """
     count = len(distances_mm)
-    columns = count * (_OBJECT_LENSES + 4) + 6
+    columns = count * (object_lenses + _APART) + _APART + 2
     planes = [
         TexturedPlane(np.full((2, 2), 0.4), _FAR_MM, field_of_view(model, _FAR_MM, 3.0 * columns))
     ]
     pictures = textures()
-    middles = [(k - (count - 1) / 2) * (_OBJECT_LENSES + 4) for k in range(count)]
+    middles = [(k - (count - 1) / 2) * (object_lenses + _APART) for k in range(count)]
     for k, (distance, middle) in enumerate(zip(distances_mm, middles, strict=True)):
         lens = field_of_view(model, distance, 1)
         planes.append(
             TexturedPlane(
-                pictures[k % len(pictures)], distance, _OBJECT_LENSES * lens, (0.0, middle * lens)
+                pictures[k % len(pictures)], distance, object_lenses * lens, (0.0, middle * lens)
             )
         )
     capture = render(
         model,
         planes,
-        (_ROWS, columns),
+        (object_lenses + 10, columns),
         rotation_degrees=_ROTATION,
         noise=_NOISE,
         shading=0.2,
@@ -89,7 +105,7 @@ def take(model: RayModel, distances_mm: Sequence[float], *, seed: int = 0) -> Sc
     # Lattice coordinates of the image's middle, counted in the raster.
     middle_px = (np.array(capture.raw.shape[:2]) - 1) / 2
     centre = calibration.grid.inverse(middle_px) - (rows.start, lens_columns.start)
-    half = _OBJECT_LENSES / 2 - _MARGIN
+    half = object_lenses / 2 - _MARGIN - margin
     regions = []
     for middle in middles:
         place = centre + np.array([0.0, middle])
@@ -150,11 +166,43 @@ def focus_experiment(
     return results
 
 
+def placed(part: str) -> list[float]:
+    """Focus settings at which the text placed objects and markers (parts of Table 5.10)."""
+    return [row["a"] for row in load_table("5.10").part(part).rows if "object" in row.labels]
+
+
+@dataclass(frozen=True)
+class ViewPair:
+    """Two views, and how their disparity is searched for."""
+
+    first: int  # the first view, counted from the central one
+    gap: int  # G, views between the two
+    window: int  # side of the window of the sum of absolute differences, in pixels
+    largest_px: float  # largest disparity between the two views
+
+    @property
+    def name(self) -> str:
+        """Which views, with which window."""
+        return f"views {self.first} and {self.first + self.gap}, window {self.window}"
+
+
+# The text does not say which views it took; here the pairs of gap 4 share one view.
+FIGURES = {
+    "5.17": (ViewPair(-4, 4, 29, 5), ViewPair(-4, 8, 39, 9), ViewPair(0, 4, 29, 5)),
+    "5.18": (ViewPair(-4, 4, 33, 5), ViewPair(-4, 8, 39, 9), ViewPair(0, 4, 33, 5)),
+}
+"""Views and windows of the disparity maps (b), (c), (d) of Figs. 5.17 and 5.18."""
+FIGURE_OBJECT_LENSES = 60
+"""Width of the objects for these windows: the views are then about as wide as the text's."""
+SMALL_PAIRS = (ViewPair(-2, 4, 15, 8), ViewPair(-4, 8, 15, 16))
+"""Views and windows for objects of usual width."""
+
+
 @dataclass(frozen=True)
 class Measured:
     """An object's disparity between two views, and what follows from it."""
 
-    gap: int  # G, views between the two
+    pair: ViewPair
     depth_mm: float  # Z, distance of the object from the entrance pupil
     # disparity that the ray model predicts, and that was measured
     predicted_px: float
@@ -163,40 +211,69 @@ class Measured:
     tilt_degrees: float  # tilt from depth and measured disparity (Eq. 5.25), positive as the text's
 
 
+@dataclass(frozen=True)
+class DisparityExperiment:
+    """Objects at known depths, measured in several pairs of views."""
+
+    central_view: Floats
+    maps: dict[ViewPair, Floats]  # disparity between the views in pixels, for the first view
+    objects: list[Measured]
+
+
 def disparity_experiment(
-    model: RayModel, depths_mm: Sequence[float], gaps: Sequence[int] = (4, 8), *, seed: int = 0
-) -> list[Measured]:
+    model: RayModel,
+    depths_mm: Sequence[float],
+    pairs: Sequence[ViewPair] = SMALL_PAIRS,
+    *,
+    object_lenses: int = OBJECT_LENSES,
+    seed: int = 0,
+) -> DisparityExperiment:
     """Measure baselines and tilts from objects at known depths (Tables 5.11, 5.12)."""
     m = model.micro_image_size
-    scene = take(model, [z + model.entrance_pupil_mm for z in depths_mm], seed=seed)
+    # Windows reach over an object's border where they are wider than what is left out there.
+    margin = max(0.0, max(pair.window for pair in pairs) / 2 - 2 * _MARGIN)
+    scene = take(
+        model,
+        [z + model.entrance_pupil_mm for z in depths_mm],
+        seed=seed,
+        object_lenses=object_lenses,
+        margin=margin,
+    )
     images = views(scene.raster, m)
     centre = (m - 1) // 2
     # Virtual pixel pitch over virtual image distance (Eqs. 3.56, 3.57).
     step = model.camera.micro_lenses.pitch_mm
     unit = abs(float(model.object_ray(0, step)[0] - model.object_ray(0, 0.0)[0]))
-    results = []
-    for gap in gaps:
-        first, second = (images[centre, centre + side * gap // 2] for side in (-1, 1))
-        found = sad_disparity(first, [(second, (0.0, float(gap)))], window=15)
-        convergence = -np.tan(np.radians(float(model.tilt(gap, -gap // 2))))
+    maps: dict[ViewPair, Floats] = {}
+    objects = []
+    for pair in pairs:
+        gap = pair.gap
+        first, second = (images[centre, centre + pair.first + side] for side in (0, gap))
+        found = sad_disparity(
+            first,
+            [(second, (0.0, float(gap)))],
+            search=(-1 / gap, pair.largest_px / gap),
+            window=pair.window,
+        )
+        maps[pair] = gap * found.pixels_per_view
+        convergence = -np.tan(np.radians(float(model.tilt(gap, pair.first))))
         baseline = float(model.baseline(gap))
         for depth, region in zip(depths_mm, scene.regions, strict=True):
             # The first view is not the central one: the object is seen a little aside.
-            per_view = float(model.disparity(depth, 1))
-            aside = round(per_view * gap / 2)
+            aside = -round(float(model.disparity(depth, 1)) * pair.first)
             part = region[0], slice(region[1].start + aside, region[1].stop + aside)
-            pixels = gap * float(np.median(found.pixels_per_view[part]))
-            results.append(
+            pixels = float(np.median(maps[pair][part]))
+            objects.append(
                 Measured(
-                    gap=gap,
+                    pair=pair,
                     depth_mm=depth,
-                    predicted_px=float(model.disparity(depth, gap, view=-gap // 2)),
+                    predicted_px=float(model.disparity(depth, gap, view=pair.first)),
                     found_px=pixels,
                     baseline_mm=depth * (pixels * unit + convergence),
                     tilt_degrees=float(np.degrees(np.arctan(baseline / depth - pixels * unit))),
                 )
             )
-    return results
+    return DisparityExperiment(images[centre, centre].astype(np.float64), maps, objects)
 
 
 @dataclass(frozen=True)

@@ -1,66 +1,90 @@
 """Section 5.3 with the synthetic camera: what is measured is what the ray model predicts."""
 
-from math import inf
-
 import numpy as np
 import pytest
 
 from plenofir.studies.experiments import (
+    FIGURE_OBJECT_LENSES,
+    FIGURES,
+    FOCUS_MM,
     disparity_experiment,
     focus_experiment,
     model_of,
+    placed,
     random_distances,
     range_experiment,
 )
 from plenofir.studies.thesis_tables import load_table
 
 
-def placed(part: str) -> list[float]:
-    """Focus settings at which the text placed objects (Table 5.10)."""
-    rows = load_table("5.10").part(part).rows
-    return [row["a"] for row in rows if "object" in row.labels][:4]
-
-
 @pytest.mark.parametrize(
-    ("m", "focus_mm", "settings"),
+    ("part", "m", "ends"),
     [
-        (9, inf, placed("a")),
-        pytest.param(11, inf, placed("b"), marks=pytest.mark.slow),
-        pytest.param(11, 4040.0, [0.0, 4 / 11, 7 / 11, 1.0], marks=pytest.mark.slow),
+        ("a", 9, True),
+        pytest.param("a", 9, False, marks=pytest.mark.slow),
+        pytest.param("b", 11, False, marks=pytest.mark.slow),
+        pytest.param("c", 11, False, marks=pytest.mark.slow),
     ],
 )
-def test_objects_are_sharpest_where_predicted(m, focus_mm, settings) -> None:
+def test_objects_are_sharpest_where_predicted(part: str, m: int, ends: bool) -> None:
     """Fig. 5.16: objects at predicted distances, least blur in the predicted slice."""
-    model = model_of(m, focus_mm)
+    model = model_of(m, FOCUS_MM[part])
+    settings = placed(part)
+    settings = [settings[0], settings[-1]] if ends else settings
     distances = [float(d) for d in model.distance(settings).mm]
     for result, a in zip(focus_experiment(model, distances), settings, strict=True):
         assert result.best == pytest.approx(a)
-        assert abs(result.found - a) < 0.15 / m
-        assert abs(result.error_percent) < 1.5
+        assert abs(result.found - a) < 0.1 / m
+        assert abs(result.error_percent) < 1
+
+
+def test_objects_and_focus_of_the_text() -> None:
+    """Table 5.10: objects and markers; (c) is focused to 4 m, as Table 5.2 says."""
+    ninths, elevenths = [3, 5, 7, 9, 12], [4, 6, 8, 10, 13]
+    assert placed("a") == pytest.approx([a / 9 for a in ninths])
+    assert placed("b") == pytest.approx([a / 11 for a in elevenths])
+    assert placed("c") == pytest.approx([a / 11 for a in (0, 2, 4, 6, 8, 11)])
+    assert model_of(11, FOCUS_MM["c"]).image_distance_mm == pytest.approx(208.3930, abs=5e-5)
 
 
 def test_baselines() -> None:
-    """Table 5.11: baselines from disparities at the text's distances."""
+    """Table 5.11: baselines from disparities at the text's distances, small objects."""
     model = model_of(11)
     rows = load_table("5.11").part("a").rows
-    depths = [10 * row["distance_cm"] for row in rows]
-    results = disparity_experiment(model, depths)
-    for result in results:
-        assert result.baseline_mm == pytest.approx(float(model.baseline(result.gap)), rel=0.025)
-        assert result.found_px == pytest.approx(result.predicted_px, rel=0.025)
+    objects = disparity_experiment(model, [10 * row["distance_cm"] for row in rows]).objects
+    assert len(objects) == 8
+    for found in objects:
+        want = float(model.baseline(found.pair.gap))
+        assert found.baseline_mm == pytest.approx(want, rel=0.025)
+        assert found.found_px == pytest.approx(found.predicted_px, rel=0.025)
     # The text's disparities are those of gap 4.
-    for row, result in zip(rows, results, strict=False):
-        assert result.predicted_px == pytest.approx(row["disparity_px"], abs=0.02)
+    for row, found in zip(rows, objects[:4], strict=True):
+        assert found.predicted_px == pytest.approx(row["disparity_px"], abs=0.02)
 
 
 @pytest.mark.slow
-def test_tilts() -> None:
-    """Table 5.12: tilts from disparities at the text's distances, 4 m focus."""
-    model = model_of(11, 4040.0)
-    depths = [10 * row["distance_cm"] for row in load_table("5.12").part("a").rows]
-    for result in disparity_experiment(model, depths):
-        want = -float(model.tilt(result.gap, -result.gap // 2))
-        assert result.tilt_degrees == pytest.approx(want, abs=0.004)
+@pytest.mark.parametrize(
+    ("number", "figure", "part"), [("5.11", "5.17", "b"), ("5.12", "5.18", "c")]
+)
+def test_disparity_maps(number: str, figure: str, part: str) -> None:
+    """Figs. 5.17, 5.18: the text's windows, gap 4 at two positions, gap 8."""
+    model = model_of(11, FOCUS_MM[part])
+    table = load_table(number)
+    depths = [10 * row["distance_cm"] for row in table.part("a").rows]
+    found = disparity_experiment(model, depths, FIGURES[figure], object_lenses=FIGURE_OBJECT_LENSES)
+    by_pair = {pair: [r for r in found.objects if r.pair == pair] for pair in FIGURES[figure]}
+    for pair, objects in by_pair.items():
+        rows = table.part("a" if pair.gap == 4 else "b").rows
+        for row, result in zip(rows, objects, strict=True):
+            assert result.found_px == pytest.approx(row["disparity_px"], abs=0.08)
+            want = float(model.baseline(pair.gap))
+            assert result.baseline_mm == pytest.approx(want, rel=0.012)
+            want = -float(model.tilt(pair.gap, pair.first))
+            assert result.tilt_degrees == pytest.approx(want, abs=0.002)
+    # The virtual cameras are evenly spaced: both positions say the same.
+    first, _, second = by_pair.values()
+    for one, other in zip(first, second, strict=True):
+        assert one.baseline_mm == pytest.approx(other.baseline_mm, rel=0.012)
 
 
 def test_objects_anywhere() -> None:

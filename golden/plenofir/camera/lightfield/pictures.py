@@ -56,3 +56,19 @@ def depth_picture(distance_mm: Floats) -> Image:
     axes.set_axis_off()
     figure.colorbar(shown, ax=axes, label="mm from the micro lenses")
     return figure_pixels(figure)
+
+
+def disparity_picture(view: Floats, maps: Mapping[str, Floats]) -> Image:
+    """A view, and below it maps of disparities in pixels with their scales (Figs. 5.17, 5.18)."""
+    rows, columns = view.shape
+    width, count = 8.0, 1 + len(maps)
+    height = count * min(max(width * rows / columns, 1.2), 8.0)
+    figure, axes = plt.subplots(count, 1, figsize=(width, height), constrained_layout=True)
+    axes[0].imshow(view, cmap="gray")
+    for part, (name, disparities) in zip(axes[1:], maps.items(), strict=True):
+        shown = part.imshow(disparities, cmap="viridis")
+        part.set_title(name, fontsize=9)
+        figure.colorbar(shown, ax=part, label="pixels")
+    for part in axes:
+        part.set_axis_off()
+    return figure_pixels(figure)

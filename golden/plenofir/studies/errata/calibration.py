@@ -12,7 +12,7 @@ from plenofir.studies.errata.entry import Erratum, Shown
 Weights = Callable[[float, float], npt.NDArray[np.float64]]
 """Weights of the four neighbours, [g, i], of a centre at (x, y)."""
 
-_FRACTIONS = np.linspace(0, 0.99, 100)
+_FRACTIONS = np.linspace(0, 0.99, 34)
 
 
 def bilinear(x: float, y: float) -> npt.NDArray[np.float64]:
