@@ -1,7 +1,8 @@
 """Writing results: refused before any work is done, then all files at once or none.
 
 Every file is written whole beside its place, flushed to the disk, and then renamed, so that a full
-disk, a killed run or a lost network leaves what was there before.
+disk, a killed run or a lost network leaves what was there before. A command's results never replace
+a file that the command has read (`inputs_kept`, `input_file`).
 """
 
 import contextlib
@@ -9,7 +10,8 @@ import errno
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextvars import ContextVar
 from pathlib import Path
 from types import TracebackType
 
@@ -26,6 +28,26 @@ _REMEDIES = {
     errno.EISDIR: "a file or nothing in its place",
 }
 _FOLDER = "a folder that can be written"
+
+_inputs: ContextVar[set[Path] | None] = ContextVar("_inputs", default=None)
+
+
+@contextlib.contextmanager
+def inputs_kept() -> Iterator[None]:
+    """Within the block no result may replace a file that was read in it, see `input_file`."""
+    before = _inputs.set(set())
+    try:
+        yield
+    finally:
+        _inputs.reset(before)
+
+
+def input_file(path: Path) -> Path:
+    """Note a file that is about to be read: what is written later is made from it."""
+    known = _inputs.get()
+    if known is not None:
+        known.add(path)
+    return path
 
 
 def cannot_write(path: Path, error: OSError, where: str = "") -> InputError:
@@ -48,12 +70,15 @@ def unusable(error: OSError) -> InputError:
     )
 
 
-def check_result(target: Path, inputs: Iterable[Path] = (), where: str = "") -> None:
-    """Refuse a place for a result that is a folder, or a file that the result is made from."""
+def check_result(target: Path, where: str = "", inputs: Iterable[Path] = ()) -> None:
+    """Refuse a place for a result that is a folder, or a file that the result is made from.
+
+    That is any `input_file` so far, and those of `inputs`, which will be read later.
+    """
     where = where or str(target)
     if target.is_dir():
         raise InputError(f"{target} is a folder", where=where, expected="a file or nothing")
-    for path in inputs:
+    for path in {*(_inputs.get() or ()), *inputs}:
         # One of them that does not exist is not the other.
         with contextlib.suppress(OSError):
             if target.samefile(path):
@@ -62,6 +87,27 @@ def check_result(target: Path, inputs: Iterable[Path] = (), where: str = "") -> 
                     where=where,
                     expected="another name, or another folder",
                 )
+
+
+def remove_results(targets: Iterable[Path]) -> None:
+    """Remove files and whole folders of an earlier run, none if an `input_file` is among them."""
+    there = [target for target in targets if target.exists()]
+    for target in there:
+        for path in _inputs.get() or ():
+            if path.resolve().is_relative_to(target.resolve()):
+                raise InputError(
+                    f"{target} would be removed, and {path} is read",
+                    where=str(target),
+                    expected="another folder for results",
+                )
+    for target in there:
+        try:
+            if target.is_dir() and not target.is_symlink():
+                shutil.rmtree(target)
+            else:
+                target.unlink()
+        except OSError as error:
+            raise cannot_write(target, error) from None
 
 
 def write_flushed(path: Path, content: bytes | memoryview | str) -> None:
@@ -79,13 +125,10 @@ class Results:
     ----------
     folder
         Where they appear; made where it is missing.
-    inputs
-        Files that they are made from, which they never replace.
     """
 
-    def __init__(self, folder: Path, inputs: Iterable[Path] = ()) -> None:
+    def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.inputs = tuple(inputs)
         self._staging: tempfile.TemporaryDirectory[str] | None = None
 
     def path(self, name: str) -> Path:
@@ -135,7 +178,7 @@ class Results:
                 return
             names = sorted(os.listdir(self._staging.name))
             for name in names:
-                check_result(self.folder / name, self.inputs)
+                check_result(self.folder / name)
             for name in names:
                 try:
                     self.path(name).replace(self.folder / name)
@@ -184,8 +227,11 @@ def write_file(path: Path, content: bytes | str) -> None:
     publish({path.name: content}, path.parent)
 
 
-def check_folder(folder: Path, where: str) -> None:
-    """Refuse a folder for results that cannot be written, whether it exists or not."""
+def check_folder(folder: Path, where: str, names: Iterable[str] = ()) -> None:
+    """Refuse a folder for results that cannot be written, or that these names are taken in.
+
+    It need not exist yet; for names see `check_result`.
+    """
     existing = folder
     while not existing.exists() and existing != existing.parent:
         existing = existing.parent
@@ -197,3 +243,5 @@ def check_folder(folder: Path, where: str) -> None:
             pass
     except OSError as error:
         raise cannot_write(existing, error, where) from None
+    for name in names:
+        check_result(folder / name, where)

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.errors import InputError
-from plenofir.files import write_file
+from plenofir.files import input_file, write_file
 
 Image = npt.NDArray[np.integer]
 """Shape (rows, columns[, channels])."""
@@ -145,7 +145,7 @@ def read_picture(path: Path) -> Picture:
     try:
         if path.is_char_device():  # It may have no end.
             raise InputError("is a device", where=where, expected=_EXPECTED)
-        data = path.read_bytes()
+        data = input_file(path).read_bytes()
     except FileNotFoundError:
         raise InputError("no such file", where=where, expected=_EXPECTED) from None
     except IsADirectoryError:

@@ -15,7 +15,7 @@ from plenofir.commands import batch, bitstream, capture, pictures, plan, rays, r
 from plenofir.commands.make_variables import arguments_of_make
 from plenofir.commands.options import called_by_make, named
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
-from plenofir.files import unusable
+from plenofir.files import inputs_kept, unusable
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -87,7 +87,7 @@ def run(arguments: Sequence[str]) -> int:
             words += found
             options = parameters
         # Not command.main, which takes a broken pipe for the end of the program.
-        with command.make_context("plenofir", words) as context:
+        with inputs_kept(), command.make_context("plenofir", words) as context:
             command.invoke(context)
     except typer.Exit as done:
         return done.exit_code

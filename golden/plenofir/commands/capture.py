@@ -9,6 +9,7 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
 from plenofir.commands.results import check_file, publish
+from plenofir.files import Results
 
 if TYPE_CHECKING:
     from plenofir.camera.calibration import Calibration
@@ -81,10 +82,11 @@ def calibrate(
             dark_where=str(dark or ""),
         )
         measured = [] if pupils is None else pupils.lines(found)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    found.save(path)
-    if picture_path is not None:
-        publish({picture_path.name: _marked(image, found.centres)}, picture_path.parent)
+    with Results(path.parent) as results:
+        results.write(path.name, found.text())
+        # Both or none: if the picture cannot be written, the block ends here.
+        if picture_path is not None:
+            publish({picture_path.name: _marked(image, found.centres)}, picture_path.parent)
     rows, columns = found.lenses
     count = int((~np.isnan(found.centres[..., 0])).sum())
     grid = found.grid

@@ -42,7 +42,7 @@ def views(
     raw = _raster(raster, m)
     check_folder(Path(out), out)
     files = named_views(raw, m)
-    publish(files, Path(out), raster)
+    publish(files, Path(out))
     rows, columns = raw.shape[0] // m, raw.shape[1] // m
     typer.echo(f"{out}: {len(files)} views of {columns} x {rows} pixels")
 
@@ -165,13 +165,15 @@ def stack(
     # Near the borders views are missing.
     margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * m
     lines = [f"{out}: {len(settings)} slices"]
-    with progress_bar("refocusing") as show, Results(Path(out), [Path(raster)]) as results:
+    with progress_bar("refocusing") as show, Results(Path(out)) as results:
         # Slices are made again where they are needed again: that takes less than keeping them.
         slices = FocalStack(raw, m, settings, show)
-        for shift, image in zip(shifts, slices, strict=True):
-            # Two or more: even the only slice has its a in its name.
-            save(results, picture_names(shift, m, 2)[0], image)
-        del image
+        # Two or more: even the only slice has its a in its name.
+        names = iter([picture_names(shift, m, 2)[0] for shift in shifts])
+        for image in slices:
+            save(results, next(names), image)
+            # Before the next one is made.
+            del image
         if min(raw.shape[:2]) >= 2 * margin + 8 * m:
             inside = slice(margin, raw.shape[0] - margin), slice(margin, raw.shape[1] - margin)
             curve = sharpness_curve(slices, inside, m)
@@ -237,7 +239,7 @@ def depth_map(
         "distance_mm.npy": found.distance_mm,
         "disparity.npy": found.disparity.pixels_per_view,
     }
-    publish(files, Path(out), raster)
+    publish(files, Path(out))
     share = 100 * known.size / found.distance_mm.size
     spread = (
         f", {np.percentile(known, 5):.0f} to {np.percentile(known, 95):.0f} mm"

@@ -8,6 +8,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
+from plenofir.commands.results import check_file
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -86,7 +87,7 @@ def distance(
     if plot:
         from plenofir.camera.rays.plot import plot_bench
 
-        plot_bench(model, settings, plot)
+        plot_bench(model, settings, check_file(str(plot), (".png",)))
     if as_json:
         planes = [
             {

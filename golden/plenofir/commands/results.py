@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 def check_file(out: str, suffixes: tuple[str, ...], *inputs: str | Path | None) -> Path:
     """Refuse a result file that cannot be written, before any work is done.
 
-    Nor may it be one of the files that it is made from.
+    Nor may it be one of the files that it will be made from.
     """
     path = Path(out)
     if path.suffix.lower() not in suffixes:
         raise InputError("no such kind of file", where=out, expected=" or ".join(suffixes))
-    check_result(path, [Path(file) for file in inputs if file is not None], out)
+    check_result(path, out, [Path(file) for file in inputs if file is not None])
     check_folder(path.parent, out)
     return path
 
@@ -44,8 +44,8 @@ def save(results: Results, name: str, values: "Image | Floats") -> None:
         results.write(name, encode_png(cast("Image", values)))
 
 
-def publish(files: "Mapping[str, Image | Floats]", folder: Path, *inputs: str) -> None:
-    """Write PNG and NumPy files, all or none of them, and none that they are made from."""
-    with Results(folder, map(Path, inputs)) as results:
+def publish(files: "Mapping[str, Image | Floats]", folder: Path) -> None:
+    """Write PNG and NumPy files, all or none of them."""
+    with Results(folder) as results:
         for name, values in files.items():
             save(results, name, values)

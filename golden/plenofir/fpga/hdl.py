@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from plenofir.files import input_file
 from plenofir.project import root
 
 _BOARD_MARK = "# Board:"
@@ -9,11 +10,11 @@ _BOARD_MARK = "# Board:"
 
 def _listed(folder: Path) -> tuple[list[Path], list[Path]]:
     """Sources of a folder's ``sources.txt``, before and behind the mark of the board's ones."""
-    lines = (folder / "sources.txt").read_text().splitlines()
+    lines = input_file(folder / "sources.txt").read_text().splitlines()
     marks = [i for i, line in enumerate(lines) if line.startswith(_BOARD_MARK)]
     border = marks[0] if marks else len(lines)
     parts = [
-        [folder / line for line in part if line and not line.startswith("#")]
+        [input_file(folder / line) for line in part if line and not line.startswith("#")]
         for part in (lines[:border], lines[border:])
     ]
     return parts[0], parts[1]

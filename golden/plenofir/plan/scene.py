@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from plenofir import project
 from plenofir.camera.rays import Camera, RayModel, load_camera
 from plenofir.errors import InputError, validation_error
+from plenofir.files import input_file
 from plenofir.fpga.bitstream.spartan6_sites import device as board_device
 from plenofir.fpga.core.configuration import (
     MAX_COLUMNS,
@@ -285,7 +286,7 @@ def load_scene(path: str | Path) -> LoadedScene:
             expected=f"a TOML file, or one of {', '.join(shipped)}",
         )
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
+        content = tomllib.loads(input_file(file).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(
             f"cannot be read ({error})", where=str(file), expected="a TOML scene file"
@@ -319,7 +320,7 @@ def load_scene(path: str | Path) -> LoadedScene:
 def _read_edid(path: Path, *, where: str) -> bytes:
     """Read an EDID and check it."""
     try:
-        content = path.read_bytes()
+        content = input_file(path).read_bytes()
     except OSError as error:
         raise InputError(
             f"{path} cannot be read ({error.strerror or error})",

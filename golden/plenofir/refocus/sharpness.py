@@ -7,6 +7,7 @@ in every bit.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import count
 from typing import Protocol
 
 import numpy as np
@@ -17,19 +18,36 @@ from plenofir.refocus.operator import Image
 
 Integers = npt.NDArray[np.int64]
 
+# Lines that are put together at once.
+_BAND = 128
+
 MAX_SHARPNESS_RADIUS = 8
 MAX_STACK = 256
 """Slices that an index of 8 bits tells apart."""
 
 
 class Slices(Protocol):
-    """Slices of a focal stack, which may be made one by one each time they are gone through."""
+    """Slices of a focal stack, which may be made one by one each time they are gone through.
+
+    If it has a method `lines(first, last)`, that makes these lines of each slice and no others.
+    """
 
     def __len__(self) -> int:
         """Number of slices."""
 
     def __iter__(self) -> Iterator[Image]:
         """Slices of equal shape, (rows, columns[, 3]), and type."""
+
+
+def bands(stack: Slices, rows: int) -> Iterator[tuple[slice, Iterator[Image]]]:
+    """Neighbouring lines, and these lines of each slice.
+
+    A picture that is put together from slices needs no whole slice beside it.
+    """
+    make = getattr(stack, "lines", None)
+    for first in range(0, rows, _BAND):
+        part = slice(first, min(first + _BAND, rows))
+        yield part, make(part.start, part.stop) if make else (image[part] for image in stack)
 
 
 @dataclass(frozen=True)
@@ -118,23 +136,25 @@ def depth_index(stack: Slices, micro_image_size: int, radius: int = 1) -> DepthI
     if not 0 <= radius <= MAX_SHARPNESS_RADIUS:
         raise InputError(f"{radius}", where="radius", expected=f"0 to {MAX_SHARPNESS_RADIUS}")
     best = most = None
-    for number, image in enumerate(stack):
+    numbers = count()
+    # Not enumerate, which keeps a slice until it has the next one.
+    for image in stack:
+        number = next(numbers)
         energy = local_sharpness(image, micro_image_size, radius)
         if best is None or most is None:
             best, most = np.zeros(energy.shape, np.uint8), energy
         best[energy > most] = number
         most = np.maximum(energy, most)
+        shape, kind = image.shape, image.dtype
+        del image
     assert best is not None, "one slice at least"
-    picture: Image | None = None
-    for number, image in enumerate(stack):
-        if picture is None:
-            rows, columns = image.shape[:2]
-            of_pixels = best.repeat(micro_image_size, 0).repeat(micro_image_size, 1)
-            of_pixels = of_pixels[:rows, :columns]
-            picture = np.empty_like(image)
-        here = of_pixels == number
-        np.copyto(picture, image, where=here.reshape(*here.shape, *[1] * (image.ndim - 2)))
-    assert picture is not None
+    picture = np.empty(shape, kind)
+    columns = np.arange(shape[1]) // micro_image_size
+    for part, slices in bands(stack, shape[0]):
+        of_pixels = best[np.ix_(np.arange(part.start, part.stop) // micro_image_size, columns)]
+        for number, image in enumerate(slices):
+            here = of_pixels == number
+            picture[part][here] = image[here]
     return DepthIndex(best, picture)
 
 

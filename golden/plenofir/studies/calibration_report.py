@@ -18,8 +18,8 @@ from plenofir.camera.calibration.text_method import rotated
 from plenofir.camera.lightfield import fourier_slice, shifted_views
 from plenofir.camera.synthetic.pattern import centres_within, regular_grid, white_image
 from plenofir.errors import InputError
-from plenofir.files import check_folder
-from plenofir.images import read_image, write_png
+from plenofir.files import check_folder, input_file, publish
+from plenofir.images import encode_png, read_image
 from plenofir.project import DATA
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
@@ -134,7 +134,7 @@ def _spot_images(folder: Path) -> Iterator[_Truth]:
     for file in files:
         image = read_image(file.with_suffix(".png"))
         try:
-            truth = np.atleast_2d(np.loadtxt(file))
+            truth = np.atleast_2d(np.loadtxt(input_file(file)))
         except ValueError:
             truth = np.empty((0, 0))
         if truth.shape[1:] != (2,) or len(truth) < 2:
@@ -269,10 +269,12 @@ def microscope_picture(shifts: tuple[int, ...] = (-8, -4, 0, 4, 8)) -> Image:
 
 
 def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
-    """Write ``report.md`` and its figures."""
+    """Write ``report.md`` and its figures, all or none."""
     own = [] if spots is None else list(_spot_images(spots))
-    check_folder(folder, str(folder))
-    folder.mkdir(parents=True, exist_ok=True)
+    check_folder(folder, str(folder), ["report.md"])
+    if spots is not None and folder.resolve() == spots.resolve():
+        # A spot image may be called like one of the figures.
+        raise InputError("is the folder of the spots", where=str(folder), expected="another one")
     total = 12 + len(own) + DRAWS + 1 + 6 + 1 + 1
     done = 0
 
@@ -285,11 +287,11 @@ def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
     lines += _accuracy_lines(chain(_white_images(), own), tell)
     results = try_drawn(DRAWS, tell)
     lines += drawn_lines(results)
-    write_png(folder / "drawn.png", drawn_picture(results))
+    pictures = {"drawn.png": encode_png(drawn_picture(results))}
     lines += _rotation_lines(tell)
-    lines += experiment_lines(folder, tell)
+    lines += experiment_lines(pictures, tell)
     lines += _method_lines(tell)
-    write_png(folder / "microscope.png", microscope_picture())
+    pictures["microscope.png"] = encode_png(microscope_picture())
     lines += [
         "## A real capture",
         "",
@@ -300,6 +302,5 @@ def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
         "",
     ]
     tell()
-    path = folder / "report.md"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    return path
+    publish({**pictures, "report.md": "\n".join(lines)}, folder)
+    return folder / "report.md"

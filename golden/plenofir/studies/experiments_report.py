@@ -1,10 +1,9 @@
 """The text's experiments with a camera (section 5.3), as a part of the report on calibration."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 from plenofir.camera.lightfield.pictures import disparity_picture, sharpness_picture
-from plenofir.images import write_png
+from plenofir.images import encode_png
 from plenofir.studies.experiments import (
     FIGURE_OBJECT_LENSES,
     FIGURES,
@@ -41,7 +40,7 @@ def _focus_rows(part: str, results: list[Focused], m: int) -> list[list[str]]:
     ]
 
 
-def _focus_lines(folder: Path, tell: Callable[[], None]) -> list[str]:
+def _focus_lines(pictures: dict[str, bytes], tell: Callable[[], None]) -> list[str]:
     lines = [
         "## Objects at predicted distances",
         "",
@@ -64,14 +63,14 @@ def _focus_lines(folder: Path, tell: Callable[[], None]) -> list[str]:
             {name: r.curve for name, r in names.items()},
             {name: r.predicted for name, r in names.items()},
         )
-        write_png(folder / f"sharpness_{part}.png", picture)
+        pictures[f"sharpness_{part}.png"] = encode_png(picture)
         lines += [f"![Sharpness, Table 5.10{part}](sharpness_{part}.png)", ""]
         tell()
     heads = ["table", "predicted a", "distance / cm", "sharpest slice", "peak", "error of distance"]
     return lines + table(heads, rows)
 
 
-def _disparity_lines(folder: Path, tell: Callable[[], None]) -> list[str]:
+def _disparity_lines(pictures: dict[str, bytes], tell: Callable[[], None]) -> list[str]:
     lines = [
         "## Baselines and tilts",
         "",
@@ -103,7 +102,7 @@ def _disparity_lines(folder: Path, tell: Callable[[], None]) -> list[str]:
             )
         maps = {f"G = {pair.gap}, {pair.name}": found.maps[pair] for pair in FIGURES[figure]}
         name = f"disparity_{figure.replace('.', '_')}.png"
-        write_png(folder / name, disparity_picture(found.central_view, maps))
+        pictures[name] = encode_png(disparity_picture(found.central_view, maps))
         lines += [f"![Central view and disparity maps, Fig. {figure}]({name})", ""]
         tell()
     heads = ["table", "pair", "Z / cm", "disparity: predicted / found", "baseline / mm: the same"]
@@ -135,6 +134,6 @@ def _range_lines(tell: Callable[[], None]) -> list[str]:
     return lines + table(["distance / mm", "by disparity", "error", "by focus", "error"], rows)
 
 
-def experiment_lines(folder: Path, tell: Callable[[], None]) -> list[str]:
-    """Do the experiments; pictures go to the folder, ``tell`` is called six times."""
-    return [*_focus_lines(folder, tell), *_disparity_lines(folder, tell), *_range_lines(tell)]
+def experiment_lines(pictures: dict[str, bytes], tell: Callable[[], None]) -> list[str]:
+    """Do the experiments; PNG files go into ``pictures``, ``tell`` is called six times."""
+    return [*_focus_lines(pictures, tell), *_disparity_lines(pictures, tell), *_range_lines(tell)]

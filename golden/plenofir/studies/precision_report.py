@@ -18,9 +18,9 @@ from scipy import ndimage
 from plenofir import project
 from plenofir.camera.lightfield.pictures import figure_pixels
 from plenofir.camera.lightfield.stack import sharpness
-from plenofir.files import check_folder
+from plenofir.files import check_folder, publish
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.images import read_image, write_png
+from plenofir.images import encode_png, read_image
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus, shift_to_text
 from plenofir.refocus.operator import Image
 from plenofir.studies.methods import (
@@ -390,7 +390,7 @@ def _advice(chosen: Sequence[Field], everything: dict[str, list[Result]]) -> str
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
     """Measure everything and write ``precision.md`` with its figures."""
-    check_folder(folder, str(folder))
+    check_folder(folder, str(folder), ["precision.md"])
     chosen = fields()
     methods = [*software(), *hardware()]
     total = len(chosen) * len(methods) + 1
@@ -420,14 +420,14 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
         "",
         *(f"{line}\n" for line in left_out),
     ]
-    folder.mkdir(parents=True, exist_ok=True)
+    pictures = {}
     for number, field in enumerate(chosen, 1):
-        write_png(folder / f"precision_{number}.png", _picture(field, everything[field.name]))
+        name = f"precision_{number}.png"
+        pictures[name] = encode_png(_picture(field, everything[field.name]))
         rows, columns = field.raw.shape
-        lines += [f"## {field.name} ({columns} x {rows})", "", f"![](precision_{number}.png)", ""]
+        lines += [f"## {field.name} ({columns} x {rows})", "", f"![]({name})", ""]
         lines += _tables(field, everything[field.name])
-    write_png(folder / "precision_growth.png", growth_picture)
+    pictures["precision_growth.png"] = encode_png(growth_picture)
     lines += [*growth, "![](precision_growth.png)", ""]
-    path = folder / "precision.md"
-    path.write_text("\n".join(lines))
-    return path
+    publish({**pictures, "precision.md": "\n".join(lines)}, folder)
+    return folder / "precision.md"

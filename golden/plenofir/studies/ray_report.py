@@ -14,6 +14,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from plenofir.camera.lightfield.pictures import figure_pixels
 from plenofir.camera.optics.prescription import shipped_lenses
 from plenofir.camera.rays.camera import load_camera
 from plenofir.camera.rays.intersections import (
@@ -23,7 +24,8 @@ from plenofir.camera.rays.intersections import (
 )
 from plenofir.camera.rays.model import RayModel
 from plenofir.camera.rays.real import compare_distances, real_micro_image_centres
-from plenofir.errors import InputError
+from plenofir.files import check_folder, publish
+from plenofir.images import encode_png
 from plenofir.studies.errata import ERRATA
 from plenofir.studies.ray_stability import CASES, Outcome, _error, oracle_distance, oracle_extension
 from plenofir.studies.ray_validation import Check, all_checks
@@ -74,7 +76,7 @@ def _validation(checks: list[Check]) -> list[str]:
     return [*lines, "</details>", ""]
 
 
-def _real_rays(folder: Path) -> list[str]:
+def _real_rays(pictures: dict[str, bytes]) -> list[str]:
     lines = [
         "## Real rays",
         "",
@@ -102,7 +104,7 @@ def _real_rays(folder: Path) -> list[str]:
         "",
     ]
     settings = np.array([0.5, 1.0, 2.0, 3.0, 4.0])
-    figure, axes = plt.subplots(figsize=(8, 4), constrained_layout=True)
+    figure, axes = plt.subplots(figsize=(8, 4), dpi=110, constrained_layout=True)
     rows = []
     for lens in shipped_lenses():
         worst = 0.0
@@ -117,13 +119,12 @@ def _real_rays(folder: Path) -> list[str]:
     axes.set_ylabel("(predicted - real) / predicted in percent")
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3)
-    figure.savefig(folder / "real_rays.png", dpi=110)
-    plt.close(figure)
+    pictures["real_rays.png"] = encode_png(figure_pixels(figure))
     heads = ["lens", *(f"a = {a:g}: predicted / real" for a in settings)]
     return lines + table([*heads, "largest deviation, borders too"], rows)
 
 
-def _stability(folder: Path, outcomes: list[Outcome]) -> list[str]:
+def _stability(pictures: dict[str, bytes], outcomes: list[Outcome]) -> list[str]:
     lines = [
         "## Numerical stability",
         "",
@@ -163,7 +164,7 @@ def _stability(folder: Path, outcomes: list[Outcome]) -> list[str]:
     )
     lines += ["</details>", ""]
 
-    figure, axes = plt.subplots(figsize=(9, 5), constrained_layout=True)
+    figure, axes = plt.subplots(figsize=(9, 5), dpi=110, constrained_layout=True)
     place = {group: index for index, group in enumerate(groups)}
     for way, marker in (("plenofir", "o"), *zip(ways, "sx^v*", strict=False)):
         points = [
@@ -179,8 +180,7 @@ def _stability(folder: Path, outcomes: list[Outcome]) -> list[str]:
     axes.set_yticks(range(len(groups)), list(groups))
     axes.set_xlabel("relative error (10: no number)")
     axes.legend(fontsize=8)
-    figure.savefig(folder / "stability.png", dpi=110)
-    plt.close(figure)
+    pictures["stability.png"] = encode_png(figure_pixels(figure))
     return lines
 
 
@@ -250,8 +250,8 @@ def error_against_run_time() -> list[Timing]:
     return timings
 
 
-def _run_time(folder: Path, timings: list[Timing]) -> list[str]:
-    figure, axes = plt.subplots(figsize=(8, 4), constrained_layout=True)
+def _run_time(pictures: dict[str, bytes], timings: list[Timing]) -> list[str]:
+    figure, axes = plt.subplots(figsize=(8, 4), dpi=110, constrained_layout=True)
     for timing in timings:
         axes.plot(timing.nanoseconds, max(timing.error, _FLOOR), "o")
         axes.annotate(
@@ -263,8 +263,7 @@ def _run_time(folder: Path, timings: list[Timing]) -> list[str]:
     axes.set_ylabel("largest relative error")
     axes.margins(0.2)
     axes.grid(alpha=0.3)
-    figure.savefig(folder / "run_time.png", dpi=110)
-    plt.close(figure)
+    pictures["run_time.png"] = encode_png(figure_pixels(figure))
     return [
         "## Error against run time",
         "",
@@ -285,26 +284,21 @@ def _run_time(folder: Path, timings: list[Timing]) -> list[str]:
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
-    """Write the report."""
+    """Write ``report.md`` and its figures, all or none."""
+    check_folder(folder, str(folder), ["report.md"])
+    pictures: dict[str, bytes] = {}
 
     def tell(step: str, done: int) -> None:
         if progress is not None:
             progress(step, done, 4)
 
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        tell("the thesis's predictions", 0)
-        lines = ["# The ray model: validation and stability", "", *_validation(all_checks())]
-        tell("real rays", 1)
-        lines += _real_rays(folder)
-        tell("numerical stability", 2)
-        lines += _stability(folder, [outcome for cases in CASES for outcome in cases()])
-        tell("error against run time", 3)
-        lines += _run_time(folder, error_against_run_time())
-        path = folder / "report.md"
-        path.write_text("\n".join(lines))
-    except OSError as error:
-        raise InputError(
-            f"cannot be written ({error.strerror})", where=str(folder), expected="a folder to write"
-        ) from None
-    return path
+    tell("the thesis's predictions", 0)
+    lines = ["# The ray model: validation and stability", "", *_validation(all_checks())]
+    tell("real rays", 1)
+    lines += _real_rays(pictures)
+    tell("numerical stability", 2)
+    lines += _stability(pictures, [outcome for cases in CASES for outcome in cases()])
+    tell("error against run time", 3)
+    lines += _run_time(pictures, error_against_run_time())
+    publish({**pictures, "report.md": "\n".join(lines)}, folder)
+    return folder / "report.md"

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.camera.lightfield.pictures import figure_pixels
-from plenofir.files import check_folder
-from plenofir.images import write_png
+from plenofir.files import check_folder, publish
+from plenofir.images import encode_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir.refocus.fast import field
 from plenofir.refocus.operator import Image
@@ -203,7 +203,7 @@ def widths() -> list[list[str]]:
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
     """Run everything and write ``stability.md`` with its figure."""
-    check_folder(folder, str(folder))
+    check_folder(folder, str(folder), ["stability.md"])
     integers, floats = outcomes(progress)
     growth = long_sums()
     worst = max(max(o.errors[name] for o in integers) for name in ("refocus", "reference"))
@@ -266,8 +266,6 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
     )
     axes.grid(True, alpha=0.3)
     axes.legend()
-    folder.mkdir(parents=True, exist_ok=True)
-    write_png(folder / "stability_growth.png", figure_pixels(figure))
-    path = folder / "stability.md"
-    path.write_text("\n".join(lines))
-    return path
+    picture = encode_png(figure_pixels(figure))
+    publish({"stability_growth.png": picture, "stability.md": "\n".join(lines)}, folder)
+    return folder / "stability.md"

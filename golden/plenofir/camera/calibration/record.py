@@ -12,7 +12,7 @@ from plenofir.camera.calibration.evidence import Evidence
 from plenofir.camera.calibration.grid import Flags, Floats, Grid, exponents
 from plenofir.camera.calibration.shading import shading_at, within
 from plenofir.errors import InputError
-from plenofir.files import write_file
+from plenofir.files import input_file, write_file
 
 PROFILE_REACH = 0.6
 """Half width of the stored profile of a micro image in pitches."""
@@ -146,10 +146,14 @@ class Calibration(BaseModel):
         path
             JSON file to write.
         """
+        write_file(path, self.text())
+
+    def text(self) -> str:
+        """What `save` writes."""
         content = self.model_dump()
         # A line for each field keeps the file readable and small.
         lines = [f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in content.items()]
-        write_file(path, "{\n" + ",\n".join(lines) + "\n}\n")
+        return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def load_calibration(path: str | Path) -> Calibration:
@@ -175,7 +179,9 @@ def load_calibration(path: str | Path) -> Calibration:
         if Path(path).is_char_device():  # It may have no end.
             raise OSError
         size = Path(path).stat().st_size
-        content = None if size > _LARGEST_FILE else json.loads(Path(path).read_text("utf-8"))
+        content = (
+            None if size > _LARGEST_FILE else json.loads(input_file(Path(path)).read_text("utf-8"))
+        )
     except (OSError, UnicodeDecodeError, ValueError, RecursionError) as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else "cannot be read"
         raise InputError(reason, where=str(path), expected=expected) from None

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import count
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,7 @@ from plenofir.camera.calibration.frames import grey
 from plenofir.errors import InputError
 from plenofir.refocus import check_raw, focus_to_shift, refocus
 from plenofir.refocus.operator import Image
-from plenofir.refocus.sharpness import Slices
+from plenofir.refocus.sharpness import Slices, bands
 
 Floats = npt.NDArray[np.float64]
 Focus = int | str | Fraction
@@ -32,7 +33,7 @@ class FocalStack:
     settings
         Focus settings a, as `plenofir.refocus.refocus` takes them.
     progress
-        Called with the slices done and to do, each time the stack is gone through.
+        Called with the slices, or lines of them, done and to do, each time they are gone through.
 
     Raises
     ------
@@ -61,10 +62,19 @@ class FocalStack:
 
     def __iter__(self) -> Iterator[Image]:
         """Slices in the order of the settings, each of shape (rows, columns[, 3])."""
+        yield from self.lines(0, self.raw.shape[0])
+
+    def lines(self, first: int, last: int) -> Iterator[Image]:
+        """Lines `first` to `last` - 1 of each slice."""
+        part = slice(first, last), slice(None)
+        rows, slices = self.raw.shape[0], len(self)
         for number, a in enumerate(self.settings, 1):
-            yield refocus(self.raw, self.micro_image_size, a)
+            yield refocus(self.raw, self.micro_image_size, a, region=part)
             if self.progress is not None:
-                self.progress(number, len(self))
+                if last - first == rows:
+                    self.progress(number, slices)
+                else:
+                    self.progress(first * slices + number * (last - first), rows * slices)
 
 
 def focal_stack(
@@ -165,7 +175,12 @@ def sharpness_curve(
     Floats
         Shape (slices,), divided by its largest value as in Fig. 5.16.
     """
-    curve = np.array([sharpness(image[region], micro_image_size, low) for image in stack])
+    values = []
+    for image in stack:
+        values.append(sharpness(image[region], micro_image_size, low))
+        # Before the next one is made.
+        del image
+    curve = np.array(values)
     return np.asarray(curve / curve.max() if curve.max() > 0 else curve)
 
 
@@ -229,27 +244,23 @@ def all_in_focus(stack: Slices, micro_image_size: int, window: float = 2.0) -> A
     """
     slices, shape, dtype = _sharpest_slices(stack, micro_image_size, window)
     places = [(np.arange(n) - (micro_image_size - 1) / 2) / micro_image_size for n in shape[:2]]
-    parts = [slice(k, k + _LINES) for k in range(0, shape[0], _LINES)]
-    depth = np.empty(shape[:2], np.float32)
-    for part in parts:
-        place = np.stack(np.meshgrid(places[0][part], places[1], indexing="ij"))
-        depth[part] = ndimage.map_coordinates(slices, place, order=1, mode="nearest")
     picture = np.empty(shape, dtype)
-    before: Image | None = None
-    for number, image in enumerate(stack):
-        last = number == len(stack) - 1
-        for part in parts:
+    for part, images in bands(stack, shape[0]):
+        place = np.stack(np.meshgrid(places[0][part], places[1], indexing="ij"))
+        depth = ndimage.map_coordinates(slices, place, np.float32, order=1, mode="nearest")
+        whole = depth.astype(np.int32)
+        before: Image | None = None
+        for number, image in enumerate(images):
             # Pixels between the slice before and this one, or on the last one.
             if before is not None:
-                here = (depth[part] >= number - 1) & (depth[part] < number)
-                share = depth[part][here].astype(np.float64) - (number - 1)
+                here = whole == number - 1
+                share = depth[here].astype(np.float64) - (number - 1)
                 share = share.reshape(-1, *[1] * (len(shape) - 2))
-                mixed = (1 - share) * before[part][here] + share * image[part][here]
+                mixed = (1 - share) * before[here] + share * image[here]
                 picture[part][here] = np.floor(mixed + 0.5).astype(dtype)
-            if last:
-                here = depth[part] >= number
-                picture[part][here] = image[part][here]
-        before = image
+            before = image
+        here = whole == len(stack) - 1
+        picture[part][here] = image[here]
     return AllInFocus(picture, slices)
 
 
@@ -258,7 +269,10 @@ def _sharpest_slices(
 ) -> tuple[Floats, tuple[int, ...], npt.DTypeLike]:
     """Sharpest slice for each micro lens, smoothed; shape and type of the slices."""
     best = strength = None
-    for number, image in enumerate(stack):
+    numbers = count()
+    # Not enumerate, which keeps a slice until it has the next one.
+    for image in stack:
+        number = next(numbers)
         rows, columns = (n // m for n in image.shape[:2])
         if min(rows, columns) < 1:
             raise InputError("less than one micro image", where="stack", expected="a larger image")
@@ -277,10 +291,12 @@ def _sharpest_slices(
             best, strength = np.zeros(energy.shape), energy
         best[energy > strength] = number
         strength = np.maximum(energy, strength)
+        shape, kind = image.shape, image.dtype
+        del image
     if best is None or strength is None:
         raise InputError("no slices", where="stack", expected="one or more")
     # Even parts have no sharpest slice: what is around them decides.
     weight = strength / (strength + np.median(strength) + 1e-12)
     votes = ndimage.gaussian_filter(best * weight, window, mode="nearest")
     slices = votes / np.maximum(ndimage.gaussian_filter(weight, window, mode="nearest"), 1e-12)
-    return np.clip(slices, 0, len(stack) - 1), image.shape, image.dtype
+    return np.clip(slices, 0, len(stack) - 1), shape, kind

@@ -4,12 +4,13 @@ import math
 from pathlib import Path
 
 from plenofir.errors import InputError
+from plenofir.files import input_file
 
 
 def read_text(path: Path) -> str:
     """Read a text file."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return input_file(path).read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(
             error.strerror or "cannot be read", where=str(path), expected="a readable CSV file"

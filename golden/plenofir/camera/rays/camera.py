@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from plenofir import project
 from plenofir.errors import InputError, validation_error
+from plenofir.files import input_file
 
 CAMERAS = project.DATA / "cameras"
 
@@ -169,7 +170,7 @@ def load_camera(source: str | Path) -> Camera:
             expected=f"a TOML file, or one of {', '.join(camera_names())}",
         )
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(input_file(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(
             f"cannot be read ({error})", where=str(path), expected="a TOML camera file"

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from plenofir import project
 from plenofir.errors import InputError
+from plenofir.files import publish, remove_results
 from plenofir.fpga.bitstream.ise_reports import (
     Message,
     Timing,
@@ -317,10 +318,9 @@ def build(
     check_fit(configuration(generics))
     options = {tool: read_options(option_folder() / f"{tool}.opt") for tool in TOOLS}
     treated = treatments(warning_file())
-    for name in ("plenofir.bit", "report.json"):
-        (out / name).unlink(missing_ok=True)
     work = out / "work"
-    shutil.rmtree(work, ignore_errors=True)
+    logs = [out / f"{tool}.log" for tool in TOOLS]
+    remove_results([out / "plenofir.bit", out / "report.json", work, *logs])
     (work / "xst").mkdir(parents=True)
     top = work / f"{TOP}.vhd"
     top.write_text(source)
@@ -366,8 +366,9 @@ def build(
         other_warnings=sum(warning.times for warning in treated_as(Treatment.UNIMPORTANT)),
         seconds=seconds,
     )
-    (out / "report.json").write_text(json.dumps(asdict(report), indent=2) + "\n")
-    os.replace(work / f"{TOP}.bit", out / "plenofir.bit")
+    bits = (work / f"{TOP}.bit").read_bytes()
+    content = json.dumps(asdict(report), indent=2) + "\n"
+    publish({"plenofir.bit": bits, "report.json": content}, out)
     return report
 
 

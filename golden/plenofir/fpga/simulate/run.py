@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir import project
 from plenofir.errors import InputError
-from plenofir.files import check_folder, check_result, publish_files
+from plenofir.files import check_folder, publish_files
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.stack import StackEngine
@@ -288,9 +288,8 @@ def run(what: Run, progress: Progress | None = None) -> Report:
     else:
         # Two or more: even the only slice has its a in its name.
         pictures = [picture_names(shift, m, 2)[:1] for shift in shifts]
-    check_folder(what.out, "out")
-    for name in (*sum(pictures, ()), *((ALL_IN_FOCUS, DEPTH_INDEX) if depth else ()), REPORT):
-        check_result(what.out / name, [what.raw], "out")
+    more = (ALL_IN_FOCUS, DEPTH_INDEX) if depth else ()
+    check_folder(what.out, "out", (*sum(pictures, ()), *more, REPORT))
     simulator = find_simulator(what.simulator)
     rows, columns = raw.shape[:2]
     frames = raw[np.newaxis] if depth else np.stack([raw] * len(shifts))

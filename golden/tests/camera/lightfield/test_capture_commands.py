@@ -5,6 +5,7 @@ import sys
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
+from shutil import copy
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from plenofir.camera.calibration import calibrate, decode, load_calibration
 from plenofir.camera.lightfield import focal_stack
 from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.rays.camera import CAMERAS
 from plenofir.camera.synthetic import (
     TexturedPlane,
     field_of_view,
@@ -21,7 +23,10 @@ from plenofir.camera.synthetic import (
     white_image,
 )
 from plenofir.commands.app import main
+from plenofir.fpga.hdmi.edid import make_edid
+from plenofir.fpga.hdmi.modes import HD720
 from plenofir.images import read_image, write_png
+from plenofir.project import root
 from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
 from plenofir.studies.calibration_report import MICROSCOPE, microscope_raster
@@ -260,6 +265,16 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "a").mkdir()
     for name in ("refocused_1", "refocused", "sharpness", "view_00_00", "depth"):
         write_png(folder / "a" / f"{name}.png", white)
+    scene = (root() / "scenes" / "rgb-480p.toml").read_text()
+    edid = make_edid((HD720,))
+    (folder / "a" / "sources.txt").write_bytes(edid)
+    (folder / "a" / "plan.json").write_text(scene)
+    with_edid = scene.replace("[build]", '[build]\nedid = "sources.txt"')
+    (folder / "a" / "scene.toml").write_text(with_edid)
+    copy(CAMERAS / "f193-mla2.toml", folder / "a" / "camera.png")
+    (folder / "a" / "spots").mkdir()
+    write_png(folder / "a" / "spots" / "drawn.png", white)
+    (folder / "a" / "spots" / "drawn.txt").write_text("1 2\n3 4\n")
     write_png(folder / "w.png", white)
     (folder / "text.json").write_text("{}")
     for name, text in (("spots", "1 2\n3 4\n"), ("lines", "one two\n")):
@@ -324,6 +339,11 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("decode white.png --calib calib.json -M 5 --white w.png --out w.png", "would replace"),
         ("calibrate white.png --picture white.png", "white.png would replace"),
         ("sim --raw a/refocused.png -M 5 --out a", "refocused.png would replace"),
+        ("configure a/plan.json --out a", "plan.json would replace"),
+        ("configure a/scene.toml --out a", "sources.txt would replace"),
+        ("distance --camera a/camera.png -a 1 --plot a/camera.png", "camera.png would replace"),
+        ("distance --camera f197-mla2 -a 1 --plot a/scene.toml", ".png"),
+        ("report calibration --spots a/spots --out a/spots", "is the folder of the spots"),
         ("report calibration --out /proc/none", "cannot be written"),
         ("report calibration --out r --spots none", "no NAME.txt"),
         ("report calibration --out r --spots spots", "two.png: no such file"),

@@ -149,18 +149,24 @@ def test_slices_made_one_by_one_give_the_same(rgb: bool) -> None:
     m, places = 5, [f"{k}/5" for k in range(-3, 4)]
     grey_ = np.where(np.arange(200) < 100, plane_light_field(m, -0.4), plane_light_field(m, 0.4))
     raw = np.stack([grey_, grey_ // 2, 65535 - grey_], axis=2) if rgb else grey_
-    done: list[int] = []
-    lazy = FocalStack(raw, m, places, lambda number, _: done.append(number))
+    done: list[tuple[int, int]] = []
+    lazy = FocalStack(raw, m, places, lambda *told: done.append(told))
     stack = focal_stack(raw, m, places)
     assert len(lazy) == len(stack)
     for one, other in zip(lazy, stack, strict=True):
         assert np.array_equal(one, other)
-    assert done == [1, 2, 3, 4, 5, 6, 7]
+    assert done == [(number, 7) for number in range(1, 8)]
     assert np.array_equal(
         sharpness_curve(lazy, micro_image_size=m), sharpness_curve(stack, micro_image_size=m)
     )
     assert np.array_equal(all_in_focus(lazy, m).image, all_in_focus(stack, m).image)
+    done.clear()
     assert np.array_equal(depth_index(lazy, m).image, depth_index(stack, m).image)
+    # All slices, then those of two bands.
+    shares = [number / there for number, there in done[7:]]
+    assert len(shares) == 14
+    assert shares == sorted(shares)
+    assert (shares[6], shares[-1]) == (128 / len(raw), 1)
 
 
 @settings(max_examples=15)

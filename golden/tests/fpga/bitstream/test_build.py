@@ -14,6 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from plenofir import project
+from plenofir.commands import app as cli
 from plenofir.commands.app import app
 from plenofir.errors import EXIT_BAD_INPUT, InputError
 from plenofir.fpga.bitstream import ise, ise_reports, top_level
@@ -439,6 +440,20 @@ def test_own_edid(tools: Path, tmp_path: Path) -> None:
     assert [line for line in lines if "edid_pkg" in line] == [f'vhdl work "{package}"']
 
 
+@pytest.mark.parametrize("place", ["report.json", "xst.log", "work/scene.toml"])
+def test_a_scene_among_old_results_stays(tools: Path, tmp_path: Path, place: str) -> None:
+    file = tmp_path / place
+    file.parent.mkdir(exist_ok=True)
+    text = (project.root() / "scenes" / "rgb-480p.toml").read_text()
+    file.write_text(text)
+    (tmp_path / "plenofir.bit").write_text("old")
+    with pytest.raises(InputError, match=f"would be removed, and {file} is read"):
+        cli.run(["bitstream", "build", "--scene", str(file), "--out", str(tmp_path)])
+    assert file.read_text() == text
+    assert (tmp_path / "plenofir.bit").read_text() == "old"
+    assert not (tools / "commands.txt").exists()
+
+
 @pytest.mark.parametrize(
     ("scene", "options", "message"),
     [
@@ -462,8 +477,6 @@ def test_scenes_are_refused(
 def test_exit_code_without_ise(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from plenofir.commands import app as cli
-
     monkeypatch.setattr(ise, "USUAL_PLACE", tmp_path)
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr("sys.argv", ["plenofir", "bitstream", "build", "--out", str(tmp_path)])
