@@ -97,7 +97,10 @@ def _netpbm(data: bytes) -> tuple[Any, int]:
     from netpbmfile import NetpbmFile
 
     with NetpbmFile(io.BytesIO(data)) as file:
-        return file.asarray(), int(file.maxval)
+        image, largest = file.asarray(), int(file.maxval)
+    if image.max() > largest:
+        raise _DamagedError(f"a pixel of {image.max()}, the largest value is {largest}")
+    return image, largest
 
 
 def _pillow(data: bytes) -> tuple[Any, int]:
@@ -197,6 +200,17 @@ def encode_png(image: Image) -> bytes:
 
     with_channels = image.reshape(*image.shape[:2], -1)
     return bytes(png_encode(np.ascontiguousarray(with_channels), level=1))
+
+
+def encode_tiff(image: Image, full_scale: int) -> bytes:
+    """TIFF with the bits that this full scale needs, which a PNG cannot tell."""
+    from tifffile import imwrite
+
+    file = io.BytesIO()
+    kind = "rgb" if image.ndim == 3 else "minisblack"
+    bits = full_scale.bit_length()
+    imwrite(file, np.ascontiguousarray(image), photometric=kind, bitspersample=bits, metadata=None)
+    return file.getvalue()
 
 
 def write_png(path: Path, image: Image) -> None:

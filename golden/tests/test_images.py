@@ -112,6 +112,7 @@ def test_white_that_is_no_power_of_two(tmp_path: Path) -> None:
     path = tmp_path / "image"
     path.write_bytes(netpbm(TWELVE[:, :, 0] // 8, 1000))
     assert read_picture(path).full_scale == 1000
+    refuses(path, netpbm(TWELVE[:, :, 0], 1000), "the largest value is 1000")
 
 
 def refuses(path: Path, data: bytes, match: str) -> None:

@@ -187,7 +187,10 @@ def decode(
     raw: Annotated[str, typer.Argument(help="Raw capture: 8 or 16 bit, grey or RGB.")],
     calib: Annotated[str, typer.Option(help="Calibration file (plenofir calibrate).")],
     micro_image: options.MicroImage,
-    out: options.OutPng = "aligned.png",
+    out: Annotated[
+        str,
+        typer.Option(help="PNG or TIFF file to write; a TIFF tells white of 10 to 14 bits, too."),
+    ] = "aligned.png",
     dark: Dark = None,
     white: Annotated[
         Path | None, typer.Option(help="White image, to divide by it pixel by pixel.")
@@ -204,11 +207,13 @@ def decode(
     ] = True,
 ) -> None:
     """Resample a raw capture to aligned micro images of M x M pixels."""
+    import numpy as np
+
     from plenofir.camera.calibration import decode as resample
     from plenofir.camera.calibration import load_calibration
-    from plenofir.images import read_picture
+    from plenofir.images import encode_png, encode_tiff, read_picture
 
-    path = check_file(out, (".png",), raw, calib, dark, white)
+    path = check_file(out, (".png", ".tif", ".tiff"), raw, calib, dark, white)
     calibration = load_calibration(calib)
     capture = read_picture(Path(raw))
     with progress_bar("decoding") as show:
@@ -225,7 +230,12 @@ def decode(
             where=raw,
             progress=show,
         )
-    publish({path.name: raster}, path.parent)
+    with Results(path.parent) as results:
+        png = path.suffix.lower() == ".png"
+        content = encode_png(raster) if png else encode_tiff(raster, capture.full_scale)
+        results.write(path.name, content)
     rows, columns = (length // micro_image for length in raster.shape[:2])
     size = f"{micro_image} x {micro_image}"
     typer.echo(f"{out}: {columns} x {rows} micro images of {size} pixels")
+    if png and capture.full_scale < np.iinfo(raster.dtype).max:
+        typer.echo(f"note: white is {capture.full_scale}, which a TIFF (--out NAME.tif) tells")

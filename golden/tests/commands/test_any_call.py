@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 
 from plenofir.camera.calibration import decode, load_calibration
 from plenofir.commands import options
-from plenofir.images import read_image
+from plenofir.images import read_image, read_picture
 from plenofir.refocus import interpolation_order, refocus
 
 # They take minutes.
@@ -114,11 +114,12 @@ def check_calibrate(p: Parameters) -> set[str]:
 
 
 def check_decode(p: Parameters) -> set[str]:
-    found, capture = read_image(Path(p["out"])), read_image(Path(p["raw"]))
+    found, capture = read_image(Path(p["out"])), read_picture(Path(p["raw"]))
     extra = {name: p[name] and read_image(p[name]) for name in ("dark", "white")}
     how = {name: p[name] for name in ("interpolation", "scale", "devignette")}
     calibration = load_calibration(p["calib"])
-    assert (found == decode(capture, calibration, p["micro_image"], **extra, **how)).all()
+    how["full_scale"] = capture.full_scale
+    assert (found == decode(capture.pixels, calibration, p["micro_image"], **extra, **how)).all()
     return {p["out"]}
 
 

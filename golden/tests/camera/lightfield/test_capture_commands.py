@@ -25,7 +25,7 @@ from plenofir.camera.synthetic import (
 from plenofir.commands.app import main
 from plenofir.fpga.hdmi.edid import make_edid
 from plenofir.fpga.hdmi.modes import HD720
-from plenofir.images import read_image, write_png
+from plenofir.images import encode_tiff, read_image, read_picture, write_png
 from plenofir.project import root
 from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
@@ -227,6 +227,35 @@ def test_bytes_and_colours(tmp_path: Path) -> None:
     assert raster.dtype == np.uint8
     assert raster.shape[2] == 3
     assert raster.shape[0] % 8 == raster.shape[1] % 8 == 0
+
+
+@pytest.mark.parametrize("bits", [10, 12, 14])
+@pytest.mark.parametrize("colour", [False, True])
+def test_captures_of_fewer_bits_keep_their_numbers(tmp_path: Path, run, bits, colour) -> None:
+    shape, full = (60, 70), (1 << bits) - 1
+    white = white_image(shape, regular_grid(shape, 9.03), noise=0)
+    calibrate(white).save(tmp_path / "calib.json")
+    raw = np.minimum(white.astype(np.int64) * full * 3 // (2 * int(white.max())), full)
+    raw = raw.astype(np.uint16)
+    if colour:
+        raw = np.stack([raw, raw // 2, raw // 3], axis=2)
+    (tmp_path / "raw.tif").write_bytes(encode_tiff(raw, full))
+    how = ("decode", "raw.tif", "--calib", "calib.json", "-M", "7", "--out")
+    for name in ("a.png", "a.tif"):
+        done = run(*how, name, cwd=tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert (f"white is {full}" in done.stdout) == (name == "a.png")
+    want = decode(raw, load_calibration(tmp_path / "calib.json"), 7, full_scale=full)
+    assert want.max() == full
+    png, tiff = (read_picture(tmp_path / name) for name in ("a.png", "a.tif"))
+    assert np.array_equal(png.pixels, want)
+    assert np.array_equal(tiff.pixels, want)
+    assert (png.full_scale, tiff.full_scale) == (65535, full)
+    # What the file holds is 10, 12 or 14 bits a sample.
+    assert (tmp_path / "a.tif").stat().st_size < want.size * bits / 8 + 1000
+    done = run("refocus", "a.tif", "-M", "7", "-a", "1/7", "--out", "b.png", cwd=tmp_path)
+    assert done.returncode == 0
+    assert np.array_equal(read_image(tmp_path / "b.png"), refocus(want, 7, "1/7"))
 
 
 def test_microscope_capture() -> None:
