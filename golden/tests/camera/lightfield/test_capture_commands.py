@@ -229,8 +229,7 @@ def test_bytes_and_colours(tmp_path: Path) -> None:
     assert raster.shape[0] % 8 == raster.shape[1] % 8 == 0
 
 
-@pytest.mark.parametrize("bits", [10, 12, 14])
-@pytest.mark.parametrize("colour", [False, True])
+@pytest.mark.parametrize(("bits", "colour"), [(10, False), (12, True), (14, False)])
 def test_captures_of_fewer_bits_keep_their_numbers(tmp_path: Path, run, bits, colour) -> None:
     shape, full = (60, 70), (1 << bits) - 1
     white = white_image(shape, regular_grid(shape, 9.03), noise=0)
