@@ -45,8 +45,7 @@ def _validation(checks: list[Check]) -> list[str]:
         "## The thesis's predictions",
         "",
         "Every prediction of the thesis's tables, computed anew. A number agrees if it rounds to "
-        "the printed digits; distances of f193 in mm may differ by 5e-5 more, because its H1H2 is "
-        "known to four decimals.",
+        "the printed digits.",
         "",
     ]
     rows = []

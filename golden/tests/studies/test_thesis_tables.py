@@ -135,7 +135,8 @@ def test_micro_image_centres(number):
         ):
             predicted = row.numbers[f"{name}_mm"]
             stretch = 1 + part.settings["f_s_mm"] / part.settings[origin]
-            assert predicted.agrees(lens_mm * stretch, 1e-6)
+            wrong = row.erratum is not None and name == "exit_pupil"
+            assert predicted.agrees(lens_mm * stretch) is not wrong
             measured = error(predicted.value, row["simulated_mm"])
             misprinted = (number + part.name, row["s_over_p_m"], name) in MISPRINTED
             assert row.numbers[f"{name}_error_pct"].agrees(measured) is not misprinted
