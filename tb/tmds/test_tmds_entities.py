@@ -16,6 +16,7 @@ def run_unit(entity: str, generics: dict, **case: object) -> None:
         "tmds_decoder",
         "tmds_periods",
         "tmds_deskew",
+        "info_frame_reader",
         "gearbox_5_to_10",
         "gearbox_10_to_5",
     ],

@@ -9,8 +9,10 @@ from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge, Timer
 
 from plenofir.fpga.hdmi import tmds
+from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace, Packet, audio_info_packet
 from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
+from plenofir_tb.resets import reset_is_whole
 
 CASE = read_case()
 PERIOD = 10
@@ -69,6 +71,34 @@ async def every_byte_at_every_disparity(dut: Any) -> None:
         await FallingEdge(dut.clk)
     wrong = [(i, hex(g), hex(w)) for i, (g, w) in enumerate(zip(got, want, strict=True)) if g != w]
     assert not wrong, f"{len(wrong)} wrong, first (index, got, want) {wrong[0]}"
+
+
+@for_entity("tmds_encoder")
+async def encoder_begins_anew(dut: Any) -> None:
+    """A reset anywhere: the disparity and the words under way go."""
+    rng = start(dut)
+    await FallingEdge(dut.clk)
+    inputs = [
+        {"active": rng.random() < 0.8, "control": rng.randrange(4), "data": rng.randrange(256)}
+        for _ in range(300)
+    ]
+    ends = rng.sample(range(40, 290), 12)
+    await reset_is_whole(dut, inputs, ends, cleared=(), others=["word"], after=10)
+
+
+@for_entity("tmds_decoder")
+async def decoder_begins_anew(dut: Any) -> None:
+    """A reset anywhere: no word under way is one."""
+    rng = start(dut)
+    await FallingEdge(dut.clk)
+    inputs = [{"word": rng.choice([rng.randrange(1024), *tmds.TOKENS])} for _ in range(300)]
+    await reset_is_whole(
+        *(dut, inputs, rng.sample(range(40, 290), 12)),
+        cleared=["active", "error"],
+        others=["data", "control", "is_nibble", "nibble", "is_guard"],
+        settled=2,
+        after=10,
+    )
 
 
 @for_entity("tmds_decoder")
@@ -206,6 +236,21 @@ async def every_phase(dut: Any) -> None:
 
 
 @for_entity("tmds_word_align")
+async def alignment_begins_anew(dut: Any) -> None:
+    """A reset anywhere: nothing is left of a phase, nor of the tokens that it was found by."""
+    rng = start(dut)
+    await FallingEdge(dut.clk)
+    bits: list[int] = []
+    for _ in range(4):
+        bits += [0] * rng.randrange(1, 10) + bits_of(some_lines(rng, 3, 16, 24))
+    inputs = [{"bits": word} for word in words_of(bits)]
+    ends = rng.sample(range(40, len(inputs) - 10), 20)
+    await reset_is_whole(
+        dut, inputs, ends, cleared=["aligned"], others=["word", "token"], after=120
+    )
+
+
+@for_entity("tmds_word_align")
 async def loss_is_noticed(dut: Any) -> None:
     """No tokens, or single ones only: lost after the timeout, and found again later."""
     rng = start(dut)
@@ -258,6 +303,49 @@ async def every_skew(dut: Any) -> None:
     await FallingEdge(dut.clk)
     await FallingEdge(dut.clk)
     assert not int(dut.locked.value)
+
+
+@for_entity("tmds_deskew")
+async def deskew_begins_anew(dut: Any) -> None:
+    """A reset anywhere: nothing is left of taps, nor of the lines that they were found by."""
+    rng = start(dut)
+    await FallingEdge(dut.clk)
+    inputs = []
+    lines = [[tmds.TOKENS[0]] * rng.randrange(6) + some_lines(rng, 12, 20, 8) for _ in range(3)]
+    for now in zip(*lines, strict=False):
+        tokens = sum((w in tmds.TOKENS) << c for c, w in enumerate(now))
+        words = now[0] | now[1] << 10 | now[2] << 20
+        inputs.append({"words": words, "tokens": tokens, "aligned": 7})
+    # A line has been measured before each reset: what it gave stays for comparison.
+    ends = rng.sample(range(80, len(inputs) - 10), 20)
+    await reset_is_whole(dut, inputs, ends, cleared=["locked"], others=["out_words"], after=120)
+
+
+@for_entity("info_frame_reader")
+async def reader_begins_anew(dut: Any) -> None:
+    """A reset anywhere, also behind the last word of a packet: nothing is told of it."""
+    rng = start(dut)
+    await FallingEdge(dut.clk)
+    inputs, ends = [], []
+    for space in (2, 1, 3, 0, 2, 1):
+        info = AviInfo(ColourSpace(space), Colorimetry(1), format_code=rng.randrange(1, 60))
+        good = info.packet()
+        spoilt = Packet(good.header, bytes([good.body[0] ^ 1]) + good.body[1:])
+        packet = rng.choice([good, good, spoilt, audio_info_packet()])
+        header, *parts = [int.from_bytes(block, "little") for block in packet.blocks()]
+        header ^= rng.random() < 0.2
+        inputs.append({"start": 1, "valid": 0, "header": 0, "even": 0, "odd": 0})
+        for word in range(32):
+            even, odd = (
+                sum((part >> 2 * word + i & 1) << k for k, part in enumerate(parts)) for i in (0, 1)
+            )
+            bits = {"header": header >> word & 1, "even": even, "odd": odd}
+            inputs.append({"start": 0, "valid": 1, **bits})
+        ends += [len(inputs) + late for late in range(4)]
+        inputs += [{"start": 0, "valid": 0}] * rng.randrange(6)
+    inputs += [{"start": 0, "valid": 0}] * 5
+    told = ("informed", "colour", "limited", "bt601", "format_code", "packet_error", "sum_error")
+    await reset_is_whole(dut, inputs, ends[4:], cleared=told, after=40)
 
 
 async def two_clocks(dut: Any, halves: int) -> None:

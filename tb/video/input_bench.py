@@ -20,6 +20,10 @@ from plenofir_tb.video import (
     timing_vector,
 )
 
+# Of a timing's count, and the places of two of its counts.
+MOST = (1 << COUNT_BITS) - 1
+LINE_LENGTH, ROWS = 1, 4
+
 
 class MeterSource:
     """Video into the timing meter.
@@ -34,6 +38,7 @@ class MeterSource:
         self.dut = dut
         # Whether the timing was stable, a clock behind each start of a frame.
         self.stable: list[int] = []
+        self.timings: list[list[int]] = []
 
     async def reset(self, mode: VideoMode) -> None:
         """Reset in the blanking of a mode."""
@@ -53,6 +58,8 @@ class MeterSource:
             await FallingEdge(dut.clk)
             if int(dut.frame_start.value):
                 self.stable.append(int(dut.stable.value))
+                timing = int(dut.timing.value)
+                self.timings.append([timing >> COUNT_BITS * i & MOST for i in range(10)])
 
     async def frames(self, mode: VideoMode, count: int = 1) -> None:
         """Send regular frames."""
@@ -158,10 +165,9 @@ async def timings_end(dut: Any) -> None:
         **{"v_active": 3, "v_front": 1, "v_sync": 1, "v_back": 1},
     )
     line = mode.h_total
-    longest = 2**COUNT_BITS - 1
     signals = blank_frames(mode, 1)
     # Lines of the last frame that have come, and clocks from then on until the timing is lost.
-    for lines, clocks in ((2, (longest - 2) * line), (1, longest - line)):
+    for lines, clocks in ((2, (MOST - 2) * line), (1, MOST - line)):
         await source.reset(mode)
         await source.frames(mode, 4)
         begin = [s[: lines * line] for s in (signals.active, signals.h_sync, signals.v_sync)]
@@ -201,6 +207,7 @@ async def meter_is_reset_at_any_pixel(dut: Any) -> None:
         await play((place - position) % total + 4 * total)
         assert int(dut.stable.value)
         source.stable.clear()
+        source.timings.clear()
         dut.reset.value = 1
         await play(1)
         dut.reset.value = 0
@@ -209,6 +216,11 @@ async def meter_is_reset_at_any_pixel(dut: Any) -> None:
         await play(5 * total)
         assert source.stable == [0, 0, 1, 1, 1][: 5 if place < v_end else 4], f"{mode}, {place}"
         assert int(dut.timing.value) == timing_vector(mode)
+        # Of the frame that was cut, lines count from the reset on; how long they are is not known.
+        if mode.h_total <= place < v_end:
+            ends = np.arange(mode.v_active) * mode.h_total + mode.h_active - 1
+            assert source.timings[0][ROWS] == sum(ends > place)
+            assert source.timings[0][LINE_LENGTH] == 0
 
 
 def at_the_limits(name: str, **changes: int) -> VideoMode:

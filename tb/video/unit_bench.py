@@ -32,7 +32,7 @@ async def rasters_of_any_mode(dut: Any) -> None:
     for number in range(12):
         mode = random_mode(rng)
         # A start in the clock of the reset is none.
-        dut.start.value = number % 2
+        dut.start.value = number // 4 % 2
         await reset(dut, 1)
         dut.start.value = 0
         dut.timing.value = timing_vector(mode)
@@ -46,7 +46,8 @@ async def rasters_of_any_mode(dut: Any) -> None:
         total = mode.h_total * mode.v_total
         signals = blank_frames(mode, 4)
         # The reset comes in the place of a pixel that is something special, or any.
-        places = [0, mode.h_active - 1, mode.h_active + mode.h_front, rng.randrange(total)]
+        syncs = (mode.v_active + mode.v_front) * mode.h_total + mode.h_active + mode.h_front
+        places = [0, mode.h_active - 1, syncs, rng.randrange(total)]
         for clocks in (2 * total + rng.randrange(total), 2 * total + places[number % 4]):
             dut.start.value = 1
             for n in range(clocks):

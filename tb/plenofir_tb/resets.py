@@ -1,0 +1,52 @@
+"""Whether a reset of one clock does all that a reset does."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from cocotb.triggers import FallingEdge
+
+
+async def reset_is_whole(
+    dut: Any,
+    inputs: Sequence[Mapping[str, int]],
+    ends: Iterable[int],
+    *,
+    cleared: Sequence[str],
+    others: Sequence[str] = (),
+    settled: int = 1,
+    long: int = 40,
+    after: int = 150,
+) -> None:
+    """Let a reset end in the middle of the same inputs, once behind a clock, once behind many.
+
+    Parameters
+    ----------
+    dut
+        Entity with ``clk``, falling now, and ``reset``.
+    inputs
+        Values of its other inputs, clock by clock.
+    ends
+        Clocks in which the reset has ended, at least `long`.
+    cleared, others
+        Outputs that must agree from the reset's last clock on, and `settled` clocks later.
+    settled
+        Clocks until the others come from what the reset left.
+    long, after
+        Clocks of the long reset, and clocks behind it that are compared.
+    """
+    for end in ends:
+        runs = []
+        for begin in (end - 1, end - long):
+            shown = []
+            for clock, values in enumerate(inputs[: end + after]):
+                for name, value in values.items():
+                    getattr(dut, name).value = value
+                dut.reset.value = int(begin <= clock < end)
+                await FallingEdge(dut.clk)
+                if clock >= end - 1:
+                    names = (*cleared, *others) if clock >= end - 1 + settled else cleared
+                    shown.append([str(getattr(dut, name).value) for name in names])
+            runs.append(shown)
+        for clock, (short, whole) in enumerate(zip(*runs, strict=True)):
+            assert short == whole, f"reset up to clock {end}, {clock} clocks later"
+    dut.reset.value = 0
