@@ -11,7 +11,18 @@ from typing import Annotated, Any, TextIO
 
 import typer
 
-from plenofir.commands import batch, bitstream, capture, pictures, plan, rays, report, sim, waves
+from plenofir.commands import (
+    batch,
+    bitstream,
+    capture,
+    inspect,
+    pictures,
+    plan,
+    rays,
+    report,
+    sim,
+    waves,
+)
 from plenofir.commands.make_variables import arguments_of_make
 from plenofir.commands.options import called_by_make, named
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
@@ -43,7 +54,7 @@ def _root(
         raise typer.Exit
 
 
-for group in (sim, rays, plan, capture, pictures, batch):
+for group in (sim, rays, plan, capture, inspect, pictures, batch):
     app.registered_commands += group.app.registered_commands
 for name, group in (("bitstream", bitstream), ("waves", waves), ("report", report)):
     app.add_typer(group.app, name=name)

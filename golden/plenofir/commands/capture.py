@@ -134,11 +134,11 @@ class _Pupils:
         from plenofir.images import read_image
 
         pupil = self._measured(self.model, found)
-        lines = [_pupil_line("pupils", "exit", pupil)]
+        lines = [f"pupils        exit {pupil_text(pupil)}"]
         if self.reversed is not None:
             white, model = self.reversed
             other = self._measured(model, find(read_image(white), where=str(white)))
-            lines.append(_pupil_line("", "entrance", other))
+            lines.append(f"              entrance {pupil_text(other)}")
             length, error = measured_focal_length(self.model, pupil, model, other)
             known = self.model.camera.main_lens.focal_length_mm
             text = f"{length:.4f} mm (standard error {error:.4f}; camera: {known:.4f})"
@@ -153,7 +153,8 @@ class _Pupils:
         return measure_pupil(model, found.grid.lens_pitch, error or 0.0)
 
 
-def _pupil_line(heading: str, name: str, pupil: "MeasuredPupil") -> str:
+def pupil_text(pupil: "MeasuredPupil") -> str:
+    """Distance of a pupil, beside the camera's data."""
     verdict = "agrees"
     if not pupil.agrees:
         verdict = (
@@ -161,8 +162,8 @@ def _pupil_line(heading: str, name: str, pupil: "MeasuredPupil") -> str:
             f"{pupil.micro_lens_pitch_mm:.6f} mm apart would agree"
         )
     return (
-        f"{heading:<13} {name} {pupil.distance_mm:.4f} mm from the micro lenses (standard error "
-        f"{pupil.error_mm:.4f}; camera: {pupil.predicted_mm:.4f}: {verdict})"
+        f"{pupil.distance_mm:.4f} mm from the micro lenses (standard error {pupil.error_mm:.4f}; "
+        f"camera: {pupil.predicted_mm:.4f}: {verdict})"
     )
 
 

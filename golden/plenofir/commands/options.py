@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from fractions import Fraction
-from math import inf, isnan
+from math import inf, isfinite, isnan
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
@@ -166,6 +166,11 @@ def focus_settings(texts: Iterable[str], micro_image_size: int) -> tuple[Fractio
     if twice is not None:
         raise InputError(f"{twice} is given twice", where="a", expected="each setting once")
     return tuple(found)
+
+
+def finite(value: float) -> float | None:
+    """Number for JSON, which has no infinity."""
+    return value if isfinite(value) else None
 
 
 def require(option: str, other: str, missing: bool) -> None:

@@ -1,6 +1,6 @@
 """Commands of the ray model: distance, baseline, depth, slices, cameras, lens."""
 
-from math import inf, isfinite
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -34,13 +34,8 @@ def _fraction(a: "Fraction") -> str:
     return f"{a.numerator}/{a.denominator}"
 
 
-def _finite(value: float) -> float | None:
-    """Number for JSON, which has no infinity."""
-    return value if isfinite(value) else None
-
-
 def _number_or_none(distances: "Distances") -> float | None:
-    return _finite(float(distances.mm))
+    return options.finite(float(distances.mm))
 
 
 def _note(text: str) -> None:
@@ -98,14 +93,14 @@ def distance(
                 "far_mm": _number_or_none(far),
                 "near_state": near.state().value,
                 "far_state": far.state().value,
-                "alpha": _finite(float(model.alpha(float(setting)))),
+                "alpha": options.finite(float(model.alpha(float(setting)))),
             }
             for setting, near, centre, far in rows
         ]
         limit = rayleigh_limit(model.camera)
         content = {
             "camera": model.camera.name,
-            "rayleigh_limit_mm": _finite(limit),
+            "rayleigh_limit_mm": options.finite(limit),
             "diffraction_limited": model.camera.sensor.pixel_pitch_mm < limit,
             "planes": planes,
         }

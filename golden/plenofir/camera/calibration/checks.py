@@ -21,7 +21,7 @@ _EVEN_CLASSES = 0.4
 _SECOND_SPOT = 0.47
 
 
-def _primitive_indices(grid: Grid, t: Indices, s: Indices) -> tuple[Indices, Indices]:
+def primitive_indices(grid: Grid, t: Indices, s: Indices) -> tuple[Indices, Indices]:
     """Indices of lenses in terms of `primitive_vectors`."""
     lattice = grid.lattice(t, s)
     down, right = lattice[..., 0], lattice[..., 1]
@@ -54,7 +54,7 @@ def cell_margin(fitter: GrowingFit, centres: Floats) -> float:
 
 def check_classes(grid: Grid, t: Indices, s: Indices, level: Floats) -> None:
     """Refuse a grid in which every second or third row is dark: it is too fine."""
-    m, n = _primitive_indices(grid, t, s)
+    m, n = primitive_indices(grid, t, s)
     usual = float(np.percentile(level, 75))
     for divisor in (2, 3):
         for index in (m, n, m + n, m - n):

@@ -24,7 +24,12 @@ from plenofir.camera.rays.intersections import (
     iterated_image_distance,
     object_side_distance,
 )
-from plenofir.camera.rays.measured import MeasuredPupil, measure_pupil, measured_focal_length
+from plenofir.camera.rays.measured import (
+    MeasuredPupil,
+    extension_of_infinity,
+    measure_pupil,
+    measured_focal_length,
+)
 from plenofir.camera.rays.model import RayModel
 
 __all__ = [
@@ -45,6 +50,7 @@ __all__ = [
     "covering_slices",
     "depth_of_field",
     "diffraction_note",
+    "extension_of_infinity",
     "gaps_between",
     "image_side_distance",
     "iterated_image_distance",

@@ -12,6 +12,7 @@ n p_p / p_M - 1 is a few percent, so relative errors of the three pitches count 
 from dataclasses import dataclass
 from math import hypot, inf, sqrt
 
+from plenofir.camera.rays.camera import Camera
 from plenofir.camera.rays.model import RayModel
 from plenofir.errors import InputError
 
@@ -128,3 +129,26 @@ def measured_focal_length(
         return float("nan"), float("nan")
     share = hypot(pupil.error_mm / exit_mm, reversed_pupil.error_mm / entrance_mm)
     return sqrt(square), sqrt(square) * share / 2
+
+
+def extension_of_infinity(camera: Camera, a: float) -> float:
+    """Extension of a main lens that has infinity in slice a.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+    a
+        Slice in which infinity is sharp (`RayModel.focus_setting` of infinity).
+
+    Returns
+    -------
+    float
+        e = b_U - f_U in mm: positive where the main lens is too far from the micro lenses, focused
+        nearer than infinity. nan where no extension has infinity there.
+    """
+    # d' = e of plane a, with d_A' = P + e: kappa e^2 + kappa P e + a p_M P = 0.
+    slope = camera.sensor.pixel_pitch_mm / camera.micro_lenses.focal_length_mm
+    pupil, shift = camera.main_lens.exit_pupil_mm, a * camera.micro_lenses.pitch_mm
+    square = 1 - 4 * shift / (slope * pupil)
+    return float("nan") if square < 0 else -2 * shift / slope / (1 + sqrt(square))

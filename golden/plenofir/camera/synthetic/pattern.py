@@ -1,5 +1,6 @@
 """Micro image patterns with known centres: white images and grids to try a calibration on."""
 
+import itertools
 from typing import Literal
 
 import numpy as np
@@ -12,6 +13,8 @@ from plenofir.refocus.operator import Image
 Form = Literal["disc", "square", "spot"]
 
 _BLOCK_PIXELS = 1 << 20
+# Rows and columns of neighbours whose light may reach a cell.
+_MIXED = 1
 _PIXEL_PARTS = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]]) / 4
 
 
@@ -85,6 +88,7 @@ def white_image(
     noise: float = 0.01,
     bits: int = 16,
     seed: int = 0,
+    mixed: bool = False,
 ) -> Image:
     """White image of a grid.
 
@@ -108,6 +112,9 @@ def white_image(
         8 or 16.
     seed
         Of the noise.
+    mixed
+        Whether micro images reach beyond their cells and add up there, as they do on a sensor. The
+        brightest place has the brightest level then.
 
     Returns
     -------
@@ -115,6 +122,7 @@ def white_image(
         uint8 or uint16.
     """
     rows, columns = shape
+    around = np.arange(-_MIXED, _MIXED + 1) if mixed else np.zeros(1, dtype=np.int64)
     pitch = max(grid.pitch)
     rng = np.random.default_rng(seed)
     full = (1 << bits) - 1
@@ -127,8 +135,13 @@ def white_image(
         light = np.zeros(places.shape[:-1])
         # A pixel sees the mean of its area.
         for move in _PIXEL_PARTS:
-            _, _, offset = grid.nearest(places + move)
-            light += aperture(offset, radius * pitch, form, softness) / len(_PIXEL_PARTS)
+            t, s, own = grid.nearest(places + move)
+            for down, right in itertools.product(around, around):
+                near = down == 0 and right == 0
+                offset = own if near else places + move - grid.centres(t + down, s + right)
+                light += aperture(offset, radius * pitch, form, softness) / len(_PIXEL_PARTS)
+        if mixed:
+            light /= light.max()
         light *= 1 - shading * (((places - middle) / middle) ** 2).sum(axis=-1) / 2
         light += rng.normal(0, noise, light.shape)
         image[start:stop] = np.clip(np.rint(light * level * full), 0, full)

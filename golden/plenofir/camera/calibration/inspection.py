@@ -1,0 +1,344 @@
+"""What a white image tells of a camera's aperture: gaps, touching or overlapping micro images.
+
+All of it is read off the mean micro image (section 4.1.2, Fig. 4.4).
+"""
+
+from dataclasses import dataclass
+from math import log2
+from typing import Literal
+
+import numpy as np
+from scipy import ndimage
+
+from plenofir.camera.calibration.calibrate import calibrate, unit_vectors
+from plenofir.camera.calibration.centroids import Image32, core_brightness, reach
+from plenofir.camera.calibration.checks import primitive_indices
+from plenofir.camera.calibration.frames import white_signal
+from plenofir.camera.calibration.grid import Flags, Floats, Indices, Layout
+from plenofir.camera.calibration.record import Calibration
+from plenofir.camera.calibration.shading import extents
+from plenofir.errors import InputError
+from plenofir.refocus.operator import Image
+
+Verdict = Literal["gaps", "touching", "overlapping"]
+
+_REACH = 0.75
+"""Half width of a mean micro image in pitches: beyond the corners of its cell."""
+_LARGEST_STEP_PX = 0.5
+_SAMPLES = 61
+_MOST_SAMPLES = 241
+_MEAN_LENSES = 400
+# Half way to the neighbours: brighter than this share of the middle, micro images touch.
+_TOUCHING = 0.5
+# Brighter than the middle by this, or nowhere darker than these shares of it: they overlap. Where
+# lenses are hexagonal the gaps between touching discs are small, and so they are of few pixels.
+_BRIGHTER = 1.15
+_NOWHERE_DARK = {"rectangular": 0.3, "hexagonal-rows": 0.5, "hexagonal-columns": 0.5}
+_FEW_PIXELS, _NOWHERE_DARK_OF_FEW = 7.0, 0.6
+# Overlaps of round micro images repeat like micro images, but not all of them look alike: those of
+# every second row differ by this share of their contrast (root mean square).
+_DIFFERENT = 0.1
+_FEWEST_ALIKE = 4
+# Lenses of a white image scatter around the smooth light by less than this share (robust).
+LARGEST_UNEVENNESS = 0.04
+
+
+@dataclass(frozen=True, eq=False)
+class MeanMicroImage:
+    """Mean of many micro images.
+
+    Attributes
+    ----------
+    values
+        Grey levels, shape (n, n).
+    places
+        Where they are along each axis, in pitches from the centre, shape (n,). The axes are those
+        of the grid.
+    cell
+        Whether a place is nearer to this lens than to any other, shape (n, n).
+    layout
+        Arrangement of the lenses.
+    """
+
+    values: Floats
+    places: Floats
+    cell: Flags
+    layout: Layout
+
+    def at(self, points: Floats) -> Floats:
+        """Grey levels at points (y, x) in pitches, shape (..., 2)."""
+        step = self.places[1] - self.places[0]
+        index = np.moveaxis((points - self.places[0]) / step, -1, 0)
+        return np.asarray(ndimage.map_coordinates(self.values, index, order=1, mode="nearest"))
+
+
+def neighbours(layout: Layout) -> Floats:
+    """Neighbouring lenses, (y, x) in pitches, shape (4 or 6, 2)."""
+    if layout == "rectangular":
+        return np.array([[0, 1], [0, -1], [1, 0], [-1, 0]], dtype=np.float64)
+    angles = np.radians(np.arange(6) * 60 + (30 if layout == "hexagonal-columns" else 0))
+    return np.stack([np.sin(angles), np.cos(angles)], axis=-1)
+
+
+def _whole_lenses(calibration: Calibration, part: Flags | None) -> Indices:
+    """Lenses whose surroundings lie in the image, (row, column) of each."""
+    centres = calibration.centres
+    margin = _REACH * np.sqrt(2) * calibration.grid.lens_pitch + 1
+    end = np.array(calibration.image_shape) - 1
+    whole = ((centres > margin) & (centres < end - margin)).all(axis=-1)
+    return np.argwhere(whole if part is None else whole & part)
+
+
+def mean_micro_image(
+    signal: Image32, calibration: Calibration, part: Flags | None = None
+) -> MeanMicroImage:
+    """Take the mean (median) of the micro images of a white or spot image.
+
+    Parameters
+    ----------
+    signal
+        Grey levels, dark frame subtracted.
+    calibration
+        Where the micro images are.
+    part
+        Lenses that count, shape `Calibration.lenses`; None for all.
+
+    Returns
+    -------
+    MeanMicroImage
+        Of up to 400 of them, drawn at random (always the same).
+
+    Raises
+    ------
+    InputError
+        If none of them is in the image as a whole.
+    """
+    pitch = calibration.grid.lens_pitch
+    centres, levels = calibration.centres, calibration.lens_brightness
+    chosen = _whole_lenses(calibration, part)
+    if not len(chosen):
+        raise InputError(
+            "no micro image that is in it as a whole", where="image", expected="a larger image"
+        )
+    few = np.random.default_rng(5).permutation(len(chosen))[:_MEAN_LENSES]
+    rows, columns = chosen[few].T
+    samples = int(np.ceil(2 * _REACH * pitch / _LARGEST_STEP_PX)) | 1
+    places = np.linspace(-_REACH, _REACH, min(max(samples, _SAMPLES), _MOST_SAMPLES))
+    down, right = unit_vectors(calibration.grid.vectors)
+    moves = pitch * (places[:, np.newaxis, np.newaxis] * down + places[:, np.newaxis] * right)
+    points = centres[rows, columns][:, np.newaxis, np.newaxis] + moves
+    values = ndimage.map_coordinates(signal, np.moveaxis(points, -1, 0), order=1, mode="nearest")
+    light = levels[rows, columns][:, np.newaxis, np.newaxis]
+    y, x = np.meshgrid(places, places, indexing="ij")
+    grid = np.stack([y, x], axis=-1)
+    layout = calibration.grid.layout
+    own = np.asarray(((grid @ neighbours(layout).T) <= 0.5 + 1e-9).all(axis=-1))
+    return MeanMicroImage(np.median(values / light, axis=0), places, own, layout)
+
+
+@dataclass(frozen=True)
+class FillFactor:
+    """How micro images fill the sensor.
+
+    Attributes
+    ----------
+    verdict
+        "gaps" between them, "touching", or "overlapping" (Fig. 4.4 c, b to a, a).
+    diameter
+        Diameter of a disc as large as the part of a micro image that is brighter than half of its
+        middle, in pitches.
+    share
+        Share of the sensor that is lit to that level: the fill factor.
+    between
+        Brightness half way to the neighbours, as a share of the middle's.
+    darkest
+        Brightness of the darkest place, as a share of the middle's.
+    """
+
+    verdict: Verdict
+    diameter: float
+    share: float
+    between: float
+    darkest: float
+
+    @property
+    def stops_to_touch(self) -> float:
+        """Stops by which the aperture can be opened until round micro images touch."""
+        return -2 * log2(self.diameter)
+
+
+def differing_rows(signal: Image32, calibration: Calibration) -> float:
+    """How much micro images of every second row, column or diagonal differ from the others.
+
+    Parameters
+    ----------
+    signal
+        Grey levels, dark frame subtracted.
+    calibration
+        Where the micro images are.
+
+    Returns
+    -------
+    float
+        Root mean square difference from the mean as a share of its contrast; 0 where there are too
+        few of them to tell.
+    """
+    down, right = primitive_indices(calibration.grid, *np.indices(calibration.lenses))
+    found = []
+    for k in np.ndindex(2, 2):
+        part = (down % 2 == k[0]) & (right % 2 == k[1])
+        chosen = _whole_lenses(calibration, part)
+        if len(chosen) >= _FEWEST_ALIKE:
+            mean = mean_micro_image(signal, calibration, part)
+            found.append(mean.values[mean.cell])
+    if len(found) < 2:
+        return 0.0
+    values = np.array(found)
+    usual = values.mean(axis=0)
+    low, high = np.percentile(usual, [2, 98])
+    left = values - values.mean(axis=1, keepdims=True) - (usual - usual.mean())
+    return float(np.sqrt((left**2).mean(axis=1)).max() / max(high - low, 1e-9))
+
+
+def fill_factor(mean: MeanMicroImage, pitch_px: float, differing: float = 0.0) -> FillFactor:
+    """Tell by the mean micro image whether micro images touch, overlap or leave gaps.
+
+    Parameters
+    ----------
+    mean
+        Of a white image.
+    pitch_px
+        Distance of neighbouring micro images in pixels.
+    differing
+        Of `differing_rows`.
+
+    Returns
+    -------
+    FillFactor
+        Its numbers; the level without light is taken from the darkest place where there are gaps.
+    """
+    near = neighbours(mean.layout)
+    smooth = ndimage.gaussian_filter(mean.values, 0.02 / (mean.places[1] - mean.places[0]))
+    shown = MeanMicroImage(smooth, mean.places, mean.cell, mean.layout)
+    away = np.hypot(*np.meshgrid(mean.places, mean.places, indexing="ij"))
+    middle = float(np.median(smooth[away < 0.15]))
+    between = float(np.mean(shown.at(near / 2))) / middle
+    darkest = float(smooth[mean.cell].min()) / middle
+    verdict: Verdict = "gaps"
+    many = pitch_px >= _FEW_PIXELS
+    dark = _NOWHERE_DARK[mean.layout] if many else _NOWHERE_DARK_OF_FEW
+    if between > _BRIGHTER or darkest > dark or differing > _DIFFERENT:
+        verdict = "overlapping"
+    elif between - darkest > _TOUCHING * (1 - darkest):
+        verdict = "touching"
+    # What is as dark as that is no light: black level, stray light.
+    half = (darkest + 1) / 2 * middle
+    share = float((smooth > half)[mean.cell].mean())
+    area = 1.0 if mean.layout == "rectangular" else np.sqrt(0.75)
+    return FillFactor(
+        verdict=verdict,
+        diameter=float(np.sqrt(4 * area * share / np.pi)),
+        share=share,
+        between=between,
+        darkest=darkest,
+    )
+
+
+def unevenness(signal: Image32, calibration: Calibration) -> float:
+    """How much lenses differ from the smooth light around them: robust share.
+
+    Parameters
+    ----------
+    signal
+        Grey levels, dark frame subtracted.
+    calibration
+        Where the micro images are.
+
+    Returns
+    -------
+    float
+        Robust standard deviation; small for a white image, large where a picture has content.
+    """
+    inside = ~np.isnan(calibration.centres[..., 0])
+    pitch = extents(calibration.grid)
+    margin = int(reach(max(pitch)))
+    padded = np.pad(signal, margin, mode="edge")
+    level = core_brightness(padded, calibration.centres[inside] + margin, pitch)
+    share = level / calibration.lens_brightness[inside]
+    return float(1.4826 * np.median(np.abs(share / np.median(share) - 1)))
+
+
+@dataclass(frozen=True, eq=False)
+class WhiteInspection:
+    """A white image, inspected.
+
+    Attributes
+    ----------
+    calibration
+        Its grid; of overlapping micro images it need not be that of the lenses.
+    signal
+        Grey levels, dark frame subtracted.
+    mean
+        Mean micro image.
+    fill
+        Whether micro images touch, overlap or leave gaps.
+    unevenness
+        Of `unevenness`.
+    darkest_lens
+        Smooth brightness of the darkest lens, as a share of the brightest.
+    """
+
+    calibration: Calibration
+    signal: Image32
+    mean: MeanMicroImage
+    fill: FillFactor
+    unevenness: float
+    darkest_lens: float
+
+
+def inspect_white(
+    white: Image,
+    dark: Image | None = None,
+    *,
+    where: str = "white image",
+    dark_where: str = "dark frame",
+) -> WhiteInspection:
+    """Recognise and inspect a white image.
+
+    Parameters
+    ----------
+    white, dark
+        As for `plenofir.camera.calibration.calibrate`.
+    where, dark_where
+        Their names for messages.
+
+    Returns
+    -------
+    WhiteInspection
+        What there is to see.
+
+    Raises
+    ------
+    InputError
+        If it is not a white image, or cannot be used.
+    """
+    found = calibrate(white, dark, where=where, dark_where=dark_where)
+    signal = white_signal(white, dark, where=where, dark_where=dark_where)
+    uneven = unevenness(signal, found)
+    if uneven > LARGEST_UNEVENNESS:
+        raise InputError(
+            f"no white image: lenses differ by {100 * uneven:.0f} % from those around them",
+            where=where,
+            expected=f"at most {100 * LARGEST_UNEVENNESS:.0f} %: an evenly lit, diffuse surface",
+        )
+    mean = mean_micro_image(signal, found)
+    differing = differing_rows(signal, found)
+    smooth = found.lens_brightness[found.inside]
+    return WhiteInspection(
+        calibration=found,
+        signal=signal,
+        mean=mean,
+        fill=fill_factor(mean, found.grid.lens_pitch, differing),
+        unevenness=uneven,
+        darkest_lens=float(np.percentile(smooth, 1)),
+    )
