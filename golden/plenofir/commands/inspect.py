@@ -61,7 +61,6 @@ def inspect(
     options.require("focus", "camera", camera is None and focus != inf)
     if out is not None:
         check_folder(Path(out), out)
-    inputs = [*files, *(str(path) for path in (dark, collimator) if path is not None)]
     if position:
         _alone(position, files, collimator, camera)
         content, lines, pictures = _spots(files, position, dark)
@@ -72,7 +71,7 @@ def inspect(
             )
         content, lines, pictures = _white(files[0], dark, collimator, camera, focus)
     if out is not None:
-        publish(pictures, Path(out), *inputs)
+        publish(pictures, Path(out))
         lines.append(("pictures", f"{out}/: {', '.join(pictures)}"))
     if as_json:
         print_json(content)

@@ -216,10 +216,10 @@ def number(flag: str, help_text: str, callback: Callable[..., float] = _finite) 
 def numbers(flag: str, help_text: str) -> object:
     """Declare an option that takes finite numbers, repeated."""
 
-    def finite(param: typer.CallbackParam, values: list[float]) -> list[float]:
-        return [_finite(param, value) for value in values]
+    def all_finite(param: typer.CallbackParam, values: list[float] | None) -> list[float]:
+        return [_finite(param, value) for value in values or ()]
 
-    return typer.Option(flag, help=help_text, callback=finite)
+    return typer.Option(flag, help=help_text, callback=all_finite)
 
 
 def distance(flag: str, help_text: str) -> object:

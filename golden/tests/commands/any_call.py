@@ -62,6 +62,8 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "white": ("white.png",),
     "dark": ("dark.png",),
     "reversed_lens": ("white.png",),
+    "files": ("white.png",),
+    "collimator": ("star.png",),
     "calib": ("known.json",),
     "frames": ("grey.png", "*.png"),
     "folder": ("views",),
@@ -110,6 +112,9 @@ def make_stock(folder: Path) -> None:
     white = np.rint(20 + 220 * light).astype(np.uint8)
     write_png(folder / "white.png", white)
     calibrate(white).save(folder / "known.json")
+    star = np.full((90, 90), 3, np.uint8)
+    star[38:44, 40:44] = 200
+    write_png(folder / "star.png", star)
     (folder / "views").mkdir()
     for v, u in np.ndindex(3, 3):
         write_png(folder / "views" / f"view_{v}_{u}.png", grey[v::3, u::3][:5, :5])

@@ -140,6 +140,17 @@ def check_batch(p: Parameters) -> set[str]:
     return found
 
 
+def check_inspect(p: Parameters) -> set[str]:
+    if p["out"] is None:
+        return set()
+    names = {"micro_image.png", "chief_rays.png", "focus.png"}
+    found = {str(Path(p["out"]) / name) for name in names if (Path(p["out"]) / name).is_file()}
+    assert found
+    for name in found:
+        read_image(Path(name))
+    return found
+
+
 CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("views",): check_views,
     ("compose",): check_compose,
@@ -148,6 +159,7 @@ CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("depth-map",): check_depth_map,
     ("calibrate",): check_calibrate,
     ("decode",): check_decode,
+    ("inspect",): check_inspect,
     ("configure",): check_configure,
     ("batch",): check_batch,
     ("distance",): lambda p: {str(p["plot"])} if p["plot"] else set(),

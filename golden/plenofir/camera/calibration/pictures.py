@@ -22,7 +22,7 @@ def micro_image_picture(found: WhiteInspection) -> Image:
     mean, fill = found.mean, found.fill
     figure, (picture, curves) = plt.subplots(1, 2, figsize=(10, 4.6), constrained_layout=True)
     end = float(mean.places[-1])
-    middle = float(mean.at(np.zeros(2)))
+    middle = float(mean.at(np.zeros((1, 2)))[0])
     half = (fill.darkest + 1) / 2
     shown = mean.values / middle
     shades = picture.imshow(shown, cmap="gray", vmin=0, extent=(-end, end, end, -end))

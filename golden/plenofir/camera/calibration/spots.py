@@ -11,7 +11,7 @@ where a is the slice in which the collimator is sharp.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -304,14 +304,14 @@ def infinity_focus(
     lenses = (places - offsets) / calibration.grid.lens_pitch
     i, j = (_centred(values, weights) for values in (offsets, lenses))
     spread = float(weights @ (i**2).sum(axis=1))
-    a = -float(weights @ (i * j).sum(axis=1)) / spread if spread else inf
+    a = -float(weights @ (i * j).sum(axis=1)) / spread if spread else 0.0
     _, number = np.unique(np.stack([t, s]), axis=1, return_inverse=True)
     light = np.bincount(number.ravel(), weights=weights)
     count = float(light.sum() ** 2 / (light**2).sum())
     left = float(weights @ ((j + a * i) ** 2).sum(axis=1))
     return InfinityFocus(
         a=a,
-        error=sqrt(left / spread / count) if spread else inf,
+        error=sqrt(left / spread / count) if spread else 0.0,
         resolution=1 / diameter_px,
         lenses=count,
     )

@@ -1,5 +1,6 @@
 """The commands from a raw capture to pictures."""
 
+import json
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -103,6 +104,73 @@ def test_pupils_of_a_white_image(capture: Path, tmp_path: Path, run) -> None:
         assert (done.returncode, done.stderr.count("\n")) == (2, 1)
         assert message in done.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["c.json"]
+
+
+def test_inspect_a_white_image(capture: Path, tmp_path: Path, run) -> None:
+    white = str(capture / "white.png")
+    star = np.zeros(read_image(capture / "white.png").shape, np.uint16)
+    star[200:206, 210:214] = 30000
+    write_png(tmp_path / "star.png", star)
+    call = "inspect", white, "--camera", "f197-mla2", "--collimator", "star.png"
+    done = run(*call, "--out", "seen", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    lines = {line[:14].strip(): line[14:] for line in done.stdout.splitlines()}
+    assert lines["kind"] == "white image"
+    # The synthetic camera cuts micro images off where their neighbours begin.
+    assert lines["micro images"] == "touching"
+    assert lines["advice"].startswith("close the aperture a little")
+    assert "of the micro lenses" in lines["f-number"]
+    assert float(lines["f-number"].split()[0]) == pytest.approx(22 / 1.0274, rel=0.04)
+    assert "agrees" in lines["exit pupil"]
+    assert lines["infinity"].startswith("in focus")
+    assert lines["pictures"] == "seen/: micro_image.png, chief_rays.png"
+    for name in ("micro_image.png", "chief_rays.png"):
+        assert min(read_image(tmp_path / "seen" / name).shape[:2]) > 300
+    done = run(*call, "--json", cwd=tmp_path)
+    content = json.loads(done.stdout)
+    assert content["micro_images"] == "touching"
+    assert content["pitch_px"] == pytest.approx(14.2689, abs=1e-3)
+    assert content["exit_pupil"]["agrees"]
+    assert content["infinity"]["in_focus"]
+
+
+def test_inspect_spots(tmp_path: Path, run) -> None:
+    grid = regular_grid((110, 120), 14.2, rotation_degrees=0.4)
+    files = []
+    for number, radius in enumerate((0.16, 0.1, 0.16)):
+        image = white_image((110, 120), grid, form="spot", radius=radius)
+        write_png(tmp_path / f"{number}.png", image)
+        files += [f"{number}.png", "--position", f"{number / 10}"]
+    done = run("inspect", *files, "--out", "seen", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    best = next(line for line in done.stdout.splitlines() if line.startswith("best"))
+    assert float(best.split()[1]) == pytest.approx(0.1, abs=0.005)
+    assert "put the micro lenses at 0.1" in done.stdout
+    assert (tmp_path / "seen" / "focus.png").is_file()
+    done = run("inspect", *files[3:], "--json", cwd=tmp_path)
+    assert "position: 2 different ones" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("grey.png",), "grey.png: "),
+        (("white.png", "white.png"), "--position: 2 pictures; expected one for each of them"),
+        (("white.png", "--position", "1", "--position", "2"), "2 positions for 1 pictures"),
+        (("white.png", "--position", "1", "--camera", "f197-mla2"), "--camera: cannot be combined"),
+        (("white.png", "--focus", "3000"), "--focus: is for --camera"),
+        (("white.png", "--camera", "lytro1-wide"), "micro images 14.27 pixels apart"),
+        (("white.png", "--collimator", "grey.png"), "grey.png: 12 x 20 pixels"),
+    ],
+)
+def test_inspect_refuses(capture: Path, run, words: tuple[str, ...], message: str) -> None:
+    before = sorted(capture.iterdir())
+    write_png(capture / "grey.png", np.arange(240, dtype=np.uint8).reshape(20, 12))
+    done = run("inspect", *words, "--out", "seen", cwd=capture)
+    (capture / "grey.png").unlink()
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert message in done.stderr
+    assert sorted(capture.iterdir()) == before
 
 
 def test_chain(capture: Path, run) -> None:
