@@ -97,8 +97,9 @@ def scene_design(plan: Plan) -> Design:
     Design
         Named as the scene.
     """
-    # The larger boards take a minute and more.
-    slow = plan.path == "video" and plan.core.line_buffer_bits > _MANY_LINE_BUFFER_BITS
+    # The larger boards, and cores of parallel rows, take a minute and more.
+    large = plan.path == "video" and plan.core.line_buffer_bits > _MANY_LINE_BUFFER_BITS
+    slow = large or plan.core.parallel_rows > 1
     return Design(plan.scene, plan.core, top_of(plan), plan, slow=slow)
 
 
