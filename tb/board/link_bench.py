@@ -171,6 +171,23 @@ async def rates_and_settings(dut: Any) -> None:
     plls.expect(runs=0, present=0)
     await plls.measure(742)
     plls.expect(runs=1, present=1)
+    # So does a clock of it, at once.
+    dut.reset.value = 1
+    await plls.clocks(1)
+    plls.expect(runs=0, present=0)
+    dut.reset.value = 0
+    # While a lock is waited for, too: the source is not switched before the resets have come.
+    plls.locks[0] = False
+    await plls.measure(742, 742, 742)
+    dut.want_own.value = 1
+    dut.reset.value = 1
+    await plls.clocks(1)
+    dut.reset.value = 0
+    for _ in range(15):
+        assert not int(dut.use_own.value)
+        await plls.clocks(1)
+    await plls.clocks(5)
+    assert int(dut.use_own.value)
 
 
 @for_entity("link_supervisor")
@@ -307,11 +324,31 @@ async def settings_are_written(dut: Any) -> None:
         assert sorted(writes) == sorted(wanted)
         for address, (mask, value) in wanted.items():
             assert registers[address] == before[address] & ~mask | value, hex(address)
+    # A reset anywhere: it is done at once, and nothing more is written.
+    for clocks in range(1, 9):
+        await FallingEdge(dut.clk)
+        dut.start.value = 1
+        await FallingEdge(dut.clk)
+        dut.start.value = 0
+        await ClockCycles(dut.clk, clocks)
+        await FallingEdge(dut.clk)
+        dut.reset.value = 1
+        await FallingEdge(dut.clk)
+        dut.reset.value = 0
+        assert int(dut.done.value)
+        for _ in range(12):
+            await FallingEdge(dut.clk)
+            assert int(dut.done.value)
+            assert not int(dut.drp_enable.value)
+        writes.clear()
+        await write(1)
+        assert len(writes) == len(wanted)
+    writes.clear()
     alive = False
     assert abs(await write(1) - CASE["timeout"]) < 8
     alive = True
     await write(1)
-    assert len(writes) == 2 * len(wanted)
+    assert len(writes) == len(wanted)
 
 
 @for_entity("event_counter")

@@ -74,10 +74,10 @@ class Channel:
         for name in ("busy", "valid", "increase"):
             getattr(dut, name).value = 0
 
-    async def reset(self) -> None:
+    async def reset(self, clocks: int = 3) -> None:
         """Reset the control; it forgets all but what it has counted."""
         self.dut.reset.value = 1
-        await ClockCycles(self.dut.clk, 3)
+        await ClockCycles(self.dut.clk, clocks)
         await FallingEdge(self.dut.clk)
         self.dut.reset.value = 0
         self.steps.clear()
@@ -186,6 +186,25 @@ async def steps_and_calibrations(dut: Any) -> None:
     await channel.reset()
     await channel.clocks(200, until_tracking=1)
     assert channel.taps() == 0
+    # A clock of reset, in each clock from the first calibration up to the one that follows edges.
+    first = await begin_anew(channel)
+    for clocks in range(2 * CASE["quiet"], first + 3):
+        await channel.clocks(clocks)
+        assert await begin_anew(channel) == first, clocks
+
+
+async def begin_anew(channel: Channel) -> int:
+    """Reset for a clock; clocks until the channel tracks, both lines calibrated."""
+    channel.repair()
+    channel.dut.busy.value = 0
+    channel.calibrated = [0, 0]
+    await channel.reset(1)
+    assert not int(channel.dut.delay_reset.value)
+    channel.before = (0, 0, 0)
+    clocks = await channel.clocks(200, until_tracking=1)
+    assert channel.calibrated == [1, 1]
+    assert channel.resets == 1
+    return clocks
 
 
 @for_entity("phase_detector_control")

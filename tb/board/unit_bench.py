@@ -136,6 +136,21 @@ async def edid_over_i2c(dut: Any) -> None:
                 await master.bit(1)
         await master.stop()
         assert await master.read_block(0, 3) == edid[:3]
+    # A reset while the slave holds the data line: it lets go, and is silent until it is addressed.
+    await master.start()
+    assert await master.write(0xA0)
+    assert await master.write(0)
+    await master.start()
+    assert await master.write(0xA1)
+    await FallingEdge(dut.clk)
+    assert int(dut.sda_low.value)
+    dut.reset.value = 1
+    await FallingEdge(dut.clk)
+    dut.reset.value = 0
+    assert not int(dut.sda_low.value)
+    assert all([await master.bit(1) for _ in range(12)])
+    await master.stop()
+    assert await master.read_block(0, 3) == edid[:3]
     # Nothing can be written.
     await master.start()
     assert await master.write(0xA0)
@@ -406,6 +421,14 @@ async def serial_line_clock_by_clock(dut: Any) -> None:
         await panel.reset()
         assert await panel.ask("c") == "ok"
         assert panel.state()[1] == 0
+    # And in a character: the line must have rested before the next one.
+    dut.line_in.value = 0
+    await panel.clocks(2 * bit)
+    await panel.reset()
+    await panel.clocks(2 * bit)
+    dut.line_in.value = 1
+    await panel.clocks(12 * bit)
+    assert await panel.ask("c") == "ok"
     for clocks in (2, 12 * bit + 3, 30 * bit):
         await panel.send("?\r")
         await panel.clocks(clocks)

@@ -28,7 +28,8 @@ async def reset_is_whole(
     ends
         Clocks in which the reset has ended, at least `long`.
     cleared, others
-        Outputs that must agree from the reset's last clock on, and `settled` clocks later.
+        Outputs that must be 0 in the reset's last clock and in the next one, and agree from then
+        on; outputs that must agree from `settled` clocks behind the reset's last one on.
     settled
         Clocks until the others come from what the reset left.
     long, after
@@ -47,6 +48,8 @@ async def reset_is_whole(
                     names = (*cleared, *others) if clock >= end - 1 + settled else cleared
                     shown.append([str(getattr(dut, name).value) for name in names])
             runs.append(shown)
+            for values in shown[:2]:
+                assert "1" not in "".join(values[: len(cleared)]), f"reset up to clock {end}"
         for clock, (short, whole) in enumerate(zip(*runs, strict=True)):
             assert short == whole, f"reset up to clock {end}, {clock} clocks later"
     dut.reset.value = 0

@@ -84,6 +84,15 @@ async def encoder_begins_anew(dut: Any) -> None:
     ]
     ends = rng.sample(range(40, 290), 12)
     await reset_is_whole(dut, inputs, ends, cleared=(), others=["word"], after=10)
+    dut.active.value = 1
+    for _ in range(4):
+        await reset(dut, 1)
+        for _ in range(2):
+            await FallingEdge(dut.clk)
+            assert int(dut.word.value) in tmds.TOKENS
+        for _ in range(rng.randrange(3, 6)):
+            await FallingEdge(dut.clk)
+            assert int(dut.word.value) not in tmds.TOKENS
 
 
 @for_entity("tmds_decoder")
