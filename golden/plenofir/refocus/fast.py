@@ -185,11 +185,18 @@ def fast_refocus(
         region=region,
         upsample=upsample,
     )
-    x = np.ascontiguousarray(raw).reshape(raw.shape[0], -1)
-    flat = image.reshape(shape[0], -1)
+    # One compiled variant for arrays that may and may not be written, and for wide sums that are
+    # rarely needed (M or order large) only that of 16 bit pixels: each takes seconds to compile.
+    wide = like.itemsize == 8 and raw.dtype == np.uint8
+    x = np.ascontiguousarray(raw, np.uint16 if wide else None).reshape(raw.shape[0], -1)
+    x.flags.writeable = False
+    flat = np.empty(shape, np.uint16) if wide else image
+    flat = flat.reshape(shape[0], -1)
     count = processors() if threads is None else threads
     samples = image.size * (work.step // work.rows.scale) ** 2
     count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))
     blocks = _blocks(work, like.itemsize, raw.nbytes, count)
     _share_out(lambda chunk: refocus_blocks(x, flat, work, chunk, like), blocks, count)
+    if wide:
+        image[...] = flat.reshape(shape)
     return image
