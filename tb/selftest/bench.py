@@ -17,7 +17,10 @@ async def result_of_three_frames(dut: Any) -> None:
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     runs = []
-    for clocks in (case["clocks"], rng.randrange(case["clocks"]), case["clocks"]):
+    every = case["clocks"]
+    # Anywhere, and where some frames have been counted.
+    parts = rng.randrange(every), every - 2 * case["pixels"] - rng.randrange(case["pixels"])
+    for clocks in (every, *parts, every):
         dut.reset.value = 1
         await ClockCycles(dut.clk, 4)
         await FallingEdge(dut.clk)
@@ -34,6 +37,8 @@ async def result_of_three_frames(dut: Any) -> None:
     assert (tested[-1], passed[-1]) == (1, case["passes"])
     # A result from the end of the first frame on, which does not change.
     first = tested.index(1)
+    # The source begins a clock behind the reset, and the last pixel is judged a clock later.
+    assert first == case["latency"] + case["pixels"] + 1
     assert all(tested[first:])
     assert set(passed[:first]) == {1}
     assert set(passed[first:]) == {case["passes"]}

@@ -26,6 +26,11 @@ def test_self_test(channels: int, arithmetic, wrong: int) -> None:
     generics["EXPECTED_LOW"] ^= wrong
     generics["BLINK_BITS"] = 1
     pixels = COLUMNS * ROWS
-    clocks = core.latency_clocks(COLUMNS, ROWS) + 5 * pixels
-    case = {"clocks": clocks, "passes": int(not wrong), "pixels": pixels}
+    latency = core.latency_clocks(COLUMNS, ROWS)
+    case = {
+        "clocks": latency + 5 * pixels,
+        "latency": latency,
+        "passes": int(not wrong),
+        "pixels": pixels,
+    }
     run_case(TOP, "selftest.bench", generics=generics, case=case)
