@@ -1,5 +1,6 @@
 """The ray model beside real rays: a main lens from its prescription, traced surface by surface."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
@@ -9,7 +10,7 @@ import numpy as np
 from plenofir.camera.optics.chief_rays import micro_image_centres
 from plenofir.camera.optics.paraxial import cardinal_points, entrance_pupil, exit_pupil
 from plenofir.camera.optics.prescription import LensSystem, load_prescription
-from plenofir.camera.optics.tracing import refocused_planes
+from plenofir.camera.optics.tracing import Rays, intersect, refocused_planes, trace_to_object
 from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor
 from plenofir.camera.rays.model import RayModel
 from plenofir.camera.rays.precise import Values
@@ -94,3 +95,90 @@ def real_micro_image_centres(lens: str, positions_mm: Values, extension_mm: floa
     return micro_image_centres(
         real.system, positions_mm, image_distance, MICRO_LENSES.focal_length_mm
     ).positions_mm
+
+
+@dataclass(frozen=True)
+class VirtualComparison:
+    """Two virtual cameras, predicted and by real rays (section 5.2.3)."""
+
+    gap: int
+    # from the front vertex to the entrance pupil, in mm
+    predicted_pupil_mm: float
+    real_pupil_mm: float
+    predicted_baseline_mm: float
+    real_baseline_mm: float
+    # between the cameras' axes
+    predicted_tilt_deg: float
+    real_tilt_deg: float
+    # in micro lenses between the two views, and distances from the entrance pupil in mm
+    disparities: Values
+    predicted_depths_mm: Values
+    real_depths_mm: Values
+
+    @property
+    def deviations_percent(self) -> dict[str, Values]:
+        """(predicted - real) / predicted in percent, as the text counts; nan for a tilt of 0."""
+        pairs = {
+            "pupil": (self.predicted_pupil_mm, self.real_pupil_mm),
+            "baseline": (self.predicted_baseline_mm, self.real_baseline_mm),
+            "tilt": (self.predicted_tilt_deg, self.real_tilt_deg),
+            "depths": (self.predicted_depths_mm, self.real_depths_mm),
+        }
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return {
+                name: np.where(
+                    np.asarray(predicted) == 0,
+                    np.nan,
+                    100 * (np.float64(1) - np.asarray(real) / np.asarray(predicted)),
+                )
+                for name, (predicted, real) in pairs.items()
+            }
+
+
+def compare_virtual_cameras(
+    lens: str, gap: int, *, extension_mm: float = 0.0, per_view: Sequence[float] = (1.0, 2.0)
+) -> VirtualComparison:
+    """Predict two virtual cameras and what they triangulate, and find both with real rays.
+
+    Rays of a view start at neighbouring micro lenses with the slopes of the model. Where they
+    meet, drawn through the lens as if it were not there, is its virtual camera. Disparities are
+    given for each view of the gap, as Table 5.9 counts.
+    """
+    real = real_camera(lens)
+    model = RayModel(real.camera, Decimal(extension_mm), 2 * abs(gap) + 1)
+    disparities = gap * np.asarray(per_view, dtype=np.float64)
+    pitch = MICRO_LENSES.pitch_mm
+
+    def rays(view: int, positions: Values) -> Rays:
+        return trace_to_object(
+            real.system,
+            positions,
+            model.chief_ray_slope(view, positions),
+            real.back_focal_distance_mm + extension_mm,
+        ).rays
+
+    def camera(view: int) -> Values:
+        """Height and place of a virtual camera."""
+        first, second = (rays(view, np.array([s])) for s in (0.0, pitch))
+        return np.asarray(intersect(first, second).points[0, 1:])
+
+    central, other = camera(0), camera(gap)
+    axis, slope = (float(rays(view, np.zeros(1)).slopes[0, 1]) for view in (0, gap))
+    # An object on the axis of view 0, seen by the other view so many micro lenses away.
+    seen = rays(gap, -disparities * pitch)
+    straight = rays(0, np.zeros(len(disparities)))
+    depths = intersect(straight, seen).points[:, 2] - other[1]
+    pupil = model.entrance_pupil_from_vertex_mm
+    assert pupil is not None
+    return VirtualComparison(
+        gap=gap,
+        predicted_pupil_mm=pupil,
+        real_pupil_mm=real.system.length_mm - float(other[1]),
+        predicted_baseline_mm=float(model.baseline(gap)),
+        real_baseline_mm=float(central[0] - other[0]),
+        predicted_tilt_deg=float(model.tilt(gap)),
+        real_tilt_deg=float(np.rad2deg(np.arctan(axis) - np.arctan(slope))),
+        disparities=disparities,
+        predicted_depths_mm=model.depth(disparities, gap).mm,
+        real_depths_mm=depths,
+    )
