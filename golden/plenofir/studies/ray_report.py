@@ -32,6 +32,11 @@ from plenofir.camera.rays.real import (
 from plenofir.files import check_folder, publish
 from plenofir.images import encode_png
 from plenofir.studies.errata import ERRATA
+from plenofir.studies.ray_pictures import (
+    dispersion_picture,
+    distances_picture,
+    meetings_picture,
+)
 from plenofir.studies.ray_stability import CASES, Outcome, _error, oracle_distance, oracle_extension
 from plenofir.studies.ray_validation import Check, all_checks
 from plenofir.studies.report_parts import table
@@ -125,7 +130,15 @@ def _real_rays(pictures: dict[str, bytes]) -> list[str]:
     axes.grid(alpha=0.3)
     pictures["real_rays.png"] = encode_png(figure_pixels(figure))
     heads = ["lens", *(f"a = {a:g}: predicted / real" for a in settings)]
-    return lines + table([*heads, "largest deviation, borders too"], rows)
+    lines += table([*heads, "largest deviation, borders too"], rows)
+    for name, text, picture in (
+        ("meetings", "Real rays that meet on refocused planes of f100", meetings_picture),
+        ("distances", "Predicted and printed distances", distances_picture),
+        ("dispersion", "The micro lenses' glass by its three formulas", dispersion_picture),
+    ):
+        pictures[f"{name}.png"] = encode_png(picture())
+        lines += [f"![{text}]({name}.png)", ""]
+    return lines
 
 
 def _virtual_cameras() -> list[str]:

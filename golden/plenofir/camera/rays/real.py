@@ -54,6 +54,7 @@ def real_camera(lens: str) -> RealCamera:
 class Comparison:
     """Predicted and real distances of planes."""
 
+    model: RayModel
     a: Values  # focus settings
     border: int  # 1 near border, 0 plane, -1 far border
     # distances from the micro lenses in mm; nan where there is none
@@ -84,7 +85,7 @@ def compare_distances(
         (-start, -slope),
         real.back_focal_distance_mm + extension_mm,
     )
-    return Comparison(a, border, predicted, planes.distances_mm)
+    return Comparison(model, a, border, predicted, planes.distances_mm)
 
 
 def real_micro_image_centres(lens: str, positions_mm: Values, extension_mm: float) -> Values:
