@@ -180,24 +180,29 @@ def differing_rows(signal: Image32, calibration: Calibration) -> float:
     Returns
     -------
     float
-        Root mean square difference from the mean as a share of its contrast; 0 where there are too
-        few of them to tell.
+        Root mean square difference from the mean as a share of its contrast, less what noise does;
+        0 where there are too few of them to tell.
     """
     down, right = primitive_indices(calibration.grid, *np.indices(calibration.lenses))
+    # Halves of each kind tell what noise does.
+    half = np.random.default_rng(6).integers(2, size=calibration.lenses)
     found = []
     for k in np.ndindex(2, 2):
-        part = (down % 2 == k[0]) & (right % 2 == k[1])
-        chosen = _whole_lenses(calibration, part)
-        if len(chosen) >= _FEWEST_ALIKE:
-            mean = mean_micro_image(signal, calibration, part)
-            found.append(mean.values[mean.cell])
+        kind = (down % 2 == k[0]) & (right % 2 == k[1])
+        parts = [kind & (half == n) for n in (0, 1)]
+        if min(len(_whole_lenses(calibration, part)) for part in parts) >= _FEWEST_ALIKE:
+            means = [mean_micro_image(signal, calibration, part) for part in parts]
+            found.append([mean.values[mean.cell] for mean in means])
     if len(found) < 2:
         return 0.0
     values = np.array(found)
-    usual = values.mean(axis=0)
+    values = values - values.mean(axis=-1, keepdims=True)
+    kinds = values.mean(axis=1)
+    usual = kinds.mean(axis=0)
     low, high = np.percentile(usual, [2, 98])
-    left = values - values.mean(axis=1, keepdims=True) - (usual - usual.mean())
-    return float(np.sqrt((left**2).mean(axis=1)).max() / max(high - low, 1e-9))
+    noise = (np.diff(values, axis=1)[:, 0] ** 2).mean(axis=-1) / 4
+    square = float((((kinds - usual) ** 2).mean(axis=-1) - noise).max())
+    return float(np.sqrt(max(square, 0.0)) / max(high - low, 1e-9))
 
 
 def fill_factor(mean: MeanMicroImage, pitch_px: float, differing: float = 0.0) -> FillFactor:
