@@ -251,3 +251,14 @@ async def passed_through(dut: Any) -> None:
         assert np.array_equal(got[0].pixels, frames[3])
         assert got[0].mode == measured(mode)
         assert not int(dut.following.value) or not long
+    # A reset darkens the output at once, and for as long as it lasts.
+    dut.pass_through.value = 1
+    await bench.tap.drive(part(signals, 0, 5))
+    assert int(dut.out_active.value)
+    dut.reset.value = 1
+    for _ in range(2):
+        await FallingEdge(dut.clk)
+        assert not int(dut.out_active.value)
+    dut.reset.value = 0
+    await FallingEdge(dut.clk)
+    assert int(dut.out_active.value)
