@@ -69,8 +69,10 @@ bitstream: venv ## Build the bitstream of the Atlys board with ISE 14.7: M= A= S
 bitstream-check: venv simulator ## Check what a bitstream build needs, as far as that goes without ISE
 	@$(PLENOFIR) bitstream check
 
-bench: venv simulator ## Measure refocuser, ray model, calibration, simulators; error against run time, stability (build/bench)
-	@$(PYTHON) scripts/bench.py
+bench: venv simulator ## Measure refocuser, ray model, calibration, simulators, the thesis's benchmark; error against run time, stability (build/bench); RECORD=1: for docs/measured
+	@scripts/setup.sh compiler
+	@$(PYTHON) scripts/bench.py $(if $(RECORD),--record)
+	@$(if $(RECORD),$(PYTHON) scripts/build_docs.py)
 
 docs: venv ## Build what the documentation takes from the sources
 	@$(PYTHON) scripts/build_hdl.py

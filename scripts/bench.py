@@ -1,11 +1,12 @@
 """Measure refocuser, ray model, calibration, golden model's forms and simulators, in one run.
 
-Usage: python scripts/bench.py [FOLDER]
+Usage: python scripts/bench.py [--record] [FOLDER]
 
 The refocuser and the golden model are measured in multiples of numpy.copyto of the same frame
 (median of many runs, taken in turns), the simulators in clocks a second and relative to each other.
 All of it is written to FOLDER (build/bench) as well, with the machine's description, beside the
-reports of error against run time and of stability.
+reports of error against run time and of stability, and the benchmark of the thesis; --record keeps
+the latter's measurements, for `make docs`.
 """
 
 import json
@@ -22,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.progress import track
+from rich.progress import Progress, track
 from rich.table import Table
 
 from plenofir.camera.calibration import calibrate, decode, text_calibration
@@ -42,7 +43,7 @@ from plenofir.refocus import (
     refocus,
 )
 from plenofir.refocus.operator import Image, Sums
-from plenofir.studies import precision_report
+from plenofir.studies import precision_report, thesis_benchmark
 from plenofir.studies import refocus_stability as stability_report
 from plenofir.studies.methods import running_sums
 from plenofir.studies.ray_report import error_against_run_time
@@ -269,7 +270,19 @@ def calibration_table() -> Table:
     return table
 
 
-def main(folder: Path) -> None:
+def thesis_page(folder: Path, *, record: bool) -> Path:
+    """Measure the benchmark of the thesis, and write its page."""
+    with Progress(transient=True) as bar:
+        task = bar.add_task("benchmark of the thesis", total=6)
+        recorded = thesis_benchmark.measure(lambda: bar.advance(task))
+    if record:
+        thesis_benchmark.save_recorded(recorded)
+    path = folder / "thesis.md"
+    path.write_text(thesis_benchmark.page(recorded))
+    return path
+
+
+def main(folder: Path, *, record: bool = False) -> None:
     """Measure, print and write everything."""
     folder.mkdir(parents=True, exist_ok=True)
     console = Console(record=True)
@@ -282,9 +295,11 @@ def main(folder: Path) -> None:
     results = {"machine": machine(), "refocuser": ratios}
     (folder / "refocuser.json").write_text(json.dumps(results, indent=2) + "\n")
     console.print(f"written: {folder}/bench.txt, refocuser.json")
+    console.print(f"written: {thesis_page(folder, record=record)}")
     for report in (precision_report, stability_report):
         console.print(f"written: {report.write_report(folder)}")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "build/bench"))
+    words = [word for word in sys.argv[1:] if word != "--record"]
+    main(Path(words[0] if words else "build/bench"), record="--record" in sys.argv)

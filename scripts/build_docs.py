@@ -44,6 +44,7 @@ from plenofir.plan.figures import (
 )
 from plenofir.plan.planner import full_core
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir.studies import thesis_benchmark
 from plenofir.studies.errata import page_lines
 
 DOCS = project.root() / "docs"
@@ -365,6 +366,7 @@ def committed_pages() -> dict[Path, str]:
             ("Cores and arrays on a Spartan-6", grid_table()),
             ("Clocks on an ECP5", ecp5_table()),
         ),
+        MEASURED / "thesis-benchmark.md": thesis_benchmark.page(thesis_benchmark.load_recorded()),
         MEASURED / "stack.md": measured(
             "Focal stacks", "stack.md", ("Stacks", of_stacks), ("Depth indices", of_indices)
         ),

@@ -20,19 +20,11 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image
+from plenofir.studies.resolution import central_directions
 
 SIZE = 480
 MARGIN = 8
 CAPTION = 30
-
-
-def fewer_directions(raw: npt.NDArray[np.uint8], m: int, keep: int) -> npt.NDArray[np.uint8]:
-    """Keep the central pixels of each micro image."""
-    rows, columns = (length // m for length in raw.shape[:2])
-    views = raw[: rows * m, : columns * m].reshape(rows, m, columns, m, -1)
-    low = (m - keep) // 2
-    kept = views[:, low : low + keep, :, low : low + keep]
-    return kept.reshape(rows * keep, columns * keep, -1)
 
 
 def refocused(raw: npt.NDArray[np.uint8], m: int, order: int) -> list[npt.NDArray[np.uint8]]:
@@ -54,7 +46,7 @@ def main() -> None:
     side = min(raw.shape[:2]) // 2 // 5 * 5
     raw = raw[:side, :side]
     cases = (
-        ("M = 3, nearest neighbour", fewer_directions(raw, 5, 3), 3, 0),
+        ("M = 3, nearest neighbour", central_directions(raw, 5, 3), 3, 0),
         ("M = 5, nearest neighbour", raw, 5, 0),
         ("M = 5, linear", raw, 5, 1),
     )

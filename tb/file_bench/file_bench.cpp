@@ -15,6 +15,9 @@
 
 #include "Vbench_core.h"
 #include "verilated.h"
+#if VM_COVERAGE
+#include "verilated_cov.h"
+#endif
 
 // Clocks without a pixel on either side after which the core counts as hung, and clocks after the
 // last pixel in which no other may come.
@@ -167,5 +170,8 @@ int main(int argc, char** argv) {
     counts << "\ninput_clocks " << last_in - first_in + 1 << "\nframing_errors " << framing_errors
            << "\nerror_flags " << int(core.error_flags) << '\n';
     core.final();
+#if VM_COVERAGE
+    context.coveragep()->write("toggles.dat");
+#endif
     return 0;
 }

@@ -197,7 +197,7 @@ def decode(
         Path | None, typer.Option(help="White image, to divide by it pixel by pixel.")
     ] = None,
     interpolation: Annotated[
-        Literal["bilinear", "cubic"], typer.Option(help="How pixels are resampled.")
+        Literal["nearest", "bilinear", "cubic"], typer.Option(help="How pixels are resampled.")
     ] = "bilinear",
     scale: Annotated[
         Literal["native", "fit"],

@@ -1,4 +1,4 @@
-"""Commands that write reports of studies: report rays, precision, stability, calibration."""
+"""Commands that write reports of studies."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -40,6 +40,22 @@ def precision(out: OutFolder = "build/report-precision") -> None:
 def stability(out: OutFolder = "build/report-stability") -> None:
     """Extreme inputs, and how errors of floating point grow: Markdown with figures."""
     from plenofir.studies.refocus_stability import write_report
+
+    _write(write_report, out)
+
+
+@app.command()
+def numbers(out: OutFolder = "build/report-numbers") -> None:
+    """Noise, resolution, rounded centres, ways to depth: Markdown with figures."""
+    from plenofir.studies.numbers_report import write_report
+
+    _write(write_report, out)
+
+
+@app.command()
+def energy(out: OutFolder = "build/report-energy") -> None:
+    """Energy of a frame, estimated from what switches in netlists: Markdown; takes minutes."""
+    from plenofir.studies.energy import write_report
 
     _write(write_report, out)
 

@@ -26,7 +26,10 @@ from plenofir.images import read_image, read_picture
 from plenofir.refocus import interpolation_order, refocus
 
 # They take minutes.
-LONG_RUNNING = [("report", name) for name in ("rays", "precision", "stability", "calibration")]
+LONG_RUNNING = [
+    ("report", name)
+    for name in ("rays", "precision", "stability", "numbers", "energy", "calibration")
+]
 LEAVES = [
     words
     for words, command in COMMANDS.items()

@@ -24,12 +24,12 @@ from plenofir.camera.calibration.record import PROFILE_REACH, Calibration
 from plenofir.errors import InputError
 from plenofir.refocus.operator import Image
 
-Interpolation = Literal["bilinear", "cubic"]
+Interpolation = Literal["nearest", "bilinear", "cubic"]
 Scale = Literal["native", "fit"]
 
 FloatType = TypeVar("FloatType", np.float32, np.float64)
 
-_ORDERS = {"bilinear": 1, "cubic": 3}
+_ORDERS = {"nearest": 0, "bilinear": 1, "cubic": 3}
 # Darker parts of micro images than this share of the brightest are not brightened further.
 _DARKEST = 0.1
 _BLOCK_PIXELS = 1 << 21
@@ -145,7 +145,8 @@ def decode(
         White image, to divide by it pixel by pixel; without one the calibration's model of it is
         used. Each channel counts from its own brightest parts: vignetting goes, colours stay.
     interpolation
-        "bilinear" or "cubic" (B-splines).
+        "bilinear", "cubic" (B-splines), or "nearest": the nearest pixel, which rounds the centres
+        of micro images (Fig. 4.12 a).
     scale
         "native": steps of one pixel, micro images are cropped. "fit": M steps to a pitch.
     devignette
@@ -171,7 +172,8 @@ def decode(
     m = micro_image_size
     check_micro_image_size(calibration, m, scale)
     if interpolation not in _ORDERS:
-        raise InputError(f"{interpolation!r}", where="interpolation", expected="bilinear or cubic")
+        expected = "nearest, bilinear or cubic"
+        raise InputError(f"{interpolation!r}", where="interpolation", expected=expected)
     shape = calibration.image_shape
     check_same_size(raw, shape, where, "the calibration's white image")
     for image, name in ((dark, "dark frame"), (white, "white image")):
@@ -278,7 +280,7 @@ def hexagonal_to_rectangular(
     axis
         Axis of the lenses of a row.
     order
-        1 for linear interpolation, 3 for cubic splines.
+        0 for the nearest lens, 1 for linear interpolation, 3 for cubic splines.
 
     Returns
     -------
@@ -295,8 +297,12 @@ def hexagonal_to_rectangular(
     parts = []
     for parity in (0, 1):
         own = samples[parity::2]
+        at = places - 0.5 * ((parity + first_moved) % 2)
+        if order == 0:
+            parts.append(own.take(np.floor(at + 0.5).astype(int), axis))
+            continue
         spline = interpolate.make_interp_spline(np.arange(lenses), own, k=order, axis=axis)
-        parts.append(spline(places - 0.5 * ((parity + first_moved) % 2)))
+        parts.append(spline(at))
     shape = list(samples.shape)
     shape[axis] = count
     result = np.empty(shape, dtype=samples.dtype)

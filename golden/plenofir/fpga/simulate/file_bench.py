@@ -130,6 +130,7 @@ def run_bench(
     waves: Path | None = None,
     built: bool = False,
     verilog: Sequence[Path] | None = None,
+    toggles: bool = False,
     progress: Callable[[int], None] | None = None,
 ) -> BenchResult:
     """Move frames through a core, back to back.
@@ -158,6 +159,9 @@ def run_bench(
         Whether the directory has the library already, from an earlier run.
     verilog
         Verilator only: the entity `CORE` in Verilog, if not what GHDL makes of its sources.
+    toggles
+        Verilator only: whether to count the changes of all signals, see
+        `plenofir.fpga.simulate.toggles.read_toggles`.
     progress
         Called with the number of pixels that came out so far.
 
@@ -200,7 +204,9 @@ def run_bench(
 
     if simulator.name == "verilator":
         files = verilog or [write_verilog(core_sources(), CORE, generics, directory)]
-        program = verilator.build_bench(simulator, files, CORE, directory, pixels=frames.size)
+        program = verilator.build_bench(
+            simulator, files, CORE, directory, pixels=frames.size, toggles=toggles
+        )
         slices = len(core.shifts) if stack else 0
         numbers = (core.micro_image_size, slices, core.channels, core.pixel_bits, *sizes.values())
         command = [str(program), *(str(number) for number in numbers)]

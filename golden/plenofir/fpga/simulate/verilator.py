@@ -11,11 +11,18 @@ _PIXELS_TO_OPTIMISE_FOR = 100_000
 
 
 def build_bench(
-    simulator: Simulator, verilog: Sequence[Path], top: str, directory: Path, *, pixels: int
+    simulator: Simulator,
+    verilog: Sequence[Path],
+    top: str,
+    directory: Path,
+    *,
+    pixels: int,
+    toggles: bool = False,
 ) -> Path:
     """Translate a core in Verilog, or its netlist, and compile it with the file bench.
 
-    Many `pixels` to go through it are worth the time that a fast program takes.
+    Many `pixels` to go through it are worth the time that a fast program takes. With `toggles` the
+    program counts how often each bit of a signal changes, into ``toggles.dat``.
     """
     optimisation = "-O3" if pixels > _PIXELS_TO_OPTIMISE_FOR else "-O0"
     simulator.run(
@@ -24,6 +31,7 @@ def build_bench(
             *("--cc", "--exe", "--build", "--no-timing"),
             *("-Wno-fatal", "-Wno-lint", "-Wno-style"),
             *("--x-assign", "0", "--x-initial", "0"),
+            *(("--coverage-toggle", "--coverage-underscore") if toggles else ()),
             # The package lacks this setting, and compiles for size.
             *("-MAKEFLAGS", f"CFG_CXXFLAGS_PCH_I=-include OPT_FAST={optimisation}"),
             *("--top-module", top, "--Mdir", "model", "-o", "bench"),

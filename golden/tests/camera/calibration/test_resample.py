@@ -202,3 +202,27 @@ def test_known_grid(layout) -> None:
     assert known.centres == pytest.approx(found.centres, abs=0.02, nan_ok=True)
     with pytest.raises(InputError, match="no micro lens"):
         calibration_of_grid(grid, (0, 0))
+
+
+@pytest.mark.parametrize("layout", ["rectangular", "hexagonal-rows", "hexagonal-columns"])
+def test_nearest_takes_pixels_of_the_capture(layout) -> None:
+    """The pixel that the exact place lies in, of the nearest lens where rows are staggered."""
+    grid = regular_grid(SHAPE, 11.3, rotation_degrees=0.7, layout=layout)
+    calibration = calibration_of(grid, (7, 7), (-3, -3))
+    y, x = np.indices(SHAPE)
+    index = (200 * y + x).astype(np.uint16)
+    raster = decode(index, calibration, 5, interpolation="nearest", devignette=False)
+    if layout != "rectangular":
+        assert np.isin(raster, index).all()
+        return
+    found = np.stack(np.divmod(raster.astype(int), 200), axis=-1)
+    angle = np.radians(0.7)
+    steps = np.arange(5) - 2.0
+    down = np.array([np.cos(angle), -np.sin(angle)])
+    right = np.array([np.sin(angle), np.cos(angle)])
+    places = (
+        calibration.centres[:, None, :, None]
+        + steps[:, None, None, None] * down
+        + steps[:, None] * right
+    )
+    assert np.abs(found - places.reshape(35, 35, 2)).max() <= 0.501

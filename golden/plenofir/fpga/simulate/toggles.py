@@ -1,0 +1,227 @@
+"""Switching activity of a netlist: how often each net changes while frames go through it."""
+
+import json
+import re
+import shutil
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.simulate.file_bench import CORE, core_generics, core_sources, run_bench
+from plenofir.fpga.simulate.simulators import SimulationError, Simulator
+from plenofir.fpga.synthesis.block_rams import block_ram_models
+from plenofir.fpga.synthesis.spartan6 import Figures, cell_models, synthesise
+from plenofir.fpga.synthesis.tools import run_yosys
+from plenofir.refocus.operator import Image
+
+_CHANGE = re.compile(rb"\x01o\x02([^\x01]+):(?:0->1|1->0)\x01[^']*' (\d+)$")
+_CARRY = "CARRY4"
+# Pins that a driver of the same slice reaches without the routing outside.
+_INSIDE_SLICE = {"FDRE": {"D"}, "FDSE": {"D"}, _CARRY: {"S", "DI", "CI"}, "MUXF7": {"I0", "I1"}}
+_INSIDE_SLICE["FDCE"] = _INSIDE_SLICE["FDPE"] = {"D"}
+_INSIDE_SLICE["MUXF8"] = _INSIDE_SLICE["MUXF7"]
+
+
+@dataclass(frozen=True)
+class Activity:
+    """What switches in a core while frames go through it.
+
+    Attributes
+    ----------
+    figures
+        What the netlist takes.
+    clocks
+        Clocks from the first pixel in to the last pixel out.
+    pixels
+        Pixels of all frames.
+    nets
+        Nets that leave their slice.
+    toggles
+        Changes of all of these nets, the clock's not counted, without glitches.
+    inside
+        Changes of nets that stay inside their slice.
+    """
+
+    figures: Figures
+    clocks: int
+    pixels: int
+    nets: int
+    toggles: int
+    inside: int
+
+    @property
+    def rate(self) -> float:
+        """Changes of a net in a clock, the mean of all that leave their slice."""
+        return self.toggles / self.nets / self.clocks
+
+
+def read_toggles(path: Path) -> dict[str, int]:
+    """Read what the file bench counted in Verilator.
+
+    Parameters
+    ----------
+    path
+        ``toggles.dat``.
+
+    Returns
+    -------
+    dict
+        Name of a signal, or of a bit as ``name[bit]``, to its changes in both directions.
+    """
+    found: Counter[str] = Counter()
+    for line in path.read_bytes().splitlines():
+        if match := _CHANGE.search(line):
+            found[match[1].decode()] += int(match[2])
+    return dict(found)
+
+
+def net_toggles(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> dict[int, int]:
+    """Changes of each net of a netlist.
+
+    Parameters
+    ----------
+    netlist
+        A module of Yosys' JSON.
+    toggles
+        See `read_toggles`.
+
+    Returns
+    -------
+    dict
+        Number of a net to its changes; nets that a signal's name is not known of are left out.
+    """
+    found = {}
+    for name, net in netlist["netnames"].items():
+        bits, low = net["bits"], net.get("offset", 0)
+        for place, bit in enumerate(bits):
+            key = name if len(bits) == 1 and name in toggles else f"{name}[{low + place}]"
+            if isinstance(bit, int) and key in toggles:
+                found[bit] = toggles[key]
+    return found
+
+
+def count_activity(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> tuple[int, int, int]:
+    """Sort the nets of a netlist by where they go.
+
+    Parameters
+    ----------
+    netlist
+        A module of Yosys' JSON, its cells those of Spartan-6.
+    toggles
+        See `read_toggles`.
+
+    Returns
+    -------
+    nets
+        Nets that cells drive and that leave their slice.
+    toggles
+        Their changes.
+    inside
+        Changes of the nets that go to a flip-flop, multiplexer or carry chain of their slice alone.
+    """
+    changes = net_toggles(netlist, toggles)
+    driven: set[int] = set()
+    clocks: set[int] = set()
+    outside: set[int] = {
+        bit
+        for port in netlist["ports"].values()
+        if port["direction"] == "output"
+        for bit in port["bits"]
+        if isinstance(bit, int)
+    }
+    readers: Counter[int] = Counter()
+    for cell in netlist["cells"].values():
+        kind = cell["type"]
+        near = _INSIDE_SLICE.get(kind, set())
+        for pin, bits in cell["connections"].items():
+            numbers = {bit for bit in bits if isinstance(bit, int)}
+            if cell["port_directions"][pin] == "output":
+                driven |= numbers
+                continue
+            readers.update(numbers)
+            if pin.startswith(("CLK", "WCLK")) or (pin == "C" and kind.startswith("FD")):
+                clocks |= numbers
+            elif pin not in near:
+                outside |= numbers
+    used = {bit for bit in driven & changes.keys() if readers[bit] or bit in outside} - clocks
+    # A flip-flop takes the place beside one LUT: with more readers the net goes out.
+    routed = {bit for bit in used if bit in outside or readers[bit] > 1}
+    return (
+        len(routed),
+        sum(changes[bit] for bit in routed),
+        sum(changes[bit] for bit in used - routed),
+    )
+
+
+def simulate_activity(
+    simulator: Simulator, core: CoreConfiguration, frames: Image, directory: Path
+) -> Activity:
+    """Synthesise a core for Spartan-6, send frames through the netlist, and count changes.
+
+    Parameters
+    ----------
+    simulator
+        Verilator.
+    core
+        Generics of the core.
+    frames
+        Shape (frames, rows, columns[, channels]).
+    directory
+        Folder for all files.
+
+    Returns
+    -------
+    Activity
+        What switched.
+
+    Raises
+    ------
+    InputError
+        If a tool is missing.
+    SimulationError
+        If the netlist's frames are not the golden model's.
+    """
+    netlist = synthesise(core_sources(), CORE, core_generics(core), directory)
+    # Short names, one for each net.
+    run_yosys(
+        [
+            f"read_verilog -lib {cell_models()}",
+            f"read_verilog -lib {cell_models().with_name('cells_xtra.v')}",
+            f"read_verilog {netlist.verilog.name}",
+            f"hierarchy -top {CORE}",
+            "opt_clean -purge",
+            "rename -hide w:*",
+            "rename -enumerate -pattern n% w:*",
+            "write_verilog -noattr -norename nets.v",
+            f"select {CORE}",
+            "write_json -selected nets.json",
+        ],
+        directory / "nets.log",
+    )
+    cells = directory / "cells.v"
+    cells.write_text(
+        f"// verilator coverage_off\n{cell_models().read_text()}\n{block_ram_models()}"
+    )
+    bench = directory / "bench"
+    shutil.rmtree(bench, ignore_errors=True)
+    result = run_bench(
+        simulator, core, frames, bench, verilog=[directory / "nets.v", cells], toggles=True
+    )
+    want = np.stack([core.golden(frame)[0] for frame in frames])
+    if not np.array_equal(result.frames, want):
+        raise SimulationError("the netlist's frames are not those of the golden model")
+    module = json.loads((directory / "nets.json").read_text())["modules"][CORE]
+    nets, toggles, inside = count_activity(module, read_toggles(bench / "toggles.dat"))
+    return Activity(
+        figures=netlist.figures,
+        clocks=result.clocks,
+        pixels=int(np.prod(frames.shape[:3])),
+        nets=nets,
+        toggles=toggles,
+        inside=inside,
+    )

@@ -1,0 +1,321 @@
+"""Energy of a frame: what switches in a simulated netlist, times published energies of devices.
+
+There is no published energy for each resource of a Spartan-6, so those of other devices are scaled:
+energy goes with the size of structures (capacitance) and with the square of the voltage.
+
+- Logic and routing: a CLB of a Virtex-II (150 nm, 1.5 V) takes 5.9 uW/MHz in typical designs, 60 %
+  of it in routing, 16 % in logic, 14 % in clocks (L. Shang, A. Kaviani, K. Bathala: Dynamic power
+  consumption in the Virtex-II FPGA family, FPGA 2002). It has eight LUTs with a flip-flop each. A
+  net of a typical design changes in 12.5 % of the clocks (the default of Xilinx's power estimator,
+  UG440), so a CLB's eight nets change once a clock.
+- Block RAM: 39 mW for 4 blocks to 148 mW for 32 blocks of 18 Kbit at 300 MHz, both ports in use,
+  half of the bits changing (Virtex-5, 65 nm, 1.0 V; DS512, table 41).
+- Multipliers: 3.1 pJ for 32 x 32 bits in 45 nm at 0.9 V (M. Horowitz: Computing's energy problem,
+  ISSCC 2014), which is more than a DSP48A1's 18 x 18 bits need.
+
+Changes are counted without glitches, wires have the length that they have in other designs: the
+result is good to a factor of two either way, which is what `UNCERTAINTY` says. Static power, pins
+and clock generation are not in it.
+"""
+
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from plenofir import project
+from plenofir.files import check_folder
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.moving_sum import MovingSumEngine
+from plenofir.fpga.simulate.simulators import Simulator, find_simulator
+from plenofir.fpga.simulate.toggles import Activity, simulate_activity
+from plenofir.images import read_image
+from plenofir.plan import load_scene, make_plan
+from plenofir.refocus import refocus
+from plenofir.refocus.operator import Image
+from plenofir.studies.experiments import textures
+from plenofir.studies.report_parts import machine, table
+from plenofir.studies.resolution import capture, central_directions
+
+Progress = Callable[[int, int], None]
+
+UNCERTAINTY = 2.0
+"""Factor, either way, that an energy may be off."""
+
+
+def _scaled(nanometres: float, volts: float) -> float:
+    """Energy of a Spartan-6 (45 nm, 1.2 V) over that of another device."""
+    return 45 / nanometres * (1.2 / volts) ** 2
+
+
+_CLB_PJ = 5.9
+_VIRTEX_2 = _scaled(150, 1.5)
+NET_PJ = _CLB_PJ * (0.60 + 0.16) / (8 * 0.125) * _VIRTEX_2
+"""Change of a net with the logic that drives it."""
+CLOCK_PJ = _CLB_PJ * 0.14 / 8 * _VIRTEX_2
+"""Clock of a flip-flop."""
+_BLOCKS_PJ = (39e-3 / 4 / 300e6 * 1e12, 148e-3 / 32 / 300e6 * 1e12)
+BLOCK_RAM_PJ = sum(_BLOCKS_PJ) / 2 * _scaled(65, 1.0)
+"""Clock of a block RAM of 18 Kbit; half of it for 9 Kbit."""
+MULTIPLIER_PJ = 3.1 * _scaled(45, 0.9)
+"""Clock of a multiplier."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """A core, what goes through its netlist, and the frame that the energy is told of."""
+
+    name: str
+    core: CoreConfiguration
+    frames: Image  # shape (frames, rows, columns[, 3])
+    columns: int
+    rows: int
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energy of a core for each clock, in pJ; at full rate a clock takes a pixel."""
+
+    load: Load
+    activity: Activity
+    nets: float
+    clocks: float
+    block_rams: float
+    multipliers: float
+
+    @property
+    def total(self) -> float:
+        """Sum for each clock, in pJ."""
+        return self.nets + self.clocks + self.block_rams + self.multipliers
+
+    @property
+    def frame_mj(self) -> float:
+        """Energy of a frame of the load's size, in mJ."""
+        return self.total * self.load.columns * self.load.rows * 1e-9
+
+
+def energy_of(load: Load, activity: Activity) -> Energy:
+    """Weigh what switches.
+
+    Parameters
+    ----------
+    load
+        The core and its frames.
+    activity
+        What switched when they went through.
+
+    Returns
+    -------
+    Energy
+        For each clock.
+    """
+    figures = activity.figures
+    return Energy(
+        load,
+        activity,
+        nets=NET_PJ * activity.toggles / activity.clocks,
+        clocks=CLOCK_PJ * figures.flip_flops,
+        block_rams=BLOCK_RAM_PJ * (figures.ramb16 + figures.ramb8 / 2),
+        multipliers=MULTIPLIER_PJ * figures.dsp,
+    )
+
+
+def loads() -> Iterator[Load]:
+    """Both engines, the thesis's architecture, and the cores of the other large scenes."""
+    planes = read_image(project.DATA / "planes_5x5.png")
+    five = np.stack([planes[100:200, 150:450], planes[200:300, 300:600]])
+    for engine in (FirEngine(), MovingSumEngine()):
+        core = CoreConfiguration(micro_image_size=5, shifts=(2,), max_columns=640, engine=engine)
+        name = f"grey, M = 5, a = 2/5, {engine.kind}"
+        yield Load(name, core, np.ascontiguousarray(five[..., 1]), 640, 480)
+    three = central_directions(planes, 5, 3)
+    parts = np.stack([three[30:120, 60:240], three[120:210, 200:380]])
+    plan = make_plan(load_scene("thesis-m3"))
+    yield Load("thesis-m3", plan.core, parts, plan.columns, plan.rows)
+    plan = make_plan(load_scene("rgb-720p"))
+    yield Load("rgb-720p, the core", plan.core, five, plan.columns, plan.rows)
+    plan = make_plan(load_scene("still-m11"))
+    eleven = capture(11, Fraction(1, 2).limit_denominator(11), textures()[0], 31)
+    still = (eleven[:242] >> 8).astype(np.uint8).reshape(2, 121, -1)
+    yield Load("still-m11", plan.core, still, plan.columns, plan.rows)
+
+
+def package_microjoules() -> float | None:
+    """Energy that the processors' counters have counted, in uJ; None without such counters."""
+    files = sorted(Path("/sys/class/powercap").glob("intel-rapl:[0-9]*/energy_uj"))
+    try:
+        return float(sum(int(file.read_text()) for file in files)) if files else None
+    except OSError:
+        return None
+
+
+@dataclass(frozen=True)
+class Software:
+    """The fast refocuser on this machine."""
+
+    seconds: float  # for each frame
+    millijoules: float | None  # of the whole package for each frame; None if it does not count
+
+
+def software(columns: int, rows: int, m: int, least_seconds: float = 2.0) -> Software:
+    """Refocus grey frames for a while, and read the processor's counters around it.
+
+    Parameters
+    ----------
+    columns, rows
+        Size of the frame.
+    m
+        Micro image size M in pixels.
+    least_seconds
+        How long.
+
+    Returns
+    -------
+    Software
+        Time and energy of a frame.
+    """
+    raw = np.random.default_rng(0).integers(0, 256, (rows, columns), np.uint8)
+    out = np.empty_like(raw)
+    refocus(raw, m, Fraction(1, m), out=out)
+    frames, before, start = 0, package_microjoules(), time.perf_counter()
+    while (seconds := time.perf_counter() - start) < least_seconds:
+        refocus(raw, m, Fraction(1, m), out=out)
+        frames += 1
+    after = package_microjoules()
+    counted = None if before is None or after is None else (after - before) * 1e-3 / frames
+    return Software(seconds / frames, counted)
+
+
+def _software_lines() -> list[str]:
+    found = software(3201, 3201, 11)
+    line = (
+        f"`refocus` takes {1e3 * found.seconds:.1f} ms for a grey frame of 3201 x 3201 pixels "
+        f"({machine()})"
+    )
+    if found.millijoules is not None:
+        return [f"{line}, and {found.millijoules:.1f} mJ by the counters of the package.", ""]
+    return [
+        f"{line}. The machine shows no energy counters (RAPL), so its energy was not measured: "
+        f"each watt that the processor takes is {1e3 * found.seconds:.1f} mJ a frame.",
+        "",
+    ]
+
+
+def report_lines(results: list[Energy]) -> list[str]:
+    """Text and tables of the report, without the software.
+
+    Parameters
+    ----------
+    results
+        Energy of each core.
+
+    Returns
+    -------
+    list of str
+        Markdown.
+    """
+    lines = [
+        "# Energy of a frame",
+        "",
+        "Written by `plenofir report energy`. The thesis calls its architecture power-efficient "
+        "and leaves the proof to future work. This is an estimate; nothing was measured on a "
+        "board.",
+        "",
+        "Each core is synthesised for Spartan-6 with GHDL and Yosys, and pictures go through its "
+        "netlist in Verilator; what comes out must equal the golden model. The changes of every "
+        "net are counted. "
+        f"A change of a net that leaves its slice counts {NET_PJ:.2f} pJ, a clock of a flip-flop "
+        f"{CLOCK_PJ:.3f} pJ, of a block RAM of 18 Kbit {BLOCK_RAM_PJ:.0f} pJ, of a multiplier "
+        f"{MULTIPLIER_PJ:.1f} pJ. These are published figures of other devices, scaled to 45 nm "
+        "and 1.2 V; `plenofir.studies.energy` names them. Glitches, the true lengths of wires, "
+        "static power, pins and clock generation are not in it: expect a factor of "
+        f"{UNCERTAINTY:g} either way.",
+        "",
+    ]
+    heads = ["core", "nets", "changes a clock, each net", "nets / pJ", "clocks / pJ"]
+    heads += ["block RAM / pJ", "multipliers / pJ", "sum / pJ a clock"]
+    lines += table(
+        heads,
+        [
+            [
+                e.load.name,
+                str(e.activity.nets),
+                f"{e.activity.rate:.3f}",
+                f"{e.nets:.0f}",
+                f"{e.clocks:.0f}",
+                f"{e.block_rams:.0f}",
+                f"{e.multipliers:.0f}",
+                f"{e.total:.0f}",
+            ]
+            for e in results
+        ],
+    )
+    lines += ["A clock takes a pixel, so the energy of a frame does not depend on the clock:", ""]
+    lines += table(
+        ["core", "frame", "mJ a frame", "range", "mW at 60 frames a second"],
+        [
+            [
+                e.load.name,
+                f"{e.load.columns} x {e.load.rows}",
+                f"{e.frame_mj:.2g}",
+                f"{e.frame_mj / UNCERTAINTY:.2g} to {e.frame_mj * UNCERTAINTY:.2g}",
+                f"{60 * e.frame_mj:.2g}",
+            ]
+            for e in results
+        ],
+    )
+    share = max(results, key=lambda e: e.block_rams / e.total)
+    least = min(results, key=lambda e: e.block_rams / e.total)
+    lines += [
+        f"Block RAM takes {100 * least.block_rams / least.total:.0f} % ({least.load.name}) to "
+        f"{100 * share.block_rams / share.total:.0f} % ({share.load.name}) of the energy: the "
+        "lines that wait cost more than the arithmetic.",
+        "",
+        "## Software",
+        "",
+    ]
+    return lines
+
+
+def write_report(folder: Path, progress: Progress | None = None) -> Path:
+    """Simulate every core and write ``energy.md``.
+
+    Parameters
+    ----------
+    folder
+        Made if it is missing.
+    progress
+        Called with the steps done and to do.
+
+    Returns
+    -------
+    Path
+        The Markdown file.
+
+    Raises
+    ------
+    InputError
+        If a tool is missing, or the folder cannot be written.
+    """
+    check_folder(folder, str(folder))
+    simulator: Simulator = find_simulator("verilator")
+    chosen = list(loads())
+    results = []
+    for done, load in enumerate(chosen):
+        if progress is not None:
+            progress(done, len(chosen) + 1)
+        with tempfile.TemporaryDirectory() as name:
+            activity = simulate_activity(simulator, load.core, load.frames, Path(name))
+        results.append(energy_of(load, activity))
+    lines = [*report_lines(results), *_software_lines()]
+    if progress is not None:
+        progress(len(chosen) + 1, len(chosen) + 1)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "energy.md"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return path
