@@ -1,0 +1,136 @@
+"""The whole board as a bench sees it: a source, a monitor, its panel and its serial port."""
+
+import random
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.triggers import Timer
+
+from plenofir.fpga.hdmi.colour import to_full_range_rgb, way_of
+from plenofir.fpga.hdmi.link import Packed, ReceivedFrame, encode_frames
+from plenofir.fpga.hdmi.modes import VideoMode
+from plenofir.fpga.hdmi.packets import AviInfo
+from plenofir.fpga.hdmi.script import Code, Command, pixel_period
+from plenofir.refocus import ExactArithmetic
+from plenofir_tb.case import read_case
+from plenofir_tb.serial import SerialLink, last_frames
+from plenofir_tb.sources import RGB, hdmi_source
+from plenofir_tb.video import measured
+
+# What the documentation states: the clocks are up after LOCK_US (with the meter's window of this
+# bench), then the frame under way and two whole ones go by.
+LOCK_US = 100
+LOCK_FRAMES = 4
+
+
+def signal(mode: VideoMode) -> list[Command]:
+    """Commands that start a source."""
+    return [pixel_period(mode), Command(Code.CLOCK, 1)]
+
+
+class Board:
+    """Source, board and monitor.
+
+    Parameters
+    ----------
+    dut
+        The entity ``hdmi_bench``.
+    """
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.link = SerialLink(dut)
+        self.rng = np.random.default_rng(cocotb.RANDOM_SEED)
+        self.random = random.Random(cocotb.RANDOM_SEED)
+        self.case = read_case()
+
+    def pictures(self, mode: VideoMode, count: int) -> list[np.ndarray]:
+        """Random pictures for a mode."""
+        shape = (count, mode.v_active, mode.h_active, 3)
+        return list(self.rng.integers(0, 256, shape, np.uint8))
+
+    def golden(self, picture: np.ndarray, slice_: int = 0, info: AviInfo = RGB) -> np.ndarray:
+        """What the board must make of a picture."""
+        rgb = to_full_range_rgb(picture, way_of(info))
+        return ExactArithmetic().refocus(rgb, self.case["m"], shift=self.case["shifts"][slice_])
+
+    def led(self) -> int:
+        """Light-emitting diodes, LED 0 in bit 0."""
+        return int(self.dut.led.value)
+
+    def lost_frames(self, mode: VideoMode) -> int:
+        """Frames that may go by between a new signal and the first refocused frame."""
+        frame_us = 1000 * mode.h_total * mode.v_total / mode.pixel_clock
+        return int(np.ceil(LOCK_US / frame_us)) + LOCK_FRAMES
+
+    async def relock(
+        self, mode: VideoMode, script: list[Command | Packed], info: AviInfo | None = None
+    ) -> list[ReceivedFrame]:
+        """Send a script, then frames: the first whole frame that is not black must be right.
+
+        The source is one of DVI, or one of HDMI that tells of its pictures. Returns the frames from
+        the first right one on.
+        """
+        lost = self.lost_frames(mode)
+        frames = self.pictures(mode, lost + 3)
+        source = hdmi_source(info) if info else encode_frames
+        taken = await self.link.play([*script, *signal(mode), source(mode, frames)])
+        got = last_frames(taken, mode.h_total)
+        assert got, "no picture"
+        assert got[-1].mode == measured(mode)
+        shown = [frame for frame in got if frame.pixels.any()]
+        assert shown, "nothing but black"
+        # Black frames come before the picture, never between.
+        assert all(frame.pixels.any() for frame in got[-len(shown) :])
+        wanted = [self.golden(frame, info=info or RGB) for frame in frames]
+        first = next(
+            (i for i, want in enumerate(wanted) if np.array_equal(shown[0].pixels, want)), None
+        )
+        assert first is not None, "the first frame is wrong"
+        assert first <= lost, f"first frame {first}, {lost} may be lost"
+        for frame, want in zip(shown, wanted[first:], strict=False):
+            assert np.array_equal(frame.pixels, want)
+        # The last frame has not come out as a whole.
+        assert len(shown) >= len(frames) - first - 2
+        return shown
+
+
+async def uart_send(dut: Any, text: str) -> None:
+    """Send characters to the board."""
+    bit_ns = 10 * read_case()["bit_clocks"]
+    for code in text.encode():
+        for bit in (0, *(code >> i & 1 for i in range(8)), 1):
+            dut.uart_rx.value = bit
+            await Timer(bit_ns, "ns")
+
+
+async def uart_line(dut: Any) -> str:
+    """Receive one line from the board."""
+    bit_ns = 10 * read_case()["bit_clocks"]
+    text = ""
+    for _ in range(400):
+        for _ in range(10_000):
+            if not int(dut.uart_tx.value):
+                break
+            await Timer(bit_ns / 10, "ns")
+        else:
+            raise AssertionError(f"no answer behind {text!r}")
+        code = 0
+        await Timer(bit_ns / 2, "ns")
+        for i in range(8):
+            await Timer(bit_ns, "ns")
+            code |= int(dut.uart_tx.value) << i
+        await Timer(bit_ns, "ns")
+        assert int(dut.uart_tx.value), "no stop bit"
+        text += chr(code)
+        if text.endswith("\r\n"):
+            return text.strip()
+    raise AssertionError(text)
+
+
+async def ask(dut: Any, text: str) -> str:
+    """Send a command and receive its answer."""
+    answer = cocotb.start_soon(uart_line(dut))
+    await uart_send(dut, text + "\r\n")
+    return await answer
