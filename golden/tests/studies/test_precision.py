@@ -9,6 +9,12 @@ from plenofir.studies import refocus_stability as stability
 from plenofir.studies.methods import Method, exact_sums, hardware, running_sums, software
 
 
+@pytest.fixture(autouse=True)
+def hasty(monkeypatch):
+    """Three runs are enough where times are not looked at."""
+    monkeypatch.setattr(report, "_LEAST_SECONDS", 0)
+
+
 @pytest.mark.parametrize(("m", "shift"), [(5, -3), (4, 2), (6, 6), (11, 7), (1, 3)])
 def test_all_ways_agree(m, shift):
     raw = np.random.default_rng(m).integers(0, 256, (9 * m + 1, 8 * m + 2), dtype=np.uint8)

@@ -1,39 +1,13 @@
 """The commands of the ray model."""
 
-import io
 import json
-import sys
-from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
 from pathlib import Path
-from unittest.mock import patch
 
 import imageio.v3 as iio
 import pytest
+from in_process import plenofir
 
 from plenofir.camera.rays.camera import CAMERAS
-from plenofir.commands.app import main
-
-
-@dataclass
-class Done:
-    """What a command in this process did: faster than starting one."""
-
-    returncode: int
-    stdout: str
-    stderr: str
-
-
-def plenofir(*arguments: str) -> Done:
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        patch.object(sys, "argv", ["plenofir", *arguments]),
-        redirect_stdout(out),
-        redirect_stderr(err),
-        pytest.raises(SystemExit) as exit_,
-    ):
-        main()
-    return Done(int(exit_.value.code or 0), out.getvalue(), err.getvalue())
 
 
 def answer(*arguments: str):

@@ -1,0 +1,26 @@
+"""Commands in this process: to start one takes half a second."""
+
+import io
+import subprocess
+import sys
+from contextlib import redirect_stderr, redirect_stdout
+from unittest.mock import patch
+
+from plenofir.commands.app import main
+
+
+def plenofir(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end, as its own process would."""
+    out, err = io.StringIO(), io.StringIO()
+    code: object = None
+    with (
+        patch.object(sys, "argv", ["plenofir", *arguments]),
+        redirect_stdout(out),
+        redirect_stderr(err),
+    ):
+        try:
+            main()
+        except SystemExit as done:
+            code = done.code
+    assert isinstance(code, int)
+    return subprocess.CompletedProcess(arguments, code, out.getvalue(), err.getvalue())
