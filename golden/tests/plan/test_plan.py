@@ -3,11 +3,10 @@
 import itertools
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from in_process import plenofir
 
 from plenofir.camera.rays import Cover, Slice, covering_slices
 from plenofir.camera.rays.camera import CAMERAS
@@ -22,8 +21,6 @@ from plenofir.plan.configure import TOP, configure, needed_sources, package_text
 from plenofir.plan.planner import Plan, without_idle_slices
 from plenofir.plan.scene import scene_files
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
-
-PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 
 BASE = """
 name = "test"
@@ -283,9 +280,7 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
 )
 def test_bad_scenes(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = write(tmp_path, BASE.replace(old, new))
-    done = subprocess.run(
-        [PLENOFIR, "plan", str(path)], capture_output=True, text=True, check=False
-    )
+    done = plenofir("plan", str(path))
     assert done.returncode == 2, done.stdout
     assert done.stdout == ""
     assert done.stderr.count("\n") == 1, done.stderr
@@ -404,12 +399,8 @@ def test_configure_of_the_board(tmp_path: Path) -> None:
 
 
 def test_plan_as_json() -> None:
-    done = subprocess.run(
-        [PLENOFIR, "plan", "still-m11", "--json"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = plenofir("plan", "still-m11", "--json")
+    assert (done.returncode, done.stderr) == (0, "")
     content = json.loads(done.stdout)
     assert content["needs"]["DSP48A1"] == 1
     assert content["slices"][0]["far_mm"] is None
