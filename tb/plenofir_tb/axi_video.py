@@ -92,19 +92,32 @@ class AxiVideoSource(BusDriver):
         """Send transfers, one each clock unless a side stalls."""
         edge = RisingEdge(self.clock)
         bus = self.bus
+        # Signals are written when they change: a write costs more than a clock of the simulator.
+        shown: Beat | None = None
+        offered = False
         if sync:
             await edge
         for beat in transaction:
             while next(self.stalls):
+                if offered:
+                    bus.tvalid.value = 0
+                    offered = False
                 await edge
-            bus.tvalid.value = 1
-            bus.tdata.value = beat.data
-            bus.tuser.value = int(beat.start_of_frame)
-            bus.tlast.value = int(beat.end_of_line)
+            if not offered:
+                bus.tvalid.value = 1
+                offered = True
+            if shown is None or shown.data != beat.data:
+                bus.tdata.value = beat.data
+            if shown is None or shown.start_of_frame != beat.start_of_frame:
+                bus.tuser.value = int(beat.start_of_frame)
+            if shown is None or shown.end_of_line != beat.end_of_line:
+                bus.tlast.value = int(beat.end_of_line)
+            shown = beat
             await edge
             while not int(bus.tready.value):
                 self.refused_clocks += 1
                 await edge
+        if offered:
             bus.tvalid.value = 0
 
 
@@ -125,6 +138,7 @@ class AxiVideoSink(BusMonitor):
     async def _monitor_recv(self) -> None:
         edge = RisingEdge(self.clock)
         bus = self.bus
+        slice_ = bus.tid if hasattr(bus, "tid") else None
         ready = False
         refused: Beat | None = None
         bus.tready.value = 0
@@ -133,13 +147,18 @@ class AxiVideoSink(BusMonitor):
             offer = None
             # Before the first reset signals may be undefined.
             if str(bus.tvalid.value) == "1":
-                sides = bool(int(bus.tuser.value)), bool(int(bus.tlast.value))
-                slice_ = int(bus.tid.value) if hasattr(bus, "tid") else 0
-                offer = Beat(int(bus.tdata.value), *sides, slice_)
-            running = str(self.reset.value) == "0"
-            assert not running or refused in (None, offer), f"{refused} became {offer}"
+                offer = Beat(
+                    int(bus.tdata.value),
+                    bool(int(bus.tuser.value)),
+                    bool(int(bus.tlast.value)),
+                    int(slice_.value) if slice_ is not None else 0,
+                )
+            if refused is not None or (offer is not None and not ready):
+                running = str(self.reset.value) == "0"
+                assert not running or refused in (None, offer), f"{refused} became {offer}"
+                refused = offer if running and not ready else None
             if ready and offer is not None:
                 self._recv(offer)
-            refused = offer if running and not ready else None
-            ready = not next(self.stalls)
-            bus.tready.value = int(ready)
+            was_ready, ready = ready, not next(self.stalls)
+            if ready != was_ready:
+                bus.tready.value = int(ready)
