@@ -305,7 +305,7 @@ def _spots(
             image = read_image(Path(file))
             signal = white_signal(image, dark_image, where=file, dark_where=str(dark))
             found = calibrate(image, dark_image, where=file, dark_where=str(dark))
-            spots.append(measure_spots(signal, found, place))
+            spots.append(measure_spots(signal, found, place, where=file))
     score = focus_score(spots)
     content = {
         "kind": "spots",

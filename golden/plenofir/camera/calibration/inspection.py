@@ -90,7 +90,7 @@ def _whole_lenses(calibration: Calibration, part: Flags | None) -> Indices:
 
 
 def mean_micro_image(
-    signal: Image32, calibration: Calibration, part: Flags | None = None
+    signal: Image32, calibration: Calibration, part: Flags | None = None, *, where: str = "image"
 ) -> MeanMicroImage:
     """Take the mean (median) of the micro images of a white or spot image.
 
@@ -102,6 +102,8 @@ def mean_micro_image(
         Where the micro images are.
     part
         Lenses that count, shape `Calibration.lenses`; None for all.
+    where
+        Name of the image for messages.
 
     Returns
     -------
@@ -118,7 +120,7 @@ def mean_micro_image(
     chosen = _whole_lenses(calibration, part)
     if not len(chosen):
         raise InputError(
-            "no micro image that is in it as a whole", where="image", expected="a larger image"
+            "no micro image that is in it as a whole", where=where, expected="a larger image"
         )
     few = np.random.default_rng(5).permutation(len(chosen))[:_MEAN_LENSES]
     rows, columns = chosen[few].T
@@ -336,7 +338,7 @@ def inspect_white(
             where=where,
             expected=f"at most {100 * LARGEST_UNEVENNESS:.0f} %: an evenly lit, diffuse surface",
         )
-    mean = mean_micro_image(signal, found)
+    mean = mean_micro_image(signal, found, where=where)
     differing = differing_rows(signal, found)
     smooth = found.lens_brightness[found.inside]
     return WhiteInspection(

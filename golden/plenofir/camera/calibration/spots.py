@@ -150,7 +150,9 @@ def _half(calibration: Calibration, side: str) -> Flags:
     return np.asarray(sign * (centres[..., axis] - middle[axis]) > 0)
 
 
-def measure_spots(signal: Image32, calibration: Calibration, position: float) -> Spots:
+def measure_spots(
+    signal: Image32, calibration: Calibration, position: float, *, where: str = "image"
+) -> Spots:
     """Measure the spots of micro lenses in collimated light.
 
     Parameters
@@ -161,17 +163,25 @@ def measure_spots(signal: Image32, calibration: Calibration, position: float) ->
         Where the spots are.
     position
         Position of the micro lens array.
+    where
+        Name of the picture for messages.
 
     Returns
     -------
     Spots
         Their sizes.
+
+    Raises
+    ------
+    InputError
+        If a half of the picture has no spot with its surroundings.
     """
-    radius = spot_radius(mean_micro_image(signal, calibration))
-    sides = {
-        side: spot_radius(mean_micro_image(signal, calibration, _half(calibration, side)))
-        for side in SIDES
-    }
+
+    def radius_of(part: Flags | None) -> float:
+        return spot_radius(mean_micro_image(signal, calibration, part, where=where))
+
+    radius = radius_of(None)
+    sides = {side: radius_of(_half(calibration, side)) for side in SIDES}
     return Spots(position, radius * calibration.grid.lens_pitch, radius, sides)
 
 

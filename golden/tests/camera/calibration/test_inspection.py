@@ -8,7 +8,7 @@ import pytest
 
 from plenofir.camera.calibration import calibrate
 from plenofir.camera.calibration.frames import grey
-from plenofir.camera.calibration.inspection import inspect_white
+from plenofir.camera.calibration.inspection import inspect_white, mean_micro_image
 from plenofir.camera.calibration.spots import (
     best_position,
     focus_score,
@@ -125,9 +125,12 @@ def test_main_lens_at_infinity(extension: float) -> None:
     assert extension_of_infinity(F197, wanted) == pytest.approx(extension, abs=1e-9)
 
 
-def test_pictures_without_a_star() -> None:
+def test_pictures_without_spots_and_stars() -> None:
     white = mixed_white(0.4)
     found = calibrate(white)
+    nothing = np.zeros(found.lenses, dtype=bool)
+    with pytest.raises(InputError, match=r"spots.png: no micro image"):
+        mean_micro_image(grey(white), found, nothing, where="spots.png")
     for picture, message in (
         (white, "light everywhere"),
         (np.full_like(white, 9), "no light that stands out"),
