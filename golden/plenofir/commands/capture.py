@@ -61,7 +61,7 @@ def calibrate(
     import numpy as np
 
     from plenofir.camera.calibration import calibrate as find
-    from plenofir.images import read_image
+    from plenofir.images import read_picture
 
     options.require("focus", "camera", camera is None and focus != inf)
     options.require("reversed_lens", "camera", camera is None and reversed_lens is not None)
@@ -71,13 +71,14 @@ def calibrate(
     path = check_file(out, (".json",), *inputs)
     picture_path = check_file(picture, (".png",), *inputs) if picture else None
     pupils = None if camera is None else _Pupils(camera, focus, reversed_lens, reversed_focus)
-    image = read_image(Path(white))
+    image, full_scale = read_picture(Path(white))
     with progress_bar("calibrating"):
         found = find(
             image,
             _optional(dark),
             layout=None if layout == "auto" else layout,
             order=None if order == "auto" else int(order),
+            full_scale=full_scale,
             where=white,
             dark_where=str(dark or ""),
         )
@@ -131,13 +132,15 @@ class _Pupils:
         """What to print about them."""
         from plenofir.camera.calibration import calibrate as find
         from plenofir.camera.rays import measured_focal_length
-        from plenofir.images import read_image
+        from plenofir.images import read_picture
 
         pupil = self._measured(self.model, found)
         lines = [f"pupils        exit {pupil_text(pupil)}"]
         if self.reversed is not None:
             white, model = self.reversed
-            other = self._measured(model, find(read_image(white), where=str(white)))
+            image, full_scale = read_picture(white)
+            calibration = find(image, full_scale=full_scale, where=str(white))
+            other = self._measured(model, calibration)
             lines.append(f"              entrance {pupil_text(other)}")
             length, error = measured_focal_length(self.model, pupil, model, other)
             known = self.model.camera.main_lens.focal_length_mm

@@ -24,6 +24,7 @@ def calibrate(
     *,
     layout: Layout | None = None,
     order: int | None = None,
+    full_scale: int | None = None,
     where: str = "white image",
     dark_where: str = "dark frame",
 ) -> Calibration:
@@ -40,6 +41,9 @@ def calibrate(
     order
         Order of the grid's polynomial: 1 without distortion, 2 with tilt, 3 with distortion. None
         for the lowest that describes the white image.
+    full_scale
+        Grey level at which the white image's pixels clip, as `plenofir.images.Picture` has it. None
+        if it is not known: 255, 65535, or that of 10, 12 or 14 bits if no pixel is brighter.
     where, dark_where
         Names of the two images for messages.
 
@@ -54,7 +58,7 @@ def calibrate(
         If the white image is too dark, too bright, of another size than the dark frame, or too
         little speaks for a grid of micro images.
     """
-    signal = white_signal(white, dark, where=where, dark_where=dark_where)
+    signal = white_signal(white, dark, where=where, dark_where=dark_where, full_scale=full_scale)
     try:
         fit = fit_grid(signal, layout=layout, order=order)
     except InputError as error:
@@ -85,7 +89,7 @@ def calibrate(
         profile=tuple(tuple(line) for line in _profile(signal, fit, smooth).round(4).tolist()),
         residual_px=fit.residual_px,
         used=fit.used,
-        clipped_share=clipped_share(white),
+        clipped_share=clipped_share(white, full_scale),
         evidence=fit.evidence,
     )
 

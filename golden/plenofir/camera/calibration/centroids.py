@@ -48,57 +48,45 @@ def reach(pitch: float) -> float:
     return float(np.ceil((HALF_WIDTH + _TRIAL) * pitch)) + 3
 
 
-def _window(distance: Floats, half_width: float) -> Floats:
+def raised_cosine(distance: Floats, half_width: float) -> Floats:
+    """Weights of the window along one axis."""
     inside = np.abs(distance) < half_width
     return np.where(inside, 0.5 + 0.5 * np.cos(np.pi / half_width * distance), 0.0)
 
 
-def _between(pitch: float, pixels: int) -> tuple[Floats, Floats]:
-    """Places (in pixels) at which a window is evaluated, and their weights for the pixels."""
+def _between(pitch: float) -> Floats:
+    """Weights of places between pixels for the pixels from 2 before to 2 behind."""
     # A window of a few pixels that is only evaluated at the pixels pulls its centroid to them; so
     # it is evaluated between them too, where the image is interpolated (Keys's cubic).
     count = max(1, int(np.ceil(_PLACES_A_PITCH / pitch)))
-    middle = pixels // 2
-    places = (np.arange(pixels * count) + 0.5) / count - 0.5 - middle
-    away = np.abs(places[:, np.newaxis] - np.arange(-middle, middle + 1))
+    places = (np.arange(count) + 0.5) / count - 0.5
+    away = np.abs(places[:, np.newaxis] - np.arange(-2, 3))
     near = (1.5 * away - 2.5) * away**2 + 1
     far = ((-0.5 * away + 2.5) * away - 4) * away + 2
-    return places, np.where(away < 1, near, np.where(away < 2, far, 0.0)) / count
+    return np.where(away < 1, near, np.where(away < 2, far, 0.0)) / count
 
 
 def windowed_moments(
     image: Image32, positions: Floats, pitch: tuple[float, float], half_width: float = HALF_WIDTH
 ) -> Moments:
     """Moments of an image in windows."""
-    halves = [half_width * p for p in pitch]
+    from plenofir.camera.calibration.moments import add_windows
+
+    halves = half_width * np.array(pitch)
     # Two pixels more for the interpolation.
-    sides = [int(np.ceil(h)) + 2 for h in halves]
-    steps = [np.arange(-n, n + 1) for n in sides]
-    windows = np.lib.stride_tricks.sliding_window_view(image, [len(s) for s in steps])
-    corners = np.round(positions).astype(np.int64)
-    n = len(positions)
-    sums, offsets, variances = np.empty(n), np.empty((n, 2)), np.empty((n, 2))
-    between = [_between(pitch[axis], len(steps[axis])) for axis in (0, 1)]
-    block = max(1, _BLOCK_PIXELS // (len(steps[0]) * len(steps[1])))
-    for start in range(0, n, block):
-        part = slice(start, start + block)
-        corner = corners[part]
-        pixels = windows[corner[:, 0] - sides[0], corner[:, 1] - sides[1]]
-        # For each axis the window and its first and second moment, shape (n, 3, pixels).
-        weights = []
-        for axis in (0, 1):
-            parts, to_pixels = between[axis]
-            distance = parts - (positions[part, axis] - corner[:, axis])[:, np.newaxis]
-            window = _window(distance, halves[axis])
-            powers = np.stack([window, window * distance, window * distance**2], axis=1)
-            weights.append(powers @ to_pixels)
-        right = np.swapaxes(weights[1], 1, 2).astype(np.float32)
-        total = weights[0] @ np.matmul(pixels, right).astype(np.float64)
-        mass = np.where(np.abs(total[:, 0, 0]) > 1e-9, total[:, 0, 0], 1e-9)
-        sums[part] = mass / (weights[0][:, 0].sum(axis=1) * weights[1][:, 0].sum(axis=1))
-        offsets[part] = np.stack([total[:, 1, 0], total[:, 0, 1]], axis=-1) / mass[:, np.newaxis]
-        variances[part] = np.stack([total[:, 2, 0], total[:, 0, 2]], axis=-1) / mass[:, np.newaxis]
-    return Moments(sums, offsets, variances)
+    sides = np.ceil(halves).astype(np.int64) + 2
+    corners = np.rint(positions).astype(np.int64)
+    if ((corners < sides) | (corners + sides >= image.shape)).any():
+        raise ValueError("windows reach beyond the image")
+    sums = np.empty((len(positions), 6))
+    between = _between(pitch[0]), _between(pitch[1])
+    add_windows(image, positions, halves, sides, between[0], between[1], sums)
+    mass = np.where(np.abs(sums[:, 1]) > 1e-9, sums[:, 1], 1e-9)
+    return Moments(
+        sums=mass / sums[:, 0],
+        offsets=sums[:, 2:4] / mass[:, np.newaxis],
+        variances=sums[:, 4:6] / mass[:, np.newaxis],
+    )
 
 
 def core_brightness(image: Image32, positions: Floats, pitch: tuple[float, float]) -> Floats:

@@ -25,6 +25,7 @@ from plenofir.camera.calibration.growing import (
     DIMMEST,
     SHADING_ORDER,
     GrowingFit,
+    enough,
     primitive_vectors,
 )
 from plenofir.camera.calibration.lattice import (
@@ -160,12 +161,13 @@ def _fit(
     for n in range(_MOST_ROUNDS):
         t, s, before = fitter.whole_lenses(largest)
         fitter.flatten()
-        fitter.refine(largest, order, 2)
+        fitter.refine(largest, order, 2, last=n > 0)
         moved = float(np.abs(fitter.grid.centres(t, s) - before).max())
         if n and moved < _SETTLED:
             break
     if moved > _RESTLESS:
         raise no_grid(f"centres uncertain by {moved:.2f} pixels (between rounds of the fit)")
+    fitter.fit_pixels()
     used = int((fitter.weights > 0).sum())
     if fitter.scatter > _LARGEST_SCATTER * pitch or used < _FEWEST_USED * len(fitter.weights):
         raise no_grid(
@@ -178,9 +180,9 @@ def _fit(
     bright = level > DIMMEST * float(np.percentile(level, 80))
     check_classes(fitter.grid, t, s, level)
     # Not flattened, too: a grid that is too fine has no smooth brightness to divide by.
-    smooth = ndimage.gaussian_filter(image, 0.1 * pitch)
+    smooth = fitter.smooth()
     raw = ndimage.map_coordinates(smooth, centres.T, order=1, mode="nearest")
-    check_classes(fitter.grid, t, s, raw - float(np.percentile(smooth, 1)))
+    check_classes(fitter.grid, t, s, raw - float(np.percentile(smooth[::3, ::3], 1)))
     margin = cell_margin(fitter, centres[bright])
     if margin < _SMALLEST_CELL_MARGIN:
         raise no_grid("more than one micro image in each cell of the grid")
@@ -231,13 +233,10 @@ def _pitch_error(fitter: GrowingFit) -> float:
 def _shading(fitter: GrowingFit) -> Floats:
     """Smooth part of the brightness as it is in the image, from the lenses' middles."""
     _, _, centres = fitter.whole_lenses(max(fitter.shape))
-    level = core_brightness(
-        np.pad(fitter.image, fitter.margin, mode="edge"),
-        centres + fitter.margin,
-        extents(fitter.grid),
-    )
+    centres = centres[enough(len(centres))]
+    level = core_brightness(fitter.raw, centres + fitter.margin, extents(fitter.grid))
     lit = level > DARK * np.percentile(level, 95)
-    order = next(n for n in range(SHADING_ORDER, -1, -1) if lit.sum() >= 4 * n * n + 1)
+    order = next((n for n in range(SHADING_ORDER, 0, -1) if lit.sum() >= 4 * n * n + 1), 0)
     terms = polynomial_terms(unit_positions(centres[lit], fitter.shape), order)
     return robust_fit(terms, np.log(level[lit])[:, np.newaxis], 1e-3)[0][:, 0]
 
@@ -253,10 +252,9 @@ def _finish(fitter: GrowingFit, used: int, evidence: Evidence) -> Fit:
     grid = fitter.grid.moved(int(t[rows[0], 0]), int(s[0, columns[0]]))
     inside, centres = inside[part], centres[part]
     pitch = extents(grid)
-    # Cut-off micro images are measured with the edge pixels repeated.
-    margin = int(reach(max(pitch)))
-    padded = np.pad(fitter.image, margin, mode="edge")
-    level = core_brightness(padded, centres[inside] + margin, pitch)
+    if reach(max(pitch)) > fitter.margin:
+        raise no_grid("micro images of another pitch than the image repeats with")
+    level = core_brightness(fitter.raw, centres[inside] + fitter.margin, pitch)
     base = max(fitter.base(), float(np.percentile(fitter.image[::3, ::3], 0.5)))
     shading = _shading(fitter)
     smooth = shading_at(shading, centres[inside], shape)

@@ -11,6 +11,7 @@ _LUMINANCE = np.array([0.2125, 0.7154, 0.0721], dtype=np.float32)
 _DARKEST_LEVELS = 16
 _CLIPPED_SHARE = 0.5
 _SMALLEST = 12
+_FULL_SCALES = {(1 << bits) - 1 for bits in (10, 12, 14)}
 
 
 def grey(image: Image | Floats) -> Image32:
@@ -32,18 +33,25 @@ def check_same_size(image: Image, shape: tuple[int, ...], where: str, other: str
         )
 
 
-def clipped_share(image: Image) -> float:
+def clipped_share(image: Image, full_scale: int | None = None) -> float:
     """Share of pixels at full scale."""
-    # Sensors of 10 to 14 bits whose pixels are stored as 16 bits clip at their own full scale.
-    largest = int(image.max())
-    full = {255} if image.dtype == np.uint8 else {(1 << bits) - 1 for bits in (10, 12, 14, 16)}
-    if largest not in full:
-        return 0.0
-    at_full = image == largest
+    highest = int(np.iinfo(image.dtype).max)
+    if full_scale is None or full_scale == highest:
+        # Pixels of 10 to 14 bits in words of 16 clip at a full scale that their file does not tell.
+        largest = int(image.max())
+        full_scale = largest if largest in _FULL_SCALES else highest
+    at_full = image >= full_scale
     return float((at_full.any(axis=2) if image.ndim == 3 else at_full).mean())
 
 
-def white_signal(white: Image, dark: Image | None, *, where: str, dark_where: str) -> Image32:
+def white_signal(
+    white: Image,
+    dark: Image | None,
+    *,
+    where: str,
+    dark_where: str,
+    full_scale: int | None = None,
+) -> Image32:
     """Grey levels of a white image above its dark frame."""
     if min(white.shape[:2]) < _SMALLEST:
         raise InputError(
@@ -61,7 +69,7 @@ def white_signal(white: Image, dark: Image | None, *, where: str, dark_where: st
             where=where,
             expected=f"at least {_DARKEST_LEVELS}: a longer exposure or more light",
         )
-    clipped = clipped_share(white)
+    clipped = clipped_share(white, full_scale)
     if clipped > _CLIPPED_SHARE:
         raise InputError(
             f"too bright: {100 * clipped:.0f} % of the pixels at full scale ({int(white.max())})",

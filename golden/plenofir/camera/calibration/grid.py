@@ -154,7 +154,7 @@ class Grid(BaseModel):
         return np.asarray(terms @ np.array(self.coefficients))
 
     def inverse(self, positions: Floats) -> Floats:
-        """Lattice coordinates of pixel positions (Newton's method).
+        """Lattice coordinates of pixel positions (Newton's method, if they are not affine).
 
         Parameters
         ----------
@@ -167,14 +167,23 @@ class Grid(BaseModel):
             Shape (..., 2).
         """
         target = np.asarray(positions, dtype=np.float64)
-        lattice = np.broadcast_to(np.array(self.middle), target.shape).astype(np.float64)
+        middle = np.array(self.middle)
+        if self.order == 1:
+            return np.asarray(
+                (target - self.positions(middle)) @ np.linalg.inv(self.vectors) + middle
+            )
+        lattice = np.broadcast_to(middle, target.shape).astype(np.float64)
         for _ in range(12):
             miss = target - self.positions(lattice)
-            step = np.linalg.solve(
-                np.swapaxes(self.jacobian(lattice), -1, -2), miss[..., np.newaxis]
+            (a, b), (c, d) = np.moveaxis(self.jacobian(lattice), (-2, -1), (0, 1))
+            step = np.stack(
+                [d * miss[..., 0] - c * miss[..., 1], a * miss[..., 1] - b * miss[..., 0]], axis=-1
             )
-            lattice = lattice + step[..., 0]
-            if np.abs(step).max(initial=0.0) < 1e-9:
+            determinant = a * d - b * c
+            if not determinant.all():
+                raise np.linalg.LinAlgError("the grid folds over")
+            lattice = lattice + step / determinant[..., np.newaxis]
+            if np.abs(step).max(initial=0.0) < 1e-9 * np.abs(determinant).min(initial=1.0):
                 break
         return lattice
 

@@ -27,6 +27,7 @@ from plenofir.camera.calibration.lattice import (
     reduced,
 )
 from plenofir.camera.calibration.moire import pulled_fit
+from plenofir.camera.calibration.pixels import pixel_fit
 from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
     extents,
@@ -53,8 +54,13 @@ _HALF_WEIGHT = 0.15
 _UNLIT_NEIGHBOURS = 3
 _CHANCE = 4.5
 _LEAST_FIT = 9
+_SMOOTH = 0.06
+_ENOUGH_LENSES = 12000
 _MANY_LENSES = 400
 _LARGE_PITCH = 16.0
+_SMALL_PITCH = 8.0
+# Length of the mean of all directions 2 pi (place between pixels) from which places are alike.
+_ALIKE_PLACES = 0.3
 # Smallest scatter (in pitches) that large micro images are given: a missing neighbour moves them
 # a little, which makes no outliers of them.
 _LARGE_FLOOR = 5e-4
@@ -86,6 +92,13 @@ def primitive_vectors(grid: Grid) -> Floats:
     return np.array([down, right])
 
 
+def enough(count: int) -> slice | Indices:
+    """Lenses that suffice of so many: all, or some at random (always the same)."""
+    if count <= _ENOUGH_LENSES:
+        return slice(None)
+    return np.random.default_rng(6).permutation(count)[:_ENOUGH_LENSES]
+
+
 class GrowingFit:
     """State of the growing fit."""
 
@@ -94,14 +107,17 @@ class GrowingFit:
         self.shape = image.shape[0], image.shape[1]
         self.grid = grid
         self.shading: Floats | None = None
+        self._smooth: Image32 | None = None
         self.scatter = 0.0
         self.weights: Floats = np.empty(0)
+        self.fitted: Floats = np.empty((0, 2))
         self.unit = 1.0
         self.covariance: Floats = np.empty(0)
         self.order_gains: tuple[float, ...] = ()
         # Windows of lenses at the border reach beyond it, where the edge pixels are repeated.
-        self.margin = int(reach(max(extents(grid)))) + 2
-        self.padded = np.pad(image, self.margin, mode="edge")
+        self.margin = int(reach(1.1 * max(extents(grid)))) + 2
+        self.raw = np.pad(image, self.margin, mode="edge")
+        self.padded = self.raw
 
     def lenses(self, radius: float, margin: float) -> tuple[Indices, Indices, Floats]:
         """Lenses in the box of a radius around the middle, and margin inside the image."""
@@ -189,14 +205,25 @@ class GrowingFit:
         inner = lit & (unlit < _UNLIT_NEIGHBOURS - 0.5)
         return np.asarray(inner if inner.sum() >= max(25, 0.4 * lit.sum()) else lit)
 
-    def refine(self, radius: float, order: int | None, rounds: int) -> None:
-        """Measure and fit the lenses within a radius."""
-        for _ in range(rounds):
+    def refine(self, radius: float, order: int | None, rounds: int, *, last: bool = False) -> None:
+        """Measure and fit the lenses within a radius: of many, all if it is the last time."""
+        lit_before: tuple[Indices, Indices, Flags] | None = None
+        for n in range(rounds):
             pitch = extents(self.grid)
             t, s, centres = self.whole_lenses(radius)
+            every = last and n == rounds - 1
+            if self.shading is None and not every:
+                few = enough(len(t))
+                t, s, centres = t[few], s[few], centres[few]
             if len(t) >= _LEAST_FIT:
-                lit = self.lit(t, s, centres)
+                # The grid moves so little between rounds that the same lenses are lit.
+                if lit_before is None or not all(map(np.array_equal, (t, s), lit_before)):
+                    lit_before = t, s, self.lit(t, s, centres)
+                lit = lit_before[2]
                 t, s, centres = t[lit], s[lit], centres[lit]
+            if not every:
+                few = enough(len(t))
+                t, s, centres = t[few], s[few], centres[few]
             if len(t) < _LEAST_FIT:
                 raise no_grid(f"{len(t)} whole micro images only")
             large = self.shading is not None and min(extents(self.grid)) > _LARGE_PITCH
@@ -222,6 +249,7 @@ class GrowingFit:
             chosen = order or self.best_order(points, measured, floor, prior, pulled)
             fit = pulled_fit(polynomial_terms(points, chosen), measured, floor, prior, pulled)
             self.weights, self.scatter, self.covariance = fit.weights, fit.scatter, fit.covariance
+            self.fitted = lattice
             self.grid = Grid(
                 layout=self.grid.layout,
                 stagger=self.grid.stagger,
@@ -233,6 +261,29 @@ class GrowingFit:
             if min(reduced_lengths(self.grid)) < _SMALLEST_PITCH:
                 size = min(reduced_lengths(self.grid))
                 raise no_grid(f"micro images of {size:.1f} pixels, too small")
+
+    def fit_pixels(self) -> None:
+        """Fit the grid to the pixels themselves, where their pull looks like another grid."""
+        grid = self.grid
+        if min(reduced_lengths(grid)) > _SMALL_PITCH or len(self.fitted) < _MANY_LENSES:
+            return
+        turns = np.exp(2j * np.pi * grid.positions(self.fitted))
+        if np.abs(turns.mean(axis=0)).max() < _ALIKE_PLACES:
+            return
+        first = np.array(grid.coefficients)
+        first[0] += self.margin
+        fit = pixel_fit(
+            self.padded,
+            self.margin,
+            primitive_vectors(grid),
+            polynomial_terms((self.fitted - grid.middle) / grid.scale, grid.order),
+            first,
+            self.weights,
+            square=grid.layout == "rectangular",
+        )
+        self.covariance = fit.covariance
+        fit.coefficients[0] -= self.margin
+        self.grid = grid.model_copy(update={"coefficients": tuple(map(tuple, fit.coefficients))})
 
     def best_order(
         self, points: Floats, values: Floats, floor: float, prior: Floats, pulled: float | None
@@ -273,7 +324,7 @@ class GrowingFit:
     def flatten(self) -> None:
         """Fit the smooth part of the brightness, and divide the image by it."""
         _, _, centres = self.whole_lenses(max(self.shape))
-        self.padded = np.pad(self.image, self.margin, mode="edge")
+        centres = centres[enough(len(centres))]
         base = self.base()
         places, spread = centres, np.zeros(len(centres))
         pitch = extents(self.grid)
@@ -284,12 +335,14 @@ class GrowingFit:
             places = (centres[:, np.newaxis] + moves).reshape(-1, 2)
             spread = np.tile([0.0, 1.0, 1.0, 1.0, 1.0], len(centres))
             width = _PROBE
-        level = windowed_moments(self.padded, places + self.margin, pitch, width).sums - base
+        level = windowed_moments(self.raw, places + self.margin, pitch, width).sums - base
         lit = level > DARK * np.percentile(level, 95)
+        if not lit.any():
+            raise no_grid("micro images no brighter than the gaps between them")
         terms_of = unit_positions(places[lit], self.shape)
         # Probes around a middle tell the slope besides the level.
         count = lit.sum() * (3 / 5 if spread.any() else 1)
-        order = next(n for n in range(SHADING_ORDER, -1, -1) if count >= 4 * n * n + 1)
+        order = next((n for n in range(SHADING_ORDER, 0, -1) if count >= 4 * n * n + 1), 0)
         light = level[lit] / np.percentile(level, 95)
         prior = light**2 / (light**2 + _HALF_WEIGHT**2)
         terms = polynomial_terms(terms_of, order)
@@ -304,20 +357,29 @@ class GrowingFit:
         down, right = (
             np.polynomial.polynomial.polyvander(np.linspace(-1, 1, n), order) for n in self.shape
         )
-        logs = (down @ table).astype(np.float32) @ right.T.astype(np.float32)
         top = float(np.max(terms[:, :smooth] @ self.shading))
-        darkest = np.log(_DARKEST_SHADING)
-        flat = (self.image - np.float32(base)) * np.exp(-np.clip(logs - top, darkest, 0.0))
-        self.padded = np.pad(flat.astype(np.float32), self.margin, mode="edge")
+        table[0, 0] -= top
+        # In one memory: images may be large.
+        shade = (down @ table).astype(np.float32) @ right.T.astype(np.float32)
+        np.clip(shade, np.float32(np.log(_DARKEST_SHADING)), np.float32(0), out=shade)
+        np.exp(shade, out=shade)
+        np.divide(self.image - np.float32(base), shade, out=shade)
+        self.padded = np.pad(shade, self.margin, mode="edge")
+
+    def smooth(self) -> Image32:
+        """The image with less noise."""
+        if self._smooth is None:
+            self._smooth = ndimage.gaussian_filter(self.image, _SMOOTH * min(extents(self.grid)))
+        return self._smooth
 
     def base(self) -> float:
         """Level of the image without light: what the darkest places keep where lenses are dark."""
         _, _, centres = self.whole_lenses(max(self.shape))
+        centres = centres[enough(len(centres))]
         part = 2 if self.grid.layout == "rectangular" else 3
         gaps = centres + primitive_vectors(self.grid).sum(axis=0) / part
-        smooth = ndimage.gaussian_filter(self.image, 0.06 * min(extents(self.grid)))
         core, gap = (
-            ndimage.map_coordinates(smooth, places.T, order=1, mode="nearest")
+            ndimage.map_coordinates(self.smooth(), places.T, order=1, mode="nearest")
             for places in (centres, gaps)
         )
         low, middle, high = np.percentile(core, [10, 50, 90])

@@ -46,9 +46,10 @@ class PulledFit:
 
 def _waves(centres: Floats) -> tuple[Floats, Floats]:
     """Pulls of strength 1 and their slopes, shape (lenses, 2 axes, strengths)."""
-    turns = 2 * np.pi * np.arange(1, len(_USUAL) + 1)
-    phases = centres[..., np.newaxis] * turns
-    return np.sin(phases), np.cos(phases) * turns
+    turn = 2 * np.pi
+    sine, cosine = np.sin(turn * centres), np.cos(turn * centres)
+    pulls = np.stack([sine, 2 * sine * cosine], axis=-1)
+    return pulls, np.stack([turn * cosine, 2 * turn * (1 - 2 * sine**2)], axis=-1)
 
 
 def pulled_fit(

@@ -14,7 +14,7 @@ from plenofir.camera.calibration import (
     load_calibration,
     text_calibration,
 )
-from plenofir.camera.calibration.frames import grey
+from plenofir.camera.calibration.frames import clipped_share, grey
 from plenofir.camera.calibration.text_method import normalised, regression, rotated
 from plenofir.camera.synthetic import centres_within, regular_grid, white_image
 from plenofir.errors import InputError
@@ -174,6 +174,24 @@ def test_dark_frame_and_colours() -> None:
         calibrate(white).centres, abs=2e-3, nan_ok=True
     )
     assert grey(colour).shape == white.shape
+
+
+def test_clipped_share() -> None:
+    """Pixels clip at the full scale that the file tells, else at that of a camera's bits."""
+    for largest, full_scale, share in (
+        (1000, 1000, 0.5),
+        (1000, None, 0.0),
+        (4095, None, 0.5),
+        (4095, 65535, 0.5),
+        (4095, 4096, 0.0),
+        (65535, 65535, 0.5),
+    ):
+        image = np.array([[largest, largest - 1]], dtype=np.uint16)
+        assert clipped_share(image, full_scale) == share
+    assert clipped_share(np.array([[255, 254]], dtype=np.uint8)) == 0.5
+    white = np.minimum(white_image((120, 120), regular_grid((120, 120), 11)), 1000)
+    with pytest.raises(InputError, match=r"too bright: .* at full scale \(1000\)"):
+        calibrate(white, full_scale=1000)
 
 
 def test_few_micro_images() -> None:

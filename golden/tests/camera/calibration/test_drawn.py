@@ -1,34 +1,35 @@
 """Calibration of drawn white images: a wrong grid never comes out, a good one nearly always."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from plenofir.camera.calibration import calibrate
 from plenofir.camera.synthetic import centres_within, regular_grid, white_image
-from plenofir.camera.synthetic.drawn import DrawnWhite, drawn_white
+from plenofir.camera.synthetic.drawn import drawn_white
 from plenofir.errors import InputError
+from plenofir.studies.drawn_calibration import tried
 
 
-def check(drawn: DrawnWhite) -> bool:
-    """Whether the white image is accepted; if it is, all centres are right."""
-    try:
-        found = calibrate(drawn.image)
-    except InputError:
-        return False
-    assert drawn.errors(found.centres).max() <= 0.5, drawn.name
-    assert drawn.missed(found.model_centres[found.inside]) == 0, drawn.name
-    return True
-
-
-def check_all(seeds: range, largest_pixels: float) -> None:
-    accepted = []
+def check_all(seeds: range, largest_pixels: float, tell: Callable[[str], None] = print) -> None:
+    """No wrong grid; of those that must be found, 98 % accepted. Tells each image that fails."""
+    wrong, found, wanted = [], 0, 0
     for seed in seeds:
         drawn = drawn_white(seed, largest_pixels)
-        found = check(drawn)
-        if drawn.must_be_found:
-            accepted.append(found)
-    assert len(accepted) > len(seeds) / 6
-    assert np.mean(accepted) >= 0.98
+        result = tried(drawn)
+        if result.wrong:
+            wrong.append(f"{drawn.name}: off by {result.largest:.2f}, {result.missed} missed")
+            tell(f"wrong: {wrong[-1]}")
+        elif drawn.must_be_found and not result.accepted:
+            tell(f"refused: {drawn.name}")
+        wanted += drawn.must_be_found
+        found += drawn.must_be_found and result.accepted
+        if seed % 50 == 49:
+            tell(f"up to seed {seed}: {len(wrong)} wrong, {found} of {wanted} accepted")
+    assert not wrong
+    assert wanted > len(seeds) / 6
+    assert found >= 0.98 * wanted
 
 
 def test_drawn_white_images() -> None:
@@ -36,8 +37,12 @@ def test_drawn_white_images() -> None:
 
 
 @pytest.mark.slow
-def test_many_drawn_white_images() -> None:
-    check_all(range(500), 500_000)
+def test_many_drawn_white_images(capsys) -> None:
+    def tell(line: str) -> None:
+        with capsys.disabled():
+            print(line)
+
+    check_all(range(5000, 5500), 500_000, tell)
 
 
 def without_lenses(rows: int, columns: int, pitch: float, share: float, seed: int) -> tuple:
@@ -78,8 +83,17 @@ def test_hexagonal_lenses_of_uneven_brightness(seed) -> None:
     assert np.linalg.norm(grid.nearest(found.model_centres)[2], axis=-1).max() < 0.2
 
 
-@pytest.mark.parametrize(("pitch", "limit"), [(10.0, 0.01), (5.02, 0.01), (3.02, 0.02)])
-def test_integer_and_small_pitch(pitch, limit) -> None:
+@pytest.mark.parametrize(
+    ("pitch", "limit", "turn"),
+    [
+        (10.0, 0.01, 0.005),
+        (5.02, 0.01, 0.005),
+        (3.02, 0.02, 0.005),
+        (5.0, 0.02, 0.005),
+        (3.0, 0.02, 0.01),
+    ],
+)
+def test_integer_and_small_pitch(pitch, limit, turn) -> None:
     """Pixels pull all lenses to the same side, or in a moire that looks like distortion."""
     shape = (300, 400)
     grid = regular_grid(shape, pitch, rotation_degrees=0.1)
@@ -87,7 +101,7 @@ def test_integer_and_small_pitch(pitch, limit) -> None:
     assert found.grid.order == 1
     away = np.linalg.norm(grid.nearest(found.model_centres)[2], axis=-1)
     assert away.mean() < limit
-    assert found.grid.rotation_degrees == pytest.approx(0.1, abs=0.005)
+    assert found.grid.rotation_degrees == pytest.approx(0.1, abs=turn)
 
 
 @pytest.mark.parametrize("pitch", [3.0, 4.0, 5.0])

@@ -1,0 +1,87 @@
+"""Compiled loop over windows: weighted sums of pixels and of their distances."""
+
+import numpy as np
+
+from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.grid import Floats, Indices
+from plenofir.refocus.kernels import compiled
+
+
+@compiled
+def add_windows(
+    image: Image32,
+    positions: Floats,
+    halves: Floats,
+    sides: Indices,
+    keys_y: Floats,
+    keys_x: Floats,
+    result: Floats,
+) -> None:
+    """Sums of pixels in raised-cosine windows around positions.
+
+    `halves` are the windows' half widths, `sides` the pixels on each side that count, all along y
+    and x. Each pixel has `len(keys)` places at which the window is evaluated; row j of `keys` has
+    the weights of place j for the pixels from 2 before to 2 behind. A row of `result` holds the sum
+    of the weights, and of the pixels times weight times 1, dy, dx, dy^2, dx^2.
+    """
+    rows, columns = 2 * sides[0] + 1, 2 * sides[1] + 1
+    longest = 2 * max(sides) + 5
+    weights, sums = np.empty((2, 3, longest)), np.empty((3, columns))
+    for n in range(len(positions)):
+        for axis in range(2):
+            side = sides[axis]
+            half = halves[axis]
+            keys = keys_y if axis == 0 else keys_x
+            count = len(keys)
+            pixels = 2 * side + 1
+            own = weights[axis]
+            own[:, : pixels + 4] = 0.0
+            off = positions[n, axis] - np.rint(positions[n, axis])
+            # Turned on from place to place instead of a cosine each.
+            angle = np.pi / half * (0.5 / count - 0.5 - side - off)
+            turn = np.pi / half / count
+            real, imaginary = np.cos(angle), np.sin(angle)
+            turn_real, turn_imaginary = np.cos(turn), np.sin(turn)
+            for middle in range(pixels):
+                for place in range(count):
+                    distance = middle - side - off + ((place + 0.5) / count - 0.5)
+                    if -half < distance < half:
+                        value = 0.5 + 0.5 * real
+                        moment = value * distance
+                        square = moment * distance
+                        for k in range(5):
+                            # Two more on each side than there are pixels.
+                            own[0, middle + k] += value * keys[place, k]
+                            own[1, middle + k] += moment * keys[place, k]
+                            own[2, middle + k] += square * keys[place, k]
+                    real, imaginary = (
+                        real * turn_real - imaginary * turn_imaginary,
+                        real * turn_imaginary + imaginary * turn_real,
+                    )
+        top = int(np.rint(positions[n, 0])) - sides[0]
+        left = int(np.rint(positions[n, 1])) - sides[1]
+        total_y = total_x = one = dy = dx = dyy = dxx = 0.0
+        down, right = weights[0, :, 2 : rows + 2], weights[1, :, 2 : columns + 2]
+        # Columns first: whole lines, so it vectorises.
+        sums[:, :columns] = 0.0
+        line, line_y, line_yy = sums[0], sums[1], sums[2]
+        for i in range(rows):
+            total_y += down[0, i]
+            pixel = image[top + i, left : left + columns]
+            for j in range(columns):
+                line[j] += down[0, i] * pixel[j]
+                line_y[j] += down[1, i] * pixel[j]
+                line_yy[j] += down[2, i] * pixel[j]
+        for j in range(columns):
+            total_x += right[0, j]
+            one += right[0, j] * line[j]
+            dx += right[1, j] * line[j]
+            dxx += right[2, j] * line[j]
+            dy += right[0, j] * line_y[j]
+            dyy += right[0, j] * line_yy[j]
+        result[n, 0] = total_y * total_x
+        result[n, 1] = one
+        result[n, 2] = dy
+        result[n, 3] = dx
+        result[n, 4] = dyy
+        result[n, 5] = dxx

@@ -1,0 +1,181 @@
+"""Fit of a grid to the pixels of small micro images whose centres all lie alike between pixels.
+
+Micro images of a few pixels have details finer than a pixel, so pixels pull their centroids
+(`plenofir.camera.calibration.moire`). Where all centres lie at nearly the same place between pixels
+(an integer pitch, a small rotation), the pull looks like another pitch. The pixels tell more than
+centroids do: they are samples of one periodic function, the mean micro image with the pixel's area
+taken in,
+
+    pixel at x = L(x) S(x - centre),    S(d) = sum over k of a_k b_k cos(2 pi k . u(d))
+
+with the light L (a polynomial in x), lattice coordinates u, and pairs of integers k. There are
+cosines alone, as S is symmetric about its middle, which defines the centre. All k that are equal by
+the lattice's symmetry share one a_k; b_k is the pixel's own part, a product of sinc (1 in square
+lattices: square pixels have their symmetry, so a_k takes it in). Grid, light and a_k are fitted
+together (Gauss-Newton), with a_k known beforehand to fade with k.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.camera.calibration.centroids import HALF_WIDTH, Image32, raised_cosine
+from plenofir.camera.calibration.grid import Floats, Indices, exponents, polynomial_terms
+from plenofir.camera.calibration.shading import unit_positions
+
+# Details finer than this many waves a pixel are not modelled; pixels average them away.
+_FINEST = 2.1
+# Standard deviation of a_k as a share of the mean brightness at the slowest wave. It fades with the
+# square of the wave number, as sharp bends do.
+_USUAL = 0.5
+_LIGHT_ORDER = 4
+_STEPS = 6
+_SMALL_STEP = 1e-4
+_ROWS = 1 << 11
+_MOST_ROWS = 30_000
+
+
+@dataclass(frozen=True)
+class PixelFit:
+    """Polynomial of a grid fitted to pixels.
+
+    `covariance` is that of the coefficients for y and for x, shape (2, terms, terms).
+    """
+
+    coefficients: Floats
+    covariance: Floats
+
+
+def _waves(vectors: Floats, *, square: bool) -> tuple[Indices, Floats, Floats]:
+    """Waves k of half the plane, the class of each with its weight b_k, and usual a_k."""
+    reciprocal = np.linalg.inv(vectors)
+    reach = np.arange(-16, 17)
+    k = np.stack(np.meshgrid(reach, reach, indexing="ij"), axis=-1).reshape(-1, 2)
+    k = k[(k[:, 0] > 0) | ((k[:, 0] == 0) & (k[:, 1] > 0))]
+    waves = k @ reciprocal.T
+    pace = np.linalg.norm(waves, axis=1)
+    slow = pace < _FINEST
+    k, waves, pace = k[slow], waves[slow], pace[slow]
+    if square:
+        alike = np.sort(np.abs(k), axis=1)
+    else:  # The reciprocal vectors of neighbours 60 degrees apart are 120 degrees apart.
+        alike = np.sort(np.abs(np.stack([k[:, 0], k[:, 1], k[:, 0] - k[:, 1]], axis=1)), axis=1)
+    _, first, number = np.unique(alike, axis=0, return_index=True, return_inverse=True)
+    classes = np.zeros((len(k), len(first)))
+    classes[np.arange(len(k)), number.ravel()] = 1.0 if square else np.sinc(waves).prod(axis=1)
+    return k, classes, _USUAL * (pace[first] / pace.min()) ** -2
+
+
+def _turns(lattice: Floats, k: Indices) -> npt.NDArray[np.complex128]:
+    """exp(2 pi i k . u) for all waves, as products of powers."""
+    highest = int(np.abs(k).max())
+    powers = []
+    for axis in (0, 1):
+        once = np.exp(2j * np.pi * lattice[..., axis])
+        line = np.empty((*once.shape, highest + 1), dtype=np.complex128)
+        line[..., 0] = 1.0
+        for n in range(highest):
+            line[..., n + 1] = line[..., n] * once
+        powers.append(line)
+    # k[:, 0] is never negative.
+    second = np.take(powers[1], np.abs(k[:, 1]), axis=-1)
+    np.conjugate(second, out=second, where=k[:, 1] < 0)
+    second *= np.take(powers[0], k[:, 0], axis=-1)
+    return second
+
+
+def pixel_fit(
+    image: Image32,
+    margin: int,
+    vectors: Floats,
+    terms: Floats,
+    coefficients: Floats,
+    weights: Floats,
+    *,
+    square: bool,
+) -> PixelFit:
+    """Fit the polynomial of a grid to the pixels around its lenses.
+
+    The image has a margin that does not count, other than in the positions that the `coefficients`
+    give. `vectors` are those of neighbouring lenses in the middle, shape (2, 2); `terms` are the
+    polynomial's at the lenses, shape (n, terms); `weights` say how much a lens counts.
+    """
+    inverse = np.linalg.inv(vectors)
+    k, classes, usual = _waves(vectors, square=square)
+    half = HALF_WIDTH * float(np.linalg.norm(vectors, axis=1).max())
+    side = int(half + 0.5)
+    steps = np.arange(-side, side + 1)
+    windows = np.lib.stride_tricks.sliding_window_view(image, (len(steps),) * 2)
+    shape = image.shape[0] - 2 * margin, image.shape[1] - 2 * margin
+    counting = np.random.default_rng(5).permutation(np.nonzero(weights > 0)[0])
+    lenses = counting[: _MOST_ROWS // len(steps) ** 2]
+    terms, weights = terms[lenses], weights[lenses]
+    count = terms.shape[1]
+    ends = np.cumsum([0, count, count, 1 + classes.shape[1], len(exponents(_LIGHT_ORDER)) - 1])
+    down, right, spot, light = (slice(*part) for part in pairwise(ends))
+    # Parameters: the grid's coefficients for y and x, a_k (of k = 0 first), the light's (1 first).
+    found = np.zeros(ends[-1])
+    found[down], found[right] = coefficients.T
+    known = np.zeros(len(found))
+    block = max(1, _ROWS // len(steps) ** 2)
+    for n in range(_STEPS + 1):
+        matrix = np.zeros((len(found), len(found)))
+        scores = np.zeros((len(lenses), len(found)))
+        noise = total = 0.0
+        centres = np.stack([terms @ found[down], terms @ found[right]], axis=-1)
+        for start in range(0, len(lenses), block):
+            part = slice(start, start + block)
+            corner = np.rint(centres[part]).astype(np.int64)
+            values = windows[corner[:, 0] - side, corner[:, 1] - side].reshape(len(corner), -1)
+            y, x = np.moveaxis((corner - centres[part])[:, np.newaxis] + steps[:, np.newaxis], 2, 0)
+            window = (
+                raised_cosine(y, half)[:, :, np.newaxis] * raised_cosine(x, half)[:, np.newaxis]
+            )
+            window = window.reshape(values.shape) * weights[part, np.newaxis]
+            away = np.stack(np.broadcast_arrays(y[:, :, np.newaxis], x[:, np.newaxis]), axis=-1)
+            away = away.reshape(*values.shape, 2)
+            turns = _turns(away @ inverse, k)
+            waves = np.concatenate([np.ones((*values.shape, 1)), turns.real @ classes], axis=-1)
+            model = waves @ found[spot]
+            slopes = turns.imag @ ((classes @ found[spot][1:])[:, np.newaxis] * k)
+            slopes = 2 * np.pi * slopes @ inverse.T
+            position = unit_positions(away + centres[part, np.newaxis] - margin, shape)
+            bends = polynomial_terms(position, _LIGHT_ORDER)[..., 1:]
+            level = 1 + bends @ found[light]
+            columns = np.concatenate(
+                [
+                    (slopes[..., :1] * level[..., np.newaxis]) * terms[part, np.newaxis],
+                    (slopes[..., 1:] * level[..., np.newaxis]) * terms[part, np.newaxis],
+                    waves * level[..., np.newaxis],
+                    bends * model[..., np.newaxis],
+                ],
+                axis=-1,
+            )
+            left = values - level * model
+            weighted = columns * window[..., np.newaxis]
+            matrix += weighted.reshape(-1, len(found)).T @ columns.reshape(-1, len(found))
+            scores[part] = np.einsum("npc,np->nc", weighted, left)
+            noise += float((window * left**2).sum())
+            total += float(window.sum())
+        sums = scores.sum(axis=0)
+        if n == 0:
+            # Nothing is known of S yet, so nothing of slopes.
+            own = matrix[spot, spot]
+            ridge = 1e-9 * np.trace(own) * np.eye(len(own))
+            found[spot] = np.linalg.solve(own + ridge, sums[spot])
+            continue
+        known[spot][1:] = noise / total / (found[spot][0] * usual) ** 2
+        uncertainty = np.linalg.inv(matrix + np.diag(known))
+        step = uncertainty @ (sums - known * found)
+        found += step
+        if max(np.abs(step[down]).max(), np.abs(step[right]).max()) < _SMALL_STEP:
+            break
+    # By the scatter of what single lenses say, with what is known of the details.
+    spread = scores.T @ scores + noise / total * np.diag(known)
+    covariance = uncertainty @ spread @ uncertainty
+    return PixelFit(
+        np.stack([found[down], found[right]], axis=-1),
+        np.stack([covariance[down, down], covariance[right, right]]),
+    )
