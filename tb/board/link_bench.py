@@ -179,10 +179,10 @@ async def rates_and_settings(dut: Any) -> None:
     # While a lock is waited for, too: the source is not switched before the resets have come.
     plls.locks[0] = False
     await plls.measure(742, 742, 742)
-    dut.want_own.value = 1
     dut.reset.value = 1
     await plls.clocks(1)
     dut.reset.value = 0
+    dut.want_own.value = 1
     for _ in range(15):
         assert not int(dut.use_own.value)
         await plls.clocks(1)
