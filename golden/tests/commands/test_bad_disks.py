@@ -130,6 +130,7 @@ def test_a_full_disk(full_disk: Path, words: Words) -> None:
 @pytest.mark.parametrize("words", WRITERS, ids=lambda words: words[0])
 def test_killed_at_any_moment(folder: Path, words: Words) -> None:
     program = [str(Path(sys.executable).with_name("plenofir")), *words]
+    (folder / "out").mkdir()
     began = time.monotonic()
     subprocess.run(program, check=True, stdout=subprocess.DEVNULL)
     whole = time.monotonic() - began
