@@ -15,7 +15,8 @@ from plenofir.camera.calibration.lattice import (
 
 _CELL_SAMPLES = 12
 _CELL_LENSES = 600
-# Fewer lenses than this share of the usual in every second or third row: the grid is too fine.
+# Lenses (most of them) that are darker than this share of the usual in every second or third row:
+# the grid is too fine.
 _EVEN_CLASSES = 0.4
 # A second spot is at least this many pitches from the first.
 _SECOND_SPOT = 0.47
@@ -59,7 +60,7 @@ def check_classes(grid: Grid, t: Indices, s: Indices, level: Floats) -> None:
     for divisor in (2, 3):
         for index in (m, n, m + n, m - n):
             parts = [level[index % divisor == k] for k in range(divisor)]
-            if any(len(p) >= 4 and np.median(p) < _EVEN_CLASSES * usual for p in parts):
+            if any(len(p) >= 4 and np.percentile(p, 70) < _EVEN_CLASSES * usual for p in parts):
                 raise no_grid(
                     "micro images of half the distance or darker ones in every second row"
                 )

@@ -59,6 +59,8 @@ _MOST_ROUNDS = 10
 _FEWEST_LENSES = 14
 _LARGEST_MISSING = 0.45
 _LARGEST_CENTRE_ERROR = 0.12
+# So many standard errors of the standard error of centres are added to it, before it is compared.
+_SURE = 1.0
 _SMALLEST_CELL_MARGIN = 0.4
 _CANDIDATES = 4
 # Lattices with less than this share of the highest score are not tried.
@@ -207,9 +209,12 @@ def _fit(
     terms = polynomial_terms(points, fit.grid.order)
     spread = np.einsum("ni,aij,nj->an", terms, fitter.covariance, terms)
     error = float(np.sqrt(spread.max()))
-    # Bent grids go astray beyond the lenses that they were fitted to: they have to be surer.
-    if error > _LARGEST_CENTRE_ERROR / (1 if fit.grid.order == 1 else 2):
-        raise no_grid(f"centres uncertain by {error:.2f} pixels (standard error)")
+    # Few lenses leave the standard error uncertain too. Bent grids go astray beyond the lenses that
+    # they were fitted to: they have to be surer.
+    freedom = 2 * max(1.0, float(fitter.weights.sum()) - terms.shape[1])
+    surely = error * (1 + _SURE / np.sqrt(2 * freedom))
+    if surely > _LARGEST_CENTRE_ERROR / (1 if fit.grid.order == 1 else 2):
+        raise no_grid(f"centres uncertain by {surely:.2f} pixels (standard error)")
     lit = ndimage.binary_closing(np.pad(fit.present, 2), np.ones((3, 3)))[2:-2, 2:-2] & inside
     missing = 1 - float(fit.present[lit].mean()) if lit.any() else 1.0
     if missing > _LARGEST_MISSING:

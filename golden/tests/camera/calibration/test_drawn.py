@@ -45,6 +45,19 @@ def test_many_drawn_white_images(capsys) -> None:
     check_all(range(5000, 5500), 500_000, tell)
 
 
+def test_few_lenses_of_uncertain_scatter() -> None:
+    """41 lenses, 9 of them outliers, whose standard error is too small: 0.12 for 0.52 pixels."""
+    assert not tried(drawn_white(5153, 500_000)).accepted
+
+
+@pytest.mark.parametrize("seed", [5136, 5338])
+def test_dark_lenses_beyond_the_image_circle(seed) -> None:
+    """Few lenses, dark ones in most of every third row by chance: the grid is not too fine."""
+    result = tried(drawn_white(seed, 500_000))
+    assert result.accepted
+    assert not result.wrong
+
+
 def without_lenses(rows: int, columns: int, pitch: float, share: float, seed: int) -> tuple:
     """White image in which a share of the lenses is dark, and its centres."""
     shape = int(rows * pitch), int(columns * pitch)
@@ -122,7 +135,7 @@ def test_small_micro_images_at_the_border() -> None:
     assert np.linalg.norm(grid.nearest(found.model_centres)[2], axis=-1).max() < 0.3
 
 
-@pytest.mark.parametrize("seed", [196, 360, 415])
+@pytest.mark.parametrize("seed", [196, 415])
 def test_vignetting_and_image_circle_of_few_lenses(seed) -> None:
     """Few large lenses: their light's slope counts, and light and centres are fitted in turn."""
     drawn = drawn_white(seed, 500_000)
