@@ -198,8 +198,8 @@ def _software_lines(still: Energy) -> list[str]:
     watts = still.frame_mj / (1e3 * found.seconds)
     beside = (
         f"The core of {still.load.name} takes {_two_digits(still.frame_mj)} mJ for such a frame, "
-        f"as much as the software on a processor of {_two_digits(watts)} W; with the factor named, of "
-        f"{_two_digits(watts / UNCERTAINTY)} to {_two_digits(watts * UNCERTAINTY)} W."
+        f"as much as the software on a processor of {_two_digits(watts)} W; with the factor named, "
+        f"of {_two_digits(watts / UNCERTAINTY)} to {_two_digits(watts * UNCERTAINTY)} W."
     )
     line = (
         f"`refocus` takes {1e3 * found.seconds:.1f} ms of a processor for a grey frame of 3201 x "
