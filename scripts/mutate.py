@@ -45,8 +45,8 @@ from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
 from plenofir.refocus import StoredProductArithmetic
 
 STALLS = 25
-# Processor time of a file of tests until a mutant counts as one that hangs.
-TEST_SECONDS = 600
+# Processor time of a simulation until a mutant counts as one that hangs; of the chain's.
+TEST_SECONDS, CHAIN_SECONDS = 150, 400
 # A test of a bench that has failed, in its log.
 FAILED = re.compile(rb"cocotb\.regression .* failed")
 
@@ -66,6 +66,10 @@ OF_VIDEO = (f"{VIDEO} -k units", f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_vi
 # entity.
 TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("moving_sum/*_pkg*", ("tb/moving_sum/test_moving_sum_schedule.py", f"{SUMS} -k sets_stalls")),
+    (
+        "moving_sum/moving_sum_control*",
+        (f"{SUMS} -k control", f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice"),
+    ),
     (
         "moving_sum/*",
         (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice", f"{STACK} -k stalls_and_faults"),
@@ -255,7 +259,8 @@ def bench_notices(sources: Sequence[Path], folder: Path) -> str:
 
 def run_tests(folder: Path, words: Sequence[str]) -> int:
     """Run pytest with the sources of a folder, in this process."""
-    resource.setrlimit(resource.RLIMIT_CPU, (TEST_SECONDS, TEST_SECONDS))
+    seconds = CHAIN_SECONDS if words[0] == CHAIN else TEST_SECONDS
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     sys.path.insert(0, str(project.root() / "tb"))
     from plenofir_tb import runner
 
@@ -275,11 +280,15 @@ def tests_notice(folder: Path, test: str) -> str:
     variables = [word.split("=", 1) for word in test.split() if "=" in word]
     words = [word for word in test.split() if "=" not in word]
     name = Path(words[0]).stem
+    environment = {**os.environ, "SEED": "1", **dict(variables)}
+    if words == [CHAIN] and not variables and shutil.which("ghdl-llvm") is not None:
+        # Long enough for a compiler.
+        environment["GHDL_BACKEND"] = "llvm"
     with (folder.parent / "test.log").open("wb") as log:
         process = subprocess.Popen(
             [sys.executable, __file__, "--tests", str(folder), *words],
             cwd=project.root(),
-            env={**os.environ, "SEED": "1", **dict(variables)},
+            env=environment,
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=subprocess.STDOUT,
@@ -364,7 +373,7 @@ def main() -> int:
     )
     arguments = parser.parse_args()
     if shutil.which("ghdl-mcode") is not None:
-        # It compiles in no time, and no simulation here is long.
+        # It compiles in no time, and most simulations are short.
         os.environ.setdefault("GHDL_BACKEND", "mcode")
     work = project.root() / "build" / "work"
     work.mkdir(parents=True, exist_ok=True)

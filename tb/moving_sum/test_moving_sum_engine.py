@@ -120,3 +120,15 @@ def test_random_sets(thorough: bool, most: int) -> None:
     sets = list(itertools.islice((one for one in drawn if frame_values(one) <= most), 3))
     print(sets)
     run_cases([engine_case(thorough=thorough, **options) for options in sets])
+
+
+def test_control() -> None:
+    cases = []
+    for m, shifts in [(3, (2, -1)), (4, (3,)), (2, (0, 2, -2))]:
+        core = CoreConfiguration(
+            micro_image_size=m, shifts=shifts, max_columns=200, engine=MovingSumEngine()
+        )
+        generics = {"MICRO_IMAGE_SIZE": m, "SHIFTS": " ".join(map(str, shifts))}
+        case = {"delay": core.delay, "slices": len(shifts)}
+        cases.append(Case("control_ports", "moving_sum.control_bench", generics, case))
+    run_cases(cases)
