@@ -103,15 +103,17 @@ def _white(
     from plenofir.camera.calibration.pictures import chief_ray_picture, micro_image_picture
     from plenofir.camera.calibration.spots import infinity_focus
     from plenofir.camera.rays import RayModel, load_camera, measure_pupil
-    from plenofir.images import read_image
+    from plenofir.images import read_image, read_picture
 
     # M does not matter here.
     model = None if camera is None else RayModel.focused(load_camera(camera), focus, 2)
-    image = read_image(Path(file))
+    image, full_scale = read_picture(Path(file))
     dark_image = None if dark is None else read_image(dark)
     star = None if collimator is None else read_image(collimator)
     with progress_bar("inspecting"):
-        found = inspect_white(image, dark_image, where=file, dark_where=str(dark))
+        found = inspect_white(
+            image, dark_image, full_scale=full_scale, where=file, dark_where=str(dark)
+        )
     overlapping = found.fill.verdict == "overlapping"
     grid, evidence = found.calibration.grid, found.calibration.evidence
     pupil = None
@@ -295,16 +297,20 @@ def _spots(
     from plenofir.camera.calibration.frames import white_signal
     from plenofir.camera.calibration.pictures import focus_picture
     from plenofir.camera.calibration.spots import focus_score, measure_spots
-    from plenofir.images import read_image
+    from plenofir.images import read_image, read_picture
 
     dark_image = None if dark is None else read_image(dark)
     spots = []
     with progress_bar("inspecting") as show:
         for number, (file, place) in enumerate(zip(files, positions, strict=True)):
             show(number, len(files))
-            image = read_image(Path(file))
-            signal = white_signal(image, dark_image, where=file, dark_where=str(dark))
-            found = calibrate(image, dark_image, where=file, dark_where=str(dark))
+            image, full_scale = read_picture(Path(file))
+            signal = white_signal(
+                image, dark_image, where=file, dark_where=str(dark), full_scale=full_scale
+            )
+            found = calibrate(
+                image, dark_image, where=file, dark_where=str(dark), full_scale=full_scale
+            )
             spots.append(measure_spots(signal, found, place, where=file))
     score = focus_score(spots)
     content = {

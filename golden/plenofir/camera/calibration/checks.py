@@ -1,4 +1,4 @@
-"""What speaks against a grid: a second spot in its cells, dark rows."""
+"""What speaks against a grid: a second spot in its cells, dark rows, rows that look different."""
 
 import numpy as np
 from scipy import ndimage
@@ -18,6 +18,12 @@ _CELL_LENSES = 600
 # Lenses (most of them) that are darker than this share of the usual in every second or third row:
 # the grid is too fine.
 _EVEN_CLASSES = 0.4
+# Micro images of every second row or column that differ from the usual one by this share of its
+# contrast (root mean square, less what noise does) are overlaps of larger ones.
+_UNLIKE = 0.06
+_ALIKE_SAMPLES, _ALIKE_LENSES, _FEWEST_ALIKE = 25, 60, 4
+# Of so few pixels a micro image has no form to compare.
+_FORMLESS = 4.0
 # A second spot is at least this many pitches from the first.
 _SECOND_SPOT = 0.47
 
@@ -64,3 +70,52 @@ def check_classes(grid: Grid, t: Indices, s: Indices, level: Floats) -> None:
                 raise no_grid(
                     "micro images of half the distance or darker ones in every second row"
                 )
+
+
+def unlikeness(fitter: GrowingFit, t: Indices, s: Indices, centres: Floats) -> float:
+    """How much micro images of every second row, column or diagonal differ from the usual one.
+
+    Root mean square as a share of its contrast, less what noise does; 0 where that cannot be told.
+    """
+    # Round micro images that overlap are brightest between two lenses, at places that repeat at a
+    # shorter pitch. Their forms alternate: each lies across the line between its two lenses.
+    vectors = primitive_vectors(fitter.grid)
+    if min(reduced_lengths(fitter.grid)) < _FORMLESS:
+        return 0.0
+    steps = (np.arange(_ALIKE_SAMPLES) + 0.5) / _ALIKE_SAMPLES - 0.5
+    cell = steps[:, np.newaxis, np.newaxis] * vectors[0] + steps[:, np.newaxis] * vectors[1]
+    # The mean of four pixels: a colour filter mosaic makes no difference.
+    pixels = np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) - 0.5
+    moves = cell.reshape(-1, 1, 2) + pixels
+    m, n = primitive_indices(fitter.grid, t, s)
+    draws = np.random.default_rng(7)
+    forms = []
+    for kind in np.ndindex(2, 2):
+        chosen = draws.permutation(np.nonzero((m % 2 == kind[0]) & (n % 2 == kind[1]))[0])
+        halves = np.array_split(chosen[: 2 * _ALIKE_LENSES], 2)
+        if min(map(len, halves)) < _FEWEST_ALIKE:
+            continue
+        means = []
+        for half in halves:
+            places = centres[half][:, np.newaxis, np.newaxis] + moves + fitter.margin
+            values = ndimage.map_coordinates(
+                fitter.padded, np.moveaxis(places, -1, 0), order=1, mode="nearest"
+            )
+            means.append(np.median(values.mean(axis=-1), axis=0))
+        forms.append(means)
+    if len(forms) < 2:
+        return 0.0
+    values = np.array(forms, dtype=np.float64)
+    values -= values.mean(axis=-1, keepdims=True)
+    kinds = values.mean(axis=1)
+    usual = kinds.mean(axis=0)
+    low, high = np.percentile(usual, [2, 98])
+    noise = (np.diff(values, axis=1)[:, 0] ** 2).mean(axis=-1) / 4
+    excess = float((((kinds - usual) ** 2).mean(axis=-1) - noise).max())
+    return float(np.sqrt(max(excess, 0.0)) / max(high - low, 1e-9))
+
+
+def check_alike(fitter: GrowingFit, t: Indices, s: Indices, centres: Floats) -> None:
+    """Refuse a grid of overlaps: they repeat like micro images, but do not all look alike."""
+    if unlikeness(fitter, t, s, centres) > _UNLIKE:
+        raise no_grid("micro images overlap: those of every second row differ")

@@ -11,7 +11,7 @@ from plenofir.camera.calibration.centroids import (
     core_brightness,
     reach,
 )
-from plenofir.camera.calibration.checks import cell_margin, check_classes
+from plenofir.camera.calibration.checks import cell_margin, check_alike, check_classes
 from plenofir.camera.calibration.evidence import Evidence
 from plenofir.camera.calibration.grid import (
     Flags,
@@ -188,6 +188,7 @@ def _fit(
     margin = cell_margin(fitter, centres[bright])
     if margin < _SMALLEST_CELL_MARGIN:
         raise no_grid("more than one micro image in each cell of the grid")
+    check_alike(fitter, t[bright], s[bright], centres[bright])
     misfits = sorted(layout_misfits(primitive_vectors(fitter.grid)))
     if layout is None and misfits[0] > _LARGEST_MISFIT:
         raise no_grid("lenses neither square nor hexagonal")

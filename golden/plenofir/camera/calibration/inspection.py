@@ -12,7 +12,6 @@ from scipy import ndimage
 
 from plenofir.camera.calibration.calibrate import calibrate, unit_vectors
 from plenofir.camera.calibration.centroids import Image32, core_brightness, reach
-from plenofir.camera.calibration.checks import primitive_indices
 from plenofir.camera.calibration.frames import white_signal
 from plenofir.camera.calibration.grid import Flags, Floats, Indices, Layout
 from plenofir.camera.calibration.record import Calibration
@@ -35,10 +34,6 @@ _TOUCHING = 0.5
 _BRIGHTER = 1.15
 _NOWHERE_DARK = {"rectangular": 0.3, "hexagonal-rows": 0.5, "hexagonal-columns": 0.5}
 _FEW_PIXELS, _NOWHERE_DARK_OF_FEW = 7.0, 0.6
-# Overlaps of round micro images repeat like micro images, but not all of them look alike: those of
-# every second row differ by this share of their contrast (root mean square).
-_DIFFERENT = 0.1
-_FEWEST_ALIKE = 4
 # Lenses of a white image scatter around the smooth light by less than this share (robust).
 LARGEST_UNEVENNESS = 0.04
 
@@ -169,45 +164,7 @@ class FillFactor:
         return -2 * log2(self.diameter)
 
 
-def differing_rows(signal: Image32, calibration: Calibration) -> float:
-    """How much micro images of every second row, column or diagonal differ from the others.
-
-    Parameters
-    ----------
-    signal
-        Grey levels, dark frame subtracted.
-    calibration
-        Where the micro images are.
-
-    Returns
-    -------
-    float
-        Root mean square difference from the mean as a share of its contrast, less what noise does;
-        0 where there are too few of them to tell.
-    """
-    down, right = primitive_indices(calibration.grid, *np.indices(calibration.lenses))
-    # Halves of each kind tell what noise does.
-    half = np.random.default_rng(6).integers(2, size=calibration.lenses)
-    found = []
-    for k in np.ndindex(2, 2):
-        kind = (down % 2 == k[0]) & (right % 2 == k[1])
-        parts = [kind & (half == n) for n in (0, 1)]
-        if min(len(_whole_lenses(calibration, part)) for part in parts) >= _FEWEST_ALIKE:
-            means = [mean_micro_image(signal, calibration, part) for part in parts]
-            found.append([mean.values[mean.cell] for mean in means])
-    if len(found) < 2:
-        return 0.0
-    values = np.array(found)
-    values = values - values.mean(axis=-1, keepdims=True)
-    kinds = values.mean(axis=1)
-    usual = kinds.mean(axis=0)
-    low, high = np.percentile(usual, [2, 98])
-    noise = (np.diff(values, axis=1)[:, 0] ** 2).mean(axis=-1) / 4
-    square = float((((kinds - usual) ** 2).mean(axis=-1) - noise).max())
-    return float(np.sqrt(max(square, 0.0)) / max(high - low, 1e-9))
-
-
-def fill_factor(mean: MeanMicroImage, pitch_px: float, differing: float = 0.0) -> FillFactor:
+def fill_factor(mean: MeanMicroImage, pitch_px: float) -> FillFactor:
     """Tell by the mean micro image whether micro images touch, overlap or leave gaps.
 
     Parameters
@@ -216,8 +173,6 @@ def fill_factor(mean: MeanMicroImage, pitch_px: float, differing: float = 0.0) -
         Of a white image.
     pitch_px
         Distance of neighbouring micro images in pixels.
-    differing
-        Of `differing_rows`.
 
     Returns
     -------
@@ -234,7 +189,7 @@ def fill_factor(mean: MeanMicroImage, pitch_px: float, differing: float = 0.0) -
     verdict: Verdict = "gaps"
     many = pitch_px >= _FEW_PIXELS
     dark = _NOWHERE_DARK[mean.layout] if many else _NOWHERE_DARK_OF_FEW
-    if between > _BRIGHTER or darkest > dark or differing > _DIFFERENT:
+    if between > _BRIGHTER or darkest > dark:
         verdict = "overlapping"
     elif between - darkest > _TOUCHING * (1 - darkest):
         verdict = "touching"
@@ -307,6 +262,7 @@ def inspect_white(
     white: Image,
     dark: Image | None = None,
     *,
+    full_scale: int | None = None,
     where: str = "white image",
     dark_where: str = "dark frame",
 ) -> WhiteInspection:
@@ -314,7 +270,7 @@ def inspect_white(
 
     Parameters
     ----------
-    white, dark
+    white, dark, full_scale
         As for `plenofir.camera.calibration.calibrate`.
     where, dark_where
         Their names for messages.
@@ -329,8 +285,8 @@ def inspect_white(
     InputError
         If it is not a white image, or cannot be used.
     """
-    found = calibrate(white, dark, where=where, dark_where=dark_where)
-    signal = white_signal(white, dark, where=where, dark_where=dark_where)
+    found = calibrate(white, dark, full_scale=full_scale, where=where, dark_where=dark_where)
+    signal = white_signal(white, dark, full_scale=full_scale, where=where, dark_where=dark_where)
     uneven = unevenness(signal, found)
     if uneven > LARGEST_UNEVENNESS:
         raise InputError(
@@ -339,13 +295,12 @@ def inspect_white(
             expected=f"at most {100 * LARGEST_UNEVENNESS:.0f} %: an evenly lit, diffuse surface",
         )
     mean = mean_micro_image(signal, found, where=where)
-    differing = differing_rows(signal, found)
     smooth = found.lens_brightness[found.inside]
     return WhiteInspection(
         calibration=found,
         signal=signal,
         mean=mean,
-        fill=fill_factor(mean, found.grid.lens_pitch, differing),
+        fill=fill_factor(mean, found.grid.lens_pitch),
         unevenness=uneven,
         darkest_lens=float(np.percentile(smooth, 1)),
     )

@@ -39,12 +39,9 @@ def mixed_white(radius: float, layout: str = "rectangular", pitch: float = 11.3)
     [
         ("rectangular", 0.35, "gaps"),
         ("rectangular", 0.5, "touching"),
-        # Overlaps repeat at 1 / sqrt 2 of the pitch, turned by 45 degrees.
-        ("rectangular", 0.6, "overlapping"),
-        # They repeat at the pitch, but half a pitch off.
+        # Overlaps repeat at the pitch, but half a pitch off.
         ("rectangular", 0.75, "overlapping"),
         ("hexagonal-rows", 0.42, "gaps"),
-        ("hexagonal-rows", 0.53, "overlapping"),
     ],
 )
 def test_aperture(layout: str, radius: float, verdict: str) -> None:
@@ -55,6 +52,20 @@ def test_aperture(layout: str, radius: float, verdict: str) -> None:
         cell = 1.0 if layout == "rectangular" else np.sqrt(0.75)
         assert fill.share == pytest.approx(np.pi * radius**2 / cell, rel=0.1)
         assert fill.stops_to_touch == pytest.approx(-2 * np.log2(2 * radius), abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("layout", "radius", "pitch"),
+    [
+        # Overlaps repeat at 1 / sqrt 2 of the pitch, turned by 45 degrees, and at half the pitch.
+        ("rectangular", 0.6, 11.3),
+        ("rectangular", 0.6, 8.2),
+        ("hexagonal-rows", 0.53, 11.3),
+    ],
+)
+def test_overlaps_are_no_micro_images(layout: str, radius: float, pitch: float) -> None:
+    with pytest.raises(InputError, match="micro images overlap"):
+        calibrate(mixed_white(radius, layout, pitch))
 
 
 def test_a_scene_is_no_white_image() -> None:
