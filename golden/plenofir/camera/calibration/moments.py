@@ -1,15 +1,15 @@
 """Compiled loop over windows: weighted sums of pixels and of their distances."""
 
 import numpy as np
+import numpy.typing as npt
 
-from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Floats, Indices
 from plenofir.refocus.kernels import compiled
 
 
 @compiled
 def add_windows(
-    image: Image32,
+    image: npt.NDArray[np.float32],
     positions: Floats,
     halves: Floats,
     sides: Indices,
