@@ -1,5 +1,7 @@
 """Cores in Verilator, by way of GHDL's Verilog and the file bench in C++ (``tb/file_bench``)."""
 
+import shlex
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -25,6 +27,7 @@ def build_bench(
     program counts how often each bit of a signal changes, into ``toggles.dat``.
     """
     optimisation = "-O3" if pixels > _PIXELS_TO_OPTIMISE_FOR else "-O0"
+    python = f"PYTHON3={shlex.quote(sys.executable)}"
     simulator.run(
         [
             str(Path(simulator.environment["VERILATOR_ROOT"]) / "bin" / "verilator"),
@@ -32,8 +35,8 @@ def build_bench(
             *("-Wno-fatal", "-Wno-lint", "-Wno-style"),
             *("--x-assign", "0", "--x-initial", "0"),
             *(("--coverage-toggle", "--coverage-underscore") if toggles else ()),
-            # The package lacks this setting, and compiles for size.
-            *("-MAKEFLAGS", f"CFG_CXXFLAGS_PCH_I=-include OPT_FAST={optimisation}"),
+            # The package lacks the first setting, compiles for size, and takes Python for "python".
+            *("-MAKEFLAGS", f"CFG_CXXFLAGS_PCH_I=-include OPT_FAST={optimisation} {python}"),
             *("--top-module", top, "--Mdir", "model", "-o", "bench"),
             *(str(file.resolve()) for file in verilog),
             str(project.root() / "tb" / "file_bench" / "file_bench.cpp"),
