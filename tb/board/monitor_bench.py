@@ -16,6 +16,8 @@ from plenofir_tb.entities import for_entity
 
 CASE = read_case()
 PERIOD_NS = 10
+# Clocks of a division.
+LONGEST = (1 << 13) + 3125 + (1 << 12) + 4
 NOTHING = Mode(0, 0, 0)
 NO_ANSWER, AN_EDID, NO_EDID, LINE_LOW = range(4)
 SHOWN = {mode.name: Mode(mode.h_active, mode.v_active, rate) for mode, rate in (
@@ -50,7 +52,7 @@ async def rates(dut: Any) -> None:
         dut.start.value = 1
         await FallingEdge(dut.clk)
         dut.start.value = 0
-        longest = ClockCycles(dut.clk, (1 << 13) + 3125 + (1 << 12) + 4)
+        longest = Timer(LONGEST * PERIOD_NS, "ns")
         assert await First(RisingEdge(dut.done), longest) is not longest
         await FallingEdge(dut.clk)
         want = rate_of(pixel_clock, line_length, frame_lines)
@@ -65,7 +67,7 @@ async def rates(dut: Any) -> None:
     dut.reset.value = 1
     await ClockCycles(dut.clk, 1)
     dut.reset.value = 0
-    quiet = ClockCycles(dut.clk, (1 << 13) + 3125 + (1 << 12) + 4)
+    quiet = Timer(LONGEST * PERIOD_NS, "ns")
     assert await First(RisingEdge(dut.done), quiet) is quiet
 
 
@@ -141,12 +143,12 @@ class Reads:
         """Wait for the end of the next read; what it reports."""
         dut = self.dut
         if str(dut.scl_low.value) != "1":
-            begin = ClockCycles(dut.clk, CASE["pause"] + 50)
+            begin = Timer((CASE["pause"] + 50) * PERIOD_NS, "ns")
             assert await First(RisingEdge(dut.scl_low), begin) is not begin, "no read"
         # While it reads, the clock line is let go for no longer than this.
         while True:
             await FallingEdge(dut.scl_low)
-            idle = ClockCycles(dut.clk, CASE["stretch"] + 60)
+            idle = Timer((CASE["stretch"] + 60) * PERIOD_NS, "ns")
             if await First(RisingEdge(dut.scl_low), idle) is idle:
                 break
         assert not int(dut.sda_low.value)
