@@ -13,6 +13,7 @@ from plenofir.fpga.hdmi import packets
 from plenofir.fpga.hdmi.islands import encode_hdmi, receive
 from plenofir.fpga.hdmi.link import Packed, encode_frames
 from plenofir.fpga.hdmi.packets import AviInfo, Colorimetry, ColourSpace, Packet
+from plenofir.fpga.hdmi.tmds import TOKENS
 from plenofir_tb.video import shrunken
 
 # Room for an island between the lines; where the blanking begins anew, room for many.
@@ -53,11 +54,28 @@ def random_packets(rng: random.Random) -> Iterator[Packet]:
 
 
 def spoil(words: Packed, rng: random.Random) -> None:
-    """Turn bits: single ones anywhere, and words that are wrong in all channels."""
+    """Turn bits: single ones anywhere, and words that are wrong in all channels.
+
+    The deskew believes two equal measurements in a row, so that lost tokens, which end a run too
+    early, have a right run between them.
+    """
+    right = words.copy()
     for _ in range(len(words) // 150):
         words[rng.randrange(len(words))] ^= np.uint32(1 << rng.randrange(30))
     for _ in range(len(words) // 1500):
         words[rng.randrange(len(words))] ^= np.uint32(rng.getrandbits(30))
+    last = 0
+    for i in np.nonzero(words != right)[0].tolist():
+        before, now = (
+            [int(word) >> 10 * c & 0x3FF in TOKENS for c in range(3)]
+            for word in (right[i], words[i])
+        )
+        if not any(was and not still for was, still in zip(before, now, strict=True)):
+            continue
+        if i - last < 2 * MODE.h_total:
+            words[i] = right[i]
+        else:
+            last = i
 
 
 @dataclass
