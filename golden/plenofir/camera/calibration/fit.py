@@ -178,6 +178,8 @@ def _fit(
     if used < _FEWEST_LENSES:
         raise no_grid(f"{used} regular micro images only")
     t, s, centres = fitter.whole_lenses(largest)
+    few = enough(len(t))
+    t, s, centres = t[few], s[few], centres[few]
     level = fitter.core(centres)
     bright = level > DIMMEST * float(np.percentile(level, 80))
     check_classes(fitter.grid, t, s, level)

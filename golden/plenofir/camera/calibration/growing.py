@@ -72,6 +72,7 @@ _EVEN_LIGHT = 0.15
 # Distortion of less than this share of a pitch is not modelled either.
 _DISTORTION_SHARE = 0.001
 _WEAKEST_RESPONSE = 0.02
+_BAND = 32
 # Response of the small window, as a share of what spots would give it, for an even middle.
 _EVEN_MIDDLE = 0.6
 
@@ -99,6 +100,13 @@ def enough(count: int) -> slice | Indices:
     return np.random.default_rng(6).permutation(count)[:_ENOUGH_LENSES]
 
 
+def repeat_edges(image: Image32, margin: int) -> None:
+    """Fill the border of an image with the pixels at the edge of its inner part."""
+    image[:margin], image[-margin:] = image[margin], image[-margin - 1]
+    image[:, :margin] = image[:, margin : margin + 1]
+    image[:, -margin:] = image[:, -margin - 1 : -margin]
+
+
 class GrowingFit:
     """State of the growing fit."""
 
@@ -117,6 +125,9 @@ class GrowingFit:
         # Windows of lenses at the border reach beyond it, where the edge pixels are repeated.
         self.margin = int(reach(1.1 * max(extents(grid)))) + 2
         self.raw = np.pad(image, self.margin, mode="edge")
+        # Lenses in boxes, of the grid as it is.
+        self._listed_for = grid
+        self._listed: dict[tuple[tuple[float, ...], ...], tuple[Indices, Indices, Floats]] = {}
         self.padded = self.raw
 
     def lenses(self, radius: float, margin: float) -> tuple[Indices, Indices, Floats]:
@@ -127,10 +138,15 @@ class GrowingFit:
         high = np.minimum(middle + radius, end - margin)
         if (low >= high).any():
             raise no_grid("image too small for its micro images")
-        t, s = indices_within(self.grid, outline(low, high))
-        centres = self.grid.centres(t, s)
-        inside = ((centres >= low) & (centres <= high)).all(axis=-1)
-        return t[inside], s[inside], centres[inside]
+        box = tuple(low), tuple(high)
+        if self._listed_for is not self.grid:
+            self._listed_for, self._listed = self.grid, {}
+        if box not in self._listed:
+            t, s = indices_within(self.grid, outline(low, high))
+            centres = self.grid.centres(t, s)
+            inside = ((centres >= low) & (centres <= high)).all(axis=-1)
+            self._listed[box] = t[inside], s[inside], centres[inside]
+        return self._listed[box]
 
     def whole_lenses(self, radius: float) -> tuple[Indices, Indices, Floats]:
         """Lenses whose micro images are whole; of few lenses also those close to the border."""
@@ -354,17 +370,28 @@ class GrowingFit:
         table = np.zeros((order + 1, order + 1))
         for value, (m, n) in zip(self.shading, exponents(order), strict=True):
             table[m, n] = value
-        down, right = (
-            np.polynomial.polynomial.polyvander(np.linspace(-1, 1, n), order) for n in self.shape
-        )
         top = float(np.max(terms[:, :smooth] @ self.shading))
         table[0, 0] -= top
-        # In one memory: images may be large.
-        shade = (down @ table).astype(np.float32) @ right.T.astype(np.float32)
-        np.clip(shade, np.float32(np.log(_DARKEST_SHADING)), np.float32(0), out=shade)
-        np.exp(shade, out=shade)
-        np.divide(self.image - np.float32(base), shade, out=shade)
-        self.padded = np.pad(shade, self.margin, mode="edge")
+        self.divide(np.float32(base), table.astype(np.float32))
+
+    def divide(self, base: np.float32, table: Image32) -> None:
+        """Divide the image above its base by light whose logarithm is a polynomial of y, x."""
+        if self.padded is self.raw:
+            self.padded = np.empty_like(self.raw)
+        y, x = (np.linspace(-1, 1, n, dtype=np.float32) for n in self.shape)
+        lines = np.polynomial.polynomial.polyvander(y, len(table) - 1) @ table
+        inner = self.padded[self.margin : -self.margin, self.margin : -self.margin]
+        # Some lines at a time, which the processor's cache holds.
+        for start in range(0, len(y), _BAND):
+            band = slice(start, start + _BAND)
+            shade = np.zeros((len(lines[band]), len(x)), dtype=np.float32)
+            for term in lines[band].T[::-1]:
+                shade *= x
+                shade += term[:, np.newaxis]
+            np.clip(shade, np.float32(np.log(_DARKEST_SHADING)), np.float32(0), out=shade)
+            np.exp(shade, out=shade)
+            np.divide(self.image[band] - base, shade, out=inner[band])
+        repeat_edges(self.padded, self.margin)
 
     def smooth(self) -> Image32:
         """The image with less noise."""

@@ -47,11 +47,24 @@ class Lattice:
 
 def _even(image: Image32) -> Image32:
     """Without slow changes of the light, and with the same contrast everywhere."""
-    band = ndimage.gaussian_filter(image, _SMALL_SCALE) - ndimage.gaussian_filter(
-        image, _LARGE_SCALE
+    # Gaussian filters of the image mirrored at its borders, by its cosine transform.
+    small, large, wide = (
+        np.multiply.outer(*(_gaussian_gains(n, scale) for n in image.shape))
+        for scale in (_SMALL_SCALE, _LARGE_SCALE, 1.5 * _LARGE_SCALE)
     )
-    contrast = np.sqrt(ndimage.gaussian_filter(band**2, 1.5 * _LARGE_SCALE))
+    band = fft.idctn(fft.dctn(image - image.mean()) * (small - large))
+    power = np.maximum(fft.idctn(fft.dctn(band**2) * wide), 0)
+    contrast = np.sqrt(power)
     return np.asarray(band / (contrast + 0.25 * float(contrast.max()) + 1e-9))
+
+
+def _gaussian_gains(count: int, scale: float) -> Image32:
+    """What a Gaussian filter over four scales on each side does to a line's cosine transform."""
+    reach = int(4 * scale + 0.5)
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / scale) ** 2)
+    angles = np.outer(np.pi * np.arange(count) / count, np.arange(1, reach + 1))
+    gains = weights[reach] + 2 * np.cos(angles) @ weights[reach + 1 :]
+    return np.asarray(gains / weights.sum(), dtype=np.float32)
 
 
 def _autocorrelation(image: Image32) -> tuple[Floats, Floats]:

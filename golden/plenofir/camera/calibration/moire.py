@@ -77,12 +77,15 @@ def pulled_fit(
             matrix[pull, pull] = scatter**2 * known
             right[pull] = -(scatter**2) * known @ strengths
             for axis, own in enumerate(axes):
-                parts = np.zeros((len(terms), len(matrix)))
-                parts[:, own] = terms * (1 + slopes[:, axis] @ strengths)[:, np.newaxis]
-                parts[:, pull] = waves[:, axis]
-                weighted = parts * weights[:, np.newaxis]
-                matrix += weighted.T @ parts
-                right += weighted.T @ left[:, axis]
+                tilted = terms * (1 + slopes[:, axis] @ strengths)[:, np.newaxis]
+                wave = np.ascontiguousarray(waves[:, axis])
+                weighted, pulled = (part * weights[:, np.newaxis] for part in (tilted, wave))
+                matrix[own, own] = weighted.T @ tilted
+                matrix[own, pull] = weighted.T @ wave
+                matrix[pull, own] = matrix[own, pull].T
+                matrix[pull, pull] += pulled.T @ wave
+                right[own] = weighted.T @ left[:, axis]
+                right[pull] += pulled.T @ left[:, axis]
             inverse = np.linalg.pinv(matrix)
             step = inverse @ right
             coefficients = coefficients + np.stack([step[own] for own in axes], axis=-1)
