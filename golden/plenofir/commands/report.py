@@ -61,6 +61,14 @@ def energy(out: OutFolder = "build/report-energy") -> None:
 
 
 @app.command()
+def resampling(out: OutFolder = "build/report-resampling") -> None:
+    """The chip's resampler beside decode, over bits, pitch, rotation: Markdown."""
+    from plenofir.studies.resampling_report import write_report
+
+    _write(write_report, out)
+
+
+@app.command()
 def calibration(
     out: OutFolder = "build/report-calibration",
     spots: Annotated[

@@ -30,8 +30,9 @@ Scale = Literal["native", "fit"]
 FloatType = TypeVar("FloatType", np.float32, np.float64)
 
 _ORDERS = {"nearest": 0, "bilinear": 1, "cubic": 3}
-# Darker parts of micro images than this share of the brightest are not brightened further.
-_DARKEST = 0.1
+DARKEST = 0.1
+"""Darker parts of micro images than this share of the brightest are not brightened further."""
+
 _BLOCK_PIXELS = 1 << 21
 
 
@@ -87,7 +88,7 @@ def _positions(
     return np.moveaxis(places, -1, 0)
 
 
-def _profile_at(calibration: Calibration, m: int, scale: Scale) -> Floats:
+def profile_at(calibration: Calibration, m: int, scale: Scale) -> Floats:
     """Brightness of the M x M pixels of a micro image relative to its middle."""
     pitch = max(calibration.grid.pitch)
     step = 1 / m if scale == "fit" else 1 / pitch
@@ -200,7 +201,7 @@ def decode(
         ]
     height, width = rows.stop - rows.start, columns.stop - columns.start
     result = np.empty((height, m, width, m, len(sources[0])), dtype=np.float32)
-    profile = _profile_at(calibration, m, scale)[:, np.newaxis]
+    profile = profile_at(calibration, m, scale)[:, np.newaxis]
     brightness = calibration.lens_brightness[rows, columns]
     block = max(1, _BLOCK_PIXELS // (m * m * width))
     for start in range(0, height, block):
@@ -220,7 +221,7 @@ def decode(
                     light = whites[channel] / tops[channel]
                 else:
                     light = profile * brightness[part, np.newaxis, :, np.newaxis]
-                value = value / np.maximum(light, _DARKEST)
+                value = value / np.maximum(light, DARKEST)
             result[part, :, :, :, channel] = value
         if progress is not None:
             progress(part.stop, height)

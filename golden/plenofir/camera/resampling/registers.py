@@ -1,0 +1,262 @@
+"""Where the chip takes the pixels of micro images from: a calibration as registers in fixed point.
+
+The top left pixel of lens (t, s) lies at
+
+    origin + down(0) + ... + down(t - 1) + s right,    down(t) = down[t mod 2]
+
+in units of 2**-fraction_bits pixels: sums of registers, so no multiplier is needed. Two steps from
+row to row take up hexagonal grids, in which every second row begins half a pitch farther to the
+right. Inside a micro image steps are one pixel along the sensor's own axes, so the weights of the
+bilinear interpolation, `weight_bits` of the position's fraction, are the same for all its pixels.
+The registers hold the rounding of the weights, too: the chip cuts bits off.
+
+`plenofir.camera.calibration.decode` steps along the grid's axes instead. A pixel that is d from the
+middle of its micro image is d times the rotation (in radians) away from where `decode` takes it.
+"""
+
+from typing import Annotated, Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field
+
+from plenofir.camera.calibration.grid import Floats
+from plenofir.camera.calibration.record import Calibration
+from plenofir.camera.calibration.resample import (
+    check_micro_image_size,
+    raster_window,
+)
+from plenofir.errors import InputError
+
+Integers = npt.NDArray[np.int64]
+ChipLayout = Literal["rectangular", "hexagonal-rows"]
+Vector = tuple[int, int]
+
+POSITION_BITS = 32
+"""Bits of a position in the registers, sign included."""
+LARGEST_SIDE = 8192
+
+
+class Precision(BaseModel):
+    """How exactly the chip computes.
+
+    Attributes
+    ----------
+    fraction_bits
+        Of positions: how exactly the centres lie.
+    weight_bits
+        Of the weights of interpolations.
+    guard_bits
+        Fraction bits that a sample keeps until it is rounded to a pixel.
+    gain_bits
+        Fraction bits of the gains of lenses and of the profile.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    fraction_bits: Annotated[int, Field(ge=8, le=20)] = 16
+    weight_bits: Annotated[int, Field(ge=2, le=8)] = 8
+    guard_bits: Annotated[int, Field(ge=1, le=4)] = 3
+    gain_bits: Annotated[int, Field(ge=4, le=14)] = 12
+
+
+class GridRegisters(BaseModel):
+    """The registers of the chip's resampler.
+
+    Attributes
+    ----------
+    image_shape
+        Rows and columns of the raw frame.
+    lenses
+        Rows of lenses, and lenses that are sampled in each.
+    layout
+        Of the lenses.
+    micro_image_size
+        M.
+    precision
+        Of the numbers below.
+    origin
+        (y, x) of the top left pixel of the first lens, in 2**-fraction_bits pixels.
+    right
+        (y, x) from a lens to the next one in its row.
+    down
+        (y, x) from rows of even number to the next, and from rows of odd number.
+    outputs
+        Micro images in a row of the raster: as `lenses` says, but in hexagonal grids.
+    place
+        Hexagonal: place of a row's first micro image, in 2**-fraction_bits lenses, for rows of even
+        and of odd number.
+    step
+        Hexagonal: from a micro image of the raster to the next.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    image_shape: tuple[int, int]
+    lenses: tuple[int, int]
+    layout: ChipLayout
+    micro_image_size: int
+    precision: Precision
+    origin: Vector
+    right: Vector
+    down: tuple[Vector, Vector]
+    outputs: int
+    place: Vector = (0, 0)
+    step: int = 0
+
+    @property
+    def raster_shape(self) -> tuple[int, int]:
+        """Rows and columns of the raster of micro images."""
+        m = self.micro_image_size
+        return self.lenses[0] * m, self.outputs * m
+
+    def positions(self) -> Integers:
+        """(y, x) of the top left pixels of all lenses, shape (rows, lenses, 2)."""
+        rows, columns = self.lenses
+        steps = np.array([self.down[t % 2] for t in range(rows - 1)], np.int64).reshape(-1, 2)
+        first = np.concatenate([np.zeros((1, 2), np.int64), np.cumsum(steps, axis=0)])
+        along = np.arange(columns)[:, np.newaxis] * np.array(self.right)
+        return np.asarray(first[:, np.newaxis] + along + np.array(self.origin))
+
+
+class Accuracy(BaseModel):
+    """How far the registers are from the calibration, in pixels.
+
+    Attributes
+    ----------
+    distortion_px
+        Largest distance of the calibration's centres from the affine grid next to them; a table of
+        lenses makes up for it (`plenofir.camera.resampling.tables_of`).
+    rounding_px
+        Largest distance of that grid from the one in the registers.
+    turn_px
+        Largest distance of a pixel from where `decode` takes it because steps follow the sensor's
+        axes, at the corners of micro images.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    distortion_px: float
+    rounding_px: float
+    turn_px: float
+
+
+def grid_registers(
+    calibration: Calibration,
+    micro_image_size: int,
+    precision: Precision | None = None,
+    *,
+    where: str = "calibration",
+) -> tuple[GridRegisters, Accuracy]:
+    """Registers of a calibration.
+
+    Parameters
+    ----------
+    calibration
+        The calibration.
+    micro_image_size
+        M.
+    precision
+        Bits; the defaults if None.
+    where
+        Name of the calibration for messages.
+
+    Returns
+    -------
+    tuple
+        The registers, and how far they are from the calibration.
+
+    Raises
+    ------
+    InputError
+        If the chip cannot follow the grid: staggered columns, M larger than the pitch, an image of
+        more than `LARGEST_SIDE` pixels.
+    """
+    bits, m, grid = precision or Precision(), micro_image_size, calibration.grid
+    check_micro_image_size(calibration, m, "native")
+    layout = grid.layout
+    if layout == "hexagonal-columns":
+        raise InputError(
+            "layout hexagonal-columns",
+            where=where,
+            expected="straight rows of lenses (the camera turned by 90 degrees)",
+        )
+    if max(calibration.image_shape) > LARGEST_SIDE:
+        raise InputError(
+            f"{calibration.image_shape[1]} x {calibration.image_shape[0]} pixels",
+            where=where,
+            expected=f"at most {LARGEST_SIDE} pixels a side",
+        )
+    rows, columns = raster_window(calibration)
+    t, s = np.meshgrid(
+        np.arange(rows.start, rows.stop), np.arange(columns.start, columns.stop), indexing="ij"
+    )
+    lattice = grid.lattice(t, s)
+    centres = grid.positions(lattice)
+    first, down, right = _affine(lattice - lattice[0, 0], centres)
+    count = centres.shape[1]
+    # Rows that begin half a pitch farther to the right.
+    moved = [0.0, 0.0]
+    if layout == "hexagonal-rows":
+        moved[(rows.start + grid.stagger + 1) % 2] = 0.5
+    scale = 1 << bits.fraction_bits
+    steps = [down + (moved[1 - k] - moved[k]) * right for k in (0, 1)]
+    unplaced = GridRegisters(
+        image_shape=calibration.image_shape,
+        lenses=centres.shape[:2],
+        layout=layout,
+        micro_image_size=m,
+        precision=bits,
+        origin=(0, 0),
+        right=_rounded(right * scale),
+        down=(_rounded(steps[0] * scale), _rounded(steps[1] * scale)),
+        outputs=count,
+    )
+    affine = first + (lattice - lattice[0, 0]) @ np.stack([down, right])
+    # The origin shares the error of the steps out to both ends.
+    origin = affine * scale - unplaced.positions()
+    origin = (origin.reshape(-1, 2).max(axis=0) + origin.reshape(-1, 2).min(axis=0)) / 2
+    half = scale >> (bits.weight_bits + 1)
+    placed = unplaced.model_copy(update={"origin": _rounded(origin - (m - 1) / 2 * scale + half)})
+    distortion = float(np.linalg.norm(affine - centres, axis=-1).max())
+    if layout == "hexagonal-rows":
+        placed = _with_places(placed, grid.pitch[0] / grid.pitch[1], moved)
+    exact = affine - (m - 1) / 2 + half / scale
+    rounding = float(np.linalg.norm(placed.positions() / scale - exact, axis=-1).max())
+    turns = np.stack([down / np.linalg.norm(down), right / np.linalg.norm(right)]) - np.eye(2)
+    corner = (
+        (m - 1) / 2 * max(float(np.linalg.norm(turns[0] + sign * turns[1])) for sign in (1, -1))
+    )
+    return placed, Accuracy(distortion_px=distortion, rounding_px=rounding, turn_px=corner)
+
+
+def _affine(lattice: Floats, centres: Floats) -> tuple[Floats, Floats, Floats]:
+    """Affine grid next to centres: position of the first lens, vectors down and right."""
+    points = lattice.reshape(-1, 2)
+    terms = np.column_stack([np.ones(len(points)), points])
+    found = np.linalg.lstsq(terms, centres.reshape(-1, 2), rcond=None)[0]
+    return found[0], found[1], found[2]
+
+
+def _rounded(vector: Floats) -> Vector:
+    y, x = np.rint(vector)
+    return int(y), int(x)
+
+
+def _with_places(registers: GridRegisters, step: float, moved: list[float]) -> GridRegisters:
+    """Registers of the interpolation along the rows of a hexagonal grid."""
+    bits, lenses = registers.precision, registers.lenses[1]
+    if lenses < 2:
+        raise InputError(f"{lenses} lenses in a row", where="hexagonal grid", expected="2 or more")
+    # As in hexagonal_to_rectangular.
+    outputs = int(np.floor((lenses - 1.5) / step)) + 1
+    scale = 1 << bits.fraction_bits
+    rounded = round(step * scale)
+    half = scale >> (bits.weight_bits + 1)
+    places = [round((0.5 - moved[k]) * scale) + half for k in (0, 1)]
+    # No place is the last lens or beyond it: there is none behind it.
+    beyond = [p + (outputs - 1) * rounded - ((lenses - 1) * scale - 1) for p in places]
+    places = [p - max(over, 0) for p, over in zip(places, beyond, strict=True)]
+    return registers.model_copy(
+        update={"outputs": outputs, "place": (places[0], places[1]), "step": rounded}
+    )
