@@ -38,6 +38,12 @@ from plenofir.refocus.operator import (
     refocus_sums,
     scatter_sums,
 )
+from plenofir.refocus.sharpening import (
+    Sharpen,
+    automatic_units,
+    derived_moment,
+    sharpening_units,
+)
 from plenofir.refocus.shifts import focus_to_shift, parse_focus, shift_to_name, shift_to_text
 from plenofir.refocus.switches import FilterLayout, filter_lines
 from plenofir.refocus.threads import processors
@@ -51,8 +57,11 @@ __all__ = [
     "Image",
     "Interpolation",
     "Region",
+    "Sharpen",
     "StoredProductArithmetic",
+    "automatic_units",
     "check_raw",
+    "derived_moment",
     "error_against_operator",
     "filter_lines",
     "focus_to_shift",
@@ -66,6 +75,7 @@ __all__ = [
     "refocus",
     "refocus_sums",
     "scatter_sums",
+    "sharpening_units",
     "shift_to_name",
     "shift_to_text",
 ]
@@ -96,6 +106,7 @@ def refocus(
     *,
     align: Align = "centred",
     interpolation: Interpolation = "nearest",
+    sharpen: Sharpen = "off",
     region: Region | None = None,
     upsample: bool = True,
     out: Image | None = None,
@@ -124,6 +135,11 @@ def refocus(
     interpolation
         "nearest": each micro image is repeated M times (Eq. 6.1). "linear": whole micro images
         are interpolated linearly. A number: B-spline of that order (0 nearest, 1 linear, up to 3).
+    sharpen
+        "off": the operator as it is defined. "auto": the filter (-b, 1 + 2b, -b), its taps a lens
+        apart, along rows and columns takes back what the operator blurs; b follows from M, a and
+        the interpolation, and is 0 for an integer a (`plenofir.refocus.sharpening`). Or b itself, a
+        multiple of 1/64 from 0 to 1/4. A tap outside the picture counts as the pixel itself.
     region
         Rows and columns of the result to compute, as slices.
     upsample
@@ -138,8 +154,9 @@ def refocus(
     Returns
     -------
     numpy.ndarray
-        round(S2 / M^2), halves up (order n: round(S2 / M^(2 + 2n))); size and type of `raw`, in
-        this machine's byte order, or of the region asked for.
+        round(S2 / M^2), halves up (order n: round(S2 / M^(2 + 2n))), with sharpening still one
+        rounding, limited to the range of the pixels; size and type of `raw`, in this machine's byte
+        order, or of the region asked for.
 
     Raises
     ------
@@ -164,6 +181,11 @@ def refocus(
         )
     if threads is not None:
         threads = whole_number(threads, "threads", 1)
+    units = sharpening_units(sharpen, M, shift, order)
+    if units and not upsample:
+        raise InputError(
+            f"{sharpen}", where="sharpen", expected="off or auto for one pixel each micro lens"
+        )
     shift = clamped_shift(M, shift, raw.shape)
     step = 1 if upsample else M
     ranges = region_ranges(region, (raw.shape[0] // step, raw.shape[1] // step))
@@ -175,7 +197,14 @@ def refocus(
         return cast(
             "Image",
             device_refocus(
-                raw, M, shift, align=align, order=order, region=ranges, upsample=upsample
+                raw,
+                M,
+                shift,
+                align=align,
+                order=order,
+                units=units,
+                region=ranges,
+                upsample=upsample,
             ),
         )
     if out is not None:
@@ -189,6 +218,7 @@ def refocus(
         shift,
         align=align,
         order=order,
+        units=units,
         region=ranges,
         upsample=upsample,
         out=out,

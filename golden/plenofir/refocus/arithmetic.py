@@ -26,6 +26,7 @@ from plenofir.refocus.operator import (
     output_offset,
     refocus_sums,
 )
+from plenofir.refocus.sharpening import Sharpen, sharpened_picture, sharpening_units, taps
 
 
 def scaled_quotient(values: Sums, scale_bits: int, divisor: int) -> Sums:
@@ -64,6 +65,7 @@ class ExactArithmetic(BaseModel):
         shift: int,
         align: Align = "centred",
         order: int = 0,
+        sharpen: Sharpen = "off",
     ) -> Image:
         """Refocus an image as the hardware does.
 
@@ -79,6 +81,8 @@ class ExactArithmetic(BaseModel):
             See `plenofir.refocus.operator.output_offset`.
         order
             Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
+        sharpen
+            See `plenofir.refocus.sharpening`; one rounding for sums and sharpening together.
 
         Returns
         -------
@@ -90,10 +94,15 @@ class ExactArithmetic(BaseModel):
         InputError
             If an argument cannot be used, or the sums could wrap around.
         """
+        asked = shift
         raw, micro_image_size, shift, order = _checked(raw, micro_image_size, shift, order)
-        check_sums(self.largest_sum(micro_image_size, 8 * raw.dtype.itemsize, order))
+        units = sharpening_units(sharpen, micro_image_size, asked, order)
+        largest = self.largest_sum(micro_image_size, 8 * raw.dtype.itemsize, order)
+        check_sums(largest * (taps(units).centre + 2 * taps(units).side) ** 2)
         sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order)
-        return divide_half_up(sums, micro_image_size ** (2 * (order + 1))).astype(raw.dtype)
+        divisor = micro_image_size ** (2 * (order + 1))
+        white = int(np.iinfo(raw.dtype).max)
+        return sharpened_picture(sums, divisor, white, micro_image_size, units).astype(raw.dtype)
 
     def largest_sum(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> int:
         """Largest number that the arithmetic's sums can reach.
@@ -162,12 +171,17 @@ class StoredProductArithmetic(BaseModel):
         shift: int,
         align: Align = "centred",
         order: int = 0,
+        sharpen: Sharpen = "off",
     ) -> Image:
         """Refocus an image as the hardware does.
 
-        Parameters, result and errors as `ExactArithmetic.refocus`.
+        Parameters, result and errors as `ExactArithmetic.refocus`; rounded products cannot be
+        sharpened.
         """
+        asked = shift
         raw, micro_image_size, shift, order = _checked(raw, micro_image_size, shift, order)
+        if sharpening_units(sharpen, micro_image_size, asked, order):
+            raise InputError(f"{sharpen}", where="sharpen", expected="off, or exact arithmetic")
         check_align(align)
         pixel_bits = 8 * raw.dtype.itemsize
         middle_bits = pixel_bits + self.guard_bits

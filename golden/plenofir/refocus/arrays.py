@@ -10,6 +10,7 @@ import numpy as np
 from array_api_compat import array_namespace, device, is_cupy_array, is_torch_array
 
 from plenofir.refocus.operator import Align, check_sums, output_offset
+from plenofir.refocus.sharpening import taps
 
 
 def _sums(xp: Any, x: Any, m: int, shift: int, axis: int, wanted: range) -> Any:
@@ -45,6 +46,7 @@ def device_refocus(
     *,
     align: Align,
     order: int,
+    units: int = 0,
     region: tuple[range, range],
     upsample: bool,
 ) -> Any:
@@ -52,14 +54,53 @@ def device_refocus(
     xp = array_namespace(raw)
     bits = int(xp.iinfo(raw.dtype).bits)
     divisor = m ** (2 + 2 * order)
-    check_sums(divisor * ((1 << bits) - 1))
+    filter_ = taps(units)
+    check_sums(divisor * ((1 << bits) - 1) * (filter_.centre + 2 * filter_.side) ** 2)
     shape = (len(region[0]), len(region[1]), *raw.shape[2:])
     if 0 in shape:
         return xp.zeros(shape, dtype=raw.dtype, device=device(raw))
-    if order == 0 and upsample and align == "centred" and m > 1:
+    if units == 0 and order == 0 and upsample and align == "centred" and m > 1:
         result = _fused(xp, raw, m, shift, bits, region)
         if result is not None:
             return result
+    # With sharpening the lens on each side of what is wanted, too.
+    taken = region
+    if units:
+        taken = (_wider(region[0], m, raw.shape[0]), _wider(region[1], m, raw.shape[1]))
+    x = _both_sums(xp, raw, m, shift, align=align, order=order, region=taken, upsample=upsample)
+    for axis in (0, 1) if units else ():
+        own = np.arange(region[axis].start, region[axis].stop)
+        around = [
+            _at(xp, x, np.where((k >= 0) & (k < raw.shape[axis]), k, own) - taken[axis].start, axis)
+            for k in (own - m, own + m)
+        ]
+        middle = _at(xp, x, own - taken[axis].start, axis)
+        x = filter_.centre * middle - filter_.side * (around[0] + around[1])
+    divisor *= filter_.scale**2
+    result = xp.clip((x + divisor // 2) // divisor, 0, (1 << bits) - 1)
+    return xp.reshape(xp.astype(result, raw.dtype), shape)
+
+
+def _wider(part: range, m: int, length: int) -> range:
+    return range(max(0, part.start - m), min(length, part.stop + m))
+
+
+def _at(xp: Any, x: Any, places: Any, axis: int) -> Any:
+    return xp.take(x, xp.asarray(places, dtype=xp.int64, device=device(x)), axis=axis)
+
+
+def _both_sums(
+    xp: Any,
+    raw: Any,
+    m: int,
+    shift: int,
+    *,
+    align: Align,
+    order: int,
+    region: tuple[range, range],
+    upsample: bool,
+) -> Any:
+    """Sums of both dimensions, shape (rows, columns, channels) of the region."""
     x = xp.astype(xp.reshape(raw, (raw.shape[0], raw.shape[1], -1)), xp.int64)
     step = 1 if upsample else m
     box = output_offset(m, 1, align)
@@ -78,8 +119,7 @@ def device_refocus(
             # Index 0 of x is output `low`; a' = 1 is the moving sum.
             x = _moving_sum(xp, x, m, axis, range(first + box - low, last + box - low))
             low = first
-    result = (x + divisor // 2) // divisor
-    return xp.reshape(xp.astype(result, raw.dtype), shape)
+    return x
 
 
 def _stream(raw: Any) -> int:

@@ -14,7 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.refocus.kernels import Axis, Plan, refocus_blocks
-from plenofir.refocus.operator import Align, Image, check_sums, output_offset
+from plenofir.refocus.operator import Align, Image, check_sums, output_offset, refocus_sums
+from plenofir.refocus.sharp_kernels import Filter, sharpened_blocks
+from plenofir.refocus.sharpening import sharpened_picture, taps
 from plenofir.refocus.threads import processors
 from plenofir.refocus.vectors import LINE_BYTES
 
@@ -153,6 +155,73 @@ def _share_out(
         raise failures[0]
 
 
+def _sharpen(
+    raw: Image,
+    image: Image,
+    work: Plan,
+    like: npt.NDArray[Any],
+    units: int,
+    threads: int | None,
+) -> None:
+    """Refocus and sharpen."""
+    m = work.micro_image_size
+    if like.itemsize == 8 or m == 1:
+        # Sums of more than 32 bits (M or order large) and M = 1 are rare: by the definition.
+        align: Align = "centred" if output_offset(m, 1, "centred") == work.box_offset else "causal"
+        sums = refocus_sums(raw, m, shift=work.shift, align=align, order=work.order)
+        white = int(np.iinfo(raw.dtype).max)
+        picture = sharpened_picture(sums, work.divisor, white, m, units)
+        rows, columns = (slice(a.start, a.start + a.outputs) for a in (work.rows, work.columns))
+        image[...] = picture[rows, columns]
+        return
+    filter_ = taps(units)
+    scale = filter_.scale**2
+    numbers = Filter(
+        side=filter_.side,
+        bits=filter_.bits,
+        half=scale * work.divisor // 2,
+        most=int(np.iinfo(raw.dtype).max) * work.divisor + work.divisor // 2,
+    )
+    # Words are as wide as what is divided needs. Compiled variants are few: wide ones of 8 bit pixels
+    # are made as those of 16 bit.
+    reach = (filter_.centre + 2 * filter_.side) ** 2 * (numbers.most + 1)
+    wide = np.empty(0, np.int32 if reach < 1 << 31 else np.int64)
+    kind = np.uint8 if raw.dtype == np.uint8 and wide.itemsize == 4 else np.uint16
+    if kind == np.uint16:
+        wide = np.empty(0, np.int64)
+    x = np.ascontiguousarray(raw, kind).reshape(raw.shape[0], -1)
+    x.flags.writeable = False
+    flat = image if raw.dtype == kind else np.empty(image.shape, kind)
+    flat = flat.reshape(image.shape[0], -1)
+    count = processors() if threads is None else threads
+    count = max(1, min(count, image.size // _SAMPLES_FOR_A_THREAD))
+    strips = _strips(work, like.itemsize, count)
+    _share_out(
+        lambda chunk: sharpened_blocks(x, flat, work, numbers, chunk, like, wide), strips, count
+    )
+    if flat.dtype != image.dtype:
+        image[...] = flat.reshape(image.shape)
+
+
+def _strips(work: Plan, sample_bytes: int, threads: int) -> npt.NDArray[np.int64]:
+    """Divide the output into high blocks, of which each keeps its last lines at hand."""
+    rows, columns, m = work.rows, work.columns, work.micro_image_size
+    beside = m * (abs(work.shift - 1) + 3 + work.order)
+    pixels = max(_BLOCK_BYTES // (sample_bytes * work.channels), 4 * beside)
+    parts = max(1, round(columns.outputs / pixels))
+    width = -(-columns.outputs // parts)
+    heights = 2 * threads if threads > 1 else 1
+    height = max(-(-rows.outputs // heights), min(rows.outputs, 8 * m))
+    return np.array(
+        [
+            (row, min(row + height, rows.outputs), column, min(column + width, columns.outputs))
+            for row in range(0, rows.outputs, height)
+            for column in range(0, columns.outputs, width)
+        ],
+        dtype=np.int64,
+    )
+
+
 def fast_refocus(
     raw: Image,
     micro_image_size: int,
@@ -160,6 +229,7 @@ def fast_refocus(
     *,
     align: Align = "centred",
     order: int = 0,
+    units: int = 0,
     region: tuple[range, range],
     upsample: bool = True,
     out: Image | None = None,
@@ -171,7 +241,7 @@ def fast_refocus(
     image: Image = np.empty(shape, raw.dtype) if out is None else out
     if image.size == 0:
         return image
-    if m == 1:
+    if m == 1 and units == 0:
         rows, columns = (slice(part.start, part.stop) for part in region)
         np.copyto(image, raw[rows, columns])
         return image
@@ -185,6 +255,9 @@ def fast_refocus(
         region=region,
         upsample=upsample,
     )
+    if units:
+        _sharpen(raw, image, work, like, units, threads)
+        return image
     # One compiled variant for arrays that may and may not be written, and for wide sums that are
     # rarely needed (M or order large) only that of 16 bit pixels: each takes seconds to compile.
     wide = like.itemsize == 8 and raw.dtype == np.uint8

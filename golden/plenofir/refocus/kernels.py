@@ -409,8 +409,12 @@ def refocus_blocks(
                 place = max(start, column0)
                 samples = (min(start + outputs, column1) - place) * channels
                 wanted = totals[(place - start) * pixel : (place - start) * pixel + samples * lines]
-                _divide(wanted, values[: samples * lines], plan)
-                _transpose(values[: samples * lines], samples, lines, picture)
+                if plan.divisor == 1:
+                    # Sums are wanted, in an array of their own type.
+                    _transpose(wanted, samples, lines, picture)
+                else:
+                    _divide(wanted, values[: samples * lines], plan)
+                    _transpose(values[: samples * lines], samples, lines, picture)
                 for line in range(min(lines, stop - number)):
                     row = rows.scale * (t0 + number + line) - rows.base
                     until = min(row + rows.scale, row1)

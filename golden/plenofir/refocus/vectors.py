@@ -40,6 +40,14 @@ def _store(builder: Any, value: Any, pointer: Any, item_bytes: int) -> None:
     builder.store(value, pointer).align = item_bytes
 
 
+def _everywhere(builder: Any, number: Any, vector: Any) -> Any:
+    """Vector that has a number of its elements' type everywhere."""
+    one = ir.Constant(ir.IntType(32), 0)
+    first = builder.insert_element(ir.Constant(vector, ir.Undefined), number, one)
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), vector.count), [0] * vector.count)
+    return builder.shuffle_vector(first, ir.Constant(vector, ir.Undefined), mask)
+
+
 @_generated
 def running_sum(
     typing: Any,
@@ -108,10 +116,7 @@ def divide_vector(
         value = ir.VectorType(ir.IntType(8 * value_bytes), lines)
 
         def everywhere(number: Any) -> Any:
-            one = ir.Constant(ir.IntType(32), 0)
-            first = builder.insert_element(ir.Constant(vector, ir.Undefined), number, one)
-            mask = ir.Constant(ir.VectorType(ir.IntType(32), lines), [0] * lines)
-            return builder.shuffle_vector(first, ir.Constant(vector, ir.Undefined), mask)
+            return _everywhere(builder, number, vector)
 
         def narrow(number: Any) -> Any:
             return number if item_bytes == 8 else builder.trunc(number, item)
@@ -134,6 +139,121 @@ def divide_vector(
         return context.get_dummy_value()
 
     return types.void(sums, values, types.intp, integer, integer, integer), generate
+
+
+def _weighted(builder: Any, own: Any, around: Any, bits: Any, side: Any) -> Any:
+    """2^bits own + side (2 own - around)."""
+    twice = builder.sub(builder.add(own, own), around)
+    return builder.add(builder.shl(own, bits), builder.mul(twice, side))
+
+
+@_generated
+def three_lines(
+    typing: Any,
+    sums: Any,
+    above: Any,
+    own: Any,
+    below: Any,
+    words: Any,
+    place: Any,
+    bits: Any,
+    side: Any,
+) -> Any:
+    """`LINE_BYTES` of words[place ...]: sums[own ...] with the weight 2^bits + 2 side, others -side."""
+    # `words` are signed, `sums` are not.
+    item_bytes, word_bytes = sums.dtype.bitwidth // 8, words.dtype.bitwidth // 8
+    integer, index = types.int64, types.intp
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lanes = LINE_BYTES // word_bytes
+        item = ir.VectorType(ir.IntType(8 * item_bytes), lanes)
+        word = ir.VectorType(ir.IntType(8 * word_bytes), lanes)
+
+        def weight(number: Any) -> Any:
+            one = number if word_bytes == 8 else builder.trunc(number, word.element)
+            return _everywhere(builder, one, word)
+
+        def line(place: Any) -> Any:
+            array = _pointer(context, builder, signature.args[0], arguments[0], place, item)
+            values = _load(builder, array, item_bytes)
+            return values if item_bytes == word_bytes else builder.zext(values, word)
+
+        around = builder.add(line(arguments[1]), line(arguments[3]))
+        sides = weight(arguments[6]), weight(arguments[7])
+        result = _weighted(builder, line(arguments[2]), around, *sides)
+        target = _pointer(context, builder, signature.args[4], arguments[4], arguments[5], word)
+        _store(builder, result, target, word_bytes)
+        return context.get_dummy_value()
+
+    kinds = (sums, index, index, index, words, index, integer, integer)
+    return types.void(*kinds), generate
+
+
+@_generated
+def three_pixels(
+    typing: Any,
+    words: Any,
+    own: Any,
+    distance: Any,
+    values: Any,
+    place: Any,
+    like: Any,
+    bits: Any,
+    side: Any,
+    half: Any,
+    most: Any,
+    multiplier: Any,
+    drop: Any,
+) -> Any:
+    """`LINE_BYTES` of words, sharpened along a line and divided, to values[place ...]."""
+    # n = (words[own ...] with the weight 2^bits + 2 side, those at the distance on both sides with
+    # -side, + half) >> 2 bits, limited to 0 .. most; the value is (n multiplier) >> drop. `most`
+    # and the multiplier fit into the type of `like`, and `drop` is at least its width.
+    word_bytes, value_bytes = words.dtype.bitwidth // 8, values.dtype.bitwidth // 8
+    item_bytes = like.dtype.bitwidth // 8
+    integer, index = types.int64, types.intp
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lanes = LINE_BYTES // word_bytes
+        word = ir.VectorType(ir.IntType(8 * word_bytes), lanes)
+        item = ir.VectorType(ir.IntType(8 * item_bytes), lanes)
+        double = ir.VectorType(ir.IntType(16 * item_bytes), lanes)
+        value = ir.VectorType(ir.IntType(8 * value_bytes), lanes)
+
+        def everywhere(number: Any, kind: Any) -> Any:
+            one = number if kind.element.width == 64 else builder.trunc(number, kind.element)
+            return _everywhere(builder, one, kind)
+
+        def pixel(place: Any) -> Any:
+            array = _pointer(context, builder, signature.args[0], arguments[0], place, word)
+            return _load(builder, array, word_bytes)
+
+        _, own, distance, _, _, _, bits, side, half, most, multiplier, drop = arguments
+        around = builder.add(
+            pixel(builder.sub(own, distance)), pixel(builder.add(own, distance))
+        )
+        weights = everywhere(bits, word), everywhere(side, word)
+        total = _weighted(builder, pixel(own), around, *weights)
+        total = builder.add(total, everywhere(half, word))
+        total = builder.ashr(total, everywhere(builder.add(bits, bits), word))
+        nothing, limit = ir.Constant(word, [0] * lanes), everywhere(most, word)
+        total = builder.select(builder.icmp_signed("<", total, nothing), nothing, total)
+        total = builder.select(builder.icmp_signed(">", total, limit), limit, total)
+        narrow = total if item_bytes == word_bytes else builder.trunc(total, item)
+        product = builder.mul(
+            builder.zext(narrow, double), builder.zext(everywhere(multiplier, item), double)
+        )
+        width = ir.Constant(double, [8 * item_bytes] * lanes)
+        high = builder.trunc(builder.lshr(product, width), item)
+        rest = builder.sub(drop, ir.Constant(ir.IntType(64), 8 * item_bytes))
+        high = builder.lshr(high, everywhere(rest, item))
+        result = high if value_bytes == item_bytes else builder.trunc(high, value)
+        target = _pointer(context, builder, signature.args[3], arguments[3], arguments[4], value)
+        _store(builder, result, target, value_bytes)
+        return context.get_dummy_value()
+
+    kinds = (words, index, index, values, index, like, *[integer] * 6)
+    return types.void(*kinds), generate
 
 
 @_generated

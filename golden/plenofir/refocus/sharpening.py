@@ -1,0 +1,218 @@
+"""Sharpening at the distance of a lens: what the operator blurs, three taps take back.
+
+With g = gcd(a', M) the shifted micro images meet an output pixel at M/g places, g/M of a lens apart.
+Their mean is a box with the second moment (1 - g^2/M^2) / 12 in lenses squared; each order of
+interpolation adds a box of M pixels, (1 - 1/M^2) / 12. The filter (-b, 1 + 2b, -b), whose taps are a
+lens (M pixels) apart, has the second moment -2b. So b of half the operator's moment leaves none; over
+natural pictures, whose power falls with the square of the frequency up to half a cycle a lens, three
+quarters of it are best (`plenofir.studies.sharpening`). For an integer a all views meet at one place:
+there is nothing to take back, and b is 0.
+"""
+
+from fractions import Fraction
+from math import gcd
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from plenofir.errors import InputError
+from plenofir.refocus.operator import Sums, divide_half_up
+
+Sharpen = Literal["auto", "off"] | str | float | Fraction
+"""How a picture is sharpened: by name, or the weight b, a multiple of 1/64 from 0 to 1/4."""
+
+WEIGHT_UNITS = 64
+"""Weights b are whole numbers of 1/64, for shifts and adds in hardware."""
+MAX_WEIGHT_UNITS = 16
+_EXPECTED = f"auto, off, or a multiple of 1/{WEIGHT_UNITS} from 0 to 1/4"
+
+
+class Taps(NamedTuple):
+    """The filter in whole numbers: (-side, 2^bits + 2 side, -side) / 2^bits."""
+
+    side: int
+    bits: int
+
+    @property
+    def centre(self) -> int:
+        """Weight of the pixel itself."""
+        return (1 << self.bits) + 2 * self.side
+
+    @property
+    def scale(self) -> int:
+        """What the filter multiplies a flat picture by, in each dimension."""
+        return 1 << self.bits
+
+    @property
+    def noise_gain(self) -> float:
+        """Noise behind the filter of one dimension over noise in front, as standard deviations."""
+        return float(np.hypot(self.centre, np.sqrt(2) * self.side)) / self.scale
+
+
+def taps(units: int) -> Taps:
+    """The filter for b = units / 64, in its smallest whole numbers."""
+    share = Fraction(units, WEIGHT_UNITS)
+    return Taps(share.numerator, share.denominator.bit_length() - 1)
+
+
+def derived_moment(micro_image_size: int, shift: int, order: int = 0) -> Fraction:
+    """Second moment of the operator along a dimension, in lenses squared.
+
+    Parameters
+    ----------
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    order
+        Order of the interpolation.
+
+    Returns
+    -------
+    Fraction
+        ((1 - g^2/M^2) + order (1 - 1/M^2)) / 12 with g = gcd(a', M).
+    """
+    m, common = micro_image_size, gcd(shift, micro_image_size)
+    share = (1 - Fraction(common, m) ** 2) + order * (1 - Fraction(1, m) ** 2)
+    return share / 12
+
+
+def automatic_units(micro_image_size: int, shift: int, order: int = 0) -> int:
+    """Weight that `auto` takes, in 64ths: three quarters of the second moment; 0 for an integer a.
+
+    Parameters
+    ----------
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    order
+        Order of the interpolation.
+
+    Returns
+    -------
+    int
+        64 b: with nearest neighbour 0 for an integer a, 3 where M/g = 2, 4 (b = 1/16) elsewhere.
+    """
+    if shift % micro_image_size == 0:
+        return 0
+    share = Fraction(3, 4) * derived_moment(micro_image_size, shift, order)
+    return int(share * WEIGHT_UNITS + Fraction(1, 2))
+
+
+def sharpening_units(
+    sharpen: Sharpen,
+    micro_image_size: int,
+    shift: int,
+    order: int = 0,
+    *,
+    where: str = "sharpen",
+) -> int:
+    """Weight b of an option, in 64ths.
+
+    Parameters
+    ----------
+    sharpen
+        "auto", "off", or b itself, as a number or as text such as "1/16".
+    micro_image_size
+        M in pixels.
+    shift
+        a' in pixels.
+    order
+        Order of the interpolation.
+    where
+        Name used in the error message.
+
+    Returns
+    -------
+    int
+        64 b, 0 to 16.
+
+    Raises
+    ------
+    InputError
+        If there is no such sharpening.
+    """
+    if isinstance(sharpen, str) and sharpen == "auto":
+        return automatic_units(micro_image_size, shift, order)
+    if isinstance(sharpen, str) and sharpen == "off":
+        return 0
+    bad = InputError(f"{sharpen!r}", where=where, expected=_EXPECTED)
+    if isinstance(sharpen, bool):
+        raise bad
+    try:
+        units = Fraction(sharpen) * WEIGHT_UNITS
+    except (TypeError, ValueError, OverflowError, ZeroDivisionError):
+        raise bad from None
+    if units.denominator != 1 or not 0 <= units <= MAX_WEIGHT_UNITS:
+        raise InputError(f"b = {sharpen}", where=where, expected=_EXPECTED)
+    return int(units)
+
+
+def check_sharpen(sharpen: Sharpen, where: str = "sharpen") -> Sharpen:
+    """Refuse a sharpening that no focus setting could have; the same."""
+    sharpening_units(sharpen, 1, 0, where=where)
+    return sharpen
+
+
+def neighbours(length: int, distance: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], ...]:
+    """Index of the pixels a distance before and behind each; its own where there is none."""
+    own = np.arange(length)
+    before = np.where(own >= distance, own - distance, own)
+    behind = np.where(own + distance < length, own + distance, own)
+    return before, behind
+
+
+def sharpened_sums(sums: Sums, micro_image_size: int, units: int) -> Sums:
+    """The filter along both dimensions of a picture of sums, in whole numbers.
+
+    A tap outside the picture counts as the pixel itself.
+
+    Parameters
+    ----------
+    sums
+        Sums of a refocused picture, shape (rows, columns[, channels]).
+    micro_image_size
+        M: the distance of the taps in pixels.
+    units
+        64 b.
+
+    Returns
+    -------
+    Sums
+        Sums multiplied by ``taps(units).scale`` squared, shape of `sums`.
+    """
+    side, centre = taps(units).side, taps(units).centre
+    for axis in (0, 1):
+        before, behind = neighbours(sums.shape[axis], micro_image_size)
+        around = np.take(sums, before, axis=axis) + np.take(sums, behind, axis=axis)
+        sums = centre * sums - side * around
+    return sums
+
+
+def sharpened_picture(
+    sums: Sums, divisor: int, largest: int, micro_image_size: int, units: int
+) -> Sums:
+    """Sharpen sums and divide them, with one rounding, halves up, and limited to the pixels' range.
+
+    Parameters
+    ----------
+    sums
+        Sums of a refocused picture, shape (rows, columns[, channels]).
+    divisor
+        What they are divided by for grey levels.
+    largest
+        Largest value of a pixel.
+    micro_image_size
+        M in pixels.
+    units
+        64 b.
+
+    Returns
+    -------
+    Sums
+        Pixels, shape of `sums`.
+    """
+    scale = taps(units).scale ** 2
+    picture = divide_half_up(sharpened_sums(sums, micro_image_size, units), scale * divisor)
+    return np.clip(picture, 0, largest)
