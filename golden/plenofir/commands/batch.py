@@ -27,6 +27,7 @@ def batch(
         typer.Option(help="Local processes; as many as processors if not given.", min=1),
     ] = None,
     interpolation: options.Interpolation = "nearest",
+    sharpen: options.Sharpen = "off",
     upsample: options.Upsample = True,
 ) -> None:
     """Refocus many frames; a run that was cut off goes on where it stopped."""
@@ -35,7 +36,8 @@ def batch(
 
     chosen = options.focus_settings(a, micro_image)
     options.shifts_of(chosen, micro_image)
-    settings = Settings(micro_image, chosen, interpolation_order(interpolation), upsample)
+    order = interpolation_order(interpolation)
+    settings = Settings(micro_image, chosen, order, upsample, sharpen)
     sources = find_frames(frames)
     try:
         with progress_bar("refocusing") as show:

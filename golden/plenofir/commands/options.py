@@ -208,6 +208,13 @@ def _distance(param: typer.CallbackParam, value: float) -> float:
     return value
 
 
+def _sharpening(param: typer.CallbackParam, value: str) -> str:
+    from plenofir.refocus.sharpening import check_sharpen
+
+    check_sharpen(value, where=str(param.name))
+    return value
+
+
 def number(flag: str, help_text: str, callback: Callable[..., float] = _finite) -> object:
     """Declare an option that takes a finite number."""
     return typer.Option(flag, help=help_text, callback=callback)
@@ -245,6 +252,11 @@ _RADIUS = typer.Option(
 )
 _ENGINE = typer.Option(help="How the core adds.")
 _INTERPOLATION = typer.Option(help="Nearest, linear, or the order of a B-spline.")
+_SHARPEN = typer.Option(
+    help="Take back what refocusing between integer a blurs: auto, off, or the weight b of the "
+    "taps (-b, 1 + 2b, -b) a lens apart, such as 1/16.",
+    callback=_sharpening,
+)
 _ARITH = typer.Option(help="Exact, or stored products.")
 _SCENE = typer.Option(
     help="Scene profile (TOML file or shipped scene), which decides everything about the core."
@@ -256,6 +268,7 @@ FocusSetting = Annotated[
     list[str], typer.Option("--a", "-a", metavar="FRACTION", help="Focus setting, such as -3/5.")
 ]
 Interpolation = Annotated[InterpolationName, _INTERPOLATION]
+Sharpen = Annotated[str, _SHARPEN]
 Radius = Annotated[int, _RADIUS]
 OutFolder = Annotated[str, typer.Option("--out", help="Folder for the results.")]
 OutPng = Annotated[str, typer.Option("--out", help="PNG file to write.")]

@@ -1,6 +1,7 @@
 """Commands on an aligned raw image: views, compose, refocus, stack, depth-map."""
 
 import re
+from fractions import Fraction
 from math import ceil, inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -76,13 +77,15 @@ def refocus_command(
     a: options.FocusSetting,
     out: options.OutPng = "refocused.png",
     interpolation: options.Interpolation = "nearest",
+    sharpen: options.Sharpen = "off",
     upsample: options.Upsample = True,
     region: Annotated[
         str | None, typer.Option(help="Part of the result: TOP:BOTTOM,LEFT:RIGHT in its pixels.")
     ] = None,
 ) -> None:
     """Refocus an aligned raw image, correctly rounded."""
-    from plenofir.refocus import interpolation_order, refocus
+    from plenofir.refocus import interpolation_order, refocus, sharpening_units
+    from plenofir.refocus.sharpening import WEIGHT_UNITS
 
     path = check_file(out, (".png",), raster)
     m = micro_image
@@ -96,13 +99,18 @@ def refocus_command(
             m,
             setting,
             interpolation=interpolation_order(interpolation),
+            sharpen=sharpen,
             upsample=upsample,
             region=part,
         )
     if image.size == 0:
         raise InputError(str(region), where="region", expected="a part of the picture")
     publish({path.name: image}, path.parent)
-    typer.echo(f"{out}: a = {setting}, {image.shape[1]} x {image.shape[0]} pixels")
+    order = interpolation_order(interpolation)
+    units = sharpening_units(sharpen, m, int(setting * m), order)
+    sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
+    size = f"{image.shape[1]} x {image.shape[0]} pixels"
+    typer.echo(f"{out}: a = {setting}, {size}{sharpened}")
 
 
 def _region(text: str) -> tuple[slice, slice]:

@@ -37,6 +37,14 @@ def precision(out: OutFolder = "build/report-precision") -> None:
 
 
 @app.command()
+def sharpening(out: OutFolder = "build/report-sharpening") -> None:
+    """Weights of sharpening, nearness to the object, noise and harm: Markdown with pictures."""
+    from plenofir.studies.sharpening_report import write_report
+
+    _write(write_report, out)
+
+
+@app.command()
 def stability(out: OutFolder = "build/report-stability") -> None:
     """Extreme inputs, and how errors of floating point grow: Markdown with figures."""
     from plenofir.studies.refocus_stability import write_report

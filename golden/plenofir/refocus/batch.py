@@ -27,11 +27,13 @@ from plenofir.errors import InputError
 from plenofir.files import cannot_write, write_flushed
 from plenofir.images import encode_png, read_image
 from plenofir.refocus import (
+    Sharpen,
     check_raw,
     focus_to_shift,
     interpolation_order,
     processors,
     refocus,
+    sharpening_units,
     shift_to_name,
 )
 from plenofir.refocus.checks import whole_number
@@ -56,6 +58,7 @@ class Settings:
     a: tuple[Fraction, ...]  # focus settings
     order: int = 0  # order of the interpolation
     upsample: bool = True  # see `plenofir.refocus.refocus`
+    sharpen: Sharpen = "off"  # see `plenofir.refocus.refocus`
 
     def check(self) -> None:
         """Refuse settings that `plenofir.refocus.refocus` would refuse for every frame."""
@@ -63,8 +66,12 @@ class Settings:
         interpolation_order(self.order)
         if not self.a:
             raise InputError("no focus settings", where="a", expected="one or more")
-        for a in self.a:
+        for a, units in zip(self.a, self.weights(), strict=True):
             focus_to_shift(a, self.micro_image_size)
+            if units and not self.upsample:
+                raise InputError(
+                    f"{self.sharpen}", where="sharpen", expected="off or auto with --no-upsample"
+                )
             if not self.upsample and (a.denominator != 1 or self.order):
                 raise InputError(
                     f"a = {a}, interpolation of order {self.order}",
@@ -72,10 +79,19 @@ class Settings:
                     expected="an integer a and nearest neighbour for one pixel each micro lens",
                 )
 
+    def weights(self) -> list[int]:
+        """Sharpening of each focus setting, see `plenofir.refocus.sharpening`."""
+        m = self.micro_image_size
+        shifts = [focus_to_shift(a, m) for a in self.a]
+        return [sharpening_units(self.sharpen, m, shift, self.order) for shift in shifts]
+
     def signature(self) -> str:
         """Text that is equal for equal settings."""
         focus = " ".join(str(a) for a in self.a)
-        return f"M={self.micro_image_size} a={focus} order={self.order} upsample={self.upsample}"
+        text = f"M={self.micro_image_size} a={focus} order={self.order} upsample={self.upsample}"
+        weights = self.weights()
+        # Records of settings without sharpening stay as they were.
+        return f"{text} sharpen={' '.join(map(str, weights))}" if any(weights) else text
 
 
 @dataclass(frozen=True)
@@ -157,6 +173,7 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
                 settings.micro_image_size,
                 a,
                 interpolation=settings.order,
+                sharpen=settings.sharpen,
                 upsample=settings.upsample,
                 threads=1,
             )

@@ -182,8 +182,8 @@ def _sharpen(
         half=scale * work.divisor // 2,
         most=int(np.iinfo(raw.dtype).max) * work.divisor + work.divisor // 2,
     )
-    # Words are as wide as what is divided needs. Compiled variants are few: wide ones of 8 bit pixels
-    # are made as those of 16 bit.
+    # Words are as wide as what is divided needs. Compiled variants are few: wide words of 8 bit
+    # pixels are made as those of 16 bit.
     reach = (filter_.centre + 2 * filter_.side) ** 2 * (numbers.most + 1)
     wide = np.empty(0, np.int32 if reach < 1 << 31 else np.int64)
     kind = np.uint8 if raw.dtype == np.uint8 and wide.itemsize == 4 else np.uint16

@@ -1,14 +1,15 @@
 """Sharpening at the distance of a lens: what the operator blurs, three taps take back.
 
-With g = gcd(a', M) the shifted micro images meet an output pixel at M/g places, g/M of a lens apart.
-Their mean is a box with the second moment (1 - g^2/M^2) / 12 in lenses squared; each order of
-interpolation adds a box of M pixels, (1 - 1/M^2) / 12. The filter (-b, 1 + 2b, -b), whose taps are a
-lens (M pixels) apart, has the second moment -2b. So b of half the operator's moment leaves none; over
-natural pictures, whose power falls with the square of the frequency up to half a cycle a lens, three
-quarters of it are best (`plenofir.studies.sharpening`). For an integer a all views meet at one place:
-there is nothing to take back, and b is 0.
+With g = gcd(a', M) the shifted micro images meet an output pixel at M/g places, g/M of a lens
+apart. Their mean is a box with the second moment (1 - g^2/M^2) / 12 in lenses squared; each order
+of interpolation adds a box of M pixels, (1 - 1/M^2) / 12. The filter (-b, 1 + 2b, -b), whose taps
+are a lens (M pixels) apart, has the second moment -2b. So b of half the operator's moment leaves
+none; over natural pictures, whose power falls with the square of the frequency up to half a cycle a
+lens, three quarters of it are best (`plenofir.studies.sharpening`). For an integer a all views meet
+at one place: there is nothing to take back, and b is 0.
 """
 
+import re
 from fractions import Fraction
 from math import gcd
 from typing import Literal, NamedTuple
@@ -24,6 +25,7 @@ Sharpen = Literal["auto", "off"] | str | float | Fraction
 WEIGHT_UNITS = 64
 """Weights b are whole numbers of 1/64, for shifts and adds in hardware."""
 MAX_WEIGHT_UNITS = 16
+_NUMBER = re.compile(r"[0-9]{1,3}(/[0-9]{1,3}|\.[0-9]{1,9})?")
 _EXPECTED = f"auto, off, or a multiple of 1/{WEIGHT_UNITS} from 0 to 1/4"
 
 
@@ -138,7 +140,7 @@ def sharpening_units(
     if isinstance(sharpen, str) and sharpen == "off":
         return 0
     bad = InputError(f"{sharpen!r}", where=where, expected=_EXPECTED)
-    if isinstance(sharpen, bool):
+    if isinstance(sharpen, bool) or (isinstance(sharpen, str) and not _NUMBER.fullmatch(sharpen)):
         raise bad
     try:
         units = Fraction(sharpen) * WEIGHT_UNITS

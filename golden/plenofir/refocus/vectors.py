@@ -159,8 +159,9 @@ def three_lines(
     bits: Any,
     side: Any,
 ) -> Any:
-    """`LINE_BYTES` of words[place ...]: sums[own ...] with the weight 2^bits + 2 side, others -side."""
-    # `words` are signed, `sums` are not.
+    """`LINE_BYTES` of words[place ...] from sums of three lines."""
+    # Those of the own line have the weight 2^bits + 2 side, the others -side. `words` are signed,
+    # `sums` are not.
     item_bytes, word_bytes = sums.dtype.bitwidth // 8, words.dtype.bitwidth // 8
     integer, index = types.int64, types.intp
 
@@ -229,9 +230,7 @@ def three_pixels(
             return _load(builder, array, word_bytes)
 
         _, own, distance, _, _, _, bits, side, half, most, multiplier, drop = arguments
-        around = builder.add(
-            pixel(builder.sub(own, distance)), pixel(builder.add(own, distance))
-        )
+        around = builder.add(pixel(builder.sub(own, distance)), pixel(builder.add(own, distance)))
         weights = everywhere(bits, word), everywhere(side, word)
         total = _weighted(builder, pixel(own), around, *weights)
         total = builder.add(total, everywhere(half, word))

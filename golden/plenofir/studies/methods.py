@@ -19,6 +19,7 @@ from plenofir.camera.lightfield.fourier import fourier_slice
 from plenofir.camera.lightfield.indexing import views
 from plenofir.refocus import (
     ExactArithmetic,
+    Sharpen,
     StoredProductArithmetic,
     output_offset,
     refocus,
@@ -135,14 +136,18 @@ def _plenopticam(raw: Image, m: int, shift: int) -> Floats:
 def software() -> list[Method]:
     """Every way in software."""
 
-    def fast(raw: Image, m: int, shift: int, order: int = 0) -> Image:
-        return refocus(raw, m, Fraction(shift, m), interpolation=order)
+    def fast(raw: Image, m: int, shift: int, order: int = 0, sharpen: Sharpen = "off") -> Image:
+        return refocus(raw, m, Fraction(shift, m), interpolation=order, sharpen=sharpen)
 
     names = {0: "nearest", 1: "linear", 3: "cubic"}
     found = [Method("refocus", fast)]
     found += [
         Method(f"refocus, {names[order]}", partial(fast, order=order), order=order)
         for order in (1, 3)
+    ]
+    found += [
+        Method(name, partial(fast, order=order, sharpen="auto"), order=None)
+        for name, order in (("refocus, sharpened", 0), ("refocus, linear, sharpened", 1))
     ]
     found += [
         Method("reference (gather)", in_hardware(ExactArithmetic())),

@@ -28,7 +28,9 @@ from plenofir.refocus import interpolation_order, refocus
 # They take minutes.
 LONG_RUNNING = [
     ("report", name)
-    for name in ("rays", "precision", "stability", "numbers", "energy", "calibration")
+    for name in (
+        *("rays", "precision", "sharpening", "stability", "numbers", "energy", "calibration"),
+    )
 ]
 LEAVES = [
     words
@@ -70,6 +72,7 @@ def check_refocus(p: Parameters) -> set[str]:
         m,
         options.one_focus_setting(p["a"], m),
         interpolation=interpolation_order(p["interpolation"]),
+        sharpen=p["sharpen"],
         upsample=p["upsample"],
         region=area,
     )

@@ -26,15 +26,18 @@ def test_array_api_equals_the_reference(data):
     shape = tuple(m + data.draw(st.integers(0, 30)) for _ in range(2))
     raw = random_image(shape + data.draw(st.sampled_from([(), (3,)])), dtype)
     region = tuple(slice(*sorted(data.draw(st.tuples(*[st.integers(0, 40)] * 2)))) for _ in "yx")
+    sharpen = data.draw(st.sampled_from(["off", "auto", Fraction(5, 64)]))
     image = refocus(
         array_api_strict.asarray(raw),
         m,
         Fraction(shift, m),
         align=align,
         interpolation=order,
+        sharpen=sharpen,
         region=region,
     )
-    want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)[region]
+    exact = ExactArithmetic()
+    want = exact.refocus(raw, m, shift=shift, align=align, order=order, sharpen=sharpen)[region]
     assert image.dtype == getattr(array_api_strict, dtype.__name__)
     assert np.array_equal(np.asarray(image), want)
 

@@ -19,7 +19,7 @@ def hasty(monkeypatch):
 def test_all_ways_agree(m, shift):
     raw = np.random.default_rng(m).integers(0, 256, (9 * m + 1, 8 * m + 2), dtype=np.uint8)
     for method in software():
-        if method.lenses:
+        if method.order is None:
             continue
         image = method.work(raw, m, shift)
         exact = exact_sums(raw, m, shift, method.order)
