@@ -7,7 +7,8 @@
 #   pnr          installs place and route for ECP5
 #   compiler     makes sure that there is a C++ compiler, which Verilator needs
 #   tests        makes sure of what the tests want besides: a C++ compiler, Debian's decoder of monitors'
-#                EDID (a second opinion on ours), and the GHDL that need not compile beside the fast one
+#                EDID (a second opinion on ours), the GHDL that need not compile beside the fast one, and
+#                Chromium for the tests of the viewer (400 MB; without it they are skipped)
 #
 # Debian packages that are missing are installed as root or through sudo. What cannot be installed
 # is named in one line, with the command that would install it, and the exit code is 2.
@@ -89,6 +90,8 @@ setup_tests() {
     # A GHDL that is not Debian's is left alone.
     command -v ghdl-mcode >/dev/null 2>&1 || ! command -v ghdl-llvm >/dev/null 2>&1 ||
         install_packages "GHDL's back end mcode" ghdl-mcode
+    command -v chromium >/dev/null 2>&1 || (install_packages "Chromium" chromium) ||
+        echo "setup: without it tests in the browser will be skipped" >&2
 }
 
 has_libpython() {

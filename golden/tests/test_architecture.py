@@ -15,7 +15,7 @@ ROOT = Path(plenofir.__file__).parent
 LAYERS = (
     ("__main__",),
     ("commands",),
-    ("studies",),
+    ("studies", "view"),
     ("plan",),
     ("camera", "fpga"),
     ("refocus",),

@@ -21,6 +21,7 @@ from plenofir.commands import (
     rays,
     report,
     sim,
+    view,
     waves,
 )
 from plenofir.commands.make_variables import arguments_of_make
@@ -54,7 +55,7 @@ def _root(
         raise typer.Exit
 
 
-for group in (sim, rays, plan, capture, inspect, pictures, batch):
+for group in (sim, rays, plan, capture, inspect, pictures, view, batch):
     app.registered_commands += group.app.registered_commands
 for name, group in (("bitstream", bitstream), ("waves", waves), ("report", report)):
     app.add_typer(group.app, name=name)

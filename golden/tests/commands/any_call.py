@@ -80,6 +80,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "region": ("0:3,1:9", ":,:", "5:2,0:1", "0:99999999999999999999,0:1"),
     "picture": ("picture.png",),
     "plot": ("plot.png",),
+    "export": ("page.html",),
     "ise": ("folder",),
     "scheduler": ("nowhere", "tcp://", "tcp://127.0.0.1:x"),
     "spots": ("folder",),
@@ -186,6 +187,8 @@ def calls(draw: Any, command: Words) -> Call:
         if parameter.name in ("version", "debug"):
             continue
         given = draw(st.integers(0, 19)) > 0 if parameter.required else not draw(st.integers(0, 2))
+        # Without, it would serve until Ctrl-C.
+        given |= parameter.name == "export"
         if not given:
             continue
         if parameter.param_type_name == "argument":

@@ -157,6 +157,13 @@ def check_inspect(p: Parameters) -> set[str]:
     return found
 
 
+def check_view(p: Parameters) -> set[str]:
+    file = Path(p["export"])
+    assert file.read_bytes().startswith(b"<!doctype html>")
+    assert file.stat().st_size <= p["limit"] * 1e6
+    return {p["export"]}
+
+
 CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("views",): check_views,
     ("compose",): check_compose,
@@ -166,6 +173,7 @@ CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("calibrate",): check_calibrate,
     ("decode",): check_decode,
     ("inspect",): check_inspect,
+    ("view",): check_view,
     ("configure",): check_configure,
     ("batch",): check_batch,
     ("distance",): lambda p: {str(p["plot"])} if p["plot"] else set(),

@@ -1,0 +1,282 @@
+"""The page of a light field: its views, its depth and its distances, as the browser takes them."""
+
+import base64
+import zlib
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from math import ceil, floor
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.errors import InputError
+from plenofir.refocus.operator import Image
+from plenofir.view.mosaic import packed_views
+from plenofir.view.page import Page, Part
+
+if TYPE_CHECKING:
+    from plenofir.camera.rays import RayModel
+
+# A browser should not be given more at once.
+_LARGEST_BYTES = 1 << 30
+# Depth is searched in no more micro lenses: a finer map takes long and shows no more.
+_LENSES = 500_000
+# Entries of the table of distances for each step of the grid.
+_FINE = 8
+_MAX_ENTRIES = 4000
+# Of the median that removes single micro lenses of a wrong depth.
+_MEDIAN = 5
+_LEAST_GPU_TEXTURE, _LEAST_GPU_LAYERS = 2048, 256
+
+
+class LightField:
+    """A raw image, cut into views.
+
+    Parameters
+    ----------
+    raw
+        Raw image, shape (rows, columns[, 3]).
+    micro_image_size
+        M in pixels.
+    """
+
+    def __init__(self, raw: Image, micro_image_size: int) -> None:
+        self.raw, self.micro_image_size = raw, micro_image_size
+        self.lens_rows: int = -(-raw.shape[0] // micro_image_size)
+        self.lens_columns: int = -(-raw.shape[1] // micro_image_size)
+        self.channels = raw.shape[2] if raw.ndim == 3 else 1
+
+    def least_binning(self) -> int:
+        """Micro lenses to be made one, each way, so that a browser is not given too much."""
+        binning = 1
+        while self.raw.nbytes / binning**2 > _LARGEST_BYTES:
+            binning += 1
+        return binning
+
+    def views(self, binning: int = 1) -> Image:
+        """Views of (binned) micro lenses, shape (v, u, t, s[, 3]); beyond the edges they are 0."""
+        m = self.micro_image_size
+        whole = m * binning
+        edges = [(0, -n % whole) for n in self.raw.shape[:2]] + [(0, 0)] * (self.raw.ndim - 2)
+        raw = np.pad(self.raw, edges) if any(after for _, after in edges) else self.raw
+        rows, columns = (n // whole for n in raw.shape[:2])
+        field = raw.reshape(rows, binning, m, columns, binning, m, *raw.shape[2:])
+        if binning > 1:
+            sums = field.sum(axis=(1, 4), keepdims=True, dtype=np.uint64)
+            field = ((sums + binning**2 // 2) // binning**2).astype(raw.dtype)
+        # (t, _, v, s, _, u[, 3]) to (v, u, t, s[, 3]).
+        return np.ascontiguousarray(np.moveaxis(field[:, 0, :, :, 0], (1, 3), (0, 1)))
+
+    def depth(
+        self, search: tuple[float, float], progress: Callable[[int, int], None] | None = None
+    ) -> npt.NDArray[np.float64]:
+        """Focus setting of what each micro lens sees, by disparity; shape (t, s), or coarser."""
+        from scipy import ndimage
+
+        from plenofir.camera.lightfield import compose, light_field_disparity
+
+        binning = max(1, ceil((self.lens_rows * self.lens_columns / _LENSES) ** 0.5))
+        raw = compose(self.views(binning))
+        low, high = (end / binning for end in search)
+        found = light_field_disparity(
+            raw, self.micro_image_size, search=(low, high), progress=progress
+        )
+        smooth = ndimage.median_filter(found.pixels_per_view, _MEDIAN, mode="nearest")
+        return np.asarray(np.clip(smooth * binning, *search))
+
+
+def plane_table(model: "RayModel", search: tuple[float, float]) -> dict[str, Any]:
+    """Distances over the focus setting, for JSON: numbers in mm, None without one, states.
+
+    Entries lie on the grid of a = a'/M and evenly between its points.
+    """
+    m = model.micro_image_size
+    step = 1 / (m * _FINE)
+    while (search[1] - search[0]) / step > _MAX_ENTRIES:
+        step *= 2
+    first = floor(search[0] / step + 1e-9) * step
+    a = first + step * np.arange(ceil((search[1] - first) / step - 1e-9) + 1)
+    planes = model.planes(a)
+    table: dict[str, Any] = {"first": first, "step": step}
+    for name in ("centre", "near", "far"):
+        distances = getattr(planes, name)
+        mm = [None if np.isnan(x) else round(float(x), 4) for x in distances.mm]
+        table[name] = {"mm": mm, "state": distances.states.tolist()}
+    alpha = np.asarray(model.alpha(a))
+    table["alpha"] = [float(x) if np.isfinite(x) else 0.0 for x in alpha]
+    return table
+
+
+class _Content:
+    """What the page of a light field asks for."""
+
+    def __init__(
+        self,
+        field: LightField,
+        search: tuple[float, float],
+        progress: Callable[[int, int], None] | None,
+    ) -> None:
+        self.field, self.search, self.progress = field, search, progress
+
+    def views(self, binning: int) -> Part:
+        """Views one after the other, samples of 16 bit with the low byte first."""
+        least = self.field.least_binning()
+        views = self.field.views(binning * least)
+        return Part(
+            views.astype(views.dtype.newbyteorder("<")).tobytes(), "application/octet-stream"
+        )
+
+    @cached_property
+    def _depth(self) -> Part:
+        low, high = self.search
+        depth = self.field.depth(self.search, self.progress)
+        values = np.rint((depth - low) / (high - low) * 65535).astype("<u2")
+        size = "x".join(str(n) for n in values.shape)
+        return Part(zlib.compress(values.tobytes(), 6), "application/octet-stream", size)
+
+    def depth(self, _: int) -> Part:
+        """Depth map: 16 bit from the first to the last focus setting, deflated."""
+        return self._depth
+
+
+def _colours() -> str:
+    """The colour map of depths, in which equal steps look equal: 256 RGB values in base64."""
+    from matplotlib import colormaps
+
+    rgba = colormaps["viridis"](np.arange(256), bytes=True)
+    return base64.b64encode(np.ascontiguousarray(rgba[:, :3]).tobytes()).decode()
+
+
+def light_field_page(
+    raw: Image,
+    micro_image_size: int,
+    *,
+    full_scale: int,
+    title: str,
+    search: tuple[float, float] = (-1.0, 2.0),
+    model: "RayModel | None" = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Page:
+    """Make the page of a light field.
+
+    Parameters
+    ----------
+    raw
+        Raw image, shape (rows, columns[, 3]), uint8 or uint16.
+    micro_image_size
+        M in pixels.
+    full_scale
+        Value of white.
+    title
+        What the page is called.
+    search
+        First and last focus setting of the slider and of the search for depth.
+    model
+        The camera, focused as it was; without it there are no distances.
+    progress
+        Called with the candidates for the depth done and to do.
+
+    Returns
+    -------
+    Page
+        The page.
+
+    Raises
+    ------
+    InputError
+        If the range of focus settings is empty or larger than the views.
+    """
+    field = LightField(raw, micro_image_size)
+    low, high = search
+    most = max(field.lens_rows, field.lens_columns)
+    if not -most <= low < high <= most:
+        raise InputError(
+            f"{low:g} to {high:g}", where="a", expected=f"a range within -{most} to {most}"
+        )
+    content = _Content(field, search, progress)
+    least = field.least_binning()
+    rows, columns = raw.shape[:2]
+    notes = [f"{columns} x {rows} pixels, M = {micro_image_size}, {8 * raw.dtype.itemsize} bit."]
+    if least > 1:
+        notes.append(f"Scaled down: {least} x {least} micro lenses are one.")
+    described: dict[str, Any] = {
+        "title": title,
+        "micro_image_size": micro_image_size,
+        "rows": -(-rows // least),
+        "columns": -(-columns // least),
+        "lens_rows": -(-field.lens_rows // least),
+        "lens_columns": -(-field.lens_columns // least),
+        "channels": field.channels,
+        "bits": 8 * raw.dtype.itemsize,
+        "full_scale": full_scale,
+        "scale": least,
+        "range": [low, high],
+        "has_depth": micro_image_size > 1,
+        "colours": _colours(),
+        "planes": None,
+        "notes": notes,
+    }
+    if model is not None:
+        described["planes"] = {
+            "table": plane_table(model, search),
+            "text": f"{model.camera.name}, extension {model.extension_mm:.4f} mm; "
+            "distances from the micro lenses, by the ray model.",
+        }
+    parts: dict[str, Callable[[int], Part]] = {"views": content.views}
+    if described["has_depth"]:
+        parts["depth"] = content.depth
+
+    def packed(limit: int) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
+        return _packed(field, described, content, limit)
+
+    scripts = ("source.js", "renderer.js", "planes.js", "bench.js", "main.js")
+    return Page("light_field.html", scripts, described, parts, packed)
+
+
+def _packed(
+    field: LightField, described: Mapping[str, Any], content: _Content, limit: int
+) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
+    """What an export holds: views that every GPU with WebGL 2 takes, within a size."""
+    made = {"depth": content.depth(1)} if described["has_depth"] else {}
+    room = limit - sum(len(part.content) for part in made.values())
+    full_scale = described["full_scale"]
+    binning = described["scale"]
+    while not _fits_every_gpu(field, binning):
+        binning += 1
+    while True:
+        views = field.views(binning)
+        if views.dtype != np.uint8 or full_scale != 255:
+            wide = views.astype(np.uint32) * 255
+            views = np.minimum((wide + full_scale // 2) // full_scale, 255).astype(np.uint8)
+        found = packed_views(views, room)
+        if found is not None:
+            break
+        if min(views.shape[2:4]) == 1:
+            raise InputError(
+                "the light field does not fit", where="limit", expected="a larger limit"
+            )
+        binning += 1
+    rows, columns = field.raw.shape[:2]
+    notes = [described["notes"][0], found.words]
+    if binning > 1:
+        notes.append(f"Scaled down: {binning} x {binning} micro lenses are one.")
+    changed = {
+        "rows": -(-rows // binning),
+        "columns": -(-columns // binning),
+        "lens_rows": views.shape[2],
+        "lens_columns": views.shape[3],
+        "bits": 8,
+        "full_scale": 255,
+        "scale": binning,
+        "notes": notes,
+    }
+    return {**described, **changed}, {"views": found.part, **made}
+
+
+def _fits_every_gpu(field: LightField, binning: int) -> bool:
+    rows, columns = (-(-n // binning) for n in (field.lens_rows, field.lens_columns))
+    tiles = _LEAST_GPU_TEXTURE // columns
+    if tiles < 1 or rows > _LEAST_GPU_TEXTURE:
+        return False
+    return -(-(field.micro_image_size**2) // tiles) <= _LEAST_GPU_LAYERS

@@ -1,0 +1,84 @@
+"""The page of a folder of pictures: what ``make sim`` leaves, two at a time."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from plenofir.errors import InputError
+from plenofir.files import input_file
+from plenofir.images import read_image
+from plenofir.view.page import Page, Part
+
+_EXPECTED = "a folder with two pictures (PNG) or more, such as make sim leaves"
+# In this order: the VHDL beside its golden model.
+_FIRST = ("refocused", "golden", "diff")
+
+
+def _order(path: Path) -> tuple[str, int, str]:
+    kind, _, rest = path.stem.partition("_")
+    known = kind in _FIRST
+    return (rest if known else "~", _FIRST.index(kind) if known else 0, path.name)
+
+
+def pictures_page(folder: Path) -> Page:
+    """Make the page of a folder of pictures.
+
+    Parameters
+    ----------
+    folder
+        Folder with PNG files; of those of ``make sim`` the refocused picture comes first, beside
+        that of the golden model.
+
+    Returns
+    -------
+    Page
+        Served, it reads the pictures again when they are asked for: a new run shows by a reload.
+
+    Raises
+    ------
+    InputError
+        If there are less than two pictures, or one cannot be read.
+    """
+    files = {path.name: path for path in sorted(folder.glob("*.png"), key=_order)}
+    if len(files) < 2:
+        raise InputError(f"{len(files)} pictures", where=str(folder), expected=_EXPECTED)
+    deep = [name for name, path in files.items() if read_image(path).dtype.itemsize > 1]
+    notes = _of_report(folder / "report.json")
+    if deep:
+        notes.append("The browser shows 16 bit pictures with 8 bit.")
+
+    def part(path: Path) -> Callable[[int], Part]:
+        return lambda _: Part(input_file(path).read_bytes(), "image/png")
+
+    field = {"title": str(folder), "pictures": list(files), "notes": notes}
+    parts = {name: part(path) for name, path in files.items()}
+    return Page(
+        "pictures.html",
+        ("source.js", "pictures.js"),
+        field,
+        parts,
+        lambda limit: (field, _within(parts, limit, folder)),
+    )
+
+
+def _of_report(path: Path) -> list[str]:
+    """What the report of a simulation says about the comparison with the golden model."""
+    try:
+        report: Any = json.loads(input_file(path).read_text())
+        mismatches = report["mismatches"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    return [f"{mismatches} pixels differ between VHDL and golden model."]
+
+
+def _within(parts: dict[str, Callable[[int], Part]], limit: int, folder: Path) -> dict[str, Part]:
+    made = {name: make(1) for name, make in parts.items()}
+    size = sum(len(part.content) for part in made.values()) * 4 // 3
+    if size > limit:
+        raise InputError(
+            f"{size / 1e6:.1f} MB of pictures",
+            where=str(folder),
+            expected=f"at most {limit / 1e6:g} MB, or another --limit",
+        )
+    return made

@@ -1,0 +1,174 @@
+"""The viewer's server: this machine alone, behind a token, and nothing but the page's own parts."""
+
+import asyncio
+import json
+import secrets
+import signal
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+
+from tornado.httpserver import HTTPServer
+from tornado.netutil import bind_sockets
+from tornado.web import Application, HTTPError, RequestHandler
+
+from plenofir.errors import InputError
+from plenofir.view.page import STYLE, Page, Part
+
+ADDRESS = "127.0.0.1"
+_BINNINGS = {str(n) for n in range(1, 65)}
+_KINDS = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
+    "img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+class _Parts:
+    """The files that are served: the page's own, by name; parts are made once, in a thread."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.assets = {"": page.document, **{name: name for name in (*page.scripts, STYLE)}}
+
+    def asset(self, name: str) -> Part | None:
+        """A file of the page; None for what is none."""
+        if name == "field.json":
+            return Part(json.dumps(self.page.field, allow_nan=False).encode(), "application/json")
+        if name not in self.assets:
+            return None
+        file = self.assets[name]
+        return Part(self.page.asset(file), f"{_KINDS[file.rpartition('.')[2]]}; charset=utf-8")
+
+    def make(self, name: str, binning: int) -> "Future[Part]":
+        """A part in the making; its thread does not keep the program from ending."""
+        made: Future[Part] = Future()
+
+        def work() -> None:
+            try:
+                made.set_result(self.page.parts[name](binning))
+            except Exception as error:
+                made.set_exception(error)
+
+        threading.Thread(target=work, daemon=True).start()
+        return made
+
+
+class _Nothing(RequestHandler):
+    """What any other address gets: no such page."""
+
+    def set_default_headers(self) -> None:
+        """Nothing is kept, framed, or loaded from elsewhere."""
+        self.clear_header("Server")
+        for name, value in _HEADERS.items():
+            self.set_header(name, value)
+
+    def prepare(self) -> None:
+        """Refuse."""
+        raise HTTPError(404)
+
+    def write_error(self, status_code: int, **kwargs: object) -> None:
+        """One line, which the page shows."""
+        failure = kwargs.get("exc_info")
+        error = failure[1] if isinstance(failure, tuple) else None
+        text = str(error) if isinstance(error, InputError) else f"{status_code}: {self._reason}"
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish(text)
+
+    def log_exception(self, *_: object) -> None:
+        """The page shows it; the terminal stays quiet."""
+
+
+class _Handler(_Nothing):
+    """The page and its parts."""
+
+    def initialize(self, parts: _Parts, hosts: set[str]) -> None:
+        """Take the page in."""
+        self.parts, self.hosts = parts, hosts
+
+    def prepare(self) -> None:
+        """Refuse what was not asked for by this server's own address."""
+        # A name of another site that leads to this machine is no way in.
+        if self.request.host not in self.hosts:
+            raise HTTPError(403)
+
+    async def get(self, name: str) -> None:
+        """Answer with a file of the page, or a part in the binning asked for."""
+        part = self.parts.asset(name)
+        if part is None and name in self.parts.page.parts:
+            binning = self.get_query_argument("bin", "1")
+            if binning not in _BINNINGS:
+                raise HTTPError(400)
+            part = await asyncio.wrap_future(self.parts.make(name, int(binning)))
+        if part is None:
+            raise HTTPError(404)
+        self.set_header("Content-Type", part.kind)
+        if part.size:
+            self.set_header("X-Size", part.size)
+        self.finish(part.content)
+
+
+async def serving(
+    page: Page, port: int, ready: Callable[[str], None], ended: asyncio.Event
+) -> None:
+    """Serve a page until `ended` is set; see `serve`."""
+    try:
+        sockets = bind_sockets(port, ADDRESS)
+    except OSError as error:
+        raise InputError(
+            f"{port} cannot be used ({error.strerror})",
+            where="port",
+            expected="a free port, or 0 for any",
+        ) from None
+    port = sockets[0].getsockname()[1]
+    token = secrets.token_urlsafe(16)
+    hosts = {f"{name}:{port}" for name in (ADDRESS, "localhost")}
+    settings = {"parts": _Parts(page), "hosts": hosts}
+    application = Application(
+        [(rf"/{token}/([^/]*)", _Handler, settings)],
+        default_handler_class=_Nothing,
+        log_function=lambda _: None,
+    )
+    server = HTTPServer(application)
+    server.add_sockets(sockets)
+    try:
+        ready(f"http://{ADDRESS}:{port}/{token}/")
+        await ended.wait()
+    finally:
+        server.stop()
+
+
+def serve(page: Page, port: int, ready: Callable[[str], None]) -> None:
+    """Serve a page on this machine until Ctrl-C.
+
+    Parameters
+    ----------
+    page
+        The page.
+    port
+        TCP port, or 0 for any free one.
+    ready
+        Called with the page's address, which holds a random token: without it nothing is served.
+
+    Raises
+    ------
+    InputError
+        If the port cannot be used.
+    """
+
+    async def until_interrupted() -> None:
+        ended = asyncio.Event()
+        loop = asyncio.get_running_loop()
+        loop.add_signal_handler(signal.SIGINT, ended.set)
+        try:
+            await serving(page, port, ready, ended)
+        finally:
+            loop.remove_signal_handler(signal.SIGINT)
+
+    asyncio.run(until_interrupted())

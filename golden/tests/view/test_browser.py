@@ -1,0 +1,283 @@
+"""The viewer in a real browser: what it shows is what `refocus` computes."""
+
+import json
+import re
+import signal
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from in_browser import pixels, served
+
+from plenofir.camera.rays import RayModel, load_camera
+from plenofir.images import encode_png, read_image, write_png
+from plenofir.project import DATA
+from plenofir.refocus import output_offset, refocus
+from plenofir.view import export, light_field_page, pictures_page
+
+DETAIL = DATA / "flower_detail_5x5.png"
+
+
+def cut(rows: int, columns: int) -> npt.NDArray[np.uint8]:
+    return np.ascontiguousarray(read_image(DETAIL)[100 : 100 + rows, 100 : 100 + columns])
+
+
+def coloured(raw: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return raw if raw.ndim == 3 else np.repeat(raw[..., None], 3, axis=2)
+
+
+def page_of(raw: npt.NDArray[Any], m: int, **options: Any) -> Any:
+    full_scale = int(np.iinfo(raw.dtype).max)
+    return light_field_page(raw, m, full_scale=full_scale, title="test", **options)
+
+
+def sums_of_views(
+    raw: npt.NDArray[Any], m: int, a: float, weights: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Mean of views that move by the nearest whole pixels, written for single pixels."""
+    whole, shape = int(np.floor(a * m)), raw.shape[:2]
+    rest = a * m - whole
+    start = output_offset(m, whole, "centred")
+    more = output_offset(m, whole + 1, "centred") - start
+    total = np.zeros((*shape, 3))
+    for v, u in np.ndindex(m, m):
+        places = []
+        for i, length in zip((v, u), shape, strict=True):
+            k = np.arange(length) + start - i * whole + int(np.floor(rest * (more - i) + 0.5))
+            k = m * (k // m) + i
+            places.append((np.clip(k, 0, length - 1), (k >= 0) & (k < length)))
+        (rows, in_rows), (columns, in_columns) = places
+        view = coloured(raw)[np.ix_(rows, columns)] * np.outer(in_rows, in_columns)[..., None]
+        total += weights[v, u] * view
+    return total / weights.sum()
+
+
+def test_the_command_shows_what_refocus_computes(open_page: Any, tmp_path: Path) -> None:
+    m, file = 5, tmp_path / "detail.png"
+    # No multiple of M.
+    raw = cut(83, 121)
+    write_png(file, raw)
+    words = ["view", str(file), "-M", str(m), "--camera", "f193-mla2", "--focus", "3000"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "plenofir", *words, "--no-browser"],
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as command:
+        try:
+            assert command.stdout is not None
+            address = command.stdout.readline().split()[0]
+            tab = open_page(address)
+            for shift in (0, 1, -3, 5, -7, 12):
+                tab.evaluate("a => plenofir.setFocus(a)", shift / m)
+                found = pixels(tab)
+                assert (found == refocus(raw, m, Fraction(shift, m))).all(), shift
+            _check_controls(tab, raw, m)
+            _check_pointer(tab, m)
+            _check_address(tab, open_page)
+        finally:
+            command.send_signal(signal.SIGINT)
+        assert command.wait(10) == 0
+
+
+def _check_controls(tab: Any, raw: npt.NDArray[Any], m: int) -> None:
+    everything = np.ones((m, m))
+    tab.evaluate("plenofir.setFocus(-0.47)")
+    want = np.floor(sums_of_views(raw, m, -0.47, everything) + 0.5)
+    assert (pixels(tab) == want).all()
+    # The slider and its key: a step of the page, not of the control.
+    tab.locator("#focus").fill("0.6")
+    tab.locator("#picture").press("ArrowRight")
+    assert tab.evaluate("plenofir.state.focus") == pytest.approx(0.8)
+    assert "a = 0.8 = 4/5" in tab.locator("#focus-text").inner_text()
+    # One view, and a place between two.
+    tab.evaluate("Promise.all([plenofir.setAperture(0.001), plenofir.setView(1, 3)])")
+    weights = np.zeros((m, m))
+    weights[3, 1] = 1
+    assert (pixels(tab) == sums_of_views(raw, m, 0.8, weights)).all()
+    tab.evaluate("plenofir.setView(1.25, 3)")
+    weights[3, 1:3] = 0.75, 0.25
+    mixed = sums_of_views(raw, m, 0.8, weights)
+    assert np.abs(pixels(tab) - mixed).max() <= 0.501
+    # Light of twice as much.
+    tab.evaluate("Promise.all([plenofir.setView(1, 3), plenofir.setExposure(1)])")
+    weights[3] = 0, 1, 0, 0, 0
+    brighter = np.minimum(sums_of_views(raw, m, 0.8, weights) * 2 ** (1 / 2.2), 255)
+    assert np.abs(pixels(tab) - brighter).max() <= 0.501
+    tab.keyboard.press("0")
+    assert tab.evaluate("plenofir.state") == {
+        "focus": 0,
+        "aperture": 1,
+        "view": [2, 2],
+        "exposure": 0,
+        "mode": "refocused",
+    }
+    with pytest.raises(Exception, match="expected a number"):
+        tab.evaluate("plenofir.setFocus('near')")
+
+
+def _check_pointer(tab: Any, m: int) -> None:
+    tab.evaluate("plenofir.depth")
+    box = tab.locator("#picture").bounding_box()
+    x, y = box["x"] + 0.6 * box["width"], box["y"] + 0.4 * box["height"]
+    depth = tab.evaluate("plenofir.depthAt(0.6, 0.4)")
+    # The flower.
+    assert -0.8 < depth < -0.3
+    tab.mouse.click(x, y)
+    assert tab.evaluate("plenofir.state.focus") == pytest.approx(depth)
+    model = RayModel.focused(load_camera("f193-mla2"), 3000, m)
+    tab.evaluate("plenofir.setFocus(0.4)")
+    tab.mouse.move(x + 1, y)
+    for place, border in (("#plane", "distance"), ("#depth-of-field", "near_border")):
+        mm = float(getattr(model, border)(0.4).mm)
+        text = tab.locator(place).inner_text().replace("\u202f", "")
+        assert text.startswith(f"{mm:.1f} mm"), text
+    assert f"a = {depth:.2f}, beyond infinity" in tab.locator("#pointed").inner_text()
+    assert tab.locator("#bench .plane").count() == tab.locator("#bench .pointed").count() == 1
+    # A drag looks around, through a smaller aperture.
+    tab.mouse.down()
+    tab.mouse.move(x + 40, y, steps=2)
+    tab.mouse.up()
+    state = tab.evaluate("plenofir.state")
+    assert state["view"][0] > 2
+    assert state["aperture"] < 0.5
+    assert state["focus"] == 0.4
+
+
+def _check_address(tab: Any, open_page: Any) -> None:
+    tab.evaluate("plenofir.setMode('depth')")
+    shown = pixels(tab)
+    assert len(np.unique(shown.reshape(-1, 3), axis=0)) > 4
+    assert "show=depth" in tab.url
+    state = tab.evaluate("plenofir.state")
+    # A telephone, and a finger.
+    small = {"width": 360, "height": 640}
+    other = open_page(tab.url, viewport=small, has_touch=True, is_mobile=True)
+    other.evaluate("plenofir.depth")
+    again = other.evaluate("plenofir.state")
+    assert again == {**state, "view": pytest.approx(state["view"], abs=1e-4)} | {
+        "aperture": pytest.approx(state["aperture"], abs=1e-4)
+    }
+    assert (pixels(other) == shown).all()
+    assert other.evaluate("document.documentElement.scrollWidth") <= 360
+    other.locator("#picture").tap()
+    assert other.evaluate("plenofir.state.focus") != state["focus"]
+    assert other.evaluate("plenofir.state.mode") == "refocused"
+
+
+def test_all_in_focus_takes_each_part_from_its_plane(open_page: Any) -> None:
+    m, raw = 5, cut(50, 50)
+    page = page_of(raw, m, search=(-1.0, -0.2))
+    with served(page) as address:
+        tab = open_page(address)
+        tab.evaluate("plenofir.setMode('sharp')")
+        found = pixels(tab)
+    every = np.ones((m, m))
+    planes = [sums_of_views(raw, m, a, every) for a in np.linspace(-1, -0.2, 81)]
+    # Each pixel is that of some plane.
+    assert np.abs(np.array(planes) - found).max(axis=3).min(axis=0).max() <= 1
+    far, near = (np.abs(plane - found).mean() for plane in (planes[0], planes[-1]))
+    assert min(far, near) > 0.5
+
+
+@pytest.mark.parametrize("grey", [False, True])
+def test_16_bit_and_a_lost_context(open_page: Any, grey: bool) -> None:
+    m, rng = 3, np.random.default_rng(5)
+    raw = rng.integers(0, 65536, (31, 44) if grey else (31, 44, 3), dtype=np.uint16)
+    with served(page_of(raw, m)) as address:
+        tab = open_page(address)
+        tab.evaluate("plenofir.setFocus(-2 / 3)")
+        found = pixels(tab)
+        want = (coloured(refocus(raw, m, "-2/3")).astype(int) * 255 + 32767) // 65535
+        assert (found == want).all()
+        tab.evaluate("""() => new Promise((done) => {
+            const gl = document.getElementById("picture").getContext("webgl2");
+            const lost = gl.getExtension("WEBGL_lose_context");
+            const wait = (name, then) => gl.canvas.addEventListener(name, () => setTimeout(then));
+            wait("webglcontextlost", () => lost.restoreContext());
+            wait("webglcontextrestored", done);
+            lost.loseContext();
+        })""")
+        assert (pixels(tab) == found).all()
+
+
+def test_an_image_too_large_for_the_gpu_is_scaled_down_and_said_so(open_page: Any) -> None:
+    m, columns = 2, 16404
+    raw = np.random.default_rng(6).integers(0, 256, (8, columns), dtype=np.uint8)
+    with served(page_of(raw, m)) as address:
+        tab = open_page(address)
+        bin_ = int(re.findall(r"(\d+) x \1 micro lenses are drawn as one", tab.content())[0])
+        found = pixels(tab)
+    # a = 0: each lens's mean, of bin x bin lenses here.
+    assert bin_ > 1
+    assert found.shape[1] == -(-columns // bin_)
+    whole = bin_ * m
+    first = raw[:whole, :whole].reshape(bin_, m, bin_, m).mean((0, 2)).mean()
+    assert np.abs(found[0, 0] - first).max() <= 1
+
+
+def test_an_export_opens_from_a_file_without_a_network(open_page: Any, tmp_path: Path) -> None:
+    m, raw = 5, cut(80, 80)
+    model = RayModel.focused(load_camera("f193-mla2"), 3000, m)
+    # What HTML could take for its own.
+    page = light_field_page(raw, m, full_scale=255, title="</script><b>", model=model)
+    file = tmp_path / "export.html"
+    file.write_bytes(export(page, 140_000))
+    assert file.stat().st_size <= 140_000
+    tab = open_page(file.as_uri(), offline=True)
+    assert tab.locator("#title").inner_text() == "</script><b>"
+    tab.evaluate("plenofir.setFocus(0.6)")
+    assert "Views without loss." in tab.locator("#notes").inner_text()
+    assert (pixels(tab) == refocus(raw, m, "3/5")).all()
+    assert "mm" in tab.locator("#plane").inner_text()
+    assert tab.evaluate("plenofir.depthAt(0.5, 0.5)") < -0.3
+    # Less room: with losses.
+    limit = file.stat().st_size - 4000
+    file.write_bytes(export(page, limit))
+    assert file.stat().st_size <= limit
+    tab.reload()
+    assert "WEBP" in tab.locator("#notes").inner_text()
+    error = np.abs(pixels(tab).astype(int) - refocus(raw, m, "3/5")).mean()
+    assert 0 < error < 5
+
+
+def test_pictures_of_a_simulation(open_page: Any, tmp_path: Path) -> None:
+    picture = cut(40, 50)
+    other = picture.copy()
+    other[3, 4] += 2
+    for name, image in (("diff", picture), ("golden", other), ("refocused", picture)):
+        (tmp_path / f"{name}.png").write_bytes(encode_png(image))
+    (tmp_path / "report.json").write_text(json.dumps({"mismatches": 1}))
+    page = pictures_page(tmp_path)
+    assert page.field["pictures"] == ["refocused.png", "golden.png", "diff.png"]
+    file = tmp_path / "export.html"
+    file.write_bytes(export(page, 1_000_000))
+    with served(page) as address:
+        for where in (address, file.as_uri()):
+            tab = open_page(where)
+            assert tab.evaluate("plenofir.compared") == {
+                "largest": 2,
+                "differ": 1,
+                "pixels": 2000,
+            }
+            assert "1 pixels differ" in tab.locator("#notes").inner_text()
+            tab.evaluate("plenofir.setMode('difference')")
+            found = pixels(tab)
+            assert (found[3, 4] == 2 * 16).all()
+            assert np.count_nonzero(found) == 3
+            tab.evaluate("plenofir.choose('refocused.png', 'diff.png')")
+            assert "Equal in all 2000 pixels" in tab.locator("#compared").inner_text()
+
+
+@pytest.mark.slow
+def test_a_whole_sensor(open_page: Any) -> None:
+    m = 11
+    raw = np.random.default_rng(7).integers(0, 256, (3201, 3201), dtype=np.uint8)
+    with served(page_of(raw, m, search=(-1.0, 1.0))) as address:
+        tab = open_page(address)
+        tab.evaluate("plenofir.setFocus(3 / 11)")
+        assert (pixels(tab) == coloured(refocus(raw, m, "3/11"))).all()
