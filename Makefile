@@ -54,10 +54,10 @@ golden: venv ## Golden-model tests alone (no simulator needed)
 	@$(PYTEST) golden
 
 lint: venv ## Style of Python and VHDL, Python types
-	@$(PYTHON) -m ruff check --quiet golden tb scripts
-	@$(PYTHON) -m ruff format --quiet --check golden tb scripts
+	@$(PYTHON) -m ruff check --quiet golden tb scripts examples
+	@$(PYTHON) -m ruff format --quiet --check golden tb scripts examples
 	@$(PYTHON) -m mypy --no-error-summary
-	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb -name '*.vhd')
+	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb examples -name '*.vhd')
 	@$(PYTHON) scripts/lint_xst.py
 	@$(PYTHON) scripts/build_docs.py --check
 	@$(PYTHON) scripts/build_hdl.py --check
@@ -86,7 +86,7 @@ waves: venv ## Draw the timing diagrams of docs/waves.md from simulations
 venv: ## Create .venv
 	@scripts/setup.sh venv
 
-test-tools:
+test-tools: venv
 	@scripts/setup.sh tests
 
 libpython: venv

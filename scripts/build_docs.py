@@ -231,6 +231,30 @@ def resource_tables(text: str) -> str:
     return between_marks(text, "ends", "\n".join(lines))
 
 
+def flow_figures(text: str) -> str:
+    """Put what the examples and the scenes take between its marks in a page."""
+    figures = load_figures().figures[REFERENCE_GHDL]
+    placed = json.loads((project.DATA / "ecp5.json").read_text())
+    scenes = [design.name.removesuffix(" core") for design in core_designs()]
+    uses = {
+        "grey-microscope": "`examples/vhdl/refocus_button.vhd`",
+        "rgb-480p": "`examples/vhdl/pattern_video.vhd`, its core",
+    }
+    lines = [
+        "| core of the scene | where it is used | LUT | flip-flops | block RAM | DSP48A1 "
+        "| MHz, ECP5 grade 6 | grade 8 |",
+        "| --- " * 8 + "|",
+    ]
+    for scene in scenes:
+        f = figures.get(f"{scene} core", figures[scene])
+        clocks = " | ".join(str(placed[scene][grade]["fmax_mhz"]) for grade in ("6", "8"))
+        lines.append(
+            f"| {scene} | {uses.get(scene, '')} | {f.lut} | {f.flip_flops} "
+            f"| {f.usage.block_rams} | {f.dsp} | {clocks} |"
+        )
+    return between_marks(text, "flows", "\n".join(lines))
+
+
 def grid_table() -> list[str]:
     """Make the table of what cores and arrays take of a Spartan-6."""
     figures = load_figures().figures[REFERENCE_GHDL]
@@ -347,6 +371,7 @@ def committed_pages() -> dict[Path, str]:
         DOCS / "golden-model.md": error_bounds,
         DOCS / "moving-sum.md": column_memory,
         DOCS / "fir-array.md": clock_table,
+        DOCS / "flows.md": flow_figures,
         DOCS / "resources.md": resource_tables,
         HDL / "README.md": instance_list,
     }

@@ -1,13 +1,14 @@
-"""Build the VHDL packages that follow from something else: computed contents, repeated ports.
+"""Build what follows from something else: computed VHDL packages, repeated ports, core files.
 
 Usage: python scripts/build_hdl.py [--check]
 
-With --check nothing is written; exit code 1 if a package is missing or stale.
+With --check nothing is written; exit code 1 if a file is missing or stale.
 """
 
 import re
 import sys
 
+from core_files import core_files
 from plenofir import project
 from plenofir.fpga.hdmi.colour import colour_package
 from plenofir.fpga.hdmi.edid import edid_package
@@ -52,15 +53,16 @@ def components_package() -> str:
 
 
 def main() -> int:
-    """Write or check the packages."""
-    packages = {
+    """Write or check the files."""
+    files = {
         HDL / "board" / "edid_pkg.vhd": edid_package(),
         HDL / "board" / "status_pkg.vhd": status_package(),
         HDL / "video" / "colour_pkg.vhd": colour_package(),
         HDL / "spartan6" / "pll_settings_pkg.vhd": settings_package(),
         VCOMPONENTS: components_package(),
+        **core_files(),
     }
-    stale = {p for p, text in packages.items() if not p.exists() or p.read_text() != text}
+    stale = {p for p, text in files.items() if not p.exists() or p.read_text() != text}
     if "--check" in sys.argv[1:]:
         for path in sorted(stale):
             print(
@@ -69,7 +71,7 @@ def main() -> int:
             )
         return 1 if stale else 0
     for path in stale:
-        path.write_text(packages[path])
+        path.write_text(files[path])
     return 0
 
 

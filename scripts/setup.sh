@@ -6,7 +6,8 @@
 #   libpython    makes sure that Python's shared library is there, which cocotb loads into the simulator
 #   pnr          installs place and route for ECP5
 #   compiler     makes sure that there is a C++ compiler, which Verilator needs
-#   tests        makes sure of what the tests want besides: a C++ compiler, Debian's decoder of monitors'
+#   tests        makes sure of what the tests want besides: other people's tools from the package index
+#                (scripts/requirements-tests.txt), a C++ compiler, Icarus Verilog, Debian's decoder of monitors'
 #                EDID (a second opinion on ours), the GHDL that need not compile beside the fast one, and
 #                Chromium for the tests of the viewer (400 MB; without it they are skipped)
 #
@@ -67,13 +68,19 @@ setup_ghdl() {
     command -v ghdl >/dev/null 2>&1 || install_packages "GHDL" ghdl-llvm ghdl-mcode
 }
 
-setup_pnr() {
-    stamp=.venv/pnr-$(sha256sum scripts/requirements-pnr.txt | cut -c1-16)
+# install_pinned NAME WHAT: installs the packages of scripts/requirements-NAME.txt into .venv, once.
+install_pinned() {
+    list=scripts/requirements-$1.txt
+    stamp=.venv/$1-$(sha256sum "$list" | cut -c1-16)
     [ -e "$stamp" ] && return
-    echo "setup: installing nextpnr (its first run takes a minute more)" >&2
-    .venv/bin/python -m pip install -qq --disable-pip-version-check --no-deps --requirement scripts/requirements-pnr.txt ||
-        fail "nextpnr could not be installed; try: .venv/bin/pip install -r scripts/requirements-pnr.txt"
+    echo "setup: installing $2" >&2
+    .venv/bin/python -m pip install -qq --disable-pip-version-check --no-deps --requirement "$list" ||
+        fail "$2 could not be installed; try: .venv/bin/pip install --no-deps -r $list"
     touch "$stamp"
+}
+
+setup_pnr() {
+    install_pinned pnr "nextpnr (its first run takes a minute more)"
 }
 
 setup_compiler() {
@@ -81,11 +88,13 @@ setup_compiler() {
 }
 
 setup_tests() {
+    install_pinned tests "the tools that tests run"
     if ! command -v apt-get >/dev/null 2>&1; then
         echo "setup: there is no apt-get; tests of tools that are missing will be skipped" >&2
         return
     fi
     setup_compiler
+    command -v iverilog >/dev/null 2>&1 || install_packages "Icarus Verilog" iverilog
     command -v edid-decode >/dev/null 2>&1 || install_packages "edid-decode" edid-decode
     # A GHDL that is not Debian's is left alone.
     command -v ghdl-mcode >/dev/null 2>&1 || ! command -v ghdl-llvm >/dev/null 2>&1 ||

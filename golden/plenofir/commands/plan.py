@@ -103,13 +103,19 @@ def plan(scene: Scene, as_json: options.AsJson = False) -> None:
 
 
 @app.command()
-def configure(scene: Scene, out: options.OutFolder = "build/scene") -> None:
+def configure(
+    scene: Scene,
+    out: options.OutFolder = "build/scene",
+    verilog: Annotated[
+        bool, typer.Option("--verilog", help="The scene in Verilog, too; needs GHDL.")
+    ] = False,
+) -> None:
     """Write the VHDL package, the top level and the project files of a scene."""
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.configure import configure as write_project
 
     planned = make_plan(load_scene(scene))
-    sources = write_project(planned, Path(out))
+    sources = write_project(planned, Path(out), verilog=verilog)
     print_line("scene", f"{planned.scene}, {len(sources)} VHDL files")
     names = ", ".join(sorted(path.name for path in Path(out).iterdir() if path.is_file()))
     print_line("files", f"{out}/: {names}")

@@ -11,6 +11,7 @@ from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.plan.planner import Plan
+from plenofir.plan.verilog import verilog_files
 
 TOP = "scene_top"
 PACKAGE = "scene_pkg"
@@ -213,7 +214,7 @@ def top_text(plan: Plan) -> str:
     )
 
 
-def configure(plan: Plan, out: Path) -> list[Path]:
+def configure(plan: Plan, out: Path, *, verilog: bool = False) -> list[Path]:
     """Write the project files of a scene: all of them or none.
 
     Parameters
@@ -222,6 +223,8 @@ def configure(plan: Plan, out: Path) -> list[Path]:
         The plan.
     out
         Folder.
+    verilog
+        Whether to write it in Verilog, too; see `plenofir.plan.verilog.verilog_files`.
 
     Returns
     -------
@@ -231,7 +234,7 @@ def configure(plan: Plan, out: Path) -> list[Path]:
     Raises
     ------
     plenofir.errors.InputError
-        If the folder cannot be written.
+        If the folder cannot be written, or if GHDL is not installed and `verilog` wants it.
     """
     top = top_of(plan)
     own = _board_top(plan) if plan.path == "video" else _core_top(plan)
@@ -246,6 +249,8 @@ def configure(plan: Plan, out: Path) -> list[Path]:
         "sources.txt": "".join(f"{place}\n" for place in places),
         f"{top}.prj": "".join(f'vhdl work "{place}"\n' for place in places),
     }
+    if verilog:
+        lists.update(verilog_files(plan, top, own, sources))
     publish({**own, **lists}, out)
     # XST wants the folder for its temporary files to be there.
     (out / "xst").mkdir(exist_ok=True)

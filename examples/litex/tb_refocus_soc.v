@@ -1,0 +1,142 @@
+// Test bench of refocus_soc: the slice is written to a register, a frame goes through, registers are read.
+//
+// Compile it with -DCONTROL=... -DSTATUS=... -DFRAMES_OUT=..., the registers' addresses of csr.csv, in bytes.
+// It ends with "PASS" or stops at the first fault.
+
+`include "scene_top.vh"
+`default_nettype none
+
+module tb_refocus_soc;
+
+  localparam FRAMES = 1;
+  // Not the one after reset.
+  localparam SLICE = `SCENE_SLICES - 1;
+
+`include "definition.vh"
+
+  reg                      clk = 1'b0;
+  reg                      reset = 1'b1;
+  reg  [31:0]              address = 0;
+  reg  [31:0]              written = 0;
+  wire [31:0]              bus_value;
+  reg  [31:0]              value = 0;
+  reg                      select = 1'b0;
+  reg                      write = 1'b0;
+  wire                     acknowledge;
+  reg                      in_valid = 1'b0;
+  wire                     in_ready;
+  reg  [CHANNELS*BITS-1:0] in_data = 0;
+  reg                      in_first = 1'b0;
+  reg                      in_last = 1'b0;
+  wire                     out_valid;
+  wire [CHANNELS*BITS-1:0] out_data;
+  wire                     out_first;
+  wire [7:0]               out_slice;
+  wire                     out_last;
+  integer                  seed = 1;
+  integer                  fed;
+  integer                  found = 0;
+
+  refocus_soc dut (
+      .clk           (clk),
+      .reset         (reset),
+      .s_axis_tvalid (in_valid),
+      .s_axis_tready (in_ready),
+      .s_axis_tdata  (in_data),
+      .s_axis_tuser  (in_first),
+      .s_axis_tid    (8'd0),
+      .s_axis_tlast  (in_last),
+      .m_axis_tvalid (out_valid),
+      .m_axis_tready (1'b1),
+      .m_axis_tdata  (out_data),
+      .m_axis_tuser  (out_first),
+      .m_axis_tid    (out_slice),
+      .m_axis_tlast  (out_last),
+      .wishbone_adr  (address[31:2]),
+      .wishbone_dat_w(written),
+      .wishbone_dat_r(bus_value),
+      .wishbone_sel  (4'hf),
+      .wishbone_cyc  (select),
+      .wishbone_stb  (select),
+      .wishbone_ack  (acknowledge),
+      .wishbone_we   (write),
+      .wishbone_cti  (3'd0),
+      .wishbone_bte  (2'd0),
+      .wishbone_err  ()
+  );
+
+  always #5 clk = !clk;
+
+  task fail;
+    input integer place;
+    begin
+      $display("FAIL: pixel %0d: %h, slice %0d; register %h", place, out_data, out_slice, value);
+      $finish;
+    end
+  endtask
+
+  // An access to a register; `value` keeps what was read.
+  task access;
+    input [31:0] to;
+    input [31:0] with;
+    input writing;
+    begin
+      @(negedge clk);
+      address = to;
+      written = with;
+      write = writing;
+      select = 1'b1;
+      @(posedge clk);
+      while (!acknowledge) @(posedge clk);
+      value = bus_value;
+      #1 select = 1'b0;
+    end
+  endtask
+
+  always @(posedge clk) begin : sink
+    integer channel, want;
+    reg [BITS-1:0] got;
+    if (out_valid) begin
+      if (out_slice !== SLICE || out_first !== (found == 0) || out_last !== (found % COLUMNS == COLUMNS - 1))
+        fail(found);
+      for (channel = 0; channel < CHANNELS; channel = channel + 1) begin
+        got = out_data >> channel * BITS;
+        want = refocused(0, found / COLUMNS, found % COLUMNS, channel, SLICE);
+        if (got !== want[BITS-1:0]) fail(found);
+      end
+      found = found + 1;
+    end
+  end
+
+  initial begin
+    repeat (4) @(negedge clk);
+    reset = 1'b0;
+    access(`CONTROL, SLICE, 1'b1);
+    for (fed = 0; fed < PIXELS; fed = fed + 1) begin
+      @(negedge clk);
+      in_valid = 1'b1;
+      in_data = {$random(seed), $random(seed)};
+      in_first = fed == 0;
+      in_last = fed % COLUMNS == COLUMNS - 1;
+      sent[fed] = in_data;
+      @(posedge clk);
+      while (!in_ready) @(posedge clk);
+    end
+    @(negedge clk) in_valid = 1'b0;
+    while (found < PIXELS) @(posedge clk);
+    access(`STATUS, 0, 1'b0);
+    if (value !== SLICE << 8) fail(found);
+    access(`FRAMES_OUT, 0, 1'b0);
+    if (value !== FRAMES) fail(found);
+    $display("PASS: slice %0d by register, %0d x %0d pixels", SLICE, COLUMNS, ROWS);
+    $finish;
+  end
+
+  initial begin
+    #(400 * PIXELS + 100000) $display("FAIL: only %0d pixels came out", found);
+    $finish;
+  end
+
+endmodule
+
+`default_nettype wire

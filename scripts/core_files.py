@@ -1,0 +1,265 @@
+"""FuseSoC's core files of the VHDL, from ``hdl/sources.txt``: each holds what its tops need."""
+
+import tomllib
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from plenofir import project
+from plenofir.fpga import hdl
+from plenofir.plan.configure import needed_sources
+
+ROOT = project.root()
+
+HEAD = """\
+CAPI=2:
+# Built by scripts/build_hdl.py from hdl/sources.txt and scripts/core_files.py.
+"""
+
+CORE = """\
+name: plenofir:ip:refocuser:{version}
+description: Refocuses the raster scan of a light field, AXI4-Stream video on both sides
+
+filesets:
+  rtl:
+    file_type: vhdlSource-93
+    files:
+{rtl}
+  example:
+    file_type: vhdlSource-93
+    files:
+      - examples/vhdl/refocus_button.vhd
+  bench:
+    file_type: vhdlSource-93
+    files:
+      - examples/vhdl/definition_pkg.vhd
+      - examples/vhdl/tb_refocus_button.vhd
+
+targets:
+  default: &default
+    filesets: [rtl]
+
+  sim:
+    <<: *default
+    description: The example design, each pixel against the definition, in GHDL
+    filesets_append: [example, bench]
+    flow: sim
+    flow_options:
+      tool: ghdl
+      sim_options: [--ieee-asserts=disable-at-0]
+    toplevel: tb_refocus_button
+
+  synth:
+    <<: *default
+    description: The example design for a Spartan-6 (ISE) or an Artix-7 (--tool vivado)
+    filesets_append: [example]
+    default_tool: ise
+    tools:
+      ise:
+        family: Spartan6
+        device: xc6slx45
+        package: csg324
+        speed: "-2"
+      vivado:
+        part: xc7a35ticsg324-1L
+        pnr: none
+    toplevel: refocus_button
+"""
+
+VIDEO = """\
+name: plenofir:ip:video:{version}
+description: Video path around the refocuser - TMDS decoding, timing, refocused video, TMDS encoding
+
+filesets:
+  rtl:
+    file_type: vhdlSource-93
+    depend: ["plenofir:ip:refocuser:{version}"]
+    files:
+{rtl}
+  example:
+    file_type: vhdlSource-93
+    files:
+      - examples/vhdl/pattern_video.vhd
+  bench:
+    file_type: vhdlSource-93
+    files:
+      - examples/vhdl/definition_pkg.vhd
+      - examples/vhdl/tb_pattern_video.vhd
+
+targets:
+  default: &default
+    filesets: [rtl]
+
+  sim:
+    <<: *default
+    description: A pattern through the video path, each pixel against the definition, in GHDL
+    filesets_append: [example, bench]
+    flow: sim
+    flow_options:
+      tool: ghdl
+      sim_options: [--ieee-asserts=disable-at-0]
+    toplevel: tb_pattern_video
+
+  synth:
+    <<: *default
+    description: The pattern and the video path for a Spartan-6 (ISE) or an Artix-7 (--tool vivado)
+    filesets_append: [example]
+    default_tool: ise
+    tools:
+      ise:
+        family: Spartan6
+        device: xc6slx45
+        package: csg324
+        speed: "-2"
+      vivado:
+        part: xc7a35ticsg324-1L
+        pnr: none
+    toplevel: pattern_video
+"""
+
+ATLYS = """\
+name: plenofir:board:atlys:{version}
+description: Digilent Atlys - HDMI in, refocused HDMI out
+
+filesets:
+  rtl:
+    file_type: vhdlSource-93
+    depend: ["plenofir:ip:video:{version}"]
+    files:
+{rtl}
+  components:
+    file_type: vhdlSource-93
+    logical_name: unisim
+    files:
+{components}
+  pins:
+    files:
+      - constraints/atlys.ucf: {{file_type: UCF}}
+
+targets:
+  default: &default
+    filesets: [rtl]
+
+  elaborate:
+    <<: *default
+    description: Elaborates the board in GHDL, without models of its primitives
+    filesets_append: [components]
+    flow: sim
+    flow_options:
+      tool: ghdl
+      run_options: [-Wno-binding]
+      sim_options: [--no-run]
+    toplevel: atlys_top
+
+  synth:
+    <<: *default
+    description: A bitstream with ISE 14.7; make bitstream also checks timing and warnings
+    filesets_append: [pins]
+    default_tool: ise
+    tools:
+      ise:
+        family: Spartan6
+        device: xc6slx45
+        package: csg324
+        speed: "-3"
+    toplevel: atlys_top
+"""
+
+ULX3S = """\
+name: plenofir:board:ulx3s_self_test:{version}
+description: Radiona ULX3S - the refocuser tests itself, LEDs tell
+
+filesets:
+  rtl:
+    file_type: vhdlSource-93
+    depend: ["plenofir:ip:refocuser:{version}"]
+    files:
+{rtl}
+  bench:
+    file_type: vhdlSource-93
+    files:
+      - examples/vhdl/tb_self_test.vhd
+  pins:
+    files:
+      - constraints/ulx3s_self_test.lpf: {{file_type: LPF}}
+
+parameters:
+{parameters}
+targets:
+  default: &default
+    filesets: [rtl]
+
+  sim:
+    <<: *default
+    description: The right signature passes and a wrong one does not, in GHDL
+    filesets_append: [bench]
+    flow: sim
+    flow_options:
+      tool: ghdl
+      sim_options: [--ieee-asserts=disable-at-0]
+    toplevel: tb_self_test
+
+  synth:
+    <<: *default
+    description: A bitstream with Lattice Diamond; make pnr builds one with open tools
+    filesets_append: [pins]
+    default_tool: diamond
+    tools:
+      diamond:
+        part: LFE5U-45F-6BG381C
+    parameters: [{names}]
+    toplevel: self_test
+"""
+
+# The design of `make pnr`: its size, and so its signature, are in the bitstream.
+SELF_TEST_ROWS = 48
+
+
+def _needed(*tops: str) -> list[Path]:
+    """Sources of tops in order of analysis, their own included."""
+    sources = hdl.board_sources()
+    found = {source for source in sources if source.stem in tops}
+    for top in tuple(found):
+        found |= set(needed_sources(top.read_text(), top.stem, sources))
+    return [source for source in sources if source in found]
+
+
+def _listed(paths: Iterable[Path], without: Sequence[Path] = ()) -> str:
+    return "\n".join(f"      - {p.relative_to(ROOT)}" for p in paths if p not in without)
+
+
+def core_files() -> dict[Path, str]:
+    """Make the core files, place to text; they lie in the root, which FuseSoC wants."""
+    from plenofir.fpga.core.configuration import CoreConfiguration
+    from plenofir.fpga.synthesis.self_test import self_test_generics
+
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    core = _needed("raster_refocuser", "focal_stack", "depth_index")
+    video = _needed("hdmi_refocuser")
+    small = CoreConfiguration(micro_image_size=3, shifts=(1,), max_columns=64)
+    generics = self_test_generics(small, SELF_TEST_ROWS)
+    kinds = {str: "str", bool: "bool", int: "int"}
+    parameters = [
+        f"  {name}: {{datatype: {kinds[type(value)]}, default: {_yaml(value)}, "
+        "paramtype: generic}\n"
+        for name, value in generics.items()
+    ]
+    texts = {
+        "refocuser": CORE.format(version=version, rtl=_listed(core)),
+        "video": VIDEO.format(version=version, rtl=_listed(video, core)),
+        "atlys": ATLYS.format(
+            version=version,
+            rtl=_listed(_needed("atlys_top"), [*core, *video]),
+            components=_listed(p for p in hdl.unisim_sources() if p.stem == "vcomponents"),
+        ),
+        "ulx3s": ULX3S.format(
+            version=version,
+            rtl=_listed(_needed("self_test"), core),
+            parameters="".join(parameters),
+            names=", ".join(generics),
+        ),
+    }
+    return {ROOT / f"plenofir-{name}.core": HEAD + text for name, text in texts.items()}
+
+
+def _yaml(value: int | bool | str) -> str:
+    return f'"{value}"' if isinstance(value, str) else str(value).lower()

@@ -1,0 +1,127 @@
+"""The core files in FuseSoC: the example designs simulated, projects for the vendors' tools."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from plenofir import project
+from plenofir.fpga import hdl
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.hdl_text import declarations
+from plenofir.fpga.synthesis.self_test import self_test_generics
+from plenofir.plan import load_scene, make_plan
+from plenofir.plan.configure import needed_sources
+
+ROOT = project.root()
+VHDL = ROOT / "examples" / "vhdl"
+VERSION = re.search(r"^name: .*:(.*)$", (ROOT / "plenofir-refocuser.core").read_text(), re.M)[1]
+
+
+@pytest.fixture
+def fusesoc(need, run):
+    """Run FuseSoC for a core and a target; its output."""
+
+    def call(target: str, core: str, *words: str) -> str:
+        return run("fusesoc", "--cores-root", ROOT, "run", "--target", target, *words, core)
+
+    need("fusesoc", "ghdl", "make")
+    return call
+
+
+def test_refocuser_in_ghdl(fusesoc) -> None:
+    found = fusesoc("sim", "plenofir:ip:refocuser")
+    assert "PASS: 4 frames of 23 x 15 pixels" in found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("core", "passes"),
+    [
+        ("plenofir:ip:video", "PASS: a picture of 27 x 15 pixels for each slice"),
+        ("plenofir:board:ulx3s_self_test", "PASS: the right signature, and no other"),
+    ],
+)
+def test_other_cores_in_ghdl(fusesoc, core: str, passes: str) -> None:
+    assert passes in fusesoc("sim", core)
+
+
+@pytest.mark.slow
+def test_board_elaborates(fusesoc) -> None:
+    found = fusesoc("elaborate", "plenofir:board:atlys")
+    assert "--no-run" in found
+
+
+@pytest.mark.slow
+def test_generated_verilog(fusesoc, need) -> None:
+    need("iverilog", "verilator")
+    core = "plenofir:example:refocus_button"
+    assert "PASS: 4 frames of 24 x 18 pixels, 3 slices" in fusesoc("sim", core)
+    assert "%Warning" not in fusesoc("lint", core)
+    fusesoc("synth", core, "--setup")
+
+
+def project_of(folder: Path, core: str, tool: str) -> str:
+    """Text of the project that FuseSoC wrote for a core."""
+    name = core.replace(":", "_") + f"_{VERSION}"
+    return (folder / "build" / name / f"synth-{tool}" / f"{name}.tcl").read_text()
+
+
+def test_project_of_the_atlys(fusesoc, tmp_path: Path) -> None:
+    core = "plenofir:board:atlys"
+    fusesoc("synth", core, "--setup")
+    text = project_of(tmp_path, core, "ise")
+    added = re.findall(r"/(hdl/\S+\.vhd)$", text, re.M)
+    # Each source once, and all that the board needs.
+    assert len(added) == len(set(added))
+    sources = hdl.board_sources()
+    top = next(path for path in sources if path.stem == "atlys_top")
+    needed = [top, *needed_sources(top.read_text(), top.stem, sources)]
+    assert {str(path.relative_to(ROOT)) for path in needed} <= set(added)
+    assert "constraints/atlys.ucf" in text
+    assert 'project set top "atlys_top"' in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("core", "tool", "want"),
+    [
+        ("plenofir:ip:refocuser", "ise", "examples/vhdl/refocus_button.vhd"),
+        ("plenofir:ip:refocuser", "vivado", "examples/vhdl/refocus_button.vhd"),
+        ("plenofir:ip:video", "ise", "examples/vhdl/pattern_video.vhd"),
+        ("plenofir:board:ulx3s_self_test", "diamond", "constraints/ulx3s_self_test.lpf"),
+    ],
+)
+def test_projects(fusesoc, tmp_path: Path, core: str, tool: str, want: str) -> None:
+    fusesoc("synth", core, "--setup", "--tool", tool)
+    assert want in project_of(tmp_path, core, tool)
+
+
+@pytest.mark.parametrize(
+    ("example", "entity", "scene"),
+    [
+        ("refocus_button", "raster_refocuser", "grey-microscope"),
+        ("pattern_video", "refocus_video", "rgb-480p"),
+    ],
+)
+def test_examples_have_the_generics_of_a_scene(example: str, entity: str, scene: str) -> None:
+    text = (VHDL / f"{example}.vhd").read_text()
+    generics = re.search(rf"entity work\.{entity}\n.*?generic map \((.*?)\n    \)", text, re.S)[1]
+    found = dict(re.findall(r'(\w+) +=> "?([^",\n]*)', generics))
+    want = {k: str(v) for k, v in make_plan(load_scene(scene)).core.generics().items()}
+    assert {k: v.capitalize() if v in ("true", "false") else v for k, v in found.items()} == {
+        name: want[name] for name in found
+    }
+    # Those left out are as the entity has them anyway; the video path has three channels of 8 bit.
+    source = next(path for path in hdl.hdl_sources() + hdl.board_sources() if path.stem == entity)
+    defaults = {part.name: part.default for part in declarations(source.read_text(), "generic")}
+    for name in want.keys() - found.keys() - {"CHANNELS", "PIXEL_BITS", "CENTRED"}:
+        assert defaults[name].strip('"').capitalize() == want[name].capitalize(), name
+
+
+def test_self_test_bench_has_the_golden_signature() -> None:
+    core = CoreConfiguration(micro_image_size=3, shifts=(2,), max_columns=20)
+    want = self_test_generics(core, 12)
+    text = (VHDL / "tb_self_test.vhd").read_text()
+    found = {part.name: int(part.default) for part in declarations(text, "generic")}
+    assert found == {name: want[name] for name in found}

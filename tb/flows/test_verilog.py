@@ -1,0 +1,60 @@
+"""A scene in Verilog: the example design around it, in Icarus Verilog and Verilator."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from plenofir.plan import load_scene, make_plan
+from plenofir.plan.verilog import sizes_header
+from plenofir_tb.flows import EXAMPLES, icarus
+
+FILES = [EXAMPLES / "verilog" / f"{name}.v" for name in ("refocus_button", "tb_refocus_button")]
+
+
+def test_example_in_icarus(need, run, tmp_path: Path, verilog_scene: Path) -> None:
+    need("iverilog")
+    includes = [verilog_scene, EXAMPLES / "verilog"]
+    files = [*FILES, verilog_scene / "scene_top.v"]
+    found = icarus(run, includes, files, tmp_path / "bench")
+    assert found == "PASS: 4 frames of 24 x 18 pixels, 3 slices\n"
+
+
+def test_bench_finds_a_wrong_slice(need, run, tmp_path: Path, verilog_scene: Path) -> None:
+    need("iverilog")
+    header = (verilog_scene / "scene_top.vh").read_text()
+    (tmp_path / "scene_top.vh").write_text(header.replace("fffe", "ffff"))
+    includes = [tmp_path, EXAMPLES / "verilog"]
+    files = [*FILES, verilog_scene / "scene_top.v"]
+    found = icarus(run, includes, files, tmp_path / "bench")
+    assert found.startswith("FAIL: frame 0, row 0, column "), found
+
+
+@pytest.mark.slow
+def test_example_in_verilator(need, run, tmp_path: Path, verilog_scene: Path) -> None:
+    need("verilator", "g++")
+    run(
+        *("verilator", "--binary", "--timing", "-Wno-fatal", "-Wno-lint", "-Wno-style"),
+        *("-CFLAGS", "-std=gnu++20"),
+        *("-MAKEFLAGS", "CFG_CXXFLAGS_PCH_I=-include OPT_FAST=-O0 PYTHON3=python3"),
+        *(f"-I{verilog_scene}", f"-I{EXAMPLES / 'verilog'}"),
+        *("--top-module", "tb_refocus_button", "--Mdir", tmp_path / "model"),
+        *(*FILES, verilog_scene / "scene_top.v"),
+    )
+    found = run(tmp_path / "model" / "Vtb_refocus_button")
+    assert "PASS: 4 frames of 24 x 18 pixels, 3 slices" in found
+
+
+def test_verilog_names_no_place(verilog_scene: Path) -> None:
+    text = (verilog_scene / "scene_top.v").read_text()
+    assert text.startswith("// The scene verilog-example, written by plenofir configure --verilog")
+    assert "/*" not in text
+    assert ".vhd" not in text
+    # What Verilator's lint calls a wrong kind of assignment.
+    assert not re.search(r"^  (?:initial|always @\*)\n    \w+ <= ", text, re.M)
+
+
+def test_header_has_the_slices() -> None:
+    header = sizes_header(make_plan(load_scene("rgb-480p")), "scene_top")
+    assert "`define SCENE_SHIFTS 32'h0004_0000\n" in header
+    assert "`define SCENE_COLUMNS 640\n" in header
