@@ -32,7 +32,7 @@ PITCHES = (5.0, 8.31, 13.889, 30.4, 80.0)
 ROTATIONS = (-1.0, -0.3, 0.0, 0.3, 1.0)
 LAYOUTS = ("rectangular", "hexagonal-rows")
 WEIGHT_BITS = (3, 4, 5, 6, 7, 8)
-FRACTION_BITS = (10, 12, 14, 16, 18)
+FRACTION_BITS = (8, 10, 12, 14, 16, 17)
 SETTINGS = ("-8/13", "0", "4/13", "1")
 _SIDE_PX, _FEWEST_LENSES, _DISTANCE_MM = 300.0, 9, 3000.0
 

@@ -32,8 +32,6 @@ Integers = npt.NDArray[np.int64]
 ChipLayout = Literal["rectangular", "hexagonal-rows"]
 Vector = tuple[int, int]
 
-POSITION_BITS = 32
-"""Bits of a position in the registers, sign included."""
 LARGEST_SIDE = 8192
 
 
@@ -54,9 +52,9 @@ class Precision(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    fraction_bits: Annotated[int, Field(ge=8, le=20)] = 16
+    fraction_bits: Annotated[int, Field(ge=8, le=17)] = 16
     weight_bits: Annotated[int, Field(ge=2, le=8)] = 8
-    guard_bits: Annotated[int, Field(ge=1, le=4)] = 3
+    guard_bits: Annotated[int, Field(ge=1, le=3)] = 3
     gain_bits: Annotated[int, Field(ge=4, le=14)] = 12
 
 

@@ -131,7 +131,7 @@ def test_pixels_are_as_the_formulas_say(layout) -> None:
     m = int(rng.integers(1, int(pitch) + 1))
     precision = Precision(
         weight_bits=int(rng.integers(2, 9)),
-        guard_bits=int(rng.integers(1, 5)),
+        guard_bits=int(rng.integers(1, 4)),
         gain_bits=int(rng.integers(4, 15)),
     )
     registers, _ = grid_registers(calibration, m, precision)

@@ -1,0 +1,108 @@
+"""Which raw lines the chip needs for each line of the raster, and how many its ring must hold.
+
+Line v of lens row t needs the raw lines from the highest lens of the row to the lowest, with their
+neighbours below; where a micro image reaches beyond the frame, mirrored ones. Lines are kept from
+the first one on that this or a later line of the raster needs.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plenofir.camera.resampling.registers import GridRegisters, Integers
+from plenofir.camera.resampling.resample import Tables
+
+_LATENCY = 48
+"""Clocks, rounded up, until a line that is complete is seen, and until one is given up."""
+
+
+@dataclass(frozen=True)
+class RingNeeds:
+    """Lines that the ring must hold.
+
+    Attributes
+    ----------
+    least
+        Without so many a frame cannot be resampled.
+    full_rate
+        With so many a source without gaps is not refused; None if no number is enough, because the
+        raster has more pixels than the raw frame.
+    """
+
+    least: int
+    full_rate: int | None
+
+
+def reach(registers: GridRegisters, tables: Tables) -> tuple[int, int]:
+    """Lines from the first lens of a row, by the registers alone, to its highest and lowest."""
+    bits = registers.precision
+    places = registers.positions()[..., 0]
+    first = places[:, :1] >> bits.fraction_bits
+    places = places >> (bits.fraction_bits - bits.weight_bits)
+    if tables.moves is not None:
+        places = places + tables.moves[..., 0]
+    apart = (places >> bits.weight_bits) - first
+    return int(apart.min()), int(apart.max())
+
+
+def line_needs(registers: GridRegisters, tables: Tables) -> tuple[Integers, Integers]:
+    """For each line of the raster the last raw line it needs, and the first that is kept for it.
+
+    Parameters
+    ----------
+    registers
+        Where the lenses are.
+    tables
+        Their moves count.
+
+    Returns
+    -------
+    tuple
+        Two arrays of shape (lens rows M,), as `lens_rows.vhd` computes them.
+    """
+    m, bits = registers.micro_image_size, registers.precision
+    up, down = reach(registers, tables)
+    last = registers.image_shape[0] - 1
+    first = (registers.positions()[:, :1, 0] >> bits.fraction_bits) + np.zeros(m, np.int64)
+    v = np.arange(m)
+    top, bottom = first + v + up, first + v + 1 + down
+    needed = np.minimum(np.maximum(bottom, -top), last)
+    gap = min(y for y, _ in registers.down) >> bits.fraction_bits
+    kept = np.minimum(first + np.minimum(v, gap) + up, 2 * last - (first + m + down))
+    return needed.ravel(), np.maximum(kept, 0).ravel()
+
+
+def ring_needs(registers: GridRegisters, tables: Tables | None = None) -> RingNeeds:
+    """How many raw lines the ring must hold.
+
+    Parameters
+    ----------
+    registers
+        Where the lenses are.
+    tables
+        Their moves count.
+
+    Returns
+    -------
+    RingNeeds
+        The least number, and the number with which a source without gaps is never refused.
+    """
+    needed, kept = line_needs(registers, tables or Tables())
+    least = int((needed - kept).max()) + 1
+    rows, columns = registers.image_shape
+    clocks = max(registers.lenses[1], registers.outputs) * registers.micro_image_size
+    # Two frames back to back: when each line of the raster is done.
+    needs = np.concatenate([needed, needed + rows])
+    keeps = np.concatenate([kept, kept + rows])
+    ready = (needs + 1) * columns + _LATENCY
+    # done(i) = max(done(i - 1), ready(i)) + clocks.
+    steps = np.arange(len(ready)) * clocks
+    done = np.maximum.accumulate(ready - steps) + steps + clocks
+    if done[-1] - done[len(needed) - 1] > rows * columns:
+        return RingNeeds(least, None)
+    # The raw line n is written from n columns on; what is kept then.
+    line = np.arange(2 * rows)
+    current = np.searchsorted(done, line * columns - _LATENCY, side="right")
+    # Behind the last line of a frame nothing is kept but the next frame.
+    held = np.append(keeps, 2 * rows)[current]
+    return RingNeeds(least, max(least, int((line - np.minimum(held, line)).max()) + 1))

@@ -1,0 +1,220 @@
+"""From a calibration to the resampler: its configuration, and what its load port is given."""
+
+from dataclasses import dataclass
+
+from plenofir.camera.calibration import Calibration
+from plenofir.camera.resampling import (
+    Accuracy,
+    GridRegisters,
+    Precision,
+    Tables,
+    grid_registers,
+    tables_of,
+)
+from plenofir.camera.resampling.lines import RingNeeds, reach, ring_needs
+from plenofir.errors import InputError
+from plenofir.fpga.core.resampler import MAX_LINES, Load, ResamplerConfiguration
+
+
+@dataclass(frozen=True)
+class Resampling:
+    """A calibration on the chip.
+
+    Attributes
+    ----------
+    core
+        Configuration of the entity.
+    registers, tables
+        What it holds.
+    accuracy
+        How far that is from the calibration.
+    needs
+        Raw lines that the calibration needs.
+    """
+
+    core: ResamplerConfiguration
+    registers: GridRegisters
+    tables: Tables
+    accuracy: Accuracy
+    needs: RingNeeds
+
+    def loads(self) -> list[Load]:
+        """Words for the load port."""
+        return loads(self.core, self.registers, self.tables)
+
+
+def resampling(
+    calibration: Calibration,
+    micro_image_size: int,
+    *,
+    channels: int = 1,
+    pixel_bits: int = 8,
+    precision: Precision | None = None,
+    devignette: bool = True,
+    where: str = "calibration",
+) -> Resampling:
+    """Resampler made to measure for a calibration.
+
+    Parameters
+    ----------
+    calibration
+        The calibration.
+    micro_image_size
+        M.
+    channels, pixel_bits
+        Of the raw frames, behind the mosaic.
+    precision
+        Bits; the defaults if None.
+    devignette
+        Whether vignetting is corrected.
+    where
+        Name of the calibration for messages.
+
+    Returns
+    -------
+    Resampling
+        The ring holds the lines with which a source without gaps is never refused, if there is such
+        a number.
+
+    Raises
+    ------
+    InputError
+        If the chip cannot follow the grid.
+    """
+    registers, accuracy = grid_registers(calibration, micro_image_size, precision, where=where)
+    tables = tables_of(calibration, registers, devignette=devignette, where=where)
+    needs = ring_needs(registers, tables)
+    lines = max(needs.full_rate or needs.least + 2, 4)
+    lines += lines % 2
+    if lines > MAX_LINES:
+        raise InputError(
+            f"a ring of {lines} lines for rows of lenses that drift by {_drift(registers, tables)}",
+            where=where,
+            expected=f"at most {MAX_LINES} lines: less rotation",
+        )
+    rows, columns = registers.lenses
+    bits = registers.precision
+    table = tables.moves is not None or tables.lenses is not None
+    core = ResamplerConfiguration(
+        micro_image_size=micro_image_size,
+        hexagonal=registers.layout == "hexagonal-rows",
+        max_columns=registers.image_shape[1],
+        lines=lines,
+        lenses=max(rows * columns, 2) if table else 2,
+        moves=tables.moves is not None,
+        gains=tables.lenses is not None,
+        channels=channels,
+        pixel_bits=pixel_bits,
+        fraction_bits=bits.fraction_bits,
+        weight_bits=bits.weight_bits,
+        guard_bits=bits.guard_bits,
+        gain_bits=bits.gain_bits,
+    )
+    return Resampling(core, registers, tables, accuracy, needs)
+
+
+def _drift(registers: GridRegisters, tables: Tables) -> int:
+    up, down = reach(registers, tables)
+    return down - up
+
+
+def check_fits(
+    core: ResamplerConfiguration,
+    registers: GridRegisters,
+    tables: Tables,
+    *,
+    where: str = "calibration",
+) -> None:
+    """Refuse a calibration that a resampler cannot take, by what it exceeds.
+
+    Parameters
+    ----------
+    core
+        The resampler.
+    registers, tables
+        The calibration.
+    where
+        Name of the calibration for messages.
+
+    Raises
+    ------
+    InputError
+        If it is of another camera: M, layout, bits; or needs more columns, lines or lenses.
+    """
+    bits, (rows, columns) = registers.precision, registers.lenses
+    hexagonal = registers.layout == "hexagonal-rows"
+    wanted = {
+        "micro_image_size": registers.micro_image_size,
+        "hexagonal": hexagonal,
+        **bits.model_dump(),
+    }
+    for name, value in wanted.items():
+        if value != getattr(core, name):
+            raise InputError(f"{name} {value}", where=where, expected=f"{getattr(core, name)}")
+    if tables.moves is not None and not core.moves:
+        raise InputError("a grid with distortion", where=where, expected="moves in the resampler")
+    if tables.lenses is not None and not core.gains:
+        raise InputError("vignetting", where=where, expected="gains in the resampler")
+    table = core.moves or core.gains
+    limits = {
+        "max_columns": registers.image_shape[1],
+        "lines": ring_needs(registers, tables).least,
+        "lenses": rows * columns if table else 0,
+    }
+    for name, value in limits.items():
+        if value > getattr(core, name):
+            expected = f"at most {getattr(core, name)}, the resampler's"
+            raise InputError(f"{value} {name}", where=where, expected=expected)
+
+
+def loads(core: ResamplerConfiguration, registers: GridRegisters, tables: Tables) -> list[Load]:
+    """What the load port of a resampler is given for a calibration, tables first.
+
+    Parameters
+    ----------
+    core
+        The resampler.
+    registers, tables
+        The calibration.
+
+    Returns
+    -------
+    list of (kind, address, word)
+        In order; the last one is the commit.
+
+    Raises
+    ------
+    InputError
+        See `check_fits`.
+    """
+    check_fits(core, registers, tables)
+    up, down = reach(registers, tables)
+    rows, columns = registers.lenses
+    even, odd = registers.down
+    values = {
+        "lenses": columns << 16 | rows,
+        "outputs": registers.outputs,
+        "origin_y": registers.origin[0],
+        "origin_x": registers.origin[1],
+        "right_y": registers.right[0],
+        "right_x": registers.right[1],
+        "down_even_y": even[0],
+        "down_even_x": even[1],
+        "down_odd_y": odd[0],
+        "down_odd_x": odd[1],
+        "reach": (down & 0xFFFF) << 16 | up & 0xFFFF,
+        "black": tables.black,
+        "place_even": registers.place[0],
+        "place_odd": registers.place[1],
+        "step": registers.step,
+    }
+    count = rows * columns
+    one = 1 << core.gain_bits
+    gains = tables.lenses.ravel().tolist() if tables.lenses is not None else [one] * count
+    moves = tables.moves.reshape(-1, 2).tolist() if tables.moves is not None else [(0, 0)] * count
+    m = core.micro_image_size
+    profile = tables.profile.ravel().tolist() if tables.profile is not None else [one] * (m * m)
+    words = []
+    if core.gains or core.moves:
+        words = core.table_loads(gains, moves, profile if core.gains else [])
+    return words + core.register_loads(values)

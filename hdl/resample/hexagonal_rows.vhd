@@ -1,0 +1,345 @@
+-- Makes the rows of a hexagonal grid rectangular: each micro image of the raster lies between two lenses of its row.
+--
+-- The lenses of even and of odd number lie in memories of their own, two in each, so the same pixel of two neighbours is
+-- read in one clock while the lenses behind them come in.
+--
+-- Latency: 2 M + 7 clocks from the first pixel of a line. Throughput: one pixel out each clock.
+-- Equation: p = place + n STEP; pixel(n) = floor(((1 - w) value(floor(p)) + w value(floor(p) + 1)) / 2**GUARD_BITS + 1/2),
+--   w the first WEIGHT_BITS bits of the fraction of p; saturated.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.resample_pkg.all;
+
+entity hexagonal_rows is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3;
+    -- Width of a pixel that goes out, of a value that comes in, and the fraction bits of the value.
+    PIXEL_BITS : positive;
+    VALUE_BITS : positive;
+    GUARD_BITS : positive;
+    -- Fraction bits of places, and of the weights.
+    FRACTION_BITS : positive;
+    WEIGHT_BITS   : positive
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Registers, read with the first line of a frame.
+    registers : in    registers_t;
+    -- Values in: the first of a frame, the last of a line.
+    in_valid : in    std_logic;
+    in_ready : out   std_logic;
+    in_first : in    std_logic;
+    in_last  : in    std_logic;
+    in_data  : in    std_logic_vector(CHANNELS * VALUE_BITS - 1 downto 0);
+    -- Pixels out.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic
+  );
+end entity hexagonal_rows;
+
+architecture rtl of hexagonal_rows is
+
+  constant DATA_BITS  : positive := CHANNELS * VALUE_BITS;
+  constant OUT_BITS   : positive := CHANNELS * PIXEL_BITS;
+  constant LAST_PIXEL : natural  := MICRO_IMAGE_SIZE - 1;
+  constant PIXEL_ADDR : positive := bits_for(larger(LAST_PIXEL, 1));
+  constant FIFO_BITS  : positive := 4;
+  -- Clocks from a pixel that is read to its place in the output buffer.
+  constant READ_LATENCY : positive := 5;
+
+  -- Lenses are numbered on and on.
+  subtype number_t is signed(3 downto 0);
+
+  subtype pixel_index_t is natural range 0 to larger(LAST_PIXEL, 1);
+
+  subtype weight_t is unsigned(WEIGHT_BITS - 1 downto 0);
+
+  -- Lenses that are complete, and the pixel that comes in.
+  signal written   : number_t      := (others => '0');
+  signal in_pixel  : pixel_index_t := 0;
+  signal take      : std_logic;
+  signal even_take : std_logic;
+  signal odd_take  : std_logic;
+  -- Whether a lens is the first one of a frame.
+  signal firsts    : std_logic_vector(7 downto 0) := (others => '0');
+  signal in_bank   : unsigned(PIXEL_ADDR downto 0);
+  signal even_bank : unsigned(PIXEL_ADDR downto 0) := (others => '0');
+  signal odd_bank  : unsigned(PIXEL_ADDR downto 0) := (others => '0');
+  signal even_word : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal odd_word  : std_logic_vector(DATA_BITS - 1 downto 0);
+
+  -- The line that goes out: number of its first lens, place of the micro image.
+  signal line_base    : number_t                     := (others => '0');
+  signal place        : position_t                   := (others => '0');
+  signal left_lens    : number_t;
+  signal right_lens   : number_t;
+  signal starts_line  : std_logic                    := '1';
+  signal starts_frame : std_logic                    := '0';
+  signal outputs_left : unsigned(15 downto 0)        := (others => '0');
+  signal out_pixel    : pixel_index_t                := 0;
+  signal line_index   : pixel_index_t                := 0;
+  signal row_odd      : std_logic                    := '0';
+  signal outputs      : unsigned(15 downto 0)        := (others => '0');
+  signal lenses       : unsigned(15 downto 0)        := (others => '0');
+  signal place_even   : position_t                   := (others => '0');
+  signal place_odd    : position_t                   := (others => '0');
+  signal step         : position_t                   := (others => '0');
+  signal issue        : std_logic                    := '0';
+  signal issued       : std_logic                    := '0';
+  signal issued_tags  : std_logic_vector(2 downto 0) := (others => '0');
+  signal tags         : std_logic_vector(2 downto 0);
+  signal weight_1     : weight_t                     := (others => '0');
+  signal weight_2     : weight_t                     := (others => '0');
+  signal weight_3     : weight_t                     := (others => '0');
+  signal odd_1        : std_logic                    := '0';
+  signal odd_2        : std_logic                    := '0';
+  signal odd_3        : std_logic                    := '0';
+  signal blended      : std_logic_vector(OUT_BITS - 1 downto 0);
+  signal room         : unsigned(FIFO_BITS downto 0) := to_unsigned(2 ** FIFO_BITS, FIFO_BITS + 1);
+  signal fifo_in      : std_logic_vector(OUT_BITS + 1 downto 0);
+  signal fifo_out     : std_logic_vector(OUT_BITS + 1 downto 0);
+  signal out_valid    : std_logic;
+
+begin
+
+  -- In: four lenses at most.
+  take      <= '1' when in_valid = '1' and written - left_lens < 4 else
+               '0';
+  in_ready  <= '1' when written - left_lens < 4 else
+               '0';
+  even_take <= take and not written(0);
+  odd_take  <= take and written(0);
+  in_bank   <= written(1) & to_unsigned(in_pixel, PIXEL_ADDR);
+
+  -- Out: the lens to the left of the micro image, and the one to the right.
+  left_lens  <= line_base + resize(shift_right(place, FRACTION_BITS), number_t'length);
+  right_lens <= left_lens + 1;
+  issue      <= '1' when starts_line = '0' and written - left_lens >= 2 and room /= 0 else
+                '0';
+
+  follow : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if take = '1' then
+        if in_pixel = LAST_PIXEL then
+          in_pixel <= 0;
+          written  <= written + 1;
+        else
+          in_pixel <= in_pixel + 1;
+        end if;
+        if in_pixel = 0 then
+          firsts(to_integer(unsigned(written(2 downto 0)))) <= in_first;
+        end if;
+      end if;
+
+      -- A line begins as soon as its first lens is there.
+      if starts_line = '1' and written - line_base >= 1 then
+        starts_line  <= '0';
+        starts_frame <= firsts(to_integer(unsigned(line_base(2 downto 0))));
+        if firsts(to_integer(unsigned(line_base(2 downto 0)))) = '1' then
+          outputs_left <= unsigned(registers(REGISTER_OUTPUTS)(15 downto 0));
+          outputs      <= unsigned(registers(REGISTER_OUTPUTS)(15 downto 0));
+          lenses       <= unsigned(registers(REGISTER_LENSES)(31 downto 16));
+          place        <= signed(registers(REGISTER_PLACE_EVEN));
+          place_even   <= signed(registers(REGISTER_PLACE_EVEN));
+          place_odd    <= signed(registers(REGISTER_PLACE_ODD));
+          step         <= signed(registers(REGISTER_STEP));
+          line_index   <= 0;
+          row_odd      <= '0';
+        else
+          outputs_left <= outputs;
+          if row_odd = '0' then
+            place <= place_even;
+          else
+            place <= place_odd;
+          end if;
+        end if;
+      end if;
+
+      -- 1: reads.
+      issued      <= issue;
+      issued_tags <= "000";
+      even_bank   <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
+      odd_bank    <= left_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
+      if left_lens(0) = '1' then
+        even_bank <= right_lens(1) & to_unsigned(out_pixel, PIXEL_ADDR);
+      end if;
+      odd_1    <= left_lens(0);
+      odd_2    <= odd_1;
+      odd_3    <= odd_2;
+      weight_1 <= unsigned(place(FRACTION_BITS - 1 downto FRACTION_BITS - WEIGHT_BITS));
+      weight_2 <= weight_1;
+      weight_3 <= weight_2;
+
+      if issue = '1' then
+        issued_tags(0) <= '1';
+        issued_tags(1) <= starts_frame;
+        starts_frame   <= '0';
+        if out_pixel = LAST_PIXEL then
+          out_pixel    <= 0;
+          place        <= place + step;
+          outputs_left <= outputs_left - 1;
+          if outputs_left = 1 then
+            issued_tags(2) <= '1';
+            starts_line    <= '1';
+            place          <= (others => '0');
+            line_base      <= line_base + signed(lenses(3 downto 0));
+            if line_index = LAST_PIXEL then
+              line_index <= 0;
+              row_odd    <= not row_odd;
+            else
+              line_index <= line_index + 1;
+            end if;
+          end if;
+        else
+          out_pixel <= out_pixel + 1;
+        end if;
+      end if;
+
+      -- Room in the output buffer.
+      if issue = '1' and not (out_valid = '1' and m_axis_tready = '1') then
+        room <= room - 1;
+      elsif issue = '0' and out_valid = '1' and m_axis_tready = '1' then
+        room <= room + 1;
+      end if;
+
+      if reset = '1' then
+        written     <= (others => '0');
+        in_pixel    <= 0;
+        line_base   <= (others => '0');
+        place       <= (others => '0');
+        starts_line <= '1';
+        out_pixel   <= 0;
+        line_index  <= 0;
+        row_odd     <= '0';
+        issued_tags <= (others => '0');
+        room        <= to_unsigned(2 ** FIFO_BITS, FIFO_BITS + 1);
+      end if;
+    end if;
+
+  end process follow;
+
+  even_lenses : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => DATA_BITS,
+      ADDRESS_BITS => PIXEL_ADDR + 1,
+      READ_LATENCY => 2
+    )
+    port map (
+      clk           => clk,
+      write_enable  => even_take,
+      write_address => in_bank,
+      write_data    => in_data,
+      read_enable   => '1',
+      read_address  => even_bank,
+      read_data     => even_word
+    );
+
+  odd_lenses : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => DATA_BITS,
+      ADDRESS_BITS => PIXEL_ADDR + 1,
+      READ_LATENCY => 2
+    )
+    port map (
+      clk           => clk,
+      write_enable  => odd_take,
+      write_address => in_bank,
+      write_data    => in_data,
+      read_enable   => '1',
+      read_address  => odd_bank,
+      read_data     => odd_word
+    );
+
+  blend : for c in 0 to CHANNELS - 1 generate
+
+    constant SUM_BITS : positive := VALUE_BITS + WEIGHT_BITS;
+
+    signal left_value  : unsigned(VALUE_BITS - 1 downto 0);
+    signal right_value : unsigned(VALUE_BITS - 1 downto 0);
+    signal left_late   : unsigned(VALUE_BITS - 1 downto 0)         := (others => '0');
+    signal part        : signed(SUM_BITS + 1 downto 0)             := (others => '0');
+
+  begin
+
+    left_value  <= unsigned(even_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)) when odd_3 = '0' else
+                   unsigned(odd_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS));
+    right_value <= unsigned(odd_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)) when odd_3 = '0' else
+                   unsigned(even_word((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS));
+
+    interpolate : process (clk) is
+
+      variable difference : signed(VALUE_BITS downto 0);
+      variable sum        : unsigned(SUM_BITS downto 0);
+
+    begin
+
+      if rising_edge(clk) then
+        difference := signed('0' & right_value) - signed('0' & left_value);
+        part       <= difference * signed('0' & weight_3);
+        left_late  <= left_value;
+
+        sum := resize(unsigned(signed("00" & left_late & to_unsigned(0, WEIGHT_BITS)) + part), SUM_BITS + 1);
+        sum := shift_right(sum + 2 ** (WEIGHT_BITS + GUARD_BITS - 1), WEIGHT_BITS + GUARD_BITS);
+        if sum >= 2 ** PIXEL_BITS then
+          blended((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= (others => '1');
+        else
+          blended((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= std_logic_vector(sum(PIXEL_BITS - 1 downto 0));
+        end if;
+      end if;
+
+    end process interpolate;
+
+  end generate blend;
+
+  late : entity work.tag_delay
+    generic map (
+      WIDTH  => 3,
+      LENGTH => READ_LATENCY - 1
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => issued_tags,
+      delayed => tags
+    );
+
+  fifo_in <= tags(2) & tags(1) & blended;
+
+  buffered : entity work.axis_fifo
+    generic map (
+      WIDTH        => OUT_BITS + 2,
+      ADDRESS_BITS => FIFO_BITS
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      s_axis_tvalid => tags(0),
+      s_axis_tready => open,
+      s_axis_tdata  => fifo_in,
+      m_axis_tvalid => out_valid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => fifo_out,
+      level         => open
+    );
+
+  m_axis_tvalid   <= out_valid;
+  m_axis_tdata    <= fifo_out(OUT_BITS - 1 downto 0);
+  m_axis_tuser(0) <= fifo_out(OUT_BITS);
+  m_axis_tlast    <= fifo_out(OUT_BITS + 1);
+
+end architecture rtl;

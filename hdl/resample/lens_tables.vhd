@@ -1,0 +1,144 @@
+-- What differs from lens to lens, and inside a micro image: moves from the even grid, and gains.
+--
+-- A word of the lens table is, from its low bits on: the gain (GAIN_BITS + 4 bits), if there are gains; the moves along
+-- x and y (WEIGHT_BITS + 2 bits each, signed), if there are moves. A word of the profile is a gain.
+--
+-- Latency: 2 clocks to the moves, 4 to the gain. Throughput: one pixel each clock.
+-- Equation: gain = smaller(floor(lens gain * profile / 2**GAIN_BITS + 1/2), LARGEST_GAIN 2**GAIN_BITS).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.resample_pkg.all;
+
+entity lens_tables is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- Lenses of the table.
+    LENSES : positive;
+    -- Whether lenses are moved, and whether there are gains.
+    MOVES : boolean;
+    GAINS : boolean;
+    -- Fraction bits of positions and of gains.
+    WEIGHT_BITS : positive;
+    GAIN_BITS   : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- Writes a word of the lens table or of the profile.
+    load_lens    : in    std_logic;
+    load_profile : in    std_logic;
+    load_address : in    lens_t;
+    load_data    : in    std_logic_vector(39 downto 0);
+    -- The lens and the pixel.
+    lens    : in    lens_t;
+    profile : in    profile_t;
+    -- Moves along y and x.
+    move_y : out   signed(WEIGHT_BITS + 1 downto 0);
+    move_x : out   signed(WEIGHT_BITS + 1 downto 0);
+    -- The gain.
+    gain : out   unsigned(GAIN_BITS + GAIN_INTEGER_BITS - 1 downto 0)
+  );
+end entity lens_tables;
+
+architecture rtl of lens_tables is
+
+  constant WORD_BITS    : positive := GAIN_BITS + GAIN_INTEGER_BITS;
+  constant MOVE_BITS    : positive := WEIGHT_BITS + 2;
+  constant GAIN_WIDTH   : natural  := choose(GAINS, WORD_BITS, 0);
+  constant TABLE_BITS   : positive := larger(GAIN_WIDTH + choose(MOVES, 2 * MOVE_BITS, 0), 1);
+  constant ADDRESS_BITS : positive := bits_for(LENSES - 1);
+
+begin
+
+  no_moves : if not MOVES generate
+    move_y <= (others => '0');
+    move_x <= (others => '0');
+  end generate no_moves;
+
+  no_gains : if not GAINS generate
+    gain <= to_unsigned(2 ** GAIN_BITS, WORD_BITS);
+  end generate no_gains;
+
+  tables : if MOVES or GAINS generate
+
+    signal word : std_logic_vector(TABLE_BITS - 1 downto 0);
+
+  begin
+
+    lens_table : entity work.ram_simple_dual_port
+      generic map (
+        WIDTH        => TABLE_BITS,
+        ADDRESS_BITS => ADDRESS_BITS,
+        WORDS        => LENSES,
+        READ_LATENCY => 2
+      )
+      port map (
+        clk           => clk,
+        write_enable  => load_lens,
+        write_address => load_address(ADDRESS_BITS - 1 downto 0),
+        write_data    => load_data(TABLE_BITS - 1 downto 0),
+        read_enable   => '1',
+        read_address  => lens(ADDRESS_BITS - 1 downto 0),
+        read_data     => word
+      );
+
+    moved : if MOVES generate
+      move_x <= signed(word(GAIN_WIDTH + MOVE_BITS - 1 downto GAIN_WIDTH));
+      move_y <= signed(word(GAIN_WIDTH + 2 * MOVE_BITS - 1 downto GAIN_WIDTH + MOVE_BITS));
+    end generate moved;
+
+    gained : if GAINS generate
+
+      constant PROFILE_BITS : positive := bits_for(larger(MICRO_IMAGE_SIZE * MICRO_IMAGE_SIZE - 1, 1));
+      constant PRODUCT_BITS : positive := 2 * WORD_BITS;
+      constant MOST         : unsigned := to_unsigned(LARGEST_GAIN * 2 ** GAIN_BITS, PRODUCT_BITS);
+
+      signal share   : std_logic_vector(WORD_BITS - 1 downto 0);
+      signal product : unsigned(PRODUCT_BITS - 1 downto 0) := (others => '0');
+
+    begin
+
+      profile_table : entity work.ram_simple_dual_port
+        generic map (
+          WIDTH        => WORD_BITS,
+          ADDRESS_BITS => PROFILE_BITS,
+          READ_LATENCY => 2
+        )
+        port map (
+          clk           => clk,
+          write_enable  => load_profile,
+          write_address => load_address(PROFILE_BITS - 1 downto 0),
+          write_data    => load_data(WORD_BITS - 1 downto 0),
+          read_enable   => '1',
+          read_address  => profile(PROFILE_BITS - 1 downto 0),
+          read_data     => share
+        );
+
+      multiply : process (clk) is
+
+        variable rounded : unsigned(PRODUCT_BITS - 1 downto 0);
+
+      begin
+
+        if rising_edge(clk) then
+          product <= unsigned(word(WORD_BITS - 1 downto 0)) * unsigned(share);
+
+          rounded := shift_right(product + 2 ** (GAIN_BITS - 1), GAIN_BITS);
+          if rounded > MOST then
+            rounded := MOST;
+          end if;
+          gain <= rounded(WORD_BITS - 1 downto 0);
+        end if;
+
+      end process multiply;
+
+    end generate gained;
+
+  end generate tables;
+
+end architecture rtl;

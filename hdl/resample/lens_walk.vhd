@@ -1,0 +1,141 @@
+-- Walks along a line of the raster: from lens to lens, and M pixels in each.
+--
+-- Latency: 1 clock. Throughput: one pixel each clock while credit = '1', also from line to line.
+-- Equation: position(s, u) = line + s right + (0, u), cut to WEIGHT_BITS fraction bits.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.resample_pkg.all;
+
+entity lens_walk is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- Fraction bits of positions in the registers, and of those that come out.
+    FRACTION_BITS : positive;
+    WEIGHT_BITS   : positive
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Lenses of a line, step from one to the next.
+    lenses  : in    unsigned(15 downto 0);
+    right_y : in    position_t;
+    right_x : in    position_t;
+    -- From and to lens_rows.
+    raster_line : in    raster_line_t;
+    line_valid  : in    std_logic;
+    line_taken  : out   std_logic;
+    -- It is not on a line.
+    at_rest : out   std_logic;
+    -- The output has room for a pixel.
+    credit : in    std_logic;
+    -- A pixel of the raster: the first of a frame, the last of a line, where it lies, its addresses in the tables.
+    valid      : out   std_logic;
+    first      : out   std_logic;
+    last       : out   std_logic;
+    position_y : out   signed(15 + WEIGHT_BITS downto 0);
+    position_x : out   signed(15 + WEIGHT_BITS downto 0);
+    lens       : out   lens_t;
+    profile    : out   profile_t
+  );
+end entity lens_walk;
+
+architecture rtl of lens_walk is
+
+  constant LAST_PIXEL : natural := MICRO_IMAGE_SIZE - 1;
+
+  signal active       : std_logic                             := '0';
+  signal starts       : std_logic                             := '0';
+  signal y            : position_t                            := (others => '0');
+  signal lens_x       : position_t                            := (others => '0');
+  signal x            : position_t                            := (others => '0');
+  signal lenses_left  : unsigned(15 downto 0)                 := (others => '0');
+  signal pixel        : natural range 0 to larger(LAST_PIXEL, 1) := 0;
+  signal lens_now     : lens_t                                := (others => '0');
+  signal line_profile : profile_t                             := (others => '0');
+  signal profile_now  : profile_t                             := (others => '0');
+  signal lens_ends    : std_logic;
+  signal line_ends    : std_logic;
+  signal take         : std_logic;
+
+  function cut (
+    position : position_t
+  ) return signed is
+  begin
+
+    return resize(shift_right(position, FRACTION_BITS - WEIGHT_BITS), 16 + WEIGHT_BITS);
+
+  end function cut;
+
+begin
+
+  lens_ends <= '1' when pixel = LAST_PIXEL else
+               '0';
+  line_ends <= '1' when lens_ends = '1' and lenses_left = 1 else
+               '0';
+
+  -- The next line follows the last pixel of this one.
+  take       <= line_valid and (not active or (credit and line_ends));
+  line_taken <= take;
+  at_rest    <= not active;
+
+  walk : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      valid <= '0';
+
+      if active = '1' and credit = '1' then
+        valid      <= '1';
+        first      <= starts;
+        last       <= line_ends;
+        position_y <= cut(y);
+        position_x <= cut(x);
+        lens       <= lens_now;
+        profile    <= profile_now;
+        starts     <= '0';
+        if lens_ends = '1' then
+          pixel       <= 0;
+          y           <= y + right_y;
+          lens_x      <= lens_x + right_x;
+          x           <= lens_x + right_x;
+          lens_now    <= lens_now + 1;
+          profile_now <= line_profile;
+          lenses_left <= lenses_left - 1;
+          if line_ends = '1' then
+            active <= '0';
+          end if;
+        else
+          pixel       <= pixel + 1;
+          x           <= x + shift_left(to_signed(1, position_t'length), FRACTION_BITS);
+          profile_now <= profile_now + 1;
+        end if;
+      end if;
+
+      if take = '1' then
+        active       <= '1';
+        starts       <= raster_line.first;
+        pixel        <= 0;
+        y            <= raster_line.y;
+        lens_x       <= raster_line.x;
+        x            <= raster_line.x;
+        lens_now     <= raster_line.lens;
+        line_profile <= raster_line.profile;
+        profile_now  <= raster_line.profile;
+        lenses_left  <= lenses;
+      end if;
+
+      if reset = '1' then
+        active <= '0';
+        valid  <= '0';
+      end if;
+    end if;
+
+  end process walk;
+
+end architecture rtl;

@@ -1,0 +1,304 @@
+-- Ring of raw lines: a pixel in each clock, and out of it the four pixels around a position in each clock.
+--
+-- Lines of even and of odd number, columns of even and of odd number lie in memories of their own: of two neighbouring
+-- lines and of two neighbouring columns there is one in each, so four memories give the four pixels at once. Beyond the
+-- borders of the sensor lines and columns are mirrored at the first and the last one.
+--
+-- A line's place in the ring follows from its age: how many pairs of lines it is behind the one that is being written.
+--
+-- Latency: WINDOW_LATENCY clocks. Throughput: one pixel in and four pixels out each clock.
+-- Equation: pixel_yx = raw(mirrored(floor(position_y) + y), mirrored(floor(position_x) + x)), y and x 0 or 1.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.resample_pkg.all;
+
+entity raw_window is
+  generic (
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive;
+    -- Lines that the ring holds, an even number.
+    LINES : positive;
+    -- Width of a pixel.
+    DATA_BITS : positive;
+    -- Fraction bits of positions.
+    WEIGHT_BITS : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- From raw_writer.
+    write_enable : in    std_logic;
+    write_line   : in    place_t;
+    write_slot   : in    natural range 0 to LINES / 2 - 1;
+    write_column : in    unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0);
+    write_data   : in    std_logic_vector(DATA_BITS - 1 downto 0);
+    -- The frame that is read: number of its line 0, its last line and column.
+    base        : in    place_t;
+    last_line   : in    place_t;
+    last_column : in    place_t;
+    -- The position.
+    position_y : in    signed(15 + WEIGHT_BITS downto 0);
+    position_x : in    signed(15 + WEIGHT_BITS downto 0);
+    -- The pixels around it (line, column), and its fraction.
+    pixel_00 : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    pixel_01 : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    pixel_10 : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    pixel_11 : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    weight_y : out   unsigned(WEIGHT_BITS - 1 downto 0);
+    weight_x : out   unsigned(WEIGHT_BITS - 1 downto 0)
+  );
+end entity raw_window;
+
+architecture rtl of raw_window is
+
+  -- Pairs of lines in the ring, pairs of columns in a line.
+  constant PAIRS     : positive := LINES / 2;
+  constant HALF      : positive := divide_up(MAX_COLUMNS, 2);
+  constant WORDS     : positive := larger(PAIRS * HALF, 2);
+  constant ADDR_BITS : positive := bits_for(WORDS - 1);
+  -- Of an age, 0 to PAIRS.
+  constant AGE_BITS : positive := bits_for(PAIRS);
+
+  subtype address_t is unsigned(ADDR_BITS - 1 downto 0);
+
+  subtype age_t is unsigned(AGE_BITS - 1 downto 0);
+
+  subtype slot_t is natural range 0 to PAIRS - 1;
+
+  subtype pixel_t is std_logic_vector(DATA_BITS - 1 downto 0);
+
+  type bases_t is array (slot_t) of address_t;
+
+  type pixels_t is array (0 to 3) of pixel_t;
+
+  type addresses_t is array (0 to 3) of address_t;
+
+  -- First word of each pair of lines.
+  function base_table return bases_t is
+
+    variable table : bases_t;
+
+  begin
+
+    for i in slot_t loop
+
+      table(i) := to_unsigned(i * HALF, ADDR_BITS);
+
+    end loop;
+
+    return table;
+
+  end function base_table;
+
+  constant BASES : bases_t := base_table;
+
+  -- The slot of a pair of lines that is some pairs behind the one at `newest`.
+  function slot_of (
+    newest : slot_t;
+    age    : age_t
+  ) return slot_t is
+
+    variable place : integer range -2 ** AGE_BITS to PAIRS - 1;
+
+  begin
+
+    place := newest - to_integer(age);
+
+    if place < 0 then
+      place := place + PAIRS;
+    end if;
+
+    if place < 0 then
+      -- Never, as long as the reader reads what the ring holds.
+      place := 0;
+    end if;
+
+    return place;
+
+  end function slot_of;
+
+  -- Lines and columns 0 and 1 of the window.
+  signal line_0     : place_t   := (others => '0');
+  signal line_1     : place_t   := (others => '0');
+  signal column_0   : place_t   := (others => '0');
+  signal column_1   : place_t   := (others => '0');
+  signal even_age   : age_t     := (others => '0');
+  signal odd_age    : age_t     := (others => '0');
+  signal newest_3   : slot_t    := 0;
+  signal even_half  : address_t := (others => '0');
+  signal odd_half   : address_t := (others => '0');
+  signal even_3     : address_t := (others => '0');
+  signal odd_3      : address_t := (others => '0');
+  signal even_slot  : slot_t    := 0;
+  signal odd_slot   : slot_t    := 0;
+  signal swap_now   : std_logic_vector(1 downto 0);
+  signal swap_late  : std_logic_vector(1 downto 0);
+  signal weight_now : std_logic_vector(2 * WEIGHT_BITS - 1 downto 0);
+  signal weight_out : std_logic_vector(2 * WEIGHT_BITS - 1 downto 0);
+  -- Memory 2 i + j: lines with number mod 2 = i, columns mod 2 = j.
+  signal addresses     : addresses_t                  := (others => (others => '0'));
+  signal pixels        : pixels_t;
+  signal write_enables : std_logic_vector(3 downto 0) := (others => '0');
+  signal write_address : address_t                    := (others => '0');
+  signal write_pixel   : pixel_t;
+
+begin
+
+  weight_now <= std_logic_vector(position_y(WEIGHT_BITS - 1 downto 0)) &
+                std_logic_vector(position_x(WEIGHT_BITS - 1 downto 0));
+  -- Whether line (column) 0 is of odd number.
+  swap_now <= line_0(0) & column_0(0);
+
+  locate : process (clk) is
+
+    variable line_now    : place_t;
+    variable column_now  : place_t;
+    variable even_line   : place_t;
+    variable odd_line    : place_t;
+    variable even_column : place_t;
+    variable odd_column  : place_t;
+    variable number      : place_t;
+
+  begin
+
+    if rising_edge(clk) then
+      -- 1: lines by their numbers, columns; mirrored.
+      line_now   := position_y(15 + WEIGHT_BITS downto WEIGHT_BITS);
+      column_now := position_x(15 + WEIGHT_BITS downto WEIGHT_BITS);
+      line_0     <= mirrored(line_now, last_line) + base;
+      line_1     <= mirrored(line_now + 1, last_line) + base;
+      column_0   <= mirrored(column_now, last_column);
+      column_1   <= mirrored(column_now + 1, last_column);
+
+      -- 2: which is even; how old.
+      if line_0(0) = '0' then
+        even_line := line_0;
+        odd_line  := line_1;
+      else
+        even_line := line_1;
+        odd_line  := line_0;
+      end if;
+      if column_0(0) = '0' then
+        even_column := column_0;
+        odd_column  := column_1;
+      else
+        even_column := column_1;
+        odd_column  := column_0;
+      end if;
+      number    := shift_right(write_line, 1) - shift_right(even_line, 1);
+      even_age  <= unsigned(number(AGE_BITS - 1 downto 0));
+      number    := shift_right(write_line, 1) - shift_right(odd_line, 1);
+      odd_age   <= unsigned(number(AGE_BITS - 1 downto 0));
+      newest_3  <= write_slot;
+      even_half <= resize(unsigned(even_column(14 downto 1)), ADDR_BITS);
+      odd_half  <= resize(unsigned(odd_column(14 downto 1)), ADDR_BITS);
+
+      -- 3: where in the ring.
+      even_slot <= slot_of(newest_3, even_age);
+      odd_slot  <= slot_of(newest_3, odd_age);
+      even_3    <= even_half;
+      odd_3     <= odd_half;
+
+      -- 4: addresses.
+      addresses(0) <= BASES(even_slot) + even_3;
+      addresses(1) <= BASES(even_slot) + odd_3;
+      addresses(2) <= BASES(odd_slot) + even_3;
+      addresses(3) <= BASES(odd_slot) + odd_3;
+
+      -- 8: in order.
+      if swap_late(1) = '0' then
+        if swap_late(0) = '0' then
+          pixel_00 <= pixels(0);
+          pixel_01 <= pixels(1);
+          pixel_10 <= pixels(2);
+          pixel_11 <= pixels(3);
+        else
+          pixel_00 <= pixels(1);
+          pixel_01 <= pixels(0);
+          pixel_10 <= pixels(3);
+          pixel_11 <= pixels(2);
+        end if;
+      else
+        if swap_late(0) = '0' then
+          pixel_00 <= pixels(2);
+          pixel_01 <= pixels(3);
+          pixel_10 <= pixels(0);
+          pixel_11 <= pixels(1);
+        else
+          pixel_00 <= pixels(3);
+          pixel_01 <= pixels(2);
+          pixel_10 <= pixels(1);
+          pixel_11 <= pixels(0);
+        end if;
+      end if;
+
+      -- Into the ring.
+      write_enables <= (others => '0');
+      if write_line(0) = '0' and write_column(0) = '0' then
+        write_enables(0) <= write_enable;
+      elsif write_line(0) = '0' then
+        write_enables(1) <= write_enable;
+      elsif write_column(0) = '0' then
+        write_enables(2) <= write_enable;
+      else
+        write_enables(3) <= write_enable;
+      end if;
+      write_address <= BASES(write_slot) + resize(shift_right(write_column, 1), ADDR_BITS);
+      write_pixel   <= write_data;
+    end if;
+
+  end process locate;
+
+  memories : for i in 0 to 3 generate
+
+    memory : entity work.ram_blocks
+      generic map (
+        WIDTH => DATA_BITS,
+        WORDS => WORDS
+      )
+      port map (
+        clk           => clk,
+        write_enable  => write_enables(i),
+        write_address => write_address,
+        write_data    => write_pixel,
+        read_address  => addresses(i),
+        read_data     => pixels(i)
+      );
+
+  end generate memories;
+
+  -- From step 1 to step 7.
+  swaps : entity work.tag_delay
+    generic map (
+      WIDTH  => 2,
+      LENGTH => WINDOW_LATENCY - 2
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => swap_now,
+      delayed => swap_late
+    );
+
+  weights : entity work.tag_delay
+    generic map (
+      WIDTH  => 2 * WEIGHT_BITS,
+      LENGTH => WINDOW_LATENCY
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => weight_now,
+      delayed => weight_out
+    );
+
+  weight_y <= unsigned(weight_out(2 * WEIGHT_BITS - 1 downto WEIGHT_BITS));
+  weight_x <= unsigned(weight_out(WEIGHT_BITS - 1 downto 0));
+
+end architecture rtl;

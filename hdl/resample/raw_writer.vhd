@@ -1,0 +1,152 @@
+-- Numbers the lines of the raw frames that go into the ring of lines, and tells when there is room for one more.
+--
+-- Lines are numbered on and on. A line may be overwritten when the reader has said that it needs only lines from `keep`
+-- on. A new frame waits, with the number of its first line, until the reader has finished the one before and
+-- takes it; meanwhile its lines go into the ring as far as there is room.
+--
+-- Latency: 1 clock. Throughput: one pixel each clock.
+-- Equation: room = (number of the next pixel's line) - keep < LINES.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.resample_pkg.all;
+use work.token_pkg.all;
+
+entity raw_writer is
+  generic (
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive;
+    -- Lines that the ring holds, an even number.
+    LINES : positive;
+    -- Width of a pixel.
+    DATA_BITS : positive
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Tokens of the frame sequencer: pixels of lines that are all whole.
+    token      : in    token_t;
+    token_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
+    -- The next pixel has a place.
+    room : out   std_logic;
+    -- To the ring: a pixel, its column, the number of its line and the place of that in the ring, counted in pairs.
+    write_enable : out   std_logic;
+    write_line   : out   place_t;
+    write_slot   : out   natural range 0 to LINES / 2 - 1;
+    write_column : out   unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0);
+    write_data   : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    -- A frame waits for the reader: number of its first line; the reader takes it.
+    frame_waits : out   std_logic;
+    frame_base  : out   place_t;
+    frame_taken : in    std_logic;
+    -- Lines that are complete of the frame that the reader has; with frame_waits there will be no more.
+    lines_in : out   place_t;
+    -- The first line that the reader needs; it needs none.
+    keep      : in    place_t;
+    keep_none : in    std_logic
+  );
+end entity raw_writer;
+
+architecture rtl of raw_writer is
+
+  constant LAST_SLOT : natural := LINES / 2 - 1;
+
+  signal line_number : place_t                                           := (others => '0');
+  signal slot        : natural range 0 to LAST_SLOT                      := 0;
+  signal column      : unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0)  := (others => '0');
+  signal waits       : std_logic                                         := '0';
+  signal done        : place_t                                           := (others => '0');
+  signal final       : place_t                                           := (others => '0');
+  signal line_ends   : std_logic;
+  -- Room for pixels of this line, and of the next.
+  signal room_this : std_logic := '0';
+  signal room_next : std_logic := '0';
+
+begin
+
+  line_ends   <= token.strobe and token.pixel and token.line_last;
+  room        <= room_next when line_ends = '1' else
+                 room_this;
+  frame_waits <= waits;
+  lines_in    <= final when waits = '1' else
+                 done;
+
+  follow : process (clk) is
+
+    variable now : place_t;
+
+  begin
+
+    if rising_edge(clk) then
+      write_enable <= token.strobe and token.pixel;
+      write_data   <= token_data;
+      write_line   <= line_number;
+      write_slot   <= slot;
+
+      if frame_taken = '1' then
+        waits <= '0';
+      end if;
+
+      now := line_number;
+      if token.strobe = '1' and token.pixel = '1' then
+        if token.line_first = '1' then
+          write_column <= (others => '0');
+          column       <= to_unsigned(1, column'length);
+        else
+          write_column <= column;
+          column       <= column + 1;
+        end if;
+
+        if token.line_first = '1' and token.frame_first = '1' then
+          waits      <= '1';
+          frame_base <= line_number;
+          final      <= done;
+          done       <= (others => '0');
+        end if;
+
+        if token.line_last = '1' then
+          now := line_number + 1;
+          if token.line_first = '1' and token.frame_first = '1' then
+            done <= to_signed(1, done'length);
+          else
+            done <= done + 1;
+          end if;
+          if line_number(0) = '1' then
+            if slot = LAST_SLOT then
+              slot <= 0;
+            else
+              slot <= slot + 1;
+            end if;
+          end if;
+        end if;
+      end if;
+      line_number <= now;
+
+      room_this <= '0';
+      room_next <= '0';
+      if keep_none = '1' or now - keep < LINES then
+        room_this <= '1';
+      end if;
+      if keep_none = '1' or now + 1 - keep < LINES then
+        room_next <= '1';
+      end if;
+
+      if reset = '1' then
+        write_enable <= '0';
+        line_number  <= (others => '0');
+        slot         <= 0;
+        waits        <= '0';
+        done         <= (others => '0');
+        final        <= (others => '0');
+        room_this    <= '0';
+        room_next    <= '0';
+      end if;
+    end if;
+
+  end process follow;
+
+end architecture rtl;

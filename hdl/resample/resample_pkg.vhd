@@ -1,0 +1,103 @@
+-- Numbers of the resampler: positions, lines, registers, what passes between its parts.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+
+package resample_pkg is
+
+  -- A position on the sensor in fixed point.
+  subtype position_t is signed(31 downto 0);
+
+  -- A line or column of the sensor, also beyond its borders; lines also numbered on and on, from frame to frame.
+  subtype place_t is signed(15 downto 0);
+
+  -- Addresses of the tables.
+  subtype lens_t is unsigned(19 downto 0);
+
+  subtype profile_t is unsigned(13 downto 0);
+
+  -- Registers of the grid: their addresses.
+  -- Rows of lenses (low half), lenses sampled in a row (high half).
+  constant REGISTER_LENSES : natural := 0;
+  -- Micro images in a row of the raster.
+  constant REGISTER_OUTPUTS : natural := 1;
+  -- Top left pixel of the first lens; step to the next lens; steps from even and from odd rows of lenses to the next.
+  constant REGISTER_ORIGIN_Y    : natural := 2;
+  constant REGISTER_ORIGIN_X    : natural := 3;
+  constant REGISTER_RIGHT_Y     : natural := 4;
+  constant REGISTER_RIGHT_X     : natural := 5;
+  constant REGISTER_DOWN_EVEN_Y : natural := 6;
+  constant REGISTER_DOWN_EVEN_X : natural := 7;
+  constant REGISTER_DOWN_ODD_Y  : natural := 8;
+  constant REGISTER_DOWN_ODD_X  : natural := 9;
+  -- Lines from the first lens of a row to the highest (low half, signed) and to the lowest one (high half, signed).
+  constant REGISTER_REACH : natural := 10;
+  -- Black level.
+  constant REGISTER_BLACK : natural := 11;
+  -- Hexagonal: place of the first micro image in even and in odd rows of lenses, and from one to the next.
+  constant REGISTER_PLACE_EVEN : natural := 12;
+  constant REGISTER_PLACE_ODD  : natural := 13;
+  constant REGISTER_STEP       : natural := 14;
+  constant REGISTER_COUNT           : natural := 15;
+
+  type registers_t is array (0 to REGISTER_COUNT - 1) of std_logic_vector(31 downto 0);
+
+  -- What the load port writes.
+  constant LOAD_KIND_REGISTER : std_logic_vector(1 downto 0) := "00";
+  constant LOAD_KIND_LENS     : std_logic_vector(1 downto 0) := "01";
+  constant LOAD_KIND_PROFILE  : std_logic_vector(1 downto 0) := "10";
+  -- The registers written so far take effect with the next frame.
+  constant LOAD_KIND_COMMIT : std_logic_vector(1 downto 0) := "11";
+
+  -- A line of the raster.
+  type raster_line_t is record
+    -- Where its first pixel lies.
+    y : position_t;
+    x : position_t;
+    -- Addresses of its first lens and of the first pixel in the profile.
+    lens    : lens_t;
+    profile : profile_t;
+    -- The first line of a frame.
+    first : std_logic;
+  end record raster_line_t;
+
+  -- Integer bits of a gain; the largest gain.
+  constant GAIN_INTEGER_BITS : positive := 4;
+  constant LARGEST_GAIN      : positive := 10;
+
+  -- Clocks from a position to the pixels around it, to the sample between them, and through the gain.
+  constant WINDOW_LATENCY : positive := 8;
+  constant SAMPLE_LATENCY : positive := 5;
+  constant GAIN_LATENCY   : positive := 3;
+
+  -- A column (line) inside the sensor for one outside: mirrored at the first and the last.
+  function mirrored (
+    place : place_t;
+    last  : place_t
+  ) return place_t;
+
+end package resample_pkg;
+
+package body resample_pkg is
+
+  function mirrored (
+    place : place_t;
+    last  : place_t
+  ) return place_t is
+  begin
+
+    if place < 0 then
+      return -place;
+    elsif place > last then
+      return shift_left(last, 1) - place;
+    end if;
+
+    return place;
+
+  end function mirrored;
+
+end package body resample_pkg;

@@ -1,0 +1,608 @@
+-- From the raw raster of the sensor to the raster of micro images of M x M pixels, without a frame memory.
+--
+-- Raw lines go into a ring. As soon as the lines that line v of a row of lenses needs are in, a walk along its lenses
+-- reads four pixels around each position in each clock. Positions are sums of registers in fixed point; the weights of
+-- the interpolation are the same for all pixels of a micro image. Rotation makes a row of lenses drift over the
+-- lines: the ring holds rows * tan(angle) + 3 lines, and more where micro images are mirrored at the sensor's borders.
+--
+-- The output frame has a size of its own: M times the lenses. The registers of the grid and the tables are written
+-- through the load port; the grid takes effect with the frame that follows a commit, the tables at once.
+--
+-- Faults of the stream are repaired as in frame_sequencer. Of a frame that is cut short the lines come out whose raw
+-- lines were all there, whole. A grid that needs more lines than the ring has gives no lines, and a flag.
+--
+-- Latency: from the last raw pixel that a line needs to its first pixel 27 clocks, of hexagonal grids 2 M + 8 more, when
+--   nothing stalls. State: LINES x MAX_COLUMNS pixels and the tables.
+-- Throughput: one raw pixel each clock, one pixel of the raster each clock. The source is never refused if the sink takes
+--   a pixel each clock, a line of the raster has fewer pixels than a raw line has clocks, M is at most the lines
+--   from a row of lenses to the next, and the ring holds the lines that plenofir.plan.resampling counts.
+-- Equation: plenofir.camera.resampling.resample.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.resample_pkg.all;
+use work.token_pkg.all;
+
+entity resampler is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive range 1 to 128;
+    -- Whether rows of lenses are interpolated to a rectangular raster.
+    HEXAGONAL : boolean := false;
+    -- Longest raw line in pixels.
+    MAX_COLUMNS : positive range 2 to 8192 := 2048;
+    -- Raw lines that the ring holds, an even number.
+    LINES : positive range 4 to 256 := 8;
+    -- Lenses of the table; whether it moves them from the even grid, whether it has gains.
+    LENSES : positive range 2 to 1048576 := 2;
+    MOVES  : boolean                     := false;
+    GAINS  : boolean                     := false;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3 := 1;
+    -- Width of a channel.
+    PIXEL_BITS : positive range 1 to 16 := 8;
+    -- Fraction bits of positions, weights, samples and gains.
+    FRACTION_BITS : positive range 8 to 17 := 16;
+    WEIGHT_BITS   : positive range 2 to 8  := 8;
+    GUARD_BITS    : positive range 1 to 3  := 3;
+    GAIN_BITS     : positive range 4 to 14 := 12
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Size of the raw frame, read with its first pixel.
+    columns : in    std_logic_vector(15 downto 0);
+    rows    : in    std_logic_vector(15 downto 0);
+    -- Load port: what is written (resample_pkg: register, lens, profile, commit), where, and what.
+    load_write   : in    std_logic;
+    load_kind    : in    std_logic_vector(1 downto 0);
+    load_address : in    std_logic_vector(19 downto 0);
+    load_data    : in    std_logic_vector(39 downto 0);
+    -- Raw frames: AXI4-Stream video, channel 0 in the low bits.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- Raster of micro images.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- 0 to 4 as in frame_sequencer, 5 the grid needs more lines than there are or has no lens. Set until error_clear.
+    error_flags : out   std_logic_vector(5 downto 0);
+    error_clear : in    std_logic
+  );
+end entity resampler;
+
+architecture rtl of resampler is
+
+  constant DATA_BITS    : positive := CHANNELS * PIXEL_BITS;
+  constant COLUMN_BITS  : positive := bits_for(MAX_COLUMNS - 1);
+  constant POSITION     : positive := 16 + WEIGHT_BITS;
+  constant SAMPLE_BITS  : positive := PIXEL_BITS + GUARD_BITS;
+  constant VALUE_BITS   : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
+  constant GAIN_WIDTH   : positive := GAIN_BITS + GAIN_INTEGER_BITS;
+  constant MOVE_LATENCY : positive := 3;
+  -- From a position to a value; of the gain from lens_tables to the multiplier.
+  constant VALUE_LATENCY : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + GAIN_LATENCY;
+  constant GAIN_WAIT     : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + 1 - 4;
+  constant FIFO_BITS     : positive := 6;
+  constant CREDIT        : positive := 2 ** FIFO_BITS;
+  -- Clocks in which what was read for a line has left the ring.
+  constant KEEP_WAIT : positive := 12;
+  constant IN_BITS   : positive := DATA_BITS + 2;
+  constant WORD_BITS : positive := choose(HEXAGONAL, CHANNELS * VALUE_BITS, DATA_BITS) + 2;
+
+  signal input_word   : std_logic_vector(IN_BITS - 1 downto 0);
+  signal stream_word  : std_logic_vector(IN_BITS - 1 downto 0);
+  signal stream_valid : std_logic;
+  signal stream_ready : std_logic;
+  signal may_take     : std_logic;
+  signal frame_start  : std_logic;
+  signal token        : token_t;
+  signal token_data   : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal flags        : std_logic_vector(4 downto 0);
+  signal fault        : std_logic;
+  signal fault_flag   : std_logic := '0';
+
+  signal load_register : std_logic;
+  signal load_lens     : std_logic;
+  signal load_profile  : std_logic;
+  signal load_commit   : std_logic;
+
+  signal room         : std_logic;
+  signal write_enable : std_logic;
+  signal write_line   : place_t;
+  signal write_slot   : natural range 0 to LINES / 2 - 1;
+  signal write_column : unsigned(COLUMN_BITS - 1 downto 0);
+  signal write_data   : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal frame_waits  : std_logic;
+  signal frame_base   : place_t;
+  signal frame_taken  : std_logic;
+  signal lines_in     : place_t;
+  signal keep         : place_t;
+  signal keep_none    : std_logic;
+  signal keep_word    : std_logic_vector(16 downto 0);
+  signal keep_late    : std_logic_vector(16 downto 0);
+  signal keep_line    : place_t;
+
+  signal registers   : registers_t;
+  signal base        : place_t;
+  signal last_line   : place_t;
+  signal last_column : place_t;
+  signal raster_line : raster_line_t;
+  signal line_valid  : std_logic;
+  signal line_taken  : std_logic;
+  signal at_rest     : std_logic;
+  signal drained     : std_logic;
+
+  signal credits     : unsigned(FIFO_BITS downto 0) := to_unsigned(CREDIT, FIFO_BITS + 1);
+  signal have_credit : std_logic;
+  signal pixel_valid : std_logic;
+  signal pixel_first : std_logic;
+  signal pixel_last  : std_logic;
+  signal even_y      : signed(POSITION - 1 downto 0);
+  signal even_x      : signed(POSITION - 1 downto 0);
+  signal even_word   : std_logic_vector(2 * POSITION - 1 downto 0);
+  signal even_late   : std_logic_vector(2 * POSITION - 1 downto 0);
+  signal move_y      : signed(WEIGHT_BITS + 1 downto 0);
+  signal move_x      : signed(WEIGHT_BITS + 1 downto 0);
+  signal position_y  : signed(POSITION - 1 downto 0) := (others => '0');
+  signal position_x  : signed(POSITION - 1 downto 0) := (others => '0');
+  signal lens        : lens_t;
+  signal profile     : profile_t;
+  signal pixel_00    : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal pixel_01    : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal pixel_10    : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal pixel_11    : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal weight_y    : unsigned(WEIGHT_BITS - 1 downto 0);
+  signal weight_x    : unsigned(WEIGHT_BITS - 1 downto 0);
+  signal gain        : unsigned(GAIN_WIDTH - 1 downto 0);
+  signal gain_now    : std_logic_vector(GAIN_WIDTH - 1 downto 0);
+  signal gain_late   : std_logic_vector(GAIN_WIDTH - 1 downto 0);
+  signal black       : unsigned(SAMPLE_BITS - 1 downto 0);
+  signal values      : std_logic_vector(CHANNELS * VALUE_BITS - 1 downto 0);
+
+  signal tag        : std_logic_vector(2 downto 0);
+  signal value_tag  : std_logic_vector(2 downto 0);
+  signal word_valid : std_logic;
+  signal word       : std_logic_vector(WORD_BITS - 1 downto 0);
+  signal out_word   : std_logic_vector(WORD_BITS - 1 downto 0);
+  signal out_valid  : std_logic;
+  signal out_ready  : std_logic;
+
+begin
+
+  input_word <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
+
+  input_fifo : entity work.axis_fifo
+    generic map (
+      WIDTH        => IN_BITS,
+      ADDRESS_BITS => 4
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      s_axis_tvalid => s_axis_tvalid,
+      s_axis_tready => s_axis_tready,
+      s_axis_tdata  => input_word,
+      m_axis_tvalid => stream_valid,
+      m_axis_tready => stream_ready,
+      m_axis_tdata  => stream_word,
+      level         => open
+    );
+
+  -- A further frame waits until the reader has the one before.
+  may_take <= room and not (stream_valid and stream_word(DATA_BITS + 1) and
+                            (frame_waits or (token.strobe and token.line_first and token.frame_first)));
+
+  sequencer : entity work.frame_sequencer
+    generic map (
+      MAX_COLUMNS   => MAX_COLUMNS,
+      PARALLEL_ROWS => 1,
+      DATA_BITS     => DATA_BITS,
+      ROW_FLUSH     => 0,
+      COLUMN_FLUSH  => 0,
+      MIN_STEPS     => 1,
+      MIN_BANDS     => 1,
+      BAND_MODULUS  => 1
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      columns       => columns,
+      rows          => rows,
+      slice         => x"00",
+      frame_start   => frame_start,
+      s_axis_tvalid => stream_valid,
+      s_axis_tready => stream_ready,
+      s_axis_tdata  => stream_word(DATA_BITS - 1 downto 0),
+      s_axis_tuser  => stream_word(DATA_BITS + 1),
+      s_axis_tlast  => stream_word(DATA_BITS),
+      credit        => may_take,
+      drained       => '1',
+      token         => token,
+      token_row     => open,
+      token_data    => token_data,
+      error_flags   => flags,
+      error_clear   => error_clear
+    );
+
+  writer : entity work.raw_writer
+    generic map (
+      MAX_COLUMNS => MAX_COLUMNS,
+      LINES       => LINES,
+      DATA_BITS   => DATA_BITS
+    )
+    port map (
+      clk          => clk,
+      reset        => reset,
+      token        => token,
+      token_data   => token_data,
+      room         => room,
+      write_enable => write_enable,
+      write_line   => write_line,
+      write_slot   => write_slot,
+      write_column => write_column,
+      write_data   => write_data,
+      frame_waits  => frame_waits,
+      frame_base   => frame_base,
+      frame_taken  => frame_taken,
+      lines_in     => lines_in,
+      keep         => keep_line,
+      keep_none    => keep_late(0)
+    );
+
+  keep_word <= std_logic_vector(keep) & keep_none;
+  keep_line <= signed(keep_late(16 downto 1));
+
+  keep_delay : entity work.tag_delay
+    generic map (
+      WIDTH  => 17,
+      LENGTH => KEEP_WAIT
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => keep_word,
+      delayed => keep_late
+    );
+
+  load_register <= load_write when load_kind = LOAD_KIND_REGISTER else
+                   '0';
+  load_lens     <= load_write when load_kind = LOAD_KIND_LENS else
+                   '0';
+  load_profile  <= load_write when load_kind = LOAD_KIND_PROFILE else
+                   '0';
+  load_commit   <= load_write when load_kind = LOAD_KIND_COMMIT else
+                   '0';
+
+  lines_of_lenses : entity work.lens_rows
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      LINES            => LINES,
+      FRACTION_BITS    => FRACTION_BITS
+    )
+    port map (
+      clk          => clk,
+      reset        => reset,
+      load_write   => load_register,
+      load_address => unsigned(load_address(3 downto 0)),
+      load_data    => load_data(31 downto 0),
+      load_commit  => load_commit,
+      frame_start  => frame_start,
+      columns      => columns,
+      rows         => rows,
+      frame_waits  => frame_waits,
+      frame_base   => frame_base,
+      frame_taken  => frame_taken,
+      lines_in     => lines_in,
+      keep         => keep,
+      keep_none    => keep_none,
+      raster_line  => raster_line,
+      line_valid   => line_valid,
+      line_taken   => line_taken,
+      at_rest      => at_rest,
+      drained      => drained,
+      registers    => registers,
+      base         => base,
+      last_line    => last_line,
+      last_column  => last_column,
+      fault        => fault
+    );
+
+  walk : entity work.lens_walk
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      FRACTION_BITS    => FRACTION_BITS,
+      WEIGHT_BITS      => WEIGHT_BITS
+    )
+    port map (
+      clk         => clk,
+      reset       => reset,
+      lenses      => unsigned(registers(REGISTER_LENSES)(31 downto 16)),
+      right_y     => signed(registers(REGISTER_RIGHT_Y)),
+      right_x     => signed(registers(REGISTER_RIGHT_X)),
+      raster_line => raster_line,
+      line_valid  => line_valid,
+      line_taken  => line_taken,
+      at_rest     => at_rest,
+      credit      => have_credit,
+      valid       => pixel_valid,
+      first       => pixel_first,
+      last        => pixel_last,
+      position_y  => even_y,
+      position_x  => even_x,
+      lens        => lens,
+      profile     => profile
+    );
+
+  -- A pixel that was sent a clock ago is not counted yet.
+  have_credit <= '1' when credits > 1 else
+                 '0';
+  drained     <= '1' when credits = CREDIT and pixel_valid = '0' else
+                 '0';
+
+  follow : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if pixel_valid = '1' and not (out_valid = '1' and out_ready = '1') then
+        credits <= credits - 1;
+      elsif pixel_valid = '0' and out_valid = '1' and out_ready = '1' then
+        credits <= credits + 1;
+      end if;
+
+      position_y <= signed(even_late(2 * POSITION - 1 downto POSITION)) + move_y;
+      position_x <= signed(even_late(POSITION - 1 downto 0)) + move_x;
+
+      if error_clear = '1' then
+        fault_flag <= '0';
+      end if;
+      if fault = '1' then
+        fault_flag <= '1';
+      end if;
+
+      if reset = '1' then
+        credits    <= to_unsigned(CREDIT, FIFO_BITS + 1);
+        fault_flag <= '0';
+      end if;
+    end if;
+
+  end process follow;
+
+  error_flags <= fault_flag & flags;
+
+  tables : entity work.lens_tables
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      LENSES           => LENSES,
+      MOVES            => MOVES,
+      GAINS            => GAINS,
+      WEIGHT_BITS      => WEIGHT_BITS,
+      GAIN_BITS        => GAIN_BITS
+    )
+    port map (
+      clk          => clk,
+      load_lens    => load_lens,
+      load_profile => load_profile,
+      load_address => unsigned(load_address),
+      load_data    => load_data,
+      lens         => lens,
+      profile      => profile,
+      move_y       => move_y,
+      move_x       => move_x,
+      gain         => gain
+    );
+
+  even_word <= std_logic_vector(even_y) & std_logic_vector(even_x);
+
+  even_delay : entity work.tag_delay
+    generic map (
+      WIDTH  => 2 * POSITION,
+      LENGTH => MOVE_LATENCY - 1
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => even_word,
+      delayed => even_late
+    );
+
+  window : entity work.raw_window
+    generic map (
+      MAX_COLUMNS => MAX_COLUMNS,
+      LINES       => LINES,
+      DATA_BITS   => DATA_BITS,
+      WEIGHT_BITS => WEIGHT_BITS
+    )
+    port map (
+      clk          => clk,
+      write_enable => write_enable,
+      write_line   => write_line,
+      write_slot   => write_slot,
+      write_column => write_column,
+      write_data   => write_data,
+      base         => base,
+      last_line    => last_line,
+      last_column  => last_column,
+      position_y   => position_y,
+      position_x   => position_x,
+      pixel_00     => pixel_00,
+      pixel_01     => pixel_01,
+      pixel_10     => pixel_10,
+      pixel_11     => pixel_11,
+      weight_y     => weight_y,
+      weight_x     => weight_x
+    );
+
+  gain_now <= std_logic_vector(gain);
+  black    <= unsigned(registers(REGISTER_BLACK)(SAMPLE_BITS - 1 downto 0));
+
+  gain_delay : entity work.tag_delay
+    generic map (
+      WIDTH  => GAIN_WIDTH,
+      LENGTH => GAIN_WAIT
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => gain_now,
+      delayed => gain_late
+    );
+
+  channel : for c in 0 to CHANNELS - 1 generate
+
+    signal sample : unsigned(SAMPLE_BITS - 1 downto 0);
+    signal value  : unsigned(VALUE_BITS - 1 downto 0);
+
+  begin
+
+    interpolate : entity work.pixel_sample
+      generic map (
+        PIXEL_BITS  => PIXEL_BITS,
+        WEIGHT_BITS => WEIGHT_BITS,
+        GUARD_BITS  => GUARD_BITS
+      )
+      port map (
+        clk      => clk,
+        pixel_00 => unsigned(pixel_00((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
+        pixel_01 => unsigned(pixel_01((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
+        pixel_10 => unsigned(pixel_10((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
+        pixel_11 => unsigned(pixel_11((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
+        weight_y => weight_y,
+        weight_x => weight_x,
+        sample   => sample
+      );
+
+    level : entity work.sample_gain
+      generic map (
+        SAMPLE_BITS => SAMPLE_BITS,
+        GAIN_BITS   => GAIN_BITS
+      )
+      port map (
+        clk    => clk,
+        sample => sample,
+        black  => black,
+        gain   => unsigned(gain_late),
+        value  => value
+      );
+
+    values((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS) <= std_logic_vector(value);
+
+  end generate channel;
+
+  tag <= pixel_last & pixel_first & pixel_valid;
+
+  tags : entity work.tag_delay
+    generic map (
+      WIDTH  => 3,
+      LENGTH => VALUE_LATENCY
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => tag,
+      delayed => value_tag
+    );
+
+  values_out : entity work.axis_fifo
+    generic map (
+      WIDTH        => WORD_BITS,
+      ADDRESS_BITS => FIFO_BITS
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      s_axis_tvalid => word_valid,
+      s_axis_tready => open,
+      s_axis_tdata  => word,
+      m_axis_tvalid => out_valid,
+      m_axis_tready => out_ready,
+      m_axis_tdata  => out_word,
+      level         => open
+    );
+
+  rectangular : if not HEXAGONAL generate
+
+    round_values : process (clk) is
+
+      variable rounded : unsigned(VALUE_BITS downto 0);
+
+    begin
+
+      if rising_edge(clk) then
+        word_valid                              <= value_tag(0);
+        word(WORD_BITS - 1 downto WORD_BITS - 2) <= value_tag(2 downto 1);
+
+        for c in 0 to CHANNELS - 1 loop
+
+          rounded := unsigned('0' & values((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS));
+          rounded := shift_right(rounded + 2 ** (GUARD_BITS - 1), GUARD_BITS);
+          if rounded >= 2 ** PIXEL_BITS then
+            word((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= (others => '1');
+          else
+            word((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= std_logic_vector(rounded(PIXEL_BITS - 1 downto 0));
+          end if;
+
+        end loop;
+
+        if reset = '1' then
+          word_valid <= '0';
+        end if;
+      end if;
+
+    end process round_values;
+
+    m_axis_tvalid   <= out_valid;
+    out_ready       <= m_axis_tready;
+    m_axis_tdata    <= out_word(DATA_BITS - 1 downto 0);
+    m_axis_tuser(0) <= out_word(DATA_BITS);
+    m_axis_tlast    <= out_word(DATA_BITS + 1);
+
+  end generate rectangular;
+
+  hexagonal_grid : if HEXAGONAL generate
+
+    word_valid <= value_tag(0);
+    word       <= value_tag(2 downto 1) & values;
+
+    straighten : entity work.hexagonal_rows
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        CHANNELS         => CHANNELS,
+        PIXEL_BITS       => PIXEL_BITS,
+        VALUE_BITS       => VALUE_BITS,
+        GUARD_BITS       => GUARD_BITS,
+        FRACTION_BITS    => FRACTION_BITS,
+        WEIGHT_BITS      => WEIGHT_BITS
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        registers     => registers,
+        in_valid      => out_valid,
+        in_ready      => out_ready,
+        in_first      => out_word(WORD_BITS - 2),
+        in_last       => out_word(WORD_BITS - 1),
+        in_data       => out_word(WORD_BITS - 3 downto 0),
+        m_axis_tvalid => m_axis_tvalid,
+        m_axis_tready => m_axis_tready,
+        m_axis_tdata  => m_axis_tdata,
+        m_axis_tuser  => m_axis_tuser,
+        m_axis_tlast  => m_axis_tlast
+      );
+
+  end generate hexagonal_grid;
+
+end architecture rtl;

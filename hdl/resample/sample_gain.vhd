@@ -1,0 +1,59 @@
+-- Black level and gain of a sample.
+--
+-- Latency: GAIN_LATENCY clocks. Throughput: one sample each clock.
+-- Equation: value = floor(larger(sample - black, 0) gain / 2**GAIN_BITS + 1/2).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.resample_pkg.all;
+
+entity sample_gain is
+  generic (
+    -- Width of a sample.
+    SAMPLE_BITS : positive;
+    -- Fraction bits of the gain.
+    GAIN_BITS : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- The sample, and what is subtracted.
+    sample : in    unsigned(SAMPLE_BITS - 1 downto 0);
+    black  : in    unsigned(SAMPLE_BITS - 1 downto 0);
+    -- The gain, a clock after the sample.
+    gain : in    unsigned(GAIN_BITS + GAIN_INTEGER_BITS - 1 downto 0);
+    -- The value.
+    value : out   unsigned(SAMPLE_BITS + GAIN_INTEGER_BITS - 1 downto 0)
+  );
+end entity sample_gain;
+
+architecture rtl of sample_gain is
+
+  constant VALUE_BITS : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
+
+  signal above   : unsigned(SAMPLE_BITS - 1 downto 0)            := (others => '0');
+  signal product : unsigned(VALUE_BITS + GAIN_BITS - 1 downto 0) := (others => '0');
+
+begin
+
+  multiply : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if sample > black then
+        above <= sample - black;
+      else
+        above <= (others => '0');
+      end if;
+
+      product <= above * gain;
+
+      -- No gain is above LARGEST_GAIN, so the half fits.
+      value <= resize(shift_right(product + 2 ** (GAIN_BITS - 1), GAIN_BITS), VALUE_BITS);
+    end if;
+
+  end process multiply;
+
+end architecture rtl;

@@ -1,0 +1,317 @@
+"""cocotb tests of ``resampler``: every pixel of every frame against the bit-true model."""
+
+import logging
+import random
+from pathlib import Path
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import ClockCycles, RisingEdge
+
+from plenofir.camera.calibration import calibration_of_grid
+from plenofir.camera.resampling import GridRegisters, Precision, Tables, grid_registers, resample
+from plenofir.camera.resampling.lines import line_needs, ring_needs
+from plenofir.camera.synthetic import regular_grid
+from plenofir.errors import InputError
+from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
+from plenofir.plan.resampling import check_fits, loads
+from plenofir_tb.axi_video import (
+    AxiVideoSink,
+    AxiVideoSource,
+    Beat,
+    Frame,
+    frame_beats,
+    stall_pattern,
+)
+from plenofir_tb.case import read_case
+from plenofir_tb.frames import make_frame, repaired_frames
+from plenofir_tb.scoreboard import FrameScoreboard
+
+ERROR_NAMES = ("line early", "line late", "frame early", "frame late", "size", "grid")
+
+
+class Bench:
+    """Source, resampler, sink and scoreboard.
+
+    Parameters
+    ----------
+    dut
+        The resampler.
+    """
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        case = read_case()
+        self.core = ResamplerConfiguration.model_validate(case["core"])
+        self.rng = random.Random(cocotb.RANDOM_SEED)
+        Clock(dut.clk, 10, "ns").start()
+        logging.getLogger(f"cocotb.{dut._name}.m_axis").setLevel(logging.WARNING)
+        self.source = AxiVideoSource(dut, "s_axis", dut.clk)
+        self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=dut.reset)
+        self.scoreboard = FrameScoreboard(
+            dut, self.sink, self.core.pixel_bits, Path(case["pictures"])
+        )
+
+    def camera(self, *, lines: int = 0) -> tuple[GridRegisters, Tables]:
+        """Draw a calibration that the resampler takes; with `lines` one that needs more lines."""
+        core, rng = self.core, self.rng
+        while True:
+            m = core.micro_image_size
+            pitch = m + rng.choice([0, rng.random(), 2 * rng.random()])
+            if core.hexagonal:
+                pitch = max(pitch, (m + rng.random()) / 0.866)
+            columns = rng.randint(max(int(3.2 * pitch), 12), core.max_columns)
+            rows = rng.randint(max(int(2.2 * pitch), 12), int(4.5 * pitch) + 12)
+            grid = regular_grid(
+                (rows, columns),
+                pitch,
+                rotation_degrees=rng.choice([-25, 25]) if lines else rng.uniform(-4, 4),
+                layout="hexagonal-rows" if core.hexagonal else "rectangular",
+                offset=(rng.uniform(-1, 1), rng.uniform(-1, 1)),
+            )
+            precision = Precision(
+                fraction_bits=core.fraction_bits,
+                weight_bits=core.weight_bits,
+                guard_bits=core.guard_bits,
+                gain_bits=core.gain_bits,
+            )
+            try:
+                registers, _ = grid_registers(
+                    calibration_of_grid(grid, (rows, columns)), m, precision
+                )
+                tables = self._tables(registers)
+                if lines and ring_needs(registers, tables).least > lines:
+                    return registers, tables
+                check_fits(core, registers, tables)
+            except InputError:
+                continue
+            if not lines:
+                return registers, tables
+
+    def _tables(self, registers: GridRegisters) -> Tables:
+        core = self.core
+        draw = np.random.default_rng(self.rng.randrange(1 << 32))
+        black = int(draw.integers(0, 1 << (core.pixel_bits + core.guard_bits - 3)))
+        moves = lenses = profile = None
+        m, shape = core.micro_image_size, registers.lenses
+        if core.moves:
+            most = 1 << core.weight_bits
+            moves = draw.integers(-most, most, (*shape, 2))
+        if core.gains:
+            top = 1 << (core.gain_bits + 4)
+            lenses = draw.integers(0, top, shape)
+            lenses[draw.random(shape) < 0.7] >>= 3
+            profile = draw.integers(0, top, (m, m)) >> 2
+        return Tables(black, moves, lenses, profile)
+
+    async def reset(self) -> None:
+        """Reset the resampler."""
+        dut = self.dut
+        for port in (dut.load_write, dut.load_kind, dut.load_address, dut.load_data):
+            port.value = 0
+        dut.columns.value = dut.rows.value = 0
+        dut.error_clear.value = 0
+        dut.reset.value = 1
+        await ClockCycles(dut.clk, 16)
+        dut.reset.value = 0
+        await ClockCycles(dut.clk, 16)
+
+    async def load(self, words: list[Load]) -> None:
+        """Write words through the load port."""
+        dut = self.dut
+        dut.load_write.value = 1
+        for kind, address, word in words:
+            dut.load_kind.value = kind
+            dut.load_address.value = address
+            dut.load_data.value = word
+            await RisingEdge(dut.clk)
+        dut.load_write.value = 0
+
+    async def use(self, registers: GridRegisters, tables: Tables) -> None:
+        """Load a calibration and set the size of the next frames."""
+        self.registers, self.tables = registers, tables
+        await self.load(loads(self.core, registers, tables))
+        rows, columns = registers.image_shape
+        self.dut.rows.value = rows
+        self.dut.columns.value = columns
+        lines = registers.lenses[0] * registers.micro_image_size
+        self.patience = 4000 + 20 * columns * (lines + self.core.lines)
+
+    def stall(self, source: str, sink: str) -> None:
+        """Choose the stall patterns of both sides."""
+        self.source.stalls = stall_pattern(source, random.Random(self.rng.random()))
+        self.sink.stalls = stall_pattern(sink, random.Random(self.rng.random()))
+
+    def frame(self, kind: str) -> Frame:
+        """Make a raw frame."""
+        rows, columns = self.registers.image_shape
+        core = self.core
+        return make_frame(kind, rows, columns, core.channels, core.pixel_bits, self.rng)
+
+    def golden(self, frame: Frame) -> Frame:
+        """What the resampler makes of a frame."""
+        full = (1 << self.core.pixel_bits) - 1
+        return resample(frame, self.registers, self.tables, full_scale=full)
+
+    def send_frame(self, frame: Frame) -> None:
+        """Queue a frame and expect its raster."""
+        self.scoreboard.expect(self.golden(frame))
+        self.source.append(frame_beats(frame, self.core.pixel_bits))
+
+    async def drain(self) -> None:
+        """Wait until all expected frames are out, and a while longer for what must not come."""
+        quiet = 0
+        while self.scoreboard.waiting and quiet < self.patience:
+            before = len(self.scoreboard.received), self.scoreboard.frames_done
+            await ClockCycles(self.dut.clk, 20)
+            same = before == (len(self.scoreboard.received), self.scoreboard.frames_done)
+            quiet = quiet + 20 if same else 0
+        await ClockCycles(self.dut.clk, 100)
+        self.scoreboard.result  # noqa: B018  (raises)
+
+    def errors(self) -> set[str]:
+        """Names of the error flags that are set."""
+        flags = int(self.dut.error_flags.value)
+        return {name for i, name in enumerate(ERROR_NAMES) if flags >> i & 1}
+
+
+@cocotb.test()
+async def frames_without_stalls(dut: Any) -> None:
+    """Frames back to back; the source is not refused where the count of lines says so."""
+    bench = Bench(dut)
+    await bench.reset()
+    bench.stall("none", "none")
+    for _ in range(2):
+        await bench.use(*bench.camera())
+        needs = ring_needs(bench.registers, bench.tables)
+        refused = bench.source.refused_clocks
+        for kind in ("white", "random", "gradient"):
+            bench.send_frame(bench.frame(kind))
+        await bench.drain()
+        assert not bench.errors()
+        if needs.full_rate is not None and bench.core.lines >= needs.full_rate:
+            assert bench.source.refused_clocks == refused
+
+
+@cocotb.test()
+async def frames_with_stalls(dut: Any) -> None:
+    """Frames with stalls on both sides, cameras of several sizes."""
+    bench = Bench(dut)
+    await bench.reset()
+    for stalls in (("some", "some"), ("none", "bursts"), ("many", "none")):
+        await bench.use(*bench.camera())
+        bench.stall(*stalls)
+        for kind in ("random", "impulse"):
+            bench.send_frame(bench.frame(kind))
+        await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test(skip=read_case()["core"]["moves"] or read_case()["core"]["gains"])
+async def registers_change_while_video_runs(dut: Any) -> None:
+    """Registers written in the middle of a frame: the next one is the first that has them."""
+    bench = Bench(dut)
+    await bench.reset()
+    await bench.use(*bench.camera())
+    bench.stall("none", "some")
+    shape = bench.registers.image_shape
+    for _ in range(3):
+        first = frame_beats(bench.frame("random"), bench.core.pixel_bits)
+        frame = bench.frame("random")
+        bench.scoreboard.expect(bench.golden(frame))
+        first = frame_beats(frame, bench.core.pixel_bits)
+        half = bench.rng.randrange(1, len(first))
+        await bench.source.send(first[:half])
+        while (other := bench.camera())[0].image_shape != shape:
+            rows, columns = shape
+            registers, tables = other
+            moved = registers.model_copy(update={"image_shape": shape})
+            low, high = np.array((0, 0)), np.array(shape)
+            places = registers.positions() / (1 << registers.precision.fraction_bits)
+            if (places >= low - 2).all() and (places < high - 2 - places[0, 0] * 0).all():
+                other = moved, tables
+                try:
+                    check_fits(bench.core, *other)
+                    resample(np.zeros(shape, np.uint8), *other)
+                except InputError:
+                    continue
+                break
+        await bench.use(*other)
+        await bench.source.send(first[half:])
+    bench.send_frame(bench.frame("random"))
+    await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test()
+async def broken_frames(dut: Any) -> None:
+    """Lines and frames that end anywhere: what can be resampled of them, and whole frames after."""
+    bench = Bench(dut)
+    await bench.reset()
+    await bench.use(*bench.camera())
+    core, rng = bench.core, bench.rng
+    rows, columns = bench.registers.image_shape
+    needed, _ = line_needs(bench.registers, bench.tables)
+    beats: list[Beat] = []
+    for share in (0.002, 0.02, 0.2, 0.001):
+        whole = frame_beats(bench.frame("random"), core.pixel_bits)
+        part = [
+            Beat(
+                b.data,
+                b.start_of_frame != (rng.random() < share / 8),
+                b.end_of_line != (rng.random() < share),
+            )
+            for b in whole
+        ]
+        beats += part[: rng.choice([len(part), len(part), rng.randint(1, len(part))])]
+    beats += frame_beats(bench.frame("random"), core.pixel_bits)
+    frames, faults = repaired_frames(beats, columns, rows)
+    for lines in frames:
+        # Every line is whole; those of a frame that was cut short are followed by black.
+        packed = np.zeros((rows, columns), object)
+        packed[: len(lines)] = np.array(lines, object).reshape(-1, columns)
+        mask = (1 << core.pixel_bits) - 1
+        planes = [(packed >> (c * core.pixel_bits) & mask) for c in range(core.channels)]
+        frame = np.stack(planes, axis=-1).astype(np.uint8 if core.pixel_bits <= 8 else np.uint16)
+        done = np.logical_and.accumulate(needed < len(lines)).sum()
+        if done:
+            got = bench.golden(frame[:, :, 0] if core.channels == 1 else frame)
+            bench.scoreboard.expect(got[:done])
+    bench.stall(*rng.choice([("none", "none"), ("some", "some"), ("none", "many")]))
+    await bench.source.send(beats)
+    await bench.drain()
+    assert bench.errors() == faults
+    dut.error_clear.value = 1
+    await ClockCycles(dut.clk, 2)
+    dut.error_clear.value = 0
+    bench.send_frame(bench.frame("random"))
+    await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test(skip=read_case()["core"]["lines"] > 16)
+async def grid_that_needs_too_many_lines(dut: Any) -> None:
+    """It gives a flag, no hang; the next calibration is resampled."""
+    bench = Bench(dut)
+    await bench.reset()
+    registers, tables = bench.camera(lines=bench.core.lines)
+    roomy = bench.core.model_copy(update={"lines": 256, "lenses": 1 << 16})
+    bench.registers = registers
+    dut.rows.value, dut.columns.value = registers.image_shape
+    await bench.load(loads(roomy, registers, tables)[-16:])
+    bench.stall("none", "none")
+    bench.scoreboard.listening = False
+    await bench.source.send(frame_beats(bench.frame("random"), bench.core.pixel_bits))
+    await ClockCycles(dut.clk, 200)
+    assert bench.errors() == {"grid"}
+    bench.scoreboard.listening = True
+    dut.error_clear.value = 1
+    await ClockCycles(dut.clk, 2)
+    dut.error_clear.value = 0
+    await bench.use(*bench.camera())
+    for _ in range(2):
+        bench.send_frame(bench.frame("random"))
+    await bench.drain()
+    assert not bench.errors()

@@ -1,0 +1,89 @@
+"""The resampler in VHDL, against the bit-true model."""
+
+import random
+
+import pytest
+
+from plenofir.fpga import hdl
+from plenofir.fpga.core.resampler import ResamplerConfiguration
+from plenofir_tb.faults import FOUND, plant
+from plenofir_tb.runner import Case, draw_seed, run_cases
+
+
+def run_resamplers(*cases: dict) -> None:
+    """Run the resampler's bench on configurations, side by side."""
+    cores = [ResamplerConfiguration.model_validate(options) for options in cases]
+    run_cases(
+        [
+            Case(
+                "resampler", "resample.resample_bench", core.generics(), {"core": core.model_dump()}
+            )
+            for core in cores
+        ]
+    )
+
+
+def test_grids() -> None:
+    run_resamplers(
+        {
+            "micro_image_size": 3,
+            "max_columns": 24,
+            "lines": 8,
+            "channels": 3,
+            "moves": True,
+            "gains": True,
+            "lenses": 160,
+        },
+        {"micro_image_size": 4, "max_columns": 27, "lines": 10, "hexagonal": True},
+    )
+
+
+def run_random(number: int) -> None:
+    rng = random.Random(draw_seed() + number)
+    m = rng.choice([1, 2, 3, 4, 5, 7])
+    tables = rng.random() < 0.5
+    options = {
+        "micro_image_size": m,
+        "hexagonal": rng.random() < 0.4,
+        "max_columns": rng.randint(4 * m + 12, 7 * m + 20),
+        "lines": 2 * rng.randint(m // 2 + 3, m // 2 + 6),
+        "lenses": 1500 if tables else 2,
+        "moves": tables and rng.random() < 0.7,
+        "gains": tables,
+        "channels": rng.choice([1, 1, 3]),
+        "pixel_bits": rng.choice([8, 8, 10, 16]),
+        "fraction_bits": rng.randint(12, 17),
+        "weight_bits": rng.randint(2, 8),
+        "guard_bits": rng.randint(1, 3),
+        "gain_bits": rng.randint(4, 14),
+    }
+    print(options)
+    run_resamplers(options)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(12))
+def test_random_grids(number: int) -> None:
+    run_random(number)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("raw_writer.vhd", "if keep_none = '1' or now - keep < LINES then",
+         "if keep_none = '1' or now - keep < LINES + 1 then"),
+        ("raw_writer.vhd", "final      <= done;", "final      <= (others => '0');"),
+        ("lens_rows.vhd", "if lines_in > needed then", "if lines_in >= needed then"),
+        ("lens_rows.vhd", "elsif frame_waits = '1' then", "elsif false then"),
+        ("lens_rows.vhd", "smaller(steps, gap)", "steps"),
+        ("raw_window.vhd", "mirrored(line_now + 1, last_line)", "mirrored(line_now, last_line)"),
+        ("lens_tables.vhd", "if rounded > MOST then", "if false then"),
+        ("hexagonal_rows.vhd", "written - left_lens < 4", "written - left_lens < 5"),
+    ],
+)  # fmt: skip
+def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
+    sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
+    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
+    with pytest.raises(pytest.fail.Exception, match=FOUND):
+        test_grids()
