@@ -50,7 +50,15 @@ from plenofir.studies.errata import page_lines
 DOCS = project.root() / "docs"
 HDL = project.root() / "hdl"
 # In the order of reading: each is drawn with what is new in it.
-TOPS = ("raster_refocuser", "focal_stack", "depth_index", "self_test", "atlys_top")
+TOPS = (
+    "raster_refocuser",
+    "focal_stack",
+    "depth_index",
+    "resampler",
+    "colour_mosaic",
+    "self_test",
+    "atlys_top",
+)
 MEASURED = DOCS / "measured"
 ENTITIES = project.root() / "build" / "docs" / "entities"
 MEMORY_COLUMNS = 1024

@@ -1,11 +1,11 @@
 -- Makes the rows of a hexagonal grid rectangular: each micro image of the raster lies between two lenses of its row.
 --
--- The lenses of even and of odd number lie in memories of their own, two in each, so the same pixel of two neighbours is
--- read in one clock while the lenses behind them come in.
+-- The lenses of even and of odd number lie in memories of their own, two in each, so the same pixel of two neighbours
+-- is read in one clock while the lenses behind them come in.
 --
 -- Latency: 2 M + 7 clocks from the first pixel of a line. Throughput: one pixel out each clock.
--- Equation: p = place + n STEP; pixel(n) = floor(((1 - w) value(floor(p)) + w value(floor(p) + 1)) / 2**GUARD_BITS + 1/2),
---   w the first WEIGHT_BITS bits of the fraction of p; saturated.
+-- Equation: p = place + n STEP; pixel(n) = floor(((1 - w) value(floor(p)) + w value(floor(p) + 1)) / 2**GUARD_BITS +
+--   1/2), w the first WEIGHT_BITS bits of the fraction of p; saturated.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -73,7 +73,7 @@ architecture rtl of hexagonal_rows is
   signal even_take : std_logic;
   signal odd_take  : std_logic;
   -- Whether a lens is the first one of a frame.
-  signal firsts    : std_logic_vector(7 downto 0) := (others => '0');
+  signal firsts    : std_logic_vector(7 downto 0)  := (others => '0');
   signal in_bank   : unsigned(PIXEL_ADDR downto 0);
   signal even_bank : unsigned(PIXEL_ADDR downto 0) := (others => '0');
   signal odd_bank  : unsigned(PIXEL_ADDR downto 0) := (others => '0');

@@ -1,14 +1,16 @@
--- Goes through the lines of the raster, line v of all lenses of a row of lenses after the other, and offers each as soon
--- as the raw lines that it needs are in.
+-- Goes through the lines of the raster, line v of all lenses of a row of lenses after the other, and offers each as
+-- soon as the raw lines that it needs are in.
 --
 -- It holds the registers of the grid. They are written into a memory of two halves; a commit makes the next frame use
 -- what was written. At the beginning of a frame its half is copied, in REGISTER_COUNT clocks.
 --
--- Line v of lens row t needs the raw lines from floor(y) + v + reach_up to floor(y) + v + reach_down + 1, mirrored at the
--- borders, y the position of its first lens. From the first that this line or a later one needs on, raw lines are kept.
--- A grid that needs more lines than there are is given up, with a fault; so is the rest of a frame that was cut short.
+-- Line v of lens row t needs the raw lines from floor(y) + v + reach_up to floor(y) + v + reach_down + 1, mirrored at
+-- the borders, y the position of its first lens. From the first that this line or a later one needs on, raw lines are
+-- kept. A grid that needs more lines than there are is given up, with a fault; so is the rest of a frame that was cut
+-- short.
 --
--- Latency: REGISTER_COUNT + 9 clocks from a frame that waits to the offer of its first line; 5 clocks from line to line.
+-- Latency: REGISTER_COUNT + 9 clocks from a frame that waits to the offer of its first line; 5 clocks from line to
+--   line.
 -- Throughput: a line of the raster in 6 clocks or more.
 -- Equation: y(t + 1) = y(t) + down(t mod 2), and x the same.
 
@@ -25,7 +27,7 @@ entity lens_rows is
     -- M.
     MICRO_IMAGE_SIZE : positive;
     -- Lines that the ring holds.
-    LINES : positive;
+    LINES : positive range 4 to 256;
     -- Fraction bits of positions.
     FRACTION_BITS : positive
   );
@@ -97,14 +99,14 @@ architecture rtl of lens_rows is
   signal line_index   : natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1) := 0;
   signal line_profile : profile_t                                          := (others => '0');
   -- Lines from a row of lenses to the next one, at least.
-  signal gap       : place_t := (others => '0');
-  signal top       : place_t := (others => '0');
-  signal bottom    : place_t := (others => '0');
-  signal oldest    : place_t := (others => '0');
-  signal last_kept : place_t := (others => '0');
-  signal needed    : place_t := (others => '0');
-  signal kept      : place_t := (others => '0');
-  signal keep_now  : place_t := (others => '0');
+  signal gap       : place_t   := (others => '0');
+  signal top       : place_t   := (others => '0');
+  signal bottom    : place_t   := (others => '0');
+  signal oldest    : place_t   := (others => '0');
+  signal last_kept : place_t   := (others => '0');
+  signal needed    : place_t   := (others => '0');
+  signal kept      : place_t   := (others => '0');
+  signal keep_now  : place_t   := (others => '0');
   signal offered   : std_logic := '0';
 
   function whole (

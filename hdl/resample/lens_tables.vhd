@@ -1,7 +1,7 @@
 -- What differs from lens to lens, and inside a micro image: moves from the even grid, and gains.
 --
--- A word of the lens table is, from its low bits on: the gain (GAIN_BITS + 4 bits), if there are gains; the moves along
--- x and y (WEIGHT_BITS + 2 bits each, signed), if there are moves. A word of the profile is a gain.
+-- A word of the lens table is, from its low bits on: the gain (GAIN_BITS + 4 bits), if there are gains; the moves
+-- along x and y (WEIGHT_BITS + 2 bits each, signed), if there are moves. A word of the profile is a gain.
 --
 -- Latency: 2 clocks to the moves, 4 to the gain. Throughput: one pixel each clock.
 -- Equation: gain = smaller(floor(lens gain * profile / 2**GAIN_BITS + 1/2), LARGEST_GAIN 2**GAIN_BITS).

@@ -49,16 +49,16 @@ architecture rtl of lens_walk is
 
   constant LAST_PIXEL : natural := MICRO_IMAGE_SIZE - 1;
 
-  signal active       : std_logic                             := '0';
-  signal starts       : std_logic                             := '0';
-  signal y            : position_t                            := (others => '0');
-  signal lens_x       : position_t                            := (others => '0');
-  signal x            : position_t                            := (others => '0');
-  signal lenses_left  : unsigned(15 downto 0)                 := (others => '0');
+  signal active       : std_logic                                := '0';
+  signal starts       : std_logic                                := '0';
+  signal y            : position_t                               := (others => '0');
+  signal lens_x       : position_t                               := (others => '0');
+  signal x            : position_t                               := (others => '0');
+  signal lenses_left  : unsigned(15 downto 0)                    := (others => '0');
   signal pixel        : natural range 0 to larger(LAST_PIXEL, 1) := 0;
-  signal lens_now     : lens_t                                := (others => '0');
-  signal line_profile : profile_t                             := (others => '0');
-  signal profile_now  : profile_t                             := (others => '0');
+  signal lens_now     : lens_t                                   := (others => '0');
+  signal line_profile : profile_t                                := (others => '0');
+  signal profile_now  : profile_t                                := (others => '0');
   signal lens_ends    : std_logic;
   signal line_ends    : std_logic;
   signal take         : std_logic;

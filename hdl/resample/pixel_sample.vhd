@@ -1,8 +1,8 @@
 -- Bilinear interpolation between four pixels of a channel.
 --
 -- Latency: SAMPLE_LATENCY clocks. Throughput: one sample each clock.
--- Equation: F = WEIGHT_BITS, G = GUARD_BITS: sum = (2**F - wy) ((2**F - wx) p00 + wx p01) + wy ((2**F - wx) p10 + wx p11);
---   sample = floor(sum / 2**(2 F - G) + 1/2).
+-- Equation: F = WEIGHT_BITS, G = GUARD_BITS: sum = (2**F - wy) ((2**F - wx) p00 + wx p01) + wy ((2**F - wx) p10 + wx
+--   p11); sample = floor(sum / 2**(2 F - G) + 1/2).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -44,17 +44,17 @@ architecture rtl of pixel_sample is
 
   subtype sum_t is unsigned(SUM_BITS - 1 downto 0);
 
-  signal step_0     : step_t                            := (others => '0');
-  signal step_1     : step_t                            := (others => '0');
-  signal from_0     : unsigned(PIXEL_BITS - 1 downto 0) := (others => '0');
-  signal from_1     : unsigned(PIXEL_BITS - 1 downto 0) := (others => '0');
+  signal step_0     : step_t                             := (others => '0');
+  signal step_1     : step_t                             := (others => '0');
+  signal from_0     : unsigned(PIXEL_BITS - 1 downto 0)  := (others => '0');
+  signal from_1     : unsigned(PIXEL_BITS - 1 downto 0)  := (others => '0');
   signal weight_x_1 : unsigned(WEIGHT_BITS - 1 downto 0) := (others => '0');
   signal weight_x_2 : unsigned(WEIGHT_BITS - 1 downto 0) := (others => '0');
-  signal column_0   : column_t                          := (others => '0');
-  signal column_1   : column_t                          := (others => '0');
-  signal column_0_3 : column_t                          := (others => '0');
-  signal step_3     : signed(SUM_BITS + 1 downto 0)     := (others => '0');
-  signal sum        : sum_t                             := (others => '0');
+  signal column_0   : column_t                           := (others => '0');
+  signal column_1   : column_t                           := (others => '0');
+  signal column_0_3 : column_t                           := (others => '0');
+  signal step_3     : signed(SUM_BITS + 1 downto 0)      := (others => '0');
+  signal sum        : sum_t                              := (others => '0');
 
   -- (b - a) weight.
   function step (

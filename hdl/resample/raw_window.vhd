@@ -1,8 +1,8 @@
 -- Ring of raw lines: a pixel in each clock, and out of it the four pixels around a position in each clock.
 --
 -- Lines of even and of odd number, columns of even and of odd number lie in memories of their own: of two neighbouring
--- lines and of two neighbouring columns there is one in each, so four memories give the four pixels at once. Beyond the
--- borders of the sensor lines and columns are mirrored at the first and the last one.
+-- lines and of two neighbouring columns there is one in each, so four memories give the four pixels at once. Beyond
+-- the borders of the sensor lines and columns are mirrored at the first and the last one.
 --
 -- A line's place in the ring follows from its age: how many pairs of lines it is behind the one that is being written.
 --
@@ -22,7 +22,7 @@ entity raw_window is
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
     -- Lines that the ring holds, an even number.
-    LINES : positive;
+    LINES : positive range 4 to 256;
     -- Width of a pixel.
     DATA_BITS : positive;
     -- Fraction bits of positions.
@@ -71,7 +71,7 @@ architecture rtl of raw_window is
 
   subtype pixel_t is std_logic_vector(DATA_BITS - 1 downto 0);
 
-  type bases_t is array (slot_t) of address_t;
+  type bases_t is array (natural range 0 to PAIRS - 1) of address_t;
 
   type pixels_t is array (0 to 3) of pixel_t;
 
@@ -84,7 +84,7 @@ architecture rtl of raw_window is
 
   begin
 
-    for i in slot_t loop
+    for i in natural range 0 to PAIRS - 1 loop
 
       table(i) := to_unsigned(i * HALF, ADDR_BITS);
 

@@ -1,7 +1,7 @@
 -- Numbers the lines of the raw frames that go into the ring of lines, and tells when there is room for one more.
 --
--- Lines are numbered on and on. A line may be overwritten when the reader has said that it needs only lines from `keep`
--- on. A new frame waits, with the number of its first line, until the reader has finished the one before and
+-- Lines are numbered on and on. A line may be overwritten when the reader has said that it needs only lines from
+-- `keep` on. A new frame waits, with the number of its first line, until the reader has finished the one before and
 -- takes it; meanwhile its lines go into the ring as far as there is room.
 --
 -- Latency: 1 clock. Throughput: one pixel each clock.
@@ -21,7 +21,7 @@ entity raw_writer is
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
     -- Lines that the ring holds, an even number.
-    LINES : positive;
+    LINES : positive range 4 to 256;
     -- Width of a pixel.
     DATA_BITS : positive
   );
@@ -55,12 +55,12 @@ architecture rtl of raw_writer is
 
   constant LAST_SLOT : natural := LINES / 2 - 1;
 
-  signal line_number : place_t                                           := (others => '0');
-  signal slot        : natural range 0 to LAST_SLOT                      := 0;
-  signal column      : unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0)  := (others => '0');
-  signal waits       : std_logic                                         := '0';
-  signal done        : place_t                                           := (others => '0');
-  signal final       : place_t                                           := (others => '0');
+  signal line_number : place_t                                          := (others => '0');
+  signal slot        : natural range 0 to LAST_SLOT                     := 0;
+  signal column      : unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0) := (others => '0');
+  signal waits       : std_logic                                        := '0';
+  signal done        : place_t                                          := (others => '0');
+  signal final       : place_t                                          := (others => '0');
   signal line_ends   : std_logic;
   -- Room for pixels of this line, and of the next.
   signal room_this : std_logic := '0';

@@ -42,7 +42,7 @@ package resample_pkg is
   constant REGISTER_PLACE_EVEN : natural := 12;
   constant REGISTER_PLACE_ODD  : natural := 13;
   constant REGISTER_STEP       : natural := 14;
-  constant REGISTER_COUNT           : natural := 15;
+  constant REGISTER_COUNT      : natural := 15;
 
   type registers_t is array (0 to REGISTER_COUNT - 1) of std_logic_vector(31 downto 0);
 

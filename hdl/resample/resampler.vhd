@@ -2,8 +2,8 @@
 --
 -- Raw lines go into a ring. As soon as the lines that line v of a row of lenses needs are in, a walk along its lenses
 -- reads four pixels around each position in each clock. Positions are sums of registers in fixed point; the weights of
--- the interpolation are the same for all pixels of a micro image. Rotation makes a row of lenses drift over the
--- lines: the ring holds rows * tan(angle) + 3 lines, and more where micro images are mirrored at the sensor's borders.
+-- the interpolation are the same for all pixels of a micro image. Rotation makes a row of lenses drift over the lines:
+-- the ring holds rows * tan(angle) + 3 lines, and more where micro images are mirrored at the sensor's borders.
 --
 -- The output frame has a size of its own: M times the lenses. The registers of the grid and the tables are written
 -- through the load port; the grid takes effect with the frame that follows a commit, the tables at once.
@@ -11,10 +11,10 @@
 -- Faults of the stream are repaired as in frame_sequencer. Of a frame that is cut short the lines come out whose raw
 -- lines were all there, whole. A grid that needs more lines than the ring has gives no lines, and a flag.
 --
--- Latency: from the last raw pixel that a line needs to its first pixel 27 clocks, of hexagonal grids 2 M + 8 more, when
---   nothing stalls. State: LINES x MAX_COLUMNS pixels and the tables.
--- Throughput: one raw pixel each clock, one pixel of the raster each clock. The source is never refused if the sink takes
---   a pixel each clock, a line of the raster has fewer pixels than a raw line has clocks, M is at most the lines
+-- Latency: from the last raw pixel that a line needs to its first pixel 27 clocks, of hexagonal grids 2 M + 8 more,
+--   when nothing stalls. State: LINES x MAX_COLUMNS pixels and the tables.
+-- Throughput: one raw pixel each clock, one pixel of the raster each clock. The source is never refused if the sink
+--   takes a pixel each clock, a line of the raster has fewer pixels than a raw line has clocks, M is at most the lines
 --   from a row of lenses to the next, and the ring holds the lines that plenofir.plan.resampling counts.
 -- Equation: plenofir.camera.resampling.resample.
 
@@ -142,7 +142,7 @@ architecture rtl of resampler is
   signal at_rest     : std_logic;
   signal drained     : std_logic;
 
-  signal credits     : unsigned(FIFO_BITS downto 0) := to_unsigned(CREDIT, FIFO_BITS + 1);
+  signal credits     : unsigned(FIFO_BITS downto 0)  := to_unsigned(CREDIT, FIFO_BITS + 1);
   signal have_credit : std_logic;
   signal pixel_valid : std_logic;
   signal pixel_first : std_logic;
@@ -542,7 +542,7 @@ begin
     begin
 
       if rising_edge(clk) then
-        word_valid                              <= value_tag(0);
+        word_valid                               <= value_tag(0);
         word(WORD_BITS - 1 downto WORD_BITS - 2) <= value_tag(2 downto 1);
 
         for c in 0 to CHANNELS - 1 loop

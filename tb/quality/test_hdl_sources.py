@@ -181,6 +181,7 @@ MAY_USE = {
     "stack": {"common", "core", "moving_sum"},
     "refocuser": {"common", "core", "fir", "moving_sum", "stack"},
     "depth": {"common", "core"},
+    "resample": {"common", "core"},
     "tmds": {"common"},
     "video": {"common", "core", "refocuser"},
     "selftest": {"common", "core", "refocuser"},

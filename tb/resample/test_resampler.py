@@ -10,32 +10,43 @@ from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
-def run_resamplers(*cases: dict) -> None:
+def run_resamplers(*cases: dict, thorough: bool = True) -> None:
     """Run the resampler's bench on configurations, side by side."""
     cores = [ResamplerConfiguration.model_validate(options) for options in cases]
     run_cases(
         [
             Case(
-                "resampler", "resample.resample_bench", core.generics(), {"core": core.model_dump()}
+                "resampler",
+                "resample.resample_bench",
+                core.generics(),
+                {"core": core.model_dump(), "thorough": thorough},
             )
             for core in cores
         ]
     )
 
 
+SMALL = (
+    {
+        "micro_image_size": 3,
+        "max_columns": 20,
+        "lines": 8,
+        "channels": 3,
+        "moves": True,
+        "gains": True,
+        "lenses": 160,
+    },
+    {"micro_image_size": 3, "max_columns": 22, "lines": 8, "hexagonal": True},
+)
+
+
 def test_grids() -> None:
-    run_resamplers(
-        {
-            "micro_image_size": 3,
-            "max_columns": 24,
-            "lines": 8,
-            "channels": 3,
-            "moves": True,
-            "gains": True,
-            "lenses": 160,
-        },
-        {"micro_image_size": 4, "max_columns": 27, "lines": 10, "hexagonal": True},
-    )
+    run_resamplers(*SMALL, thorough=False)
+
+
+@pytest.mark.slow
+def test_grids_and_registers_that_change() -> None:
+    run_resamplers(*SMALL, {"micro_image_size": 5, "max_columns": 44, "lines": 10})
 
 
 def run_random(number: int) -> None:
@@ -86,4 +97,4 @@ def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
     sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
     with pytest.raises(pytest.fail.Exception, match=FOUND):
-        test_grids()
+        run_resamplers(*SMALL)

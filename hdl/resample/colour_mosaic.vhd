@@ -1,0 +1,115 @@
+-- Three channels from the frames of a sensor with a colour filter mosaic.
+--
+-- A stream shell around mosaic_engine. Frames have 2 x 2 pixels or more. When nothing follows, the last line of a
+-- frame is pushed out by a line of its own; a frame that begins meanwhile waits in the source, for a line at most.
+--
+-- Latency: a line, a pixel and 12 clocks when nothing stalls. Throughput: one pixel each clock.
+-- Equation: as mosaic_engine.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.token_pkg.all;
+
+entity colour_mosaic is
+  generic (
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive range 2 to 8192 := 2048;
+    -- Width of a pixel.
+    PIXEL_BITS : positive range 1 to 16 := 8
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Size of the frame, read with its first pixel and kept stable until the frame has left.
+    columns : in    std_logic_vector(15 downto 0);
+    rows    : in    std_logic_vector(15 downto 0);
+    -- Line (bit 1) and column (bit 0) of the red pixel in the first 2 x 2 pixels; kept stable.
+    red_place : in    std_logic_vector(1 downto 0);
+    -- Raw frames: AXI4-Stream video.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(PIXEL_BITS - 1 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- Frames of three channels, red in the low bits.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(3 * PIXEL_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- As in frame_sequencer, set until error_clear.
+    error_flags : out   std_logic_vector(4 downto 0);
+    error_clear : in    std_logic
+  );
+end entity colour_mosaic;
+
+architecture rtl of colour_mosaic is
+
+  signal token       : token_t;
+  signal token_data  : std_logic_vector(PIXEL_BITS - 1 downto 0);
+  signal results     : results_t(0 to 0);
+  signal result_data : std_logic_vector(3 * PIXEL_BITS - 1 downto 0);
+
+begin
+
+  shell : entity work.stream_shell
+    generic map (
+      MAX_COLUMNS    => MAX_COLUMNS,
+      IN_BITS        => PIXEL_BITS,
+      OUT_BITS       => 3 * PIXEL_BITS,
+      INPUT_PIXELS   => 0,
+      ROW_DELAY      => 1,
+      COLUMN_DELAY   => 1,
+      ENGINE_LATENCY => 5,
+      MIN_STEPS      => 4,
+      MIN_BANDS      => 1,
+      BAND_MODULUS   => 1
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      columns       => columns,
+      rows          => rows,
+      slice         => x"00",
+      sweep         => '0',
+      sweep_frames  => x"00",
+      s_axis_tvalid => s_axis_tvalid,
+      s_axis_tready => s_axis_tready,
+      s_axis_tdata  => s_axis_tdata,
+      s_axis_tuser  => s_axis_tuser,
+      s_axis_tlast  => s_axis_tlast,
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => m_axis_tdata,
+      m_axis_tuser  => m_axis_tuser,
+      m_axis_tid    => open,
+      m_axis_tlast  => m_axis_tlast,
+      error_flags   => error_flags,
+      error_clear   => error_clear,
+      token         => token,
+      token_rows    => open,
+      token_data    => token_data,
+      results       => results,
+      result_data   => result_data
+    );
+
+  engine : entity work.mosaic_engine
+    generic map (
+      MAX_COLUMNS => MAX_COLUMNS,
+      PIXEL_BITS  => PIXEL_BITS
+    )
+    port map (
+      clk         => clk,
+      reset       => reset,
+      red_line    => red_place(1),
+      red_column  => red_place(0),
+      token       => token,
+      token_data  => token_data,
+      result      => results(0),
+      result_data => result_data
+    );
+
+end architecture rtl;
