@@ -57,16 +57,21 @@ class LightField:
     def views(self, binning: int = 1) -> Image:
         """Views of (binned) micro lenses, shape (v, u, t, s[, 3]); beyond the edges they are 0."""
         m = self.micro_image_size
-        whole = m * binning
-        edges = [(0, -n % whole) for n in self.raw.shape[:2]] + [(0, 0)] * (self.raw.ndim - 2)
-        raw = np.pad(self.raw, edges) if any(after for _, after in edges) else self.raw
-        rows, columns = (n // whole for n in raw.shape[:2])
-        field = raw.reshape(rows, binning, m, columns, binning, m, *raw.shape[2:])
-        if binning > 1:
-            sums = field.sum(axis=(1, 4), keepdims=True, dtype=np.uint64)
-            field = ((sums + binning**2 // 2) // binning**2).astype(raw.dtype)
-        # (t, _, v, s, _, u[, 3]) to (v, u, t, s[, 3]).
-        return np.ascontiguousarray(np.moveaxis(field[:, 0, :, :, 0], (1, 3), (0, 1)))
+        rows, columns = (-(-n // binning) for n in (self.lens_rows, self.lens_columns))
+        found = np.zeros((m, m, rows, columns, *self.raw.shape[2:]), self.raw.dtype)
+        # One after the other: a large image leaves no room for more.
+        for v, u in np.ndindex(m, m):
+            view = self.raw[v::m, u::m]
+            if binning == 1:
+                found[v, u, : view.shape[0], : view.shape[1]] = view
+                continue
+            whole = np.zeros((rows * binning, columns * binning, *view.shape[2:]), view.dtype)
+            whole[: view.shape[0], : view.shape[1]] = view
+            sums = np.zeros(found.shape[2:], np.uint32)
+            for down, right in np.ndindex(binning, binning):
+                sums += whole[down::binning, right::binning]
+            found[v, u] = (sums + binning**2 // 2) // binning**2
+        return found
 
     def depth(
         self, search: tuple[float, float], progress: Callable[[int, int], None] | None = None

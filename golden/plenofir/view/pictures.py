@@ -21,7 +21,7 @@ def _order(path: Path) -> tuple[str, int, str]:
     return (rest if known else "~", _FIRST.index(kind) if known else 0, path.name)
 
 
-def pictures_page(folder: Path) -> Page:
+def pictures_page(folder: Path, title: str = "") -> Page:
     """Make the page of a folder of pictures.
 
     Parameters
@@ -29,6 +29,8 @@ def pictures_page(folder: Path) -> Page:
     folder
         Folder with PNG files; of those of ``make sim`` the refocused picture comes first, beside
         that of the golden model.
+    title
+        What the page is called; the folder's name if empty.
 
     Returns
     -------
@@ -51,7 +53,7 @@ def pictures_page(folder: Path) -> Page:
     def part(path: Path) -> Callable[[int], Part]:
         return lambda _: Part(input_file(path).read_bytes(), "image/png")
 
-    field = {"title": str(folder), "pictures": list(files), "notes": notes}
+    field = {"title": title or str(folder), "pictures": list(files), "notes": notes}
     parts = {name: part(path) for name, path in files.items()}
     return Page(
         "pictures.html",

@@ -7,6 +7,7 @@ import signal
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
+from socket import socket
 
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
@@ -114,18 +115,22 @@ class _Handler(_Nothing):
         self.finish(part.content)
 
 
-async def serving(
-    page: Page, port: int, ready: Callable[[str], None], ended: asyncio.Event
-) -> None:
-    """Serve a page until `ended` is set; see `serve`."""
+def bound(port: int) -> list[socket]:
+    """Sockets of this machine's own address, at a port or (0) any free one."""
     try:
-        sockets = bind_sockets(port, ADDRESS)
+        return bind_sockets(port, ADDRESS)
     except OSError as error:
         raise InputError(
             f"{port} cannot be used ({error.strerror})",
             where="port",
             expected="a free port, or 0 for any",
         ) from None
+
+
+async def serving(
+    page: Page, sockets: list[socket], ready: Callable[[str], None], ended: asyncio.Event
+) -> None:
+    """Serve a page until `ended` is set; see `serve`."""
     port = sockets[0].getsockname()[1]
     token = secrets.token_urlsafe(16)
     hosts = {f"{name}:{port}" for name in (ADDRESS, "localhost")}
@@ -161,13 +166,14 @@ def serve(page: Page, port: int, ready: Callable[[str], None]) -> None:
     InputError
         If the port cannot be used.
     """
+    sockets = bound(port)
 
     async def until_interrupted() -> None:
         ended = asyncio.Event()
         loop = asyncio.get_running_loop()
         loop.add_signal_handler(signal.SIGINT, ended.set)
         try:
-            await serving(page, port, ready, ended)
+            await serving(page, sockets, ready, ended)
         finally:
             loop.remove_signal_handler(signal.SIGINT)
 

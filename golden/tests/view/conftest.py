@@ -16,7 +16,8 @@ SOFTWARE = (
 )
 
 
-@pytest.fixture(scope="session")
+# While it is open, the driver's event loop runs in this thread, and no other can.
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """Chromium, without a window."""
     path = shutil.which("chromium")

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.view import Page
-from plenofir.view.server import serving
+from plenofir.view.server import bound, serving
 
 PIXELS = """async () => {
     const image = await plenofir.pixels();
@@ -34,7 +34,7 @@ def served(page: Page) -> Iterator[str]:
         started.set()
 
     server = threading.Thread(
-        target=lambda: loop.run_until_complete(serving(page, 0, ready, ended))
+        target=lambda: loop.run_until_complete(serving(page, bound(0), ready, ended))
     )
     server.start()
     assert started.wait(30)

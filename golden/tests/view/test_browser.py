@@ -135,7 +135,7 @@ def _check_pointer(tab: Any, m: int) -> None:
     for place, border in (("#plane", "distance"), ("#depth-of-field", "near_border")):
         mm = float(getattr(model, border)(0.4).mm)
         text = tab.locator(place).inner_text().replace("\u202f", "")
-        assert text.startswith(f"{mm:.1f} mm"), text
+        assert text.startswith(f"{mm:.1f} "), text
     assert f"a = {depth:.2f}, beyond infinity" in tab.locator("#pointed").inner_text()
     assert tab.locator("#bench .plane").count() == tab.locator("#bench .pointed").count() == 1
     # A drag looks around, through a smaller aperture.
@@ -169,25 +169,9 @@ def _check_address(tab: Any, open_page: Any) -> None:
     assert other.evaluate("plenofir.state.mode") == "refocused"
 
 
-def test_all_in_focus_takes_each_part_from_its_plane(open_page: Any) -> None:
-    m, raw = 5, cut(50, 50)
-    page = page_of(raw, m, search=(-1.0, -0.2))
-    with served(page) as address:
-        tab = open_page(address)
-        tab.evaluate("plenofir.setMode('sharp')")
-        found = pixels(tab)
-    every = np.ones((m, m))
-    planes = [sums_of_views(raw, m, a, every) for a in np.linspace(-1, -0.2, 81)]
-    # Each pixel is that of some plane.
-    assert np.abs(np.array(planes) - found).max(axis=3).min(axis=0).max() <= 1
-    far, near = (np.abs(plane - found).mean() for plane in (planes[0], planes[-1]))
-    assert min(far, near) > 0.5
-
-
-@pytest.mark.parametrize("grey", [False, True])
-def test_16_bit_and_a_lost_context(open_page: Any, grey: bool) -> None:
-    m, rng = 3, np.random.default_rng(5)
-    raw = rng.integers(0, 65536, (31, 44) if grey else (31, 44, 3), dtype=np.uint16)
+def test_16_bit_and_a_lost_context(open_page: Any) -> None:
+    m = 3
+    raw = np.random.default_rng(5).integers(0, 65536, (31, 44, 3), dtype=np.uint16)
     with served(page_of(raw, m)) as address:
         tab = open_page(address)
         tab.evaluate("plenofir.setFocus(-2 / 3)")
@@ -235,6 +219,14 @@ def test_an_export_opens_from_a_file_without_a_network(open_page: Any, tmp_path:
     assert (pixels(tab) == refocus(raw, m, "3/5")).all()
     assert "mm" in tab.locator("#plane").inner_text()
     assert tab.evaluate("plenofir.depthAt(0.5, 0.5)") < -0.3
+    # All in focus: each pixel is that of some plane, not all of the same.
+    tab.evaluate("plenofir.setMode('sharp')")
+    found, every = pixels(tab), np.ones((m, m))
+    planes = [sums_of_views(raw, m, a, every) for a in np.linspace(-1, 0, 101)]
+    errors = np.abs(np.array(planes) - found)
+    assert errors.max(axis=3).min(axis=0).max() <= 1
+    assert errors.mean(axis=(1, 2, 3)).min() > 0.2
+    tab.evaluate("plenofir.setMode('refocused')")
     # Less room: with losses.
     limit = file.stat().st_size - 4000
     file.write_bytes(export(page, limit))

@@ -1,7 +1,7 @@
 // The page of a light field: what the user does becomes the state, the state becomes the picture.
 
 import { drawBench } from "./bench.js";
-import { Planes, worded } from "./planes.js";
+import { Planes, worded, wordedRange } from "./planes.js";
 import { neededBinning, Renderer, TooLarge } from "./renderer.js";
 import { loadDepth, loadField, loadViews } from "./source.js";
 
@@ -111,7 +111,7 @@ function showDistances(pointed) {
     const shown = planes.at(state.focus);
     drawBench(at("bench"), planes.table, shown, pointed);
     at("plane").textContent = shown ? worded(shown.centre) : "outside of the table";
-    at("depth-of-field").textContent = shown ? `${worded(shown.near)} to ${worded(shown.far)}` : "";
+    at("depth-of-field").textContent = shown ? wordedRange(shown.near, shown.far) : "";
 }
 
 function lensAt(event) {
@@ -131,12 +131,23 @@ function point(event) {
     if (a === null) return;
     const found = planes?.at(a) ?? null;
     const range = found ? `, ${worded(found.centre)}` : "";
-    const around = found ? ` (in focus ${worded(found.near)} to ${worded(found.far)})` : "";
+    const around = found ? ` (in focus ${wordedRange(found.near, found.far)})` : "";
     at("pointed").textContent = `here: a = ${a.toFixed(2)}${range}${around}`;
     showDistances(found);
 }
 
 // ---- Drawing ----
+
+/** As large as there is room for, whatever number of pixels is drawn. */
+function fit() {
+    const stage = at("stage");
+    const [width, height] = renderer.size;
+    // Beside the controls the stage has its height; above them it takes that of the picture.
+    const room = matchMedia("(max-width: 46rem)").matches ? 0.6 * innerHeight : stage.clientHeight;
+    const scale = Math.min(stage.clientWidth / width, room / height);
+    canvas.style.width = `${Math.floor(width * scale)}px`;
+    canvas.style.height = `${Math.floor(height * scale)}px`;
+}
 
 function restStride() {
     const shown = canvas.clientWidth * (window.devicePixelRatio || 1);
@@ -268,7 +279,10 @@ function listenToControls() {
         await draw();
     });
     window.addEventListener("hashchange", () => user(stateFromAddress()));
-    window.addEventListener("resize", () => drawSoon());
+    window.addEventListener("resize", () => {
+        fit();
+        drawSoon();
+    });
 }
 
 function listenToContext() {
@@ -292,7 +306,8 @@ async function takeViews() {
         try {
             renderer.start(field, await loadViews(field, bin));
             change(stateFromAddress());
-            renderer.draw(state);
+            fit();
+            renderer.draw(state, restStride());
             break;
         } catch (error) {
             const most = Math.max(field.lens_rows, field.lens_columns);
@@ -399,12 +414,12 @@ window.plenofir = {
         return depthAt([x, y]);
     },
     pixels,
-    /** Time of a full picture in ms. */
-    frameTime: async () => {
+    /** Mean time of a picture in ms, of as many, drawn in full or one of stride x stride pixels. */
+    frameTime: async (count = 1, stride = 1) => {
         await ready;
-        const ms = renderer.draw(state);
-        await draw();
-        return ms;
+        let ms = 0;
+        for (let n = 0; n < count; n++) ms += renderer.draw(state, stride);
+        return ms / count;
     },
     get state() {
         return { ...state };

@@ -34,6 +34,12 @@ export class Planes {
     }
 }
 
+/** Two distances in words. */
+export function wordedRange(near, far) {
+    const [from, to] = [worded(near), worded(far)];
+    return from.endsWith(" mm") && to.endsWith(" mm") ? `${from.slice(0, -3)} to ${to}` : `${from} to ${to}`;
+}
+
 /** A distance in words. */
 export function worded({ mm, state }) {
     if (mm === null) return STATES[state] || "unknown";
