@@ -10,6 +10,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.errors import InputError
+from plenofir.fpga.synthesis.output_registers import use_output_registers
 from plenofir.fpga.synthesis.tools import Generics, run_tool, run_yosys, write_verilog
 
 DEVICE = "45k"
@@ -78,6 +79,7 @@ def make_netlist(sources: Sequence[Path], top: str, generics: Generics, director
         reads=[verilog],
         writes=[netlist.name],
     )
+    use_output_registers(netlist)
     return netlist
 
 
