@@ -2,12 +2,13 @@
 --
 -- A tool would put the multiplexer between the block RAMs, whose output is late, and the first register. Here the
 -- words are divided into blocks that need no multiplexer: some of the same size, then smaller ones for what is
--- left. Of all such divisions it is the one with the fewest block RAMs, then the fewest blocks. A block's register
--- is zero unless the block was read, so the multiplexer behind the registers is an OR.
+-- left. Of all such divisions it is the one with the fewest block RAMs, then the fewest blocks. Blocks always read and
+-- their registers have neither enable nor reset, so that they fit the block RAM's own output registers.
 --
--- Latency: read data are valid 3 clocks after the address. Throughput: one read and one write each clock.
---   Reading a word in the clock that writes it returns the old word.
--- Equation: read_data(t + 3) = memory(read_address(t)).
+-- Latency: read data are valid READ_LATENCY clocks after the address. 2: those of the blocks and their registers;
+--   3: also a register behind the multiplexer.
+-- Throughput: one read and one write each clock. Reading a word in the clock that writes it returns the old word.
+-- Equation: read_data(t + READ_LATENCY) = memory(read_address(t)).
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -21,7 +22,9 @@ entity ram_blocks is
     -- Bits of a word.
     WIDTH : positive;
     -- Words of the memory.
-    WORDS : positive
+    WORDS : positive;
+    -- Clocks from address to data.
+    READ_LATENCY : positive range 2 to 3
   );
   port (
     clk : in    std_logic;
@@ -185,7 +188,10 @@ architecture rtl of ram_blocks is
 
   type words_t is array (natural range 0 to BLOCKS - 1) of std_logic_vector(WIDTH - 1 downto 0);
 
-  signal block_words : words_t := (others => (others => '0'));
+  signal block_words : words_t;
+  -- The blocks whose words these are.
+  signal chosen : std_logic_vector(0 to BLOCKS - 1);
+  signal word   : std_logic_vector(WIDTH - 1 downto 0);
 
 begin
 
@@ -195,76 +201,102 @@ begin
     constant SIZE : positive := block_size(WORDS - BASE, DIVISION);
     constant BITS : positive := bits_for(SIZE - 1);
 
-    signal writes    : std_logic;
-    signal reads     : std_logic;
-    signal was_read  : std_logic := '0';
-    signal read_word : std_logic_vector(WIDTH - 1 downto 0);
+    signal writes : std_logic;
+    signal reads  : std_logic;
+    signal place  : unsigned(BITS - 1 downto 0);
 
   begin
 
     the_only_one : if BLOCKS = 1 generate
-      writes <= write_enable;
-      reads  <= '1';
+      writes    <= write_enable;
+      reads     <= '1';
+      chosen(i) <= '1';
     end generate the_only_one;
 
     one_of_several : if BLOCKS > 1 generate
+
+      signal was_read : std_logic := '0';
+
+    begin
+
       writes <= write_enable when write_address(ADDRESS_BITS - 1 downto BITS) = BASE / 2 ** BITS else
                 '0';
       reads  <= '1' when read_address(ADDRESS_BITS - 1 downto BITS) = BASE / 2 ** BITS else
                 '0';
+
+      follow : process (clk) is
+      begin
+
+        if rising_edge(clk) then
+          was_read  <= reads;
+          chosen(i) <= was_read;
+        end if;
+
+      end process follow;
+
     end generate one_of_several;
+
+    -- The last block may have fewer than 2**BITS words: an address of another block must not lie beyond them.
+    place(BITS - 1) <= read_address(BITS - 1) and reads;
+
+    lower_bits : for b in 0 to BITS - 2 generate
+      place(b) <= read_address(b);
+    end generate lower_bits;
 
     words_of_block : entity work.ram_simple_dual_port
       generic map (
         WIDTH        => WIDTH,
         ADDRESS_BITS => BITS,
         WORDS        => SIZE,
-        READ_LATENCY => 1
+        READ_LATENCY => 2
       )
       port map (
         clk           => clk,
         write_enable  => writes,
         write_address => write_address(BITS - 1 downto 0),
         write_data    => write_data,
-        read_enable   => reads,
-        read_address  => read_address(BITS - 1 downto 0),
-        read_data     => read_word
+        read_enable   => '1',
+        read_address  => place,
+        read_data     => block_words(i)
       );
+
+  end generate part;
+
+  choose_word : process (block_words, chosen) is
+
+    variable choice : std_logic_vector(WIDTH - 1 downto 0);
+
+  begin
+
+    choice := (others => '0');
+
+    for i in 0 to BLOCKS - 1 loop
+
+      if chosen(i) = '1' then
+        choice := choice or block_words(i);
+      end if;
+
+    end loop;
+
+    word <= choice;
+
+  end process choose_word;
+
+  no_register : if READ_LATENCY = 2 generate
+    read_data <= word;
+  end generate no_register;
+
+  output_register : if READ_LATENCY = 3 generate
 
     register_word : process (clk) is
     begin
 
       if rising_edge(clk) then
-        was_read <= reads;
-        if was_read = '1' then
-          block_words(i) <= read_word;
-        else
-          block_words(i) <= (others => '0');
-        end if;
+        read_data <= word;
       end if;
 
     end process register_word;
 
-  end generate part;
-
-  choose_word : process (clk) is
-
-    variable word : std_logic_vector(WIDTH - 1 downto 0);
-
-  begin
-
-    if rising_edge(clk) then
-      word := (others => '0');
-
-      for i in 0 to BLOCKS - 1 loop
-
-        word := word or block_words(i);
-
-      end loop;
-
-      read_data <= word;
-    end if;
-
-  end process choose_word;
+  end generate output_register;
 
 end architecture rtl;

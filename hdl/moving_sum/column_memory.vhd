@@ -40,10 +40,9 @@ begin
 
   several_columns : if COLUMNS > 1 generate
 
-    words : entity work.ram_simple_dual_port
+    words : entity work.ram_blocks
       generic map (
         WIDTH        => WIDTH,
-        ADDRESS_BITS => bits_for(COLUMNS - 1),
         WORDS        => COLUMNS,
         READ_LATENCY => 2
       )
@@ -52,7 +51,6 @@ begin
         write_enable  => write_enable,
         write_address => write_column,
         write_data    => word,
-        read_enable   => '1',
         read_address  => read_column,
         read_data     => old_word
       );

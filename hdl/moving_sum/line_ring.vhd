@@ -190,6 +190,20 @@ architecture rtl of line_ring is
 
   end function moved;
 
+  function place_behind (
+    place : place_t;
+    ring  : natural
+  ) return place_t is
+  begin
+
+    if ring = 0 or place + 1 = ring then
+      return 0;
+    end if;
+
+    return place + 1;
+
+  end function place_behind;
+
   function place_before (
     place : place_t;
     ring  : natural
@@ -297,7 +311,7 @@ begin
       take_2      <= take_1;
 
       -- 2: the line that enters, and the one before it in its ring; with output 0 the places of what enters.
-      next_own := moved(own_place_2, 1, RING_OF(phase_2));
+      next_own := place_behind(own_place_2, RING_OF(phase_2));
       step_3   <= step_2;
       stored_3 <= '0';
       if RING_OF(phase_2) > 0 then
@@ -326,7 +340,7 @@ begin
       end if;
 
       -- 3: the next line of that phase will enter.
-      next_enter := moved(enter_place_3, 1, RING_OF(enter_phase_3));
+      next_enter := place_behind(enter_place_3, RING_OF(enter_phase_3));
       if step_3 = '1' and moves_3 = '1' and take_3 = '0' then
 
         for v in 0 to M - 1 loop
@@ -381,8 +395,9 @@ begin
 
     lines : entity work.ram_blocks
       generic map (
-        WIDTH => WIDTH,
-        WORDS => WORDS
+        WIDTH        => WIDTH,
+        WORDS        => WORDS,
+        READ_LATENCY => 3
       )
       port map (
         clk           => clk,

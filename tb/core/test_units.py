@@ -1,7 +1,7 @@
 """The parts of the refocuser, each on its own."""
 
 from dataclasses import asdict
-from itertools import product
+from itertools import cycle, product
 
 from plenofir.fpga.core.memory import block_sizes
 from plenofir.refocus import FilterLayout
@@ -28,12 +28,13 @@ def test_ram_blocks() -> None:
         [
             unit(
                 "ram_blocks",
-                {"WIDTH": width, "WORDS": words},
+                {"WIDTH": width, "WORDS": words, "READ_LATENCY": latency},
                 width=width,
                 words=words,
+                latency=latency,
                 blocks=block_sizes(words, width),
             )
-            for width, words in sizes
+            for latency, (width, words) in zip(cycle((2, 3)), sizes, strict=False)
         ]
     )
 

@@ -57,18 +57,20 @@ async def every_quotient(dut: Any) -> None:
 async def words_are_kept(dut: Any) -> None:
     """Words at the ends of all blocks and elsewhere, read while others are written."""
     rng = random.Random(cocotb.RANDOM_SEED)
-    width, words = CASE["width"], CASE["words"]
+    width, words, latency = CASE["width"], CASE["words"], CASE["latency"]
     bases = [sum(CASE["blocks"][:i]) for i in range(len(CASE["blocks"]) + 1)]
     assert bases[-1] == words
     ends = [place + d for place in bases for d in (-1, 0, 1) if 0 <= place + d < words]
     places = sorted({*ends, *rng.choices(range(words), k=40)})
     kept = dict.fromkeys(places, 0)
-    due: list[int | None] = [None] * 2
+    due: list[int | None] = [None] * (latency - 1)
     Clock(dut.clk, 10, "ns").start()
     for clock in range(2000):
         await FallingEdge(dut.clk)
-        if clock >= 3:
-            assert int(dut.read_data.value) == due[-3], f"seed {cocotb.RANDOM_SEED}, clock {clock}"
+        if clock >= latency:
+            assert int(dut.read_data.value) == due[-latency], (
+                f"seed {cocotb.RANDOM_SEED}, clock {clock}"
+            )
         read, write = rng.choice(places), rng.choice(places)
         word, enable = rng.getrandbits(width), rng.random() < 0.5
         due.append(kept[read])

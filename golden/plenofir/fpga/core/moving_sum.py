@@ -43,6 +43,7 @@ class MovingSumEngine(SliceEngine):
         "tables": 2.64,
         "rings": 4.69,
         "block bits": 0.618,
+        "joined bits": 1,
     }
     FLIP_FLOP_WEIGHTS: ClassVar[dict[str, float]] = {
         "core": 356,
@@ -52,6 +53,7 @@ class MovingSumEngine(SliceEngine):
         "delays": 1.32,
         "rings": 4.99,
         "block bits": 1.75,
+        "joined bits": 1,
     }
 
     def layout(self, raster: Raster, number: int = 0) -> SumLayout:
@@ -149,8 +151,9 @@ class MovingSumEngine(SliceEngine):
                     address_bits = (bank_words - 1).bit_length()
                     yield Memory("addresses of lines", line_bits, address_bits, 1 + banks, rom=True)
                 sum_bits = raster.channels * words.sum
-                copies, columns = layout.sum_words, raster.max_columns
-                yield Memory("sums", raster.column_bits, sum_bits, copies, words=columns)
+                for size in block_sizes(raster.max_columns, sum_bits):
+                    bits = (size - 1).bit_length()
+                    yield Memory("sums", bits, sum_bits, layout.sum_words, words=size)
             else:
                 bits = layout.reach.bit_length()
                 yield Memory("pixels of a line", bits, width, 1 + layout.pixels_leave)
@@ -163,7 +166,7 @@ class MovingSumEngine(SliceEngine):
 
     def structure(self, raster: Raster) -> dict[str, int]:
         names = ("core", "sum bits", "pixel bits", "control bits", "tables", "delays", "rings")
-        counts = dict.fromkeys((*names, "skips", "block bits", "address bits"), 0)
+        counts = dict.fromkeys((*names, "skips", "block bits", "joined bits", "address bits"), 0)
         counts["core"] = 1
         counts["address bits"] = (raster.max_columns - 1).bit_length()
         for number in range(2 * raster.passes):
@@ -181,6 +184,9 @@ class MovingSumEngine(SliceEngine):
                 counts["rings"] += m * ring
                 banks, bank_words = _banks(layout, raster)
                 counts["block bits"] += banks * width * len(block_sizes(bank_words, width))
+                sum_bits = raster.channels * words.sum
+                parts = len(block_sizes(raster.max_columns, sum_bits))
+                counts["joined bits"] += layout.sum_words * sum_bits * (parts - 1)
                 if len(layout.shifts) > 1:
                     counts["skips"] += m * ring * table_blocks
             if words.value:
