@@ -40,8 +40,6 @@ architecture rtl of axis_fifo is
   -- differ by 2**ADDRESS_BITS mean full.
   subtype pointer_t is unsigned(ADDRESS_BITS downto 0);
 
-  constant CAPACITY : pointer_t := to_unsigned(2 ** ADDRESS_BITS, ADDRESS_BITS + 1);
-
   signal write_pointer : pointer_t := (others => '0');
   signal read_pointer  : pointer_t := (others => '0');
   signal stored        : pointer_t;
@@ -52,13 +50,15 @@ architecture rtl of axis_fifo is
   signal word          : std_logic_vector(WIDTH - 1 downto 0);
   signal word_valid    : std_logic := '0';
   signal word_moves    : std_logic;
+  signal word_free     : std_logic;
   signal on_offer      : std_logic := '0';
 
 begin
 
   stored        <= write_pointer - read_pointer;
-  can_write     <= '1' when stored /= CAPACITY else
-                   '0';
+  can_write     <= '0' when write_pointer(ADDRESS_BITS) /= read_pointer(ADDRESS_BITS) and
+                            write_pointer(ADDRESS_BITS - 1 downto 0) = read_pointer(ADDRESS_BITS - 1 downto 0) else
+                   '1';
   has_words     <= '1' when read_pointer /= write_pointer else
                    '0';
   write_enable  <= s_axis_tvalid and can_write;
@@ -68,7 +68,8 @@ begin
 
   -- From the RAM through its own register (word) to the output register, each as soon as the next is free.
   word_moves  <= m_axis_tready or not on_offer;
-  read_enable <= has_words and (word_moves or not word_valid);
+  word_free   <= word_moves or not word_valid;
+  read_enable <= has_words and word_free;
 
   move_words : process (clk) is
   begin
@@ -108,7 +109,7 @@ begin
       write_enable  => write_enable,
       write_address => write_pointer(ADDRESS_BITS - 1 downto 0),
       write_data    => s_axis_tdata,
-      read_enable   => read_enable,
+      read_enable   => word_free,
       read_address  => read_pointer(ADDRESS_BITS - 1 downto 0),
       read_data     => word
     );

@@ -1,5 +1,5 @@
 -- Arithmetic of integers for widths, sizes and tables, and the comparison of names.
--- All functions are evaluated at elaboration only.
+-- All functions are evaluated at elaboration only, but to_logic, which is a wire.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -21,6 +21,11 @@ package math_pkg is
     a : integer;
     b : integer
   ) return integer;
+
+  -- '1' for true.
+  function to_logic (
+    condition : boolean
+  ) return std_logic;
 
   -- value / divisor, rounded up.
   function divide_up (
@@ -92,6 +97,19 @@ package body math_pkg is
     return choose(a > b, a, b);
 
   end function larger;
+
+  function to_logic (
+    condition : boolean
+  ) return std_logic is
+  begin
+
+    if condition then
+      return '1';
+    end if;
+
+    return '0';
+
+  end function to_logic;
 
   function divide_up (
     value   : natural;

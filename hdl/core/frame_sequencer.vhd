@@ -127,7 +127,14 @@ architecture rtl of frame_sequencer is
   -- Bands that have to come before the next frame, and those of the frame modulo BAND_MODULUS.
   signal bands_missing : natural range 0 to MIN_BANDS    := 0;
   signal band_phase    : natural range 0 to BAND_MODULUS := 0;
-  signal frame_wait    : std_logic;
+  -- Whether these numbers are above 0, and row = last_row: decisions take no time for comparisons.
+  signal tokens_due  : std_logic := '0';
+  signal bands_due   : std_logic := '0';
+  signal steps_due   : std_logic := '0';
+  signal frame_short : std_logic := '0';
+  signal frame_odd   : std_logic := '0';
+  signal at_last_row : std_logic := '0';
+  signal frame_wait  : std_logic;
 
 begin
 
@@ -137,22 +144,21 @@ begin
                      '0';
 
   -- Whether the line on hand, or the first line of a new frame, completes a band.
-  completes_band  <= '1' when LAST_BAND_ROW = 0 or band_row = LAST_BAND_ROW or row = last_row else
+  completes_band  <= '1' when LAST_BAND_ROW = 0 or band_row = LAST_BAND_ROW or at_last_row = '1' else
                      '0';
   completes_first <= '1' when LAST_BAND_ROW = 0 or new_last_row = 0 else
                      '0';
 
   -- No band may begin yet.
-  band_wait <= '1' when at_first = '1' and steps_missing > 0 else
+  band_wait <= '1' when at_first = '1' and steps_due = '1' else
                '0';
 
   -- No frame may begin yet.
-  frame_wait <= '1' when bands_missing > 0 or band_phase > 0 else
-                '0';
+  frame_wait <= frame_short or frame_odd;
 
   -- What to do with this clock; `take` takes the pixel on offer, `send` says what becomes of it.
   decide : process (state, frame_open, at_first, s_axis_tvalid, s_axis_tuser, credit, drained, size_supported,
-                    bands_to_flush, tokens_to_flush, steps_missing, band_row, band_wait, frame_wait, completes_band,
+                    bands_due, tokens_due, steps_due, band_row, band_wait, frame_wait, completes_band,
                     completes_first) is
   begin
 
@@ -208,10 +214,10 @@ begin
               starts_frame <= '1';
             end if;
           elsif at_first = '1' then
-            if frame_open = '0' and (bands_to_flush > 0 or frame_wait = '1') and band_wait = '0' and drained = '1' and
-               (PARALLEL_ROWS = 1 or tokens_to_flush = 0) then
+            if frame_open = '0' and (bands_due = '1' or frame_wait = '1') and band_wait = '0' and drained = '1' and
+               (PARALLEL_ROWS = 1 or tokens_due = '0') then
               send <= flush_pixel;
-            elsif tokens_to_flush > 0 or steps_missing > 0 then
+            elsif tokens_due = '1' or steps_due = '1' then
               send <= empty;
             end if;
           end if;
@@ -251,6 +257,7 @@ begin
     variable frame_ends  : boolean;
     variable band_token  : std_logic;
     variable line_end    : unsigned(COLUMN_BITS - 1 downto 0);
+    variable row_end     : unsigned(15 downto 0);
     variable slice_now   : slice_t;
     variable strobe      : std_logic;
     variable line_first  : std_logic;
@@ -277,13 +284,17 @@ begin
         first_band    <= '1';
         synchronised  <= '1';
         bands_missing <= MIN_BANDS - 1;
+        frame_short   <= to_logic(MIN_BANDS > 1);
+        at_last_row   <= to_logic(new_last_row = 0);
         line_end      := new_last_column;
+        row_end       := new_last_row;
         frame_ends    := new_last_row = 0;
         band_token    := completes_first;
         slice_now     := slice;
       else
         line_end   := last_column;
-        frame_ends := row = last_row;
+        row_end    := last_row;
+        frame_ends := at_last_row = '1';
         band_token := completes_band;
         slice_now  := slice_held;
       end if;
@@ -293,20 +304,25 @@ begin
         band_token := '1';
       end if;
 
-      if send /= nothing and steps_missing > 0 then
+      if send /= nothing and steps_due = '1' then
         steps_missing <= steps_missing - 1;
+        steps_due     <= to_logic(steps_missing > 1);
       end if;
 
       if send = empty then
-        if tokens_to_flush > 0 then
+        if tokens_due = '1' then
           tokens_to_flush <= tokens_to_flush - 1;
+          tokens_due      <= to_logic(tokens_to_flush > 1);
         end if;
       elsif send /= nothing then
         tokens_to_flush <= ROW_FLUSH;
+        tokens_due      <= to_logic(ROW_FLUSH > 0);
         if image_token then
           bands_to_flush <= COLUMN_FLUSH;
-        elsif at_first = '1' and band_row = 0 and bands_to_flush > 0 then
+          bands_due      <= to_logic(COLUMN_FLUSH > 0);
+        elsif at_first = '1' and band_row = 0 and bands_due = '1' then
           bands_to_flush <= bands_to_flush - 1;
+          bands_due      <= to_logic(bands_to_flush > 1);
         end if;
 
         if line_ends = '1' then
@@ -319,22 +335,27 @@ begin
             at_last <= '0';
           end if;
           if band_token = '1' then
-            if BAND_MODULUS > 1 and (image_token or band_phase > 0 or KEEP_MODULUS) then
+            if BAND_MODULUS > 1 and (image_token or frame_odd = '1' or KEEP_MODULUS) then
               if band_phase = BAND_MODULUS - 1 then
                 band_phase <= 0;
+                frame_odd  <= '0';
               else
                 band_phase <= band_phase + 1;
+                frame_odd  <= '1';
               end if;
             end if;
-            if MIN_BANDS > 1 and starts_frame = '0' and first_band = '0' and bands_missing > 0 then
+            if starts_frame = '0' and first_band = '0' and frame_short = '1' then
               bands_missing <= bands_missing - 1;
+              frame_short   <= to_logic(bands_missing > 1);
             end if;
             band_row   <= 0;
             first_band <= '0';
             if column < MIN_STEPS - 1 then
               steps_missing <= MIN_STEPS - 1 - to_integer(column(bits_for(MIN_STEPS) - 1 downto 0));
+              steps_due     <= '1';
             else
               steps_missing <= LAST_BAND_ROW - column_count;
+              steps_due     <= to_logic(column_count /= LAST_BAND_ROW);
             end if;
           else
             band_row <= band_row + 1;
@@ -345,7 +366,8 @@ begin
               frame_open <= '0';
               row        <= (others => '0');
             else
-              row <= row + 1;
+              row         <= row + 1;
+              at_last_row <= to_logic(row + 1 = row_end);
             end if;
           end if;
         else
@@ -449,6 +471,11 @@ begin
         bands_missing   <= 0;
         band_phase      <= 0;
         steps_missing   <= 0;
+        tokens_due      <= '0';
+        bands_due       <= '0';
+        steps_due       <= '0';
+        frame_short     <= '0';
+        frame_odd       <= '0';
         error_flags     <= (others => '0');
       end if;
     end if;

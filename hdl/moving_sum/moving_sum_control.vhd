@@ -217,19 +217,6 @@ architecture rtl of moving_sum_control is
 
   end function next_count;
 
-  function to_logic (
-    condition : boolean
-  ) return std_logic is
-  begin
-
-    if condition then
-      return '1';
-    end if;
-
-    return '0';
-
-  end function to_logic;
-
   -- Of the step that comes in: bit 0 first, then the slice; and the same for the step whose output is due.
   signal tag     : std_logic_vector(slice'length downto 0);
   signal due_tag : std_logic_vector(slice'length downto 0);
