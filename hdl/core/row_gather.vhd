@@ -4,7 +4,7 @@
 -- completes the band it gets a pixel of each row. The last band of a frame may lack rows, and so do flush lines:
 -- those rows are zeros and no image lines.
 --
--- Latency: 1 clock (PARALLEL_ROWS = 1: 0). Throughput: one token each clock.
+-- Latency: 2 clocks (PARALLEL_ROWS = 1: 0). Throughput: one token each clock.
 -- Equation: row r of the band at column k = pixel k of the r-th line since the last band.
 
 library ieee;
@@ -54,9 +54,12 @@ begin
 
     signal column    : unsigned(ADDRESS_BITS - 1 downto 0);
     signal column_d1 : unsigned(ADDRESS_BITS - 1 downto 0)    := (others => '0');
-    signal image_d1  : std_logic;
+    signal token_d1  : token_t;
+    signal image_d2  : std_logic;
     signal row_d1    : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
+    signal row_d2    : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
     signal data_d1   : std_logic_vector(DATA_BITS - 1 downto 0);
+    signal data_d2   : std_logic_vector(DATA_BITS - 1 downto 0);
 
   begin
 
@@ -70,17 +73,19 @@ begin
         if token.strobe = '1' and token.pixel = '1' then
           column_d1 <= column;
         end if;
-        array_token.strobe      <= token.strobe and not reset;
-        array_token.pixel       <= token.pixel and token.band;
-        array_token.line_first  <= token.line_first and token.band;
-        array_token.line_last   <= token.line_last and token.band;
-        array_token.band        <= token.band;
-        array_token.frame_first <= token.frame_first;
-        array_token.image       <= token.image;
-        array_token.slice       <= token.slice;
-        image_d1                <= token.image;
-        row_d1                  <= token_row;
-        data_d1                 <= token_data;
+        token_d1        <= token;
+        token_d1.strobe <= token.strobe and not reset;
+        row_d1          <= token_row;
+        data_d1         <= token_data;
+
+        array_token            <= token_d1;
+        array_token.strobe     <= token_d1.strobe and not reset;
+        array_token.pixel      <= token_d1.pixel and token_d1.band;
+        array_token.line_first <= token_d1.line_first and token_d1.band;
+        array_token.line_last  <= token_d1.line_last and token_d1.band;
+        image_d2               <= token_d1.image;
+        row_d2                 <= row_d1;
+        data_d2                <= data_d1;
       end if;
 
     end process follow;
@@ -91,11 +96,11 @@ begin
 
     begin
 
-      array_image(r) <= '1' when r < row_d1 or (r = row_d1 and image_d1 = '1') else
+      array_image(r) <= '1' when r < row_d2 or (r = row_d2 and image_d2 = '1') else
                         '0';
 
-      array_data((r + 1) * DATA_BITS - 1 downto r * DATA_BITS) <= stored when r < row_d1 else
-                                                                  data_d1 when r = row_d1 else
+      array_data((r + 1) * DATA_BITS - 1 downto r * DATA_BITS) <= stored when r < row_d2 else
+                                                                  data_d2 when r = row_d2 else
                                                                   (others => '0');
 
       row_buffer : if r < PARALLEL_ROWS - 1 generate
@@ -111,7 +116,7 @@ begin
           generic map (
             WIDTH        => DATA_BITS,
             ADDRESS_BITS => ADDRESS_BITS,
-            READ_LATENCY => 1
+            READ_LATENCY => 2
           )
           port map (
             clk           => clk,

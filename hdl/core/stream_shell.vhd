@@ -89,7 +89,7 @@ architecture rtl of stream_shell is
   constant SLICE_BITS  : natural  := choose(SLICES = 0, 0, bits_for(larger(SLICES - 1, 0)));
 
   -- Sequencer 2, gather, engine.
-  constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 1, 0) + ENGINE_LATENCY;
+  constant TOKENS_UNDER_WAY : positive := 2 + choose(PARALLEL_ROWS > 1, 2, 0) + ENGINE_LATENCY;
 
   signal input_word     : std_logic_vector(STREAM_BITS - 1 downto 0);
   signal stream_word    : std_logic_vector(STREAM_BITS - 1 downto 0);

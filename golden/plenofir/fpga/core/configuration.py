@@ -27,7 +27,7 @@ _DIVIDE_CLOCKS = 3
 # Input FIFO 3, sequencer 1, output FIFO 3 (refocus_pkg.STREAM_LATENCY).
 _STREAM_CLOCKS = 7
 # Tokens in the sequencer and the row gather.
-_SEQUENCER_GATHER = 3
+_SEQUENCER_GATHER = 4
 # video_to_stream 3, stream_to_video 1, the output's choice 1.
 _VIDEO_CLOCKS = 5
 
@@ -214,7 +214,7 @@ class CoreConfiguration(Raster):
         """
         bands, row = divmod(self.delay, self.parallel_rows)
         start = self._band_start(bands, columns, rows, frames)
-        gather = 1 if self.parallel_rows > 1 else 0
+        gather = 2 if self.parallel_rows > 1 else 0
         return start + self.delay + row + self.array_clocks + _STREAM_CLOCKS + gather
 
     @property
