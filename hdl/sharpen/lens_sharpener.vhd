@@ -1,0 +1,151 @@
+-- Sharpens refocused sums with taps a lens apart: between integer a the operator blurs, and this takes it back.
+--
+-- It stands behind the sums of an engine and in front of their division, so that both together round once. Columns
+-- come first, as their memory then holds the sums as they are. A tap outside the picture counts as the pixel itself.
+--
+-- What the division has to be given is the sharpened sum, rounded to a whole number so that the quotient is that of the
+-- exact one: round(n / (q * d)) = round(floor((n + h) / q) / d), with h = q / 2 for odd d, else 0.
+--
+-- Latency: M lines, divide_up(M, PIXELS_PER_CLOCK) tokens and sharpen_latency clocks. Throughput: one token each clock; the
+--   same column comes again PARTIAL_SUM_LOOP clocks later at the earliest.
+-- Equation: with q = 4**s, t(k) = (2**s + 2 * side) * S(k) - side * (S(k - M) + S(k + M)) along columns, then along rows:
+--   out = t / q, rounded as above and limited to 0 .. SUM_MAX.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.sharpen_pkg.all;
+
+entity lens_sharpener is
+  generic (
+    -- M: the distance of the taps in pixels.
+    MICRO_IMAGE_SIZE : positive;
+    -- The weight of each slice in 64ths, 0 to 16, with blanks in between.
+    SHARPENING : string;
+    -- Neighbouring pixels of a line that a token has.
+    PIXELS_PER_CLOCK : positive := 1;
+    -- Tokens of the longest line.
+    TOKENS : positive;
+    -- Sums of a pixel.
+    CHANNELS : positive;
+    -- Largest sum: the largest pixel times the divisor.
+    SUM_MAX : positive;
+    -- What sums are divided by behind this.
+    DIVISOR : positive
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A token; whether it has pixels, and the ends of its line.
+    strobe     : in    std_logic;
+    pixel      : in    std_logic;
+    line_first : in    std_logic;
+    line_last  : in    std_logic;
+    -- The pixels that a line's last token has.
+    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    -- With a line's first token: it belongs to an image, it is a frame's first one, and its slice.
+    image       : in    std_logic;
+    frame_first : in    std_logic;
+    slice       : in    unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
+    -- The sums of a token, channel 0 of pixel 0 in the low bits.
+    sums : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0);
+    -- The same, sharpened; what is of a line comes with each of its tokens.
+    out_strobe      : out   std_logic;
+    out_pixel       : out   std_logic;
+    out_line_first  : out   std_logic;
+    out_line_last   : out   std_logic;
+    out_image       : out   std_logic;
+    out_frame_first : out   std_logic;
+    out_slice       : out   unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
+    out_sums        : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * bits_for(SUM_MAX) - 1 downto 0)
+  );
+end entity lens_sharpener;
+
+architecture rtl of lens_sharpener is
+
+  constant LANES       : positive := PIXELS_PER_CLOCK * CHANNELS;
+  constant TAPPED_SIZE : positive := tapped_bits(SUM_MAX, SHARPENING);
+  -- h, before the taps of rows multiply it by 2**s.
+  constant ROUNDING : natural := choose(DIVISOR mod 2 = 1, 2 ** (scale_exponent(SHARPENING) - 1), 0);
+
+  signal column_strobe      : std_logic;
+  signal column_pixel       : std_logic;
+  signal column_line_first  : std_logic;
+  signal column_line_last   : std_logic;
+  signal column_image       : std_logic;
+  signal column_frame_first : std_logic;
+  signal column_slice       : unsigned(slice'range);
+  signal column_sharpened   : std_logic;
+  signal column_values      : std_logic_vector(LANES * TAPPED_SIZE - 1 downto 0);
+
+begin
+
+  columns : entity work.sharpen_columns
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      SHARPENING       => SHARPENING,
+      TOKENS           => TOKENS,
+      LANES            => LANES,
+      SUM_BITS         => bits_for(SUM_MAX),
+      OFFSET           => ROUNDING,
+      RESULT_BITS      => TAPPED_SIZE
+    )
+    port map (
+      clk             => clk,
+      reset           => reset,
+      strobe          => strobe,
+      pixel           => pixel,
+      line_first      => line_first,
+      line_last       => line_last,
+      image           => image,
+      frame_first     => frame_first,
+      slice           => slice,
+      sums            => sums,
+      out_strobe      => column_strobe,
+      out_pixel       => column_pixel,
+      out_line_first  => column_line_first,
+      out_line_last   => column_line_last,
+      out_image       => column_image,
+      out_frame_first => column_frame_first,
+      out_slice       => column_slice,
+      out_sharpened   => column_sharpened,
+      out_values      => column_values
+    );
+
+  rows : entity work.sharpen_rows
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      SHARPENING       => SHARPENING,
+      PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
+      CHANNELS         => CHANNELS,
+      VALUE_BITS       => TAPPED_SIZE,
+      SUM_MAX          => SUM_MAX
+    )
+    port map (
+      clk             => clk,
+      reset           => reset,
+      strobe          => column_strobe,
+      pixel           => column_pixel,
+      line_first      => column_line_first,
+      line_last       => column_line_last,
+      line_end        => line_end,
+      image           => column_image,
+      frame_first     => column_frame_first,
+      slice           => column_slice,
+      sharpened       => column_sharpened,
+      values          => column_values,
+      out_strobe      => out_strobe,
+      out_pixel       => out_pixel,
+      out_line_first  => out_line_first,
+      out_line_last   => out_line_last,
+      out_image       => out_image,
+      out_frame_first => out_frame_first,
+      out_slice       => out_slice,
+      out_sums        => out_sums
+    );
+
+end architecture rtl;

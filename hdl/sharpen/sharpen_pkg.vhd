@@ -1,0 +1,220 @@
+-- Weights, word sizes and clock counts of sharpening.
+--
+-- SHARPENING is a text like SHIFTS: the weight b of each slice in 64ths, with blanks in between, such as "4 0 4". The
+-- taps are (-side, 2**s + 2 * side, -side) / 2**s with the least s that makes all sides whole numbers.
+--
+-- All functions are evaluated at elaboration only.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+
+package sharpen_pkg is
+
+  -- Whether a slice has a weight above 0.
+  function sharpens (
+    sharpening : string
+  ) return boolean;
+
+  -- Lines and pixels that sharpening is behind.
+  function sharpen_delay (
+    sharpening       : string;
+    micro_image_size : positive
+  ) return natural;
+
+  -- The s of the taps.
+  function scale_exponent (
+    sharpening : string
+  ) return positive;
+
+  -- The side weight of a slice.
+  function side_weight (
+    sharpening : string;
+    slice      : natural
+  ) return natural;
+
+  -- The largest side weight.
+  function largest_side (
+    sharpening : string
+  ) return positive;
+
+  -- Whether all slices that are sharpened at all have the same weight.
+  function one_weight (
+    sharpening : string
+  ) return boolean;
+
+  -- Width of a sum of 0 to sum_max behind the taps of columns: signed, with the fraction bits of the scale.
+  function tapped_bits (
+    sum_max    : positive;
+    sharpening : string
+  ) return positive;
+
+  -- Clocks of three_taps.
+  constant TAPS_LATENCY : positive := 4;
+
+  -- Clocks of sharpen_columns: address, memory 3, taps.
+  constant SHARPEN_COLUMNS_LATENCY : positive := 4 + TAPS_LATENCY;
+
+  -- Clocks of sharpen_rows: registers behind the delays, taps, limits 2.
+  constant SHARPEN_ROWS_LATENCY : positive := 1 + TAPS_LATENCY + 2;
+
+  -- Clocks of both; 0 without sharpening.
+  function sharpen_latency (
+    sharpening : string
+  ) return natural;
+
+end package sharpen_pkg;
+
+package body sharpen_pkg is
+
+  -- Weights are whole numbers of 1 / 2**UNIT_BITS.
+  constant UNIT_BITS : positive := 6;
+
+  function sharpens (
+    sharpening : string
+  ) return boolean is
+
+    variable found : boolean;
+
+  begin
+
+    found := false;
+
+    for i in 0 to slice_count(sharpening) - 1 loop
+
+      found := found or slice_shift(sharpening, i) > 0;
+
+    end loop;
+
+    return found;
+
+  end function sharpens;
+
+  function sharpen_delay (
+    sharpening       : string;
+    micro_image_size : positive
+  ) return natural is
+  begin
+
+    return choose(sharpens(sharpening), micro_image_size, 0);
+
+  end function sharpen_delay;
+
+  function scale_exponent (
+    sharpening : string
+  ) return positive is
+
+    variable exponent : positive;
+    variable whole    : boolean;
+
+  begin
+
+    exponent := UNIT_BITS;
+
+    -- From the largest to the least; 2 suffices for b = 1/4.
+    for candidate in UNIT_BITS - 1 downto 2 loop
+
+      whole := true;
+
+      for i in 0 to slice_count(sharpening) - 1 loop
+
+        whole := whole and slice_shift(sharpening, i) mod 2 ** (UNIT_BITS - candidate) = 0;
+
+      end loop;
+
+      if whole then
+        exponent := candidate;
+      end if;
+
+    end loop;
+
+    return exponent;
+
+  end function scale_exponent;
+
+  function side_weight (
+    sharpening : string;
+    slice      : natural
+  ) return natural is
+  begin
+
+    return slice_shift(sharpening, slice) / 2 ** (UNIT_BITS - scale_exponent(sharpening));
+
+  end function side_weight;
+
+  function largest_side (
+    sharpening : string
+  ) return positive is
+
+    variable largest : positive;
+
+  begin
+
+    largest := 1;
+
+    for i in 0 to slice_count(sharpening) - 1 loop
+
+      largest := larger(largest, side_weight(sharpening, i));
+
+    end loop;
+
+    return largest;
+
+  end function largest_side;
+
+  function one_weight (
+    sharpening : string
+  ) return boolean is
+
+    variable same : boolean;
+
+  begin
+
+    same := true;
+
+    for i in 0 to slice_count(sharpening) - 1 loop
+
+      same := same and (side_weight(sharpening, i) = 0 or side_weight(sharpening, i) = largest_side(sharpening));
+
+    end loop;
+
+    return same;
+
+  end function one_weight;
+
+  function tapped_bits (
+    sum_max    : positive;
+    sharpening : string
+  ) return positive is
+
+    constant EXPONENT : positive := scale_exponent(sharpening);
+
+    variable growth : natural;
+
+  begin
+
+    -- Behind the taps a sum is 1 + 4 b times as large at most, which is no more than 2.
+    growth := 1;
+
+    if (sum_max / 256 + 1) * (2 ** EXPONENT + 4 * largest_side(sharpening)) <
+       2 ** (larger(bits_for(sum_max) + EXPONENT, 8) - 8) then
+      growth := 0;
+    end if;
+
+    return bits_for(sum_max) + growth + EXPONENT + 1;
+
+  end function tapped_bits;
+
+  function sharpen_latency (
+    sharpening : string
+  ) return natural is
+  begin
+
+    return choose(sharpens(sharpening), SHARPEN_COLUMNS_LATENCY + SHARPEN_ROWS_LATENCY, 0);
+
+  end function sharpen_latency;
+
+end package body sharpen_pkg;

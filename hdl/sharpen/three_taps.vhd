@@ -1,0 +1,138 @@
+-- Three taps: a value, and its neighbours on both sides as far as there are any.
+--
+-- With differences to the neighbours, one that is missing counts as the value itself. Each clock has an addition at most.
+--
+-- Latency: TAPS_LATENCY clocks. Throughput: one value each clock.
+-- Equation: result = 2**SCALE_BITS * value + side * sum over the neighbours that are there (value - neighbour) + OFFSET.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.sharpen_pkg.all;
+
+entity three_taps is
+  generic (
+    -- Width of a value, a signed number.
+    VALUE_BITS : positive;
+    -- As in lens_sharpener.
+    SHARPENING : string;
+    -- What is added, 0 to 2**SCALE_BITS - 1.
+    OFFSET : natural;
+    -- Width of the result.
+    RESULT_BITS : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- A value and its neighbours, and which of them are there.
+    value        : in    signed(VALUE_BITS - 1 downto 0);
+    before       : in    signed(VALUE_BITS - 1 downto 0);
+    behind       : in    signed(VALUE_BITS - 1 downto 0);
+    before_there : in    std_logic;
+    behind_there : in    std_logic;
+    -- The slice, 2 clocks behind the value; counts where slices have several weights above 0.
+    slice_2 : in    unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
+    result  : out   signed(RESULT_BITS - 1 downto 0)
+  );
+end entity three_taps;
+
+architecture rtl of three_taps is
+
+  constant SCALE_BITS : positive := scale_exponent(SHARPENING);
+  constant SIDE       : positive := largest_side(SHARPENING);
+  constant SIDE_BITS  : positive := bits_for(SIDE) + 1;
+  -- Of the differences, times a side weight.
+  constant PRODUCT_BITS : positive := VALUE_BITS + 2 + SIDE_BITS;
+
+  signal value_1  : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
+  signal value_2  : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
+  signal value_3  : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
+  signal before_1 : signed(VALUE_BITS downto 0)       := (others => '0');
+  signal behind_1 : signed(VALUE_BITS downto 0)       := (others => '0');
+  signal change_2 : signed(VALUE_BITS + 1 downto 0)   := (others => '0');
+  signal change_3 : signed(PRODUCT_BITS - 1 downto 0) := (others => '0');
+  signal scaled_3 : signed(RESULT_BITS - 1 downto 0);
+
+begin
+
+  scaled_3 <= resize(signed(std_logic_vector(value_3) & std_logic_vector(to_unsigned(OFFSET, SCALE_BITS))), RESULT_BITS);
+
+  add : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      value_1  <= value;
+      before_1 <= (others => '0');
+      behind_1 <= (others => '0');
+
+      if before_there = '1' then
+        before_1 <= resize(value, VALUE_BITS + 1) - resize(before, VALUE_BITS + 1);
+      end if;
+
+      if behind_there = '1' then
+        behind_1 <= resize(value, VALUE_BITS + 1) - resize(behind, VALUE_BITS + 1);
+      end if;
+
+      value_2  <= value_1;
+      change_2 <= resize(before_1, VALUE_BITS + 2) + resize(behind_1, VALUE_BITS + 2);
+
+      value_3 <= value_2;
+      result  <= scaled_3 + resize(change_3, RESULT_BITS);
+    end if;
+
+  end process add;
+
+  one_side : if one_weight(SHARPENING) generate
+
+    multiply : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        change_3 <= change_2 * to_signed(SIDE, SIDE_BITS);
+      end if;
+
+    end process multiply;
+
+  end generate one_side;
+
+  many_sides : if not one_weight(SHARPENING) generate
+
+    type sides_t is array (natural range 0 to 2 ** slice_2'length - 1) of signed(SIDE_BITS - 1 downto 0);
+
+    function side_table return sides_t is
+
+      variable table : sides_t;
+
+    begin
+
+      table := (others => to_signed(SIDE, SIDE_BITS));
+
+      for i in 0 to slice_count(SHARPENING) - 1 loop
+
+        table(i) := to_signed(side_weight(SHARPENING, i), SIDE_BITS);
+
+      end loop;
+
+      return table;
+
+    end function side_table;
+
+    constant SIDE_OF : sides_t := side_table;
+
+  begin
+
+    multiply : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        change_3 <= change_2 * SIDE_OF(to_integer(slice_2));
+      end if;
+
+    end process multiply;
+
+  end generate many_sides;
+
+end architecture rtl;
