@@ -7,7 +7,8 @@
 --
 -- With N = 1 this is the filter of a raster scan. With N = rows of the frame, a frame is one band.
 --
--- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear).
+-- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear). With one row at a time
+-- sharpening may follow the sums.
 --
 -- A band is N lines of the image. Its columns come as pixel tokens, one after the other or with idle clocks and
 -- empty tokens (strobe without pixel) in between. The next band may begin min_line_steps tokens later, and after
@@ -18,7 +19,8 @@
 -- image lines. A frame begins at the top of a band.
 --
 -- Latency: floor(D/N) bands and D + D mod N tokens (with DESKEW D + N - 1), D = total_delay, and array_latency
---   clocks, from the first pixel in to the first pixel out.
+--   clocks, from the first pixel in to the first pixel out; with sharpening M lines and tokens and sharpen_latency clocks
+--   more.
 -- Throughput: N pixels of all channels each clock.
 -- Equation: out(k) = round(S2(k) / M**(2 + 2n)) of rows, then columns (EXACT), or stored products as
 --   in raster_refocuser.
@@ -33,6 +35,7 @@ use work.refocus_pkg.all;
 use work.fir_pkg.all;
 use work.arithmetic_pkg.all;
 use work.token_pkg.all;
+use work.sharpen_pkg.all;
 
 entity fir_array is
   generic (
@@ -62,6 +65,8 @@ entity fir_array is
     GUARD_BITS : natural range 0 to 12 := 0;
     -- As in raster_refocuser.
     BROADCAST_TAPS : natural := 0;
+    -- As in raster_refocuser.
+    SHARPENING : string := "";
     -- Whether all rows of a column come out with the same token.
     DESKEW : boolean := false
   );
@@ -144,6 +149,12 @@ architecture rtl of fir_array is
   signal column_tags   : column_tags_t;
   signal line_tags     : line_tags_t;
 
+  -- Behind the column modules, and the sharpener where there is one.
+  signal last_strobe : std_logic;
+  signal last_column : column_tag_t;
+  signal last_line   : line_tag_t;
+  signal last_sums   : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
+
   signal summed : results_t(0 to PARALLEL_ROWS - 1);
   signal sums   : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
 
@@ -155,6 +166,10 @@ begin
 
   assert EXACT or PIXEL_BITS + GUARD_BITS <= 16
     report "fir_array: PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
+    severity failure;
+
+  assert PARALLEL_ROWS = 1 or not sharpens(SHARPENING)
+    report "fir_array: SHARPENING needs PARALLEL_ROWS = 1"
     severity failure;
 
   -- Row modules: every token is a step.
@@ -350,6 +365,58 @@ begin
 
   end generate column_pass;
 
+  plain : if not sharpens(SHARPENING) generate
+    last_strobe <= column_strobe(PASSES);
+    last_column <= column_tags(PASSES);
+    last_line   <= line_tags(PASSES);
+    last_sums   <= column_data(PASSES)(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
+  end generate plain;
+
+  sharp : if sharpens(SHARPENING) generate
+
+    signal slice     : unsigned(SLICE_BITS - 1 downto 0);
+    signal slice_due : unsigned(SLICE_BITS - 1 downto 0);
+
+  begin
+
+    slice <= unsigned(line_tags(PASSES)(line_tag_t'high downto LINE_SLICE_LOW));
+
+    last_line(line_tag_t'high downto LINE_SLICE_LOW) <= std_logic_vector(slice_due);
+
+    sharpener : entity work.lens_sharpener
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SHARPENING       => SHARPENING,
+        PIXELS_PER_CLOCK => 1,
+        TOKENS           => MAX_COLUMNS,
+        CHANNELS         => CHANNELS,
+        SUM_MAX          => product_max(ARITHMETIC, 2 * PASSES),
+        DIVISOR          => final_divisor(ARITHMETIC)
+      )
+      port map (
+        clk             => clk,
+        reset           => reset,
+        strobe          => column_strobe(PASSES),
+        pixel           => column_tags(PASSES)(PIXEL),
+        line_first      => column_tags(PASSES)(BAND_FIRST),
+        line_last       => column_tags(PASSES)(BAND_LAST),
+        line_end        => "1",
+        image           => line_tags(PASSES)(LINE_IMAGE),
+        frame_first     => line_tags(PASSES)(LINE_FRAME_FIRST),
+        slice           => slice,
+        sums            => column_data(PASSES)(CHANNELS * RESULT_SUM_BITS - 1 downto 0),
+        out_strobe      => last_strobe,
+        out_pixel       => last_column(PIXEL),
+        out_line_first  => last_column(BAND_FIRST),
+        out_line_last   => last_column(BAND_LAST),
+        out_image       => last_line(LINE_IMAGE),
+        out_frame_first => last_line(LINE_FRAME_FIRST),
+        out_slice       => slice_due,
+        out_sums        => last_sums(CHANNELS * RESULT_SUM_BITS - 1 downto 0)
+      );
+
+  end generate sharp;
+
   -- From modules back to rows.
   back_to_rows : entity work.row_results
     generic map (
@@ -361,14 +428,14 @@ begin
     port map (
       clk         => clk,
       reset       => reset,
-      strobe      => column_strobe(PASSES),
-      pixel       => column_tags(PASSES)(PIXEL),
-      band_first  => column_tags(PASSES)(BAND_FIRST),
-      band_last   => column_tags(PASSES)(BAND_LAST),
-      image       => line_tags(PASSES)(LINE_IMAGE),
-      frame_first => line_tags(PASSES)(LINE_FRAME_FIRST),
-      slice       => line_tags(PASSES)(LINE_SLICE_LOW + SLICE_BITS - 1 downto LINE_SLICE_LOW),
-      module_sums => column_data(PASSES)(ROW_LANES * RESULT_SUM_BITS - 1 downto 0),
+      strobe      => last_strobe,
+      pixel       => last_column(PIXEL),
+      band_first  => last_column(BAND_FIRST),
+      band_last   => last_column(BAND_LAST),
+      image       => last_line(LINE_IMAGE),
+      frame_first => last_line(LINE_FRAME_FIRST),
+      slice       => last_line(line_tag_t'high downto LINE_SLICE_LOW),
+      module_sums => last_sums,
       results     => summed,
       row_sums    => sums
     );

@@ -5,9 +5,10 @@
 -- arithmetic columns come first, so that their memory holds the pixels as they come; stored products
 -- round between rows and columns, so there rows are first.
 --
--- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear).
+-- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear). Sharpening follows the sums.
 --
--- Latency: D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay. Throughput: one pixel of
+-- Latency: D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay; with sharpening M lines and tokens and
+--   sharpen_latency clocks more. Throughput: one pixel of
 --   all channels each clock, in lines of D + 1 tokens at least and frames of D + 1 lines at least and a multiple
 --   of M lines, with ANY_ROWS of least_frame lines at least; what is missing, empty tokens and lines must make up for.
 -- Equation: as fir_array.
@@ -22,6 +23,7 @@ use work.refocus_pkg.all;
 use work.moving_sum_pkg.all;
 use work.arithmetic_pkg.all;
 use work.token_pkg.all;
+use work.sharpen_pkg.all;
 
 entity moving_sum_array is
   generic (
@@ -46,7 +48,9 @@ entity moving_sum_array is
     -- As in raster_refocuser.
     GUARD_BITS : natural range 0 to 12 := 0;
     -- As in raster_refocuser.
-    ANY_ROWS : boolean := false
+    ANY_ROWS : boolean := false;
+    -- As in raster_refocuser.
+    SHARPENING : string := ""
   );
   port (
     clk   : in    std_logic;
@@ -110,9 +114,12 @@ architecture rtl of moving_sum_array is
   signal token_tags : token_tags_t;
   signal line_tags  : line_tags_t;
 
-  signal last_token : token_tag_t;
-  signal last_line  : line_tag_t;
-  signal summed     : result_t;
+  -- Behind the sums, and the sharpener where there is one.
+  signal last_strobe : std_logic;
+  signal last_token  : token_tag_t;
+  signal last_line   : line_tag_t;
+  signal last_sums   : std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0);
+  signal summed      : result_t;
 
 begin
 
@@ -210,11 +217,60 @@ begin
 
   end generate every_stage;
 
-  last_token <= token_tags(2 * PASSES);
-  last_line  <= line_tags(2 * PASSES);
+  plain : if not sharpens(SHARPENING) generate
+    last_strobe <= strobe(2 * PASSES);
+    last_token  <= token_tags(2 * PASSES);
+    last_line   <= line_tags(2 * PASSES);
+    last_sums   <= data(2 * PASSES)(CHANNELS * SUM_BITS - 1 downto 0);
+  end generate plain;
 
-  summed.valid <= strobe(2 * PASSES) and last_token(PIXEL) and last_line(IMAGE);
-  summed.skip  <= strobe(2 * PASSES) and last_token(PIXEL) and last_token(LINE_FIRST) and not last_line(IMAGE);
+  sharp : if sharpens(SHARPENING) generate
+
+    signal slice     : unsigned(SLICE_BITS - 1 downto 0);
+    signal slice_due : unsigned(SLICE_BITS - 1 downto 0);
+
+  begin
+
+    slice <= unsigned(line_tags(2 * PASSES)(line_tag_t'high downto SLICE_LOW));
+
+    last_line(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(slice_due);
+
+    sharpener : entity work.lens_sharpener
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SHARPENING       => SHARPENING,
+        PIXELS_PER_CLOCK => 1,
+        TOKENS           => MAX_COLUMNS,
+        CHANNELS         => CHANNELS,
+        SUM_MAX          => product_max(ARITHMETIC, 2 * PASSES),
+        DIVISOR          => final_divisor(ARITHMETIC)
+      )
+      port map (
+        clk             => clk,
+        reset           => reset,
+        strobe          => strobe(2 * PASSES),
+        pixel           => token_tags(2 * PASSES)(PIXEL),
+        line_first      => token_tags(2 * PASSES)(LINE_FIRST),
+        line_last       => token_tags(2 * PASSES)(LINE_LAST),
+        line_end        => "1",
+        image           => line_tags(2 * PASSES)(IMAGE),
+        frame_first     => line_tags(2 * PASSES)(FRAME_FIRST),
+        slice           => slice,
+        sums            => data(2 * PASSES)(CHANNELS * SUM_BITS - 1 downto 0),
+        out_strobe      => last_strobe,
+        out_pixel       => last_token(PIXEL),
+        out_line_first  => last_token(LINE_FIRST),
+        out_line_last   => last_token(LINE_LAST),
+        out_image       => last_line(IMAGE),
+        out_frame_first => last_line(FRAME_FIRST),
+        out_slice       => slice_due,
+        out_sums        => last_sums
+      );
+
+  end generate sharp;
+
+  summed.valid <= last_strobe and last_token(PIXEL) and last_line(IMAGE);
+  summed.skip  <= last_strobe and last_token(PIXEL) and last_token(LINE_FIRST) and not last_line(IMAGE);
   summed.last  <= last_token(LINE_LAST);
   summed.start <= last_token(LINE_FIRST) and last_line(FRAME_FIRST);
   summed.slice <= resize(unsigned(last_line(line_tag_t'high downto SLICE_LOW)), slice_t'length);
@@ -231,7 +287,7 @@ begin
       clk    => clk,
       reset  => reset,
       result => summed,
-      sums   => data(2 * PASSES)(CHANNELS * SUM_BITS - 1 downto 0),
+      sums   => last_sums,
       scaled => result,
       pixels => result_data
     );

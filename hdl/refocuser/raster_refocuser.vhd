@@ -11,7 +11,7 @@
 --
 -- Latency: with PARALLEL_ROWS = 1, D * (max(columns, 4) + 1) + 7 + array_latency clocks from the first pixel in
 --   to the first pixel out when nothing stalls, D = total_delay (nearest neighbour: D * (columns + 1) + 16, stored
---   products 15). With more, CoreConfiguration.latency_clocks of the Python package gives it.
+--   products 15). With sharpening M lines, M tokens and sharpen_latency clocks more. With more rows, CoreConfiguration.latency_clocks of the Python package gives it.
 -- Throughput: one pixel of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by itself (the last
 --   of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
 -- Equation: out(k) = round(S2(k) / M**2), S2 the refocusing sums of rows, then columns (EXACT); or
@@ -27,6 +27,7 @@ use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.moving_sum_pkg.all;
 use work.token_pkg.all;
+use work.sharpen_pkg.all;
 use work.refocuser_pkg.all;
 
 entity raster_refocuser is
@@ -59,6 +60,9 @@ entity raster_refocuser is
     ENGINE : string := "fir";
     -- Moving sums only: whether frames whose rows are no multiple of M follow each other without a pause, too.
     ANY_ROWS : boolean := false;
+    -- Exact arithmetic, one row at a time: the weight of each slice's taps in 64ths, 0 to 16, such as "4 0 4" (see
+    -- lens_sharpener). Without one above 0 there is no sharpener.
+    SHARPENING : string := "";
     -- Taps that one latch of the broadcast net drives; 0: no latches, all taps from one register.
     BROADCAST_TAPS : natural := 0
   );
@@ -94,7 +98,8 @@ end entity raster_refocuser;
 architecture rtl of raster_refocuser is
 
   constant MOVING_SUM : boolean  := same_text(ENGINE, "moving_sum");
-  constant DELAY      : natural  := total_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER);
+  constant SUM_DELAY  : natural  := total_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER);
+  constant DELAY      : natural  := SUM_DELAY + sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE);
   constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
 
   signal token       : token_t;
@@ -125,6 +130,14 @@ begin
     report "raster_refocuser: GUARD_BITS exceeds FRACTION_BITS"
     severity failure;
 
+  assert not sharpens(SHARPENING) or (EXACT and PARALLEL_ROWS = 1)
+    report "raster_refocuser: SHARPENING needs EXACT and PARALLEL_ROWS = 1"
+    severity failure;
+
+  assert not sharpens(SHARPENING) or slice_count(SHARPENING) = slice_count(SHIFTS)
+    report "raster_refocuser: SHARPENING names a weight for each slice of SHIFTS"
+    severity failure;
+
   shell : entity work.stream_shell
     generic map (
       MAX_COLUMNS   => MAX_COLUMNS,
@@ -136,8 +149,10 @@ begin
       INPUT_PIXELS   => MAX_COLUMNS + 2 * PARALLEL_ROWS - 1,
       ROW_DELAY      => DELAY,
       COLUMN_DELAY   => DELAY,
-      ENGINE_LATENCY => engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS, MAX_COLUMNS),
-      MIN_STEPS      => engine_line_steps(ENGINE, DELAY, PARALLEL_ROWS, MAX_COLUMNS),
+      ENGINE_LATENCY => engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS, MAX_COLUMNS) +
+                        sharpen_latency(SHARPENING),
+      MIN_STEPS      => larger(engine_line_steps(ENGINE, SUM_DELAY, PARALLEL_ROWS, MAX_COLUMNS),
+                               choose(sharpens(SHARPENING), PARTIAL_SUM_LOOP, 1)),
       MIN_BANDS      => choose(MOVING_SUM,
                                 least_frame(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER, ANY_ROWS), 1),
       BAND_MODULUS   => choose(MOVING_SUM and not ANY_ROWS, MICRO_IMAGE_SIZE, 1)
@@ -187,6 +202,7 @@ begin
         FRACTION_BITS       => FRACTION_BITS,
         GUARD_BITS          => GUARD_BITS,
         BROADCAST_TAPS      => BROADCAST_TAPS,
+        SHARPENING          => SHARPENING,
         DESKEW              => false
       )
       port map (
@@ -215,7 +231,8 @@ begin
         EXACT               => EXACT,
         FRACTION_BITS       => FRACTION_BITS,
         GUARD_BITS          => GUARD_BITS,
-        ANY_ROWS            => ANY_ROWS
+        ANY_ROWS            => ANY_ROWS,
+        SHARPENING          => SHARPENING
       )
       port map (
         clk         => clk,

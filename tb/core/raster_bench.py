@@ -5,6 +5,7 @@ Every pixel of every frame, of a stack every pixel of every slice, against the b
 
 import logging
 import random
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +112,7 @@ class Bench:
             shift=core.shifts[slice_],
             align=core.align,
             order=core.order,
+            sharpen=Fraction(core.weights[slice_], 64),
         )
 
     def send_frame(self, frame: Frame) -> None:

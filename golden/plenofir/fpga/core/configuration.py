@@ -1,5 +1,6 @@
 """What a core can be built for: its generics, limits, memory and latency."""
 
+from fractions import Fraction
 from typing import Annotated, Literal
 
 import numpy as np
@@ -10,9 +11,11 @@ from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP as PARTIAL_SUM_LOOP
 from plenofir.fpga.core.engine import Generics, Raster
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.moving_sum import MovingSumEngine
+from plenofir.fpga.core.sharpener import SHARPENER_CLOCKS, check_sharpener, sharpener_bits
 from plenofir.fpga.core.stack import StackEngine
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpening import WEIGHT_UNITS
 
 MAX_MICRO_IMAGE_SIZE = 128
 MAX_SHIFT = 4096
@@ -60,6 +63,8 @@ class CoreConfiguration(Raster):
         See `plenofir.refocus.operator.output_offset`.
     order
         Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
+    sharpening
+        Weight of each slice in 64ths, see `plenofir.refocus.sharpening`; empty for no sharpener.
     engine
         How it filters, with the fields that only this engine has.
     """
@@ -81,14 +86,15 @@ class CoreConfiguration(Raster):
     @property
     def line_buffer_bits(self) -> int:
         """Bits that the column stages of all channels keep: partial sums, or pixels and sums."""
-        return self.engine.line_buffer_bits(self)
+        return self.engine.line_buffer_bits(self) + sharpener_bits(self)
 
     @property
     def array_clocks(self) -> int:
         """Clocks from a token at the array's input to its output (array_latency)."""
         products = 0 if self.exact else 2
         stages = self.passes * (self.engine.pass_clocks(self) + products)
-        return stages + (_DIVIDE_CLOCKS if self.exact else 0)
+        sharpener = SHARPENER_CLOCKS if self.sharpens else 0
+        return stages + sharpener + (_DIVIDE_CLOCKS if self.exact else 0)
 
     def band_steps(self, columns: int) -> int:
         """Tokens from the beginning of a band to that of the next one at the earliest.
@@ -284,8 +290,15 @@ class CoreConfiguration(Raster):
         m, order = self.micro_image_size, self.order
         return np.stack(
             [
-                self.arithmetic.refocus(raw, m, shift=s, align=self.align, order=order)
-                for s in self.shifts
+                self.arithmetic.refocus(
+                    raw,
+                    m,
+                    shift=shift,
+                    align=self.align,
+                    order=order,
+                    sharpen=Fraction(weight, WEIGHT_UNITS),
+                )
+                for shift, weight in zip(self.shifts, self.weights, strict=True)
             ]
         )
 
@@ -330,6 +343,8 @@ class CoreConfiguration(Raster):
             what = f"a set of {len(self.shifts)} slices"
             raise refuse(what, "shifts", f"at most {MAX_SLICES}")
         self.engine.check(self)
+        if self.sharpens:
+            check_sharpener(self, self.engine.kind, self.parallel_rows)
         if abs(largest_shift) > MAX_SHIFT:
             raise refuse(f"a' = {largest_shift}", "shifts", f"-{MAX_SHIFT} to {MAX_SHIFT}")
         if isinstance(self.arithmetic, ExactArithmetic):

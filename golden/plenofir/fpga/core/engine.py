@@ -4,12 +4,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plenofir.fpga.core.memory import Memory
 from plenofir.refocus import MAX_INTERPOLATION_ORDER
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.operator import Align
+from plenofir.refocus.sharpening import MAX_WEIGHT_UNITS
 from plenofir.refocus.switches import FilterLayout
 
 SignalKind = Literal["bit", "downto", "to"]
@@ -42,6 +43,23 @@ class Raster(BaseModel):
     arithmetic: Arithmetic = ExactArithmetic()
     align: Align = "centred"
     order: Annotated[int, Field(ge=0, le=MAX_INTERPOLATION_ORDER)] = 0
+    sharpening: tuple[Annotated[int, Field(ge=0, le=MAX_WEIGHT_UNITS)], ...] = ()
+
+    @model_validator(mode="after")
+    def _a_weight_for_each_slice(self) -> Self:
+        if self.sharpening and len(self.sharpening) != len(self.shifts):
+            raise ValueError("sharpening has a weight for each slice, or none")
+        return self
+
+    @property
+    def sharpens(self) -> bool:
+        """Whether there is a sharpener: a slice has a weight above 0."""
+        return any(self.sharpening)
+
+    @property
+    def weights(self) -> tuple[int, ...]:
+        """Weight of each slice in 64ths."""
+        return self.sharpening or (0,) * len(self.shifts)
 
     @property
     def exact(self) -> bool:
@@ -72,9 +90,14 @@ class Raster(BaseModel):
         return FilterLayout(self.micro_image_size, self.pass_shifts(number), self.align)
 
     @property
-    def delay(self) -> int:
+    def filter_delay(self) -> int:
         """Delay of the row stages in pixels and of the column stages in lines."""
         return sum(self.filter_layout(number).delay for number in range(self.passes))
+
+    @property
+    def delay(self) -> int:
+        """The same, with the sharpener behind them."""
+        return self.filter_delay + self.micro_image_size * self.sharpens
 
     def words(self, number: int) -> Words:
         """Widths of a stage, counted from 0 in the order in which the pixels pass."""
@@ -122,7 +145,8 @@ class Engine(BaseModel, ABC):
     def least_steps(self, raster: Raster) -> int:
         """Tokens from the beginning of a band to that of the next one, however short lines are."""
         n = self.rows_at_once
-        return n if raster.max_columns <= n else n - 1 + PARTIAL_SUM_LOOP
+        loop = raster.max_columns > n or raster.sharpens
+        return n - 1 + PARTIAL_SUM_LOOP if loop else n
 
     def blank_lines(self, raster: Raster) -> int:
         """Lines between frames that are wanted at most, whatever the frame's rows are."""
@@ -157,6 +181,8 @@ class SliceEngine(Engine):
         if isinstance(raster.arithmetic, StoredProductArithmetic):
             values["FRACTION_BITS"] = raster.arithmetic.fraction_bits
             values["GUARD_BITS"] = raster.arithmetic.guard_bits
+        if raster.sharpens:
+            values["SHARPENING"] = " ".join(map(str, raster.weights))
         return values
 
     @classmethod

@@ -82,13 +82,13 @@ class MovingSumEngine(SliceEngine):
         return raster.channels * raster.max_columns * bits
 
     def least_steps(self, raster: Raster) -> int:
-        return max(super().least_steps(raster), raster.delay + 1)
+        return max(super().least_steps(raster), raster.filter_delay + 1)
 
     def blank_lines(self, raster: Raster) -> int:
         return raster.micro_image_size - 1
 
     def frame_lines(self, raster: Raster, rows: int) -> int:
-        least = max(rows, raster.delay + 1)
+        least = max(rows, raster.filter_delay + 1)
         if self.any_rows:
             return max(least, self.layout(raster).reach)
         return -(-least // raster.micro_image_size) * raster.micro_image_size
