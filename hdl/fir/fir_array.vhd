@@ -19,8 +19,8 @@
 -- image lines. A frame begins at the top of a band.
 --
 -- Latency: floor(D/N) bands and D + D mod N tokens (with DESKEW D + N - 1), D = total_delay, and array_latency
---   clocks, from the first pixel in to the first pixel out; with sharpening M lines and tokens and sharpen_latency clocks
---   more.
+--   clocks, from the first pixel in to the first pixel out; with sharpening M lines, M tokens and sharpen_latency
+--   clocks more.
 -- Throughput: N pixels of all channels each clock.
 -- Equation: out(k) = round(S2(k) / M**(2 + 2n)) of rows, then columns (EXACT), or stored products as
 --   in raster_refocuser.

@@ -5,12 +5,12 @@
 -- arithmetic columns come first, so that their memory holds the pixels as they come; stored products
 -- round between rows and columns, so there rows are first.
 --
--- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear). Sharpening follows the sums.
+-- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear). Sharpening may follow.
 --
--- Latency: D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay; with sharpening M lines and tokens and
---   sharpen_latency clocks more. Throughput: one pixel of
---   all channels each clock, in lines of D + 1 tokens at least and frames of D + 1 lines at least and a multiple
---   of M lines, with ANY_ROWS of least_frame lines at least; what is missing, empty tokens and lines must make up for.
+-- Latency: D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay; with sharpening M lines, M tokens and
+--   sharpen_latency clocks more. Throughput: one pixel of all channels each clock, in lines of D + 1 tokens at least
+--   and frames of D + 1 lines at least and a multiple of M lines, with ANY_ROWS of least_frame lines at least; what is
+--   missing, empty tokens and lines must make up for.
 -- Equation: as fir_array.
 
 library ieee;

@@ -11,7 +11,8 @@
 --
 -- Latency: with PARALLEL_ROWS = 1, D * (max(columns, 4) + 1) + 7 + array_latency clocks from the first pixel in
 --   to the first pixel out when nothing stalls, D = total_delay (nearest neighbour: D * (columns + 1) + 16, stored
---   products 15). With sharpening M lines, M tokens and sharpen_latency clocks more. With more rows, CoreConfiguration.latency_clocks of the Python package gives it.
+--   products 15); with sharpening D is M larger, and sharpen_latency clocks are added. With more rows,
+--   CoreConfiguration.latency_clocks of the Python package gives it.
 -- Throughput: one pixel of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by itself (the last
 --   of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
 -- Equation: out(k) = round(S2(k) / M**2), S2 the refocusing sums of rows, then columns (EXACT); or

@@ -6,10 +6,10 @@
 -- What the division has to be given is the sharpened sum, rounded to a whole number so that the quotient is that of the
 -- exact one: round(n / (q * d)) = round(floor((n + h) / q) / d), with h = q / 2 for odd d, else 0.
 --
--- Latency: M lines, divide_up(M, PIXELS_PER_CLOCK) tokens and sharpen_latency clocks. Throughput: one token each clock; the
---   same column comes again PARTIAL_SUM_LOOP clocks later at the earliest.
--- Equation: with q = 4**s, t(k) = (2**s + 2 * side) * S(k) - side * (S(k - M) + S(k + M)) along columns, then along rows:
---   out = t / q, rounded as above and limited to 0 .. SUM_MAX.
+-- Latency: M lines, divide_up(M, PIXELS_PER_CLOCK) tokens and sharpen_latency clocks. Throughput: one token each
+--   clock; the same column comes again PARTIAL_SUM_LOOP clocks later at the earliest.
+-- Equation: t(k) = (2**s + 2 * side) * S(k) - side * (S(k - M) + S(k + M)) along columns, then along rows;
+--   out = t / 4**s, rounded as above and limited to 0 .. SUM_MAX.
 
 library ieee;
 use ieee.std_logic_1164.all;

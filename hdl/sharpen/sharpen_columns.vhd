@@ -1,9 +1,10 @@
 -- The taps of sharpening along columns: each sum with those of the lines M above and M below.
 --
--- The memory holds for each place in a line, and each line number modulo M, the sums of the last two lines: a word that
--- is read goes back moved on by one. So the last 2 M lines are kept, and the column is the only address in a line.
+-- The memory holds for each column, and each line number modulo M, the sums of the last two lines: a word that is read
+-- goes back moved on by one. So the last 2 M lines are kept, and both taps come with one word.
 --
--- Lines may follow each other without a gap, and frames too: each line remembers whether one M above it is in its frame.
+-- Lines may follow each other without a gap, and frames too: each line remembers whether the one M above it is in its
+-- frame.
 --
 -- Latency: M lines and SHARPEN_COLUMNS_LATENCY clocks. Throughput: one token each clock; the same column comes again
 --   PARTIAL_SUM_LOOP clocks later at the earliest.
@@ -104,7 +105,7 @@ architecture rtl of sharpen_columns is
 
     for i in 0 to slice_count(SHARPENING) - 1 loop
 
-      if side_weight(SHARPENING, i) = 0 then
+      if slice_shift(SHARPENING, i) = 0 then
         table(i) := '0';
       end if;
 
@@ -118,10 +119,10 @@ architecture rtl of sharpen_columns is
 
   signal active     : std_logic;
   signal step       : std_logic;
-  signal next_line  : address_t                      := (others => '0');
-  signal address_at : addresses_t                    := (others => (others => '0'));
-  signal active_at  : std_logic_vector(1 to READ)    := (others => '0');
-  signal sums_at    : lines_t                        := (others => (others => '0'));
+  signal next_line  : address_t                   := (others => '0');
+  signal address_at : addresses_t                 := (others => (others => '0'));
+  signal active_at  : std_logic_vector(1 to READ) := (others => '0');
+  signal sums_at    : lines_t                     := (others => (others => '0'));
 
   -- Lines of the frame before the current one, up to M - 1.
   signal lines_before : natural range 0 to larger(M - 1, 1) := 0;
@@ -130,7 +131,7 @@ architecture rtl of sharpen_columns is
   signal line_tag_at  : line_tags_t                         := (others => (others => '0'));
   -- The line is M below one of its own frame.
   signal below       : std_logic;
-  signal below_at    : std_logic_vector(1 to READ)          := (others => '0');
+  signal below_at    : std_logic_vector(1 to READ) := (others => '0');
   signal above_there : std_logic;
   signal below_there : std_logic;
 

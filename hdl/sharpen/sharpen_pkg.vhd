@@ -108,26 +108,24 @@ package body sharpen_pkg is
   ) return positive is
 
     variable exponent : positive;
-    variable whole    : boolean;
+    variable weight   : natural;
 
   begin
 
-    exponent := UNIT_BITS;
+    -- 2 suffices for b = 1/4.
+    exponent := 2;
 
-    -- From the largest to the least; 2 suffices for b = 1/4.
-    for candidate in UNIT_BITS - 1 downto 2 loop
+    for i in 0 to slice_count(sharpening) - 1 loop
 
-      whole := true;
+      weight := slice_shift(sharpening, i);
 
-      for i in 0 to slice_count(sharpening) - 1 loop
+      for candidate in 2 to UNIT_BITS - 1 loop
 
-        whole := whole and slice_shift(sharpening, i) mod 2 ** (UNIT_BITS - candidate) = 0;
+        if exponent = candidate and weight mod 2 ** (UNIT_BITS - candidate) /= 0 then
+          exponent := candidate + 1;
+        end if;
 
       end loop;
-
-      if whole then
-        exponent := candidate;
-      end if;
 
     end loop;
 
@@ -149,7 +147,7 @@ package body sharpen_pkg is
     sharpening : string
   ) return positive is
 
-    variable largest : positive;
+    variable largest : natural;
 
   begin
 
@@ -157,11 +155,11 @@ package body sharpen_pkg is
 
     for i in 0 to slice_count(sharpening) - 1 loop
 
-      largest := larger(largest, side_weight(sharpening, i));
+      largest := larger(largest, slice_shift(sharpening, i));
 
     end loop;
 
-    return largest;
+    return larger(largest / 2 ** (UNIT_BITS - scale_exponent(sharpening)), 1);
 
   end function largest_side;
 
@@ -169,15 +167,24 @@ package body sharpen_pkg is
     sharpening : string
   ) return boolean is
 
-    variable same : boolean;
+    variable same   : boolean;
+    variable weight : natural;
+    variable first  : natural;
 
   begin
 
-    same := true;
+    same  := true;
+    first := 0;
 
     for i in 0 to slice_count(sharpening) - 1 loop
 
-      same := same and (side_weight(sharpening, i) = 0 or side_weight(sharpening, i) = largest_side(sharpening));
+      weight := slice_shift(sharpening, i);
+
+      if first = 0 then
+        first := weight;
+      elsif weight /= 0 and weight /= first then
+        same := false;
+      end if;
 
     end loop;
 

@@ -1,7 +1,7 @@
 -- The taps of sharpening along rows: each value with those M pixels to its left and to its right, and back to sums.
 --
--- Tokens may have several pixels of a line. Pixel i finds its right neighbour in a token that is PLACE(i + M) later, the
--- left one in a token as much earlier; both in a lane that is always the same.
+-- Tokens may have several pixels of a line. The neighbours of lane i are in the lanes (i + M) and (i - M) modulo
+-- PIXELS_PER_CLOCK, always as many tokens later and earlier.
 --
 -- Latency: divide_up(M, PIXELS_PER_CLOCK) tokens and SHARPEN_ROWS_LATENCY clocks. Throughput: one token each clock.
 -- Equation: sum(k) = three_taps of value(k), value(k - M), value(k + M), over 4**s, limited to 0 .. SUM_MAX.
@@ -70,6 +70,8 @@ architecture rtl of sharpen_rows is
   constant SLICE_BITS : positive := slice'length;
   constant SCALE_BITS : positive := scale_exponent(SHARPENING);
   constant TAP_BITS   : positive := VALUE_BITS + SCALE_BITS + 1;
+  -- Of them in front of the point.
+  constant WHOLE_BITS : positive := VALUE_BITS + 1 - SCALE_BITS;
 
   -- Tokens that the pixel in the middle waits.
   constant DELAY : positive := divide_up(M, PIXELS);
@@ -100,7 +102,7 @@ architecture rtl of sharpen_rows is
   signal tag           : tag_t;
   signal tag_before    : tag_t;
   signal tag_due       : tag_t;
-  signal tag_at        : tags_t := (others => (others => '0'));
+  signal tag_at        : tags_t                   := (others => (others => '0'));
   signal strobe_in     : std_logic_vector(0 downto 0);
   signal strobe_due    : std_logic_vector(0 downto 0);
   signal slice_tap     : unsigned(SLICE_BITS - 1 downto 0);
@@ -293,7 +295,7 @@ begin
       constant LOW : natural := (i * CHANNELS + c) * SUM_BITS;
 
       signal tapped    : signed(TAP_BITS - 1 downto 0);
-      signal whole     : signed(TAP_BITS - 2 * SCALE_BITS - 1 downto 0);
+      signal whole     : signed(WHOLE_BITS - 1 downto 0);
       signal none      : std_logic                       := '0';
       signal above_all : std_logic                       := '0';
       signal low_bits  : unsigned(SUM_BITS - 1 downto 0) := (others => '0');

@@ -1,9 +1,11 @@
 -- Three taps: a value, and its neighbours on both sides as far as there are any.
 --
--- With differences to the neighbours, one that is missing counts as the value itself. Each clock has an addition at most.
+-- It takes differences to the neighbours; one that is missing counts as the value itself. Each clock has one addition
+-- at most.
 --
 -- Latency: TAPS_LATENCY clocks. Throughput: one value each clock.
--- Equation: result = 2**SCALE_BITS * value + side * sum over the neighbours that are there (value - neighbour) + OFFSET.
+-- Equation: result = 2**SCALE_BITS * value + side * sum over the neighbours that are there (value - neighbour)
+--   + OFFSET.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -58,7 +60,7 @@ architecture rtl of three_taps is
 
 begin
 
-  scaled_3 <= resize(signed(std_logic_vector(value_3) & std_logic_vector(to_unsigned(OFFSET, SCALE_BITS))), RESULT_BITS);
+  scaled_3 <= resize(value_3 & signed(to_unsigned(OFFSET, SCALE_BITS)), RESULT_BITS);
 
   add : process (clk) is
   begin

@@ -10,23 +10,36 @@ from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir_tb.runner import draw_seed, run_cases
 
 SUMS = MovingSumEngine()
-CORES = [
-    CoreConfiguration(micro_image_size=5, shifts=(-3,), max_columns=17, channels=3, sharpening=(4,)),
+SMALL = [
+    CoreConfiguration(micro_image_size=2, shifts=(1,), max_columns=6, channels=3, sharpening=(3,)),
     CoreConfiguration(
-        micro_image_size=3, shifts=(2, 3, -1), max_columns=14, sharpening=(4, 0, 4), engine=SUMS
+        micro_image_size=3, shifts=(2, 3), max_columns=8, sharpening=(4, 0), engine=SUMS
+    ),
+]
+MORE = [
+    CoreConfiguration(
+        micro_image_size=5, shifts=(-3,), max_columns=17, channels=3, sharpening=(4,)
     ),
     CoreConfiguration(
-        micro_image_size=4, shifts=(2, 1), max_columns=13, sharpening=(3, 4), engine=SUMS, channels=3
+        micro_image_size=4,
+        shifts=(2, 1),
+        max_columns=13,
+        sharpening=(3, 4),
+        engine=SUMS,
+        channels=3,
     ),
     CoreConfiguration(micro_image_size=2, shifts=(1,), max_columns=9, order=1, sharpening=(6,)),
 ]
 
 
-@pytest.mark.parametrize("part", range(2))
-def test_stalls_gaps_faults(part: int) -> None:
-    run_cases([raster_case(core, thorough=True) for core in CORES[part::2]])
+@pytest.mark.parametrize(
+    "cores", [SMALL, pytest.param(MORE, marks=pytest.mark.slow)], ids=["small", "more"]
+)
+def test_stalls_gaps_faults(cores: list[CoreConfiguration]) -> None:
+    run_cases([raster_case(core, thorough=True) for core in cores])
 
 
+@pytest.mark.slow
 def test_any_sharpened_core() -> None:
     seed = draw_seed()
     print(f"configurations drawn with seed {seed}")
@@ -38,7 +51,7 @@ def test_any_sharpened_core() -> None:
         shifts=shifts,
         max_columns=rng.randint(max(m, 2), 2 * m + 6),
         align=rng.choice(["centred", "causal"]),
-        sharpening=tuple(rng.randint(0, 16) for _ in shifts[1:]) + (rng.randint(1, 16),),
+        sharpening=(*(rng.randint(0, 16) for _ in shifts[1:]), rng.randint(1, 16)),
         engine=rng.choice([MovingSumEngine(), MovingSumEngine(any_rows=True)]),
     )
     run_cases([raster_case(core, thorough=True)])

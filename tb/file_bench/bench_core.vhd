@@ -27,6 +27,7 @@ entity bench_core is
     BROADCAST_TAPS      : natural  := 0;
     ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
+    SHARPENING          : string   := "";
     INPUT_LINES         : positive := 1;
     RADIUS              : natural  := 1
   );
@@ -92,7 +93,8 @@ begin
         GUARD_BITS          => GUARD_BITS,
         BROADCAST_TAPS      => BROADCAST_TAPS,
         ENGINE              => ENGINE,
-        ANY_ROWS            => ANY_ROWS
+        ANY_ROWS            => ANY_ROWS,
+        SHARPENING          => SHARPENING
       )
       port map (
         clk           => clk,

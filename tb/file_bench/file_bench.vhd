@@ -39,6 +39,7 @@ entity file_bench is
     BROADCAST_TAPS      : natural  := 0;
     ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
+    SHARPENING          : string   := "";
     INPUT_LINES         : positive := 1;
     RADIUS              : natural  := 1;
     -- The frames in the file.
@@ -196,6 +197,7 @@ begin
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
       ANY_ROWS            => ANY_ROWS,
+      SHARPENING          => SHARPENING,
       INPUT_LINES         => INPUT_LINES,
       RADIUS              => RADIUS
     )

@@ -66,6 +66,9 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
             engine=FirEngine(hold=True, broadcast_taps=8, parallel_rows=2),
             arithmetic=StoredProductArithmetic(),
         ),
+        CoreConfiguration(
+            micro_image_size=4, shifts=(1, 2, 4), max_columns=100, sharpening=(4, 3, 0)
+        ),
     ],
     ids=lambda core: (
         f"M{core.micro_image_size}_shift{core.shifts[0]}_{core.arithmetic.kind}"
@@ -175,11 +178,12 @@ end entity example;
 MAY_USE = {
     "common": set(),
     "core": {"common"},
-    "fir": {"common", "core"},
-    "moving_sum": {"common", "core"},
+    "sharpen": {"common", "core"},
+    "fir": {"common", "core", "sharpen"},
+    "moving_sum": {"common", "core", "sharpen"},
     # Each slice of a stack is made of the adders of the moving sums.
     "stack": {"common", "core", "moving_sum"},
-    "refocuser": {"common", "core", "fir", "moving_sum", "stack"},
+    "refocuser": {"common", "core", "sharpen", "fir", "moving_sum", "stack"},
     "depth": {"common", "core"},
     "resample": {"common", "core"},
     "tmds": {"common"},

@@ -31,6 +31,7 @@ VARIABLES = {
     "ENGINE": "engine",
     "ANY_ROWS": "any_rows",
     "INTERPOLATION": "interpolation",
+    "SHARPEN": "sharpen",
     "ARITH": "arith",
     "FRACTION": "fraction",
     "GUARD": "guard",
@@ -49,6 +50,7 @@ _FIELDS = {
     "shifts": "a",
     "order": "interpolation",
     "arithmetic": "arith",
+    "sharpening": "sharpen",
     "fraction_bits": "fraction",
     "guard_bits": "guard",
 }
@@ -60,6 +62,9 @@ _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("any_rows", "engine", ("moving_sum",)),
     ("radius", "engine", ("stack",)),
     ("interpolation", "engine", ("fir", "moving_sum")),
+    ("sharpen", "engine", ("fir", "moving_sum")),
+    ("sharpen", "arith", ("exact",)),
+    ("sharpen", "chain", ("core",)),
     ("arith", "engine", ("fir", "moving_sum")),
     ("fraction", "arith", ("stored",)),
     ("guard", "arith", ("stored",)),
@@ -211,6 +216,8 @@ def _distance(param: typer.CallbackParam, value: float) -> float:
 def _sharpening(param: typer.CallbackParam, value: str) -> str:
     from plenofir.refocus.sharpening import check_sharpen
 
+    # As make's switches are set.
+    value = {"0": "off", "1": "auto"}.get(value, value)
     check_sharpen(value, where=str(param.name))
     return value
 

@@ -25,6 +25,7 @@ _BY_SCENE = (
     "engine",
     "any_rows",
     "interpolation",
+    "sharpen",
     "arith",
 )
 
@@ -50,6 +51,7 @@ def sim(
         ),
     ] = False,
     interpolation: options.Interpolation = "nearest",
+    sharpen: options.Sharpen = "off",
     arith: options.Arith = "exact",
     fraction: options.FractionIfGiven = None,
     guard: options.GuardIfGiven = None,
@@ -94,15 +96,18 @@ def sim(
             path, core = _of_scene(scene, raw, chain, Path(drawn))
         else:
             from plenofir.fpga.simulate.run import core_for_image
-            from plenofir.refocus import interpolation_order
+            from plenofir.refocus import interpolation_order, sharpening_units
 
+            order = interpolation_order(interpolation)
+            weights = [sharpening_units(sharpen, micro_image, shift, order) for shift in shifts]
             core = core_for_image(
                 path,
                 chain,
                 micro_image_size=micro_image,
                 shifts=shifts,
                 arithmetic=options.arithmetic(arith, fraction, guard),
-                order=interpolation_order(interpolation),
+                order=order,
+                sharpening=tuple(weights) if any(weights) else (),
                 engine=_engine(engine, parallel_rows, any_rows=any_rows),
             )
         what = Run(

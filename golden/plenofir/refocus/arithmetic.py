@@ -26,7 +26,13 @@ from plenofir.refocus.operator import (
     output_offset,
     refocus_sums,
 )
-from plenofir.refocus.sharpening import Sharpen, sharpened_picture, sharpening_units, taps
+from plenofir.refocus.sharpening import (
+    Sharpen,
+    sharpened_picture,
+    sharpened_sums,
+    sharpening_units,
+    taps,
+)
 
 
 def scaled_quotient(values: Sums, scale_bits: int, divisor: int) -> Sums:
@@ -261,6 +267,7 @@ def error_against_operator(
     shift: int,
     align: Align = "centred",
     order: int = 0,
+    units: int = 0,
 ) -> npt.NDArray[np.float64]:
     """Distance of a refocused image from the real-valued operator, S2 / M^2 without interpolation.
 
@@ -278,6 +285,8 @@ def error_against_operator(
         See `plenofir.refocus.operator.output_offset`.
     order
         Order of the interpolation.
+    units
+        64 b of the sharpening; what it makes of the operator is limited to the range of the pixels.
 
     Returns
     -------
@@ -285,5 +294,7 @@ def error_against_operator(
         image - S2 / M^(2 + 2 order) in grey levels, shape of `image`.
     """
     sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order)
-    divisor = int(micro_image_size ** (2 * (order + 1)))
+    sums = sharpened_sums(sums, micro_image_size, units)
+    divisor = int(micro_image_size ** (2 * (order + 1))) * taps(units).scale ** 2
+    sums = np.clip(sums, 0, divisor * int(np.iinfo(raw.dtype).max))
     return (image.astype(np.int64) * divisor - sums) / divisor

@@ -76,7 +76,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "end": ("2", "30ns"),
     "clock": ("", "clk", "none", "top.clk"),
     "signals": ("*", "top.*", "x"),
-    "sharpen": ("off", "auto", "1/16", "0.125", "1/24", "-1/64", "1e99999999", "1/0", "nan"),
+    "sharpen": ("off", "auto", "1", "1/16", "0.125", "1/24", "-1/64", "1e99999999", "1/0", "nan"),
     "region": ("0:3,1:9", ":,:", "5:2,0:1", "0:99999999999999999999,0:1"),
     "picture": ("picture.png",),
     "plot": ("plot.png",),

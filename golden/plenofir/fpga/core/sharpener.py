@@ -6,7 +6,7 @@ from math import gcd
 from plenofir.errors import InputError
 from plenofir.fpga.core.engine import Raster
 from plenofir.fpga.core.memory import Memory, block_sizes
-from plenofir.refocus.sharpening import MAX_WEIGHT_UNITS, WEIGHT_UNITS, Taps, taps
+from plenofir.refocus.sharpening import MAX_WEIGHT_UNITS, WEIGHT_UNITS, Taps
 
 SHARPENER_CLOCKS = 15
 """Clocks of lens_sharpener (sharpen_pkg.sharpen_latency)."""

@@ -96,6 +96,8 @@ def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> No
         raise InputError(
             f"pixels of {configuration.pixel_bits} bits", where="raw", expected="8 bits for HDMI"
         )
+    if configuration.sharpens:
+        raise InputError("is not in the video path", where="sharpening", expected="off for HDMI")
     if configuration.parallel_rows != 1:
         raise InputError(
             f"{configuration.parallel_rows} rows at once",

@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -24,6 +25,7 @@ from plenofir.images import read_image, write_png
 from plenofir.refocus import check_raw, error_against_operator, shift_to_name, shift_to_text
 from plenofir.refocus.arithmetic import Arithmetic
 from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpening import WEIGHT_UNITS
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, depth_index_picture
 
 FLOWER = project.DATA / "flower_5x5.png"
@@ -84,6 +86,7 @@ class SliceReport(BaseModel):
 
     a: str
     shift: int
+    sharpening: str
     pictures: tuple[str, ...]
     mismatches: int
     first_mismatch: str | None
@@ -331,13 +334,16 @@ def run(what: Run, progress: Progress | None = None) -> Report:
 
         slices = []
         refocused = result.frames if result.stacks is None else result.stacks[0]
-        for shift, names, got, want in zip(shifts, pictures, refocused, golden, strict=True):
+        for shift, units, names, got, want in zip(
+            shifts, core.weights, pictures, refocused, golden, strict=True
+        ):
             comparison = compare_frames(got[np.newaxis], want[np.newaxis])
-            error = error_against_operator(got, raw, m, shift=shift, order=core.order)
+            error = error_against_operator(got, raw, m, shift=shift, order=core.order, units=units)
             slices.append(
                 SliceReport(
                     a=shift_to_text(shift, m),
                     shift=shift,
+                    sharpening=str(Fraction(units, WEIGHT_UNITS)),
                     pictures=names,
                     mismatches=comparison.mismatches,
                     first_mismatch=comparison.first,
@@ -368,7 +374,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
             simulated_clocks_per_second=round(result.clocks / result.seconds),
             simulator=simulator.version,
             arithmetic=core.arithmetic,
-            error_bound=float(core.arithmetic.error_bound(m, core.pixel_bits, core.order)),
+            error_bound=_error_bound(core),
             taps=core.taps,
             line_buffer_bits=core.line_buffer_bits,
         )
@@ -422,6 +428,19 @@ def _with_depth(
     )
 
 
+def _error_bound(core: CoreConfiguration) -> float:
+    """Largest possible distance from the real-valued operator in grey levels."""
+    if core.sharpens:
+        # The divisor is even.
+        return 0.5
+    return float(core.arithmetic.error_bound(core.micro_image_size, core.pixel_bits, core.order))
+
+
+def _weights(report: Report) -> str:
+    """Weight of each slice's taps."""
+    return "b = " + " ".join(slice_.sharpening for slice_ in report.slices)
+
+
 def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, str]]:
     """Name and value of each line that a person is told of a report."""
     wrong = next((s for s in report.slices if s.mismatches), None)
@@ -438,6 +457,7 @@ def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, s
     lines = [
         ("image", f"{report.raw}, {report.columns} x {report.rows}, {depth}"),
         ("focus", f"M = {report.M}, a = {focus}, {core.engine.summary(core)}{order}"),
+        *([("sharpening", _weights(report))] if core.sharpens else []),
         ("arithmetic", report.arithmetic.kind),
         *([("chain", "serial TMDS bits in and out")] if report.chain == "hdmi" else []),
         ("result", agree),
