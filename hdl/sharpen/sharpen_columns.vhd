@@ -245,8 +245,9 @@ begin
 
   memory : entity work.ram_blocks
     generic map (
-      WIDTH => 2 * LINE_BITS,
-      WORDS => WORDS
+      WIDTH        => 2 * LINE_BITS,
+      WORDS        => WORDS,
+      READ_LATENCY => 3
     )
     port map (
       clk           => clk,
