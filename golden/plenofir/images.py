@@ -125,13 +125,15 @@ _READERS: tuple[tuple[bytes, Callable[[bytes], tuple[Any, int]]], ...] = (
 )
 
 
-def read_picture(path: Path) -> Picture:
+def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
     """Read an image as it is stored, and what it counts as white.
 
     Parameters
     ----------
     path
         Image file.
+    drop_alpha
+        Leave out a fourth channel instead of refusing it.
 
     Returns
     -------
@@ -179,6 +181,8 @@ def read_picture(path: Path) -> Picture:
             f"pixels of {full_scale.bit_length()} bit" if few else f"pixels of type {image.dtype}"
         )
         raise InputError(what, where=where, expected=_EXPECTED)
+    if drop_alpha and image.ndim == 3 and image.shape[2] == 4:
+        image = image[:, :, :3]
     image = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("="))
     if image.ndim == 3 and image.shape[2] == 1:
         image = image[:, :, 0]

@@ -9,6 +9,7 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
 from plenofir.commands.results import check_file, publish
+from plenofir.errors import InputError
 from plenofir.files import Results
 
 if TYPE_CHECKING:
@@ -188,16 +189,26 @@ def _marked(image: "Image", centres: "Floats") -> "Image":
 
 @app.command()
 def decode(
-    raw: Annotated[str, typer.Argument(help="Raw capture: 8 or 16 bit, grey or RGB.")],
-    calib: Annotated[str, typer.Option(help="Calibration file (plenofir calibrate).")],
-    micro_image: options.MicroImage,
+    raw: Annotated[
+        str,
+        typer.Argument(help="Raw capture: a picture of 8 or 16 bit, or a Lytro .lfp, .lfr, .raw."),
+    ],
+    calib: Annotated[
+        str | None,
+        typer.Option(help="Calibration file (plenofir calibrate); a Lytro's file can do without."),
+    ] = None,
+    micro_image: options.MicroImageIfGiven = None,
     out: Annotated[
         str,
         typer.Option(help="PNG or TIFF file to write; a TIFF tells white of 10 to 14 bits, too."),
     ] = "aligned.png",
     dark: Dark = None,
     white: Annotated[
-        Path | None, typer.Option(help="White image, to divide by it pixel by pixel.")
+        Path | None,
+        typer.Option(
+            help="White image, to divide by it pixel by pixel. Of a Lytro: .lfp, .lfr or .raw, or "
+            "a folder or .tar of them; the nearest in zoom and focus is taken, for the grid too."
+        ),
     ] = None,
     interpolation: Annotated[
         Literal["nearest", "bilinear", "cubic"], typer.Option(help="How pixels are resampled.")
@@ -209,37 +220,90 @@ def decode(
     devignette: Annotated[
         bool, typer.Option("--devignette/--no-devignette", help="Correct vignetting.")
     ] = True,
+    colour: Annotated[
+        Literal["camera", "balanced", "srgb"],
+        typer.Option(
+            help="Of a Lytro: camera's colours, white balance, or its matrix to sRGB too."
+        ),
+    ] = "balanced",
+    demosaic: Annotated[
+        Literal["edge-aware", "bilinear"],
+        typer.Option(help="Of a Lytro: how missing colours are interpolated."),
+    ] = "edge-aware",
+    gamma: Annotated[
+        float,
+        typer.Option(help="1: linear light. 2.2 or so: brighter, to look at.", min=0.2, max=5.0),
+    ] = 1.0,
 ) -> None:
-    """Resample a raw capture to aligned micro images of M x M pixels."""
+    """Resample a raw capture to aligned micro images of M x M pixels.
+
+    Without M it is the largest odd number of pixels that a micro image has.
+    """
     import numpy as np
 
     from plenofir.camera.calibration import decode as resample
     from plenofir.camera.calibration import load_calibration
+    from plenofir.camera.lytro import is_lytro, read_lytro
+    from plenofir.camera.lytro.sensor import FULL_SCALE, with_gamma
     from plenofir.images import encode_png, encode_tiff, read_picture
 
-    path = check_file(out, (".png", ".tif", ".tiff"), raw, calib, dark, white)
-    calibration = load_calibration(calib)
-    capture = read_picture(Path(raw))
+    lytro = is_lytro(Path(raw)) or Path(raw).suffix.lower() in (".lfp", ".lfr")
+    for option, given in (
+        ("colour", colour != "balanced"),
+        ("demosaic", demosaic != "edge-aware"),
+    ):
+        if given and not lytro:
+            what = "is for files of Lytro cameras"
+            raise InputError(what, where=option, expected="a .lfp, .lfr or .raw as the capture")
+    if lytro and dark is not None:
+        what = "is not for files of Lytro cameras"
+        raise InputError(what, where="dark", expected="none: their metadata tell the black level")
+    inputs = (raw, calib, dark, None if white is not None and white.is_dir() else white)
+    path = check_file(out, (".png", ".tif", ".tiff"), *inputs)
+    lines: tuple[tuple[str, str], ...] = ()
+    divisor: Image | None
     with progress_bar("decoding") as show:
+        if lytro:
+            taken = read_lytro(
+                Path(raw), white=None if calib else white, colour=colour, demosaic=demosaic
+            )
+            pixels, full_scale, divisor = taken.image, FULL_SCALE, taken.white
+            calibration = taken.calibration if calib is None else load_calibration(calib)
+            lines = taken.lines[: -1 if calib else None]
+            if calib is not None:
+                divisor = _optional(white)
+        else:
+            if calib is None:
+                raise InputError(
+                    "is missing", where="calib", expected="a file of plenofir calibrate"
+                )
+            calibration = load_calibration(calib)
+            pixels, full_scale = read_picture(Path(raw))
+            divisor = _optional(white)
+        m = micro_image or max(1, int((calibration.grid.lens_pitch - 1) // 2 * 2 + 1))
         raster = resample(
-            capture.pixels,
+            pixels,
             calibration,
-            micro_image,
+            m,
             dark=_optional(dark),
-            white=_optional(white),
+            white=divisor,
             interpolation=interpolation,
             scale=scale,
             devignette=devignette,
-            full_scale=capture.full_scale,
+            full_scale=full_scale,
             where=raw,
             progress=show,
         )
+    raster = with_gamma(raster, gamma, full_scale)
     with Results(path.parent) as results:
         png = path.suffix.lower() == ".png"
-        content = encode_png(raster) if png else encode_tiff(raster, capture.full_scale)
+        content = encode_png(raster) if png else encode_tiff(raster, full_scale)
         results.write(path.name, content)
-    rows, columns = (length // micro_image for length in raster.shape[:2])
-    size = f"{micro_image} x {micro_image}"
-    typer.echo(f"{out}: {columns} x {rows} micro images of {size} pixels")
-    if png and capture.full_scale < np.iinfo(raster.dtype).max:
-        typer.echo(f"note: white is {capture.full_scale}, which a TIFF (--out NAME.tif) tells")
+    for heading, text in lines:
+        typer.echo(f"{heading:<13} {text}")
+    rows, columns = (length // m for length in raster.shape[:2])
+    typer.echo(f"{out}: {columns} x {rows} micro images of {m} x {m} pixels")
+    if lytro and gamma == 1:
+        typer.echo("note: in linear light, which looks dark; --gamma 2.2 is for looking at")
+    if png and full_scale < np.iinfo(raster.dtype).max:
+        typer.echo(f"note: white is {full_scale}, which a TIFF (--out NAME.tif) tells")

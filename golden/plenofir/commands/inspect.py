@@ -1,4 +1,4 @@
-"""Command inspect: what a picture tells of a camera's optical adjustment."""
+"""Command inspect: what a file is, and what a white image tells of a camera's adjustment."""
 
 from math import inf
 from pathlib import Path
@@ -35,8 +35,8 @@ def inspect(
     files: Annotated[
         list[str],
         typer.Argument(
-            help="A white image; or pictures of collimated light through the micro lenses alone, "
-            "with a --position each."
+            help="Any file or folder of views; or pictures of collimated light through the micro "
+            "lenses alone, with a --position each."
         ),
     ],
     dark: Dark = None,
@@ -53,10 +53,10 @@ def inspect(
     out: Annotated[str | None, typer.Option(help="Folder for pictures.")] = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Check a camera's optics: aperture, micro lenses in focus, main lens at infinity.
+    """Tell what a file is, and check a camera's optics by its white image.
 
     A white image shows whether micro images touch, overlap or leave gaps; several pictures with
-    positions, where the micro lenses are in focus.
+    positions, where the micro lenses are in focus. Any other option asks for a white image.
     """
     options.require("focus", "camera", camera is None and focus != inf)
     if out is not None:
@@ -69,7 +69,13 @@ def inspect(
             raise InputError(
                 f"{len(files)} pictures", where="--position", expected="one for each of them"
             )
-        content, lines, pictures = _white(files[0], dark, collimator, camera, focus)
+        wanted = any(one is not None for one in (dark, collimator, camera, out))
+        found = None if wanted else _recognised(files[0])
+        if found is None:
+            content, lines, pictures = _white(files[0], dark, collimator, camera, focus)
+            lines.append(("next", f"plenofir calibrate {files[0]} --out calib.json"))
+        else:
+            content, lines, pictures = *found, {}
     if out is not None:
         publish(pictures, Path(out))
         lines.append(("pictures", f"{out}/: {', '.join(pictures)}"))
@@ -78,6 +84,25 @@ def inspect(
         return
     for heading, text in lines:
         typer.echo(f"{heading:<13} {text}")
+
+
+def _recognised(file: str) -> tuple[dict[str, Any], Lines] | None:
+    """What a file is; None for a white image, which is looked at more closely."""
+    from plenofir.camera.recognise.files import recognise
+
+    with progress_bar("inspecting"):
+        found = recognise(Path(file))
+    if found.kind == "white image":
+        return None
+    content = {
+        "kind": found.kind,
+        "evidence": [list(line) for line in found.evidence],
+        "micro_image_size": found.micro_image_size,
+        "pitch_px": found.pitch_px,
+        "next": list(found.advice),
+    }
+    lines = [("kind", found.kind), *found.evidence]
+    return content, lines + [("next", text) for text in found.advice]
 
 
 def _alone(

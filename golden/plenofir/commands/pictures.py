@@ -1,4 +1,4 @@
-"""Commands on an aligned raw image: views, compose, refocus, stack, depth-map."""
+"""Commands on light fields: views, mosaic, quilt, compose, refocus, stack, depth-map."""
 
 import re
 from fractions import Fraction
@@ -49,23 +49,89 @@ def views(
 
 
 @app.command()
+def mosaic(
+    raster: options.AlignedRaw,
+    micro_image: options.MicroImage,
+    out: options.OutPng = "mosaic.png",
+) -> None:
+    """Write all views of an aligned raw image side by side, in one picture."""
+    from plenofir.camera.lightfield.exports import mosaic as side_by_side
+
+    path = check_file(out, (".png",), raster)
+    raw = _raster(raster, micro_image)
+    publish({path.name: side_by_side(raw, micro_image)}, path.parent)
+    rows, columns = raw.shape[0] // micro_image, raw.shape[1] // micro_image
+    typer.echo(f"{out}: {micro_image} x {micro_image} views of {columns} x {rows} pixels")
+
+
+@app.command()
+def quilt(
+    raster: options.AlignedRaw,
+    micro_image: options.MicroImage,
+    columns: Annotated[int | None, typer.Option(help="Columns of views.", min=1, max=100)] = None,
+    rows: Annotated[int | None, typer.Option(help="Rows of views.", min=1, max=100)] = None,
+    out: Annotated[
+        str,
+        typer.Option(help="Name without an ending: _qsCOLUMNSxROWSaASPECT.png is put behind it."),
+    ] = "quilt",
+) -> None:
+    """Write the central row of views as a quilt for a Looking Glass.
+
+    Without columns and rows it takes all views of the row.
+    """
+    from plenofir.camera.lightfield.exports import quilt as arrange
+    from plenofir.camera.lightfield.exports import quilt_name, quilt_tiles
+
+    raw = _raster(raster, micro_image)
+    if columns is None and rows is None:
+        columns, rows = quilt_tiles(micro_image)
+    else:
+        columns, rows = columns or max(1, micro_image // (rows or 1)), rows or 1
+    image = arrange(raw, micro_image, columns, rows)
+    view = image.shape[0] // rows, image.shape[1] // columns
+    name = f"{quilt_name(out, view, columns, rows)}.png"
+    path = check_file(name, (".png",), raster)
+    publish({path.name: image}, path.parent)
+    typer.echo(f"{name}: {columns} x {rows} views of {view[1]} x {view[0]} pixels")
+
+
+@app.command()
 def compose(
-    folder: Annotated[str, typer.Argument(help="Folder of M x M views.")],
+    folder: Annotated[
+        str,
+        typer.Argument(
+            help="Folder of M x M views, a picture of all views or of ESLF, or a .mat file."
+        ),
+    ],
     out: options.OutPng = "aligned.png",
     order: Annotated[
         Literal["rows", "columns"],
         typer.Option(help="Whether the first number in the names counts rows or columns."),
     ] = "rows",
+    layout: Annotated[
+        Literal["auto", "mosaic", "raster"],
+        typer.Option(help="Of a picture: views side by side, or micro images side by side."),
+    ] = "auto",
+    micro_image: options.MicroImageIfGiven = None,
+    keep: Annotated[
+        int | None, typer.Option("--views", help="Keep so many central views a side.", min=1)
+    ] = None,
 ) -> None:
-    """Compose an aligned raw image from a folder of views."""
-    from plenofir.camera.lightfield.folders import read_views
-    from plenofir.camera.lightfield.indexing import compose as interleave
+    """Compose an aligned raw image from views, whatever they are stored as.
 
-    views_there = Path(folder).iterdir() if Path(folder).is_dir() else ()
-    path = check_file(out, (".png",), *views_there)
+    That is a folder of views (the HCI benchmark's too), a mosaic, an ESLF picture, a .mat file.
+    """
+    from plenofir.camera.lightfield.indexing import compose as interleave
+    from plenofir.camera.lightfield.sources import central, read_source
+
+    source = Path(folder)
+    path = check_file(out, (".png",), *(source.iterdir() if source.is_dir() else (source,)))
     with progress_bar("reading") as show:
-        images = read_views(Path(folder), order=order, progress=show)
+        found = read_source(source, order=order, layout=layout, size=micro_image, progress=show)
+    images = found.images if keep is None else central(found.images, keep)
     publish({path.name: interleave(images)}, path.parent)
+    for heading, text in found.lines:
+        typer.echo(f"{heading:<15} {text}")
     m, _, rows, columns = images.shape[:4]
     typer.echo(f"{out}: M = {m}, {columns} x {rows} micro images")
 
@@ -218,10 +284,18 @@ def depth_map(
         float, typer.Option("--confidence", help="Least confidence of a distance.", min=0, max=1)
     ] = 0.3,
     out: Annotated[str, typer.Option(help="Folder for the maps.")] = "depth",
+    pfm: Annotated[bool, typer.Option("--pfm", help="Write distance_mm.pfm too.")] = False,
+    tiff: Annotated[
+        bool, typer.Option("--tiff", help="Write distance_mm.tif too, of 32 bit floats.")
+    ] = False,
+    ply: Annotated[
+        bool, typer.Option("--ply", help="Write points.ply too, a cloud of coloured points in mm.")
+    ] = False,
 ) -> None:
     """Distances in mm from an aligned raw image and the camera's lens data."""
     import numpy as np
 
+    from plenofir.camera.lightfield import exports, sub_aperture
     from plenofir.camera.lightfield.disparity import depth_map as measure
     from plenofir.camera.lightfield.pictures import depth_picture
     from plenofir.camera.rays import RayModel, load_camera
@@ -247,7 +321,17 @@ def depth_map(
         "distance_mm.npy": found.distance_mm,
         "disparity.npy": found.disparity.pixels_per_view,
     }
-    publish(files, Path(out))
+    with Results(Path(out)) as results:
+        for name, values in files.items():
+            save(results, name, values)
+        if pfm:
+            results.write("distance_mm.pfm", exports.encode_pfm(found.distance_mm))
+        if tiff:
+            results.write("distance_mm.tif", exports.encode_float_tiff(found.distance_mm))
+        if ply:
+            places = exports.points(found.distance_mm, model)
+            central = sub_aperture(raw, m, m // 2, m // 2)
+            results.write("points.ply", exports.encode_ply(places, central))
     share = 100 * known.size / found.distance_mm.size
     spread = (
         f", {np.percentile(known, 5):.0f} to {np.percentile(known, 95):.0f} mm"

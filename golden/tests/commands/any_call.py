@@ -15,14 +15,18 @@ from pathlib import Path
 from typing import Any, get_args, get_origin
 from unittest.mock import patch
 
+import h5py
 import numpy as np
 import typer
 from hypothesis import strategies as st
+from lytro_writer import F01, changed, pack, write_capture, write_whites
 from PIL import Image as PillowImage
+from scipy.io import savemat
 from tifffile import imwrite
 
 from plenofir import project
 from plenofir.camera.calibration import calibrate
+from plenofir.camera.lightfield.exports import encode_pfm
 from plenofir.camera.rays.camera import CAMERAS
 from plenofir.commands.app import app, main
 from plenofir.images import write_png
@@ -58,15 +62,15 @@ IMAGES = ("grey.png", "rgb.png", "deep.png", "grey.tif", "rgb.jpg", "grey.pgm", 
 # Names that each option usually takes.
 NAMES: Mapping[str, tuple[str, ...]] = {
     "raster": IMAGES,
-    "raw": (*IMAGES, "white.png"),
-    "white": ("white.png",),
+    "raw": (*IMAGES, "white.png", "capture.lfp", "capture.raw"),
+    "white": ("white.png", "capture.lfp", "whites"),
     "dark": ("dark.png",),
     "reversed_lens": ("white.png",),
-    "files": ("white.png",),
+    "files": ("white.png", *IMAGES, "capture.lfp", "views", "whites", "known.json", "field.mat"),
     "collimator": ("star.png",),
     "calib": ("known.json",),
     "frames": ("grey.png", "*.png"),
-    "folder": ("views",),
+    "folder": ("views", "mosaic.png", "field.mat", "new.mat", "hci"),
     "scene": ("scene.toml", "rgb-480p"),
     "camera": ("camera.toml", "f193-mla2"),
     "prescription": ("lens.csv", "f100"),
@@ -120,6 +124,8 @@ def make_stock(folder: Path) -> None:
     (folder / "views").mkdir()
     for v, u in np.ndindex(3, 3):
         write_png(folder / "views" / f"view_{v}_{u}.png", grey[v::3, u::3][:5, :5])
+    write_png(folder / "mosaic.png", grey[:15])
+    _make_light_fields(folder, grey)
     shutil.copy(project.root() / "scenes" / "rgb-480p.toml", folder / "scene.toml")
     shutil.copy(CAMERAS / "f193-mla2.toml", folder / "camera.toml")
     shutil.copy(project.DATA / "lenses" / "f100.csv", folder / "lens.csv")
@@ -133,6 +139,26 @@ def make_stock(folder: Path) -> None:
     (folder / "text.png").write_text("no picture")
     (folder / "deep.json").write_text("[" * 200_000)
     (folder / "deep.toml").write_text("a = " + "[" * 200_000)
+
+
+def _make_light_fields(folder: Path, grey: Any) -> None:
+    """A Lytro capture, white images, MATLAB files and a scene of the HCI benchmark."""
+    capture = write_capture(
+        changed(changed(F01, "image", "width", to=160), "image", "height", to=120)
+    )
+    (folder / "capture.lfp").write_bytes(capture.container())
+    (folder / "capture.raw").write_bytes(pack(capture.raw, 12))
+    (folder / "capture.txt").write_text(json.dumps(capture.metadata))
+    write_whites(folder / "whites", capture, {"MOD_0000": (943, 600), "MOD_0001": (100, 672)})
+    field = np.stack([np.stack([grey[v : v + 8, u : u + 9] for u in range(3)]) for v in range(3)])
+    savemat(folder / "field.mat", {"LF": field})
+    with h5py.File(folder / "new.mat", "w") as file:
+        file["LF"] = field.T
+    (folder / "hci").mkdir()
+    for n in range(9):
+        write_png(folder / "hci" / f"input_Cam{n:03}.png", field[n // 3, n % 3])
+    (folder / "hci" / "parameters.cfg").write_text("[extrinsics]\nbaseline_mm = 50.0\n")
+    (folder / "hci" / "gt_disp_lowres.pfm").write_bytes(encode_pfm(np.ones((8, 9))))
 
 
 @dataclass(frozen=True)
@@ -202,6 +228,7 @@ def calls(draw: Any, command: Words) -> Call:
         words.append(draw(TEXT))
     kinds = st.sampled_from(("cut", "flip", "number"))
     stock = ("grey.png", "deep.png", "white.png", "grey.tif", "rgb.jpg", "grey.pgm", "known.json")
+    stock += ("capture.lfp", "capture.txt", "field.mat", "new.mat", "hci/parameters.cfg")
     stock += ("scene.toml", "camera.toml", "lens.csv", "a.vcd", "views/view_1_1.png")
     damage = st.tuples(
         st.sampled_from(stock), kinds, st.floats(0, 1, exclude_max=True), WHOLE | REAL | TEXT

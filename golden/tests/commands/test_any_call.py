@@ -21,6 +21,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from plenofir.camera.calibration import decode, load_calibration
+from plenofir.camera.lytro.sensor import with_gamma
 from plenofir.commands import options
 from plenofir.images import read_image, read_picture
 from plenofir.refocus import interpolation_order, refocus
@@ -52,8 +53,27 @@ def check_views(p: Parameters) -> set[str]:
     return names
 
 
+def check_mosaic(p: Parameters) -> set[str]:
+    m, raw = p["micro_image"], read_image(Path(p["raster"]))
+    rows, columns = (length // m for length in raw.shape[:2])
+    found = read_image(Path(p["out"]))
+    for v, u in np.ndindex(m, m):
+        tile = found[v * rows : (v + 1) * rows, u * columns : (u + 1) * columns]
+        assert (tile == raw[v : rows * m : m, u : columns * m : m]).all()
+    return {p["out"]}
+
+
+def check_quilt(p: Parameters) -> set[str]:
+    out = Path(p["out"])
+    (file,) = (out.parent if out.parent.is_dir() else Path()).glob("*_qs*x*a*.png")
+    read_image(file)
+    return {str(file)}
+
+
 def check_compose(p: Parameters) -> set[str]:
     found = read_image(Path(p["out"]))
+    if Path(p["folder"]).name != "views" or p["keep"] not in (None, 3):
+        return {p["out"]}
     for v, u in np.ndindex(3, 3):
         place = (v, u) if p["order"] == "rows" else (u, v)
         view = read_image(Path(p["folder"]) / "view_{}_{}.png".format(*place))
@@ -120,12 +140,20 @@ def check_calibrate(p: Parameters) -> set[str]:
 
 
 def check_decode(p: Parameters) -> set[str]:
-    found, capture = read_image(Path(p["out"])), read_picture(Path(p["raw"]))
+    found = read_image(Path(p["out"]))
+    if p["raw"].startswith("capture."):
+        m = p["micro_image"] or 9
+        assert found.shape[2] == 3
+        assert [length % m for length in found.shape[:2]] == [0, 0]
+        return {p["out"]}
+    capture = read_picture(Path(p["raw"]))
     extra = {name: p[name] and read_image(p[name]) for name in ("dark", "white")}
     how = {name: p[name] for name in ("interpolation", "scale", "devignette")}
     calibration = load_calibration(p["calib"])
     how["full_scale"] = capture.full_scale
-    assert (found == decode(capture.pixels, calibration, p["micro_image"], **extra, **how)).all()
+    m = p["micro_image"] or int((calibration.grid.lens_pitch - 1) // 2 * 2 + 1)
+    want = decode(capture.pixels, calibration, m, **extra, **how)
+    assert (found == with_gamma(want, p["gamma"], capture.full_scale)).all()
     return {p["out"]}
 
 
@@ -167,6 +195,8 @@ def check_view(p: Parameters) -> set[str]:
 CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("views",): check_views,
     ("compose",): check_compose,
+    ("mosaic",): check_mosaic,
+    ("quilt",): check_quilt,
     ("refocus",): check_refocus,
     ("stack",): check_stack,
     ("depth-map",): check_depth_map,

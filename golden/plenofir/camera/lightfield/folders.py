@@ -56,6 +56,11 @@ def arrange(paths: list[Path], where: str) -> Places:
     raise InputError(found, where=where, expected=_EXPECTED)
 
 
+def image_paths(folder: Path) -> list[Path]:
+    """Pictures of a folder, by name."""
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES)
+
+
 def read_views(
     folder: Path,
     *,
@@ -88,13 +93,33 @@ def read_views(
         raise InputError("no such folder", where=str(folder), expected=_EXPECTED)
     if order not in ("rows", "columns"):
         raise InputError(f"{order!r}", where="order", expected="rows or columns")
-    paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES)
+    paths = image_paths(folder)
     if not paths:
         raise InputError("no image files", where=str(folder), expected=_EXPECTED)
     places = arrange(paths, str(folder))
-    m = isqrt(len(paths))
+    if order == "columns":
+        places = {(row, column): path for (column, row), path in places.items()}
+    return read_paths(places, progress=progress)
+
+
+def read_paths(places: Places, *, progress: Callable[[int, int], None] | None = None) -> Image:
+    """Read views by their places, row and column; all have the same size and depth.
+
+    Parameters
+    ----------
+    places
+        A full square of them.
+    progress
+        Called with the views done and to do.
+
+    Returns
+    -------
+    Image
+        Shape (v, u, t, s[, 3]).
+    """
+    m = isqrt(len(places))
     result: Image | None = None
-    for done, ((row, column), path) in enumerate(sorted(places.items()), 1):
+    for done, (place, path) in enumerate(sorted(places.items()), 1):
         image = read_image(path)
         if result is None:
             result = np.empty((m, m, *image.shape), dtype=image.dtype)
@@ -104,7 +129,7 @@ def read_views(
                 where=str(path),
                 expected=f"{result.shape[2:]} of {result.dtype} as the first view",
             )
-        result[(row, column) if order == "rows" else (column, row)] = image
+        result[place] = image
         if progress is not None:
             progress(done, len(places))
     assert result is not None

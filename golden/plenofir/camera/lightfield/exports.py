@@ -1,0 +1,179 @@
+"""What other programs read: mosaics, quilts of a Looking Glass, .pfm, float TIFF, point clouds."""
+
+import io
+from math import isqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.camera.lightfield.indexing import compose, sub_aperture, views
+from plenofir.camera.rays.model import RayModel
+from plenofir.errors import InputError
+from plenofir.refocus.operator import Image
+
+Floats = npt.NDArray[np.float64]
+
+
+def mosaic(raw: Image, micro_image_size: int) -> Image:
+    """All views side by side, in one picture.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    micro_image_size
+        M in pixels.
+
+    Returns
+    -------
+    Image
+        Shape (M t, M s[, 3]): view (v, u) is the tile in row v and column u.
+    """
+    images = views(raw, micro_image_size)
+    v, u, t, s = images.shape[:4]
+    return np.moveaxis(images, 2, 1).reshape(v * t, u * s, *images.shape[4:])
+
+
+def of_mosaic(image: Image, count: int) -> Image:
+    """Raw image of a mosaic with `count` x `count` views: the inverse of `mosaic`."""
+    rows, columns = (n // count for n in image.shape[:2])
+    tiles = image[: rows * count, : columns * count]
+    tiles = tiles.reshape(count, rows, count, columns, *image.shape[2:])
+    return compose(np.moveaxis(tiles, 2, 1))
+
+
+def quilt_tiles(micro_image_size: int) -> tuple[int, int]:
+    """Columns and rows of a quilt that takes all views of the central row."""
+    m = micro_image_size
+    rows = max(n for n in range(1, isqrt(m) + 1) if m % n == 0)
+    return m // rows, rows
+
+
+def quilt(raw: Image, micro_image_size: int, columns: int, rows: int) -> Image:
+    """Views of the central row, in the order of a Looking Glass's quilt.
+
+    Parameters
+    ----------
+    raw
+        Raw image.
+    micro_image_size
+        M in pixels.
+    columns, rows
+        Tiles; `columns` x `rows` views are taken evenly from left to right, M at most.
+
+    Returns
+    -------
+    Image
+        The view farthest to the left is the tile at the bottom left; the next ones lie to its
+        right, then in the row above.
+
+    Raises
+    ------
+    InputError
+        If there are more tiles than views.
+    """
+    m, count = micro_image_size, columns * rows
+    if not 1 <= count <= m:
+        raise InputError(
+            f"{columns} x {rows} tiles",
+            where="columns",
+            expected=f"at most {m}, the views of a row",
+        )
+    chosen = np.rint(np.linspace(0, m - 1, count)).astype(int) if count > 1 else [m // 2]
+    shown = [sub_aperture(raw, m, m // 2, int(u)) for u in chosen]
+    lines = [
+        np.concatenate(shown[row * columns : (row + 1) * columns], axis=1) for row in range(rows)
+    ]
+    return np.concatenate(lines[::-1], axis=0)
+
+
+def quilt_name(stem: str, view: tuple[int, int], columns: int, rows: int) -> str:
+    """Name of a quilt by the convention of Looking Glass: NAME_qsCOLUMNSxROWSaASPECT.
+
+    `view` is (rows, columns) in pixels; the aspect is width over height.
+    """
+    return f"{stem}_qs{columns}x{rows}a{view[1] / view[0]:.4g}"
+
+
+def encode_pfm(values: Floats) -> bytes:
+    """Map of numbers as .pfm: 32 bit little endian, bottom line first, infinite where unknown."""
+    rows, columns = values.shape
+    content = np.where(np.isnan(values), np.inf, values)[::-1].astype("<f4")
+    return b"Pf\n%d %d\n-1.0\n" % (columns, rows) + content.tobytes()
+
+
+def encode_float_tiff(values: Floats) -> bytes:
+    """Map of numbers as TIFF of 32 bit floats, nan where unknown."""
+    from tifffile import imwrite
+
+    file = io.BytesIO()
+    imwrite(file, values.astype(np.float32), photometric="minisblack", metadata=None)
+    return file.getvalue()
+
+
+def points(distance_mm: Floats, model: RayModel) -> Floats:
+    """Where the pixels of the central view lie in space, by the ray model.
+
+    Parameters
+    ----------
+    distance_mm
+        Distances from the micro lenses, shape (t, s), nan where unknown.
+    model
+        The camera, focused as it was; its axis meets the middle of the micro lenses.
+
+    Returns
+    -------
+    Floats
+        (x, y, z) in mm, shape (t, s, 3): x to the right and y down in the picture, z away from the
+        micro lenses; nan where the distance is.
+    """
+    lens = model.camera.main_lens
+    # Rays leave the main lens at its object side principal plane.
+    z = distance_mm - model.image_distance_mm - lens.principal_plane_separation_mm
+    m = model.micro_image_size
+    # For even M the central view is half a pixel from the middle of the micro images.
+    offset = m // 2 - (m - 1) / 2
+    result = np.empty((*distance_mm.shape, 3))
+    for axis, n in enumerate(distance_mm.shape):
+        place = (np.arange(n) - (n - 1) / 2) * model.camera.micro_lenses.pitch_mm
+        slope, height = model.object_ray(np.full(n, offset), place)
+        shape = (n, 1) if axis == 0 else (1, n)
+        # The main lens turns the picture upside down.
+        result[..., 1 - axis] = -(slope.reshape(shape) * z + height.reshape(shape))
+    result[..., 2] = distance_mm
+    return np.where(np.isnan(distance_mm)[..., np.newaxis], np.nan, result)
+
+
+def encode_ply(places: Floats, colours: Image) -> bytes:
+    """Point cloud as binary .ply, in mm; points without a place are left out.
+
+    Parameters
+    ----------
+    places
+        Shape (t, s, 3), see `points`.
+    colours
+        Grey or RGB, shape (t, s[, 3]), uint8 or uint16.
+
+    Returns
+    -------
+    bytes
+        Vertices with x, y, z and red, green, blue.
+    """
+    known = ~np.isnan(places).any(axis=-1)
+    levels = colours if colours.ndim == 3 else np.repeat(colours[..., np.newaxis], 3, axis=2)
+    if levels.dtype == np.uint16:
+        levels = levels >> 8
+    names = ("x", "y", "z"), ("red", "green", "blue")
+    kinds = [(name, "<f4") for name in names[0]] + [(name, "u1") for name in names[1]]
+    vertices = np.empty(int(known.sum()), dtype=kinds)
+    for k in range(3):
+        vertices[names[0][k]] = places[known][:, k]
+        vertices[names[1][k]] = levels[known][:, k]
+    lines = [
+        *("ply", "format binary_little_endian 1.0", "comment mm; x right, y down, z away"),
+        f"element vertex {len(vertices)}",
+        *(f"property float {name}" for name in names[0]),
+        *(f"property uchar {name}" for name in names[1]),
+        "end_header",
+    ]
+    return ("\n".join(lines) + "\n").encode() + vertices.tobytes()

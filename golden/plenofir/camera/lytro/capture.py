@@ -1,0 +1,177 @@
+"""From a Lytro file to what `plenofir.camera.calibration.decode` takes: a picture and a grid."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plenofir.camera.calibration.calibrate import calibrate, calibration_of_grid
+from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.grid import Grid
+from plenofir.camera.calibration.record import Calibration
+from plenofir.camera.lytro.frames import Frame, nearest_white, read_frame
+from plenofir.camera.lytro.metadata import FrameMetadata
+from plenofir.camera.lytro.sensor import (
+    FULL_SCALE,
+    Colour,
+    Demosaic,
+    Mosaic,
+    balanced,
+    develop,
+    grey_mosaic,
+)
+from plenofir.camera.recognise.lenslets import find_lenslets
+from plenofir.camera.recognise.match import Match, match_capture
+from plenofir.errors import InputError
+from plenofir.refocus.operator import Image
+
+# Pitches of a white image and of the capture's metadata may differ by this share.
+_SAME_PITCH = 0.005
+
+
+@dataclass(frozen=True, eq=False)
+class LytroCapture:
+    """A capture ready to be decoded.
+
+    Attributes
+    ----------
+    image
+        RGB in linear light, uint16, 0 to 65535.
+    calibration
+        Its grid; vignetting only if it came from a white image.
+    white
+        White image to divide by, RGB, where one was given.
+    metadata
+        Of the file.
+    lines
+        What was done, headings and texts for people.
+    """
+
+    image: Image
+    calibration: Calibration
+    white: Image | None
+    metadata: FrameMetadata
+    lines: tuple[tuple[str, str], ...]
+
+
+def checked_grid(grey: Image32, metadata: FrameMetadata, where: str) -> Match:
+    """Grid of the metadata, moved to where the capture's pixels have it.
+
+    Parameters
+    ----------
+    grey
+        Grey levels of the capture (`grey_mosaic`).
+    metadata
+        Of the capture.
+    where
+        Its file, for messages.
+
+    Returns
+    -------
+    Match
+        The grid; as the metadata have it where micro images are not seen in the pixels.
+
+    Raises
+    ------
+    InputError
+        If the pixels have another grid than the metadata.
+    """
+    known = metadata.grid()
+    found = match_capture(grey, known)
+    if found.seen:
+        return found
+    other = find_lenslets(grey)
+    if other is not None:
+        raise InputError(
+            f"its pixels have micro images {other.pitch:.2f} pixels apart ({other.layout}, rotated "
+            f"by {other.rotation_degrees:.2f} degrees)",
+            where=where,
+            expected=f"{known.lens_pitch:.2f} pixels ({known.layout}, "
+            f"{known.rotation_degrees:.2f} degrees), as its metadata say",
+        )
+    return found
+
+
+def read_lytro(
+    path: Path,
+    *,
+    white: Path | None = None,
+    colour: Colour = "balanced",
+    demosaic: Demosaic = "edge-aware",
+) -> LytroCapture:
+    """Read a Lytro capture, with or without a white image.
+
+    Parameters
+    ----------
+    path
+        A .lfp, .lfr or .raw file, see `read_frame`.
+    white
+        White image, or a set of them, see `nearest_white`; without one the grid is that of the
+        file's metadata, moved to where the capture's own pixels have it.
+    colour, demosaic
+        See `develop`.
+
+    Returns
+    -------
+    LytroCapture
+        Picture, grid, white image.
+
+    Raises
+    ------
+    InputError
+        If the file or the white image cannot be used, or its pixels contradict its metadata.
+    """
+    frame = read_frame(path)
+    metadata = frame.metadata
+    mosaic = frame.mosaic()
+    linear = balanced(mosaic, metadata)
+    match = checked_grid(grey_mosaic(linear), metadata, str(path))
+    lines = metadata.described()
+    image = develop(mosaic, metadata, colour=colour, demosaic=demosaic)
+    shape = metadata.height, metadata.width
+    if white is None:
+        lines.append(("grid", match_text(match)))
+        return LytroCapture(
+            image, calibration_of_grid(match.grid, shape), None, metadata, tuple(lines)
+        )
+    chosen = nearest_white(white, metadata)
+    lines.append(("white image", chosen.described()))
+    calibration, white_mosaic = _calibrated(chosen.frame)
+    off = _apart(calibration.grid, match.grid, chosen.frame.where)
+    lines.append(
+        ("grid", f"of the white image, {off:.2f} pixels from the metadata's in the middle")
+    )
+    divisor = develop(white_mosaic, chosen.frame.metadata, colour="camera", demosaic=demosaic)
+    return LytroCapture(image, calibration, divisor, metadata, tuple(lines))
+
+
+def match_text(match: Match) -> str:
+    """What became of the metadata's grid, for people."""
+    if not match.seen:
+        return "of the metadata, unchecked: micro images are not seen in the pixels"
+    return (
+        f"of the metadata, moved by up to {match.moved_px:.2f} pixels to the capture's own "
+        f"micro images (agreement {match.agreement:.2f})"
+    )
+
+
+def _calibrated(frame: Frame) -> tuple[Calibration, Mosaic]:
+    """Calibration of a white image, and its mosaic."""
+    mosaic = frame.mosaic()
+    grey = grey_mosaic(balanced(mosaic, frame.metadata, white_balance=False))
+    levels = np.clip(np.rint(grey), 0, FULL_SCALE).astype(np.uint16)
+    return calibrate(levels, where=frame.where, full_scale=FULL_SCALE), mosaic
+
+
+def _apart(grid: Grid, other: Grid, where: str) -> float:
+    """Distance in pixels of two grids in the middle of the first; their pitches must agree."""
+    if grid.layout != other.layout or abs(grid.lens_pitch / other.lens_pitch - 1) > _SAME_PITCH:
+        raise InputError(
+            f"micro images {grid.lens_pitch:.3f} pixels apart ({grid.layout})",
+            where=where,
+            expected=f"{other.lens_pitch:.3f} ({other.layout}), as the capture has them",
+        )
+    middle = grid.positions(np.array(grid.middle))
+    _, _, from_centre = grid.nearest(middle)
+    _, _, between = other.nearest(middle - from_centre)
+    return float(np.hypot(*between))

@@ -1,0 +1,175 @@
+"""The container of Lytro's files (.lfp, .lfr): sections with a magic number, a length and a name.
+
+After a header of 16 bytes come sections. Each begins with 12 bytes that tell its kind (LFM: a table
+of contents in JSON; LFC: content), 4 bytes of length (big endian), and, if that is not 0, the name
+of the content, its SHA-1, padded with zeros to 80 bytes. Zeros fill the space behind the content.
+The format is not published; this is what N. Patel's lfptools and the readers of imageio know of it.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from plenofir.errors import InputError
+from plenofir.files import input_file
+
+MAGIC = b"\x89LFP\r\n\x1a\n"
+_KINDS = {b"\x89LFM\r\n\x1a\n": "table", b"\x89LFC\r\n\x1a\n": "content"}
+_HEAD, _NAME = 16, 80
+_LARGEST_FILE = 1 << 30
+_LARGEST_JSON = 1 << 24
+_WHOLE = "a whole file: copy it again"
+
+Json = Mapping[str, Any]
+Contents = Literal["raw", "stack", "storage", "other"]
+
+
+@dataclass(frozen=True, eq=False)
+class Container:
+    """What a container holds.
+
+    Attributes
+    ----------
+    where
+        Its file, for messages.
+    table
+        Table of contents.
+    sections
+        Name (``sha1-...``) to content, in the order of the file.
+    """
+
+    where: str
+    table: Json
+    sections: Mapping[str, bytes]
+
+    @property
+    def frame(self) -> Json | None:
+        """References of the first raw frame, where there is one."""
+        for path in (("picture", "frameArray", 0, "frame"), ("frames", 0, "frame")):
+            found = part_of(self.table, *path)
+            if isinstance(found, Mapping) and self.named(found.get("imageRef")) is not None:
+                return found
+        return None
+
+    @property
+    def contents(self) -> Contents:
+        """Raw frame, stack of refocused pictures, a camera's stored files, or something else."""
+        if self.frame is not None:
+            return "raw"
+        if "files" in self.table:
+            return "storage"
+        pictures = sum(part.startswith(b"\xff\xd8\xff") for part in self.sections.values())
+        return "stack" if pictures else "other"
+
+    def named(self, name: object) -> bytes | None:
+        """Content with a name."""
+        return self.sections.get(name) if isinstance(name, str) else None
+
+
+def part_of(content: Any, *path: str | int) -> Any:
+    """Part of nested objects and lists, None where there is none."""
+    for step in path:
+        if isinstance(step, str) and isinstance(content, Mapping):
+            content = content.get(step)
+        elif isinstance(step, int) and isinstance(content, list) and len(content) > step:
+            content = content[step]
+        else:
+            return None
+    return content
+
+
+def read_json(data: bytes, where: str) -> Json:
+    """Object in JSON, which cameras may end with zeros."""
+    if len(data) > _LARGEST_JSON:
+        raise InputError(f"{len(data) >> 20} MiB of metadata", where=where, expected="at most 16")
+    try:
+        content = json.loads(data.rstrip(b"\0").decode("utf-8"))
+    except (ValueError, RecursionError):
+        content = None
+    if not isinstance(content, Mapping):
+        raise InputError("metadata that are no JSON object", where=where, expected=_WHOLE)
+    return content
+
+
+def is_container(path: Path) -> bool:
+    """Whether a file begins like a container."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(MAGIC)) == MAGIC
+    except (OSError, ValueError):
+        return False
+
+
+def file_bytes(path: Path, expected: str) -> bytes:
+    """Content of an input file."""
+    where = str(path)
+    try:
+        if not path.is_file():
+            what = "is no file" if path.exists() else "no such file"
+            raise InputError(what, where=where, expected=expected)
+        if path.stat().st_size > _LARGEST_FILE:
+            size = f"{path.stat().st_size >> 20} MiB"
+            raise InputError(size, where=where, expected=f"{expected} of at most 1024 MiB")
+        return input_file(path).read_bytes()
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be read ({reason})", where=where, expected=expected) from None
+
+
+def read_container(path: Path) -> Container:
+    """Read a container.
+
+    Parameters
+    ----------
+    path
+        File ending in .lfp or .lfr, whatever its name.
+
+    Returns
+    -------
+    Container
+        Table of contents and sections; each is what its SHA-1 says.
+
+    Raises
+    ------
+    InputError
+        If it is no container, is cut off, or a section is damaged.
+    """
+    where = str(path)
+    data = file_bytes(path, "a Lytro file (.lfp, .lfr)")
+    if not data.startswith(MAGIC):
+        raise InputError("no Lytro file", where=where, expected="a file that begins with 89 LFP")
+    tables: list[bytes] = []
+    sections: dict[str, bytes] = {}
+    place, number = _HEAD, 0
+    while place < len(data):
+        kind = _KINDS.get(data[place : place + 8])
+        if kind is None:
+            # Zeros up to the next section, or to the end of the file.
+            if data[place] == 0:
+                place += len(data) - place - len(data[place:].lstrip(b"\0"))
+                continue
+            raise InputError(f"no section at byte {place}", where=where, expected=_WHOLE)
+        size = int.from_bytes(data[place + 12 : place + _HEAD], "big")
+        begin = place + _HEAD + (_NAME if size else 0)
+        content = data[begin : begin + size]
+        if len(data) < place + _HEAD or len(content) < size:
+            what = f"ends in section {number}: {len(content)} of {size} bytes"
+            raise InputError(what, where=where, expected=_WHOLE)
+        name = data[place + _HEAD : begin].rstrip(b"\0").decode("ascii", "replace")
+        digest = hashlib.sha1(content, usedforsecurity=False).hexdigest()
+        if size and name != f"sha1-{digest}":
+            what = f"section {number} is damaged (its SHA-1 is not {name[:16]!r}...)"
+            raise InputError(what, where=where, expected=_WHOLE)
+        if kind == "table":
+            tables.append(content)
+        elif size:
+            sections[name] = content
+        place, number = begin + size, number + 1
+    if not tables:
+        raise InputError("no table of contents", where=where, expected=_WHOLE)
+    return Container(where, read_json(tables[0], where), sections)

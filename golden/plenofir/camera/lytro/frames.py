@@ -1,0 +1,275 @@
+"""Raw frames in files: containers, .raw files with metadata beside them, and sets of white images.
+
+A set of white images is a folder, the .tar that the Illum's calibration data come in, or a storage
+container of the first camera (data.C.0 and so on): pictures MOD_0000.RAW with MOD_0000.TXT beside.
+"""
+
+import tarfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path, PurePosixPath
+
+from plenofir.camera.lytro.container import (
+    Json,
+    file_bytes,
+    is_container,
+    part_of,
+    read_container,
+    read_json,
+)
+from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata, steps_apart, steps_text
+from plenofir.camera.lytro.sensor import Mosaic, packed_size, unpack
+from plenofir.errors import InputError
+
+_METADATA_SUFFIXES = (".txt", ".TXT", ".json", ".JSON")
+_CONTAINERS = (".lfp", ".lfr")
+_KNOWN_SIZES = {7728 * 5368 * 10 // 8: "Illum", 3280 * 3280 * 12 // 8: "F01"}
+_MOST_FILES = 20_000
+_LARGEST_MEMBER = 1 << 28
+FRAME_EXPECTED = "a Lytro .lfp or .lfr with a raw frame, or a .raw with .txt or .json beside it"
+
+Entries = Mapping[str, Callable[[], bytes]]
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A raw frame: its metadata and its packed pixels."""
+
+    where: str
+    metadata: FrameMetadata
+    data: bytes = field(repr=False)
+
+    def mosaic(self) -> Mosaic:
+        """Pixels, see `unpack`."""
+        return unpack(self.data, self.metadata, self.where)
+
+
+def is_lytro(path: Path) -> bool:
+    """Whether a file is a container, or a .raw file as large as a Lytro's."""
+    if is_container(path):
+        return True
+    try:
+        known = path.stat().st_size in _KNOWN_SIZES
+        return path.suffix.lower() == ".raw" and path.is_file() and (known or bool(_beside(path)))
+    except (OSError, ValueError):
+        return False
+
+
+def _beside(path: Path) -> Path | None:
+    """Metadata beside a .raw file."""
+    names = (path.with_suffix(suffix) for suffix in _METADATA_SUFFIXES)
+    return next((name for name in names if name.is_file()), None)
+
+
+def read_frame(path: Path) -> Frame:
+    """Read a raw frame.
+
+    Parameters
+    ----------
+    path
+        A container, or a .raw file with metadata beside it (.txt, .json).
+
+    Returns
+    -------
+    Frame
+        Metadata, and as many bytes of pixels as they say.
+
+    Raises
+    ------
+    InputError
+        If there is no raw frame, no metadata, or they contradict each other.
+    """
+    where = str(path)
+    if not is_container(path):
+        data = file_bytes(path, FRAME_EXPECTED)
+        if path.suffix.lower() != ".raw":
+            raise InputError("no Lytro file", where=where, expected=FRAME_EXPECTED)
+        beside = _beside(path)
+        if beside is None:
+            camera = _KNOWN_SIZES.get(len(data))
+            what = f"as large as a frame of an {camera}, but" if camera else "a .raw file, but"
+            names = ", ".join(path.with_suffix(suffix).name for suffix in _METADATA_SUFFIXES)
+            raise InputError(
+                f"{what} no metadata beside it ({names} looked for)",
+                where=where,
+                expected="one of them: it tells where the micro lenses are",
+            )
+        content = read_json(file_bytes(beside, "metadata"), str(beside))
+        return _checked(where, frame_metadata(content, str(beside)), data)
+    container = read_container(path)
+    references = container.frame
+    if references is None:
+        what = {
+            "stack": "no raw frame: a stack of refocused pictures",
+            "storage": "no raw frame: files stored by a camera (white images, for --white)",
+        }.get(container.contents, "no raw frame")
+        raise InputError(what, where=where, expected="a .lfp or .lfr as it left the camera")
+    text = container.named(references.get("metadataRef"))
+    if text is None:
+        raise InputError("a raw frame without metadata", where=where, expected=FRAME_EXPECTED)
+    private = container.named(references.get("privateMetadataRef"))
+    data = container.named(references.get("imageRef")) or b""
+    numbers: Json | None = read_json(private, where) if private else None
+    return _checked(where, frame_metadata(read_json(text, where), where, numbers), data)
+
+
+def _checked(where: str, metadata: FrameMetadata, data: bytes) -> Frame:
+    """Frame whose bytes are as many as the metadata say."""
+    if len(data) != packed_size(metadata):
+        size = f"{metadata.width} x {metadata.height} pixels of {metadata.packing.bitsPerPixel} bit"
+        raise InputError(
+            f"{len(data)} bytes of pixels",
+            where=where,
+            expected=f"{packed_size(metadata)}: the metadata say {size}",
+        )
+    return Frame(where, metadata, data)
+
+
+def _member(path: Path, name: str) -> bytes:
+    with tarfile.open(path) as archive:
+        member = archive.getmember(name)
+        if member.size > _LARGEST_MEMBER:
+            raise InputError(f"{member.size >> 20} MiB", where=f"{path}/{name}", expected="256")
+        file = archive.extractfile(member)
+        return file.read() if file is not None else b""
+
+
+def _entries(path: Path) -> Entries:
+    """Files of a set, by name."""
+    expected = "a folder, a .tar or a Lytro file with white images"
+    try:
+        if path.is_dir():
+            files = [file for file in sorted(path.rglob("*")) if file.is_file()][:_MOST_FILES]
+            found: dict[str, Callable[[], bytes]] = {}
+            for file in files:
+                if file.suffix.lower() == ".tar" or (is_container(file) and not _raw_frame(file)):
+                    found |= _entries(file)
+                else:
+                    found[str(file)] = partial(file_bytes, file, expected)
+            return found
+        if path.suffix.lower() == ".tar":
+            with tarfile.open(path) as archive:
+                names = [member.name for member in archive if member.isfile()][:_MOST_FILES]
+            return {f"{path}/{name}": partial(_member, path, name) for name in names}
+    except (OSError, tarfile.TarError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise InputError(f"cannot be read ({reason})", where=str(path), expected=expected) from None
+    if is_container(path) and not _raw_frame(path):
+        container = read_container(path)
+        stored: dict[str, Callable[[], bytes]] = {}
+        for file in part_of(container.table, "files") or ():
+            name, data = part_of(file, "name"), container.named(part_of(file, "dataRef"))
+            if isinstance(name, str) and data is not None:
+                stored[f"{path}/{name.replace(chr(92), '/')}"] = partial(bytes, data)
+        return stored
+    return {str(path): partial(file_bytes, path, expected)}
+
+
+def _raw_frame(path: Path) -> bool:
+    """Whether a container has a raw frame, by its name: none of a camera's storage has."""
+    return path.suffix.lower() in _CONTAINERS and not path.stem.lower().startswith("data.c")
+
+
+@dataclass(frozen=True)
+class White:
+    """A white image that was chosen.
+
+    Attributes
+    ----------
+    frame
+        The white image.
+    count
+        Of how many that fit it was taken.
+    apart
+        How far its zoom and focus steps are from the capture's.
+    """
+
+    frame: Frame
+    count: int
+    apart: tuple[float, float]
+
+    def described(self) -> str:
+        """One line for people."""
+        steps = steps_text(self.frame.metadata.lens)
+        zoom, focus = self.apart
+        text = f"{self.frame.where} ({steps}"
+        if max(zoom, focus) < float("inf"):
+            text += f"; {zoom:g} and {focus:g} from the capture's"
+        return text + (f"), the nearest of {self.count}" if self.count > 1 else ")")
+
+
+def nearest_white(path: Path, capture: FrameMetadata) -> White:
+    """Take the white image that is nearest to a capture in zoom, then in focus.
+
+    Parameters
+    ----------
+    path
+        A white image as a raw frame, or a set of them.
+    capture
+        Of the capture.
+
+    Returns
+    -------
+    White
+        The white image.
+
+    Raises
+    ------
+    InputError
+        If none has the capture's size; the message tells what was looked for.
+    """
+    if not path.exists():
+        raise InputError("no such file", where=str(path), expected=FRAME_EXPECTED)
+    entries = _entries(path)
+    candidates: list[tuple[tuple[float, float], str, FrameMetadata]] = []
+    others, strangers = 0, set[str]()
+    for name in entries:
+        metadata = _white_metadata(name, entries, sole=len(entries) == 1)
+        if metadata is None:
+            continue
+        if (metadata.width, metadata.height) != (capture.width, capture.height):
+            others += 1
+            continue
+        if capture.serial and metadata.serial and metadata.serial != capture.serial:
+            strangers.add(metadata.serial)
+            continue
+        candidates.append((steps_apart(metadata.lens, capture.lens), name, metadata))
+    if not candidates:
+        what = f"no white image among {len(entries)} files"
+        if others:
+            what += f" ({others} of another size)"
+        if strangers:
+            what += f" (those of {', '.join(sorted(strangers)[:3])} are another camera's)"
+        looked = f"{capture.width} x {capture.height} pixels, {steps_text(capture.lens)}"
+        if capture.serial:
+            looked += f", camera {capture.serial}"
+        raise InputError(
+            what,
+            where=str(path),
+            expected=f"MOD_*.RAW with .TXT, .lfp or .lfr of {looked}",
+        )
+    apart, name, metadata = min(candidates, key=lambda one: one[:2])
+    if Path(name).suffix.lower() in _CONTAINERS:
+        frame = read_frame(Path(name))
+    else:
+        frame = _checked(name, metadata, entries[name]())
+    return White(frame, len(candidates), apart)
+
+
+def _white_metadata(name: str, entries: Entries, *, sole: bool) -> FrameMetadata | None:
+    """Metadata of a file of a set, None where it is no white image."""
+    pure = PurePosixPath(name)
+    if pure.suffix.lower() in _CONTAINERS:
+        return read_frame(Path(name)).metadata
+    if pure.suffix.lower() != ".raw":
+        if sole:
+            raise InputError("no raw frame", where=name, expected=FRAME_EXPECTED)
+        return None
+    if sole:  # A single .raw file: what is beside it is not among the entries.
+        return read_frame(Path(name)).metadata
+    for suffix in _METADATA_SUFFIXES:
+        beside = str(pure.with_suffix(suffix))
+        if beside in entries:
+            return frame_metadata(read_json(entries[beside](), beside), beside)
+    return None

@@ -1,0 +1,185 @@
+"""Micro lenses in a capture of a scene, found without a white image.
+
+The picture repeats at shifts by whole lenses, as its micro images are darker between than within.
+What shifts it repeats at is guessed from the autocorrelation of its middle (as for white images).
+Scenes have repetitions of their own; so a guess counts only if the slowest waves of its lattice are
+there all over the picture, and in phase (`plenofir.camera.recognise.match.match_capture`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.grid import Grid, Layout
+from plenofir.camera.calibration.lattice import Lattice, guess, lattices
+from plenofir.camera.calibration.shading import lens_indices, within
+from plenofir.camera.recognise.match import Match, match_capture
+from plenofir.errors import InputError
+
+_CANDIDATES = 4
+_LEAST_AGREEMENT, _SURE = 0.7, 0.9
+_SMALLEST_PITCH = 2.8
+_FEWEST_LENSES = 5
+# Parts of the picture that the pitch of repetition is compared between, and what is the same.
+_PART, _LARGEST_PART = 0.5, 768
+_PLACES = ((0.0, 0.0), (0.0, 1.0), (0.5, 0.5), (1.0, 0.0), (1.0, 1.0))
+_REPEATS, _MOST_PARTS = 0.25, 4
+_SAME_PITCH = 0.04
+
+
+@dataclass(frozen=True)
+class Lenslets:
+    """Micro lenses found in a capture.
+
+    Attributes
+    ----------
+    match
+        Grid, fitted to the whole picture, and how well the picture agrees with it.
+    score
+        How much higher the autocorrelation is on the lattice than between.
+    """
+
+    match: Match
+    score: float
+
+    @property
+    def evidence(self) -> float:
+        """Agreement of the picture's parts, 0 to 1; of neighbouring ones if the grid is bent."""
+        return max(self.match.agreement, self.match.smoothness)
+
+    @property
+    def grid(self) -> Grid:
+        """Where the micro images are."""
+        return self.match.grid
+
+    @property
+    def layout(self) -> Layout:
+        """Their arrangement."""
+        return self.grid.layout
+
+    @property
+    def pitch(self) -> float:
+        """Distance of neighbouring micro images in pixels."""
+        return self.grid.lens_pitch
+
+    @property
+    def rotation_degrees(self) -> float:
+        """Rotation of their rows."""
+        return self.grid.rotation_degrees
+
+
+def find_lenslets(grey: Image32, guesses: list[Lattice] | None = None) -> Lenslets | None:
+    """Find micro lenses in a capture.
+
+    Parameters
+    ----------
+    grey
+        Grey levels, shape (rows, columns).
+    guesses
+        Its `lattices`, if they are known.
+
+    Returns
+    -------
+    Lenslets or None
+        The lattice that most of the picture agrees with; None where none is seen all over it.
+    """
+    found: list[Lenslets] = []
+    for lattice in (lattices(grey) if guesses is None else guesses)[:_CANDIDATES]:
+        try:
+            start = guess(grey, lattice.vectors)
+        except (InputError, np.linalg.LinAlgError):
+            continue
+        pitch = start.lens_pitch
+        if pitch < _SMALLEST_PITCH or min(grey.shape) < _FEWEST_LENSES * pitch:
+            continue
+        match = match_capture(grey, start)
+        if match.seen and max(match.agreement, match.smoothness) >= _LEAST_AGREEMENT:
+            found.append(Lenslets(match, lattice.score))
+            if match.agreement > _SURE:
+                break
+    return max(found, key=lambda one: one.evidence * one.match.strength, default=None)
+
+
+@dataclass(frozen=True)
+class Repetition:
+    """At which pitches the parts of a picture repeat.
+
+    Attributes
+    ----------
+    smallest, largest
+        Pitch in pixels: side of a square as large as the lattice's cell.
+    parts
+        Parts of the picture that repeat, of 5.
+    score
+        Median of the lattices' scores there.
+    """
+
+    smallest: float
+    largest: float
+    parts: int
+    score: float
+
+    @property
+    def all_over(self) -> bool:
+        """Whether nearly all parts repeat."""
+        return self.parts >= _MOST_PARTS
+
+    @property
+    def even(self) -> bool:
+        """Whether all parts repeat at the same pitch, as the gaps of micro images do.
+
+        Content repeats at the pitch less its parallax between lenses, which changes with depth.
+        """
+        return (self.largest - self.smallest) / self.largest < _SAME_PITCH
+
+
+def repetition(grey: Image32) -> Repetition | None:
+    """Look for repetitions in five parts of a picture.
+
+    Parameters
+    ----------
+    grey
+        Grey levels.
+
+    Returns
+    -------
+    Repetition or None
+        None where no part repeats.
+    """
+    side = [min(int(n * _PART), _LARGEST_PART) for n in grey.shape]
+    found = []
+    for down, right in _PLACES:
+        top = int((grey.shape[0] - side[0]) * down)
+        left = int((grey.shape[1] - side[1]) * right)
+        best = lattices(grey[top : top + side[0], left : left + side[1]])[:1]
+        # Several lenses along each side, or it is no lens array.
+        for lattice in best:
+            pitch = float(np.sqrt(abs(np.linalg.det(lattice.vectors))))
+            if lattice.score > _REPEATS and pitch * _FEWEST_LENSES < min(side):
+                found.append((pitch, lattice.score))
+    if not found:
+        return None
+    pitches = [pitch for pitch, _ in found]
+    # A part that repeats at a multiple says nothing about the others.
+    middle = float(np.median(pitches))
+    near = [pitch for pitch in pitches if 0.75 * middle < pitch < 1.33 * middle]
+    score = float(np.median([score for _, score in found]))
+    return Repetition(min(near), max(near), len(near), score)
+
+
+def unevenness_of_neighbours(grey: Image32, grid: Grid) -> float:
+    """How much the middles of micro images differ from those beside them, as a share.
+
+    Small in a white image, whatever the light; large where a picture has content.
+    """
+    t, s = lens_indices(grid, grey.shape)
+    centres = grid.centres(t, s)
+    inside = within(centres, grey.shape)
+    smooth = ndimage.gaussian_filter(grey, grid.lens_pitch / 6)
+    levels = ndimage.map_coordinates(smooth, np.moveaxis(centres, -1, 0), order=1)
+    levels = np.where(inside, levels, np.nan)
+    bend = np.abs(levels[:, 2:] - 2 * levels[:, 1:-1] + levels[:, :-2]) / 2
+    share = bend / np.maximum(levels[:, 1:-1], 1e-9)
+    return float(np.nanmedian(share)) if np.isfinite(share).any() else 0.0

@@ -1,0 +1,208 @@
+"""How well a grid that is known from elsewhere fits a capture's own pixels, and moving it there.
+
+Micro images are brighter in their middle than between them, whatever is in the picture. So the
+pixels have the three slowest waves of the lens grid in them, and their phases tell how far the
+micro images lie from the grid. The picture is looked at in blocks of some micro images; a smooth
+displacement is fitted to what all of them say, from the middle outwards, weighted by how strong the
+waves are. What is in the picture disturbs single blocks, not all of them in one direction.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.grid import Floats, Grid
+
+Complex = npt.NDArray[np.complex128]
+
+# Side of a block in pitches: as many blocks as possible, and as large.
+_SMALLEST_BLOCK, _LARGEST_BLOCK, _WANTED_BLOCKS = 4.0, 12.0, 6
+_FEWEST_BLOCKS = 4
+# Displacements are fitted to blocks within a radius that grows (shares of the largest).
+_FIRST_REACH, _GROWTH, _TELL_TILT = 0.1, 1.5, 9
+_ROUNDS = 4
+# A grid that is only moved is taken, unless a stretch and a turn agree better by this.
+_BETTER = 0.02
+# Waves weaker than this share of the brightness, or that agree less than this: not seen.
+_WEAKEST, _LEAST_AGREEMENT = 0.02, 0.5
+
+
+@dataclass(frozen=True)
+class Match:
+    """What a capture's pixels say about a grid.
+
+    Attributes
+    ----------
+    grid
+        The grid, moved to where the pixels have it.
+    seen
+        Whether micro images are seen at its pitch and rotation at all.
+    agreement
+        Of the blocks after the move: 1 if all have the same phase, 0 if phases are random.
+    smoothness
+        Of neighbouring blocks: 1 if phases change smoothly, which distorted grids' do, too.
+    strength
+        Amplitude of the waves as a share of the brightness.
+    moved_px
+        Largest displacement in the picture, in pixels.
+    """
+
+    grid: Grid
+    seen: bool
+    agreement: float
+    smoothness: float
+    strength: float
+    moved_px: float
+
+
+def wave_vectors(grid: Grid) -> Floats:
+    """The slowest waves of the lens grid, cycles a pixel along (y, x), shape (2 or 3, 2)."""
+    down, right = grid.vectors
+    if grid.layout == "hexagonal-rows":
+        basis = np.array([down + right / 2, right])
+    elif grid.layout == "hexagonal-columns":
+        basis = np.array([down, right + down / 2])
+    else:
+        basis = np.array([down, right])
+    first, second = np.linalg.inv(basis).T
+    if grid.layout == "rectangular":
+        return np.array([first, second])
+    third = first + second
+    if third @ third > 1.5 * (first @ first):
+        third = first - second
+    return np.array([first, second, third])
+
+
+def _blocks(image: Image32, grid: Grid, waves: Floats) -> tuple[Floats, Complex, float]:
+    """Middles of blocks (r, c, 2), waves' amplitudes about the grid's origin (r, c, waves)."""
+    side = min(image.shape) / _WANTED_BLOCKS / grid.lens_pitch
+    size = int(np.ceil(min(max(side, _SMALLEST_BLOCK), _LARGEST_BLOCK) * grid.lens_pitch))
+    counts = [max(1, n // size) for n in image.shape]
+    starts = [max(0, n - c * size) // 2 for n, c in zip(image.shape, counts, strict=True)]
+    sides = [min(size, n) for n in image.shape]
+    origin = grid.positions(np.zeros(2))
+    windows = [np.hanning(n + 2)[1:-1] for n in sides]
+    middles, found = [], []
+    total = 0.0
+    for row in range(counts[0]):
+        for column in range(counts[1]):
+            top, left = starts[0] + row * size, starts[1] + column * size
+            part = image[top : top + sides[0], left : left + sides[1]].astype(np.float64)
+            part = part * windows[0][:, np.newaxis] * windows[1]
+            level = part.sum()
+            part -= (
+                windows[0][:, np.newaxis]
+                * windows[1]
+                * (level / windows[0].sum() / windows[1].sum())
+            )
+            y = np.arange(top, top + sides[0]) - origin[0]
+            x = np.arange(left, left + sides[1]) - origin[1]
+            found.append(
+                [
+                    np.exp(-2j * np.pi * k[0] * y) @ part @ np.exp(-2j * np.pi * k[1] * x)
+                    for k in waves
+                ]
+            )
+            middles.append((y.mean(), x.mean()))
+            total += level
+    return (
+        np.array(middles).reshape(*counts, 2),
+        np.array(found).reshape(*counts, len(waves)),
+        total / len(middles),
+    )
+
+
+def match_capture(image: Image32, grid: Grid) -> Match:
+    """Measure how far a capture's micro images lie from a grid, and move the grid there.
+
+    Parameters
+    ----------
+    image
+        Grey levels of the capture; a mosaic whose colours are about equally bright will do.
+    grid
+        An affine grid (order 1).
+
+    Returns
+    -------
+    Match
+        What was found; the grid as it was where micro images are not seen.
+    """
+    waves = wave_vectors(grid)
+    middles, found, level = _blocks(image, grid, waves)
+    amplitudes = found.reshape(-1, len(waves))
+    if len(amplitudes) < _FEWEST_BLOCKS or level <= 0:
+        return Match(grid, False, 0.0, 0.0, 0.0, 0.0)
+    pitch = grid.lens_pitch
+    flat = middles.reshape(-1, 2)
+    terms = np.concatenate([np.ones((len(flat), 1)), flat / (100 * pitch)], axis=1)
+    weights = np.abs(amplitudes)
+    # A few bright blocks must not decide.
+    weights = np.minimum(weights, 3 * np.median(weights))
+    turned = _grown(amplitudes, weights, waves, terms)
+    moved = np.zeros_like(turned)
+    for _ in range(_ROUNDS):
+        moved[:1] += _step(amplitudes, weights, waves, terms, moved, 1)
+    agreements = [
+        float((weights * np.cos(_phases(amplitudes, waves, terms @ moves))).sum() / weights.sum())
+        for moves in (moved, turned)
+    ]
+    better = agreements[1] > agreements[0] + _BETTER
+    moves, agreement = (turned, agreements[1]) if better else (moved, agreements[0])
+    left = (found * np.exp(2j * np.pi * (terms @ moves) @ waves.T).reshape(found.shape)) / (
+        np.abs(found) + 1e-30
+    )
+    pairs = [(a * b.conj()).real for a, b in ((left[1:], left[:-1]), (left[:, 1:], left[:, :-1]))]
+    smoothness = float(np.mean(np.concatenate([part.ravel() for part in pairs])))
+    strength = float(np.median(np.abs(amplitudes).mean(axis=1)) / level)
+    if strength < _WEAKEST or max(agreement, smoothness) < _LEAST_AGREEMENT:
+        return Match(grid, False, agreement, smoothness, strength, 0.0)
+    corners = np.array([(y, x) for y in (0, image.shape[0]) for x in (0, image.shape[1])])
+    places = corners - grid.positions(np.zeros(2))
+    spread = np.concatenate([np.ones((4, 1)), places / (100 * pitch)], axis=1) @ moves
+    origin = np.array(grid.coefficients[0]) + moves[0]
+    vectors = np.array(grid.coefficients[1:])
+    vectors = vectors + vectors / (100 * pitch) @ moves[1:]
+    where = tuple((float(y), float(x)) for y, x in (origin, *vectors))
+    result = grid.model_copy(update={"coefficients": where})
+    moved_px = float(np.hypot(*spread.T).max())
+    return Match(result, True, agreement, smoothness, strength, moved_px)
+
+
+def _grown(amplitudes: Complex, weights: Floats, waves: Floats, terms: Floats) -> Floats:
+    """Displacement with a stretch and a turn, fitted to more and more blocks from the middle."""
+    radius = np.hypot(*(terms[:, 1:] - terms[:, 1:].mean(axis=0)).T)
+    moves = np.zeros((3, 2))
+    reach = _FIRST_REACH * float(radius.max())
+    end = False
+    while not end:
+        end = reach >= radius.max()
+        near = radius <= max(reach, float(np.sort(radius)[_FEWEST_BLOCKS - 1]))
+        # At least as many blocks as say something about a tilt.
+        count = 3 if near.sum() >= _TELL_TILT else 1
+        for _ in range(_ROUNDS):
+            part = weights[near], waves, terms[near]
+            moves[:count] += _step(amplitudes[near], *part, moves, count)
+        reach *= _GROWTH
+    return moves
+
+
+def _phases(amplitudes: Complex, waves: Floats, moves: Floats) -> Floats:
+    """Phases that are left after displacements, shape (n, waves)."""
+    return np.angle(amplitudes * np.exp(2j * np.pi * moves @ waves.T))
+
+
+def _step(
+    amplitudes: Complex, weights: Floats, waves: Floats, terms: Floats, moves: Floats, count: int
+) -> Floats:
+    """Change of the displacement's first `count` coefficients that the blocks ask for."""
+    left = -_phases(amplitudes, waves, terms @ moves) / (2 * np.pi)
+    used = terms[:, :count]
+    matrix = np.einsum("nw,nc,nd,wi,wj->cidj", weights, used, used, waves, waves)
+    right = np.einsum("nw,nw,nc,wi->ci", weights, left, used, waves)
+    size = 2 * count
+    return np.linalg.solve(
+        matrix.reshape(size, size) + 1e-12 * np.eye(size) * np.trace(matrix.reshape(size, size)),
+        right.reshape(size),
+    ).reshape(count, 2)

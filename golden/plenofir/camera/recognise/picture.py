@@ -1,0 +1,236 @@
+"""What a picture is: a white image, a raw capture, a raster, a mosaic of views, or none of them."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.frames import grey as grey_levels
+from plenofir.camera.calibration.inspection import inspect_white
+from plenofir.camera.calibration.lattice import Lattice, lattices
+from plenofir.camera.recognise.lenslets import (
+    Lenslets,
+    find_lenslets,
+    repetition,
+    unevenness_of_neighbours,
+)
+from plenofir.camera.recognise.rasters import find_mosaic, find_raster
+from plenofir.errors import InputError
+from plenofir.images import Picture
+from plenofir.refocus.operator import Image
+
+Kind = Literal[
+    "white image",
+    "raw capture",
+    "raw capture of a focused (2.0) camera",
+    "aligned raster",
+    "mosaic of views",
+    "refocused picture",
+    "folder of views",
+    "folder of Lytro files",
+    "Lytro capture",
+    "Lytro file without a raw frame",
+    "light field in a MATLAB file",
+    "calibration",
+    "no light field",
+    "can't tell",
+]
+Lines = tuple[tuple[str, str], ...]
+
+LARGEST_SIDE = 8192
+_SMALLEST_SIDE = 32
+_LEAST_CONTRAST = 0.01
+# Repetitions of a lattice that say nothing, and those that are as strong as a white image's.
+_LEAST_SCORE, _LIKE_WHITE = 0.15, 0.35
+# Neighbours differ by less in a white image.
+_EVEN = 0.04
+_LEAST_STRENGTH = 0.05
+_SAME_LEVEL = 0.9
+
+
+@dataclass(frozen=True)
+class Recognition:
+    """What a file is.
+
+    Attributes
+    ----------
+    kind
+        In a few words.
+    evidence
+        Headings and texts that it follows from.
+    advice
+        Command to go on with, or what to do.
+    micro_image_size
+        M, where it is known.
+    pitch_px
+        Pitch of the micro images, where it is known.
+    """
+
+    kind: Kind
+    evidence: Lines
+    advice: tuple[str, ...] = ()
+    micro_image_size: int | None = None
+    pitch_px: float | None = None
+
+
+def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> Recognition:
+    """Recognise a picture.
+
+    Parameters
+    ----------
+    picture
+        Of `plenofir.images.read_picture`.
+    name
+        Its file, for the command to go on with.
+    is_jpeg
+        Whether it was a JPEG.
+
+    Returns
+    -------
+    Recognition
+        "can't tell" where the evidence is thin.
+    """
+    image = picture.pixels
+    rows, columns = image.shape[:2]
+    size = ("size", f"{columns} x {rows} pixels")
+    part = image[:LARGEST_SIDE, :LARGEST_SIDE]
+    if part.shape != image.shape:
+        size = ("size", f"{size[1]}; looked at the first {part.shape[1]} x {part.shape[0]}")
+    if min(rows, columns) < _SMALLEST_SIDE:
+        return Recognition("can't tell", (size, ("evidence", "too small to see a pattern in")))
+    levels = grey_levels(part)
+    contrast = float(levels.std() / max(picture.full_scale, 1))
+    if contrast < _LEAST_CONTRAST and levels.std() < 0.2 * max(float(levels.mean()), 1.0):
+        text = f"hardly any contrast ({100 * contrast:.2f} % of full scale): a dark frame?"
+        return Recognition("can't tell", (size, ("evidence", text)))
+    raster = find_raster(levels, is_jpeg=is_jpeg)
+    if raster is not None:
+        return _raster(part, raster.micro_image_size, raster.by, raster.clarity, size, name)
+    guesses = lattices(levels)
+    if not guesses or guesses[0].score < _LEAST_SCORE:
+        return _mosaic(levels, part.shape == image.shape, size, name) or _none(size)
+    found = find_lenslets(levels, guesses)
+    few = guesses[0].score > _LIKE_WHITE and 4 * _pitch(guesses[0]) < min(part.shape[:2])
+    even = found is None or unevenness_of_neighbours(levels, found.grid) < _EVEN
+    if (few or found is not None) and even:
+        white = _white(picture, name, size)
+        if white is not None:
+            return white
+    seen = repetition(levels)
+    if found is not None and found.match.strength > _LEAST_STRENGTH:
+        if seen is None or seen.even or not seen.all_over:
+            return _capture(found, size, name)
+        return _focused(seen.smallest, seen.largest, found.match.agreement, size, name)
+    if seen is not None and seen.all_over and not seen.even:
+        return _focused(seen.smallest, seen.largest, None, size, name)
+    mosaic = _mosaic(levels, part.shape == image.shape, size, name)
+    if mosaic is not None:
+        return mosaic
+    if (seen is not None and seen.all_over) or few:
+        pitch = _pitch(guesses[0])
+        pitches = (seen.smallest, seen.largest) if seen is not None else (pitch, pitch)
+        text = (
+            f"it repeats every {pitches[0]:.1f} to {pitches[1]:.1f} pixels, but too little speaks "
+            "for a regular grid of micro images"
+        )
+        return Recognition("can't tell", (size, ("evidence", text)))
+    return _none(size)
+
+
+def _none(size: tuple[str, str]) -> Recognition:
+    """A picture without any sign of a light field."""
+    text = (
+        "no joints with a period of 3 to 64 pixels, no micro images of 2.8 pixels or more, no "
+        "alike parts side by side"
+    )
+    return Recognition("no light field", (size, ("evidence", text)))
+
+
+def _mosaic(levels: Image32, whole: bool, size: tuple[str, str], name: str) -> Recognition | None:
+    """A mosaic of views; None for something else, or for a part of a picture."""
+    mosaic = find_mosaic(levels) if whole else None
+    if mosaic is None:
+        return None
+    rows, columns = levels.shape
+    view = f"{columns // mosaic.columns} x {rows // mosaic.rows} pixels"
+    text = (
+        f"{mosaic.columns} x {mosaic.rows} parts of {view}, neighbours alike (correlation "
+        f"{mosaic.alike:.2f}), with joints between them ({min(mosaic.joints):.1f} times the "
+        "differences elsewhere)"
+    )
+    m = mosaic.rows if mosaic.rows == mosaic.columns else None
+    advice = "not as many rows of views as columns: cut it to a square of views"
+    if m is not None:
+        advice = f"plenofir compose {name} --layout mosaic -M {m} --out aligned.png"
+    return Recognition("mosaic of views", (size, ("evidence", text)), (advice,), m)
+
+
+def _pitch(lattice: Lattice) -> float:
+    """Side of a square as large as a lattice's cell."""
+    return float(np.sqrt(abs(np.linalg.det(lattice.vectors))))
+
+
+def _raster(
+    image: Image, m: int, by: str, clarity: tuple[float, float], size: tuple[str, str], name: str
+) -> Recognition:
+    """An aligned raster, or what refocusing left of one."""
+    rows, columns = image.shape[0] // m, image.shape[1] // m
+    inside = np.abs(np.diff(image[: rows * m, : columns * m].astype(np.int32), axis=1))
+    within = inside[:, np.arange(inside.shape[1]) % m != m - 1]
+    if float((within == 0).mean()) > _SAME_LEVEL:
+        text = f"blocks of {m} x {m} equal pixels: a slice that was refocused, or scaled up"
+        return Recognition("refocused picture", (size, ("evidence", text)))
+    text = (
+        f"period of exactly {m} pixels in both directions, by the {by} "
+        f"({min(clarity):.0f} times what chance gives): {columns} x {rows} micro images"
+    )
+    advice = (
+        f"plenofir refocus {name} -M {m} -a 0",
+        f"plenofir stack {name} -M {m} -a -1:1 --all-in-focus",
+    )
+    return Recognition("aligned raster", (size, ("evidence", text)), advice, m)
+
+
+def _white(picture: Picture, name: str, size: tuple[str, str]) -> Recognition | None:
+    """A white image, or None."""
+    try:
+        found = inspect_white(picture.pixels, full_scale=picture.full_scale, where=name)
+    except InputError:
+        return None
+    pitch = found.calibration.grid.lens_pitch
+    text = f"a regular grid, evenly lit: lenses differ by {100 * found.unevenness:.1f} %"
+    advice = f"plenofir calibrate {name} --out calib.json"
+    return Recognition("white image", (size, ("evidence", text)), (advice,), pitch_px=pitch)
+
+
+def _capture(found: Lenslets, size: tuple[str, str], name: str) -> Recognition:
+    """A raw capture of a standard camera."""
+    text = (
+        f"micro images brighter in their middle, {found.pitch:.2f} pixels apart, {found.layout}, "
+        f"rotated by {found.rotation_degrees:.2f} degrees, all over the picture (agreement "
+        f"{found.evidence:.2f}, contrast {100 * found.match.strength:.0f} %)"
+    )
+    m = max(3, int((found.pitch - 1) // 2 * 2 + 1))
+    advice = (
+        "plenofir calibrate WHITE_IMAGE --out calib.json",
+        f"plenofir decode {name} --calib calib.json -M {m} --out aligned.png",
+    )
+    return Recognition("raw capture", (size, ("evidence", text)), advice, pitch_px=found.pitch)
+
+
+def _focused(
+    smallest: float, largest: float, agreement: float | None, size: tuple[str, str], name: str
+) -> Recognition:
+    """A raw capture whose content repeats at pitches of its own."""
+    text = (
+        f"it repeats all over, every {smallest:.1f} to {largest:.1f} pixels: content that lenses "
+        "see with parallax, not the lenses themselves"
+    )
+    if agreement is not None:
+        text += f" (agreement with one grid {agreement:.2f})"
+    advice = (
+        "its micro images are small pictures: refocusing by views does not suit it; with a white "
+        f"image, plenofir calibrate and plenofir decode {name} still give its micro images",
+    )
+    return Recognition("raw capture of a focused (2.0) camera", (size, ("evidence", text)), advice)

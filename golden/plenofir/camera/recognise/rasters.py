@@ -1,0 +1,202 @@
+"""Aligned rasters and mosaics of views, told by the joints between their parts.
+
+In an aligned raster, neighbouring pixels of a micro image differ otherwise than the pixels on both
+sides of a joint between micro images, wherever that joint is. So differences of neighbouring
+columns change with a period of exactly M, and the same holds for rows. In a mosaic of views, parts
+look alike and meet in joints.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft, ndimage
+
+from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.grid import Floats
+from plenofir.camera.calibration.lattice import lattices
+
+MAX_MICRO_IMAGE = 64
+# Times that a period explains more of the differences than chance does.
+_CLEAR, _SEEN = 20.0, 8.0
+_FEWEST_PERIODS = 6
+_CENTRED_PX = 0.75
+# A period that is no whole number shows at its neighbours nearly as clearly.
+_CLEARER = 1.5
+_BLOCKS_OF_JPEG = {2, 4, 8, 16, 24, 32, 40, 48, 56, 64}
+_MOST_VIEWS = 21
+_ALIKE = 0.7
+_JOINT = 1.5
+_MOST_DISPARITY = 0.12
+_MOSAIC_SIDE = 1024
+_SMALLEST_VIEW = 12
+
+
+# The pitch at which content repeats is not that of the micro images, but near it.
+_NEAR_PITCH, _REPEATS = 0.15, 0.25
+
+
+@dataclass(frozen=True)
+class Period:
+    """Period of the differences of neighbouring lines of a picture."""
+
+    pixels: int
+    clarity: float  # times that it explains more than chance
+    phase: int  # where in the period the differences are largest
+
+
+@dataclass(frozen=True)
+class Raster:
+    """An aligned raster: M and how clearly both axes show it."""
+
+    micro_image_size: int
+    clarity: tuple[float, float]
+    by: str
+
+
+@dataclass(frozen=True)
+class Mosaic:
+    """Views side by side."""
+
+    rows: int
+    columns: int
+    alike: float
+    joints: tuple[float, float]
+
+
+def _differences(grey: Image32, axis: int) -> Floats:
+    """Mean difference of each line from the next, outliers cut."""
+    step = np.abs(np.diff(grey, axis=axis))
+    few = step[:: max(1, step.shape[0] // 1000), :: max(1, step.shape[1] // 1000)]
+    return np.asarray(np.minimum(step, np.percentile(few, 98)).mean(axis=1 - axis), np.float64)
+
+
+def periods(grey: Image32, axis: int) -> list[Period]:
+    """Periods of a picture's joints along an axis, the clearest first."""
+    lines = _differences(grey, axis)
+    lines = np.log(lines + 1e-3 * lines.mean() + 1e-9)
+    found = []
+    for m in range(2, min(MAX_MICRO_IMAGE, len(lines) // _FEWEST_PERIODS) + 1):
+        rows = len(lines) // m
+        folded = lines[: rows * m].reshape(rows, m)
+        folded = folded - folded.mean(axis=1, keepdims=True)
+        mean = folded.mean(axis=0)
+        explained = (mean**2).sum() * rows / (m - 1)
+        left = ((folded - mean) ** 2).sum() / ((rows - 1) * (m - 1))
+        found.append(Period(m, float(explained / max(left, 1e-30)), int(np.argmax(mean))))
+    return sorted(found, key=lambda period: -period.clarity)
+
+
+def find_raster(grey: Image32, *, is_jpeg: bool = False) -> Raster | None:
+    """Tell whether a picture consists of micro images of exactly M x M pixels.
+
+    Parameters
+    ----------
+    grey
+        Grey levels.
+    is_jpeg
+        Whether it was a JPEG: these have blocks of 8 x 8 pixels of their own.
+
+    Returns
+    -------
+    Raster or None
+        M, where both axes show it.
+    """
+    along = [periods(grey, axis) for axis in (0, 1)]
+    if not all(along):
+        return None
+    first, second = along[0][0], along[1][0]
+    m = first.pixels
+    if m != second.pixels or m == 2 or (is_jpeg and m in _BLOCKS_OF_JPEG):
+        return None
+    clarity = first.clarity, second.clarity
+    if min(clarity) > _CLEAR and first.phase == second.phase == m - 1:
+        return Raster(m, clarity, "joints between micro images")
+    near = [period for line in along for period in line if abs(period.pixels - m) == 1]
+    whole = min(clarity) > _CLEARER * max((period.clarity for period in near), default=0.0)
+    if min(clarity) > _SEEN and whole and _centred(grey, m) and _repeats(grey, m):
+        return Raster(m, clarity, "dark rims of micro images")
+    return None
+
+
+def _centred(grey: Image32, m: int) -> bool:
+    """Whether the mean micro image is brightest about its middle."""
+    rows, columns = (n // m for n in grey.shape)
+    mean = grey[: rows * m, : columns * m].reshape(rows, m, columns, m).mean(axis=(0, 2))
+    light = mean - mean.min()
+    if light.max() < 0.02 * mean.max():
+        return False
+    places = np.arange(m) - (m - 1) / 2
+    centre = np.array([light.sum(axis=1) @ places, light.sum(axis=0) @ places]) / light.sum()
+    return bool(np.abs(centre).max() < _CENTRED_PX)
+
+
+def _repeats(grey: Image32, m: int) -> bool:
+    """Whether the picture repeats at about this pitch in both directions."""
+    for lattice in lattices(grey)[:3]:
+        pitch = float(np.sqrt(abs(np.linalg.det(lattice.vectors))))
+        if lattice.score > _REPEATS and abs(pitch / m - 1) < _NEAR_PITCH:
+            return True
+    return False
+
+
+def find_mosaic(grey: Image32) -> Mosaic | None:
+    """Tell whether a picture consists of alike pictures side by side and above each other.
+
+    Parameters
+    ----------
+    grey
+        Grey levels.
+
+    Returns
+    -------
+    Mosaic or None
+        Rows and columns of views, 2 or more of each.
+    """
+    scale = max(1, max(grey.shape) // _MOSAIC_SIDE)
+    rows, columns = (n // scale * scale for n in grey.shape)
+    small = grey[:rows, :columns].reshape(rows // scale, scale, -1, scale).mean(axis=(1, 3))
+    small = small - ndimage.gaussian_filter(small, max(small.shape) / 30)
+    power = np.abs(fft.rfft2(small, s=[2 * n for n in small.shape])) ** 2
+    whole = fft.irfft2(power)
+    if whole[0, 0] <= 0:
+        return None
+    counts, alike = [], []
+    for axis in (0, 1):
+        # Some parts together are alike, too: as many as have joints between them.
+        parts = _alike_parts(whole, small.shape, grey.shape[axis], scale, axis)
+        count = max((n for n in parts if _joints(grey, n, axis) > _JOINT), default=None)
+        if count is None:
+            return None
+        counts.append(count)
+        alike.append(parts[count])
+    joints = _joints(grey, counts[0], 0), _joints(grey, counts[1], 1)
+    return Mosaic(counts[0], counts[1], min(alike), joints)
+
+
+def _alike_parts(
+    whole: Floats, shape: tuple[int, ...], length: int, scale: int, axis: int
+) -> dict[int, float]:
+    """Numbers of alike parts along an axis, and how alike neighbours are."""
+    found = {}
+    for count in range(2, _MOST_VIEWS + 1):
+        if length % count or length // count < _SMALLEST_VIEW:
+            continue
+        side = length / count / scale
+        reach = int(max(1, _MOST_DISPARITY * side))
+        lags = np.arange(int(side) - reach, int(side) + reach + 1)
+        across = np.arange(-reach, reach + 1)
+        part = whole[np.ix_(lags, across)] if axis == 0 else whole[np.ix_(across, lags)]
+        overlap = 1 - lags / shape[axis]
+        share = part / whole[0, 0] / (overlap[:, np.newaxis] if axis == 0 else overlap)
+        if share.max() > _ALIKE:
+            found[count] = float(share.max())
+    return found
+
+
+def _joints(grey: Image32, count: int, axis: int) -> float:
+    """Differences at the joints of parts, as a multiple of those elsewhere."""
+    lines = _differences(grey, axis)
+    side = grey.shape[axis] // count
+    at = np.arange(1, count) * side - 1
+    others = np.delete(lines, at)
+    return float(np.median(lines[at]) / max(float(np.median(others)), 1e-9))

@@ -1,0 +1,222 @@
+"""Light fields in the files of others, and files for others, read by other libraries."""
+
+import io
+from math import inf
+from pathlib import Path
+
+import cv2
+import h5py
+import imageio.v2 as imageio
+import numpy as np
+import pytest
+import tifffile
+from plyfile import PlyData
+from scipy.io import savemat
+
+from plenofir.camera.calibration import calibration_of_grid, decode
+from plenofir.camera.lightfield import compose, light_field_disparity, sub_aperture
+from plenofir.camera.lightfield.exports import (
+    encode_float_tiff,
+    encode_pfm,
+    encode_ply,
+    mosaic,
+    of_mosaic,
+    points,
+    quilt,
+    quilt_name,
+    quilt_tiles,
+)
+from plenofir.camera.lightfield.sources import central, hci_scene, read_mat, read_pfm, read_source
+from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
+from plenofir.errors import InputError
+from plenofir.images import read_image, write_png
+from plenofir.project import DATA
+
+M = 5
+
+
+@pytest.fixture(scope="module")
+def flower() -> np.ndarray:
+    """A light field of a real camera, 86 x 80 micro images of 5 x 5 pixels."""
+    return read_image(DATA / "flower_detail_5x5.png")
+
+
+def test_mosaic(flower: np.ndarray, tmp_path: Path) -> None:
+    picture = mosaic(flower, M)
+    assert (of_mosaic(picture, M) == flower).all()
+    rows, columns = 80, 86
+    assert (picture[2 * rows : 3 * rows, :columns] == sub_aperture(flower, M, 2, 0)).all()
+    write_png(tmp_path / "mosaic.png", picture)
+    assert (imageio.imread(tmp_path / "mosaic.png") == picture).all()
+    for options in ({}, {"layout": "mosaic", "size": M}):
+        found = read_source(tmp_path / "mosaic.png", **options)
+        assert (compose(found.images) == flower).all()
+        assert found.lines == (("mosaic", "5 x 5 views of 86 x 80 pixels"),)
+    with pytest.raises(InputError, match=r"expected a multiple of 7 in both directions"):
+        read_source(tmp_path / "mosaic.png", layout="mosaic", size=7)
+
+
+def test_eslf(flower: np.ndarray, tmp_path: Path) -> None:
+    """14 x 14 pixels for each lens, the outer views dark, with an alpha channel."""
+    field = np.zeros((80, 14, 86, 14, 3), np.uint8)
+    field[:, 4:9, :, 4:9] = flower.reshape(80, M, 86, M, 3)
+    picture = field.reshape(80 * 14, 86 * 14, 3)
+    alpha = np.full((*picture.shape[:2], 1), 255, np.uint8)
+    imageio.imwrite(tmp_path / "flowers_eslf.png", np.concatenate([picture, alpha], axis=2))
+    found = read_source(tmp_path / "flowers_eslf.png")
+    assert found.images.shape == (14, 14, 80, 86, 3)
+    assert (compose(central(found.images, 6)[:M, :M]) == flower).all()
+    write_png(tmp_path / "raster.png", flower)
+    assert (compose(read_source(tmp_path / "raster.png").images) == flower).all()
+    write_png(tmp_path / "even.png", np.full((60, 60), 7, np.uint8))
+    with pytest.raises(InputError, match=r"not clear whether .* is a mosaic or a raster"):
+        read_source(tmp_path / "even.png")
+    with pytest.raises(InputError, match="views: 9; expected 1 to 5"):
+        central(read_source(tmp_path / "raster.png").images, 9)
+
+
+@pytest.mark.parametrize("kind", ["5", "7.3"])
+def test_mat(flower: np.ndarray, tmp_path: Path, kind: str) -> None:
+    """As the EPFL's: 16 bit with a weight as fourth channel."""
+    views = np.moveaxis(flower.reshape(80, M, 86, M, 3), (1, 3), (0, 1)).astype(np.uint16) * 257
+    field = np.concatenate([views, np.ones((*views.shape[:4], 1), np.uint16)], axis=4)
+    file = tmp_path / "field.mat"
+
+    def write(**arrays: np.ndarray) -> None:
+        if kind == "5":
+            savemat(file, arrays, do_compression=True)
+        else:
+            with h5py.File(file, "w", userblock_size=512) as content:
+                for name, array in arrays.items():
+                    content[name] = array.T
+            with file.open("r+b") as start:
+                start.write(b"MATLAB 7.3 MAT-file")
+
+    write(LF=field, other=np.zeros((2, 2)))
+    assert (read_mat(file) == views).all()
+    write(light=views[..., 0] / 65535)
+    assert (read_mat(file) == views[..., 0]).all()
+    write(a=np.zeros((3, 4)))
+    with pytest.raises(InputError, match="no array of views"):
+        read_mat(file)
+    write(LF=field[:3])
+    with pytest.raises(InputError, match=r"an array of shape \(3, 5, 80, 86, 4\)"):
+        read_mat(file)
+    whole = file.read_bytes()
+    for end in (0, 100, 600, len(whole) // 2):
+        file.write_bytes(whole[:end])
+        with pytest.raises(InputError):
+            read_mat(file)
+
+
+def test_hci_scene(tmp_path: Path) -> None:
+    """Its names, parameters and true disparity: ours has the same sign and size."""
+    rng = np.random.default_rng(23)
+    texture = np.kron(rng.random((40, 40)), np.ones((4, 4)))
+    y, x = np.mgrid[:64, :72].astype(np.float64)
+    scene = {"focal": 100.0, "baseline": 50.0, "focus": 8.0, "size": 35.0, "pixels": 72}
+    distance = 6.0
+    config = (
+        "[intrinsics]\nfocal_length_mm = 100.0\nimage_resolution_x_px = 72\n"
+        "image_resolution_y_px = 64\nsensor_size_mm = 35.0\n"
+        "[extrinsics]\nbaseline_mm = 50.0\nfocus_distance_m = 8.0\n"
+    )
+    (tmp_path / "parameters.cfg").write_text(config)
+    # Pinhole cameras whose sensors are shifted so that what is at the focus stays in place.
+    image_distance = 1 / (1 / scene["focal"] - 1 / (1000 * scene["focus"]))
+    pixel = scene["size"] / scene["pixels"]
+    disparity = (
+        scene["baseline"]
+        * image_distance
+        / pixel
+        * (1 / (1000 * distance) - 1 / (1000 * scene["focus"]))
+    )
+    for n in range(81):
+        down, right = n // 9 - 4, n % 9 - 4
+        places = np.stack([y + 40 + disparity * down, x + 40 + disparity * right])
+        view = cv2.remap(
+            texture.astype(np.float32),
+            places[1].astype(np.float32),
+            places[0].astype(np.float32),
+            cv2.INTER_CUBIC,
+        )
+        write_png(tmp_path / f"input_Cam{n:03}.png", np.clip(view * 255, 0, 255).astype(np.uint8))
+    write_png(tmp_path / "objectids_lowres.png", np.zeros((64, 72), np.uint8))
+    true = np.full((64, 72), disparity)
+    (tmp_path / "gt_disp_lowres.pfm").write_bytes(encode_pfm(true))
+    (tmp_path / "gt_depth_lowres.pfm").write_bytes(encode_pfm(np.full((64, 72), distance)))
+    found = read_source(tmp_path)
+    assert dict(found.lines)["camera"] == "baseline 50.0 mm, focal length 100.0 mm, focus at 8.0 m"
+    read = hci_scene(tmp_path)
+    assert read.disparity == pytest.approx(true)
+    assert read.disparity_of(read.distance_m) == pytest.approx(true, rel=1e-6)
+    assert disparity > 0.3
+    ours = light_field_disparity(compose(found.images), 9).pixels_per_view[16:-16, 16:-16]
+    assert np.median(ours) == pytest.approx(disparity, rel=0.02)
+    (tmp_path / "input_Cam080.png").unlink()
+    with pytest.raises(InputError, match=r"80 views input_CamNNN\.png"):
+        read_source(tmp_path)
+
+
+def test_quilt(flower: np.ndarray, tmp_path: Path) -> None:
+    """The view farthest left is at the bottom left, rows go up."""
+    raw = np.kron(np.ones((6, 8), np.uint8), np.arange(36, dtype=np.uint8).reshape(6, 6))
+    picture = quilt(raw, 6, 3, 2)
+    assert picture[::6, ::8].tolist() == [[21, 22, 23], [18, 19, 20]]
+    assert quilt(raw, 6, 1, 1)[0, 0] == 21
+    assert [quilt_tiles(m) for m in (3, 9, 15, 13)] == [(3, 1), (3, 3), (5, 3), (13, 1)]
+    assert quilt_name("holo", (420, 315), 8, 6) == "holo_qs8x6a0.75"
+    with pytest.raises(InputError, match="3 x 3 tiles; expected at most 6"):
+        quilt(raw, 6, 3, 3)
+
+
+def test_maps_of_numbers(tmp_path: Path) -> None:
+    values = np.linspace(-3, 900, 35).reshape(5, 7)
+    values[1, 2] = np.nan
+    (tmp_path / "map.pfm").write_bytes(encode_pfm(values))
+    (tmp_path / "map.tif").write_bytes(encode_float_tiff(values))
+    known = ~np.isnan(values)
+    theirs = cv2.imread(str(tmp_path / "map.pfm"), cv2.IMREAD_UNCHANGED)
+    assert theirs[known] == pytest.approx(values[known], rel=1e-6)
+    assert np.isinf(theirs[1, 2])
+    assert read_pfm(tmp_path / "map.pfm")[known] == pytest.approx(values[known], rel=1e-6)
+    for image in (
+        cv2.imread(str(tmp_path / "map.tif"), cv2.IMREAD_UNCHANGED),
+        tifffile.imread(tmp_path / "map.tif"),
+    ):
+        assert image.dtype == np.float32
+        assert image[known] == pytest.approx(values[known], rel=1e-6)
+        assert np.isnan(image[1, 2])
+    (tmp_path / "map.pfm").write_bytes(b"Pf\n3 3\n-1\nxx")
+    with pytest.raises(InputError, match="damaged"):
+        read_pfm(tmp_path / "map.pfm")
+
+
+@pytest.mark.parametrize("m", [5, 4])
+def test_point_cloud(m: int) -> None:
+    """Points of a rendered plane lie where its texture has them, in mm."""
+    model = RayModel.focused(load_camera("f197-mla2"), inf, m)
+    distance = float(model.distance(0.4).mm)
+    width = field_of_view(model, distance, 40)
+    texture = np.zeros((240, 240))
+    texture[60:90, 150:180] = 1
+    texture += 0.4 * np.kron(np.random.default_rng(4).random((40, 40)), np.ones((6, 6)))
+    grid_lenses = 30, 36
+    taken = render(
+        model, [TexturedPlane(texture / 1.4, distance, width)], grid_lenses, form="square"
+    )
+    # An aligned raster: the views of the ideal camera, one pixel for each lens.
+    raw = decode(taken.raw, calibration_of_grid(taken.grid, taken.raw.shape), m, devignette=False)
+    central_view = sub_aperture(raw, m, m // 2, m // 2)
+    known = np.full(central_view.shape, distance)
+    known[0, :3] = np.nan
+    content = encode_ply(points(known, model), central_view)
+    vertices = PlyData.read(io.BytesIO(content))["vertex"]
+    assert len(vertices) == known.size - 3
+    assert np.asarray(vertices["z"]) == pytest.approx(distance)
+    bright = vertices["red"] > 0.7 * vertices["red"].max()
+    side = width / 240
+    # The middle of the bright square: columns 150 to 180, rows 60 to 90 of 240.
+    assert np.median(vertices["x"][bright]) == pytest.approx((165 - 120) * side, abs=0.01 * width)
+    assert np.median(vertices["y"][bright]) == pytest.approx((75 - 120) * side, abs=0.01 * width)

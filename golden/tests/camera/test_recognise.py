@@ -1,0 +1,118 @@
+"""What inspect says of pictures whose kind is known."""
+
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image as PillowImage
+from skimage import data
+
+from plenofir.camera.calibration import calibration_of_grid
+from plenofir.camera.lightfield.exports import encode_pfm, mosaic
+from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.recognise.files import recognise
+from plenofir.camera.recognise.picture import recognise_picture
+from plenofir.camera.synthetic import TexturedPlane, field_of_view, regular_grid, render
+from plenofir.camera.synthetic.render import with_pitch
+from plenofir.images import Picture, read_image, write_png
+from plenofir.project import DATA
+from plenofir.refocus import refocus
+
+MICROSCOPE = DATA / "microscope"
+
+
+@pytest.mark.parametrize(
+    ("name", "m"), [("flower_5x5.png", 5), ("flower_detail_5x5.png", 5), ("planes_5x5.png", 5)]
+)
+def test_rasters(name: str, m: int) -> None:
+    found = recognise(DATA / name)
+    assert (found.kind, found.micro_image_size) == ("aligned raster", m)
+    assert f"-M {m}" in found.advice[0]
+
+
+def test_the_microscope() -> None:
+    assert recognise(MICROSCOPE / "white.png").kind == "white image"
+    dark = recognise(MICROSCOPE / "dark.png")
+    assert (dark.kind, "a dark frame?" in dark.evidence[1][1]) == ("can't tell", True)
+    raw = recognise(MICROSCOPE / "raw.png")
+    assert raw.kind == "raw capture"
+    # By its white image 15.397 pixels.
+    assert raw.pitch_px == pytest.approx(15.397, rel=0.005)
+    assert "-M 15" in raw.advice[1]
+
+
+@pytest.mark.parametrize(
+    ("layout", "pitch", "turn"),
+    [
+        ("hexagonal-rows", 11.3, 0.4),
+        pytest.param("rectangular", 14.6, -0.7, marks=pytest.mark.slow),
+        pytest.param("hexagonal-columns", 13.1, 0.2, marks=pytest.mark.slow),
+    ],
+)
+def test_raw_captures(layout: str, pitch: float, turn: float) -> None:
+    model = with_pitch(RayModel.focused(load_camera("f197-mla2"), inf, 5), pitch)
+    distance = float(model.distance(0.3).mm)
+    plane = TexturedPlane(data.chelsea(), distance, field_of_view(model, distance, 42))
+    grid = regular_grid((420, 420), pitch, rotation_degrees=turn, layout=layout)
+    count = int(420 / pitch)
+    taken = render(model, [plane], (count, count), grid=grid, radius=0.48, noise=0.01)
+    found = recognise_picture(Picture(taken.raw, 65535), "x.png")
+    assert found.kind == "raw capture"
+    assert found.pitch_px == pytest.approx(pitch, rel=0.01)
+    assert layout in found.evidence[1][1]
+
+
+def test_a_focused_camera() -> None:
+    """Micro images that are small pictures, moved by another parallax at each depth."""
+    rng = np.random.default_rng(8)
+    texture = np.asarray(np.kron(rng.random((150, 150)), np.ones((3, 3))) * 200 + 20)
+    grid = regular_grid((480, 480), 24.0, layout="hexagonal-rows")
+    y, x = np.mgrid[:480, :480].astype(np.float64)
+    _, _, offset = grid.nearest(np.stack([y, x], axis=-1))
+    centre = np.stack([y, x], axis=-1) - offset
+    # Content moves by a share of the pitch from lens to lens: less at the bottom, which is nearer.
+    share = 0.12 + 0.16 * (centre[..., 0] > 240)
+    place = 60 + centre * share[..., np.newaxis] + offset
+    picture = texture[place[..., 0].astype(int) % 450, place[..., 1].astype(int) % 450]
+    light = np.where(np.hypot(*np.moveaxis(offset, -1, 0)) < 12, 1.0, 0.75)
+    found = recognise_picture(Picture((picture * light).astype(np.uint8), 255), "x.png")
+    assert found.kind == "raw capture of a focused (2.0) camera", found
+
+
+def test_mosaics_and_pictures(tmp_path: Path) -> None:
+    flower = read_image(DATA / "flower_detail_5x5.png")
+    write_png(tmp_path / "mosaic.png", mosaic(flower, 5))
+    found = recognise(tmp_path / "mosaic.png")
+    assert (found.kind, found.micro_image_size) == ("mosaic of views", 5)
+    write_png(tmp_path / "slice.png", refocus(flower, 5, 1))
+    assert recognise(tmp_path / "slice.png").kind == "refocused picture"
+    write_png(tmp_path / "slice.png", refocus(flower, 5, "-3/5"))
+    assert recognise(tmp_path / "slice.png").kind == "no light field"
+    for number, picture in enumerate((data.chelsea(), data.brick()[:300, :300])):
+        PillowImage.fromarray(picture).save(tmp_path / f"{number}.jpg", quality=60)
+        found = recognise(tmp_path / f"{number}.jpg")
+        assert found.kind in ("no light field", "can't tell"), (number, found)
+        assert not found.advice
+    write_png(tmp_path / "small.png", flower[:20, :20])
+    assert recognise(tmp_path / "small.png").kind == "can't tell"
+
+
+def test_folders_and_other_files(tmp_path: Path) -> None:
+    views = tmp_path / "views"
+    views.mkdir()
+    assert recognise(views).kind == "can't tell"
+    for v, u in np.ndindex(3, 3):
+        write_png(views / f"view_{v}_{u}.png", np.full((4, 6), 9, np.uint8))
+    found = recognise(views)
+    assert (found.kind, found.micro_image_size) == ("folder of views", 3)
+    write_png(views / "view_2_2.png", np.zeros((5, 6), np.uint8))
+    assert "(5, 6) of uint8" in recognise(views).evidence[0][1]
+    hci = tmp_path / "hci"
+    hci.mkdir()
+    write_png(hci / "input_Cam000.png", np.zeros((4, 4), np.uint8))
+    (hci / "gt_disp_lowres.pfm").write_bytes(encode_pfm(np.zeros((4, 4))))
+    assert "HCI benchmark names them, with true" in recognise(hci).evidence[0][1]
+    grid = regular_grid((90, 90), 9.0)
+    calibration_of_grid(grid, (90, 90)).save(tmp_path / "calib.json")
+    assert recognise(tmp_path / "calib.json").kind == "calibration"
