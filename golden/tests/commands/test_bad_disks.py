@@ -18,17 +18,21 @@ from any_call import Words, contents, run
 # A call of every command that writes files, and what a result of an earlier run is called.
 WRITERS: dict[Words, tuple[str, ...]] = {
     ("views", "grey.png", "-M", "5", "--out", "out"): ("view_04_04.png",),
+    ("mosaic", "grey.png", "-M", "5", "--out", "out/old.png"): ("old.png",),
+    ("quilt", "grey.png", "-M", "5", "--out", "out/old"): ("old_qs5x1a0.75.png",),
     ("compose", "views", "--out", "out/old.png"): ("old.png",),
     ("refocus", "grey.png", "-M", "5", "-a", "1", "--out", "out/old.png"): ("old.png",),
     ("stack", "grey.png", "-M", "5", "-a", "0,1", "--out", "out"): ("refocused_1.png",),
-    ("depth-map", "grey.png", "-M", "5", "--camera", "f193-mla2", "--out", "out"): (
+    ("depth-map", "grey.png", "-M", "5", "--camera", "f193-mla2", "--ply", "--out", "out"): (
         "depth.png",
         "disparity.npy",
+        "points.ply",
     ),
     ("calibrate", "white.png", "--out", "out/old.json", "--picture", "out/old.png"): ("old.json",),
     ("decode", "white.png", "--calib", "known.json", "-M", "9", "--out", "out/old.png"): (
         "old.png",
     ),
+    ("decode", "capture.lfp", "--out", "out/old.png"): ("old.png",),
     ("distance", "--camera", "f193-mla2", "-a", "1", "--plot", "out/old.png"): ("old.png",),
     ("configure", "rgb-480p", "--out", "out"): ("atlys_top.vhd", "plan.json"),
 }

@@ -87,6 +87,13 @@ def read_source(
     InputError
         If it cannot be used, or a picture's layout is not clear.
     """
+    try:
+        there = path.exists()
+    except (OSError, ValueError):  # No name at all, or a folder that cannot be looked into.
+        there = False
+    if not there:
+        expected = "a folder of views, a picture or a .mat file"
+        raise InputError("no such file or folder", where=str(path), expected=expected)
     if path.is_dir():
         if hci_views(path):
             return read_hci(path, progress=progress)

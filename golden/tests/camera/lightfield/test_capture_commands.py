@@ -407,7 +407,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("views white.png -M 200", "less than one micro image"),
         ("views white.png -M 5 --out white.png/x", "white.png is not a folder"),
         ("compose views", "no image files"),
-        ("compose none", "no such folder"),
+        ("compose none", "no such file or folder"),
         ("compose views --order up", "order"),
         ("refocus white.png -M 5 -a 1/3", "not on the grid"),
         ("refocus white.png -M 5 -a x", "not a focus setting"),
