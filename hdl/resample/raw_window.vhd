@@ -257,8 +257,9 @@ begin
 
     memory : entity work.ram_blocks
       generic map (
-        WIDTH => DATA_BITS,
-        WORDS => WORDS
+        WIDTH        => DATA_BITS,
+        WORDS        => WORDS,
+        READ_LATENCY => 3
       )
       port map (
         clk           => clk,
