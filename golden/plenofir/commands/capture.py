@@ -62,6 +62,7 @@ def calibrate(
     import numpy as np
 
     from plenofir.camera.calibration import calibrate as find
+    from plenofir.camera.calibration.inspection import nowhere_dark
     from plenofir.images import read_picture
 
     options.require("focus", "camera", camera is None and focus != inf)
@@ -108,6 +109,12 @@ def calibrate(
     if found.clipped_share > 0.01:
         share = f"{100 * found.clipped_share:.0f} %"
         typer.echo(f"note          {share} of the pixels at full scale: vignetting is not known")
+    darkest = min(map(min, found.profile))
+    if nowhere_dark(grid.layout, grid.lens_pitch, darkest):
+        typer.echo(
+            f"note          nowhere darker than {100 * darkest:.0f} % of the middle: where micro "
+            "images overlap, centres may be half a pitch off (plenofir inspect)"
+        )
     typer.echo(f"file          {out}")
 
 

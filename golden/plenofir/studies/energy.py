@@ -5,17 +5,22 @@ energy goes with the size of structures (capacitance) and with the square of the
 
 - Logic and routing: a CLB of a Virtex-II (150 nm, 1.5 V) takes 5.9 uW/MHz in typical designs, 60 %
   of it in routing, 16 % in logic, 14 % in clocks (L. Shang, A. Kaviani, K. Bathala: Dynamic power
-  consumption in the Virtex-II FPGA family, FPGA 2002). It has eight LUTs with a flip-flop each. A
-  net of a typical design changes in 12.5 % of the clocks (the default of Xilinx's power estimator,
-  UG440), so a CLB's eight nets change once a clock.
+  consumption in the Virtex-II FPGA family, FPGA 2002; the figures were not compared with the paper
+  itself). It has eight LUTs with a flip-flop each. A net of a typical design changes in 12.5 % of
+  the clocks (the default of Xilinx's power estimator, an average of customers' designs, UG440), so
+  a CLB's eight nets change once a clock.
 - Block RAM: 39 mW for 4 blocks to 148 mW for 32 blocks of 18 Kbit at 300 MHz, both ports in use,
-  half of the bits changing (Virtex-5, 65 nm, 1.0 V; DS512, table 41).
+  half of the bits changing, half of the clocks writing (Virtex-5, 65 nm, 1.0 V; DS512 of March
+  2011, table 41).
 - Multipliers: 3.1 pJ for 32 x 32 bits in 45 nm at 0.9 V (M. Horowitz: Computing's energy problem,
-  ISSCC 2014), which is more than a DSP48A1's 18 x 18 bits need.
+  ISSCC 2014, as later papers quote its table), which is more than a DSP48A1's 18 x 18 bits need.
+- Static power: data sheets give typical quiescent currents at 25 degrees. Two relatives of the
+  Spartan-6 LX45 take 24 mA at 1.2 V with 10 mA at 2.5 V (Spartan-3A 1400A, DS681, table 10) and
+  41 mA with 25 mA (Spartan-3A DSP 1800A, DS705, table 10): 54 and 112 mW.
 
-Changes are counted without glitches, wires have the length that they have in other designs: the
-result is good to a factor of two either way, which is what `UNCERTAINTY` says. Static power, pins
-and clock generation are not in it.
+Changes are counted without glitches, wires have the length that they have in other designs. That
+the result is good to a factor of two either way, which `UNCERTAINTY` says, is a judgement and not
+derived. Pins and clock generation are not in it.
 """
 
 import tempfile
@@ -64,6 +69,10 @@ BLOCK_RAM_PJ = sum(_BLOCKS_PJ) / 2 * _scaled(65, 1.0)
 """Clock of a block RAM of 18 Kbit; half of it for 9 Kbit."""
 MULTIPLIER_PJ = 3.1 * _scaled(45, 0.9)
 """Clock of a multiplier."""
+
+STATIC_MW = (24 * 1.2 + 10 * 2.5, 41 * 1.2 + 25 * 2.5)
+"""Static power of two devices of the generation before, about as large."""
+_FRAMES = 60
 
 
 @dataclass(frozen=True)
@@ -211,8 +220,9 @@ def _software_lines(still: Energy) -> list[str]:
             "",
         ]
     return [
-        f"{line}. The machine shows no energy counters (RAPL), so its energy was not measured: "
-        f"each watt that this processor takes is {1e3 * found.seconds:.1f} mJ a frame. {beside}",
+        f"{line}. The machine shows no energy counters (RAPL), so the energy of the software was "
+        f"not measured, and no figure is given for it: each watt that this processor takes is "
+        f"{1e3 * found.seconds:.1f} mJ a frame. {beside}",
         "",
     ]
 
@@ -248,8 +258,8 @@ def report_lines(results: list[Energy]) -> list[str]:
         f"{CLOCK_PJ:.3f} pJ, of a block RAM of 18 Kbit {BLOCK_RAM_PJ:.0f} pJ, of a multiplier "
         f"{MULTIPLIER_PJ:.1f} pJ. These are published figures of other devices, scaled to 45 nm "
         "and 1.2 V; `plenofir.studies.energy` names them. Glitches, the true lengths of wires, "
-        "static power, pins and clock generation are not in it: expect a factor of "
-        f"{UNCERTAINTY:g} either way.",
+        "pins and clock generation are not in it. Expect a factor of "
+        f"{UNCERTAINTY:g} either way: that is a judgement, for want of a measurement.",
         "",
     ]
     heads = ["core", "nets", "changes a clock, each net", "nets / pJ", "clocks / pJ"]
@@ -272,14 +282,38 @@ def report_lines(results: list[Energy]) -> list[str]:
     )
     lines += ["A clock takes a pixel, so the energy of a frame does not depend on the clock:", ""]
     lines += table(
-        ["core", "frame", "mJ a frame", "range", "mW at 60 frames a second"],
+        ["core", "frame", "mJ a frame", "range", f"mW at {_FRAMES} frames a second"],
         [
             [
                 e.load.name,
                 f"{e.load.columns} x {e.load.rows}",
                 _two_digits(e.frame_mj),
                 " to ".join(_two_digits(e.frame_mj * f) for f in (1 / UNCERTAINTY, UNCERTAINTY)),
-                _two_digits(60 * e.frame_mj),
+                _two_digits(_FRAMES * e.frame_mj),
+            ]
+            for e in results
+        ],
+    )
+    low, high = (_two_digits(power / _FRAMES) for power in STATIC_MW)
+    lines += [
+        f"Static power comes on top, whatever the core does. For the Spartan-6 LX45 no figure is "
+        f"known here; two devices of the generation before, about as large, take "
+        f"{STATIC_MW[0]:.0f} and {STATIC_MW[1]:.0f} mW at 25 degrees by their data sheets. At "
+        f"{_FRAMES} frames a second that would be {low} to {high} mJ a frame.",
+        "",
+        "How much the assumed energies matter: by how many percent the sum grows if one of them "
+        "is twice as large as assumed (it shrinks by half of that if it is half as large).",
+        "",
+    ]
+    lines += table(
+        ["core", "change of a net", "clock of a flip-flop", "block RAM", "multiplier"],
+        [
+            [
+                e.load.name,
+                *(
+                    f"{100 * part / e.total:.0f}"
+                    for part in (e.nets, e.clocks, e.block_rams, e.multipliers)
+                ),
             ]
             for e in results
         ],

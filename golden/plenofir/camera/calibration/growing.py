@@ -122,6 +122,8 @@ class GrowingFit:
         self.unit = 1.0
         self.covariance: Floats = np.empty(0)
         self.order_gains: tuple[float, ...] = ()
+        # Standard errors of the grid's size along y and x, as shares, that come of inner slopes.
+        self.stretch: Floats = np.zeros(2)
         # Windows of lenses at the border reach beyond it, where the edge pixels are repeated.
         self.margin = int(reach(1.1 * max(extents(grid)))) + 2
         self.raw = np.pad(image, self.margin, mode="edge")
@@ -170,13 +172,20 @@ class GrowingFit:
             raise no_grid("nothing that repeats like micro images")
         offsets = moments.offsets
         if self.shading is not None:
-            slope = self.inner_slope(centres, moments, factors)
+            slope, unsure = self.inner_slope(centres, moments, factors)
             offsets = offsets - slope * moments.variances
+            self.stretch = unsure / ((np.array(self.shape) - 1) / 2)
         largest = np.array(pitch) / 2
         return centres + np.clip(offsets / factors, -largest, largest)
 
-    def inner_slope(self, centres: Floats, moments: Moments, factors: Floats) -> Floats:
-        """Slope of the light within micro images, besides that of the shading."""
+    def inner_slope(
+        self, centres: Floats, moments: Moments, factors: Floats
+    ) -> tuple[Floats, Floats]:
+        """Slope of the light within micro images, besides that of the shading.
+
+        Of each micro image along y and x, and by how many pixels (standard error) the correction
+        makes the places of those at the border of the image less sure.
+        """
         # Light falls off with the angle to the axis, so micro images far from the middle are a
         # little brighter on one side, which moves their centroids but not their borders. The slope
         # shows in a small window over the middle, which does not reach the borders. It points away
@@ -190,7 +199,7 @@ class GrowingFit:
         # Both windows see the place d and the slope g: offset = factor d + variance g.
         spread, core_spread = (np.median(m.variances, axis=0) for m in (moments, core))
         known = factors * core_spread - core_factors * spread
-        result = np.zeros_like(centres)
+        result, errors = np.zeros_like(centres), np.zeros(2)
         far = unit_positions(centres, self.shape)
         for axis in (0, 1):
             if known[axis] < _EVEN_MIDDLE * factors[axis] * core_spread[axis]:
@@ -201,10 +210,16 @@ class GrowingFit:
             )
             slope = (slope / known[axis])[:, np.newaxis]
             terms = np.stack([far[few, axis], np.ones(len(slope))], axis=1)
-            coefficients, _, _ = robust_fit(terms, slope, 1e-9)
+            coefficients, weights, _ = robust_fit(terms, slope, 1e-9)
             # Without the constant: the axis is in the middle, and sampling adds another constant.
             result[:, axis] = far[:, axis] * coefficients[0, 0]
-        return result
+            # What the correction adds to the scatter of centroids: it is measured with their noise.
+            place = moments.offsets[few, axis, np.newaxis] / factors[axis]
+            moved = place - slope * spread[axis] / factors[axis]
+            alone, both = (robust_fit(terms, part, 1e-9)[2] for part in (place, moved))
+            inverse = np.linalg.pinv((terms * weights[:, np.newaxis]).T @ terms)
+            errors[axis] = np.sqrt(max(0.0, both**2 - alone**2) * inverse[0, 0])
+        return result, errors
 
     def lit(self, t: Indices, s: Indices, centres: Floats) -> Flags:
         """Lenses whose centroids are worth measuring."""
@@ -265,6 +280,8 @@ class GrowingFit:
             chosen = order or self.best_order(points, measured, floor, prior, pulled)
             fit = pulled_fit(polynomial_terms(points, chosen), measured, floor, prior, pulled)
             self.weights, self.scatter, self.covariance = fit.weights, fit.scatter, fit.covariance
+            if self.shading is not None and not large:
+                self.covariance = fit.covariance + self.stretched(fit.coefficients)
             self.fitted = lattice
             self.grid = Grid(
                 layout=self.grid.layout,
@@ -277,6 +294,14 @@ class GrowingFit:
             if min(reduced_lengths(self.grid)) < _SMALLEST_PITCH:
                 size = min(reduced_lengths(self.grid))
                 raise no_grid(f"micro images of {size:.1f} pixels, too small")
+
+    def stretched(self, coefficients: Floats) -> Floats:
+        """Covariance of a grid that may be stretched from the middle of the image."""
+        # An error of the inner slope moves all centroids, the farther out the more: the scatter of
+        # centroids does not show it.
+        moves = coefficients * self.stretch
+        moves[0] -= (np.array(self.shape) - 1) / 2 * self.stretch
+        return np.asarray(np.einsum("ia,ja->aij", moves, moves))
 
     def fit_pixels(self) -> None:
         """Fit the grid to the pixels themselves, where their pull looks like another grid."""

@@ -32,7 +32,7 @@ _TOUCHING = 0.5
 # Brighter than the middle by this, or nowhere darker than these shares of it: they overlap. Where
 # lenses are hexagonal the gaps between touching discs are small, and so they are of few pixels.
 _BRIGHTER = 1.15
-_NOWHERE_DARK = {"rectangular": 0.3, "hexagonal-rows": 0.5, "hexagonal-columns": 0.5}
+_NOWHERE_DARK = {"rectangular": 0.22, "hexagonal-rows": 0.5, "hexagonal-columns": 0.5}
 _FEW_PIXELS, _NOWHERE_DARK_OF_FEW = 7.0, 0.6
 # Lenses of a white image scatter around the smooth light by less than this share (robust).
 LARGEST_UNEVENNESS = 0.04
@@ -164,6 +164,27 @@ class FillFactor:
         return -2 * log2(self.diameter)
 
 
+def nowhere_dark(layout: Layout, pitch_px: float, darkest: float) -> bool:
+    """Whether there is no dark place between micro images, as where they overlap.
+
+    Parameters
+    ----------
+    layout
+        Arrangement of the lenses.
+    pitch_px
+        Distance of neighbouring micro images in pixels.
+    darkest
+        Brightness of the darkest place, as a share of the middle's.
+
+    Returns
+    -------
+    bool
+        Whether that place is brighter than it is between sharp micro images that touch.
+    """
+    many = pitch_px >= _FEW_PIXELS
+    return darkest > (_NOWHERE_DARK[layout] if many else _NOWHERE_DARK_OF_FEW)
+
+
 def fill_factor(mean: MeanMicroImage, pitch_px: float) -> FillFactor:
     """Tell by the mean micro image whether micro images touch, overlap or leave gaps.
 
@@ -187,9 +208,7 @@ def fill_factor(mean: MeanMicroImage, pitch_px: float) -> FillFactor:
     between = float(np.mean(shown.at(near / 2))) / middle
     darkest = float(smooth[mean.cell].min()) / middle
     verdict: Verdict = "gaps"
-    many = pitch_px >= _FEW_PIXELS
-    dark = _NOWHERE_DARK[mean.layout] if many else _NOWHERE_DARK_OF_FEW
-    if between > _BRIGHTER or darkest > dark:
+    if between > _BRIGHTER or nowhere_dark(mean.layout, pitch_px, darkest):
         verdict = "overlapping"
     elif between - darkest > _TOUCHING * (1 - darkest):
         verdict = "touching"

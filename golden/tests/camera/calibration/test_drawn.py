@@ -14,7 +14,7 @@ from plenofir.studies.drawn_calibration import tried
 
 def check_all(seeds: range, largest_pixels: float, tell: Callable[[str], None] = print) -> None:
     """No wrong grid; of those that must be found, 98 % accepted. Tells each image that fails."""
-    wrong, found, wanted = [], 0, 0
+    wrong, found, wanted, largest = [], 0, 0, 0.0
     for seed in seeds:
         drawn = drawn_white(seed, largest_pixels)
         result = tried(drawn)
@@ -23,10 +23,14 @@ def check_all(seeds: range, largest_pixels: float, tell: Callable[[str], None] =
             tell(f"wrong: {wrong[-1]}")
         elif drawn.must_be_found and not result.accepted:
             tell(f"refused: {drawn.name}")
+        largest = max(largest, result.largest if result.accepted else 0.0)
         wanted += drawn.must_be_found
         found += drawn.must_be_found and result.accepted
         if seed % 50 == 49:
-            tell(f"up to seed {seed}: {len(wrong)} wrong, {found} of {wanted} accepted")
+            tell(
+                f"up to seed {seed}: {len(wrong)} wrong, {found} of {wanted} accepted, "
+                f"largest error {largest:.3f} pixels"
+            )
     assert not wrong
     assert wanted > len(seeds) / 6
     assert found >= 0.98 * wanted

@@ -41,6 +41,7 @@ def mixed_white(radius: float, layout: str = "rectangular", pitch: float = 11.3)
         ("rectangular", 0.5, "touching"),
         # Overlaps repeat at the pitch, but half a pitch off.
         ("rectangular", 0.75, "overlapping"),
+        ("rectangular", 0.9, "overlapping"),
         ("hexagonal-rows", 0.42, "gaps"),
     ],
 )

@@ -280,6 +280,17 @@ def test_chain(capture: Path, run) -> None:
     assert min(read_image(capture / "depth" / "depth.png").shape[:2]) > 200
 
 
+def test_overlaps_are_noted(tmp_path: Path, run) -> None:
+    """Round micro images of 1.6 pitches repeat half a pitch off the lenses."""
+    for radius in (0.45, 0.8):
+        shape = (120, 130)
+        grid = regular_grid(shape, 11.3, rotation_degrees=0.7)
+        write_png(tmp_path / "white.png", white_image(shape, grid, radius=radius, mixed=True))
+        done = run("calibrate", "white.png", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert ("centres may be half a pitch off" in done.stdout) == (radius > 0.5)
+
+
 def test_bytes_and_colours(tmp_path: Path) -> None:
     """8 bit RGB captures give 8 bit RGB rasters."""
     shape = (160, 200)
