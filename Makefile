@@ -8,7 +8,7 @@ PLENOFIR := .venv/bin/plenofir --make
 PYTHON := .venv/bin/python
 PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help check sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
+.PHONY: help check dist sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -82,6 +82,13 @@ docs: venv ## Build what the documentation takes from the sources
 waves: venv ## Draw the timing diagrams of docs/waves.md from simulations
 	@scripts/setup.sh ghdl
 	@$(PYTHON) scripts/draw_waves.py
+
+dist: venv test-tools ## Build and check the source distribution and the wheel (build/dist)
+	@rm -rf build/dist
+	@$(PYTHON) -m hatchling build -d build/dist
+	@$(PYTHON) -m twine check --strict build/dist/*
+	@.venv/bin/check-wheel-contents build/dist/*.whl
+	@du -k build/dist/*
 
 venv: ## Create .venv
 	@scripts/setup.sh venv

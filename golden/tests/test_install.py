@@ -103,6 +103,12 @@ def test_the_wheel_holds_what_commands_read(tmp_path: Path) -> None:
     build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
     subprocess.run(build, cwd=project.root(), check=True, stdout=subprocess.DEVNULL)
     (wheel,) = tmp_path.glob("*.whl")
+    for tool in ("twine check --strict", "check-wheel-contents"):
+        program, *words = tool.split()
+        program = Path(sys.executable).parent / program
+        if program.exists():
+            done = subprocess.run([program, *words, wheel], capture_output=True, text=True)
+            assert done.returncode == 0, done.stdout
     names = set(zipfile.ZipFile(wheel).namelist())
     root = project.root()
     needed = [

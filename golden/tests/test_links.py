@@ -8,7 +8,7 @@ import pytest
 from plenofir import project
 
 ROOT = project.root()
-WRITTEN = (ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "hdl/README.md")
+WRITTEN = (*ROOT.glob("*.md"), ROOT / "hdl/README.md")
 PAGES = sorted(path.relative_to(ROOT) for path in (*WRITTEN, *ROOT.glob("docs/**/*.md")))
 LINK = re.compile(r"\]\(([^()\s]+)\)")
 

@@ -112,10 +112,10 @@ def test_examples_have_the_generics_of_a_scene(example: str, entity: str, scene:
     assert {k: v.capitalize() if v in ("true", "false") else v for k, v in found.items()} == {
         name: want[name] for name in found
     }
-    # Those left out are as the entity has them anyway; the video path has three channels of 8 bit.
+    # Those left out are as the entity has them anyway.
     source = next(path for path in hdl.hdl_sources() + hdl.board_sources() if path.stem == entity)
     defaults = {part.name: part.default for part in declarations(source.read_text(), "generic")}
-    for name in want.keys() - found.keys() - {"CHANNELS", "PIXEL_BITS", "CENTRED"}:
+    for name in want.keys() & defaults.keys() - found.keys():
         assert defaults[name].strip('"').capitalize() == want[name].capitalize(), name
 
 

@@ -94,11 +94,13 @@ def test_one_syntax_of_focus_settings() -> None:
         ("stack",),
         ("batch",),
         ("bitstream", "build"),
+        ("view",),
     }
     for words in taking:
         (parameter,) = (p for p in COMMANDS[words].params if "-a" in p.opts)
         assert parameter.opts == ["--a", "-a"]
-        assert parameter.multiple, words
+        # The viewer has one slider, so one range.
+        assert parameter.multiple == (words != ("view",)), words
 
 
 @pytest.mark.parametrize(
