@@ -1,14 +1,17 @@
 """Screenshots of the viewer and the time of its pictures, both from Chromium without a GPU.
 
-Usage: python scripts/view_pictures.py [pictures] [times]
+Usage: python scripts/view_pictures.py [pictures] [times] [live]
 
-Writes docs/images/view-*.jpg, and the table of docs/viewer.md between its marks. Times are of the
+Writes docs/images/view-*.jpg and the table of docs/viewer.md between its marks; live prints what
+the page says of a stream. Times are of the
 processor (all threads of the browser together), which other work on the machine changes little.
 """
 
 import shutil
+import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +23,7 @@ from playwright.sync_api import sync_playwright
 from build_docs import between_marks
 from plenofir import project
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.images import read_image
+from plenofir.images import encode_png, read_image
 from plenofir.refocus import refocus
 from plenofir.view import Page, export, light_field_page, pictures_page
 
@@ -28,6 +31,7 @@ DOCS = project.root() / "docs"
 SOFTWARE = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
 SOFTWARE += ["--enable-unsafe-swiftshader", "--disable-dev-shm-usage"]
 FRAMES = 3
+STREAM_FRAMES, STREAM_RATE = 100, 10
 QUALITY = 80
 LIMIT = 64_000_000
 
@@ -126,13 +130,44 @@ def times(browser: Any) -> None:
     target.write_text(between_marks(target.read_text(), "times", "\n".join(lines)))
 
 
+def live(browser: Any) -> None:
+    """A synthetic stream of the flower into a folder: what the page says of it, printed."""
+    flower = encode_png(read_image(project.DATA / "flower_5x5.png"))
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+
+        def put(number: int) -> None:
+            (folder / "new").write_bytes(flower)
+            (folder / "new").rename(folder / f"{number:04}.png")
+
+        put(0)
+        command = ["view", "--source", name, "-M", "5", "--no-browser"]
+        with subprocess.Popen(
+            [sys.executable, "-m", "plenofir", *command], stdout=subprocess.PIPE, text=True
+        ) as server:
+            assert server.stdout is not None
+            context = browser.new_context(viewport={"width": 1000, "height": 560})
+            tab = context.new_page()
+            tab.goto(server.stdout.readline().split()[0])
+            tab.evaluate("plenofir.ready")
+            begin = time.monotonic()
+            for number in range(1, STREAM_FRAMES):
+                time.sleep(max(begin + number / STREAM_RATE - time.monotonic(), 0))
+                put(number)
+            tab.wait_for_timeout(1000)
+            text = tab.locator("#live").inner_text()
+            print(f"{STREAM_FRAMES} frames, {STREAM_RATE} a second: {text}", flush=True)
+            context.close()
+            server.terminate()
+
+
 def main() -> None:
-    """Do what is asked for, or both."""
-    wanted = sys.argv[1:] or ["pictures", "times"]
+    """Do what is asked for, or all."""
+    wanted = sys.argv[1:] or ["pictures", "times", "live"]
     with sync_playwright() as tools:
         browser = tools.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
         for name in wanted:
-            {"pictures": pictures, "times": times}[name](browser)
+            {"pictures": pictures, "times": times, "live": live}[name](browser)
         browser.close()
 
 

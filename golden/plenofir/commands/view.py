@@ -2,6 +2,7 @@
 
 import threading
 import webbrowser
+from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,6 +18,8 @@ from plenofir.files import write_file
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from plenofir.camera.rays import RayModel
+    from plenofir.images import Image, Picture
     from plenofir.view import Page
 
 app = typer.Typer()
@@ -25,15 +28,26 @@ app = typer.Typer()
 @app.command()
 def view(
     raster: Annotated[
-        str,
+        str | None,
         typer.Argument(
             help="Aligned raw image: micro images of exactly M x M pixels; or a folder that "
             "make sim has left, whose pictures are shown two at a time."
         ),
-    ],
+    ] = None,
     micro_image: options.MicroImageIfGiven = None,
     camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
+    calib: Annotated[
+        str | None,
+        typer.Option(help="Calibration file (plenofir calibrate): pictures are raw captures."),
+    ] = None,
+    source: Annotated[
+        str | None,
+        typer.Option(help="Instead of a picture: a folder that grows, a video, or /dev/video0."),
+    ] = None,
+    rate: Annotated[
+        float, typer.Option(help="Frames a second of a folder's old frames.", min=0.1, max=1000)
+    ] = 25.0,
     a: Annotated[
         str, typer.Option("--a", "-a", metavar="FIRST:LAST", help="Range of the focus slider.")
     ] = "-1:2",
@@ -55,15 +69,23 @@ def view(
 
     The page is served on this machine alone, at an address with a random token, until Ctrl-C.
     """
-    out = check_file(export, (".html", ".htm"), raster) if export is not None else None
-    path = Path(raster)
+    if (raster is None) == (source is None):
+        raise InputError(
+            "is missing" if raster is None else "cannot be combined with --source",
+            where="raster",
+            expected="a raw image, a folder, or --source",
+        )
+    if source is not None and export is not None:
+        raise InputError("is for a picture", where="export", expected="none with --source")
+    out = check_file(export, (".html", ".htm"), raster, calib) if export is not None else None
+    settings = _Settings(micro_image, camera, focus, calib, a)
     with progress_bar("searching depth") as show:
-        if path.is_dir():
-            page = _pictures(path, {"micro_image": micro_image, "camera": camera})
+        if source is not None:
+            page = settings.live(source, rate)
+        elif raster is not None and Path(raster).is_dir():
+            page = settings.pictures(Path(raster))
         else:
-            page = _light_field(
-                path, micro_image, camera, focus, a, show if out is not None else None
-            )
+            page = settings.light_field(Path(str(raster)), show if out is not None else None)
         if out is not None:
             from plenofir.view import export as exported
 
@@ -82,48 +104,82 @@ def view(
     serve(page, port, ready)
 
 
-def _pictures(folder: Path, of_light_field: dict[str, object]) -> "Page":
-    from plenofir.view import pictures_page
+@dataclass(frozen=True)
+class _Settings:
+    """Options of a light field."""
 
-    for name, value in of_light_field.items():
-        if value is not None:
-            raise InputError(
-                "is for a light field", where=options.typed(name), expected="none for a folder"
-            )
-    return pictures_page(folder)
+    micro_image: int | None
+    camera: str | None
+    focus: float
+    calib: str | None
+    a: str
 
+    def pictures(self, folder: Path) -> "Page":
+        """The page of a folder of pictures, for which there are no such options."""
+        from plenofir.view import pictures_page
 
-def _light_field(
-    path: Path,
-    m: int | None,
-    camera: str | None,
-    focus: float,
-    a: str,
-    show: "Callable[[int, int], None] | None",
-) -> "Page":
-    from plenofir.images import read_picture
-    from plenofir.refocus import check_raw
-    from plenofir.view import light_field_page
+        for name in ("micro_image", "camera", "calib"):
+            if getattr(self, name) is not None:
+                raise InputError(
+                    "is for a light field", where=options.typed(name), expected="none for a folder"
+                )
+        return pictures_page(folder)
 
-    if m is None:
-        raise InputError("is missing", where="micro_image", expected="M, as in -M 5")
-    options.require("focus", "camera", focus != inf and camera is None)
-    picture = read_picture(path)
-    raw = check_raw(picture.pixels, m, where=str(path))
-    parts = [options.focus_settings([part], m) for part in a.split(":")]
-    if len(parts) != 2 or any(len(part) != 1 for part in parts):
-        raise InputError(f"{a!r}", where="a", expected="FIRST:LAST, such as -1:2")
-    model = None
-    if camera is not None:
-        from plenofir.camera.rays import RayModel, load_camera
+    def light_field(self, path: Path, show: "Callable[[int, int], None] | None") -> "Page":
+        """The page of a raw image."""
+        from plenofir.images import read_picture
+        from plenofir.view import light_field_page
 
-        model = RayModel.focused(load_camera(camera), focus, m)
-    return light_field_page(
-        raw,
-        m,
-        full_scale=picture.full_scale,
-        title=path.name,
-        search=(float(parts[0][0]), float(parts[1][0])),
-        model=model,
-        progress=show,
-    )
+        m, search, model = self._checked()
+        prepare = self._preparation(str(path))
+        picture = read_picture(path)
+        return light_field_page(
+            prepare(picture),
+            m,
+            full_scale=picture.full_scale,
+            title=path.name,
+            search=search,
+            model=model,
+            progress=show,
+        )
+
+    def live(self, source: str, rate: float) -> "Page":
+        """The page of a source of frames."""
+        from plenofir.view import Live, folder_frames, live_page, video_frames
+
+        m, search, model = self._checked()
+        prepare = self._preparation(source)
+        folder = Path(source)
+        frames = folder_frames(folder, rate) if folder.is_dir() else video_frames(source)
+        live = Live(frames, prepare, m, source)
+        return live_page(live, title=folder.name, search=search, model=model)
+
+    def _checked(self) -> "tuple[int, tuple[float, float], RayModel | None]":
+        """M, the range of focus settings, the camera."""
+        m = self.micro_image
+        if m is None:
+            raise InputError("is missing", where="micro_image", expected="M, as in -M 5")
+        options.require("focus", "camera", self.focus != inf and self.camera is None)
+        parts = [options.focus_settings([part], m) for part in self.a.split(":")]
+        if len(parts) != 2 or any(len(part) != 1 for part in parts):
+            raise InputError(f"{self.a!r}", where="a", expected="FIRST:LAST, such as -1:2")
+        model = None
+        if self.camera is not None:
+            from plenofir.camera.rays import RayModel, load_camera
+
+            model = RayModel.focused(load_camera(self.camera), self.focus, m)
+        return m, (float(parts[0][0]), float(parts[1][0])), model
+
+    def _preparation(self, where: str) -> "Callable[[Picture], Image]":
+        """What makes a picture an aligned raw image."""
+        from plenofir.refocus import check_raw
+
+        m = self.micro_image or 1
+        if self.calib is None:
+            return lambda picture: check_raw(picture.pixels, m, where=where)
+        from plenofir.camera.calibration import decode, load_calibration
+
+        calibration = load_calibration(self.calib)
+        return lambda picture: decode(
+            picture.pixels, calibration, m, full_scale=picture.full_scale, where=where
+        )

@@ -1,14 +1,25 @@
 """See a light field in the browser: a page that refocuses it on the GPU.
 
-`light_field_page` and `pictures_page` make what the page shows; `serve` shows it on this machine,
-`export` puts it into one file. The page itself is in ``assets``: plain JavaScript without
-libraries.
+`light_field_page`, `live_page` and `pictures_page` make what the page shows; `serve` shows it on
+this machine, `export` puts it into one file. The page itself is in ``assets``: plain JavaScript
+without libraries.
 """
 
 from plenofir.view.export import export
-from plenofir.view.light_field import light_field_page
+from plenofir.view.light_field import light_field_page, live_page
+from plenofir.view.live import Live, folder_frames, video_frames
 from plenofir.view.page import Page
 from plenofir.view.pictures import pictures_page
 from plenofir.view.server import serve
 
-__all__ = ["Page", "export", "light_field_page", "pictures_page", "serve"]
+__all__ = [
+    "Live",
+    "Page",
+    "export",
+    "folder_frames",
+    "light_field_page",
+    "live_page",
+    "pictures_page",
+    "serve",
+    "video_frames",
+]

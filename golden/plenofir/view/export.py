@@ -21,10 +21,10 @@ _TAGS = 4096
 
 def _data(name: str, part: Part) -> str:
     text = base64.b64encode(part.content).decode()
-    kind, size = html.escape(part.kind), html.escape(part.size)
+    facts = "".join(f' data-{key}="{html.escape(value)}"' for key, value in part.facts.items())
     return (
-        f'<script type="text/plain" id="data-{html.escape(name)}" data-type="{kind}"'
-        f' data-size="{size}">{text}</script>'
+        f'<script type="text/plain" id="data-{html.escape(name)}"'
+        f' data-type="{html.escape(part.kind)}"{facts}>{text}</script>'
     )
 
 

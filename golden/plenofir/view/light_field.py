@@ -5,6 +5,7 @@ import zlib
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from math import ceil, floor
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,10 +14,11 @@ import numpy.typing as npt
 from plenofir.errors import InputError
 from plenofir.refocus.operator import Image
 from plenofir.view.mosaic import packed_views
-from plenofir.view.page import Page, Part
+from plenofir.view.page import Page, Part, Wanted
 
 if TYPE_CHECKING:
     from plenofir.camera.rays import RayModel
+    from plenofir.view.live import Live
 
 # A browser should not be given more at once.
 _LARGEST_BYTES = 1 << 30
@@ -27,7 +29,10 @@ _FINE = 8
 _MAX_ENTRIES = 4000
 # Of the median that removes single micro lenses of a wrong depth.
 _MEDIAN = 5
+# The least that WebGL 2 promises.
 _LEAST_GPU_TEXTURE, _LEAST_GPU_LAYERS = 2048, 256
+
+_SCRIPTS = ("source.js", "renderer.js", "planes.js", "bench.js", "main.js")
 
 
 class LightField:
@@ -113,6 +118,15 @@ def plane_table(model: "RayModel", search: tuple[float, float]) -> dict[str, Any
     return table
 
 
+def views_part(
+    field: LightField, binning: int, facts: Mapping[str, str] = MappingProxyType({})
+) -> Part:
+    """Views one after the other, samples of 16 bit with the low byte first."""
+    views = field.views(binning * field.least_binning())
+    content = views.astype(views.dtype.newbyteorder("<"), copy=False).tobytes()
+    return Part(content, "application/octet-stream", facts)
+
+
 class _Content:
     """What the page of a light field asks for."""
 
@@ -124,13 +138,9 @@ class _Content:
     ) -> None:
         self.field, self.search, self.progress = field, search, progress
 
-    def views(self, binning: int) -> Part:
-        """Views one after the other, samples of 16 bit with the low byte first."""
-        least = self.field.least_binning()
-        views = self.field.views(binning * least)
-        return Part(
-            views.astype(views.dtype.newbyteorder("<")).tobytes(), "application/octet-stream"
-        )
+    def views(self, wanted: Wanted) -> Part:
+        """See `views_part`."""
+        return views_part(self.field, wanted.binning)
 
     @cached_property
     def _depth(self) -> Part:
@@ -138,9 +148,9 @@ class _Content:
         depth = self.field.depth(self.search, self.progress)
         values = np.rint((depth - low) / (high - low) * 65535).astype("<u2")
         size = "x".join(str(n) for n in values.shape)
-        return Part(zlib.compress(values.tobytes(), 6), "application/octet-stream", size)
+        return Part(zlib.compress(values.tobytes(), 6), "application/octet-stream", {"size": size})
 
-    def depth(self, _: int) -> Part:
+    def depth(self, _: Wanted) -> Part:
         """Depth map: 16 bit from the first to the last focus setting, deflated."""
         return self._depth
 
@@ -151,6 +161,52 @@ def _colours() -> str:
 
     rgba = colormaps["viridis"](np.arange(256), bytes=True)
     return base64.b64encode(np.ascontiguousarray(rgba[:, :3]).tobytes()).decode()
+
+
+def _described(
+    field: LightField,
+    full_scale: int,
+    title: str,
+    search: tuple[float, float],
+    model: "RayModel | None",
+) -> dict[str, Any]:
+    """What describes the page of a light field."""
+    raw, micro_image_size = field.raw, field.micro_image_size
+    low, high = search
+    most = max(field.lens_rows, field.lens_columns)
+    if not -most <= low < high <= most:
+        raise InputError(
+            f"{low:g} to {high:g}", where="a", expected=f"a range within -{most} to {most}"
+        )
+    least = field.least_binning()
+    rows, columns = raw.shape[:2]
+    notes = [f"{columns} x {rows} pixels, M = {micro_image_size}, {8 * raw.dtype.itemsize} bit."]
+    if least > 1:
+        notes.append(f"Scaled down: {least} x {least} micro lenses are one.")
+    described: dict[str, Any] = {
+        "title": title,
+        "micro_image_size": micro_image_size,
+        "rows": -(-rows // least),
+        "columns": -(-columns // least),
+        "lens_rows": -(-field.lens_rows // least),
+        "lens_columns": -(-field.lens_columns // least),
+        "channels": field.channels,
+        "bits": 8 * raw.dtype.itemsize,
+        "full_scale": full_scale,
+        "scale": least,
+        "range": [low, high],
+        "has_depth": micro_image_size > 1,
+        "colours": _colours(),
+        "planes": None,
+        "notes": notes,
+    }
+    if model is not None:
+        described["planes"] = {
+            "table": plane_table(model, search),
+            "text": f"{model.camera.name}, extension {model.extension_mm:.4f} mm; "
+            "distances from the micro lenses, by the ray model.",
+        }
+    return described
 
 
 def light_field_page(
@@ -193,57 +249,66 @@ def light_field_page(
         If the range of focus settings is empty or larger than the views.
     """
     field = LightField(raw, micro_image_size)
-    low, high = search
-    most = max(field.lens_rows, field.lens_columns)
-    if not -most <= low < high <= most:
-        raise InputError(
-            f"{low:g} to {high:g}", where="a", expected=f"a range within -{most} to {most}"
-        )
+    described = _described(field, full_scale, title, search, model)
     content = _Content(field, search, progress)
-    least = field.least_binning()
-    rows, columns = raw.shape[:2]
-    notes = [f"{columns} x {rows} pixels, M = {micro_image_size}, {8 * raw.dtype.itemsize} bit."]
-    if least > 1:
-        notes.append(f"Scaled down: {least} x {least} micro lenses are one.")
-    described: dict[str, Any] = {
-        "title": title,
-        "micro_image_size": micro_image_size,
-        "rows": -(-rows // least),
-        "columns": -(-columns // least),
-        "lens_rows": -(-field.lens_rows // least),
-        "lens_columns": -(-field.lens_columns // least),
-        "channels": field.channels,
-        "bits": 8 * raw.dtype.itemsize,
-        "full_scale": full_scale,
-        "scale": least,
-        "range": [low, high],
-        "has_depth": micro_image_size > 1,
-        "colours": _colours(),
-        "planes": None,
-        "notes": notes,
-    }
-    if model is not None:
-        described["planes"] = {
-            "table": plane_table(model, search),
-            "text": f"{model.camera.name}, extension {model.extension_mm:.4f} mm; "
-            "distances from the micro lenses, by the ray model.",
-        }
-    parts: dict[str, Callable[[int], Part]] = {"views": content.views}
+    parts: dict[str, Callable[[Wanted], Part]] = {"views": content.views}
     if described["has_depth"]:
         parts["depth"] = content.depth
 
     def packed(limit: int) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
         return _packed(field, described, content, limit)
 
-    scripts = ("source.js", "renderer.js", "planes.js", "bench.js", "main.js")
-    return Page("light_field.html", scripts, described, parts, packed)
+    return Page("light_field.html", _SCRIPTS, described, parts, packed)
+
+
+def live_page(
+    live: "Live",
+    *,
+    title: str,
+    search: tuple[float, float] = (-1.0, 2.0),
+    model: "RayModel | None" = None,
+) -> Page:
+    """Make the page of a source of frames; there is no depth, and nothing to export.
+
+    Parameters
+    ----------
+    live
+        The source.
+    title, search, model
+        As in `light_field_page`.
+
+    Returns
+    -------
+    Page
+        The page.
+    """
+    first = live.first
+    field = LightField(first.raw, live.micro_image_size)
+    described = _described(field, first.full_scale, title, search, model)
+    described |= {"has_depth": False, "live": True}
+
+    def views(wanted: Wanted) -> Part:
+        return views_part(field, wanted.binning)
+
+    def frame(wanted: Wanted) -> Part:
+        found = live.newest(wanted.after)
+        if found is None:
+            ended = {"ended": "1"} if live.ended else {}
+            return Part(b"", "application/octet-stream", ended)
+        facts = {"number": str(found.number), "captured": f"{1000 * found.captured:.0f}"}
+        return views_part(LightField(found.raw, live.micro_image_size), wanted.binning, facts)
+
+    def packed(_: int) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
+        raise InputError("is for a picture", where="export", expected="none with --source")
+
+    return Page("light_field.html", _SCRIPTS, described, {"views": views, "frame": frame}, packed)
 
 
 def _packed(
     field: LightField, described: Mapping[str, Any], content: _Content, limit: int
 ) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
     """What an export holds: views that every GPU with WebGL 2 takes, within a size."""
-    made = {"depth": content.depth(1)} if described["has_depth"] else {}
+    made = {"depth": content.depth(Wanted())} if described["has_depth"] else {}
     room = limit - sum(len(part.content) for part in made.values())
     full_scale = described["full_scale"]
     binning = described["scale"]

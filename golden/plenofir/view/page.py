@@ -3,10 +3,26 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 ASSETS = Path(__file__).resolve().parent / "assets"
 STYLE = "view.css"
+
+
+class Wanted(NamedTuple):
+    """What a page says with its request for a part.
+
+    Attributes
+    ----------
+    binning
+        Micro lenses to be made one, in each dimension.
+    after
+        Number of the frame that it has; the next ones are wanted.
+    """
+
+    binning: int = 1
+    after: int = 0
 
 
 class Part(NamedTuple):
@@ -18,13 +34,13 @@ class Part(NamedTuple):
         Bytes.
     kind
         Media type.
-    size
-        Rows and columns that the bytes don't tell, as ``ROWSxCOLUMNS``.
+    facts
+        What the bytes don't tell, by name.
     """
 
     content: bytes
     kind: str
-    size: str = ""
+    facts: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -40,8 +56,7 @@ class Page:
     field
         What describes the page, for JSON.
     parts
-        Data by name, made when they are asked for. The argument is the binning that a browser asks
-        for: micro lenses that are made one, in each dimension.
+        Data by name, made when they are asked for.
     packed
         Makes the parts for an export of at most as many bytes, and the description that goes
         with them.
@@ -50,7 +65,7 @@ class Page:
     document: str
     scripts: tuple[str, ...]
     field: Mapping[str, Any]
-    parts: Mapping[str, Callable[[int], Part]]
+    parts: Mapping[str, Callable[[Wanted], Part]]
     packed: Callable[[int], tuple[Mapping[str, Any], Mapping[str, Part]]]
 
     def asset(self, name: str) -> bytes:

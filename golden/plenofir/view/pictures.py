@@ -8,7 +8,7 @@ from typing import Any
 from plenofir.errors import InputError
 from plenofir.files import input_file
 from plenofir.images import read_image
-from plenofir.view.page import Page, Part
+from plenofir.view.page import Page, Part, Wanted
 
 _EXPECTED = "a folder with two pictures (PNG) or more, such as make sim leaves"
 # In this order: the VHDL beside its golden model.
@@ -50,7 +50,7 @@ def pictures_page(folder: Path, title: str = "") -> Page:
     if deep:
         notes.append("The browser shows 16 bit pictures with 8 bit.")
 
-    def part(path: Path) -> Callable[[int], Part]:
+    def part(path: Path) -> Callable[[Wanted], Part]:
         return lambda _: Part(input_file(path).read_bytes(), "image/png")
 
     field = {"title": title or str(folder), "pictures": list(files), "notes": notes}
@@ -74,8 +74,10 @@ def _of_report(path: Path) -> list[str]:
     return [f"{mismatches} pixels differ between VHDL and golden model."]
 
 
-def _within(parts: dict[str, Callable[[int], Part]], limit: int, folder: Path) -> dict[str, Part]:
-    made = {name: make(1) for name, make in parts.items()}
+def _within(
+    parts: dict[str, Callable[[Wanted], Part]], limit: int, folder: Path
+) -> dict[str, Part]:
+    made = {name: make(Wanted()) for name, make in parts.items()}
     size = sum(len(part.content) for part in made.values()) * 4 // 3
     if size > limit:
         raise InputError(

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import re
 import secrets
 import signal
 import threading
@@ -14,10 +15,11 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler
 
 from plenofir.errors import InputError
-from plenofir.view.page import STYLE, Page, Part
+from plenofir.view.page import STYLE, Page, Part, Wanted
 
 ADDRESS = "127.0.0.1"
 _BINNINGS = {str(n) for n in range(1, 65)}
+_NUMBER = re.compile("[0-9]{1,12}")
 _KINDS = {"html": "text/html", "js": "text/javascript", "css": "text/css"}
 _HEADERS = {
     "Cache-Control": "no-store",
@@ -47,13 +49,13 @@ class _Parts:
         file = self.assets[name]
         return Part(self.page.asset(file), f"{_KINDS[file.rpartition('.')[2]]}; charset=utf-8")
 
-    def make(self, name: str, binning: int) -> "Future[Part]":
+    def make(self, name: str, wanted: Wanted) -> "Future[Part]":
         """A part in the making; its thread does not keep the program from ending."""
         made: Future[Part] = Future()
 
         def work() -> None:
             try:
-                made.set_result(self.page.parts[name](binning))
+                made.set_result(self.page.parts[name](wanted))
             except Exception as error:
                 made.set_exception(error)
 
@@ -104,14 +106,16 @@ class _Handler(_Nothing):
         part = self.parts.asset(name)
         if part is None and name in self.parts.page.parts:
             binning = self.get_query_argument("bin", "1")
-            if binning not in _BINNINGS:
+            after = self.get_query_argument("after", "0")
+            if binning not in _BINNINGS or not _NUMBER.fullmatch(after):
                 raise HTTPError(400)
-            part = await asyncio.wrap_future(self.parts.make(name, int(binning)))
+            wanted = Wanted(int(binning), int(after))
+            part = await asyncio.wrap_future(self.parts.make(name, wanted))
         if part is None:
             raise HTTPError(404)
         self.set_header("Content-Type", part.kind)
-        if part.size:
-            self.set_header("X-Size", part.size)
+        for key, value in part.facts.items():
+            self.set_header(f"X-{key.capitalize()}", value)
         self.finish(part.content)
 
 

@@ -85,6 +85,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "picture": ("picture.png",),
     "plot": ("plot.png",),
     "export": ("page.html",),
+    "source": ("folder",),
     "ise": ("folder",),
     "scheduler": ("nowhere", "tcp://", "tcp://127.0.0.1:x"),
     "spots": ("folder",),
@@ -214,7 +215,7 @@ def calls(draw: Any, command: Words) -> Call:
             continue
         given = draw(st.integers(0, 19)) > 0 if parameter.required else not draw(st.integers(0, 2))
         # Without, it would serve until Ctrl-C.
-        given |= parameter.name == "export"
+        given |= command == ("view",) and parameter.name in ("raster", "export")
         if not given:
             continue
         if parameter.param_type_name == "argument":

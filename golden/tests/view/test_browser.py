@@ -5,6 +5,8 @@ import re
 import signal
 import subprocess
 import sys
+import threading
+import time
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -14,11 +16,20 @@ import numpy.typing as npt
 import pytest
 from in_browser import pixels, served
 
+from plenofir.camera.lightfield import compose
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.images import encode_png, read_image, write_png
 from plenofir.project import DATA
 from plenofir.refocus import output_offset, refocus
-from plenofir.view import export, light_field_page, pictures_page
+from plenofir.view import (
+    Live,
+    export,
+    folder_frames,
+    light_field_page,
+    live_page,
+    pictures_page,
+)
+from plenofir.view.light_field import LightField
 
 DETAIL = DATA / "flower_detail_5x5.png"
 
@@ -195,13 +206,14 @@ def test_an_image_too_large_for_the_gpu_is_scaled_down_and_said_so(open_page: An
     with served(page_of(raw, m)) as address:
         tab = open_page(address)
         bin_ = int(re.findall(r"(\d+) x \1 micro lenses are drawn as one", tab.content())[0])
+        tab.evaluate("a => plenofir.setFocus(a)", 3 / m * bin_)
         found = pixels(tab)
-    # a = 0: each lens's mean, of bin x bin lenses here.
     assert bin_ > 1
+    # Shifts are those of the micro lenses that were made one.
+    binned = compose(LightField(raw, m).views(bin_))
+    want = refocus(binned, m, Fraction(3, m))[: found.shape[0], : found.shape[1]]
     assert found.shape[1] == -(-columns // bin_)
-    whole = bin_ * m
-    first = raw[:whole, :whole].reshape(bin_, m, bin_, m).mean((0, 2)).mean()
-    assert np.abs(found[0, 0] - first).max() <= 1
+    assert (found == coloured(want)).all()
 
 
 def test_an_export_opens_from_a_file_without_a_network(open_page: Any, tmp_path: Path) -> None:
@@ -263,6 +275,36 @@ def test_pictures_of_a_simulation(open_page: Any, tmp_path: Path) -> None:
             assert np.count_nonzero(found) == 3
             tab.evaluate("plenofir.choose('refocused.png', 'diff.png')")
             assert "Equal in all 2000 pixels" in tab.locator("#compared").inner_text()
+
+
+def test_a_live_source_shows_its_newest_frame(open_page: Any, tmp_path: Path) -> None:
+    m, count = 3, 40
+
+    def put(number: int) -> None:
+        (tmp_path / "new").write_bytes(encode_png(np.full((30, 30), 5 * number, np.uint8)))
+        (tmp_path / "new").rename(tmp_path / f"{number:03}.png")
+
+    def grow() -> None:
+        for number in range(1, count):
+            time.sleep(0.05)
+            put(number)
+
+    put(0)
+    live = Live(folder_frames(tmp_path, 25), lambda picture: picture.pixels, m, "folder")
+    with served(live_page(live, title="live")) as address:
+        tab = open_page(address)
+        camera = threading.Thread(target=grow)
+        camera.start()
+        camera.join()
+        last = f"() => plenofir.live.frames + plenofir.live.dropped >= {count}"
+        tab.wait_for_function(last, timeout=10_000)
+        found = tab.evaluate("plenofir.live")
+        # Every frame of the folder was shown or counted, and the last one is on show.
+        assert found["frames"] + found["dropped"] == count
+        assert found["frames"] >= 2
+        assert 0 <= found["milliseconds"] < 2000
+        assert (pixels(tab)[12:18, 12:18] == 5 * (count - 1)).all()
+        assert "frames a second" in tab.locator("#live").inner_text()
 
 
 @pytest.mark.slow

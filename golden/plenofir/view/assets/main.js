@@ -3,7 +3,7 @@
 import { drawBench } from "./bench.js";
 import { Planes, worded, wordedRange } from "./planes.js";
 import { neededBinning, Renderer, TooLarge } from "./renderer.js";
-import { loadDepth, loadField, loadViews } from "./source.js";
+import { loadDepth, loadField, loadFrame, loadViews } from "./source.js";
 
 // While something moves, as much is drawn as takes about this long; then everything.
 const FRAME_MS = 50;
@@ -25,6 +25,7 @@ let state;
 let msPerPixel = 0;
 let resting = 0;
 let moving = null;
+const live = { frames: 0, dropped: 0, rate: 0, milliseconds: 0 };
 // All in focus and depth can only be shown when the depth is known.
 const wanted = new URLSearchParams(location.hash.slice(1)).get("show");
 
@@ -175,10 +176,43 @@ function drawSoon() {
     resting = setTimeout(draw, REST_MS);
     moving ??= requestAnimationFrame(() => {
         moving = null;
-        const pixels = renderer.size[0] * renderer.size[1];
-        const stride = Math.ceil(Math.sqrt((pixels * msPerPixel) / FRAME_MS));
-        drawn(Math.max(stride, restStride()));
+        drawn(movingStride());
     });
+}
+
+function movingStride() {
+    const pixels = renderer.size[0] * renderer.size[1];
+    return Math.max(Math.ceil(Math.sqrt((pixels * msPerPixel) / FRAME_MS)), restStride());
+}
+
+/** Show the frames of a live source, always the newest one. */
+async function follow() {
+    await shown;
+    let last = 0;
+    let begin = performance.now();
+    let next = loadFrame(field, renderer.data.bin, last);
+    for (;;) {
+        const frame = await next;
+        if (frame.views) {
+            if (last) live.dropped += frame.number - last - 1;
+            last = frame.number;
+        }
+        // While this one is drawn.
+        if (!frame.ended) next = loadFrame(field, renderer.data.bin, last);
+        if (frame.views) {
+            renderer.takeFrame(frame.views);
+            drawn(movingStride());
+            const now = performance.now();
+            live.frames += 1;
+            live.milliseconds = Date.now() - frame.captured;
+            if (live.frames > 1) live.rate += (1000 / (now - begin) - live.rate) / Math.min(live.frames - 1, 10);
+            begin = now;
+            const words = [`${live.rate.toFixed(1)} frames a second`, `${live.milliseconds} ms after the capture`];
+            at("live").textContent = `${words.join(", ")}, ${live.dropped} dropped`;
+        }
+        if (frame.ended) break;
+    }
+    say("the source has ended");
 }
 
 // ---- What the user does ----
@@ -395,7 +429,8 @@ async function changed(what) {
 const ready = start();
 const depthReady = takeDepth();
 const shown = ready.then(() => draw());
-for (const step of [shown, depthReady]) step.catch((error) => say(error.message));
+const followed = ready.then(() => (field.live ? follow() : null));
+for (const step of [shown, depthReady, followed]) step.catch((error) => say(error.message));
 
 // What scripts and tests drive the page with; all promises are kept when the picture is drawn.
 window.plenofir = {
@@ -420,6 +455,9 @@ window.plenofir = {
         let ms = 0;
         for (let n = 0; n < count; n++) ms += renderer.draw(state, stride);
         return ms / count;
+    },
+    get live() {
+        return { ...live };
     },
     get state() {
         return { ...state };

@@ -273,17 +273,29 @@ export class Renderer {
         const { gl, field, data, tiles } = this;
         const count = field.micro_image_size ** 2;
         this.#texture(0, gl.TEXTURE_2D_ARRAY);
-        const format = field.channels === 1 ? gl.RED_INTEGER : gl.RGB_INTEGER;
-        const type = field.bits === 8 ? gl.UNSIGNED_BYTE : gl.UNSIGNED_SHORT;
         const stored = gl[`${field.channels === 1 ? "R" : "RGB"}${field.bits}UI`];
         gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, stored, tiles * data.columns, data.rows,
             Math.ceil(count / tiles));
+        this.#fillViews();
+    }
+
+    #fillViews() {
+        const { gl, field, data, tiles } = this;
+        const format = field.channels === 1 ? gl.RED_INTEGER : gl.RGB_INTEGER;
+        const type = field.bits === 8 ? gl.UNSIGNED_BYTE : gl.UNSIGNED_SHORT;
         const length = data.columns * data.rows * field.channels;
-        for (let n = 0; n < count; n++) {
+        for (let n = 0; n < field.micro_image_size ** 2; n++) {
             const place = [(n % tiles) * data.columns, 0, Math.floor(n / tiles)];
             gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, ...place, data.columns, data.rows, 1, format,
                 type, data.views.subarray(n * length, (n + 1) * length));
         }
+    }
+
+    /** Take in the views of another frame. */
+    takeFrame(views) {
+        this.data.views = views;
+        this.gl.activeTexture(this.gl.TEXTURE0);
+        this.#fillViews();
     }
 
     /** Take in the depth map: values 0 to 65535 for a from the field's range. */
@@ -300,7 +312,7 @@ export class Renderer {
 
     /** Shift in pixels of the field on the GPU. */
     #shift(a) {
-        return (a * this.field.micro_image_size) / this.data.bin;
+        return (a * this.field.micro_image_size) / (this.data.bin * this.field.scale);
     }
 
     /** Draw a state; one of `stride` x `stride` pixels. The time in ms, the GPU's work included. */

@@ -43,13 +43,25 @@ export async function loadPicture(name) {
     return context.getImageData(0, 0, bitmap.width, bitmap.height);
 }
 
+function samples(field, buffer) {
+    return field.bits === 8 ? new Uint8Array(buffer) : new Uint16Array(buffer);
+}
+
+/** The next frame of a live source: its views (null for none yet), its number, when it came. */
+export async function loadFrame(field, bin, after) {
+    const answer = await fetched(`frame?bin=${bin}&after=${after}`);
+    const number = Number(answer.headers.get("X-Number"));
+    const views = number ? samples(field, await answer.arrayBuffer()) : null;
+    const captured = Number(answer.headers.get("X-Captured"));
+    return { views, number, captured, ended: answer.headers.has("X-Ended") };
+}
+
 /** Views, one after the other, of a field with `bin` x `bin` micro lenses made one. */
 export async function loadViews(field, bin) {
     const columns = Math.ceil(field.lens_columns / bin);
     const rows = Math.ceil(field.lens_rows / bin);
     if (!inside("views")) {
-        const buffer = await (await fetched(`views?bin=${bin}`)).arrayBuffer();
-        const views = field.bits === 8 ? new Uint8Array(buffer) : new Uint16Array(buffer);
+        const views = samples(field, await (await fetched(`views?bin=${bin}`)).arrayBuffer());
         return { views, bin, rows, columns };
     }
     // Views beside and below each other in one picture.

@@ -1,0 +1,245 @@
+"""Frames as they come: from a folder that grows, a video, a camera. Who is slow misses some."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from plenofir.errors import InputError
+from plenofir.images import Picture, read_picture
+from plenofir.refocus.operator import Image
+
+_SUFFIXES = {".png", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".bmp", ".jpg", ".jpeg"}
+_EXPECTED = "a folder, a video or a camera"
+_POLL_SECONDS = 0.02
+# A file that cannot be read may still be in the writing for this long.
+_WRITING_SECONDS = 2.0
+_FIRST_SECONDS = 10.0
+_WAIT_SECONDS = 10.0
+
+
+class Captured(NamedTuple):
+    """A frame of a source.
+
+    Attributes
+    ----------
+    picture
+        As the camera gave it.
+    captured
+        When, in seconds since 1970.
+    """
+
+    picture: Picture
+    captured: float
+
+
+class Frame(NamedTuple):
+    """A frame that is ready to be shown.
+
+    Attributes
+    ----------
+    number
+        1 for the first one of the source; numbers that a page does not see were dropped.
+    captured
+        When it came, in seconds since 1970.
+    raw
+        Aligned raw image.
+    full_scale
+        Value of white.
+    """
+
+    number: int
+    captured: float
+    raw: Image
+    full_scale: int
+
+
+def folder_frames(folder: Path, rate: float) -> Iterator[Captured]:
+    """Frames of a folder, in the order of their names, then those that are added to it.
+
+    Parameters
+    ----------
+    folder
+        Folder of images.
+    rate
+        Frames a second of those that are there at the start.
+
+    Yields
+    ------
+    Captured
+        Frames, without an end. Files that cannot be read are left out.
+    """
+    known: set[Path] = set()
+    start = time.time()
+    old = True
+    while True:
+        there = (path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES)
+        added = sorted(path for path in there if path not in known)
+        for path in added:
+            written = time.time()
+            try:
+                written = path.stat().st_mtime
+                picture = read_picture(path)
+            except (InputError, OSError):
+                if not path.exists() or time.time() - written > _WRITING_SECONDS:
+                    known.add(path)
+                continue
+            known.add(path)
+            if old:
+                yield Captured(picture, time.time())
+                start += 1 / rate
+                time.sleep(max(start - time.time(), 0))
+            else:
+                yield Captured(picture, written)
+        old = False
+        time.sleep(_POLL_SECONDS)
+
+
+def video_frames(path: str) -> Iterator[Captured]:
+    """Frames of a video file at its own rate, or of a camera (``/dev/video0``), by OpenCV.
+
+    Parameters
+    ----------
+    path
+        File or device.
+
+    Yields
+    ------
+    Captured
+        Frames, until the video ends.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or OpenCV is missing or cannot open it.
+    """
+    if not Path(path).exists():
+        raise InputError("no such file", where=path, expected=_EXPECTED)
+    try:
+        import cv2
+        from cv2.utils import logging
+    except ModuleNotFoundError:
+        raise InputError(
+            "needs OpenCV", where=path, expected="pip install opencv-python-headless"
+        ) from None
+    logging.setLogLevel(logging.LOG_LEVEL_SILENT)
+    video = cv2.VideoCapture(path)
+    if not video.isOpened():
+        raise InputError("cannot be opened", where=path, expected=_EXPECTED)
+    device = Path(path).is_char_device()
+    rate = 0.0 if device else video.get(cv2.CAP_PROP_FPS)
+    start = time.time()
+    try:
+        while True:
+            there, image = video.read()
+            if not there:
+                return
+            yield Captured(Picture(np.ascontiguousarray(image[..., ::-1]), 255), time.time())
+            if rate > 0:
+                start += 1 / rate
+                time.sleep(max(start - time.time(), 0))
+    finally:
+        video.release()
+
+
+class Live:
+    """The newest frame of a source, made ready when somebody asks for it.
+
+    Parameters
+    ----------
+    frames
+        The source; it is read in a thread of its own, as fast as it gives frames.
+    prepare
+        Makes a frame's picture an aligned raw image.
+    micro_image_size
+        M in pixels.
+    where
+        What messages call the source.
+
+    Attributes
+    ----------
+    first
+        The first frame.
+
+    Raises
+    ------
+    InputError
+        If the source gives no frame within ten seconds, or it cannot be used.
+    """
+
+    def __init__(
+        self,
+        frames: Iterator[Captured],
+        prepare: Callable[[Picture], Image],
+        micro_image_size: int,
+        where: str,
+    ) -> None:
+        self.micro_image_size, self._prepare, self._where = micro_image_size, prepare, where
+        self._newest: tuple[int, Captured] | None = None
+        self._failure: Exception | None = None
+        self._ended = False
+        self._changed = threading.Condition()
+        self._shape: tuple[tuple[int, ...], np.dtype[np.integer]] | None = None
+        threading.Thread(target=self._read, args=(frames,), daemon=True).start()
+        first = self._wait(0, _FIRST_SECONDS)
+        if first is None:
+            raise InputError("no frame", where=where, expected="frames within ten seconds")
+        self.first = first
+
+    def _read(self, frames: Iterator[Captured]) -> None:
+        try:
+            for number, frame in enumerate(frames, 1):
+                with self._changed:
+                    self._newest = number, frame
+                    self._changed.notify_all()
+        except Exception as error:
+            self._failure = error
+        with self._changed:
+            self._ended = True
+            self._changed.notify_all()
+
+    def _wait(self, after: int, seconds: float) -> Frame | None:
+        def there() -> bool:
+            return self._ended or (self._newest is not None and self._newest[0] > after)
+
+        with self._changed:
+            self._changed.wait_for(there, seconds)
+            newest, failure = self._newest, self._failure
+        if newest is None or newest[0] <= after:
+            if failure is not None:
+                raise failure
+            return None
+        number, (picture, captured) = newest
+        raw = self._prepare(picture)
+        shape = raw.shape, raw.dtype
+        if self._shape not in (None, shape):
+            raise InputError(
+                f"frame {number} has another size or depth",
+                where=self._where,
+                expected="frames like the first one",
+            )
+        self._shape = shape
+        return Frame(number, captured, raw, picture.full_scale)
+
+    @property
+    def ended(self) -> bool:
+        """Whether no more frames will come."""
+        return self._ended
+
+    def newest(self, after: int) -> Frame | None:
+        """The newest frame.
+
+        Parameters
+        ----------
+        after
+            Number of the frame that is known already.
+
+        Returns
+        -------
+        Frame or None
+            None if there is no newer one within ten seconds, or the source has ended.
+        """
+        return self._wait(after, _WAIT_SECONDS)
