@@ -54,8 +54,7 @@ TOPS = (
     "raster_refocuser",
     "focal_stack",
     "depth_index",
-    "resampler",
-    "colour_mosaic",
+    "sensor_raster",
     "self_test",
     "atlys_top",
 )

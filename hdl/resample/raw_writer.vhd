@@ -60,7 +60,7 @@ architecture rtl of raw_writer is
   signal column      : unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0) := (others => '0');
   signal waits       : std_logic                                        := '0';
   signal done        : place_t                                          := (others => '0');
-  signal final       : place_t                                          := (others => '0');
+  signal done_before : place_t                                          := (others => '0');
   signal line_ends   : std_logic;
   -- Room for pixels of this line, and of the next.
   signal room_this : std_logic := '0';
@@ -72,7 +72,7 @@ begin
   room        <= room_next when line_ends = '1' else
                  room_this;
   frame_waits <= waits;
-  lines_in    <= final when waits = '1' else
+  lines_in    <= done_before when waits = '1' else
                  done;
 
   follow : process (clk) is
@@ -102,10 +102,10 @@ begin
         end if;
 
         if token.line_first = '1' and token.frame_first = '1' then
-          waits      <= '1';
-          frame_base <= line_number;
-          final      <= done;
-          done       <= (others => '0');
+          waits       <= '1';
+          frame_base  <= line_number;
+          done_before <= done;
+          done        <= (others => '0');
         end if;
 
         if token.line_last = '1' then
@@ -141,7 +141,7 @@ begin
         slot         <= 0;
         waits        <= '0';
         done         <= (others => '0');
-        final        <= (others => '0');
+        done_before  <= (others => '0');
         room_this    <= '0';
         room_next    <= '0';
       end if;

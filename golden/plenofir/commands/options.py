@@ -19,9 +19,12 @@ ArithmeticKind = Literal["exact", "stored"]
 InterpolationName = Literal["nearest", "linear", "0", "1", "2", "3"]
 Simulator = Literal["ghdl", "nvc", "verilator"]
 Chain = Literal["core", "hdmi"]
+Bayer = Literal["rggb", "grbg", "gbrg", "bggr"]
 
 VARIABLES = {
     "RAW": "raw",
+    "CALIB": "calib",
+    "BAYER": "bayer",
     "M": "micro_image",
     "A": "a",
     "SWEEP": "a",

@@ -11,9 +11,12 @@ from plenofir.commands.console import kept_bars, print_line
 from plenofir.errors import EXIT_MISMATCH, InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.fpga.core.engine import Engine
     from plenofir.fpga.simulate.run import Run
+    from plenofir.plan.sensor_run import Sensor
 
 app = typer.Typer()
 
@@ -35,6 +38,14 @@ def sim(
     context: typer.Context,
     raw: Annotated[
         Path | None, typer.Option(help="Raw image: 8 or 16 bit, grey or RGB; a flower if none.")
+    ] = None,
+    calib: Annotated[
+        Path | None,
+        typer.Option(help="Calibration: RAW is a raw capture, which the VHDL resamples first."),
+    ] = None,
+    bayer: Annotated[
+        options.Bayer | None,
+        typer.Option(help="Filters of a raw capture's first 2 x 2 pixels, if it is a mosaic."),
     ] = None,
     scene: options.SceneIfGiven = None,
     micro_image: options.MicroImage = 5,
@@ -86,40 +97,80 @@ def sim(
                 )
     decided = {"arith": arith, "chain": chain, "simulator": simulator}
     options.check_combinations(used, decided if scene else {**decided, "engine": engine})
+    options.require("bayer", "calib", calib is None and bayer is not None)
+    options.require("calib", "raw", raw is None and calib is not None)
+    if scene is not None and calib is not None:
+        raise InputError(
+            f"cannot be combined with {options.typed('scene')}",
+            where=options.typed("calib"),
+            expected="one of them",
+        )
     settings = options.focus_settings(a or ["-3/5"], micro_image)
     shifts = options.shifts_of(settings, micro_image)
     from plenofir.fpga.simulate.run import DEFAULT_RAW, Run
 
+    def core_for(path: Path) -> "CoreConfiguration":
+        from plenofir.fpga.simulate.run import core_for_image
+        from plenofir.refocus import interpolation_order, sharpening_units
+
+        order = interpolation_order(interpolation)
+        weights = [sharpening_units(sharpen, micro_image, shift, order) for shift in shifts]
+        return core_for_image(
+            path,
+            chain,
+            micro_image_size=micro_image,
+            shifts=shifts,
+            arithmetic=options.arithmetic(arith, fraction, guard),
+            order=order,
+            sharpening=tuple(weights) if any(weights) else (),
+            engine=_engine(engine, parallel_rows, any_rows=any_rows),
+        )
+
+    def run_of(path: Path, core: "CoreConfiguration", folder: Path) -> Run:
+        return Run(
+            raw=path,
+            core=core,
+            radius=radius,
+            out=folder,
+            simulator=simulator,
+            waves=waves,
+            chain=chain,
+        )
+
+    if raw is not None and calib is not None:
+        from plenofir.plan.sensor_run import load_sensor
+
+        sensor = load_sensor(raw, calib, micro_image, bayer)
+        _run_raw(sensor, lambda path, folder: run_of(path, core_for(path), folder), Path(out))
+        return
     path = raw or DEFAULT_RAW
     with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:
         if scene:
             path, core = _of_scene(scene, raw, chain, Path(drawn))
         else:
-            from plenofir.fpga.simulate.run import core_for_image
-            from plenofir.refocus import interpolation_order, sharpening_units
+            core = core_for(path)
+        _run(run_of(path, core, Path(out)))
 
-            order = interpolation_order(interpolation)
-            weights = [sharpening_units(sharpen, micro_image, shift, order) for shift in shifts]
-            core = core_for_image(
-                path,
-                chain,
-                micro_image_size=micro_image,
-                shifts=shifts,
-                arithmetic=options.arithmetic(arith, fraction, guard),
-                order=order,
-                sharpening=tuple(weights) if any(weights) else (),
-                engine=_engine(engine, parallel_rows, any_rows=any_rows),
-            )
-        what = Run(
-            raw=path,
-            core=core,
-            radius=radius,
-            out=Path(out),
-            simulator=simulator,
-            waves=waves,
-            chain=chain,
-        )
-        _run(what)
+
+def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Path) -> None:
+    """Resample a capture in the VHDL, and refocus what comes out."""
+    from plenofir.fpga.simulate.run import report_summary
+    from plenofir.images import write_png
+    from plenofir.plan.sensor_run import ALIGNED, run_raw, sensor_summary
+
+    golden = sensor.golden()
+    with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:
+        # What the refocuser cannot take is refused before anything is simulated.
+        path = Path(drawn) / ALIGNED
+        write_png(path, golden)
+        what = make_run(path, out)
+        what.core.check_limits()
+    with kept_bars() as show:
+        report, aligned = run_raw(sensor, golden, make_run, out, what.simulator, show)
+    for name, value in [*sensor_summary(sensor, aligned), *report_summary(what.core, report)]:
+        print_line(name, f"{out}/{value}, {ALIGNED}" if name == "files" else value)
+    if report.mismatches or aligned.mismatches:
+        raise typer.Exit(EXIT_MISMATCH)
 
 
 def _engine(kind: str, parallel_rows: int, *, any_rows: bool) -> "Engine":

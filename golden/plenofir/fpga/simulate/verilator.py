@@ -20,11 +20,13 @@ def build_bench(
     *,
     pixels: int,
     toggles: bool = False,
+    bench: str = "file_bench",
 ) -> Path:
     """Translate a core in Verilog, or its netlist, and compile it with the file bench.
 
     Many `pixels` to go through it are worth the time that a fast program takes. With `toggles` the
-    program counts how often each bit of a signal changes, into ``toggles.dat``.
+    program counts how often each bit of a signal changes, into ``toggles.dat``. `bench` is the name
+    of the file bench.
     """
     optimisation = "-O3" if pixels > _PIXELS_TO_OPTIMISE_FOR else "-O0"
     python = f"PYTHON3={shlex.quote(sys.executable)}"
@@ -39,7 +41,7 @@ def build_bench(
             *("-MAKEFLAGS", f"CFG_CXXFLAGS_PCH_I=-include OPT_FAST={optimisation} {python}"),
             *("--top-module", top, "--Mdir", "model", "-o", "bench"),
             *(str(file.resolve()) for file in verilog),
-            str(project.root() / "tb" / "file_bench" / "file_bench.cpp"),
+            str(project.root() / "tb" / "file_bench" / f"{bench}.cpp"),
         ],
         directory,
     )

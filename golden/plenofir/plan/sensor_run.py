@@ -1,0 +1,259 @@
+"""A raw capture through mosaic, resampler and refocuser in the VHDL, beside the golden models."""
+
+import json
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plenofir.camera.calibration import Calibration, decode, load_calibration
+from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place, resample
+from plenofir.files import check_folder, publish_files
+from plenofir.fpga.simulate.compare import compare_frames
+from plenofir.fpga.simulate.run import REPORT, Progress, Report, Run, run
+from plenofir.fpga.simulate.sensor_bench import run_sensor
+from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.images import Picture, read_picture, write_png
+from plenofir.plan.resampling import Resampling, resampling
+from plenofir.refocus.operator import Image
+
+ALIGNED = "aligned.png"
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A raw capture and its calibration.
+
+    Attributes
+    ----------
+    raw, calib
+        Their files.
+    capture
+        The capture as it is.
+    frame
+        The capture, colours interpolated by the model if it is a mosaic.
+    calibration
+        The calibration.
+    bayer
+        Order of the mosaic, None if there is none.
+    chip
+        Resampler for it.
+    """
+
+    raw: Path
+    calib: Path
+    capture: Picture
+    frame: Image
+    calibration: Calibration
+    bayer: BayerOrder | None
+    chip: Resampling
+
+    def golden(self) -> Image:
+        """Raster of micro images by the bit-true model."""
+        return resample(
+            self.frame,
+            self.chip.registers,
+            self.chip.tables,
+            full_scale=self.capture.full_scale,
+            where=str(self.raw),
+        )
+
+
+@dataclass(frozen=True)
+class SensorReport:
+    """What ``report.json`` holds of the resampler, as its field ``sensor``.
+
+    Attributes
+    ----------
+    calib, bayer
+        Calibration file and order of the mosaic.
+    columns, rows
+        Of the raster.
+    pixels_compared, mismatches, first_mismatch
+        Against the bit-true model.
+    clocks, clocks_per_raw_pixel
+        Of the simulation.
+    lines, lines_needed, lines_at_full_rate
+        Raw lines in the ring, and how many the calibration needs.
+    distortion_px, rounding_px, turn_px
+        How far the resampler's positions are from the calibration's.
+    decode_largest, decode_rms
+        Difference of the raster from that of `decode` in grey levels.
+    """
+
+    calib: str
+    bayer: str | None
+    columns: int
+    rows: int
+    pixels_compared: int
+    mismatches: int
+    first_mismatch: str | None
+    clocks: int
+    clocks_per_raw_pixel: float
+    lines: int
+    lines_needed: int
+    lines_at_full_rate: int | None
+    distortion_px: float
+    rounding_px: float
+    turn_px: float
+    decode_largest: int
+    decode_rms: float
+
+
+def load_sensor(
+    raw: Path, calib: Path, micro_image_size: int, bayer: BayerOrder | None = None
+) -> Sensor:
+    """Read a capture and its calibration, and make a resampler for them.
+
+    Parameters
+    ----------
+    raw
+        Raw capture; one channel if it is a mosaic.
+    calib
+        Calibration file.
+    micro_image_size
+        M.
+    bayer
+        Order of the mosaic.
+
+    Returns
+    -------
+    Sensor
+        What `run_raw` takes.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, the capture is not of the calibration's size, or the chip cannot
+        follow the grid.
+    """
+    calibration = load_calibration(calib)
+    capture = read_picture(raw)
+    frame = capture.pixels
+    if bayer is not None:
+        frame = interpolate_mosaic(frame, bayer, where=str(raw))
+    chip = resampling(
+        calibration,
+        micro_image_size,
+        channels=1 if frame.ndim == 2 else 3,
+        pixel_bits=capture.full_scale.bit_length(),
+        where=str(calib),
+    )
+    return Sensor(raw, calib, capture, frame, calibration, bayer, chip)
+
+
+def run_raw(
+    sensor: Sensor,
+    golden: Image,
+    make_run: Callable[[Path, Path], Run],
+    out: Path,
+    simulator: str,
+    progress: Progress | None = None,
+) -> tuple[Report, SensorReport]:
+    """Resample a capture in the VHDL, refocus what comes out, and compare both with their models.
+
+    Parameters
+    ----------
+    sensor
+        The capture.
+    golden
+        Its raster by the model (`Sensor.golden`).
+    make_run
+        Makes the run of the refocuser, given the raster's file and the folder for results.
+    out
+        Folder for the results: those of `plenofir.fpga.simulate.run.run`, and ``aligned.png``.
+    simulator
+        Name of the simulator.
+    progress
+        Called as the work goes on.
+
+    Returns
+    -------
+    tuple
+        The reports of the refocuser and of the resampler; ``report.json`` holds both.
+    """
+    check_folder(out, "out", (ALIGNED, REPORT))
+    chip, raw = sensor.chip, sensor.capture.pixels
+    found = find_simulator(simulator)
+    pixels = golden.shape[0] * golden.shape[1]
+    step = f"VHDL resampler in {found.name.upper()}"
+
+    def show(done: int) -> None:
+        if progress is not None:
+            progress(step, done, pixels)
+
+    with tempfile.TemporaryDirectory(prefix="plenofir-") as name:
+        work = Path(name)
+        show(0)
+        result = run_sensor(
+            found,
+            chip.core,
+            chip.loads(),
+            raw[np.newaxis],
+            chip.registers.raster_shape,
+            work / "bench",
+            red_place=None if sensor.bayer is None else red_place(sensor.bayer),
+            progress=show,
+        )
+        show(pixels)
+        comparison = compare_frames(result.frames, golden[np.newaxis])
+        aligned = work / ALIGNED
+        write_png(aligned, result.frames[0])
+        results = work / "results"
+        report = run(make_run(aligned, results), progress)
+        write_png(results / ALIGNED, result.frames[0])
+        decoded = decode(
+            sensor.frame,
+            sensor.calibration,
+            chip.core.micro_image_size,
+            full_scale=sensor.capture.full_scale,
+        )
+        apart = golden.astype(np.int64) - decoded
+        sensor_report = SensorReport(
+            calib=sensor.calib.name,
+            bayer=sensor.bayer,
+            columns=golden.shape[1],
+            rows=golden.shape[0],
+            pixels_compared=comparison.pixels,
+            mismatches=comparison.mismatches,
+            first_mismatch=comparison.first,
+            clocks=result.clocks,
+            clocks_per_raw_pixel=round(result.input_clocks / (raw.shape[0] * raw.shape[1]), 6),
+            lines=chip.core.lines,
+            lines_needed=chip.needs.least,
+            lines_at_full_rate=chip.needs.full_rate,
+            distortion_px=chip.accuracy.distortion_px,
+            rounding_px=chip.accuracy.rounding_px,
+            turn_px=chip.accuracy.turn_px,
+            decode_largest=int(np.abs(apart).max()),
+            decode_rms=float(np.sqrt(np.mean(apart**2.0))),
+        )
+        content = json.loads((results / REPORT).read_text())
+        content["raw"] = sensor.raw.name
+        content["sensor"] = vars(sensor_report)
+        (results / REPORT).write_text(json.dumps(content, indent=2) + "\n")
+        publish_files(results, out)
+    return report, sensor_report
+
+
+def sensor_summary(sensor: Sensor, report: SensorReport) -> list[tuple[str, str]]:
+    """Name and value of each line that a person is told of the resampler."""
+    rows, columns = sensor.capture.pixels.shape[:2]
+    mosaic = "" if report.bayer is None else f", mosaic {report.bayer}"
+    agree = f"all {report.pixels_compared} pixels equal the golden model"
+    if report.mismatches:
+        agree = (
+            f"{report.mismatches} of {report.pixels_compared} pixels differ; "
+            f"first: {report.first_mismatch}"
+        )
+    return [
+        ("capture", f"{sensor.raw.name}, {columns} x {rows}{mosaic}, {report.calib}"),
+        ("aligned", f"{report.columns} x {report.rows}: {agree}"),
+        ("ring", f"{report.lines} raw lines, {report.lines_needed} needed"),
+        (
+            "decode",
+            f"{report.decode_rms:.3f} grey levels (RMS) apart, {report.decode_largest} at most",
+        ),
+    ]

@@ -1,0 +1,155 @@
+-- From a sensor to the raster of micro images: colour_mosaic, if the sensor has a mosaic, then resampler.
+--
+-- Latency: those of its parts. Throughput: one raw pixel each clock, one pixel of the raster each clock.
+-- Equation: as its parts.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+
+entity sensor_raster is
+  generic (
+    -- Whether the sensor has a colour filter mosaic; CHANNELS is 3 then.
+    MOSAIC : boolean := false;
+    -- As in resampler.
+    MICRO_IMAGE_SIZE : positive range 1 to 128;
+    HEXAGONAL        : boolean                     := false;
+    MAX_COLUMNS      : positive range 2 to 8192    := 2048;
+    LINES            : positive range 4 to 256     := 8;
+    LENSES           : positive range 2 to 1048576 := 2;
+    MOVES            : boolean                     := false;
+    GAINS            : boolean                     := false;
+    CHANNELS         : positive range 1 to 3       := 1;
+    PIXEL_BITS       : positive range 1 to 16      := 8;
+    FRACTION_BITS    : positive range 8 to 17      := 16;
+    WEIGHT_BITS      : positive range 2 to 8       := 8;
+    GUARD_BITS       : positive range 1 to 3       := 3;
+    GAIN_BITS        : positive range 4 to 14      := 12
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Size of the raw frame, kept stable until it has left.
+    columns : in    std_logic_vector(15 downto 0);
+    rows    : in    std_logic_vector(15 downto 0);
+    -- Line (bit 1) and column (bit 0) of the mosaic's first red pixel.
+    red_place : in    std_logic_vector(1 downto 0);
+    -- Load port: what is written (resample_pkg: register, lens, profile, commit), where, and what.
+    load_write   : in    std_logic;
+    load_kind    : in    std_logic_vector(1 downto 0);
+    load_address : in    std_logic_vector(19 downto 0);
+    load_data    : in    std_logic_vector(39 downto 0);
+    -- Raw frames: AXI4-Stream video, channel 0 in the low bits.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(choose(MOSAIC, 1, CHANNELS) * PIXEL_BITS - 1 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- Raster of micro images.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- 0 to 4 as in frame_sequencer, of either part; 5 the grid needs more lines than there are or has no lens. Set
+    -- until error_clear.
+    error_flags : out   std_logic_vector(5 downto 0);
+    error_clear : in    std_logic
+  );
+end entity sensor_raster;
+
+architecture rtl of sensor_raster is
+
+  signal raw_tvalid      : std_logic;
+  signal raw_tready      : std_logic;
+  signal raw_tdata       : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+  signal raw_tuser       : std_logic_vector(0 downto 0);
+  signal raw_tlast       : std_logic;
+  signal mosaic_flags    : std_logic_vector(4 downto 0);
+  signal resampler_flags : std_logic_vector(5 downto 0);
+
+begin
+
+  plain : if not MOSAIC generate
+    raw_tvalid    <= s_axis_tvalid;
+    s_axis_tready <= raw_tready;
+    raw_tdata     <= s_axis_tdata;
+    raw_tuser     <= s_axis_tuser;
+    raw_tlast     <= s_axis_tlast;
+    mosaic_flags  <= (others => '0');
+  end generate plain;
+
+  filters : if MOSAIC generate
+
+    colours : entity work.colour_mosaic
+      generic map (
+        MAX_COLUMNS => MAX_COLUMNS,
+        PIXEL_BITS  => PIXEL_BITS
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        columns       => columns,
+        rows          => rows,
+        red_place     => red_place,
+        s_axis_tvalid => s_axis_tvalid,
+        s_axis_tready => s_axis_tready,
+        s_axis_tdata  => s_axis_tdata,
+        s_axis_tuser  => s_axis_tuser,
+        s_axis_tlast  => s_axis_tlast,
+        m_axis_tvalid => raw_tvalid,
+        m_axis_tready => raw_tready,
+        m_axis_tdata  => raw_tdata,
+        m_axis_tuser  => raw_tuser,
+        m_axis_tlast  => raw_tlast,
+        error_flags   => mosaic_flags,
+        error_clear   => error_clear
+      );
+
+  end generate filters;
+
+  lenses_out : entity work.resampler
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      HEXAGONAL        => HEXAGONAL,
+      MAX_COLUMNS      => MAX_COLUMNS,
+      LINES            => LINES,
+      LENSES           => LENSES,
+      MOVES            => MOVES,
+      GAINS            => GAINS,
+      CHANNELS         => CHANNELS,
+      PIXEL_BITS       => PIXEL_BITS,
+      FRACTION_BITS    => FRACTION_BITS,
+      WEIGHT_BITS      => WEIGHT_BITS,
+      GUARD_BITS       => GUARD_BITS,
+      GAIN_BITS        => GAIN_BITS
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      columns       => columns,
+      rows          => rows,
+      load_write    => load_write,
+      load_kind     => load_kind,
+      load_address  => load_address,
+      load_data     => load_data,
+      s_axis_tvalid => raw_tvalid,
+      s_axis_tready => raw_tready,
+      s_axis_tdata  => raw_tdata,
+      s_axis_tuser  => raw_tuser,
+      s_axis_tlast  => raw_tlast,
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => m_axis_tdata,
+      m_axis_tuser  => m_axis_tuser,
+      m_axis_tlast  => m_axis_tlast,
+      error_flags   => resampler_flags,
+      error_clear   => error_clear
+    );
+
+  error_flags <= resampler_flags or ('0' & mosaic_flags);
+
+end architecture rtl;
