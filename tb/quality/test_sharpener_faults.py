@@ -1,11 +1,11 @@
 """Faults planted in the sharpener make its bench fail."""
 
 import pytest
-from test_lens_sharpener import sharpener_case
 
 from plenofir.fpga import hdl
 from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import run_cases
+from plenofir_tb.sharpener import sharpener_case
 
 SIMPLE = sharpener_case(3, (4, 4, 0), columns=12, turns=12)
 ODD = sharpener_case(3, (3, 4), columns=9, channels=3, turns=12)
