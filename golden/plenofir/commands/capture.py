@@ -249,7 +249,7 @@ def decode(
     import numpy as np
 
     from plenofir.camera.calibration import decode as resample
-    from plenofir.camera.calibration import load_calibration
+    from plenofir.camera.calibration import largest_odd_size, load_calibration
     from plenofir.camera.lytro import is_lytro, read_lytro
     from plenofir.camera.lytro.sensor import FULL_SCALE, with_gamma
     from plenofir.images import encode_png, encode_tiff, read_picture
@@ -287,7 +287,7 @@ def decode(
             calibration = load_calibration(calib)
             pixels, full_scale = read_picture(Path(raw))
             divisor = _optional(white)
-        m = micro_image or max(1, int((calibration.grid.lens_pitch - 1) // 2 * 2 + 1))
+        m = micro_image or largest_odd_size(calibration)
         raster = resample(
             pixels,
             calibration,

@@ -24,14 +24,17 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
+# Of what Lytro's files hold in linear light.
+_GAMMA = 2.2
+
 
 @app.command()
 def view(
     raster: Annotated[
         str | None,
         typer.Argument(
-            help="Aligned raw image: micro images of exactly M x M pixels; or a folder that "
-            "make sim has left, whose pictures are shown two at a time."
+            help="Aligned raw image: micro images of exactly M x M pixels; a Lytro's file; or a "
+            "folder that make sim has left, whose pictures are shown two at a time."
         ),
     ] = None,
     micro_image: options.MicroImageIfGiven = None,
@@ -126,15 +129,21 @@ class _Settings:
         return pictures_page(folder)
 
     def light_field(self, path: Path, show: "Callable[[int, int], None] | None") -> "Page":
-        """The page of a raw image."""
+        """The page of a raw image, or of a Lytro's file."""
+        from plenofir.camera.lytro import is_lytro
         from plenofir.images import read_picture
         from plenofir.view import light_field_page
 
-        m, search, model = self._checked()
-        prepare = self._preparation(str(path))
-        picture = read_picture(path)
+        if is_lytro(path):
+            m, picture = self._of_lytro(path)
+            _, search, model = self._checked(m)
+        else:
+            m, search, model = self._checked(self.micro_image)
+            prepare = self._preparation(str(path))
+            stored = read_picture(path)
+            picture = stored._replace(pixels=prepare(stored))
         return light_field_page(
-            prepare(picture),
+            picture.pixels,
             m,
             full_scale=picture.full_scale,
             title=path.name,
@@ -143,20 +152,32 @@ class _Settings:
             progress=show,
         )
 
+    def _of_lytro(self, path: Path) -> "tuple[int, Picture]":
+        """M and the aligned raw image of a Lytro's file, brightened to look at."""
+        from plenofir.camera.calibration import decode, largest_odd_size, load_calibration
+        from plenofir.camera.lytro import read_lytro
+        from plenofir.camera.lytro.sensor import FULL_SCALE, with_gamma
+        from plenofir.images import Picture
+
+        taken = read_lytro(path)
+        calibration = load_calibration(self.calib) if self.calib else taken.calibration
+        m = self.micro_image or largest_odd_size(calibration)
+        raw = decode(taken.image, calibration, m, full_scale=FULL_SCALE, where=str(path))
+        return m, Picture(with_gamma(raw, _GAMMA, FULL_SCALE), FULL_SCALE)
+
     def live(self, source: str, rate: float) -> "Page":
         """The page of a source of frames."""
         from plenofir.view import Live, folder_frames, live_page, video_frames
 
-        m, search, model = self._checked()
+        m, search, model = self._checked(self.micro_image)
         prepare = self._preparation(source)
         folder = Path(source)
         frames = folder_frames(folder, rate) if folder.is_dir() else video_frames(source)
         live = Live(frames, prepare, m, source)
         return live_page(live, title=folder.name, search=search, model=model)
 
-    def _checked(self) -> "tuple[int, tuple[float, float], RayModel | None]":
+    def _checked(self, m: int | None) -> "tuple[int, tuple[float, float], RayModel | None]":
         """M, the range of focus settings, the camera."""
-        m = self.micro_image
         if m is None:
             raise InputError("is missing", where="micro_image", expected="M, as in -M 5")
         options.require("focus", "camera", self.focus != inf and self.camera is None)

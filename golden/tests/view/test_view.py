@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from in_browser import served
 from in_process import plenofir
+from lytro_writer import F01, write_capture
 from scipy import ndimage
 
 from plenofir import InputError
@@ -198,6 +199,17 @@ def test_a_raw_capture_is_resampled_with_its_calibration(tmp_path: Path) -> None
     assert done.returncode == 0, done.stderr
     rows, columns = decode(white, load_calibration(tmp_path / "calib.json"), 7).shape
     assert f'"{columns} x {rows} pixels, M = 7, 8 bit."' in out.read_text()
+
+
+def test_a_lytro_file_needs_nothing_else(tmp_path: Path) -> None:
+    written = write_capture(F01, noise=0.003)
+    file, out = tmp_path / "capture.lfp", tmp_path / "page.html"
+    file.write_bytes(written.container())
+    done = plenofir("view", str(file), "--export", str(out))
+    assert done.returncode == 0, done.stderr
+    found = re.search(r'"(\d+) x (\d+) pixels, M = 9, 16 bit."', out.read_text())
+    assert found is not None
+    assert all(int(n) % 9 == 0 and int(n) > 45 for n in found.groups())
 
 
 def frames_of(count: int, wait: float = 0.0) -> Iterator[Captured]:

@@ -10,7 +10,12 @@ from plenofir.camera.calibration.fit import Fit, fit_grid
 from plenofir.camera.calibration.grid import Grid, Layout
 from plenofir.camera.calibration.inspection import FillFactor, WhiteInspection, inspect_white
 from plenofir.camera.calibration.record import Calibration, load_calibration
-from plenofir.camera.calibration.resample import decode, hexagonal_to_rectangular, raster_window
+from plenofir.camera.calibration.resample import (
+    decode,
+    hexagonal_to_rectangular,
+    largest_odd_size,
+    raster_window,
+)
 from plenofir.camera.calibration.spots import (
     FocusScore,
     InfinityFocus,
@@ -41,6 +46,7 @@ __all__ = [
     "hexagonal_to_rectangular",
     "infinity_focus",
     "inspect_white",
+    "largest_odd_size",
     "load_calibration",
     "measure_spots",
     "raster_window",

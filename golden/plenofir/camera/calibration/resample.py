@@ -99,6 +99,22 @@ def profile_at(calibration: Calibration, m: int, scale: Scale) -> Floats:
     return np.asarray(ndimage.map_coordinates(np.array(calibration.profile), grid, order=1))
 
 
+def largest_odd_size(calibration: Calibration) -> int:
+    """Largest odd number of pixels that a micro image has, 1 or more.
+
+    Parameters
+    ----------
+    calibration
+        The calibration.
+
+    Returns
+    -------
+    int
+        M in pixels.
+    """
+    return max(1, int((calibration.grid.lens_pitch - 1) // 2 * 2 + 1))
+
+
 def check_micro_image_size(calibration: Calibration, m: int, scale: Scale) -> None:
     """Refuse micro image sizes that the calibration's grid does not have."""
     if m < 1:
