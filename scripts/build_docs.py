@@ -1,7 +1,8 @@
 """Build what the documentation takes from the sources.
 
 Committed: the long tables of ``docs/measured``, and the short ones between marks in the pages
-that people write. Not committed: one page for each VHDL entity, in ``build/docs/entities``.
+that people write. Not committed: one page for each VHDL entity, in ``build/docs/entities``,
+and the flower and the planes in the viewer, each in one file, in ``build/docs``.
 
 Usage: python scripts/build_docs.py [--check]
 
@@ -14,6 +15,7 @@ from pathlib import Path
 
 from entity_pages import entity_pages, instance_tree
 from plenofir import project
+from plenofir.camera.rays import RayModel, load_camera
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core import clock_counts
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -34,6 +36,7 @@ from plenofir.fpga.synthesis.comparison import (
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
 from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.images import read_image
 from plenofir.plan.figures import (
     Design,
     core_designs,
@@ -46,6 +49,7 @@ from plenofir.plan.planner import full_core
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir.studies import thesis_benchmark
 from plenofir.studies.errata import page_lines
+from plenofir.view import export, light_field_page
 
 DOCS = project.root() / "docs"
 HDL = project.root() / "hdl"
@@ -59,6 +63,8 @@ TOPS = (
     "atlys_top",
 )
 MEASURED = DOCS / "measured"
+EXPORTS = project.root() / "build" / "docs"
+EXPORT_BYTES = 8_000_000
 ENTITIES = project.root() / "build" / "docs" / "entities"
 MEMORY_COLUMNS = 1024
 MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
@@ -405,6 +411,14 @@ def committed_pages() -> dict[Path, str]:
     }
 
 
+def light_field_export(name: str, camera: tuple[str, float] | None) -> bytes:
+    """A light field of the package as a page of its own, as plenofir view --export makes it."""
+    raw = read_image(project.DATA / name)
+    model = RayModel.focused(load_camera(camera[0]), camera[1], 5) if camera else None
+    page = light_field_page(raw, 5, full_scale=255, title=name, model=model)
+    return export(page, EXPORT_BYTES)
+
+
 def main() -> int:
     """Write or check the pages."""
     pages = committed_pages()
@@ -422,6 +436,10 @@ def main() -> int:
         folder.mkdir(parents=True, exist_ok=True)
     for path, text in {**built, **{path: pages[path] for path in stale}}.items():
         path.write_text(text)
+    for name, camera in (("flower", None), ("planes", ("f193-mla2", 1500))):
+        path = EXPORTS / f"{name}.html"
+        path.write_bytes(light_field_export(f"{name}_5x5.png", camera))
+        print(f"{path.relative_to(project.root())}: {path.stat().st_size / 1e6:.1f} MB")
     return 0
 
 
