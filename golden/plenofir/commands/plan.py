@@ -1,6 +1,7 @@
 """Commands from a scene to hardware: plan, configure, synth."""
 
 import tempfile
+from fractions import Fraction
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +13,7 @@ from plenofir.commands.console import print_json, print_line, print_table, steps
 from plenofir.errors import InputError
 
 if TYPE_CHECKING:
+    from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.fpga.devices import Device
     from plenofir.fpga.synthesis.spartan6 import Figures
     from plenofir.plan.planner import Plan
@@ -27,6 +29,17 @@ def _millimetres(value: float | None) -> str:
 
 def _amounts(amounts: dict[str, int]) -> str:
     return ", ".join(f"{amount} {name}" for name, amount in amounts.items())
+
+
+def _sharpening(core: "CoreConfiguration") -> str:
+    """Weights of the slices, and what they take."""
+    from plenofir.fpga.core.sharpener import sharpener_bits, sharpener_usage
+    from plenofir.refocus.sharpening import WEIGHT_UNITS
+
+    weights = " ".join(str(Fraction(weight, WEIGHT_UNITS)) for weight in core.weights)
+    takes = {name: amount for name, amount in sharpener_usage(core).amounts().items() if amount}
+    lines, kbit = 2 * core.micro_image_size, sharpener_bits(core) / 1024
+    return f"b = {weights}: {lines} lines of sums ({kbit:.0f} Kbit), takes {_amounts(takes)}"
 
 
 def print_plan(plan: "Plan") -> None:
@@ -60,6 +73,8 @@ def print_plan(plan: "Plan") -> None:
         print_line("note", note)
     for name, text in slice_engine(core).describe(core, plan.rows):
         print_line(name, text)
+    if core.sharpens:
+        print_line("sharpening", _sharpening(core))
     print_line("engine", f"{core.engine.kind}: {plan.engine_reason}")
     for option in plan.engines:
         numbers = option.refused if option.needs is None else _amounts(option.needs)

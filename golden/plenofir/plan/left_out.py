@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, slice_engine
+from plenofir.refocus import automatic_units
 from plenofir.refocus.arithmetic import ExactArithmetic
 
 # What the grid of a full build spans: a = -1 to 1.
@@ -30,14 +31,21 @@ class LeftOut(BaseModel):
     saves: dict[str, int]
 
 
+def automatic_sharpening(core: CoreConfiguration, shifts: tuple[int, ...]) -> tuple[int, ...]:
+    """Weight of each slice that `auto` takes."""
+    return tuple(automatic_units(core.micro_image_size, shift, core.order) for shift in shifts)
+
+
 def full_core(core: CoreConfiguration) -> CoreConfiguration:
     """Build that serves any scene of a camera: every a' from -M to M and the scene's, RGB."""
     m = core.micro_image_size
     low = min(-m * _FULL_RANGE, *core.shifts)
     high = max(m * _FULL_RANGE, *core.shifts)
+    shifts = tuple(range(low, high + 1))
     return core.model_copy(
         update={
-            "shifts": tuple(range(low, high + 1)),
+            "shifts": shifts,
+            "sharpening": automatic_sharpening(core, shifts) if core.sharpens else (),
             "channels": _FULL_CHANNELS,
             "engine": slice_engine(core).without_shortcuts(),
         }
@@ -54,7 +62,9 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
         yield (
             f"{spare} of {len(full.shifts)} slices, {extent - engine.extent(core)} of {extent} "
             f"{engine.UNIT}",
-            core.model_copy(update={"shifts": full.shifts, "engine": whole}),
+            core.model_copy(
+                update={"shifts": full.shifts, "sharpening": full.sharpening, "engine": whole}
+            ),
         )
     if core.channels < full.channels:
         yield (
@@ -63,6 +73,12 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
         )
     for what, other in engine.savings(core):
         yield what, core.model_copy(update={"engine": other})
+    weights = automatic_sharpening(core, core.shifts)
+    if core.exact and core.parallel_rows == 1 and any(weights) and not core.sharpens:
+        yield (
+            f"sharpening, {2 * core.micro_image_size} lines of sums",
+            core.model_copy(update={"sharpening": weights}),
+        )
     if core.order == 0:
         yield "linear interpolation", core.model_copy(update={"order": 1})
     if core.exact:

@@ -16,7 +16,7 @@ from plenofir.fpga.hdmi.modes import MODES, VideoMode, find_mode
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, slice_engine
 from plenofir.plan.left_out import LeftOut, full_core, left_out
 from plenofir.plan.scene import LoadedScene
-from plenofir.refocus import interpolation_order
+from plenofir.refocus import interpolation_order, sharpening_units
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.shifts import shift_to_text
 
@@ -232,15 +232,21 @@ def _candidates(
     """Cores that do the job, in order of preference; those of one arithmetic, smallest first."""
     scene = loaded.scene
     wanted = scene.build.engine
+    order = interpolation_order(scene.build.interpolation)
+    m = scene.camera.micro_image_size
+    weights = tuple(sharpening_units(scene.build.sharpen, m, shift, order) for shift in shifts)
     for arithmetic in _arithmetics(loaded):
+        if any(weights) and not isinstance(arithmetic, ExactArithmetic):
+            continue
         raster = CoreConfiguration(
-            micro_image_size=scene.camera.micro_image_size,
+            micro_image_size=m,
             shifts=shifts,
             max_columns=scene.frame.columns,
             channels=scene.frame.channels,
             pixel_bits=scene.frame.bits,
             arithmetic=arithmetic,
-            order=interpolation_order(scene.build.interpolation),
+            order=order,
+            sharpening=weights if any(weights) else (),
         )
         cores = [
             core for kind in SLICE_ENGINES.values() for core in _variants(loaded, raster, kind)
@@ -474,7 +480,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
         line_buffer_bits=core.line_buffer_bits,
         engines=engines,
         engine_reason=reason,
-        error_bound=float(core.arithmetic.error_bound(m, core.pixel_bits, core.order)),
+        error_bound=float(core.error_bound),
         needs=_needs(core, scene.build.path).amounts(),
         video_needs=None if mode is None else VIDEO_USAGE.amounts(),
         full=_needs(full, scene.build.path).amounts(),

@@ -21,6 +21,7 @@ from plenofir.fpga.core.configuration import (
 from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.edid import check_edid
+from plenofir.refocus.sharpening import check_sharpen, sharpening_units
 from plenofir.refocus.shifts import focus_to_shift
 
 Distance = Annotated[float, Field(gt=0)]
@@ -121,6 +122,9 @@ class SceneBuild(_Part):
         Of stored products.
     interpolation
         Of whole micro images: nearest neighbour, linear, or B-splines of higher order.
+    sharpen
+        "off", "auto" or the weight b of taps a lens apart that take back what refocusing between
+        integer a blurs, such as "1/16"; with exact arithmetic, one row at a time, path "core".
     parallel_rows
         Rows that are filtered at once (iota).
     path
@@ -139,6 +143,7 @@ class SceneBuild(_Part):
     fraction_bits: Annotated[int, Field(ge=0, le=12)] = 8
     guard_bits: Annotated[int, Field(ge=0, le=12)] = 2
     interpolation: Literal["nearest", "linear", "2", "3"] = "nearest"
+    sharpen: str = "off"
     parallel_rows: Annotated[int, Field(ge=1, le=MAX_PARALLEL_ROWS)] = 1
     path: Literal["core", "video"] = "core"
     device: str = "xc6slx45"
@@ -156,6 +161,26 @@ class SceneBuild(_Part):
     def _guard_bits_are_fraction_bits(self) -> "SceneBuild":
         if self.guard_bits > self.fraction_bits:
             raise ValueError("guard_bits of at most fraction_bits")
+        return self
+
+    @field_validator("sharpen")
+    @classmethod
+    def _is_a_weight(cls, text: str) -> str:
+        try:
+            check_sharpen(text)
+        except InputError as error:
+            raise ValueError(error.expected) from None
+        return text
+
+    @model_validator(mode="after")
+    def _sharpens_exact_rows_one_by_one(self) -> "SceneBuild":
+        if sharpening_units(self.sharpen, 2, 1):
+            if self.arithmetic == "stored":
+                raise ValueError('arithmetic = "exact" or "auto" for sharpen')
+            if self.parallel_rows > 1:
+                raise ValueError("parallel_rows = 1 for sharpen")
+            if self.path == "video":
+                raise ValueError('path = "core" for sharpen')
         return self
 
     @model_validator(mode="after")

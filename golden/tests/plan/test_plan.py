@@ -239,6 +239,32 @@ def test_auto_arithmetic_takes_what_fits(tmp_path: Path) -> None:
     assert DEVICES["xc6slx45"].overflow(usage)
 
 
+def test_sharpening_is_weighed(tmp_path: Path) -> None:
+    slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["3/5", "1"]')
+    plain = make_plan(scene(tmp_path, slices))
+    (spared,) = [part for part in plain.left_out if part.what.startswith("sharpening")]
+    assert "SHARPENING" not in plain.core.generics()
+    sharp = make_plan(scene(tmp_path, slices, build='sharpen = "auto"'))
+    assert sharp.core.sharpening == (4, 0)
+    assert sharp.core.generics()["SHARPENING"] == "4 0"
+    assert sharp.core.exact
+    # What the one leaves out is what the other takes; ten lines of sums of 13 bits.
+    for name, amount in spared.saves.items():
+        assert sharp.needs[name] - plain.needs[name] == amount
+    more = 10 * 640 * 3 * 13
+    assert sharp.core.line_buffer_bits - plain.core.line_buffer_bits == more
+    assert sharp.latency_lines == plain.latency_lines + 5
+    assert sharp.error_bound == 0.5
+    assert not any("sharpening" in part.what for part in sharp.left_out)
+    # Where all views meet at one place, there is nothing to sharpen, and no hardware for it.
+    whole = make_plan(scene(tmp_path, (slices[0], 'slices = ["1", "2"]'), build='sharpen = "auto"'))
+    assert not whole.core.sharpens
+    large = ("columns = 640", "columns = 3201")
+    assert make_plan(scene(tmp_path, slices, large)).needs["block RAM (18 Kbit)"] <= 116
+    with pytest.raises(InputError, match=r"needs \d+ of 116 block RAM .*xc6slx"):
+        make_plan(scene(tmp_path, slices, large, build='sharpen = "auto"'))
+
+
 def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
     build = 'arithmetic = "exact"'
     big = [("columns = 640", "columns = 4096"), ("far_mm = inf", "far_mm = 5000.0")]
@@ -264,6 +290,10 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
         ('"f193-mla2"', '"f1"', r"f1: no such camera"),
         ("[build]", '[build]\ndevice = "xc7a35t"', r"build\.device = 'xc7a35t'; expected one of"),
         ("[build]", "[build]\nguard_bits = 9", r"guard_bits of at most fraction_bits"),
+        ("[build]", '[build]\nsharpen = "1/24"', r"build\.sharpen = '1/24'; expected auto, off"),
+        ("[build]", '[build]\nsharpen = "auto"\nparallel_rows = 2', r"parallel_rows = 1 for"),
+        ("[build]", '[build]\nsharpen = "1/16"\narithmetic = "stored"', r"\"exact\" or \"auto\""),
+        ("[build]", '[build]\nsharpen = "auto"\npath = "video"', r'path = "core" for sharpen'),
         ("[build]", '[build]\nengine = "both"', r"build\.engine = 'both'; expected 'auto'"),
         ("[build]", '[build]\nengine = "moving_sum"\nparallel_rows = 2', r"parallel_rows = 1 for"),
         ("[build]", '[build]\npath = "video"', r"frame\.rate_hz for build\.path"),

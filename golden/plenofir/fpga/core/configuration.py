@@ -89,6 +89,14 @@ class CoreConfiguration(Raster):
         return self.engine.line_buffer_bits(self) + sharpener_bits(self)
 
     @property
+    def error_bound(self) -> Fraction:
+        """Largest possible distance from the real-valued operator, in grey levels."""
+        if self.sharpens:
+            # One rounding, by an even divisor.
+            return Fraction(1, 2)
+        return self.arithmetic.error_bound(self.micro_image_size, self.pixel_bits, self.order)
+
+    @property
     def array_clocks(self) -> int:
         """Clocks from a token at the array's input to its output (array_latency)."""
         products = 0 if self.exact else 2

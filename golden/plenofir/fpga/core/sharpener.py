@@ -1,21 +1,20 @@
 """The sharpener behind an engine's sums (``hdl/sharpen``): what it takes."""
 
 from collections.abc import Iterator
-from math import gcd
 
 from plenofir.errors import InputError
 from plenofir.fpga.core.engine import Raster
 from plenofir.fpga.core.memory import Memory, block_sizes
-from plenofir.refocus.sharpening import MAX_WEIGHT_UNITS, WEIGHT_UNITS, Taps
+from plenofir.fpga.devices import Usage
 
 SHARPENER_CLOCKS = 15
 """Clocks of lens_sharpener (sharpen_pkg.sharpen_latency)."""
 
-
-def common_taps(raster: Raster) -> Taps:
-    """The largest side weight, and the scale that suits all slices."""
-    units = gcd(*raster.weights, MAX_WEIGHT_UNITS)
-    return Taps(max(raster.weights) // units, (WEIGHT_UNITS // units).bit_length() - 1)
+# LUTs and flip-flops of each part, fitted to four synthesised sharpeners (within 1 %).
+_LUT_WEIGHTS = {"sharpener": 114, "sum bits": 11.2, "block bits": 1.2}
+_FLIP_FLOP_WEIGHTS = {"sharpener": 116, "sum bits": 13.15, "block bits": 1.68}
+# Products with a weight that is chosen with the slice, of a channel.
+_DSP_OF_SEVERAL_WEIGHTS = 3
 
 
 def sharpener_bits(raster: Raster) -> int:
@@ -32,6 +31,23 @@ def sharpener_memories(raster: Raster) -> Iterator[Memory]:
         width = 2 * raster.channels * _sum_bits(raster)
         for size in block_sizes(raster.micro_image_size * raster.max_columns, width):
             yield Memory("lines of sums", (size - 1).bit_length(), width, 1, words=size)
+
+
+def sharpener_usage(raster: Raster) -> Usage:
+    """What it takes of the device, as `plenofir.fpga.synthesis.estimate` counts."""
+    memories = list(sharpener_memories(raster))
+    if not memories:
+        return Usage()
+    bits = raster.channels * _sum_bits(raster)
+    counts = {"sharpener": 1, "sum bits": bits, "block bits": 2 * bits * len(memories)}
+    sides = {weight for weight in raster.weights if weight}
+
+    def weighed(weights: dict[str, float]) -> int:
+        return round(sum(weight * counts[name] for name, weight in weights.items()))
+
+    several = Usage(dsp=_DSP_OF_SEVERAL_WEIGHTS * raster.channels * (len(sides) > 1))
+    logic = Usage(lut=weighed(_LUT_WEIGHTS), flip_flops=weighed(_FLIP_FLOP_WEIGHTS))
+    return sum((memory.usage for memory in memories), logic + several)
 
 
 def check_sharpener(raster: Raster, engine: str, parallel_rows: int) -> None:

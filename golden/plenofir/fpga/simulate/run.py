@@ -374,7 +374,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
             simulated_clocks_per_second=round(result.clocks / result.seconds),
             simulator=simulator.version,
             arithmetic=core.arithmetic,
-            error_bound=_error_bound(core),
+            error_bound=float(core.error_bound),
             taps=core.taps,
             line_buffer_bits=core.line_buffer_bits,
         )
@@ -426,14 +426,6 @@ def _with_depth(
         waiting_bits=waiting,
         sharpness_bits=judged,
     )
-
-
-def _error_bound(core: CoreConfiguration) -> float:
-    """Largest possible distance from the real-valued operator in grey levels."""
-    if core.sharpens:
-        # The divisor is even.
-        return 0.5
-    return float(core.arithmetic.error_bound(core.micro_image_size, core.pixel_bits, core.order))
 
 
 def _weights(report: Report) -> str:

@@ -9,6 +9,7 @@ What depends on the engine stands with the engine (`plenofir.fpga.core`).
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.memory import Memory
+from plenofir.fpga.core.sharpener import sharpener_usage
 from plenofir.fpga.devices import Usage
 from plenofir.refocus.arithmetic import ExactArithmetic
 
@@ -98,8 +99,12 @@ def estimate(core: CoreConfiguration) -> Usage:
     def weighed(weights: dict[str, float]) -> int:
         return round(sum(weight * parts[name] for name, weight in weights.items()))
 
-    return in_memories + Usage(
-        lut=weighed(engine.LUT_WEIGHTS),
-        flip_flops=weighed(engine.FLIP_FLOP_WEIGHTS),
-        dsp=multipliers(core),
+    return (
+        in_memories
+        + sharpener_usage(core)
+        + Usage(
+            lut=weighed(engine.LUT_WEIGHTS),
+            flip_flops=weighed(engine.FLIP_FLOP_WEIGHTS),
+            dsp=multipliers(core),
+        )
     )
