@@ -49,6 +49,29 @@ architecture rtl of three_taps is
   -- Of the differences, times a side weight.
   constant PRODUCT_BITS : positive := VALUE_BITS + 2 + SIDE_BITS;
 
+  -- Trailing zeros of a number below 32.
+  function lowest_bit (
+    number : positive
+  ) return natural is
+
+    variable place : natural;
+
+  begin
+
+    place := 0;
+
+    for i in 1 to 4 loop
+
+      if number mod 2 ** i = 0 then
+        place := i;
+      end if;
+
+    end loop;
+
+    return place;
+
+  end function lowest_bit;
+
   signal value_1  : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
   signal value_2  : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
   signal value_3  : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
@@ -87,13 +110,36 @@ begin
 
   end process add;
 
+  -- The only side weight, as a sum or a difference of two powers of two where it is one (not 11 and 13).
   one_side : if one_weight(SHARPENING) generate
+
+    constant LOW_BIT : natural := lowest_bit(SIDE);
+    -- Without its trailing zeros.
+    constant ODD : positive := SIDE / 2 ** LOW_BIT;
+    -- The power of two that is nearest to it.
+    constant HIGH_BIT : natural := bits_for((4 * ODD - 1) / 3) - 1;
+
+    signal scaled : signed(PRODUCT_BITS - 1 downto 0);
+    signal high   : signed(PRODUCT_BITS - 1 downto 0);
+
+  begin
+
+    scaled <= shift_left(resize(change_2, PRODUCT_BITS), LOW_BIT);
+    high   <= shift_left(resize(change_2, PRODUCT_BITS), LOW_BIT + HIGH_BIT);
 
     multiply : process (clk) is
     begin
 
       if rising_edge(clk) then
-        change_3 <= change_2 * to_signed(SIDE, SIDE_BITS);
+        if ODD = 1 then
+          change_3 <= scaled;
+        elsif ODD = 2 ** HIGH_BIT + 1 then
+          change_3 <= high + scaled;
+        elsif ODD = 2 ** HIGH_BIT - 1 then
+          change_3 <= high - scaled;
+        else
+          change_3 <= change_2 * to_signed(SIDE, SIDE_BITS);
+        end if;
       end if;
 
     end process multiply;

@@ -14,6 +14,8 @@ def test_sizes_weights_and_pixels_a_clock() -> None:
             sharpener_case(2, (3, 0, 4), columns=12),
             sharpener_case(4, (0, 4), divisor=256),
             sharpener_case(3, (15,), white=1),
+            sharpener_case(2, (11,), columns=8),
+            sharpener_case(2, (3,), columns=8),
             sharpener_case(5, (8,), pixels=4, columns=31),
             sharpener_case(3, (4, 0), pixels=8, columns=40),
             sharpener_case(4, (1,), pixels=2, channels=3, columns=14),

@@ -13,8 +13,9 @@ SHARPENER_CLOCKS = 15
 # LUTs and flip-flops of each part, fitted to four synthesised sharpeners (within 1 %).
 _LUT_WEIGHTS = {"sharpener": 114, "sum bits": 11.2, "block bits": 1.2}
 _FLIP_FLOP_WEIGHTS = {"sharpener": 116, "sum bits": 13.15, "block bits": 1.68}
-# Products with a weight that is chosen with the slice, of a channel.
-_DSP_OF_SEVERAL_WEIGHTS = 3
+# Products of a channel with a weight that is chosen with the slice, or no sum of two powers of two.
+_DSP_OF_PRODUCTS = 3
+_PRODUCTS = {11, 13}
 
 
 def sharpener_bits(raster: Raster) -> int:
@@ -45,9 +46,10 @@ def sharpener_usage(raster: Raster) -> Usage:
     def weighed(weights: dict[str, float]) -> int:
         return round(sum(weight * counts[name] for name, weight in weights.items()))
 
-    several = Usage(dsp=_DSP_OF_SEVERAL_WEIGHTS * raster.channels * (len(sides) > 1))
+    multiplied = len(sides) > 1 or bool(sides & _PRODUCTS)
+    products = Usage(dsp=_DSP_OF_PRODUCTS * raster.channels * multiplied)
     logic = Usage(lut=weighed(_LUT_WEIGHTS), flip_flops=weighed(_FLIP_FLOP_WEIGHTS))
-    return sum((memory.usage for memory in memories), logic + several)
+    return sum((memory.usage for memory in memories), logic + products)
 
 
 def check_sharpener(raster: Raster, engine: str, parallel_rows: int) -> None:
