@@ -32,6 +32,19 @@ def test_one_version() -> None:
         assert re.search(r"^name: .*:(.*)$", core.read_text(), re.M)[1] == VERSION, core
 
 
+def test_the_page_of_cameras_has_all_that_inspect_says() -> None:
+    sources = (ROOT / "golden" / "plenofir" / "camera" / "recognise").glob("*.py")
+    kinds = {
+        kind
+        for file in sources
+        for kind in re.findall(r'Recognition\(\s*"(.+?)"', file.read_text())
+    }
+    assert len(kinds) > 9
+    page = (ROOT / "docs" / "supported.md").read_text()
+    told = set(re.findall(r"^\| ([^|]+?) \|", page.partition("## By the file")[2], re.M))
+    assert kinds <= told, kinds - told
+
+
 def test_citation_is_valid() -> None:
     if find_spec("cffconvert") is None:
         pytest.skip("cffconvert is not installed (scripts/setup.sh tests)")
