@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from plenofir.camera.calibration.inspection import WhiteInspection
     from plenofir.camera.calibration.spots import Best, FocusScore, InfinityFocus
     from plenofir.camera.rays import MeasuredPupil, RayModel
+    from plenofir.camera.recognise.picture import Recognition
     from plenofir.refocus.operator import Image
 
 # Micro images of this diameter (in pitches) fill their cells well; much smaller ones waste sensor.
@@ -71,11 +72,12 @@ def inspect(
             )
         wanted = any(one is not None for one in (dark, collimator, camera, out))
         found = None if wanted else _recognised(files[0])
-        if found is None:
-            content, lines, pictures = _white(files[0], dark, collimator, camera, focus)
-            lines.append(("next", f"plenofir calibrate {files[0]} --out calib.json"))
+        if found is not None and found.white is None:
+            content, lines, pictures = *_recognition(found), {}
         else:
-            content, lines, pictures = *found, {}
+            known = found.white if found is not None else None
+            content, lines, pictures = _white(files[0], dark, collimator, camera, focus, known)
+            lines.append(("next", f"plenofir calibrate {files[0]} --out calib.json"))
     if out is not None:
         publish(pictures, Path(out))
         lines.append(("pictures", f"{out}/: {', '.join(pictures)}"))
@@ -86,14 +88,16 @@ def inspect(
         typer.echo(f"{heading:<13} {text}")
 
 
-def _recognised(file: str) -> tuple[dict[str, Any], Lines] | None:
-    """What a file is; None for a white image, which is looked at more closely."""
+def _recognised(file: str) -> "Recognition":
+    """What a file is."""
     from plenofir.camera.recognise.files import recognise
 
     with progress_bar("inspecting"):
-        found = recognise(Path(file))
-    if found.kind == "white image":
-        return None
+        return recognise(Path(file))
+
+
+def _recognition(found: "Recognition") -> tuple[dict[str, Any], Lines]:
+    """What a file is, for JSON and for people."""
     content = {
         "kind": found.kind,
         "evidence": [list(line) for line in found.evidence],
@@ -121,9 +125,14 @@ def _alone(
 
 
 def _white(
-    file: str, dark: Path | None, collimator: Path | None, camera: str | None, focus: float
+    file: str,
+    dark: Path | None,
+    collimator: Path | None,
+    camera: str | None,
+    focus: float,
+    known: "WhiteInspection | None" = None,
 ) -> "tuple[dict[str, Any], Lines, dict[str, Image]]":
-    """Inspect a white image."""
+    """Inspect a white image; `known` is what has been found in it already."""
     from plenofir.camera.calibration.inspection import inspect_white
     from plenofir.camera.calibration.pictures import chief_ray_picture, micro_image_picture
     from plenofir.camera.calibration.spots import infinity_focus
@@ -132,13 +141,16 @@ def _white(
 
     # M does not matter here.
     model = None if camera is None else RayModel.focused(load_camera(camera), focus, 2)
-    image, full_scale = read_picture(Path(file))
     dark_image = None if dark is None else read_image(dark)
     star = None if collimator is None else read_image(collimator)
-    with progress_bar("inspecting"):
-        found = inspect_white(
-            image, dark_image, full_scale=full_scale, where=file, dark_where=str(dark)
-        )
+    if known is not None:
+        found = known
+    else:
+        image, full_scale = read_picture(Path(file))
+        with progress_bar("inspecting"):
+            found = inspect_white(
+                image, dark_image, full_scale=full_scale, where=file, dark_where=str(dark)
+            )
     overlapping = found.fill.verdict == "overlapping"
     grid, evidence = found.calibration.grid, found.calibration.evidence
     pupil = None

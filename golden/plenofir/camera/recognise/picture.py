@@ -7,7 +7,7 @@ import numpy as np
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.frames import grey as grey_levels
-from plenofir.camera.calibration.inspection import inspect_white
+from plenofir.camera.calibration.inspection import WhiteInspection, inspect_white
 from plenofir.camera.calibration.lattice import Lattice, lattices
 from plenofir.camera.recognise.lenslets import (
     Lenslets,
@@ -65,6 +65,8 @@ class Recognition:
         M, where it is known.
     pitch_px
         Pitch of the micro images, where it is known.
+    white
+        What a white image shows.
     """
 
     kind: Kind
@@ -72,6 +74,7 @@ class Recognition:
     advice: tuple[str, ...] = ()
     micro_image_size: int | None = None
     pitch_px: float | None = None
+    white: WhiteInspection | None = None
 
 
 def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> Recognition:
@@ -201,7 +204,8 @@ def _white(picture: Picture, name: str, size: tuple[str, str]) -> Recognition | 
     pitch = found.calibration.grid.lens_pitch
     text = f"a regular grid, evenly lit: lenses differ by {100 * found.unevenness:.1f} %"
     advice = f"plenofir calibrate {name} --out calib.json"
-    return Recognition("white image", (size, ("evidence", text)), (advice,), pitch_px=pitch)
+    evidence = (size, ("evidence", text))
+    return Recognition("white image", evidence, (advice,), pitch_px=pitch, white=found)
 
 
 def _capture(found: Lenslets, size: tuple[str, str], name: str) -> Recognition:

@@ -10,6 +10,7 @@ import imageio.v2 as imageio
 import numpy as np
 import pytest
 import tifffile
+from in_process import plenofir
 from plyfile import PlyData
 from scipy.io import savemat
 
@@ -220,3 +221,32 @@ def test_point_cloud(m: int) -> None:
     # The middle of the bright square: columns 150 to 180, rows 60 to 90 of 240.
     assert np.median(vertices["x"][bright]) == pytest.approx((165 - 120) * side, abs=0.01 * width)
     assert np.median(vertices["y"][bright]) == pytest.approx((75 - 120) * side, abs=0.01 * width)
+
+
+def test_commands(flower: np.ndarray, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_png(tmp_path / "flower.png", flower)
+    assert "5 x 5 views of 86 x 80" in plenofir("mosaic", "flower.png", "-M", "5").stdout
+    done = plenofir("compose", "mosaic.png", "--views", "3", "--out", "inner.png")
+    assert done.stdout.splitlines()[-1] == "inner.png: M = 3, 86 x 80 micro images"
+    inner = flower.reshape(80, M, 86, M, 3)[:, 1:4, :, 1:4].reshape(240, 258, 3)
+    assert (read_image(tmp_path / "inner.png") == inner).all()
+    done = plenofir("quilt", "flower.png", "-M", "5", "--columns", "3", "--out", "holo")
+    assert done.stdout == "holo_qs3x1a1.075.png: 3 x 1 views of 86 x 80 pixels\n"
+    views = [sub_aperture(flower, M, 2, u) for u in (0, 2, 4)]
+    assert (read_image(tmp_path / "holo_qs3x1a1.075.png") == np.concatenate(views, axis=1)).all()
+    done = plenofir("quilt", "flower.png", "-M", "5", "--columns", "3", "--rows", "2")
+    assert (done.returncode, "--columns: 3 x 2 tiles; expected at most 5" in done.stderr) == (
+        2,
+        True,
+    )
+    words = "depth-map", "flower.png", "-M", "5", "--camera", "lytro1-wide"
+    assert plenofir(*words, "--pfm", "--tiff", "--ply").returncode == 0
+    known = np.load(tmp_path / "depth" / "distance_mm.npy")
+    for name in ("distance_mm.pfm", "distance_mm.tif"):
+        theirs = cv2.imread(str(tmp_path / "depth" / name), cv2.IMREAD_UNCHANGED)
+        both = np.isfinite(theirs)
+        assert (both == np.isfinite(known)).all()
+        assert theirs[both] == pytest.approx(known[both], rel=1e-6)
+    cloud = PlyData.read(tmp_path / "depth" / "points.ply")["vertex"]
+    assert len(cloud) == int(np.isfinite(known).sum())

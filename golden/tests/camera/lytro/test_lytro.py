@@ -4,6 +4,7 @@ The files are written here (`lytro_writer`), with the metadata of real cameras a
 """
 
 import json
+import sys
 import tarfile
 from contextlib import suppress
 from pathlib import Path
@@ -12,6 +13,7 @@ import imageio.v2 as imageio
 import numpy as np
 import pytest
 from imageio.plugins import lytro as imageio_lytro
+from in_process import plenofir
 from lytro_writer import (
     F01,
     HEADER,
@@ -30,12 +32,14 @@ from lytro_writer import (
 
 from plenofir.camera.calibration import decode
 from plenofir.camera.lightfield import views
+from plenofir.camera.lightfield.sources import read_mat
 from plenofir.camera.lytro import develop, frame_metadata, read_container, read_frame, read_lytro
 from plenofir.camera.lytro.frames import nearest_white
 from plenofir.camera.lytro.sensor import with_gamma
 from plenofir.camera.recognise.files import recognise
 from plenofir.camera.recognise.match import match_capture
 from plenofir.errors import InputError
+from plenofir.images import read_image
 
 SUFFIX = {"F01": ".lfp", "ILLUM": ".lfr"}
 
@@ -298,3 +302,39 @@ def test_recognised(written: Written, file: Path) -> None:
     assert found.kind == "Lytro capture"
     assert found.pitch_px == pytest.approx(written.grid.lens_pitch, rel=1e-3)
     assert recognise(file.parent).kind == "folder of Lytro files"
+
+
+def test_decode_command(written: Written, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(file.parent)
+    done = plenofir("decode", file.name)
+    m = {"F01": 9, "ILLUM": 13}[written.known.model]
+    assert f"micro images of {m} x {m} pixels" in done.stdout
+    assert "in linear light" in done.stdout
+    linear = read_image(Path("aligned.png"))
+    plenofir("decode", file.name, "--gamma", "2", "--out", "bright.png")
+    assert (read_image(Path("bright.png")) == with_gamma(linear, 2, 65535)).all()
+    out = "--out", "new.png"
+    for words, message in (
+        (("none.lfp",), "none.lfp: no such file"),
+        ((file.name, "--dark", "aligned.png"), "--dark: is not for files of Lytro"),
+        (("aligned.png", "--colour", "srgb"), "--colour: is for files of Lytro"),
+        (("aligned.png",), "--calib: is missing"),
+        ((file.name, "--white", "none"), "none: no such file"),
+        ((file.name, "--gamma", "0"), "--gamma: "),
+    ):
+        done = plenofir("decode", *words, *out)
+        assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+        assert message in done.stderr
+    assert not Path("new.png").exists()
+
+
+def test_missing_packages(
+    written: Written, file: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    with pytest.raises(InputError, match=r"OpenCV: not installed; .*plenofir\[cameras\]"):
+        read_lytro(file)
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    (tmp_path / "new.mat").write_bytes(b"MATLAB 7.3 MAT-file".ljust(600, b"\0"))
+    with pytest.raises(InputError, match=r"h5py: not installed; .*plenofir\[cameras\]"):
+        read_mat(tmp_path / "new.mat")
