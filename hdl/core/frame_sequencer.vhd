@@ -28,9 +28,12 @@ entity frame_sequencer is
   generic (
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
+    -- Neighbouring pixels of a line that come together, a power of two; a line's last ones may be fewer. What is
+    -- said of a pixel below holds for all of them.
+    PIXELS_PER_CLOCK : positive := 1;
     -- Lines that the filters take at once.
     PARALLEL_ROWS : positive;
-    -- Width of a pixel.
+    -- Width of a pixel, or of those that come together.
     DATA_BITS : positive;
     -- Tokens behind the last pixel that push everything out of the row filters, with parallel rows out of the array.
     ROW_FLUSH : natural;
@@ -92,6 +95,8 @@ architecture rtl of frame_sequencer is
   constant FRAME_SIZE  : natural := 4;
 
   constant LAST_BAND_ROW : natural := PARALLEL_ROWS - 1;
+  -- From pixels to tokens.
+  constant PIXEL_SHIFT : natural := choose(PIXELS_PER_CLOCK = 1, 0, bits_for(PIXELS_PER_CLOCK - 1));
   -- Of a column, and of MIN_STEPS to compare it with.
   constant COLUMN_BITS : positive := bits_for(larger(MAX_COLUMNS - 1, MIN_STEPS));
 
@@ -138,7 +143,7 @@ architecture rtl of frame_sequencer is
 
 begin
 
-  new_last_column <= resize(unsigned(columns) - 1, COLUMN_BITS);
+  new_last_column <= resize(shift_right(unsigned(columns) - 1, PIXEL_SHIFT), COLUMN_BITS);
   new_last_row    <= unsigned(rows) - 1;
   size_supported  <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                      '0';

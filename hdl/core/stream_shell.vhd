@@ -22,11 +22,13 @@ entity stream_shell is
   generic (
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
+    -- As in frame_sequencer; above 1 with one row at a time only.
+    PIXELS_PER_CLOCK : positive := 1;
     -- Lines that the engine takes at once.
     PARALLEL_ROWS : positive := 1;
-    -- Width of a pixel that comes in.
+    -- Width of a pixel that comes in, or of those that come together.
     IN_BITS : positive;
-    -- Width of a pixel that goes out.
+    -- The same of what goes out.
     OUT_BITS : positive;
     -- Size of the set of which a frame has one slice; 0: frames have no slice.
     SLICES : natural range 0 to 256 := 0;
@@ -77,6 +79,8 @@ entity stream_shell is
     token      : out   token_t;
     token_rows : out   std_logic_vector(PARALLEL_ROWS - 1 downto 0);
     token_data : out   std_logic_vector(PARALLEL_ROWS * IN_BITS - 1 downto 0);
+    -- The pixels that a line's last token has.
+    line_end : out   std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
     -- From the engine: results of each row, their pixels, row 0 in the low bits.
     results     : in    results_t(0 to PARALLEL_ROWS - 1);
     result_data : in    std_logic_vector(PARALLEL_ROWS * OUT_BITS - 1 downto 0)
@@ -165,15 +169,16 @@ begin
 
   sequencer : entity work.frame_sequencer
     generic map (
-      MAX_COLUMNS   => MAX_COLUMNS,
-      PARALLEL_ROWS => PARALLEL_ROWS,
-      DATA_BITS     => IN_BITS,
-      ROW_FLUSH     => ROW_DELAY + PARALLEL_ROWS - 1 + choose(PARALLEL_ROWS > 1, TOKENS_UNDER_WAY, 0),
-      COLUMN_FLUSH  => divide_up(COLUMN_DELAY, PARALLEL_ROWS),
-      MIN_STEPS     => MIN_STEPS,
-      MIN_BANDS     => MIN_BANDS,
-      BAND_MODULUS  => BAND_MODULUS,
-      KEEP_MODULUS  => KEEP_MODULUS
+      MAX_COLUMNS      => MAX_COLUMNS,
+      PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
+      PARALLEL_ROWS    => PARALLEL_ROWS,
+      DATA_BITS        => IN_BITS,
+      ROW_FLUSH        => ROW_DELAY + PARALLEL_ROWS - 1 + choose(PARALLEL_ROWS > 1, TOKENS_UNDER_WAY, 0),
+      COLUMN_FLUSH     => divide_up(COLUMN_DELAY, PARALLEL_ROWS),
+      MIN_STEPS        => MIN_STEPS,
+      MIN_BANDS        => MIN_BANDS,
+      BAND_MODULUS     => BAND_MODULUS,
+      KEEP_MODULUS     => KEEP_MODULUS
     )
     port map (
       clk           => clk,
@@ -195,6 +200,42 @@ begin
       error_flags   => error_flags,
       error_clear   => error_clear
     );
+
+  one_pixel : if PIXELS_PER_CLOCK = 1 generate
+    line_end <= "1";
+  end generate one_pixel;
+
+  several_pixels : if PIXELS_PER_CLOCK > 1 generate
+
+    -- Of the line's last pixel.
+    signal place : natural range 0 to PIXELS_PER_CLOCK - 1;
+
+  begin
+
+    place <= to_integer(unsigned(columns) - 1) mod PIXELS_PER_CLOCK;
+
+    find_end : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if frame_start = '1' then
+
+          for j in 0 to PIXELS_PER_CLOCK - 1 loop
+
+            if j <= place then
+              line_end(j) <= '1';
+            else
+              line_end(j) <= '0';
+            end if;
+
+          end loop;
+
+        end if;
+      end if;
+
+    end process find_end;
+
+  end generate several_pixels;
 
   gather : entity work.row_gather
     generic map (

@@ -108,6 +108,7 @@ begin
       token         => token,
       token_rows    => open,
       token_data    => token_data,
+      line_end      => open,
       results       => results,
       result_data   => found_word
     );

@@ -122,6 +122,7 @@ begin
       token         => token,
       token_rows    => open,
       token_data    => token_data,
+      line_end      => open,
       results       => results,
       result_data   => result_data
     );

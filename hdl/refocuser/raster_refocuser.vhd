@@ -1,4 +1,4 @@
--- Refocuses a raster scan of a light field: one pixel each clock, all channels at once.
+-- Refocuses a raster scan of a light field: one pixel each clock, all channels at once, or PIXELS_PER_CLOCK of them.
 --
 -- A stream shell around an engine: FIR filters (fir_array) or moving sums (moving_sum_array).
 --
@@ -11,9 +11,9 @@
 --
 -- Latency: with PARALLEL_ROWS = 1, D * (max(columns, 4) + 1) + 7 + array_latency clocks from the first pixel in
 --   to the first pixel out when nothing stalls, D = total_delay (nearest neighbour: D * (columns + 1) + 16, stored
---   products 15); with sharpening D is M larger, and sharpen_latency clocks are added. With more rows,
+--   products 15); with sharpening D is M larger, and sharpen_latency clocks are added. With more rows or pixels,
 --   CoreConfiguration.latency_clocks of the Python package gives it.
--- Throughput: one pixel of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by itself (the last
+-- Throughput: PIXELS_PER_CLOCK pixels of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by itself (the last
 --   of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
 -- Equation: out(k) = round(S2(k) / M**2), S2 the refocusing sums of rows, then columns (EXACT); or
 --   with stored products: product = round(x * 2**F / M), intermediate image with G guard
@@ -27,6 +27,7 @@ library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
 use work.token_pkg.all;
 use work.sharpen_pkg.all;
 use work.refocuser_pkg.all;
@@ -45,6 +46,8 @@ entity raster_refocuser is
     HOLD : boolean := false;
     -- Rows that are filtered at once.
     PARALLEL_ROWS : positive := 1;
+    -- Moving sums with exact arithmetic only: neighbouring pixels of a line that come together, 1, 2, 4, 8, 16 or 32.
+    PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- Longest line in pixels; line buffers and input FIFO hold as many.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
     -- 1 (grey) or 3 (RGB).
@@ -77,16 +80,17 @@ entity raster_refocuser is
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);
-    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 in the low bits of tdata.
+    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits of
+    -- tdata. What stands behind a line's last pixel counts as zero, and comes out as zero.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
-    s_axis_tdata  : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
     -- The same; tid = slice of the frame that comes out.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
@@ -101,13 +105,21 @@ architecture rtl of raster_refocuser is
   constant MOVING_SUM : boolean  := same_text(ENGINE, "moving_sum");
   constant SUM_DELAY  : natural  := total_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER);
   constant DELAY      : natural  := SUM_DELAY + sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE);
-  constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
+  constant DATA_BITS  : positive := PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS;
+  -- Of a line, and of the rows, in tokens; without and with sharpening.
+  constant TOKENS     : positive := line_tokens(MAX_COLUMNS, PIXELS_PER_CLOCK);
+  constant SUM_TOKENS : natural  := choose(PIXELS_PER_CLOCK = 1, SUM_DELAY,
+                                           total_lane_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER,
+                                                            PIXELS_PER_CLOCK));
+  constant ROW_DELAY  : natural  := SUM_TOKENS + divide_up(sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE),
+                                                           PIXELS_PER_CLOCK);
 
   signal token       : token_t;
   signal token_rows  : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal token_data  : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
   signal results     : results_t(0 to PARALLEL_ROWS - 1);
   signal result_data : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
+  signal line_end    : std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
 
 begin
 
@@ -121,6 +133,14 @@ begin
 
   assert not MOVING_SUM or PARALLEL_ROWS = 1
     report "raster_refocuser: PARALLEL_ROWS above 1 requires the engine fir"
+    severity failure;
+
+  assert PIXELS_PER_CLOCK = 1 or (MOVING_SUM and EXACT)
+    report "raster_refocuser: PIXELS_PER_CLOCK above 1 requires the engine moving_sum and exact arithmetic"
+    severity failure;
+
+  assert PIXELS_PER_CLOCK = 1 or 2 ** bits_for(PIXELS_PER_CLOCK - 1) = PIXELS_PER_CLOCK
+    report "raster_refocuser: PIXELS_PER_CLOCK is no power of two"
     severity failure;
 
   assert slice_count(SHIFTS) >= 1
@@ -141,18 +161,21 @@ begin
 
   shell : entity work.stream_shell
     generic map (
-      MAX_COLUMNS   => MAX_COLUMNS,
-      PARALLEL_ROWS => PARALLEL_ROWS,
-      IN_BITS       => DATA_BITS,
-      OUT_BITS      => DATA_BITS,
-      SLICES        => slice_count(SHIFTS),
+      MAX_COLUMNS      => MAX_COLUMNS,
+      PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
+      PARALLEL_ROWS    => PARALLEL_ROWS,
+      IN_BITS          => DATA_BITS,
+      OUT_BITS         => DATA_BITS,
+      SLICES           => slice_count(SHIFTS),
       -- What arrives during a flush line, and 3 words of the FIFO's own latency.
-      INPUT_PIXELS   => MAX_COLUMNS + 2 * PARALLEL_ROWS - 1,
-      ROW_DELAY      => DELAY,
+      INPUT_PIXELS   => TOKENS + 2 * PARALLEL_ROWS - 1,
+      ROW_DELAY      => ROW_DELAY,
       COLUMN_DELAY   => DELAY,
-      ENGINE_LATENCY => engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS, MAX_COLUMNS) +
+      ENGINE_LATENCY => choose(PIXELS_PER_CLOCK = 1,
+                               engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS, MAX_COLUMNS),
+                               lane_array_latency(MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER, PIXELS_PER_CLOCK)) +
                         sharpen_latency(SHARPENING),
-      MIN_STEPS      => larger(engine_line_steps(ENGINE, SUM_DELAY, PARALLEL_ROWS, MAX_COLUMNS),
+      MIN_STEPS      => larger(engine_line_steps(ENGINE, SUM_TOKENS, PARALLEL_ROWS, TOKENS),
                                choose(sharpens(SHARPENING), PARTIAL_SUM_LOOP, 1)),
       MIN_BANDS      => choose(MOVING_SUM,
                                 least_frame(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER, ANY_ROWS), 1),
@@ -182,6 +205,7 @@ begin
       token         => token,
       token_rows    => token_rows,
       token_data    => token_data,
+      line_end      => line_end,
       results       => results,
       result_data   => result_data
     );
@@ -218,7 +242,7 @@ begin
 
   end generate fir_engine;
 
-  moving_sum_engine : if MOVING_SUM generate
+  moving_sum_engine : if MOVING_SUM and PIXELS_PER_CLOCK = 1 generate
 
     sums : entity work.moving_sum_array
       generic map (
@@ -245,5 +269,31 @@ begin
       );
 
   end generate moving_sum_engine;
+
+  lanes_engine : if MOVING_SUM and PIXELS_PER_CLOCK > 1 generate
+
+    sums : entity work.lane_array
+      generic map (
+        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+        SHIFTS              => SHIFTS,
+        CENTRED             => CENTRED,
+        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+        MAX_COLUMNS         => MAX_COLUMNS,
+        PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
+        CHANNELS            => CHANNELS,
+        PIXEL_BITS          => PIXEL_BITS,
+        ANY_ROWS            => ANY_ROWS
+      )
+      port map (
+        clk         => clk,
+        reset       => reset,
+        token       => token,
+        token_data  => token_data(DATA_BITS - 1 downto 0),
+        line_end    => line_end,
+        result      => results(0),
+        result_data => result_data(DATA_BITS - 1 downto 0)
+      );
+
+  end generate lanes_engine;
 
 end architecture rtl;

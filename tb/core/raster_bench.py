@@ -5,6 +5,7 @@ Every pixel of every frame, of a stack every pixel of every slice, against the b
 
 import logging
 import random
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -55,13 +56,16 @@ class Bench:
         self.channels = self.core.channels
         if KIND == "depth_index":
             self.channels *= self.core.slices
+        # A depth index takes one pixel of all slices at a time.
+        self.pixels = 1 if KIND == "depth_index" else self.core.pixels_per_clock
         self.rng = random.Random(cocotb.RANDOM_SEED)
         Clock(dut.clk, 10, "ns").start()
         logging.getLogger(f"cocotb.{dut._name}.m_axis").setLevel(logging.WARNING)
         self.source = AxiVideoSource(dut, "s_axis", dut.clk)
         self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=dut.reset)
         bits = 8 if KIND == "depth_index" else self.core.pixel_bits
-        self.scoreboard = FrameScoreboard(dut, self.sink, bits, Path(self.case["pictures"]))
+        pictures = Path(self.case["pictures"])
+        self.scoreboard = FrameScoreboard(dut, self.sink, bits, pictures, self.pixels)
 
     async def reset(self, columns: int, rows: int, clocks: int = 3) -> None:
         """Reset the core for some clocks and set the frame size."""
@@ -93,6 +97,22 @@ class Bench:
         """Make a frame for the core."""
         return make_frame(kind, rows, columns, self.channels, self.core.pixel_bits, self.rng)
 
+    def beats(self, frame: Frame) -> list[Beat]:
+        """Transfers of a frame; what stands behind a line's last pixel is of no account."""
+        beats = frame_beats(frame, self.core.pixel_bits, self.pixels)
+        width = self.channels * self.core.pixel_bits
+        used = ((frame.shape[1] - 1) % self.pixels + 1) * width
+        return [
+            replace(b, data=b.data | self.rng.getrandbits(self.pixels * width) >> used << used)
+            if b.end_of_line
+            else b
+            for b in beats
+        ]
+
+    def tokens(self, columns: int) -> int:
+        """Transfers of a line."""
+        return -(-columns // self.pixels)
+
     def golden(self, frame: Frame, slice_: int = 0) -> Frame:
         """What the core must make of a frame: images and indices one after another in channels."""
         core = self.core
@@ -118,7 +138,7 @@ class Bench:
     def send_frame(self, frame: Frame) -> None:
         """Queue a frame and expect its refocused image."""
         self.scoreboard.expect(self.golden(frame))
-        self.source.append(frame_beats(frame, self.core.pixel_bits))
+        self.source.append(self.beats(frame))
 
     async def drain(self) -> None:
         """Wait until all expected frames are out, and a while longer for what must not come."""
@@ -152,15 +172,16 @@ class Bench:
             beats = [
                 Beat(b.data, b.start_of_frame != hit(), b.end_of_line != hit())
                 for hit in [lambda share=share: self.rng.random() < share]
-                for b in frame_beats(self.frame("random", columns, rows), self.core.pixel_bits)
+                for b in self.beats(self.frame("random", columns, rows))
             ]
+            tokens = self.tokens(columns)
             sent, clocks = (
                 self.rng.randint(1, len(beats)),
-                self.rng.choice([1, columns, 4 * columns]),
+                self.rng.choice([1, tokens, 4 * tokens]),
             )
             if self.rng.random() < 0.5:
                 # The beginning of a line, which is somewhere inside when the reset comes.
-                sent, clocks = columns * self.rng.randrange(rows) + 1, self.rng.randint(1, 12)
+                sent, clocks = tokens * self.rng.randrange(rows) + 1, self.rng.randint(1, 12)
             await self.source.send(beats[:sent])
             await ClockCycles(self.dut.clk, clocks)
 
@@ -216,7 +237,7 @@ async def frames_without_stalls(dut: Any) -> None:
     want = bench.core.latency_clocks(columns, rows, frames=2)
     assert latency == want, f"latency {latency} clocks, the formula says {want}"
     # Flush lines come as soon as those of a further frame would.
-    gaps = clocks[-1] - clocks[1] + 1 - 2 * columns * rows
+    gaps = clocks[-1] - clocks[1] + 1 - 2 * bench.tokens(columns) * rows
     assert not gaps or bench.core.parallel_rows > 1, f"{gaps} clocks without a pixel"
     assert not bench.errors()
 
@@ -239,7 +260,7 @@ async def frames_of_any_rows(dut: Any) -> None:
         for _ in range(2):
             frame = bench.frame("random", columns, rows)
             bench.scoreboard.expect(bench.golden(frame, slice_), slice_)
-            bench.source.append(frame_beats(frame, core.pixel_bits))
+            bench.source.append(bench.beats(frame))
         await bench.drain()
     assert bench.source.refused_clocks == 0, f"refused for {bench.source.refused_clocks} clocks"
     assert not bench.errors()
@@ -291,7 +312,7 @@ async def slices_change_while_video_runs(dut: Any) -> None:
     cocotb.start_soon(turn_knobs())
     bench.stall(*rng.choice([("none", "none"), ("some", "some"), ("none", "bursts")]))
     for frame in frames:
-        bench.source.append(frame_beats(frame, bench.core.pixel_bits))
+        bench.source.append(bench.beats(frame))
     await watcher
     await bench.drain()
     assert not bench.errors()
@@ -349,7 +370,7 @@ async def gaps_never_refuse_the_source(dut: Any) -> None:
     for gap in (*[0] * 8, 1, 2, 3, columns // 2, columns, columns + 1, 3 * columns):
         frame = bench.frame("random", columns, rows)
         bench.scoreboard.expect(bench.golden(frame))
-        await bench.source.send(frame_beats(frame, bench.core.pixel_bits), sync=False)
+        await bench.source.send(bench.beats(frame), sync=False)
         if gap:
             await ClockCycles(dut.clk, gap)
     await bench.drain()
@@ -366,17 +387,18 @@ async def broken_frames(dut: Any) -> None:
         columns, rows = bench.random_size()
         await bench.reset(columns, rows)
         bench.stall(rng.choice(["none", "some"]), rng.choice(["none", "some"]))
+        tokens = bench.tokens(columns)
         good = bench.frame("random", columns, rows)
-        beats = frame_beats(good, core.pixel_bits)
+        beats = bench.beats(good)
         for _ in range(3):
-            broken = frame_beats(bench.frame("random", columns, rows), core.pixel_bits)
+            broken = bench.beats(bench.frame("random", columns, rows))
             fault = rng.choice(["drop", "repeat", "cut", "no last", "no start", "noise"])
             at = rng.randrange(len(broken))
             if fault == "drop":
                 del broken[at : at + rng.randint(1, 3)]
             elif fault == "repeat":
-                extra = [Beat(b.data, False, b.end_of_line) for b in broken[at : at + columns]]
-                broken[at:at] = extra[: rng.randint(1, columns)]
+                extra = [Beat(b.data, False, b.end_of_line) for b in broken[at : at + tokens]]
+                broken[at:at] = extra[: rng.randint(1, tokens)]
             elif fault == "cut":
                 broken = broken[: at + 1]
             elif fault == "no last":
@@ -386,13 +408,15 @@ async def broken_frames(dut: Any) -> None:
             else:
                 broken = [Beat(b.data, rng.random() < 0.05, rng.random() < 0.2) for b in broken]
             beats += broken
-        beats += frame_beats(good, core.pixel_bits)
-        frames, faults = repaired_frames(beats, columns, rows)
+        beats += bench.beats(good)
+        frames, faults = repaired_frames(beats, tokens, rows)
         mask = (1 << core.pixel_bits) - 1
         for lines in frames:
             packed = np.array(lines, dtype=object)
-            planes = [(packed >> (c * core.pixel_bits)) & mask for c in range(bench.channels)]
-            frame = np.stack(planes, axis=-1).astype(good.dtype)
+            lanes = bench.pixels * bench.channels
+            planes = [(packed >> (lane * core.pixel_bits)) & mask for lane in range(lanes)]
+            shape = (len(lines), tokens * bench.pixels, bench.channels)
+            frame = np.stack(planes, axis=-1).reshape(shape)[:, :columns].astype(good.dtype)
             bench.scoreboard.expect(bench.golden(frame[:, :, 0] if bench.channels == 1 else frame))
         assert np.array_equal(bench.scoreboard.frames[-1], bench.golden(good))
         bench.source.append(beats)
@@ -427,7 +451,7 @@ async def reset_begins_anew(dut: Any) -> None:
         for frame in frames:
             slice_ = model.next_frame(0, 1, 2)
             bench.scoreboard.expect(bench.golden(frame, slice_), slice_)
-            bench.source.append(frame_beats(frame, bench.core.pixel_bits))
+            bench.source.append(bench.beats(frame))
         await bench.drain()
         watcher.cancel()
         assert not bench.errors()
@@ -446,7 +470,7 @@ async def unsupported_size(dut: Any) -> None:
     for size in ((bench.core.max_columns + 1, rows), (0, rows), (columns, 0)):
         await bench.reset(columns, rows)
         dut.columns.value, dut.rows.value = size
-        await bench.source.send(frame_beats(frame, bench.core.pixel_bits))
+        await bench.source.send(bench.beats(frame))
         await ClockCycles(dut.clk, 50)
         assert bench.errors() == {"size"}
     bench.set_size(columns, rows)

@@ -6,7 +6,7 @@ import random
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.moving_sum import MovingSumEngine
+from plenofir.fpga.core.moving_sum import MovingSumEngine, PixelsPerClock
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
@@ -19,15 +19,18 @@ STORED_VARIANTS = (
 
 
 def engine_case(
-    *, thorough: bool, spare: int = 4, any_rows: bool = False, **options: object
+    *,
+    thorough: bool,
+    spare: int = 4,
+    any_rows: bool = False,
+    pixels: PixelsPerClock = 1,
+    **options: object,
 ) -> Case:
     """Lines are as long as the engine takes without a pause, or shorter."""
-    core = CoreConfiguration.model_validate(
-        {"engine": MovingSumEngine(any_rows=any_rows), "max_columns": 8, **options}
-    )
-    core = core.model_copy(
-        update={"max_columns": max(core.delay + 1, 2 * core.micro_image_size, 4) + spare}
-    )
+    engine = MovingSumEngine(any_rows=any_rows, pixels_per_clock=pixels)
+    core = CoreConfiguration.model_validate({"engine": engine, "max_columns": 8 * pixels, **options})
+    tokens = max(engine.least_steps(core), -(-2 * core.micro_image_size // pixels))
+    core = core.model_copy(update={"max_columns": (tokens - 1) * pixels + 1 + spare})
     core.check_limits()
     return Case(
         "raster_refocuser",

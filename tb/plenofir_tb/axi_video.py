@@ -63,14 +63,20 @@ def pack_pixels(frame: Frame, pixel_bits: int) -> npt.NDArray[np.object_]:
     return sum(channels[:, :, c] << (c * pixel_bits) for c in range(channels.shape[2]))
 
 
-def frame_beats(frame: Frame, pixel_bits: int) -> list[Beat]:
-    """Transfers of a well-formed frame."""
+def frame_beats(frame: Frame, pixel_bits: int, pixels_per_beat: int = 1) -> list[Beat]:
+    """Transfers of a well-formed frame, neighbouring pixels together, zeros behind a line."""
     pixels = pack_pixels(frame, pixel_bits)
     rows, columns = pixels.shape
+    width = pixel_bits * (1 if frame.ndim == 2 else frame.shape[2])
     return [
-        Beat(int(pixels[y, x]), y == 0 and x == 0, x == columns - 1)
+        Beat(
+            sum(int(pixels[y, x + j]) << (j * width) for j in range(min(p, columns - x))),
+            y == 0 and x == 0,
+            x + p >= columns,
+        )
+        for p in [pixels_per_beat]
         for y in range(rows)
-        for x in range(columns)
+        for x in range(0, columns, p)
     ]
 
 

@@ -24,12 +24,17 @@ class FrameScoreboard(Scoreboard):
         Width of a channel.
     pictures
         Folder for got, want and difference pictures of a wrong frame.
+    pixels
+        Neighbouring pixels of a transfer.
     """
 
-    def __init__(self, dut: Any, sink: AxiVideoSink, pixel_bits: int, pictures: Path) -> None:
+    def __init__(
+        self, dut: Any, sink: AxiVideoSink, pixel_bits: int, pictures: Path, pixels: int = 1
+    ) -> None:
         super().__init__(dut)
         self.pixel_bits = pixel_bits
         self.pictures = pictures
+        self.pixels = pixels
         self.frames: list[Frame] = []
         self.slices: list[int] = []
         self.received: list[Beat] = []
@@ -55,7 +60,7 @@ class FrameScoreboard(Scoreboard):
         if not self.waiting:
             raise AssertionError(f"transfer {beat} after the last of {len(self.frames)} frames")
         want = self.frames[self.frames_done]
-        rows, columns = want.shape[:2]
+        rows, columns = want.shape[0], -(-want.shape[1] // self.pixels)
         line, column = divmod(len(self.received), columns)
         assert beat.end_of_line == (column == columns - 1), (
             f"frame {self.frames_done}, line {line}, column {column}: tlast {beat.end_of_line}"
@@ -75,15 +80,18 @@ class FrameScoreboard(Scoreboard):
 
     def _compare_frame(self, want: Frame) -> None:
         if [beat.data for beat in self.received] == [
-            beat.data for beat in frame_beats(want, self.pixel_bits)
+            beat.data for beat in frame_beats(want, self.pixel_bits, self.pixels)
         ]:
             return
         mask = (1 << self.pixel_bits) - 1
         channels = 1 if want.ndim == 2 else want.shape[2]
         values = [
-            (b.data >> (c * self.pixel_bits)) & mask for b in self.received for c in range(channels)
+            (b.data >> (lane * self.pixel_bits)) & mask
+            for b in self.received
+            for lane in range(self.pixels * channels)
         ]
-        got = np.array(values, dtype=want.dtype).reshape(want.shape)
+        lines = np.array(values, dtype=want.dtype).reshape(len(want), -1, *want.shape[2:])
+        got = lines[:, : want.shape[1]]
         self.pictures.mkdir(parents=True, exist_ok=True)
         for name, picture in (
             ("got", got),

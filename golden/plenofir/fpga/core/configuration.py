@@ -79,6 +79,15 @@ class CoreConfiguration(Raster):
         return self.engine.rows_at_once
 
     @property
+    def pixels_per_clock(self) -> int:
+        """Neighbouring pixels of a line that come together."""
+        return self.engine.pixels_at_once
+
+    def line_tokens(self, columns: int) -> int:
+        """Tokens of a line of so many pixels."""
+        return -(-columns // self.pixels_per_clock)
+
+    @property
     def taps(self) -> int:
         """Taps of all switched filters of a dimension, or of those that would do the same."""
         return self.engine.taps(self)
@@ -99,8 +108,8 @@ class CoreConfiguration(Raster):
     @property
     def array_clocks(self) -> int:
         """Clocks from a token at the array's input to its output (array_latency)."""
-        products = 0 if self.exact else 2
-        stages = self.passes * (self.engine.pass_clocks(self) + products)
+        products = 0 if self.exact else 2 * self.passes
+        stages = self.engine.stages_clocks(self) + products
         sharpener = SHARPENER_CLOCKS if self.sharpens else 0
         return stages + sharpener + (_DIVIDE_CLOCKS if self.exact else 0)
 
@@ -118,7 +127,7 @@ class CoreConfiguration(Raster):
             A multiple of `parallel_rows`, at least `columns`.
         """
         n = self.parallel_rows
-        return -(-max(columns, self.engine.least_steps(self)) // n) * n
+        return -(-max(self.line_tokens(columns), self.engine.least_steps(self)) // n) * n
 
     def frame_lines(self, rows: int) -> int:
         """Lines from the beginning of a frame to that of the next one at the earliest.
@@ -151,7 +160,7 @@ class CoreConfiguration(Raster):
             False where lines or frames want a pause.
         """
         shortest_band = min(rows, rows % self.parallel_rows or self.parallel_rows)
-        fast_bands = shortest_band * columns >= self.band_steps(columns)
+        fast_bands = shortest_band * self.line_tokens(columns) >= self.band_steps(columns)
         return fast_bands and self.frame_lines(rows) == rows
 
     def array_latency_clocks(self, columns: int, *, deskew: bool = False) -> int:
@@ -229,7 +238,8 @@ class CoreConfiguration(Raster):
         bands, row = divmod(self.delay, self.parallel_rows)
         start = self._band_start(bands, columns, rows, frames)
         gather = 2 if self.parallel_rows > 1 else 0
-        return start + self.delay + row + self.array_clocks + _STREAM_CLOCKS + gather
+        tokens = self.engine.row_tokens(self) + row
+        return start + tokens + self.array_clocks + _STREAM_CLOCKS + gather
 
     @property
     def video_delay_pixels(self) -> int:
@@ -274,7 +284,7 @@ class CoreConfiguration(Raster):
                     return now
                 completed += 1
                 ready = now + steps
-            now += columns
+            now += self.line_tokens(columns)
             line += 1
 
     def golden(self, raw: Image) -> Image:

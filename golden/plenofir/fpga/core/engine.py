@@ -126,6 +126,15 @@ class Engine(BaseModel, ABC):
         """Rows that are filtered at once."""
         return 1
 
+    @property
+    def pixels_at_once(self) -> int:
+        """Neighbouring pixels of a line that come together."""
+        return 1
+
+    def row_tokens(self, raster: Raster) -> int:
+        """Delay of the row stages in tokens."""
+        return raster.delay
+
     def taps(self, raster: Raster) -> int:
         """Taps of all switched filters of a dimension, or of those that would do the same."""
         return sum(raster.filter_layout(number).taps for number in range(raster.passes))
@@ -137,6 +146,10 @@ class Engine(BaseModel, ABC):
     @abstractmethod
     def pass_clocks(self, raster: Raster) -> int:
         """Clocks of a row stage and a column stage, without stored products."""
+
+    def stages_clocks(self, raster: Raster) -> int:
+        """Clocks of all stages, without stored products."""
+        return raster.passes * self.pass_clocks(raster)
 
     @abstractmethod
     def line_buffer_bits(self, raster: Raster) -> int:

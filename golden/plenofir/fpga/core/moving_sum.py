@@ -3,9 +3,13 @@
 from collections.abc import Iterator
 from typing import ClassVar, Literal, Self
 
-from plenofir.fpga.core.engine import Generics, Raster, Scope, SliceEngine
+from plenofir.errors import InputError
+from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP, Generics, Raster, Scope, SliceEngine
 from plenofir.fpga.core.memory import Memory, block_sizes, rom_luts
 from plenofir.refocus.moving_sum import SumLayout
+from plenofir.refocus.sum_lanes import LaneLayout
+
+PixelsPerClock = Literal[1, 2, 4, 8, 16, 32]
 
 _STAGE_CLOCKS = 10
 _STAGES = "core/moving_sum_engine/sums/every_stage"
@@ -24,10 +28,13 @@ class MovingSumEngine(SliceEngine):
     any_rows
         Whether frames whose rows are no multiple of M follow each other without a pause, too, which
         takes a few lines of memory more.
+    pixels_per_clock
+        Neighbouring pixels of a line that come together; above 1 with exact arithmetic only.
     """
 
     kind: Literal["moving_sum"] = "moving_sum"
     any_rows: bool = False
+    pixels_per_clock: PixelsPerClock = 1
 
     UNIT: ClassVar[str] = "lines of pixels"
     WAVES: ClassVar[tuple[Scope, ...]] = tuple(
@@ -64,9 +71,39 @@ class MovingSumEngine(SliceEngine):
     def summary(self, raster: Raster) -> str:
         return "moving sums"
 
+    @property
+    def pixels_at_once(self) -> int:
+        return self.pixels_per_clock
+
+    def lanes(self, raster: Raster, number: int = 0) -> LaneLayout:
+        """Schedule of a row stage with several pixels a token."""
+        return LaneLayout(self.layout(raster, number), self.pixels_per_clock)
+
+    def _filter_tokens(self, raster: Raster) -> int:
+        """Delay of the row stages in tokens, without the sharpener."""
+        if self.pixels_per_clock == 1:
+            return raster.filter_delay
+        return sum(self.lanes(raster, number).delay for number in range(raster.passes))
+
+    def row_tokens(self, raster: Raster) -> int:
+        sharpener = -(-raster.micro_image_size // self.pixels_per_clock) if raster.sharpens else 0
+        return self._filter_tokens(raster) + sharpener
+
+    def _words(self, raster: Raster) -> int:
+        """Words of a line of the longest there are, in the column stages."""
+        p = self.pixels_per_clock
+        return raster.max_columns if p == 1 else max(-(-raster.max_columns // p), 2)
+
     def pass_clocks(self, raster: Raster) -> int:
         # The memory of lines (ram_blocks) takes a clock more than that of a line's last pixels.
-        return 2 * _STAGE_CLOCKS + (raster.max_columns > 1)
+        return 2 * _STAGE_CLOCKS + (self._words(raster) > 1)
+
+    def stages_clocks(self, raster: Raster) -> int:
+        clocks = super().stages_clocks(raster)
+        if self.pixels_per_clock > 1:
+            lanes = (self.lanes(raster, number) for number in range(raster.passes))
+            clocks += sum(lane.clocks - _STAGE_CLOCKS for lane in lanes)
+        return clocks
 
     def _column_stages(self, raster: Raster) -> range:
         """Numbers of the column stages; with exact sums they come first."""
@@ -79,10 +116,12 @@ class MovingSumEngine(SliceEngine):
         for number in self._column_stages(raster):
             layout, words = self.layout(raster, number), raster.words(number)
             bits += sum(layout.ring_lines) * words.data + layout.sum_words * words.sum
-        return raster.channels * raster.max_columns * bits
+        return raster.channels * self.pixels_per_clock * self._words(raster) * bits
 
     def least_steps(self, raster: Raster) -> int:
-        return max(super().least_steps(raster), raster.filter_delay + 1)
+        # The same column comes again behind the loop of its sums.
+        loop = self._words(raster) > 1 or raster.sharpens
+        return max(PARTIAL_SUM_LOOP if loop else 1, self._filter_tokens(raster) + 1)
 
     def blank_lines(self, raster: Raster) -> int:
         return raster.micro_image_size - 1
@@ -98,7 +137,19 @@ class MovingSumEngine(SliceEngine):
 
     def generics(self, raster: Raster) -> Generics:
         values = super().generics(raster) | {"ENGINE": self.kind}
-        return values | {"ANY_ROWS": True} if self.any_rows else values
+        if self.any_rows:
+            values["ANY_ROWS"] = True
+        if self.pixels_per_clock > 1:
+            values["PIXELS_PER_CLOCK"] = self.pixels_per_clock
+        return values
+
+    def check(self, raster: Raster) -> None:
+        if self.pixels_per_clock > 1 and not raster.exact:
+            raise InputError(
+                f"stored products with {self.pixels_per_clock} pixels a clock",
+                where="arithmetic",
+                expected="exact: each pixel of a clock would take ROMs of its own",
+            )
 
     @classmethod
     def variants(

@@ -1,0 +1,156 @@
+-- The sum of those pixels of a line that are in the moving sum before its outputs begin.
+--
+-- Latency: LATENCY clocks, more than bits_for(PIXELS_PER_CLOCK - 1) + 1. Throughput: one token each clock.
+-- Equation: sum = the chosen pixels of all tokens since the one with fresh.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+
+entity ahead_sum is
+  generic (
+    -- P.
+    PIXELS_PER_CLOCK : positive;
+    -- Channels of a pixel.
+    CHANNELS : positive;
+    -- Width of a channel.
+    PIXEL_BITS : positive;
+    -- Width of a sum.
+    SUM_BITS : positive;
+    -- Clocks from a token to the sum that holds its pixels.
+    LATENCY : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- A token, whether it begins a line, its pixels, and which of them count.
+    active : in    std_logic;
+    fresh  : in    std_logic;
+    chosen : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    pixels : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- Of all channels.
+    sum : out   std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0)
+  );
+end entity ahead_sum;
+
+architecture rtl of ahead_sum is
+
+  constant P      : positive := PIXELS_PER_CLOCK;
+  constant LEVELS : positive := bits_for(P - 1);
+
+  -- Level 0: the pixels that count; level l: sums of 2 ** l of them, no wider than they can be.
+
+  function bits_of (
+    level : natural
+  ) return positive is
+  begin
+
+    if PIXEL_BITS + level > SUM_BITS then
+      return SUM_BITS;
+    end if;
+
+    return PIXEL_BITS + level;
+
+  end function bits_of;
+
+  type sums_t is array (natural range 0 to P * CHANNELS - 1) of unsigned(SUM_BITS - 1 downto 0);
+
+  type partial_t is array (natural range 0 to LEVELS) of sums_t;
+
+  signal partial    : partial_t := (others => (others => (others => '0')));
+  signal flags     : std_logic_vector(1 downto 0);
+  signal flags_due : std_logic_vector(1 downto 0);
+  signal gathered  : std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0) := (others => '0');
+
+begin
+
+  pixel : for i in 0 to P * CHANNELS - 1 generate
+    partial(0)(i) <= resize(unsigned(pixels((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS)), SUM_BITS)
+                    when chosen(i / CHANNELS) = '1' else
+                    (others => '0');
+  end generate pixel;
+
+  every_level : for l in 1 to LEVELS generate
+
+    add : process (clk) is
+
+      variable narrow : unsigned(bits_of(l) - 1 downto 0);
+
+    begin
+
+      if rising_edge(clk) then
+
+        for i in 0 to P / 2 ** l - 1 loop
+
+          for c in 0 to CHANNELS - 1 loop
+
+            narrow := resize(partial(l - 1)(2 * i * CHANNELS + c), bits_of(l)) +
+                      resize(partial(l - 1)((2 * i + 1) * CHANNELS + c), bits_of(l));
+
+            partial(l)(i * CHANNELS + c) <= resize(narrow, SUM_BITS);
+
+          end loop;
+
+        end loop;
+
+      end if;
+
+    end process add;
+
+  end generate every_level;
+
+  flags <= fresh & active;
+
+  delay_flags : entity work.tag_delay
+    generic map (
+      WIDTH  => 2,
+      LENGTH => LEVELS
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => flags,
+      delayed => flags_due
+    );
+
+  gather : process (clk) is
+
+    variable before : unsigned(SUM_BITS - 1 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      if flags_due(0) = '1' then
+
+        for c in 0 to CHANNELS - 1 loop
+
+          before := (others => '0');
+          if flags_due(1) = '0' then
+            before := unsigned(gathered((c + 1) * SUM_BITS - 1 downto c * SUM_BITS));
+          end if;
+          gathered((c + 1) * SUM_BITS - 1 downto c * SUM_BITS) <= std_logic_vector(before + partial(LEVELS)(c));
+
+        end loop;
+
+      end if;
+    end if;
+
+  end process gather;
+
+  delay_sum : entity work.tag_delay
+    generic map (
+      WIDTH  => CHANNELS * SUM_BITS,
+      LENGTH => LATENCY - LEVELS - 1
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => gathered,
+      delayed => sum
+    );
+
+end architecture rtl;

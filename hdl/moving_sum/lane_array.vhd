@@ -1,0 +1,277 @@
+-- The engine of moving sums with several neighbouring pixels a token.
+--
+-- Columns come first: to them the pixels of a token are channels of one that is wider, and a line is shorter by as much.
+-- Rows follow, where pixels mix. Sums are exact. Pixels of a line's last token that lie behind the line count as zero
+-- and come out as zero.
+--
+-- Latency: D lines, D' tokens and lane_array_latency clocks, D = total_delay, D' = total_lane_delay. Throughput: one
+--   token each clock, in lines of D' + 1 tokens at least and frames as in moving_sum_array.
+-- Equation: as fir_array.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
+use work.arithmetic_pkg.all;
+use work.token_pkg.all;
+
+entity lane_array is
+  generic (
+    -- As in raster_refocuser.
+    MICRO_IMAGE_SIZE : positive range 1 to 128;
+    -- As in raster_refocuser.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean := true;
+    -- As in raster_refocuser.
+    INTERPOLATION_ORDER : natural range 0 to 3 := 0;
+    -- Longest line in pixels.
+    MAX_COLUMNS : positive := 2048;
+    -- P: pixels of a token.
+    PIXELS_PER_CLOCK : positive range 2 to 32;
+    -- 1 (grey) or 3 (RGB).
+    CHANNELS : positive range 1 to 3 := 1;
+    -- Width of a channel.
+    PIXEL_BITS : positive range 1 to 16 := 8;
+    -- As in raster_refocuser.
+    ANY_ROWS : boolean := false
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A token, and its pixels; pixel 0 and channel 0 in the low bits.
+    token      : in    token_t;
+    token_data : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The pixels that a line's last token has; the same while a frame is under way.
+    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    -- The result of a token, and its pixels.
+    result      : out   result_t;
+    result_data : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0)
+  );
+end entity lane_array;
+
+architecture rtl of lane_array is
+
+  constant P          : positive := PIXELS_PER_CLOCK;
+  constant LANES      : positive := P * CHANNELS;
+  constant PASSES     : positive := INTERPOLATION_ORDER + 1;
+  constant LAST_STAGE : positive := 2 * PASSES - 1;
+  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
+
+  constant ARITHMETIC : arithmetic_t := (true, MICRO_IMAGE_SIZE, PIXEL_BITS, 0, 0, PASSES);
+
+  constant SUM_BITS : positive := value_bits(ARITHMETIC, 2 * PASSES);
+
+  -- Side information of a token; bit 0 is the one that reset clears.
+  constant PIXEL      : natural := 0;
+  constant LINE_FIRST : natural := 1;
+  constant LINE_LAST  : natural := 2;
+
+  subtype token_tag_t is std_logic_vector(LINE_LAST downto 0);
+
+  -- Side information of a line.
+  constant IMAGE       : natural := 0;
+  constant FRAME_FIRST : natural := 1;
+  constant SLICE_LOW   : natural := 2;
+
+  subtype line_tag_t is std_logic_vector(SLICE_LOW + SLICE_BITS - 1 downto 0);
+
+  constant TOKEN_BITS : positive := token_tag_t'length;
+  constant LINE_BITS  : positive := line_tag_t'length;
+
+  type data_t is array (natural range 0 to 2 * PASSES) of std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+
+  type token_tags_t is array (natural range 0 to 2 * PASSES) of token_tag_t;
+
+  type line_tags_t is array (natural range 0 to 2 * PASSES) of line_tag_t;
+
+  -- The pixels of a token that lie in its line.
+  function in_line (
+    data     : std_logic_vector;
+    width    : positive;
+    is_last  : std_logic;
+    ends     : std_logic_vector
+  ) return std_logic_vector is
+
+    variable kept : std_logic_vector(data'length - 1 downto 0);
+
+  begin
+
+    kept := data;
+
+    for j in 0 to P - 1 loop
+
+      if is_last = '1' and ends(j) = '0' then
+        kept((j + 1) * width - 1 downto j * width) := (others => '0');
+      end if;
+
+    end loop;
+
+    return kept;
+
+  end function in_line;
+
+  signal strobe     : std_logic_vector(0 to 2 * PASSES);
+  signal data       : data_t;
+  signal token_tags : token_tags_t;
+  signal line_tags  : line_tags_t;
+
+  signal last_token : token_tag_t;
+  signal last_line  : line_tag_t;
+  signal summed     : result_t;
+
+begin
+
+  strobe(0)                 <= token.strobe;
+  token_tags(0)(PIXEL)      <= token.pixel;
+  token_tags(0)(LINE_FIRST) <= token.line_first;
+  token_tags(0)(LINE_LAST)  <= token.line_last;
+  line_tags(0)(IMAGE)       <= token.image;
+  line_tags(0)(FRAME_FIRST) <= token.frame_first;
+
+  line_tags(0)(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(token.slice(SLICE_BITS - 1 downto 0));
+
+  data(0)(LANES * PIXEL_BITS - 1 downto 0) <= in_line(token_data, CHANNELS * PIXEL_BITS, token.line_last, line_end);
+
+  every_stage : for i in 0 to LAST_STAGE generate
+
+    constant STAGE_SHIFTS : string   := pass_shifts(SHIFTS, i mod PASSES);
+    constant IN_BITS      : positive := value_bits(ARITHMETIC, i);
+    constant OUT_BITS     : positive := value_bits(ARITHMETIC, i + 1);
+
+    signal slice : unsigned(bits_for(slice_count(STAGE_SHIFTS) - 1) - 1 downto 0);
+
+  begin
+
+    set_of_slices : if i mod PASSES = 0 generate
+      slice <= unsigned(line_tags(i)(line_tag_t'high downto SLICE_LOW));
+    end generate set_of_slices;
+
+    one_slice : if i mod PASSES > 0 generate
+      slice <= (others => '0');
+    end generate one_slice;
+
+    -- Every line is a step.
+    columns : if i < PASSES generate
+
+      signal advance : std_logic;
+
+    begin
+
+      advance <= token_tags(i)(PIXEL) and token_tags(i)(LINE_FIRST);
+
+      stage : entity work.moving_sum_stage
+        generic map (
+          MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+          SHIFTS           => STAGE_SHIFTS,
+          CENTRED          => CENTRED,
+          ANY_ROWS         => ANY_ROWS,
+          DEPTH            => line_tokens(MAX_COLUMNS, P),
+          LANES            => LANES,
+          DATA_BITS        => IN_BITS,
+          STORED           => false,
+          SCALE_BITS       => 0,
+          PRODUCT_MAX      => product_max(ARITHMETIC, i),
+          SUM_MAX          => MICRO_IMAGE_SIZE * product_max(ARITHMETIC, i),
+          DROP_BITS        => 0,
+          RESULT_BITS      => OUT_BITS,
+          STEP_TAG_BITS    => LINE_BITS,
+          TOKEN_TAG_BITS   => TOKEN_BITS
+        )
+        port map (
+          clk           => clk,
+          reset         => reset,
+          strobe        => strobe(i),
+          pixel         => token_tags(i)(PIXEL),
+          advance       => advance,
+          first         => line_tags(i)(FRAME_FIRST),
+          slice         => slice,
+          data          => data(i)(LANES * IN_BITS - 1 downto 0),
+          step_tag      => line_tags(i),
+          token_tag     => token_tags(i),
+          out_strobe    => strobe(i + 1),
+          out_data      => data(i + 1)(LANES * OUT_BITS - 1 downto 0),
+          out_step_tag  => line_tags(i + 1),
+          out_token_tag => token_tags(i + 1)
+        );
+
+    end generate columns;
+
+    -- Every token is a step.
+    rows : if i >= PASSES generate
+
+      signal first   : std_logic;
+      signal tag     : std_logic_vector(LINE_BITS + TOKEN_BITS - 1 downto 0);
+      signal out_tag : std_logic_vector(LINE_BITS + TOKEN_BITS - 1 downto 0);
+      signal sums    : std_logic_vector(LANES * OUT_BITS - 1 downto 0);
+
+    begin
+
+      first             <= token_tags(i)(PIXEL) and token_tags(i)(LINE_FIRST);
+      tag               <= line_tags(i) & token_tags(i);
+      line_tags(i + 1)  <= out_tag(LINE_BITS + TOKEN_BITS - 1 downto TOKEN_BITS);
+      token_tags(i + 1) <= out_tag(TOKEN_BITS - 1 downto 0);
+
+      data(i + 1)(LANES * OUT_BITS - 1 downto 0) <= in_line(sums, CHANNELS * OUT_BITS, out_tag(LINE_LAST), line_end);
+
+      stage : entity work.lane_stage
+        generic map (
+          MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+          SHIFTS           => STAGE_SHIFTS,
+          CENTRED          => CENTRED,
+          PIXELS_PER_CLOCK => P,
+          CHANNELS         => CHANNELS,
+          DATA_BITS        => IN_BITS,
+          SUM_BITS         => OUT_BITS,
+          TAG_BITS         => LINE_BITS + TOKEN_BITS
+        )
+        port map (
+          clk        => clk,
+          reset      => reset,
+          strobe     => strobe(i),
+          first      => first,
+          live       => token_tags(i)(PIXEL),
+          slice      => slice,
+          data       => data(i)(LANES * IN_BITS - 1 downto 0),
+          tag        => tag,
+          out_strobe => strobe(i + 1),
+          out_data   => sums,
+          out_tag    => out_tag
+        );
+
+    end generate rows;
+
+  end generate every_stage;
+
+  last_token <= token_tags(2 * PASSES);
+  last_line  <= line_tags(2 * PASSES);
+
+  summed.valid <= strobe(2 * PASSES) and last_token(PIXEL) and last_line(IMAGE);
+  summed.skip  <= strobe(2 * PASSES) and last_token(PIXEL) and last_token(LINE_FIRST) and not last_line(IMAGE);
+  summed.last  <= last_token(LINE_LAST);
+  summed.start <= last_token(LINE_FIRST) and last_line(FRAME_FIRST);
+  summed.slice <= resize(unsigned(last_line(line_tag_t'high downto SLICE_LOW)), slice_t'length);
+
+  scale : entity work.result_scaler
+    generic map (
+      EXACT      => true,
+      LANES      => LANES,
+      SUM_BITS   => SUM_BITS,
+      PIXEL_BITS => PIXEL_BITS,
+      DIVISOR    => final_divisor(ARITHMETIC)
+    )
+    port map (
+      clk    => clk,
+      reset  => reset,
+      result => summed,
+      sums   => data(2 * PASSES)(LANES * SUM_BITS - 1 downto 0),
+      scaled => result,
+      pixels => result_data
+    );
+
+end architecture rtl;

@@ -1,0 +1,283 @@
+-- Control of a moving sum with several pixels a token: where tokens lie in the banks, and where lines begin.
+--
+-- Two lines may be under way: pixels of the newer one come in while the last outputs of the older one go out. The place
+-- of a token counts in its line modulo the banks, the row counts on from line to line, as each line begins in a
+-- row of its own. Lines must be lane_delay + 1 tokens apart at least.
+--
+-- Latency: 1 clock. Throughput: one token each clock.
+-- Equation: see sum_lanes_pkg.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.sum_lanes_pkg.all;
+
+entity lane_control is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- As in raster_refocuser.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean;
+    -- P.
+    PIXELS_PER_CLOCK : positive;
+    -- Bits of a row.
+    ROW_BITS : positive;
+    -- Rows of a line are counted up to here.
+    MOST_ROWS : positive
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A token, whether it is the first of a line, and whether it has pixels of the line.
+    strobe : in    std_logic;
+    first  : in    std_logic;
+    live   : in    std_logic;
+    -- Slice of the line, read with its first token.
+    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    -- 1 clock behind a token: where its pixels go.
+    write_1       : out   std_logic;
+    write_place_1 : out   natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
+    write_row_1   : out   unsigned(ROW_BITS - 1 downto 0);
+    -- Whether the token begins a line, and which of its pixels are in the sum ahead of output 0, or in the one that output
+    -- 0 shows.
+    fresh_1 : out   std_logic;
+    ahead_1 : out   std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    held_1  : out   std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    -- Whether outputs are due and whether they begin with output 0; their slice, place, row, and rows since output 0.
+    active_1     : out   std_logic;
+    take_1       : out   std_logic;
+    read_slice_1 : out   unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    read_place_1 : out   natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
+    read_row_1   : out   unsigned(ROW_BITS - 1 downto 0);
+    read_rows_1  : out   natural range 0 to MOST_ROWS;
+    -- Place and row behind the last pixel of their line that came.
+    end_place_1 : out   natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
+    end_row_1   : out   unsigned(ROW_BITS - 1 downto 0)
+  );
+end entity lane_control;
+
+architecture rtl of lane_control is
+
+  constant M      : positive := MICRO_IMAGE_SIZE;
+  constant P      : positive := PIXELS_PER_CLOCK;
+  constant SLICES : positive := slice_count(SHIFTS);
+  constant DELAY  : natural  := lane_delay(M, SHIFTS, CENTRED, P);
+  constant PLACES : positive := token_places(M, P);
+  -- Places that a token has, of banks that are P or more.
+  constant TOKEN_STEPS : positive := P / bank_step(M, P);
+
+  subtype place_t is natural range 0 to larger(PLACES - 1, 1);
+
+  subtype row_t is unsigned(ROW_BITS - 1 downto 0);
+
+  -- A place, and whether it lies in the next row.
+
+  type position_t is record
+    place : place_t;
+    row   : row_t;
+  end record position_t;
+
+  constant COUNT_WORDS : positive := 2 ** bits_for(DELAY);
+
+  subtype count_t is natural range 0 to larger(DELAY, 1);
+
+  -- Pixels of a token, between two ones: see moving_sum_pkg.table_words.
+
+  type masks_t is array (natural range 0 to SLICES * COUNT_WORDS - 1) of std_logic_vector(P + 1 downto 0);
+
+  function mask_table (
+    held : boolean
+  ) return masks_t is
+
+    variable table : masks_t;
+
+  begin
+
+    for s in 0 to SLICES - 1 loop
+
+      for n in 0 to COUNT_WORDS - 1 loop
+
+        table(s * COUNT_WORDS + n) := (others => '1');
+
+        for j in 0 to P - 1 loop
+
+          if n >= DELAY or not is_ahead(M, SHIFTS, CENTRED, s, n * P + j, held) then
+            table(s * COUNT_WORDS + n)(j + 1) := '0';
+          end if;
+
+        end loop;
+
+      end loop;
+
+    end loop;
+
+    return table;
+
+  end function mask_table;
+
+  constant AHEAD : masks_t := mask_table(false);
+  constant HELD  : masks_t := mask_table(true);
+
+  function mask_of (
+    table  : masks_t;
+    number : unsigned;
+    count  : count_t
+  ) return std_logic_vector is
+
+    variable word : std_logic_vector(P + 1 downto 0);
+
+  begin
+
+    if SLICES = 1 then
+      word := table(count);
+    else
+      word := table(to_integer(number) * COUNT_WORDS + count);
+    end if;
+
+    return word(P downto 1);
+
+  end function mask_of;
+
+  function token_behind (
+    position : position_t
+  ) return position_t is
+
+    variable behind : position_t;
+
+  begin
+
+    behind := position;
+
+    if position.place + TOKEN_STEPS >= PLACES then
+      behind.place := position.place + TOKEN_STEPS - PLACES;
+      behind.row   := position.row + 1;
+    else
+      behind.place := position.place + TOKEN_STEPS;
+    end if;
+
+    return behind;
+
+  end function token_behind;
+
+  -- Of the token that comes in: bit 0 first, then the slice; and the same for the token whose outputs are due.
+  signal tag     : std_logic_vector(slice'length downto 0);
+  signal due_tag : std_logic_vector(slice'length downto 0);
+
+  -- 1 clock behind a token.
+  signal own_first : std_logic             := '0';
+  signal own_live  : std_logic             := '0';
+  signal own_slice : unsigned(slice'range) := (others => '0');
+  signal own_count : count_t               := 0;
+  signal own       : position_t            := (place => 0, row => (others => '0'));
+  signal step_now  : std_logic             := '0';
+  signal due_first : std_logic             := '0';
+  signal due_slice : unsigned(slice'range) := (others => '0');
+  signal due       : position_t            := (place => 0, row => (others => '0'));
+  signal due_rows  : natural range 0 to MOST_ROWS := 0;
+  -- Where the next token of the line goes, where its first one went, and where the line before ended.
+  signal following : position_t := (place => 0, row => (others => '0'));
+  signal line_row  : row_t      := (others => '0');
+  signal ended     : position_t := (place => 0, row => (others => '0'));
+  -- The line whose outputs go out is the one whose pixels come in.
+  signal same : std_logic := '0';
+
+begin
+
+  tag <= std_logic_vector(slice) & (first and strobe);
+
+  find_due : entity work.tag_delay
+    generic map (
+      WIDTH  => slice'length + 1,
+      LENGTH => DELAY
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => strobe,
+      tag     => tag,
+      delayed => due_tag
+    );
+
+  write_1       <= step_now and own_live;
+  write_place_1 <= own.place;
+  write_row_1   <= own.row;
+  fresh_1       <= own_first;
+  ahead_1       <= mask_of(AHEAD, own_slice, own_count);
+  held_1        <= mask_of(HELD, own_slice, own_count);
+  active_1      <= step_now;
+  take_1        <= due_first;
+  read_slice_1  <= due_slice;
+  read_place_1  <= due.place;
+  read_row_1    <= due.row;
+  read_rows_1   <= due_rows;
+  end_place_1   <= following.place when same = '1' else
+                   ended.place;
+  end_row_1     <= following.row when same = '1' else
+                   ended.row;
+
+  count_tokens : process (clk) is
+
+    variable now  : position_t;
+    variable then_due : position_t;
+
+  begin
+
+    if rising_edge(clk) then
+      step_now <= strobe;
+      if strobe = '1' then
+        own_first <= first;
+        own_live  <= live;
+        now       := following;
+        if first = '1' then
+          now.place := 0;
+          now.row   := following.row + 1;
+          line_row  <= now.row;
+          ended     <= following;
+          own_slice <= slice;
+          own_count <= 0;
+        elsif own_count < DELAY then
+          own_count <= own_count + 1;
+        end if;
+        own <= now;
+        if live = '1' then
+          following <= token_behind(now);
+        else
+          following <= now;
+        end if;
+
+        due_first <= due_tag(0);
+        then_due  := token_behind(due);
+        if due_tag(0) = '1' then
+          due_slice <= unsigned(due_tag(due_tag'high downto 1));
+          due.place <= 0;
+          due.row   <= line_row;
+          if first = '1' then
+            due.row <= now.row;
+          end if;
+          due_rows <= 0;
+          same     <= '1';
+        else
+          due <= then_due;
+          if then_due.row /= due.row and due_rows < MOST_ROWS then
+            due_rows <= due_rows + 1;
+          end if;
+          if first = '1' then
+            same <= '0';
+          end if;
+        end if;
+      end if;
+      if reset = '1' then
+        step_now <= '0';
+        same     <= '0';
+      end if;
+    end if;
+
+  end process count_tokens;
+
+end architecture rtl;

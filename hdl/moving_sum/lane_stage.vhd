@@ -1,0 +1,357 @@
+-- A pass of the refocusing operator over rows, several neighbouring pixels a token.
+--
+--   data -> banks of pixels -> differences -> prefix sums -> out_data
+--        -> sum ahead of the line --------------^
+--
+-- What moving_sum_stage does with one pixel a token, bit for bit. Pixels behind a line's last one must be zero; what
+-- comes out behind it has no meaning. Lines must begin lane_delay + 1 tokens apart at least.
+--
+-- Latency: lane_delay tokens and lane_stage_latency clocks. Throughput: one token each clock.
+-- Equation: see sum_lanes_pkg.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.sum_schedule_pkg.all;
+use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
+
+entity lane_stage is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- As in raster_refocuser.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean;
+    -- P.
+    PIXELS_PER_CLOCK : positive range 2 to 32;
+    -- Channels of a pixel.
+    CHANNELS : positive;
+    -- Width of a channel of the input.
+    DATA_BITS : positive;
+    -- Width of a channel of the output: of M times the largest input.
+    SUM_BITS : positive;
+    -- Width of the side information of a token.
+    TAG_BITS : positive
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Marks a token, the first of a line, and those with pixels of the line.
+    strobe : in    std_logic;
+    first  : in    std_logic;
+    live   : in    std_logic;
+    -- Slice of the line, read with its first token.
+    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    -- The pixels, pixel 0 and channel 0 in the low bits.
+    data : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * DATA_BITS - 1 downto 0);
+    -- Side information of a token; bit 0 is the one that reset clears.
+    tag        : in    std_logic_vector(TAG_BITS - 1 downto 0);
+    out_strobe : out   std_logic;
+    out_data   : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * SUM_BITS - 1 downto 0);
+    -- That of lane_delay tokens before.
+    out_tag : out   std_logic_vector(TAG_BITS - 1 downto 0)
+  );
+end entity lane_stage;
+
+architecture rtl of lane_stage is
+
+  constant M      : positive := MICRO_IMAGE_SIZE;
+  constant P      : positive := PIXELS_PER_CLOCK;
+  constant SLICES : positive := slice_count(SHIFTS);
+  constant PLACES : positive := token_places(M, P);
+  constant LEVELS : positive := bits_for(P - 1);
+  constant DELAY  : natural  := lane_delay(M, SHIFTS, CENTRED, P);
+  -- Clocks from a token to its differences, and to their prefix sums.
+  constant DIFFERENT : positive := 6 + choose(SLICES > 1, 1, 0);
+  constant SUMMED    : positive := DIFFERENT + LEVELS;
+
+  constant ROW_BITS  : positive := bits_for(bank_rows(M, SHIFTS, CENTRED, P) - 1);
+  constant MOST_ROWS : positive := larger(2 - lowest_row(M, SHIFTS, CENTRED, P), 1);
+  constant HOLDING   : boolean  := holds_outputs(M, SHIFTS);
+
+  subtype place_t is natural range 0 to larger(PLACES - 1, 1);
+
+  subtype row_t is unsigned(ROW_BITS - 1 downto 0);
+
+  subtype lanes_t is std_logic_vector(P - 1 downto 0);
+
+  subtype sums_t is std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0);
+
+  -- Places that begin a group, between two ones: see moving_sum_pkg.table_words.
+
+  type begins_t is array (natural range 0 to 2 ** bits_for(SLICES - 1) * 2 ** bits_for(PLACES - 1) - 1)
+      of std_logic_vector(P + 1 downto 0);
+
+  function begins_table return begins_t is
+
+    variable table : begins_t;
+
+  begin
+
+    table := (others => (others => '1'));
+
+    for s in 0 to SLICES - 1 loop
+
+      for k in 0 to PLACES - 1 loop
+
+        for j in 0 to P - 1 loop
+
+          if not begins_group(M, SHIFTS, CENTRED, s, (k * bank_step(M, P) + j) mod M) then
+            table(s * 2 ** bits_for(PLACES - 1) + k)(j + 1) := '0';
+          end if;
+
+        end loop;
+
+      end loop;
+
+    end loop;
+
+    return table;
+
+  end function begins_table;
+
+  constant BEGINS_OF : begins_t := begins_table;
+
+  -- Clocks behind a token are part of the names.
+  signal pixels_1      : std_logic_vector(P * CHANNELS * DATA_BITS - 1 downto 0) := (others => '0');
+  signal write_1       : std_logic;
+  signal write_place_1 : place_t;
+  signal write_row_1   : row_t;
+  signal fresh_1       : std_logic;
+  signal ahead_1       : lanes_t;
+  signal held_1        : lanes_t;
+  signal active_1      : std_logic;
+  signal take_1        : std_logic;
+  signal read_slice_1  : unsigned(slice'range);
+  signal read_place_1  : place_t;
+  signal read_row_1    : row_t;
+  signal read_rows_1   : natural range 0 to MOST_ROWS;
+  signal end_place_1   : place_t;
+  signal end_row_1     : row_t;
+  signal differences   : std_logic_vector(P * CHANNELS * (DATA_BITS + 1) - 1 downto 0);
+  signal flags_1       : std_logic_vector(1 downto 0);
+  signal flags         : std_logic_vector(1 downto 0);
+  signal begins_2      : std_logic_vector(P + 1 downto 0) := (others => '1');
+  signal begins        : lanes_t;
+  signal ahead         : sums_t;
+  signal held          : sums_t;
+
+begin
+
+  control : entity work.lane_control
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      SHIFTS           => SHIFTS,
+      CENTRED          => CENTRED,
+      PIXELS_PER_CLOCK => P,
+      ROW_BITS         => ROW_BITS,
+      MOST_ROWS        => MOST_ROWS
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      strobe        => strobe,
+      first         => first,
+      live          => live,
+      slice         => slice,
+      write_1       => write_1,
+      write_place_1 => write_place_1,
+      write_row_1   => write_row_1,
+      fresh_1       => fresh_1,
+      ahead_1       => ahead_1,
+      held_1        => held_1,
+      active_1      => active_1,
+      take_1        => take_1,
+      read_slice_1  => read_slice_1,
+      read_place_1  => read_place_1,
+      read_row_1    => read_row_1,
+      read_rows_1   => read_rows_1,
+      end_place_1   => end_place_1,
+      end_row_1     => end_row_1
+    );
+
+  take_pixels : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      pixels_1 <= data;
+    end if;
+
+  end process take_pixels;
+
+  banks : entity work.pixel_banks
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      SHIFTS           => SHIFTS,
+      CENTRED          => CENTRED,
+      PIXELS_PER_CLOCK => P,
+      CHANNELS         => CHANNELS,
+      PIXEL_BITS       => DATA_BITS,
+      ROW_BITS         => ROW_BITS,
+      MOST_ROWS        => MOST_ROWS
+    )
+    port map (
+      clk           => clk,
+      write_1       => write_1,
+      write_place_1 => write_place_1,
+      write_row_1   => write_row_1,
+      pixels_1      => pixels_1,
+      read_slice_1  => read_slice_1,
+      read_place_1  => read_place_1,
+      read_row_1    => read_row_1,
+      read_rows_1   => read_rows_1,
+      end_place_1   => end_place_1,
+      end_row_1     => end_row_1,
+      differences   => differences
+    );
+
+  --------------------------------------------------------------------------------------------------
+  -- Sums of the pixels that come before output 0.
+
+  nothing_ahead : if DELAY = 0 generate
+    ahead <= (others => '0');
+  end generate nothing_ahead;
+
+  pixels_ahead : if DELAY > 0 generate
+
+    gather : entity work.ahead_sum
+      generic map (
+        PIXELS_PER_CLOCK => P,
+        CHANNELS         => CHANNELS,
+        PIXEL_BITS       => DATA_BITS,
+        SUM_BITS         => SUM_BITS,
+        LATENCY          => SUMMED - 1
+      )
+      port map (
+        clk    => clk,
+        active => write_1,
+        fresh  => fresh_1,
+        chosen => ahead_1,
+        pixels => pixels_1,
+        sum    => ahead
+      );
+
+  end generate pixels_ahead;
+
+  nothing_held : if DELAY = 0 or not begins_within_group(M, SHIFTS, CENTRED) generate
+    held <= (others => '0');
+  end generate nothing_held;
+
+  sum_held : if DELAY > 0 and begins_within_group(M, SHIFTS, CENTRED) generate
+
+    gather : entity work.ahead_sum
+      generic map (
+        PIXELS_PER_CLOCK => P,
+        CHANNELS         => CHANNELS,
+        PIXEL_BITS       => DATA_BITS,
+        SUM_BITS         => SUM_BITS,
+        LATENCY          => SUMMED - 1
+      )
+      port map (
+        clk    => clk,
+        active => write_1,
+        fresh  => fresh_1,
+        chosen => held_1,
+        pixels => pixels_1,
+        sum    => held
+      );
+
+  end generate sum_held;
+
+  --------------------------------------------------------------------------------------------------
+  -- Running sums.
+
+  flags_1 <= take_1 & active_1;
+
+  delay_flags : entity work.tag_delay
+    generic map (
+      WIDTH  => 2,
+      LENGTH => SUMMED - 1
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => flags_1,
+      delayed => flags
+    );
+
+  no_groups : if not HOLDING generate
+    begins <= (others => '1');
+  end generate no_groups;
+
+  groups : if HOLDING generate
+
+    look_up : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if SLICES = 1 then
+          begins_2 <= BEGINS_OF(read_place_1);
+        else
+          begins_2 <= BEGINS_OF(to_integer(read_slice_1) * 2 ** bits_for(PLACES - 1) + read_place_1);
+        end if;
+      end if;
+
+    end process look_up;
+
+    delay_begins : entity work.tag_delay
+      generic map (
+        WIDTH  => P,
+        LENGTH => SUMMED - 2
+      )
+      port map (
+        clk     => clk,
+        reset   => '0',
+        enable  => '1',
+        tag     => begins_2(P downto 1),
+        delayed => begins
+      );
+
+  end generate groups;
+
+  prefix : entity work.prefix_sums
+    generic map (
+      PIXELS_PER_CLOCK => P,
+      CHANNELS         => CHANNELS,
+      DIFFERENCE_BITS  => DATA_BITS + 1,
+      SUM_BITS         => SUM_BITS,
+      HOLDING          => HOLDING
+    )
+    port map (
+      clk         => clk,
+      differences => differences,
+      active      => flags(0),
+      take        => flags(1),
+      begins      => begins,
+      ahead       => ahead,
+      held        => held,
+      sums        => out_data
+    );
+
+  tags : entity work.stage_tags
+    generic map (
+      LATENCY        => lane_stage_latency(M, SHIFTS, P),
+      DELAY          => DELAY,
+      STEP_TAG_BITS  => TAG_BITS,
+      TOKEN_TAG_BITS => 1
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      strobe        => strobe,
+      token_tag     => "0",
+      step          => strobe,
+      step_tag      => tag,
+      out_strobe    => out_strobe,
+      out_token_tag => open,
+      out_step_tag  => out_tag
+    );
+
+end architecture rtl;

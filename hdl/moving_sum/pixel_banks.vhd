@@ -1,0 +1,581 @@
+-- The last pixels of a line, several a token: what P neighbouring outputs take in less what they give back.
+--
+--   pixels -> rotation -> banks, read twice -> difference -> exchange by slice -> rotation -> differences
+--
+-- A token's pixels go to banks of their own, and what enters with the outputs of a token comes from banks of its own
+-- (sum_lanes_pkg). Pixels that leave lie M before, in other banks at fixed distance. What lies outside the line counts
+-- as zero.
+--
+-- Latency: 5 clocks from the inputs to the differences, 6 with several slices. Throughput: one token each clock.
+-- Equation: difference j = x(e(o + j)) - x(e(o + j) - M), o the first output of the token.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.sum_lanes_pkg.all;
+
+entity pixel_banks is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- As in raster_refocuser.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean;
+    -- P.
+    PIXELS_PER_CLOCK : positive;
+    -- Channels of a pixel.
+    CHANNELS : positive;
+    -- Width of a channel.
+    PIXEL_BITS : positive;
+    -- As in lane_control.
+    ROW_BITS  : positive;
+    MOST_ROWS : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- As lane_control gives them, with the pixels of the token; pixel 0 in the low bits.
+    write_1       : in    std_logic;
+    write_place_1 : in    natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
+    write_row_1   : in    unsigned(ROW_BITS - 1 downto 0);
+    pixels_1      : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
+    read_slice_1  : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    read_place_1  : in    natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
+    read_row_1    : in    unsigned(ROW_BITS - 1 downto 0);
+    read_rows_1   : in    natural range 0 to MOST_ROWS;
+    end_place_1   : in    natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
+    end_row_1     : in    unsigned(ROW_BITS - 1 downto 0);
+    -- Signed numbers, a bit wider than a channel.
+    differences : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * (PIXEL_BITS + 1) - 1 downto 0)
+  );
+end entity pixel_banks;
+
+architecture rtl of pixel_banks is
+
+  constant M       : positive := MICRO_IMAGE_SIZE;
+  constant P       : positive := PIXELS_PER_CLOCK;
+  constant SLICES  : positive := slice_count(SHIFTS);
+  constant BANKS   : positive := bank_count(M, P);
+  constant STEP    : positive := bank_step(M, P);
+  constant PLACES  : positive := token_places(M, P);
+  constant LOWEST  : integer  := lowest_row(M, SHIFTS, CENTRED, P) - 1;
+  constant HIGHEST : integer  := highest_row(M, SHIFTS, CENTRED, P) + 1;
+  constant WIDTH   : positive := CHANNELS * PIXEL_BITS;
+  -- Of a difference of all channels.
+  constant DIFFERENCE_BITS  : positive := PIXEL_BITS + 1;
+  constant DIFFERENCE_WIDTH : positive := CHANNELS * DIFFERENCE_BITS;
+
+  subtype place_t is natural range 0 to larger(PLACES - 1, 1);
+
+  subtype bank_t is natural range 0 to larger(BANKS - 1, 1);
+
+  subtype row_t is unsigned(ROW_BITS - 1 downto 0);
+
+  subtype pixel_t is std_logic_vector(WIDTH - 1 downto 0);
+
+  subtype difference_t is std_logic_vector(DIFFERENCE_WIDTH - 1 downto 0);
+
+  -- A row counted from that of the output.
+  subtype distance_t is integer range LOWEST to HIGHEST;
+
+  type distances_t is array (natural range 0 to BANKS - 1) of distance_t;
+
+  type rows_t is array (natural range 0 to BANKS - 1) of row_t;
+
+  type banks_t is array (natural range 0 to BANKS - 1) of bank_t;
+
+  type pixels_t is array (natural range 0 to BANKS - 1) of pixel_t;
+
+  type differences_t is array (natural range 0 to BANKS - 1) of difference_t;
+
+  type bank_tables_t is array (natural range 0 to SLICES - 1) of banks_t;
+
+  type row_tables_t is array (natural range 0 to SLICES - 1) of distances_t;
+
+  subtype flags_t is std_logic_vector(BANKS - 1 downto 0);
+
+  type exchanged_t is array (natural range 0 to SLICES - 1) of std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
+
+  -- By slice and place: the bank.
+  function bank_table return bank_tables_t is
+
+    variable table : bank_tables_t;
+
+  begin
+
+    for s in 0 to SLICES - 1 loop
+
+      for r in 0 to BANKS - 1 loop
+
+        table(s)(r) := entering_bank(M, SHIFTS, CENTRED, P, s, r);
+
+      end loop;
+
+    end loop;
+
+    return table;
+
+  end function bank_table;
+
+  constant BANK_OF : bank_tables_t := bank_table;
+
+  -- By slice and bank: the place.
+  function place_table return bank_tables_t is
+
+    variable table : bank_tables_t;
+
+  begin
+
+    for s in 0 to SLICES - 1 loop
+
+      for r in 0 to BANKS - 1 loop
+
+        table(s)(BANK_OF(s)(r)) := r;
+
+      end loop;
+
+    end loop;
+
+    return table;
+
+  end function place_table;
+
+  constant PLACE_OF : bank_tables_t := place_table;
+
+  -- By slice and bank: the row.
+  function row_table return row_tables_t is
+
+    variable table : row_tables_t;
+
+  begin
+
+    for s in 0 to SLICES - 1 loop
+
+      for r in 0 to BANKS - 1 loop
+
+        table(s)(BANK_OF(s)(r)) := entering_row(M, SHIFTS, CENTRED, P, s, r);
+
+      end loop;
+
+    end loop;
+
+    return table;
+
+  end function row_table;
+
+  constant ROW_OF : row_tables_t := row_table;
+
+  -- Whether a pixel, counted from the outputs, lies in the line: not before it, nor behind what came.
+  function in_line (
+    distance  : integer;
+    rows      : natural;
+    ahead     : natural;
+    bank      : natural;
+    end_place : natural
+  ) return std_logic is
+  begin
+
+    if rows + distance >= 0 and (distance < ahead or (distance = ahead and bank < end_place)) then
+      return '1';
+    end if;
+
+    return '0';
+
+  end function in_line;
+
+  function moved (
+    row      : row_t;
+    distance : integer
+  ) return row_t is
+  begin
+
+    return unsigned(signed(row) + to_signed(distance, ROW_BITS));
+
+  end function moved;
+
+  -- Clocks behind a token are part of the names.
+  signal padded_1    : std_logic_vector(BANKS * WIDTH - 1 downto 0);
+  signal write_turn  : place_t;
+  signal rotated_1   : std_logic_vector(BANKS * WIDTH - 1 downto 0);
+  signal own_2       : std_logic_vector(BANKS * WIDTH - 1 downto 0);
+  signal writes_2    : flags_t := (others => '0');
+  signal wrapped_2   : flags_t := (others => '0');
+  signal row_2       : row_t   := (others => '0');
+  signal next_row_2  : row_t   := (others => '0');
+  signal distance_2  : distances_t                          := (others => HIGHEST);
+  signal read_row_2  : row_t                                := (others => '0');
+  signal rows_2      : natural range 0 to MOST_ROWS         := 0;
+  signal ahead_2     : natural range 0 to 2 ** ROW_BITS - 1 := 0;
+  signal end_2       : natural range 0 to BANKS             := 0;
+  signal enter_row_3 : rows_t                               := (others => (others => '0'));
+  signal leave_row_3 : rows_t                               := (others => (others => '0'));
+  signal enters_3    : flags_t                              := (others => '0');
+  signal leaves_3    : flags_t                              := (others => '0');
+  signal enters_4    : flags_t                              := (others => '0');
+  signal leaves_4    : flags_t                              := (others => '0');
+  signal enter_4     : pixels_t;
+  signal leave_4     : pixels_t;
+  signal changes_5   : differences_t;
+  signal place_bits  : std_logic_vector(bits_for(larger(PLACES - 1, 1)) - 1 downto 0);
+  signal place_late  : std_logic_vector(bits_for(larger(PLACES - 1, 1)) - 1 downto 0);
+  signal read_turn   : place_t;
+  signal exchanged   : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
+  signal turned      : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
+
+begin
+
+  --------------------------------------------------------------------------------------------------
+  -- A token's pixels into their banks.
+
+  padded_1(P * WIDTH - 1 downto 0) <= pixels_1;
+
+  no_pixels : if BANKS > P generate
+    padded_1(BANKS * WIDTH - 1 downto P * WIDTH) <= (others => '0');
+  end generate no_pixels;
+
+  write_turn <= 0 when write_place_1 = 0 else
+                PLACES - write_place_1;
+
+  to_banks : entity work.rotate_words
+    generic map (
+      WORDS => BANKS,
+      STEP  => STEP,
+      WIDTH => WIDTH
+    )
+    port map (
+      amount   => write_turn,
+      words_in => padded_1,
+      rotated  => rotated_1
+    );
+
+  find_rows : process (clk) is
+
+    variable distance : distance_t;
+    variable place    : bank_t;
+    variable bank     : bank_t;
+
+  begin
+
+    if rising_edge(clk) then
+      -- 1: what is written, and where the outputs' pixels are.
+      own_2      <= rotated_1;
+      row_2      <= write_row_1;
+      next_row_2 <= write_row_1 + 1;
+      read_row_2 <= read_row_1;
+      rows_2     <= read_rows_1;
+      ahead_2    <= to_integer(end_row_1 - read_row_1);
+      end_2      <= STEP * end_place_1;
+
+      for b in 0 to BANKS - 1 loop
+
+        writes_2(b)  <= '0';
+        wrapped_2(b) <= '0';
+        if STEP * write_place_1 > b then
+          wrapped_2(b) <= '1';
+          if STEP * write_place_1 + P > b + BANKS then
+            writes_2(b) <= write_1;
+          end if;
+        elsif STEP * write_place_1 + P > b then
+          writes_2(b) <= write_1;
+        end if;
+
+        place    := PLACE_OF(0)(b);
+        distance := ROW_OF(0)(b);
+
+        for s in 1 to SLICES - 1 loop
+
+          if read_slice_1 = s then
+            place    := PLACE_OF(s)(b);
+            distance := ROW_OF(s)(b);
+          end if;
+
+        end loop;
+
+        -- Outputs of places before the token's lie in the next row.
+        if place < STEP * read_place_1 then
+          distance := distance + 1;
+        end if;
+        distance_2(b) <= distance;
+
+      end loop;
+
+      -- 2: the rows, and whether they are of the line; what leaves lies M pixels before what enters.
+      for b in 0 to BANKS - 1 loop
+
+        distance       := distance_2(b);
+        enter_row_3(b) <= moved(read_row_2, distance);
+        enters_3(b)    <= in_line(distance, rows_2, ahead_2, b, end_2);
+        bank           := (b + BANKS - M) mod BANKS;
+        if b < M then
+          distance := distance - 1;
+        end if;
+        leave_row_3(bank) <= moved(read_row_2, distance);
+        leaves_3(b)       <= in_line(distance, rows_2, ahead_2, bank, end_2);
+
+      end loop;
+
+      enters_4 <= enters_3;
+      leaves_4 <= leaves_3;
+    end if;
+
+  end process find_rows;
+
+  every_bank : for b in 0 to BANKS - 1 generate
+
+    -- Where the pixel lies that leaves with the one of this bank.
+    constant LEFT : natural := (b + BANKS - M) mod BANKS;
+
+    signal write_row : row_t;
+
+  begin
+
+    write_row <= next_row_2 when wrapped_2(b) = '1' else
+                 row_2;
+
+    entering_pixels : entity work.ram_simple_dual_port
+      generic map (
+        WIDTH        => WIDTH,
+        ADDRESS_BITS => ROW_BITS,
+        READ_LATENCY => 1
+      )
+      port map (
+        clk           => clk,
+        write_enable  => writes_2(b),
+        write_address => write_row,
+        write_data    => own_2((b + 1) * WIDTH - 1 downto b * WIDTH),
+        read_enable   => '1',
+        read_address  => enter_row_3(b),
+        read_data     => enter_4(b)
+      );
+
+    leaving_pixels : entity work.ram_simple_dual_port
+      generic map (
+        WIDTH        => WIDTH,
+        ADDRESS_BITS => ROW_BITS,
+        READ_LATENCY => 1
+      )
+      port map (
+        clk           => clk,
+        write_enable  => writes_2(b),
+        write_address => write_row,
+        write_data    => own_2((b + 1) * WIDTH - 1 downto b * WIDTH),
+        read_enable   => '1',
+        read_address  => leave_row_3(b),
+        read_data     => leave_4(b)
+      );
+
+    subtract : process (clk) is
+
+      variable entering : unsigned(PIXEL_BITS - 1 downto 0);
+      variable leaving  : unsigned(PIXEL_BITS - 1 downto 0);
+
+    begin
+
+      if rising_edge(clk) then
+
+        for c in 0 to CHANNELS - 1 loop
+
+          entering := (others => '0');
+          leaving  := (others => '0');
+          if enters_4(b) = '1' then
+            entering := unsigned(enter_4(b)((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS));
+          end if;
+          if leaves_4(b) = '1' then
+            leaving := unsigned(leave_4(LEFT)((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS));
+          end if;
+          changes_5(b)((c + 1) * DIFFERENCE_BITS - 1 downto c * DIFFERENCE_BITS) <=
+            std_logic_vector(resize(entering, DIFFERENCE_BITS) - resize(leaving, DIFFERENCE_BITS));
+
+        end loop;
+
+      end if;
+
+    end process subtract;
+
+  end generate every_bank;
+
+  --------------------------------------------------------------------------------------------------
+  -- Differences from the banks to the outputs.
+
+  place_bits <= std_logic_vector(to_unsigned(read_place_1, place_bits'length));
+
+  delay_place : entity work.tag_delay
+    generic map (
+      WIDTH  => place_bits'length,
+      LENGTH => 4 + choose(SLICES > 1, 1, 0)
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => place_bits,
+      delayed => place_late
+    );
+
+  read_turn <= to_integer(unsigned(place_late));
+
+  one_slice : if SLICES = 1 generate
+
+    place : for r in 0 to BANKS - 1 generate
+      exchanged((r + 1) * DIFFERENCE_WIDTH - 1 downto r * DIFFERENCE_WIDTH) <= changes_5(BANK_OF(0)(r));
+    end generate place;
+
+  end generate one_slice;
+
+  set_of_slices : if SLICES > 1 generate
+
+    type codes_t is array (natural range 0 to BANKS - 1) of bank_t;
+
+    type code_tables_t is array (natural range 0 to SLICES - 1) of codes_t;
+
+    type candidates_t is array (natural range 0 to BANKS - 1) of banks_t;
+
+    -- The banks from which a place takes its difference in any slice, and by slice and place which of them it is:
+    -- fewer than banks, so that the choice is small.
+    function candidate_table return candidates_t is
+
+      variable table : candidates_t;
+      variable count : natural;
+      variable found : boolean;
+
+    begin
+
+      for r in 0 to BANKS - 1 loop
+
+        table(r) := (others => BANK_OF(0)(r));
+        count    := 0;
+
+        for s in 0 to SLICES - 1 loop
+
+          found := false;
+
+          for i in 0 to BANKS - 1 loop
+
+            if i < count and table(r)(i) = BANK_OF(s)(r) then
+              found := true;
+            end if;
+
+          end loop;
+
+          if not found then
+            table(r)(count) := BANK_OF(s)(r);
+            count           := count + 1;
+          end if;
+
+        end loop;
+
+      end loop;
+
+      return table;
+
+    end function candidate_table;
+
+    constant CANDIDATES : candidates_t := candidate_table;
+
+    function code_table return code_tables_t is
+
+      variable table : code_tables_t;
+
+    begin
+
+      for s in 0 to SLICES - 1 loop
+
+        for r in 0 to BANKS - 1 loop
+
+          table(s)(r) := 0;
+
+          for i in 1 to BANKS - 1 loop
+
+            if CANDIDATES(r)(i) = BANK_OF(s)(r) and CANDIDATES(r)(i) /= CANDIDATES(r)(0) then
+              table(s)(r) := i;
+            end if;
+
+          end loop;
+
+        end loop;
+
+      end loop;
+
+      return table;
+
+    end function code_table;
+
+    constant CODE_OF : code_tables_t := code_table;
+
+    signal slice_late : std_logic_vector(read_slice_1'length - 1 downto 0);
+    signal codes_5    : codes_t := (others => 0);
+
+  begin
+
+    delay_slice : entity work.tag_delay
+      generic map (
+        WIDTH  => read_slice_1'length,
+        LENGTH => 3
+      )
+      port map (
+        clk     => clk,
+        reset   => '0',
+        enable  => '1',
+        tag     => std_logic_vector(read_slice_1),
+        delayed => slice_late
+      );
+
+    exchange : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+
+        for r in 0 to BANKS - 1 loop
+
+          codes_5(r) <= CODE_OF(0)(r);
+
+          for s in 1 to SLICES - 1 loop
+
+            if unsigned(slice_late) = s then
+              codes_5(r) <= CODE_OF(s)(r);
+            end if;
+
+          end loop;
+
+          for i in 0 to BANKS - 1 loop
+
+            if codes_5(r) = i then
+              exchanged((r + 1) * DIFFERENCE_WIDTH - 1 downto r * DIFFERENCE_WIDTH) <= changes_5(CANDIDATES(r)(i));
+            end if;
+
+          end loop;
+
+        end loop;
+
+      end if;
+
+    end process exchange;
+
+  end generate set_of_slices;
+
+  to_outputs : entity work.rotate_words
+    generic map (
+      WORDS => BANKS,
+      STEP  => STEP,
+      WIDTH => DIFFERENCE_WIDTH
+    )
+    port map (
+      amount   => read_turn,
+      words_in => exchanged,
+      rotated  => turned
+    );
+
+  give : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      differences <= turned(P * DIFFERENCE_WIDTH - 1 downto 0);
+    end if;
+
+  end process give;
+
+end architecture rtl;

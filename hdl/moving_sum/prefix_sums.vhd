@@ -1,0 +1,226 @@
+-- Running sums of several differences a token: prefix sums, and the sum behind the token before as the carry.
+--
+-- Level l of the network adds, to each place whose bit l - 1 is set, the last sum of the neighbouring block of 2 ** (l-1)
+-- places below it. Only the carry is a loop, of one addition.
+--
+-- Latency: bits_for(PIXELS_PER_CLOCK - 1) + 1 clocks, and 1 more with HOLDING. Throughput: one token each clock.
+-- Equation: sum j = carry + difference 0 + .. + difference j; the carry is the last sum of the token before, or with
+--   take the sum ahead. With HOLDING the result is that of the last place up to j that begins a group.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+
+entity prefix_sums is
+  generic (
+    -- P.
+    PIXELS_PER_CLOCK : positive;
+    -- Channels of a pixel.
+    CHANNELS : positive;
+    -- Width of a difference.
+    DIFFERENCE_BITS : positive;
+    -- Width of a sum.
+    SUM_BITS : positive;
+    -- Whether outputs are held.
+    HOLDING : boolean
+  );
+  port (
+    clk : in    std_logic;
+    -- The differences of a token, signed; difference 0 in the low bits.
+    differences : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * DIFFERENCE_BITS - 1 downto 0);
+    -- bits_for(PIXELS_PER_CLOCK - 1) clocks later: marks the token, and that a line begins with it; the places that
+    -- begin groups; the sum ahead of the line, and the one that a group shows that began before.
+    active : in    std_logic;
+    take   : in    std_logic;
+    begins : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    ahead  : in    std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0);
+    held   : in    std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0);
+    -- Results of all outputs of the token.
+    sums : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * SUM_BITS - 1 downto 0)
+  );
+end entity prefix_sums;
+
+architecture rtl of prefix_sums is
+
+  constant P      : positive := PIXELS_PER_CLOCK;
+  constant LEVELS : positive := bits_for(P - 1);
+
+  subtype sum_t is unsigned(SUM_BITS - 1 downto 0);
+
+  type sums_t is array (natural range 0 to P * CHANNELS - 1) of sum_t;
+
+  type partial_t is array (natural range 0 to LEVELS) of sums_t;
+
+  -- A difference as a sum, modulo 2 ** SUM_BITS: with M = 1 a sum has a bit less.
+  function widened (
+    difference : std_logic_vector
+  ) return sum_t is
+
+    variable bits : signed(difference'length downto 0);
+
+  begin
+
+    bits := resize(signed(difference), difference'length + 1);
+
+    if SUM_BITS <= difference'length then
+      return unsigned(bits(SUM_BITS - 1 downto 0));
+    end if;
+
+    return unsigned(resize(bits, SUM_BITS));
+
+  end function widened;
+
+  signal partial  : partial_t := (others => (others => (others => '0')));
+  signal running : sums_t   := (others => (others => '0'));
+
+begin
+
+  place : for i in 0 to P * CHANNELS - 1 generate
+    partial(0)(i) <= widened(differences((i + 1) * DIFFERENCE_BITS - 1 downto i * DIFFERENCE_BITS));
+  end generate place;
+
+  every_level : for l in 1 to LEVELS generate
+
+    add : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+
+        for j in 0 to P - 1 loop
+
+          for c in 0 to CHANNELS - 1 loop
+
+            if j / 2 ** (l - 1) mod 2 = 1 then
+              partial(l)(j * CHANNELS + c) <= partial(l - 1)(j * CHANNELS + c) +
+                                             partial(l - 1)((j / 2 ** (l - 1) * 2 ** (l - 1) - 1) * CHANNELS + c);
+            else
+              partial(l)(j * CHANNELS + c) <= partial(l - 1)(j * CHANNELS + c);
+            end if;
+
+          end loop;
+
+        end loop;
+
+      end if;
+
+    end process add;
+
+  end generate every_level;
+
+  carry : process (clk) is
+
+    variable before : sum_t;
+
+  begin
+
+    if rising_edge(clk) then
+      if active = '1' then
+
+        for c in 0 to CHANNELS - 1 loop
+
+          before := running((P - 1) * CHANNELS + c);
+          if take = '1' then
+            before := unsigned(ahead((c + 1) * SUM_BITS - 1 downto c * SUM_BITS));
+          end if;
+
+          for j in 0 to P - 1 loop
+
+            running(j * CHANNELS + c) <= before + partial(LEVELS)(j * CHANNELS + c);
+
+          end loop;
+
+        end loop;
+
+      end if;
+    end if;
+
+  end process carry;
+
+  every_sum : if not HOLDING generate
+
+    result : for i in 0 to P * CHANNELS - 1 generate
+      sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(running(i));
+    end generate result;
+
+  end generate every_sum;
+
+  groups : if HOLDING generate
+
+    signal active_late : std_logic                        := '0';
+    signal take_late   : std_logic                        := '0';
+    signal begins_late : std_logic_vector(P - 1 downto 0) := (others => '0');
+    signal held_late   : std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0);
+    signal results     : sums_t                           := (others => (others => '0'));
+
+  begin
+
+    hold : process (clk) is
+
+      variable found  : std_logic_vector(P - 1 downto 0);
+      variable values : sums_t;
+
+    begin
+
+      if rising_edge(clk) then
+        active_late <= active;
+        take_late   <= take;
+        begins_late <= begins;
+        held_late   <= held;
+
+        -- The sum of the last place up to each that begins a group.
+        found  := begins_late;
+        values := running;
+
+        for l in 0 to LEVELS - 1 loop
+
+          -- From the top: the places below are still those of the level before.
+          for j in P - 1 downto 2 ** l loop
+
+            if found(j) = '0' then
+
+              for c in 0 to CHANNELS - 1 loop
+
+                values(j * CHANNELS + c) := values((j - 2 ** l) * CHANNELS + c);
+
+              end loop;
+
+            end if;
+            found(j) := found(j) or found(j - 2 ** l);
+
+          end loop;
+
+        end loop;
+
+        if active_late = '1' then
+
+          for j in 0 to P - 1 loop
+
+            for c in 0 to CHANNELS - 1 loop
+
+              if found(j) = '1' then
+                results(j * CHANNELS + c) <= values(j * CHANNELS + c);
+              elsif take_late = '1' then
+                results(j * CHANNELS + c) <= unsigned(held_late((c + 1) * SUM_BITS - 1 downto c * SUM_BITS));
+              else
+                results(j * CHANNELS + c) <= results((P - 1) * CHANNELS + c);
+              end if;
+
+            end loop;
+
+          end loop;
+
+        end if;
+      end if;
+
+    end process hold;
+
+    result : for i in 0 to P * CHANNELS - 1 generate
+      sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(results(i));
+    end generate result;
+
+  end generate groups;
+
+end architecture rtl;

@@ -1,0 +1,415 @@
+-- The moving sum of a row for P neighbouring outputs at once: what each of them takes in, and where that lies.
+--
+-- Output o takes in pixel e(o) = o + entering_offset(o mod M) and gives back e(o) - M (sum_schedule_pkg), so the P
+-- outputs of a token are the sum behind the token before plus the prefix sums of d(o) = x(e(o)) - x(e(o) - M).
+--
+-- Pixels lie in B banks, B the smallest multiple of M that is not less than P: pixel i in bank i mod B, row i / B. P
+-- neighbouring pixels lie in different banks, and so do those that enter with P neighbouring outputs, as
+-- e(o + M) = e(o) + M. What enters with output o comes from the bank that belongs to o mod B (its place).
+--
+-- All functions are evaluated at elaboration only.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.sum_schedule_pkg.all;
+use work.moving_sum_pkg.all;
+
+package sum_lanes_pkg is
+
+  -- Tokens of a line of so many pixels.
+  function line_tokens (
+    columns : positive;
+    pixels  : positive
+  ) return positive;
+
+  -- Tokens from a token to the outputs of the same pixels.
+  function lane_delay (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive
+  ) return natural;
+
+  -- The same, summed over all passes of the rows.
+  function total_lane_delay (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    order            : natural;
+    pixels           : positive
+  ) return natural;
+
+  -- B, the number of banks.
+  function bank_count (
+    micro_image_size : positive;
+    pixels           : positive
+  ) return positive;
+
+  -- The first pixel of a token lies in a bank that is a multiple of this; the number of such banks.
+  function bank_step (
+    micro_image_size : positive;
+    pixels           : positive
+  ) return positive;
+
+  function token_places (
+    micro_image_size : positive;
+    pixels           : positive
+  ) return positive;
+
+  -- Index of the pixel that enters with an output, counted from the output, by o mod M.
+  function entering_offset (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    slice            : natural;
+    output_phase     : natural
+  ) return integer;
+
+  -- Bank of the pixel that enters with the outputs of a place, and its row, counted from the output's own.
+  function entering_bank (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive;
+    slice            : natural;
+    place            : natural
+  ) return natural;
+
+  function entering_row (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive;
+    slice            : natural;
+    place            : natural
+  ) return integer;
+
+  -- The least and the largest row of all slices.
+  function lowest_row (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive
+  ) return integer;
+
+  function highest_row (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive
+  ) return integer;
+
+  -- Whether a pixel is in the sum ahead of output 0; with held: in the sum that output 0 shows, if that is of a group
+  -- which began before.
+  function is_ahead (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    slice            : natural;
+    index            : natural;
+    held             : boolean
+  ) return boolean;
+
+  -- Rows of a bank, a power of two: from the newest pixel back to the oldest that leaves, and rows that are not full
+  -- where a line ends.
+  function bank_rows (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive
+  ) return positive;
+
+  -- Clocks from a token at a lane stage's input to its output.
+  function lane_stage_latency (
+    micro_image_size : positive;
+    shifts           : string;
+    pixels           : positive
+  ) return positive;
+
+  -- Clocks from a token at the moving sum array's input to its output, with several pixels a token.
+  function lane_array_latency (
+    micro_image_size : positive;
+    shifts           : string;
+    order            : natural;
+    pixels           : positive
+  ) return positive;
+
+end package sum_lanes_pkg;
+
+package body sum_lanes_pkg is
+
+  function floor_divided (
+    value   : integer;
+    divisor : positive
+  ) return integer is
+  begin
+
+    return (value - value mod divisor) / divisor;
+
+  end function floor_divided;
+
+  function line_tokens (
+    columns : positive;
+    pixels  : positive
+  ) return positive is
+  begin
+
+    -- A line memory has two columns at least.
+    if pixels = 1 then
+      return columns;
+    end if;
+
+    return larger(divide_up(columns, pixels), 2);
+
+  end function line_tokens;
+
+  function lane_delay (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive
+  ) return natural is
+  begin
+
+    return divide_up(output_delay(micro_image_size, shifts, centred), pixels);
+
+  end function lane_delay;
+
+  function total_lane_delay (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    order            : natural;
+    pixels           : positive
+  ) return natural is
+  begin
+
+    return lane_delay(micro_image_size, shifts, centred, pixels) +
+           order * lane_delay(micro_image_size, "1", centred, pixels);
+
+  end function total_lane_delay;
+
+  function bank_count (
+    micro_image_size : positive;
+    pixels           : positive
+  ) return positive is
+  begin
+
+    return divide_up(pixels, micro_image_size) * micro_image_size;
+
+  end function bank_count;
+
+  function bank_step (
+    micro_image_size : positive;
+    pixels           : positive
+  ) return positive is
+  begin
+
+    return group_size(bank_count(micro_image_size, pixels), pixels);
+
+  end function bank_step;
+
+  function token_places (
+    micro_image_size : positive;
+    pixels           : positive
+  ) return positive is
+  begin
+
+    return bank_count(micro_image_size, pixels) / bank_step(micro_image_size, pixels);
+
+  end function token_places;
+
+  function entering_offset (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    slice            : natural;
+    output_phase     : natural
+  ) return integer is
+
+    variable phase : natural;
+
+  begin
+
+    phase := entering_phase(micro_image_size, shifts, centred, slice, output_phase);
+
+    return output_delay(micro_image_size, shifts, centred) -
+           entering_age(micro_image_size, shifts, centred, slice, phase);
+
+  end function entering_offset;
+
+  function entering_index (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    slice            : natural;
+    place            : natural
+  ) return integer is
+  begin
+
+    return place + entering_offset(micro_image_size, shifts, centred, slice, place mod micro_image_size);
+
+  end function entering_index;
+
+  function entering_bank (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive;
+    slice            : natural;
+    place            : natural
+  ) return natural is
+  begin
+
+    return entering_index(micro_image_size, shifts, centred, slice, place) mod bank_count(micro_image_size, pixels);
+
+  end function entering_bank;
+
+  function entering_row (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive;
+    slice            : natural;
+    place            : natural
+  ) return integer is
+  begin
+
+    return floor_divided(entering_index(micro_image_size, shifts, centred, slice, place),
+                         bank_count(micro_image_size, pixels));
+
+  end function entering_row;
+
+  function lowest_row (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive
+  ) return integer is
+
+    variable row : integer;
+
+  begin
+
+    row := entering_row(micro_image_size, shifts, centred, pixels, 0, 0);
+
+    for s in 0 to slice_count(shifts) - 1 loop
+
+      for r in 0 to bank_count(micro_image_size, pixels) - 1 loop
+
+        row := -larger(-row, -entering_row(micro_image_size, shifts, centred, pixels, s, r));
+
+      end loop;
+
+    end loop;
+
+    return row;
+
+  end function lowest_row;
+
+  function highest_row (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive
+  ) return integer is
+
+    variable row : integer;
+
+  begin
+
+    row := entering_row(micro_image_size, shifts, centred, pixels, 0, 0);
+
+    for s in 0 to slice_count(shifts) - 1 loop
+
+      for r in 0 to bank_count(micro_image_size, pixels) - 1 loop
+
+        row := larger(row, entering_row(micro_image_size, shifts, centred, pixels, s, r));
+
+      end loop;
+
+    end loop;
+
+    return row;
+
+  end function highest_row;
+
+  function is_ahead (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    slice            : natural;
+    index            : natural;
+    held             : boolean
+  ) return boolean is
+
+    variable last   : integer;
+    variable output : integer;
+
+  begin
+
+    last := -1;
+
+    if held then
+      -- The output with which the group of output 0 begins.
+      last := -(centre_offset(micro_image_size, slice_shift(shifts, slice), centred) mod
+                group_size(micro_image_size, slice_shift(shifts, slice)));
+    end if;
+
+    -- The output with which the pixel enters.
+    output := index + entering_age(micro_image_size, shifts, centred, slice, index mod micro_image_size) -
+              output_delay(micro_image_size, shifts, centred);
+
+    return output <= last and output > last - micro_image_size;
+
+  end function is_ahead;
+
+  function bank_rows (
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    pixels           : positive
+  ) return positive is
+
+    variable oldest : natural;
+
+  begin
+
+    oldest := lane_delay(micro_image_size, shifts, centred, pixels) * pixels -
+              output_delay(micro_image_size, shifts, centred) + pixels - 1 + reach(micro_image_size, shifts, centred);
+
+    return 2 ** bits_for(divide_up(oldest, bank_count(micro_image_size, pixels)) + 2);
+
+  end function bank_rows;
+
+  function lane_stage_latency (
+    micro_image_size : positive;
+    shifts           : string;
+    pixels           : positive
+  ) return positive is
+  begin
+
+    return 7 + bits_for(pixels - 1) + choose(slice_count(shifts) > 1, 1, 0) +
+           choose(holds_outputs(micro_image_size, shifts), 1, 0);
+
+  end function lane_stage_latency;
+
+  function lane_array_latency (
+    micro_image_size : positive;
+    shifts           : string;
+    order            : natural;
+    pixels           : positive
+  ) return positive is
+  begin
+
+    -- Columns of two tokens at least.
+    return (order + 1) * sum_stage_latency(false, 2) + lane_stage_latency(micro_image_size, shifts, pixels) +
+           order * lane_stage_latency(micro_image_size, "1", pixels) + DIVIDE_LATENCY;
+
+  end function lane_array_latency;
+
+end package body sum_lanes_pkg;
