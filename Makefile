@@ -13,7 +13,7 @@ PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= CALIB= BAYER= M= A= SWEEP= STACK= RADIUS= ENGINE= IOTA= ANY_ROWS= INTERPOLATION= SHARPEN= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES= SCENE= OUT=
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= CALIB= BAYER= M= A= SWEEP= STACK= RADIUS= ENGINE= IOTA= ANY_ROWS= PIXELS= INTERPOLATION= SHARPEN= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES= SCENE= OUT=
 	@$(PLENOFIR) sim
 
 synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= OUT= (without: all shipped scenes, the board, cores and arrays)

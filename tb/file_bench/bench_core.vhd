@@ -28,6 +28,7 @@ entity bench_core is
     ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
     SHARPENING          : string   := "";
+    PIXELS_PER_CLOCK    : positive := 1;
     INPUT_LINES         : positive := 1;
     RADIUS              : natural  := 1
   );
@@ -41,7 +42,7 @@ entity bench_core is
     -- AXI4-Stream video as in raster_refocuser.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
-    s_axis_tdata  : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
     -- The slices of a stack on their way to the depth index, to look at; nothing with other engines.
@@ -53,7 +54,7 @@ entity bench_core is
     -- tid: slice of the frame; of a stack, which is all in focus here, the slice of the pixel.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
@@ -94,7 +95,8 @@ begin
         BROADCAST_TAPS      => BROADCAST_TAPS,
         ENGINE              => ENGINE,
         ANY_ROWS            => ANY_ROWS,
-        SHARPENING          => SHARPENING
+        SHARPENING          => SHARPENING,
+        PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK
       )
       port map (
         clk           => clk,

@@ -1,8 +1,8 @@
 // Moves whole frames from a file through a core of any engine into files, clock by clock as
 // file_bench.vhd does: the same files, the same stalls, the same counts.
 //
-// Arguments: MICRO_IMAGE_SIZE SLICES CHANNELS PIXEL_BITS COLUMNS ROWS FRAMES SWEEP_FRAMES
-// STALL_PERCENT SEED; SLICES is 0 where the engine is not a stack.
+// Arguments: MICRO_IMAGE_SIZE SLICES CHANNELS PIXELS_PER_CLOCK PIXEL_BITS COLUMNS ROWS FRAMES
+// SWEEP_FRAMES STALL_PERCENT SEED; SLICES is 0 where the engine is not a stack.
 
 #include <algorithm>
 #include <cstddef>
@@ -64,6 +64,29 @@ uint64_t field(const VlWide<Words>& port, uint64_t low, uint64_t bits) {
     return field(next << 32 | port[word], low % 32, bits);
 }
 
+// Sets a field of a port whose bits there are 0.
+template <class Port>
+void set_field(Port& port, uint64_t low, uint64_t value) {
+    port |= Port(value) << low;
+}
+
+template <std::size_t Words>
+void set_field(VlWide<Words>& port, uint64_t low, uint64_t value) {
+    const uint64_t shifted = value << low % 32;
+    port[low / 32] |= uint32_t(shifted);
+    if (shifted >> 32) port[low / 32 + 1] |= uint32_t(shifted >> 32);
+}
+
+template <class Port>
+void clear(Port& port) {
+    port = 0;
+}
+
+template <std::size_t Words>
+void clear(VlWide<Words>& port) {
+    for (std::size_t i = 0; i < Words; i++) port[i] = 0;
+}
+
 // Fields of a port, one after another from the low bits on, as words of a file.
 template <class Port>
 void write_fields(std::ofstream& file, const Port& port, uint64_t count, uint64_t bits) {
@@ -74,19 +97,22 @@ void write_fields(std::ofstream& file, const Port& port, uint64_t count, uint64_
 }
 
 int main(int argc, char** argv) {
-    if (argc != 11) {
-        std::fprintf(stderr, "file_bench: expected 10 arguments\n");
+    if (argc != 12) {
+        std::fprintf(stderr, "file_bench: expected 11 arguments\n");
         return 1;
     }
     const auto argument = [&](int place) { return std::strtoull(argv[place], nullptr, 10); };
-    const uint64_t slices = argument(2), channels = argument(3), pixel_bits = argument(4);
-    const uint64_t columns = argument(5), rows = argument(6), frame = columns * rows;
-    const uint64_t pixels = frame * argument(7);
+    const uint64_t slices = argument(2), channels = argument(3), together = argument(4);
+    const uint64_t pixel_bits = argument(5), columns = argument(6), rows = argument(7);
+    // Of a token, one pixel or several; and tokens.
+    const uint64_t values = together * channels;
+    const uint64_t line = (columns + together - 1) / together, frame = line * rows;
+    const uint64_t tokens = frame * argument(8);
     const bool stack = slices > 0;
     // Lines wait in a stack.
     const uint64_t patience = idle_limit + (stack ? 100 * argument(1) * columns : 0);
-    Stalls stalls(argument(10), argument(9));
-    const std::vector<int32_t> words = read_words("input.bin", pixels * channels);
+    Stalls stalls(argument(11), argument(10));
+    const std::vector<int32_t> words = read_words("input.bin", tokens * values);
     std::ofstream output(stack ? "found.bin" : "output.bin", std::ios::binary);
     std::ofstream slices_file;
     if (stack) slices_file.open("slices.bin", std::ios::binary);
@@ -99,7 +125,7 @@ int main(int argc, char** argv) {
     const auto settle = [&] { core.clk = 0, core.eval(); };
     core.columns = columns;
     core.rows = rows;
-    core.sweep_frames = argument(8);
+    core.sweep_frames = argument(9);
     core.s_axis_tvalid = 0;
     core.m_axis_tready = 0;
     core.reset = 1;
@@ -115,9 +141,9 @@ int main(int argc, char** argv) {
     uint64_t first_in = 0, last_in = 0, first_out = 0, last_out = 0;
     uint64_t framing_errors = 0, frame_slice = 0;
     const auto misframed = [&](uint64_t number, bool user, bool last) {
-        return last != (number % columns == columns - 1) || user != (number % frame == 0);
+        return last != (number % line == line - 1) || user != (number % frame == 0);
     };
-    while (!(received >= pixels && idle >= silence) && idle < patience) {
+    while (!(received >= tokens && idle >= silence) && idle < patience) {
         clock++;
         idle++;
         const bool taken = core.s_axis_tvalid && core.s_axis_tready;
@@ -129,7 +155,7 @@ int main(int argc, char** argv) {
         }
         if (core.m_axis_tvalid && core.m_axis_tready) {
             if (received == 0) first_out = clock;
-            write_fields(output, core.m_axis_tdata, channels, pixel_bits);
+            write_fields(output, core.m_axis_tdata, values, pixel_bits);
             if (stack) {
                 write_fields(output, core.m_axis_tid, 1, 8);
             } else if (received % frame == 0) {
@@ -150,13 +176,13 @@ int main(int argc, char** argv) {
             idle = 0;
             core.s_axis_tvalid = 0;
         }
-        if (!stalls.draw() && offered == accepted && offered < pixels) {
-            uint64_t data = 0;
-            for (uint64_t c = 0; c < channels; c++)
-                data |= field(words[offered * channels + c], 0, pixel_bits) << (c * pixel_bits);
-            core.s_axis_tdata = data;
+        if (!stalls.draw() && offered == accepted && offered < tokens) {
+            clear(core.s_axis_tdata);
+            for (uint64_t c = 0; c < values; c++)
+                set_field(core.s_axis_tdata, c * pixel_bits,
+                          field(words[offered * values + c], 0, pixel_bits));
             core.s_axis_tvalid = 1;
-            core.s_axis_tlast = offered % columns == columns - 1;
+            core.s_axis_tlast = offered % line == line - 1;
             core.s_axis_tuser = offered % frame == 0;
             offered++;
         }

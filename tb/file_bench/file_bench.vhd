@@ -1,7 +1,7 @@
 -- Moves whole frames from a file through a core of any engine into files.
 --
 -- Reads input.bin in the working directory and writes output.bin: 32-bit little-endian words, one for each channel of
--- each pixel, raster order. A stack gives two files instead: slices.bin, all slices of a pixel one after another, and
+-- each pixel, raster order; of several pixels a clock, lines end with whatever fills up the last token. A stack gives two files instead: slices.bin, all slices of a pixel one after another, and
 -- found.bin, the pixel that is all in focus, then its slice. Then clocks.txt: one "name value" pair a line.
 --
 -- SWEEP_FRAMES > 0 sweeps through the slices, a new one every so many frames; else the first of the set is used.
@@ -40,6 +40,7 @@ entity file_bench is
     ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
     SHARPENING          : string   := "";
+    PIXELS_PER_CLOCK    : positive := 1;
     INPUT_LINES         : positive := 1;
     RADIUS              : natural  := 1;
     -- The frames in the file.
@@ -56,8 +57,11 @@ architecture test of file_bench is
 
   constant STACK        : boolean  := same_text(ENGINE, "stack");
   constant SLICES       : positive := slice_count(SHIFTS);
-  constant FRAME_PIXELS : positive := COLUMNS * ROWS;
-  constant PIXELS       : positive := FRAME_PIXELS * FRAMES;
+  -- Values of a token, and tokens: one pixel or several.
+  constant VALUES       : positive := PIXELS_PER_CLOCK * CHANNELS;
+  constant LINE_TOKENS  : positive := divide_up(COLUMNS, PIXELS_PER_CLOCK);
+  constant FRAME_TOKENS : positive := LINE_TOKENS * ROWS;
+  constant TOKENS       : positive := FRAME_TOKENS * FRAMES;
   constant CLOCK_PERIOD : time     := 10 ns;
   -- Clocks after the last pixel in which no other may come.
   constant SILENCE : positive := 64;
@@ -76,7 +80,7 @@ architecture test of file_bench is
   signal sweep_port    : std_logic_vector(7 downto 0);
   signal s_axis_tvalid : std_logic                                            := '0';
   signal s_axis_tready : std_logic;
-  signal s_axis_tdata  : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0) := (others => '0');
+  signal s_axis_tdata  : std_logic_vector(VALUES * PIXEL_BITS - 1 downto 0) := (others => '0');
   signal s_axis_tuser  : std_logic_vector(0 downto 0)                         := "0";
   signal s_axis_tlast  : std_logic                                            := '0';
   signal slices_tvalid : std_logic;
@@ -86,7 +90,7 @@ architecture test of file_bench is
   signal slices_tlast  : std_logic;
   signal m_axis_tvalid : std_logic;
   signal m_axis_tready : std_logic                                            := '0';
-  signal m_axis_tdata  : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+  signal m_axis_tdata  : std_logic_vector(VALUES * PIXEL_BITS - 1 downto 0);
   signal m_axis_tuser  : std_logic_vector(0 downto 0);
   signal m_axis_tid    : std_logic_vector(7 downto 0);
   signal m_axis_tlast  : std_logic;
@@ -147,7 +151,7 @@ architecture test of file_bench is
 
   end procedure write_pixels;
 
-  -- Whether the marks of the number-th pixel are wrong.
+  -- Whether the marks of the number-th token are wrong.
 
   function misframed (
     number : natural;
@@ -156,7 +160,7 @@ architecture test of file_bench is
   ) return boolean is
   begin
 
-    return (last = '1') /= (number mod COLUMNS = COLUMNS - 1) or (user = "1") /= (number mod FRAME_PIXELS = 0);
+    return (last = '1') /= (number mod LINE_TOKENS = LINE_TOKENS - 1) or (user = "1") /= (number mod FRAME_TOKENS = 0);
 
   end function misframed;
 
@@ -198,6 +202,7 @@ begin
       ENGINE              => ENGINE,
       ANY_ROWS            => ANY_ROWS,
       SHARPENING          => SHARPENING,
+      PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
       INPUT_LINES         => INPUT_LINES,
       RADIUS              => RADIUS
     )
@@ -260,7 +265,7 @@ begin
       clock := clock + 1;
       idle  := idle + 1;
 
-      -- A pixel was taken.
+      -- A token was taken.
       if s_axis_tvalid = '1' and s_axis_tready = '1' then
         if accepted = 0 then
           first_in := clock;
@@ -273,9 +278,9 @@ begin
 
       -- Offer the next one.
       draw(random, stall);
-      if offered = accepted and offered < PIXELS and not stall then
+      if offered = accepted and offered < TOKENS and not stall then
 
-        for c in 0 to CHANNELS - 1 loop
+        for c in 0 to VALUES - 1 loop
 
           read(input_file, word);
           pixel := std_logic_vector(to_unsigned(word, PIXEL_BITS));
@@ -287,10 +292,10 @@ begin
         s_axis_tvalid <= '1';
         s_axis_tlast  <= '0';
         s_axis_tuser  <= "0";
-        if offered mod COLUMNS = COLUMNS - 1 then
+        if offered mod LINE_TOKENS = LINE_TOKENS - 1 then
           s_axis_tlast <= '1';
         end if;
-        if offered mod FRAME_PIXELS = 0 then
+        if offered mod FRAME_TOKENS = 0 then
           s_axis_tuser <= "1";
         end if;
         offered := offered + 1;
@@ -306,7 +311,7 @@ begin
         idle    := 0;
       end if;
 
-      -- A pixel came out.
+      -- A token came out.
       if m_axis_tvalid = '1' and m_axis_tready = '1' then
         if received = 0 then
           first_out := clock;
@@ -315,7 +320,7 @@ begin
         slice := to_integer(unsigned(m_axis_tid));
         if STACK then
           write(output_file, slice);
-        elsif received mod FRAME_PIXELS = 0 then
+        elsif received mod FRAME_TOKENS = 0 then
           frame_slice := slice;
           write_count(clocks_file, "slice", slice);
         end if;
@@ -334,7 +339,7 @@ begin
         m_axis_tready <= '1';
       end if;
 
-      if (received >= PIXELS and idle >= SILENCE) or idle >= IDLE_LIMIT then
+      if (received >= TOKENS and idle >= SILENCE) or idle >= IDLE_LIMIT then
         write_count(clocks_file, "accepted", accepted);
         if STACK then
           write_count(clocks_file, "stacked", stacked);

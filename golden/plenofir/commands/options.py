@@ -20,6 +20,7 @@ InterpolationName = Literal["nearest", "linear", "0", "1", "2", "3"]
 Simulator = Literal["ghdl", "nvc", "verilator"]
 Chain = Literal["core", "hdmi"]
 Bayer = Literal["rggb", "grbg", "gbrg", "bggr"]
+Pixels = Literal["1", "2", "4", "8", "16", "32"]
 
 VARIABLES = {
     "RAW": "raw",
@@ -33,6 +34,7 @@ VARIABLES = {
     "IOTA": "parallel_rows",
     "ENGINE": "engine",
     "ANY_ROWS": "any_rows",
+    "PIXELS": "pixels",
     "INTERPOLATION": "interpolation",
     "SHARPEN": "sharpen",
     "ARITH": "arith",
@@ -52,6 +54,7 @@ _FIELDS = {
     "micro_image_size": "micro_image",
     "shifts": "a",
     "order": "interpolation",
+    "pixels_per_clock": "pixels",
     "arithmetic": "arith",
     "sharpening": "sharpen",
     "fraction_bits": "fraction",
@@ -63,6 +66,8 @@ _FIELDS = {
 _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("parallel_rows", "engine", ("fir",)),
     ("any_rows", "engine", ("moving_sum",)),
+    ("pixels", "engine", ("moving_sum",)),
+    ("pixels", "arith", ("exact",)),
     ("radius", "engine", ("stack",)),
     ("interpolation", "engine", ("fir", "moving_sum")),
     ("sharpen", "engine", ("fir", "moving_sum")),
@@ -74,6 +79,7 @@ _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("chain", "engine", ("fir", "moving_sum")),
     ("parallel_rows", "chain", ("core",)),
     ("any_rows", "chain", ("core",)),
+    ("pixels", "chain", ("core",)),
     ("chain", "simulator", ("ghdl", "nvc")),
     ("waves", "engine", ("fir", "moving_sum")),
     ("waves", "simulator", ("ghdl", "nvc")),

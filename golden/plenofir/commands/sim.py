@@ -27,6 +27,7 @@ _BY_SCENE = (
     "parallel_rows",
     "engine",
     "any_rows",
+    "pixels",
     "interpolation",
     "sharpen",
     "arith",
@@ -61,6 +62,10 @@ def sim(
             "--any-rows", help="moving_sum: frames of any number of rows without a pause."
         ),
     ] = False,
+    pixels: Annotated[
+        options.Pixels,
+        typer.Option(help="moving_sum (which it implies): neighbouring pixels that come each clock."),
+    ] = "1",
     interpolation: options.Interpolation = "nearest",
     sharpen: options.Sharpen = "off",
     arith: options.Arith = "exact",
@@ -95,6 +100,9 @@ def sim(
                     where=options.typed(name),
                     expected="one of them",
                 )
+    given = context.get_parameter_source("engine")
+    if pixels != "1" and not (given is not None and given.name == "COMMANDLINE"):
+        engine = "moving_sum"
     decided = {"arith": arith, "chain": chain, "simulator": simulator}
     options.check_combinations(used, decided if scene else {**decided, "engine": engine})
     options.require("bayer", "calib", calib is None and bayer is not None)
@@ -123,7 +131,7 @@ def sim(
             arithmetic=options.arithmetic(arith, fraction, guard),
             order=order,
             sharpening=tuple(weights) if any(weights) else (),
-            engine=_engine(engine, parallel_rows, any_rows=any_rows),
+            engine=_engine(engine, parallel_rows, any_rows=any_rows, pixels=pixels),
         )
 
     def run_of(path: Path, core: "CoreConfiguration", folder: Path) -> Run:
@@ -173,14 +181,18 @@ def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Pat
         raise typer.Exit(EXIT_MISMATCH)
 
 
-def _engine(kind: str, parallel_rows: int, *, any_rows: bool) -> "Engine":
+def _engine(
+    kind: str, parallel_rows: int, *, any_rows: bool, pixels: options.Pixels
+) -> "Engine":
     from plenofir.fpga.core.fir import FirEngine
     from plenofir.fpga.core.moving_sum import MovingSumEngine
     from plenofir.fpga.core.stack import StackEngine
 
     if kind == "fir":
         return FirEngine(parallel_rows=parallel_rows)
-    return StackEngine() if kind == "stack" else MovingSumEngine(any_rows=any_rows)
+    if kind == "stack":
+        return StackEngine()
+    return MovingSumEngine.model_validate({"any_rows": any_rows, "pixels_per_clock": int(pixels)})
 
 
 def _of_scene(

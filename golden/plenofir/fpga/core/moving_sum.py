@@ -133,7 +133,7 @@ class MovingSumEngine(SliceEngine):
         return -(-least // raster.micro_image_size) * raster.micro_image_size
 
     def for_video(self) -> Self:
-        return self.model_copy(update={"any_rows": False})
+        return self.model_copy(update={"any_rows": False, "pixels_per_clock": 1})
 
     def generics(self, raster: Raster) -> Generics:
         values = super().generics(raster) | {"ENGINE": self.kind}

@@ -104,6 +104,12 @@ def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> No
             where="parallel_rows",
             expected="1 for HDMI: a video stream brings one pixel a clock",
         )
+    if configuration.pixels_per_clock != 1:
+        raise InputError(
+            f"{configuration.pixels_per_clock} pixels a clock",
+            where="pixels_per_clock",
+            expected="1 for HDMI: a video stream brings one pixel a clock",
+        )
     if configuration.engine != configuration.engine.for_video():
         raise InputError(
             "True", where="any_rows", expected="False for HDMI: video has its blanking"

@@ -99,19 +99,19 @@ def core_generics(core: CoreConfiguration, radius: int = 1) -> Generics:
     return {**core.generics(), "ENGINE": core.engine.kind, "RADIUS": radius}
 
 
-def _read_counts(directory: Path, pixels: int) -> list[tuple[str, int]]:
-    """Read ``clocks.txt``; refuse pixels that are missing, too many or wrongly framed."""
+def _read_counts(directory: Path, tokens: int) -> list[tuple[str, int]]:
+    """Read ``clocks.txt``; refuse tokens that are missing, too many or wrongly framed."""
     lines = (directory / "clocks.txt").read_text().splitlines()
     pairs = [(name, int(value)) for name, value in (line.split() for line in lines)]
     counts = dict(pairs)
     for name in ("stacked", "received"):
-        if counts.get(name, pixels) != pixels:
+        if counts.get(name, tokens) != tokens:
             raise SimulationError(
-                f"{counts[name]} pixels {name} for {pixels} ({counts['accepted']} accepted)"
+                f"{counts[name]} tokens {name} for {tokens} ({counts['accepted']} accepted)"
             )
     if counts["framing_errors"] or counts["error_flags"]:
         raise SimulationError(
-            f"{counts['framing_errors']} pixels with wrong tuser or tlast, "
+            f"{counts['framing_errors']} tokens with wrong tuser or tlast, "
             f"error flags {counts['error_flags']:05b}"
         )
     return pairs
@@ -185,7 +185,13 @@ def run_bench(
     output = directory / ("found.bin" if stack else "output.bin")
     # What an earlier run left is no progress of this one.
     output.unlink(missing_ok=True)
-    frames.astype("<i4").tofile(directory / "input.bin")
+    together = core.pixels_per_clock
+    tokens = core.line_tokens(columns)
+    behind = [(0, 0)] * frames.ndim
+    behind[2] = (0, tokens * together - columns)
+    # What stands behind a line's last pixel must not count.
+    filled = np.pad(frames, behind, constant_values=(1 << core.pixel_bits) - 1)
+    filled.astype("<i4").tofile(directory / "input.bin")
     generics = core_generics(core, radius)
     sizes = {
         "COLUMNS": columns,
@@ -208,8 +214,8 @@ def run_bench(
             simulator, files, CORE, directory, pixels=frames.size, toggles=toggles
         )
         slices = len(core.shifts) if stack else 0
-        numbers = (core.micro_image_size, slices, core.channels, core.pixel_bits, *sizes.values())
-        command = [str(program), *(str(number) for number in numbers)]
+        numbers = (core.micro_image_size, slices, core.channels, together, core.pixel_bits)
+        command = [str(program), *(str(number) for number in (*numbers, *sizes.values()))]
     else:
         for command in [] if built else simulator.build_commands(bench_sources(), TOP):
             simulator.run(command, directory)
@@ -223,9 +229,12 @@ def run_bench(
     simulator.run(command, directory, poll=poll)
     seconds = time.perf_counter() - started
 
-    pairs = _read_counts(directory, count * rows * columns)
+    pairs = _read_counts(directory, count * rows * tokens)
     counts = dict(pairs)
-    found = np.fromfile(output, "<i4").reshape(count, rows, columns, words)
+    found = np.fromfile(output, "<i4").reshape(count, rows, tokens * together, words)
+    if found[:, :, columns:].any():
+        raise SimulationError("what comes out behind a line's last pixel is not zero")
+    found = found[:, :, :columns]
     stacks = index = None
     if stack:
         index = found[..., -1].astype(np.uint8)

@@ -109,6 +109,7 @@ class Report(BaseModel):
     pixel_bits: int
     engine: str
     parallel_rows: int
+    pixels_per_clock: int
     interpolation: int
     pixels_compared: int
     mismatches: int
@@ -365,6 +366,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
             pixel_bits=core.pixel_bits,
             engine=core.engine.kind,
             parallel_rows=core.parallel_rows,
+            pixels_per_clock=core.pixels_per_clock,
             interpolation=core.order,
             pixels_compared=rows * columns * len(shifts),
             mismatches=sum(slice_.mismatches for slice_ in slices),
