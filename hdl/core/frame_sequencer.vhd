@@ -95,8 +95,6 @@ architecture rtl of frame_sequencer is
   constant FRAME_SIZE  : natural := 4;
 
   constant LAST_BAND_ROW : natural := PARALLEL_ROWS - 1;
-  -- From pixels to tokens.
-  constant PIXEL_SHIFT : natural := choose(PIXELS_PER_CLOCK = 1, 0, bits_for(PIXELS_PER_CLOCK - 1));
   -- Of a column, and of MIN_STEPS to compare it with.
   constant COLUMN_BITS : positive := bits_for(larger(MAX_COLUMNS - 1, MIN_STEPS));
 
@@ -143,10 +141,17 @@ architecture rtl of frame_sequencer is
 
 begin
 
-  new_last_column <= resize(shift_right(unsigned(columns) - 1, PIXEL_SHIFT), COLUMN_BITS);
   new_last_row    <= unsigned(rows) - 1;
   size_supported  <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                      '0';
+
+  one_pixel : if PIXELS_PER_CLOCK = 1 generate
+    new_last_column <= resize(unsigned(columns) - 1, COLUMN_BITS);
+  end generate one_pixel;
+
+  several_pixels : if PIXELS_PER_CLOCK > 1 generate
+    new_last_column <= resize(shift_right(unsigned(columns) - 1, bits_for(PIXELS_PER_CLOCK - 1)), COLUMN_BITS);
+  end generate several_pixels;
 
   -- Whether the line on hand, or the first line of a new frame, completes a band.
   completes_band  <= '1' when LAST_BAND_ROW = 0 or band_row = LAST_BAND_ROW or at_last_row = '1' else

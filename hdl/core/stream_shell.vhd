@@ -208,7 +208,7 @@ begin
   several_pixels : if PIXELS_PER_CLOCK > 1 generate
 
     -- Of the line's last pixel.
-    signal place : natural range 0 to PIXELS_PER_CLOCK - 1;
+    signal place : natural range 0 to larger(PIXELS_PER_CLOCK - 1, 1);
 
   begin
 

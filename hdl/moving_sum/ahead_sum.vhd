@@ -59,7 +59,7 @@ architecture rtl of ahead_sum is
 
   type partial_t is array (natural range 0 to LEVELS) of sums_t;
 
-  signal partial    : partial_t := (others => (others => (others => '0')));
+  signal partial   : partial_t                                          := (others => (others => (others => '0')));
   signal flags     : std_logic_vector(1 downto 0);
   signal flags_due : std_logic_vector(1 downto 0);
   signal gathered  : std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0) := (others => '0');
@@ -68,8 +68,8 @@ begin
 
   pixel : for i in 0 to P * CHANNELS - 1 generate
     partial(0)(i) <= resize(unsigned(pixels((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS)), SUM_BITS)
-                    when chosen(i / CHANNELS) = '1' else
-                    (others => '0');
+                     when chosen(i / CHANNELS) = '1' else
+                     (others => '0');
   end generate pixel;
 
   every_level : for l in 1 to LEVELS generate

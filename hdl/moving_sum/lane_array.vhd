@@ -1,11 +1,11 @@
 -- The engine of moving sums with several neighbouring pixels a token.
 --
--- Columns come first: to them the pixels of a token are channels of one that is wider, and a line is shorter by as much.
--- Rows follow, where pixels mix. Sums are exact. Pixels of a line's last token that lie behind the line count as zero
--- and come out as zero.
+-- Columns come first: to them the pixels of a token are channels of one that is wider, and a line is shorter by as
+-- much. Rows follow, where pixels mix. Sums are exact. Pixels of a line's last token that lie behind the line count as
+-- zero and come out as zero. Sharpening may follow.
 --
--- Latency: D lines, D' tokens and lane_array_latency clocks, D = total_delay, D' = total_lane_delay. Throughput: one
---   token each clock, in lines of D' + 1 tokens at least and frames as in moving_sum_array.
+-- Latency: D lines, D' tokens and lane_array_latency clocks, D = total_delay, D' = total_lane_delay; with sharpening
+--   M lines, divide_up(M, P) tokens and sharpen_latency clocks more. Throughput: one token each clock, in lines of D' + 1 tokens at least and frames as in moving_sum_array.
 -- Equation: as fir_array.
 
 library ieee;
@@ -19,6 +19,7 @@ use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
 use work.arithmetic_pkg.all;
 use work.token_pkg.all;
+use work.sharpen_pkg.all;
 
 entity lane_array is
   generic (
@@ -39,7 +40,9 @@ entity lane_array is
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
     -- As in raster_refocuser.
-    ANY_ROWS : boolean := false
+    ANY_ROWS : boolean := false;
+    -- As in raster_refocuser.
+    SHARPENING : string := ""
   );
   port (
     clk   : in    std_logic;
@@ -121,9 +124,12 @@ architecture rtl of lane_array is
   signal token_tags : token_tags_t;
   signal line_tags  : line_tags_t;
 
-  signal last_token : token_tag_t;
-  signal last_line  : line_tag_t;
-  signal summed     : result_t;
+  -- Behind the sums, and the sharpener where there is one.
+  signal last_strobe : std_logic;
+  signal last_token  : token_tag_t;
+  signal last_line   : line_tag_t;
+  signal last_sums   : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+  signal summed      : result_t;
 
 begin
 
@@ -248,11 +254,62 @@ begin
 
   end generate every_stage;
 
-  last_token <= token_tags(2 * PASSES);
-  last_line  <= line_tags(2 * PASSES);
+  plain : if not sharpens(SHARPENING) generate
+    last_strobe <= strobe(2 * PASSES);
+    last_token  <= token_tags(2 * PASSES);
+    last_line   <= line_tags(2 * PASSES);
+    last_sums   <= data(2 * PASSES);
+  end generate plain;
 
-  summed.valid <= strobe(2 * PASSES) and last_token(PIXEL) and last_line(IMAGE);
-  summed.skip  <= strobe(2 * PASSES) and last_token(PIXEL) and last_token(LINE_FIRST) and not last_line(IMAGE);
+  sharp : if sharpens(SHARPENING) generate
+
+    signal slice      : unsigned(SLICE_BITS - 1 downto 0);
+    signal slice_due  : unsigned(SLICE_BITS - 1 downto 0);
+    signal sharp_sums : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+
+  begin
+
+    slice     <= unsigned(line_tags(2 * PASSES)(line_tag_t'high downto SLICE_LOW));
+    last_sums <= in_line(sharp_sums, CHANNELS * SUM_BITS, last_token(LINE_LAST), line_end);
+
+    last_line(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(slice_due);
+
+    sharpener : entity work.lens_sharpener
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SHARPENING       => SHARPENING,
+        PIXELS_PER_CLOCK => P,
+        TOKENS           => line_tokens(MAX_COLUMNS, P),
+        CHANNELS         => CHANNELS,
+        SUM_MAX          => product_max(ARITHMETIC, 2 * PASSES),
+        DIVISOR          => final_divisor(ARITHMETIC)
+      )
+      port map (
+        clk             => clk,
+        reset           => reset,
+        strobe          => strobe(2 * PASSES),
+        pixel           => token_tags(2 * PASSES)(PIXEL),
+        line_first      => token_tags(2 * PASSES)(LINE_FIRST),
+        line_last       => token_tags(2 * PASSES)(LINE_LAST),
+        line_end        => line_end,
+        image           => line_tags(2 * PASSES)(IMAGE),
+        frame_first     => line_tags(2 * PASSES)(FRAME_FIRST),
+        slice           => slice,
+        sums            => data(2 * PASSES),
+        out_strobe      => last_strobe,
+        out_pixel       => last_token(PIXEL),
+        out_line_first  => last_token(LINE_FIRST),
+        out_line_last   => last_token(LINE_LAST),
+        out_image       => last_line(IMAGE),
+        out_frame_first => last_line(FRAME_FIRST),
+        out_slice       => slice_due,
+        out_sums        => sharp_sums
+      );
+
+  end generate sharp;
+
+  summed.valid <= last_strobe and last_token(PIXEL) and last_line(IMAGE);
+  summed.skip  <= last_strobe and last_token(PIXEL) and last_token(LINE_FIRST) and not last_line(IMAGE);
   summed.last  <= last_token(LINE_LAST);
   summed.start <= last_token(LINE_FIRST) and last_line(FRAME_FIRST);
   summed.slice <= resize(unsigned(last_line(line_tag_t'high downto SLICE_LOW)), slice_t'length);
@@ -269,7 +326,7 @@ begin
       clk    => clk,
       reset  => reset,
       result => summed,
-      sums   => data(2 * PASSES)(LANES * SUM_BITS - 1 downto 0),
+      sums   => last_sums,
       scaled => result,
       pixels => result_data
     );

@@ -44,8 +44,8 @@ entity lane_control is
     write_1       : out   std_logic;
     write_place_1 : out   natural range 0 to larger(token_places(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) - 1, 1);
     write_row_1   : out   unsigned(ROW_BITS - 1 downto 0);
-    -- Whether the token begins a line, and which of its pixels are in the sum ahead of output 0, or in the one that output
-    -- 0 shows.
+    -- Whether the token begins a line, and which of its pixels are in the sum ahead of output 0, or in the one that
+    -- output 0 shows.
     fresh_1 : out   std_logic;
     ahead_1 : out   std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
     held_1  : out   std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
@@ -103,15 +103,17 @@ architecture rtl of lane_control is
 
       for n in 0 to COUNT_WORDS - 1 loop
 
-        table(s * COUNT_WORDS + n) := (others => '1');
+        table(s * COUNT_WORDS + n)        := (others => '0');
+        table(s * COUNT_WORDS + n)(0)     := '1';
+        table(s * COUNT_WORDS + n)(P + 1) := '1';
 
-        for j in 0 to P - 1 loop
+      end loop;
 
-          if n >= DELAY or not is_ahead(M, SHIFTS, CENTRED, s, n * P + j, held) then
-            table(s * COUNT_WORDS + n)(j + 1) := '0';
-          end if;
+      for i in 0 to DELAY * P - 1 loop
 
-        end loop;
+        if is_ahead(M, SHIFTS, CENTRED, s, i, held) then
+          table(s * COUNT_WORDS + i / P)(i mod P + 1) := '1';
+        end if;
 
       end loop;
 
@@ -170,15 +172,15 @@ architecture rtl of lane_control is
   signal due_tag : std_logic_vector(slice'length downto 0);
 
   -- 1 clock behind a token.
-  signal own_first : std_logic             := '0';
-  signal own_live  : std_logic             := '0';
-  signal own_slice : unsigned(slice'range) := (others => '0');
-  signal own_count : count_t               := 0;
-  signal own       : position_t            := (place => 0, row => (others => '0'));
-  signal step_now  : std_logic             := '0';
-  signal due_first : std_logic             := '0';
-  signal due_slice : unsigned(slice'range) := (others => '0');
-  signal due       : position_t            := (place => 0, row => (others => '0'));
+  signal own_first : std_logic                    := '0';
+  signal own_live  : std_logic                    := '0';
+  signal own_slice : unsigned(slice'range)        := (others => '0');
+  signal own_count : count_t                      := 0;
+  signal own       : position_t                   := (place => 0, row => (others => '0'));
+  signal step_now  : std_logic                    := '0';
+  signal due_first : std_logic                    := '0';
+  signal due_slice : unsigned(slice'range)        := (others => '0');
+  signal due       : position_t                   := (place => 0, row => (others => '0'));
   signal due_rows  : natural range 0 to MOST_ROWS := 0;
   -- Where the next token of the line goes, where its first one went, and where the line before ended.
   signal following : position_t := (place => 0, row => (others => '0'));
@@ -223,7 +225,7 @@ begin
 
   count_tokens : process (clk) is
 
-    variable now  : position_t;
+    variable now      : position_t;
     variable then_due : position_t;
 
   begin

@@ -137,7 +137,7 @@ architecture rtl of lane_stage is
   signal differences   : std_logic_vector(P * CHANNELS * (DATA_BITS + 1) - 1 downto 0);
   signal flags_1       : std_logic_vector(1 downto 0);
   signal flags         : std_logic_vector(1 downto 0);
-  signal begins_2      : std_logic_vector(P + 1 downto 0) := (others => '1');
+  signal begins_2      : std_logic_vector(P + 1 downto 0)                        := (others => '1');
   signal begins        : lanes_t;
   signal ahead         : sums_t;
   signal held          : sums_t;

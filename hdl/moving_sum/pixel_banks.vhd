@@ -62,8 +62,8 @@ architecture rtl of pixel_banks is
   constant BANKS   : positive := bank_count(M, P);
   constant STEP    : positive := bank_step(M, P);
   constant PLACES  : positive := token_places(M, P);
-  constant LOWEST  : integer  := lowest_row(M, SHIFTS, CENTRED, P) - 1;
-  constant HIGHEST : integer  := highest_row(M, SHIFTS, CENTRED, P) + 1;
+  constant LOWEST  : integer  := -larger(1 - lowest_row(M, SHIFTS, CENTRED, P), 1);
+  constant HIGHEST : integer  := larger(highest_row(M, SHIFTS, CENTRED, P) + 1, 1);
   constant WIDTH   : positive := CHANNELS * PIXEL_BITS;
   -- Of a difference of all channels.
   constant DIFFERENCE_BITS  : positive := PIXEL_BITS + 1;
@@ -202,10 +202,10 @@ architecture rtl of pixel_banks is
   signal write_turn  : place_t;
   signal rotated_1   : std_logic_vector(BANKS * WIDTH - 1 downto 0);
   signal own_2       : std_logic_vector(BANKS * WIDTH - 1 downto 0);
-  signal writes_2    : flags_t := (others => '0');
-  signal wrapped_2   : flags_t := (others => '0');
-  signal row_2       : row_t   := (others => '0');
-  signal next_row_2  : row_t   := (others => '0');
+  signal writes_2    : flags_t                              := (others => '0');
+  signal wrapped_2   : flags_t                              := (others => '0');
+  signal row_2       : row_t                                := (others => '0');
+  signal next_row_2  : row_t                                := (others => '0');
   signal distance_2  : distances_t                          := (others => HIGHEST);
   signal read_row_2  : row_t                                := (others => '0');
   signal rows_2      : natural range 0 to MOST_ROWS         := 0;
@@ -370,8 +370,9 @@ begin
 
     subtract : process (clk) is
 
-      variable entering : unsigned(PIXEL_BITS - 1 downto 0);
-      variable leaving  : unsigned(PIXEL_BITS - 1 downto 0);
+      variable entering   : unsigned(PIXEL_BITS - 1 downto 0);
+      variable leaving    : unsigned(PIXEL_BITS - 1 downto 0);
+      variable difference : unsigned(DIFFERENCE_BITS - 1 downto 0);
 
     begin
 
@@ -387,8 +388,9 @@ begin
           if leaves_4(b) = '1' then
             leaving := unsigned(leave_4(LEFT)((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS));
           end if;
-          changes_5(b)((c + 1) * DIFFERENCE_BITS - 1 downto c * DIFFERENCE_BITS) <=
-            std_logic_vector(resize(entering, DIFFERENCE_BITS) - resize(leaving, DIFFERENCE_BITS));
+          difference := resize(entering, DIFFERENCE_BITS) - resize(leaving, DIFFERENCE_BITS);
+
+          changes_5(b)((c + 1) * DIFFERENCE_BITS - 1 downto c * DIFFERENCE_BITS) <= std_logic_vector(difference);
 
         end loop;
 

@@ -1,7 +1,7 @@
 -- Running sums of several differences a token: prefix sums, and the sum behind the token before as the carry.
 --
--- Level l of the network adds, to each place whose bit l - 1 is set, the last sum of the neighbouring block of 2 ** (l-1)
--- places below it. Only the carry is a loop, of one addition.
+-- Level l of the network adds, to each place whose bit l - 1 is set, the last sum of the neighbouring block of
+-- 2 ** (l - 1) places below it. Only the carry is a loop, of one addition.
 --
 -- Latency: bits_for(PIXELS_PER_CLOCK - 1) + 1 clocks, and 1 more with HOLDING. Throughput: one token each clock.
 -- Equation: sum j = carry + difference 0 + .. + difference j; the carry is the last sum of the token before, or with
@@ -73,8 +73,8 @@ architecture rtl of prefix_sums is
 
   end function widened;
 
-  signal partial  : partial_t := (others => (others => (others => '0')));
-  signal running : sums_t   := (others => (others => '0'));
+  signal partial : partial_t := (others => (others => (others => '0')));
+  signal running : sums_t    := (others => (others => '0'));
 
 begin
 
@@ -95,7 +95,7 @@ begin
 
             if j / 2 ** (l - 1) mod 2 = 1 then
               partial(l)(j * CHANNELS + c) <= partial(l - 1)(j * CHANNELS + c) +
-                                             partial(l - 1)((j / 2 ** (l - 1) * 2 ** (l - 1) - 1) * CHANNELS + c);
+                                              partial(l - 1)((j / 2 ** (l - 1) * 2 ** (l - 1) - 1) * CHANNELS + c);
             else
               partial(l)(j * CHANNELS + c) <= partial(l - 1)(j * CHANNELS + c);
             end if;

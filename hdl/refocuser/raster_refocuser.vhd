@@ -9,12 +9,12 @@
 -- out by itself; the input FIFO holds what arrives meanwhile (a line at most). Stalls on either side lose and
 -- repeat nothing.
 --
--- Latency: with PARALLEL_ROWS = 1, D * (max(columns, 4) + 1) + 7 + array_latency clocks from the first pixel in
---   to the first pixel out when nothing stalls, D = total_delay (nearest neighbour: D * (columns + 1) + 16, stored
---   products 15); with sharpening D is M larger, and sharpen_latency clocks are added. With more rows or pixels,
---   CoreConfiguration.latency_clocks of the Python package gives it.
--- Throughput: PIXELS_PER_CLOCK pixels of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by itself (the last
---   of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
+-- Latency: with PARALLEL_ROWS = 1 and one pixel each clock, D * (max(columns, 4) + 1) + 7 + array_latency clocks
+--   from the first pixel in to the first pixel out when nothing stalls, D = total_delay (nearest neighbour:
+--   D * (columns + 1) + 16, stored products 15); with sharpening D is M larger, and sharpen_latency clocks are added.
+--   With more rows or pixels, CoreConfiguration.latency_clocks of the Python package gives it.
+-- Throughput: PIXELS_PER_CLOCK pixels of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by
+--   itself (the last of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
 -- Equation: out(k) = round(S2(k) / M**2), S2 the refocusing sums of rows, then columns (EXACT); or
 --   with stored products: product = round(x * 2**F / M), intermediate image with G guard
 --   bits, rounded and saturated after each pass.
@@ -80,8 +80,8 @@ entity raster_refocuser is
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);
-    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits of
-    -- tdata. What stands behind a line's last pixel counts as zero, and comes out as zero.
+    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
+    -- of tdata. What stands behind a line's last pixel counts as zero, and comes out as zero.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
@@ -282,7 +282,8 @@ begin
         PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
         CHANNELS            => CHANNELS,
         PIXEL_BITS          => PIXEL_BITS,
-        ANY_ROWS            => ANY_ROWS
+        ANY_ROWS            => ANY_ROWS,
+        SHARPENING          => SHARPENING
       )
       port map (
         clk         => clk,

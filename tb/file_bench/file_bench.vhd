@@ -1,8 +1,9 @@
 -- Moves whole frames from a file through a core of any engine into files.
 --
 -- Reads input.bin in the working directory and writes output.bin: 32-bit little-endian words, one for each channel of
--- each pixel, raster order; of several pixels a clock, lines end with whatever fills up the last token. A stack gives two files instead: slices.bin, all slices of a pixel one after another, and
--- found.bin, the pixel that is all in focus, then its slice. Then clocks.txt: one "name value" pair a line.
+-- each pixel, raster order; with several pixels a clock, lines end with whatever fills up the last token. A stack
+-- gives two files instead: slices.bin, all slices of a pixel one after another, and found.bin, the pixel that is all in
+-- focus, then its slice. Then clocks.txt: one "name value" pair a line.
 --
 -- SWEEP_FRAMES > 0 sweeps through the slices, a new one every so many frames; else the first of the set is used.
 -- "slice" lines in clocks.txt tell the slice of each frame that came out.
@@ -55,8 +56,8 @@ end entity file_bench;
 
 architecture test of file_bench is
 
-  constant STACK        : boolean  := same_text(ENGINE, "stack");
-  constant SLICES       : positive := slice_count(SHIFTS);
+  constant STACK  : boolean  := same_text(ENGINE, "stack");
+  constant SLICES : positive := slice_count(SHIFTS);
   -- Values of a token, and tokens: one pixel or several.
   constant VALUES       : positive := PIXELS_PER_CLOCK * CHANNELS;
   constant LINE_TOKENS  : positive := divide_up(COLUMNS, PIXELS_PER_CLOCK);
@@ -72,24 +73,24 @@ architecture test of file_bench is
 
   subtype random_t is natural range 0 to 65535;
 
-  signal clk           : std_logic                                            := '0';
-  signal reset         : std_logic                                            := '1';
-  signal running       : boolean                                              := true;
+  signal clk           : std_logic                                          := '0';
+  signal reset         : std_logic                                          := '1';
+  signal running       : boolean                                            := true;
   signal columns_port  : std_logic_vector(15 downto 0);
   signal rows_port     : std_logic_vector(15 downto 0);
   signal sweep_port    : std_logic_vector(7 downto 0);
-  signal s_axis_tvalid : std_logic                                            := '0';
+  signal s_axis_tvalid : std_logic                                          := '0';
   signal s_axis_tready : std_logic;
   signal s_axis_tdata  : std_logic_vector(VALUES * PIXEL_BITS - 1 downto 0) := (others => '0');
-  signal s_axis_tuser  : std_logic_vector(0 downto 0)                         := "0";
-  signal s_axis_tlast  : std_logic                                            := '0';
+  signal s_axis_tuser  : std_logic_vector(0 downto 0)                       := "0";
+  signal s_axis_tlast  : std_logic                                          := '0';
   signal slices_tvalid : std_logic;
   signal slices_tready : std_logic;
   signal slices_tdata  : std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
   signal slices_tuser  : std_logic_vector(0 downto 0);
   signal slices_tlast  : std_logic;
   signal m_axis_tvalid : std_logic;
-  signal m_axis_tready : std_logic                                            := '0';
+  signal m_axis_tready : std_logic                                          := '0';
   signal m_axis_tdata  : std_logic_vector(VALUES * PIXEL_BITS - 1 downto 0);
   signal m_axis_tuser  : std_logic_vector(0 downto 0);
   signal m_axis_tid    : std_logic_vector(7 downto 0);

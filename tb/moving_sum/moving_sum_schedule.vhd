@@ -10,6 +10,7 @@ library work;
 use work.refocus_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
 
 entity moving_sum_schedule is
   generic (
@@ -64,6 +65,64 @@ begin
 
     end procedure put;
 
+    procedure put (
+      name   : string;
+      first  : integer;
+      second : integer;
+      third  : integer;
+      value  : integer
+    ) is
+    begin
+
+      put(name & " " & integer'image(first) & " " & integer'image(second), third, value);
+
+    end procedure put;
+
+    -- Of so many pixels a token.
+
+    procedure put_lanes (
+      p : positive
+    ) is
+    begin
+
+      put("lane_delay", p, lane_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p));
+      put("bank_count", p, bank_count(MICRO_IMAGE_SIZE, p));
+      put("bank_rows", p, bank_rows(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p));
+      put("line_tokens", p, line_tokens(37, p));
+      put("lowest_row", p, lowest_row(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p));
+      put("highest_row", p, highest_row(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p));
+
+      for order in 0 to 1 loop
+
+        put("total_lane_delay", p, order, total_lane_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, order, p));
+        put("lane_array_latency", p, order, lane_array_latency(MICRO_IMAGE_SIZE, SHIFTS, order, p));
+
+      end loop;
+
+      for s in 0 to slice_count(SHIFTS) - 1 loop
+
+        for r in 0 to bank_count(MICRO_IMAGE_SIZE, p) - 1 loop
+
+          put("entering_bank", p, s, r, entering_bank(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p, s, r));
+          put("entering_row", p, s, r, entering_row(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p, s, r));
+
+        end loop;
+
+        for i in 0 to p - 1 loop
+
+          for held in boolean loop
+
+            put("is_ahead " & integer'image(p) & " " & integer'image(s), i, boolean'pos(held),
+                boolean'pos(is_ahead(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, s, i, held)));
+
+          end loop;
+
+        end loop;
+
+      end loop;
+
+    end procedure put_lanes;
+
     constant M : positive := MICRO_IMAGE_SIZE;
 
   begin
@@ -73,6 +132,10 @@ begin
     put("holds_outputs", boolean'pos(holds_outputs(M, SHIFTS)));
     put("pixels_leave", boolean'pos(pixels_leave(M, SHIFTS)));
     put("begins_within_group", boolean'pos(begins_within_group(M, SHIFTS, CENTRED)));
+
+    put_lanes(2);
+    put_lanes(8);
+    put_lanes(32);
 
     for any_rows in boolean loop
 

@@ -28,7 +28,9 @@ def engine_case(
 ) -> Case:
     """Lines are as long as the engine takes without a pause, or shorter."""
     engine = MovingSumEngine(any_rows=any_rows, pixels_per_clock=pixels)
-    core = CoreConfiguration.model_validate({"engine": engine, "max_columns": 8 * pixels, **options})
+    core = CoreConfiguration.model_validate(
+        {"engine": engine, "max_columns": 8 * pixels, **options}
+    )
     tokens = max(engine.least_steps(core), -(-2 * core.micro_image_size // pixels))
     core = core.model_copy(update={"max_columns": (tokens - 1) * pixels + 1 + spare})
     core.check_limits()
@@ -82,6 +84,59 @@ def test_sets_stalls_and_faults(part: int) -> None:
     run_cases([engine_case(thorough=True, **options) for options in SETS[part::2]])
 
 
+# Several pixels a clock: lines that fill their last token, and others.
+LANES: list[dict] = [
+    {"micro_image_size": 3, "shifts": (2, 3), "pixels": 4, "spare": 3},
+    {"micro_image_size": 2, "shifts": (2,), "pixels": 8, "spare": 1, "any_rows": True},
+    {"micro_image_size": 5, "shifts": (-5, -3, 4), "channels": 3, "pixels": 8, "any_rows": True},
+    {"micro_image_size": 3, "shifts": (2,), "pixels": 2, "spare": 1},
+    {"micro_image_size": 4, "shifts": (2, 1), "pixels": 2, "pixel_bits": 16, "spare": 1},
+    {"micro_image_size": 3, "shifts": (-1, 3), "pixels": 4, "order": 1},
+    {"micro_image_size": 1, "shifts": (3,), "pixels": 8, "align": "causal"},
+    {"micro_image_size": 11, "shifts": (-3, 2, 11), "pixels": 8, "spare": 5},
+    {"micro_image_size": 2, "shifts": (2,), "pixels": 4, "order": 2},
+    {"micro_image_size": 6, "shifts": (3, -4), "pixels": 2, "align": "causal"},
+    {"micro_image_size": 7, "shifts": (4,), "pixels": 16, "channels": 3, "spare": 12},
+    {"micro_image_size": 3, "shifts": (-4, 6), "pixels": 32, "spare": 31, "any_rows": True},
+]
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        slice(0, 2),
+        *(pytest.param(slice(n, n + 2), marks=pytest.mark.slow) for n in range(2, 12, 2)),
+    ],
+)
+def test_lanes_stalls_and_faults(part: slice) -> None:
+    run_cases([engine_case(thorough=True, **options) for options in LANES[part]])
+
+
+def lane_case(m: int, shift: int, pixels: PixelsPerClock) -> Case:
+    turn = m + shift
+    return engine_case(
+        thorough=False,
+        micro_image_size=m,
+        shifts=(shift,),
+        channels=3 if turn % 5 == 0 else 1,
+        pixels=pixels,
+        spare=turn % pixels,
+    )
+
+
+def test_every_slice_with_lanes() -> None:
+    # The pixels a clock take turns along the grid.
+    lanes: tuple[PixelsPerClock, ...] = (2, 4, 8)
+    run_cases([lane_case(m, s, lanes[(m + s) % 3]) for m in (2, 3, 5) for s in (-2, 0, 2, 3)])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pixels", [2, 4, 8, 16, 32])
+@pytest.mark.parametrize("m", [1, 2, 3, 4, 5, 6, 7, 11])
+def test_every_slice_with_all_lanes(m: int, pixels: PixelsPerClock) -> None:
+    run_cases([lane_case(m, shift, pixels) for shift in SHIFTS])
+
+
 def test_frames_of_any_rows() -> None:
     run_cases(
         [
@@ -103,6 +158,7 @@ def draw(rng: random.Random) -> dict[str, object]:
         "any_rows": rng.random() < 0.5,
         "arithmetic": rng.choice(STORED_VARIANTS) if stored else ExactArithmetic(),
         "spare": rng.choice([0, 3, 9]),
+        "pixels": 1 if stored else rng.choice([1, 1, 2, 4, 8]),
     }
 
 

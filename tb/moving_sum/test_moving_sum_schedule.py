@@ -13,10 +13,12 @@ from plenofir.fpga.simulate.simulators import Simulator, find_simulator
 from plenofir.refocus import StoredProductArithmetic
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import Align
+from plenofir.refocus.sum_lanes import LaneLayout
 from plenofir_tb.runner import draw_seed, simulator_name
 
 TOP = "moving_sum_schedule"
-PACKAGES = ("math_pkg", "refocus_pkg", "sum_schedule_pkg", "moving_sum_pkg")
+PACKAGES = ("math_pkg", "refocus_pkg", "sum_schedule_pkg", "moving_sum_pkg", "sum_lanes_pkg")
+LANES = (2, 8, 32)
 
 
 @pytest.fixture(scope="module")
@@ -62,6 +64,29 @@ def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[st
             clocks = core(order=order, **arithmetic).array_clocks
             yield f"sum_array_latency {stored:d} {order}", clocks
         yield f"of_a_column {stored:d}", core(max_columns=1, **arithmetic).array_clocks
+    for p in LANES:
+        lanes = LaneLayout(layout, p)
+        wide = {"engine": MovingSumEngine(pixels_per_clock=p)}
+        yield f"lane_delay {p}", lanes.delay
+        yield f"bank_count {p}", lanes.banks
+        yield f"bank_rows {p}", lanes.rows
+        yield f"line_tokens {p}", max(core(**wide).line_tokens(37), 2)
+        for order in (0, 1):
+            linear = core(order=order, **wide)
+            yield f"total_lane_delay {p} {order}", linear.engine.row_tokens(linear)
+            yield f"lane_array_latency {p} {order}", linear.array_clocks
+        places = range(lanes.banks)
+        rows = [lanes.row(s, place) for s in range(len(shifts)) for place in places]
+        yield f"lowest_row {p}", min(rows)
+        yield f"highest_row {p}", max(rows)
+        for s in range(len(shifts)):
+            for place in places:
+                yield f"entering_bank {p} {s} {place}", lanes.bank(s, place)
+                yield f"entering_row {p} {s} {place}", lanes.row(s, place)
+            for index in range(p):
+                for held in (False, True):
+                    name = f"is_ahead {p} {s} {index} {held:d}"
+                    yield name, lanes.is_initial(s, index, held=held)
     for s in range(len(shifts)):
         yield f"group_size {s}", layout.group_size(s)
         for v in range(m):

@@ -41,7 +41,7 @@ HOLD = CoreConfiguration(
          "if line_ends = '1' then\n          column   <= (others => '0');",
          "if line_ends = '1' and s_axis_tlast = '1' then\n          column   <= (others => '0');"),
         (CORE, "row_scatter.vhd", "2 ** ADDRESS_BITS - UNDER_WAY", "2 ** ADDRESS_BITS"),
-        (CORE, "raster_refocuser.vhd", "=> MAX_COLUMNS + 2 * PARALLEL_ROWS - 1,", "=> 3,"),
+        (CORE, "raster_refocuser.vhd", "=> TOKENS + 2 * PARALLEL_ROWS - 1,", "=> 3,"),
         (CORE, "divide_round.vhd", "NUMERATOR_BITS) + HALF;", "NUMERATOR_BITS);"),
         (ARRAY, "lane_exchange.vhd", "source(i) <= earlier(i - 1);", "source(i) <= earlier(i);"),
         (ARRAY, "fir_stage.vhd", "when fresh_d2 = '1' else", "when true else"),

@@ -16,11 +16,20 @@ pytestmark = pytest.mark.quick
 COMMAND = str(Path(sys.executable).parent / "plenofir")
 
 
-@pytest.mark.parametrize("engine", ["fir", "moving_sum", "stack"])
+@pytest.mark.parametrize("engine", ["fir", "moving_sum", "moving_sum --pixels 4", "stack"])
 def test_small_frame(tmp_path: Path, engine: str) -> None:
     raw = np.random.default_rng(0).integers(0, 256, (20, 25, 3), np.uint8)
     write_png(tmp_path / "raw.png", raw)
-    arguments = ("--raw", str(tmp_path / "raw.png"), "-M", "5", "-a", "-3/5 1", "--engine", engine)
+    arguments = (
+        "--raw",
+        str(tmp_path / "raw.png"),
+        "-M",
+        "5",
+        "-a",
+        "-3/5 1",
+        "--engine",
+        *engine.split(),
+    )
     done = subprocess.run(
         [COMMAND, "sim", "--simulator", simulator_name(), *arguments, "--out", str(tmp_path / "o")],
         capture_output=True,
@@ -30,4 +39,5 @@ def test_small_frame(tmp_path: Path, engine: str) -> None:
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "o" / "report.json").read_text())
     assert report["mismatches"] == 0
+    assert report["pixels_per_clock"] == (4 if "pixels" in engine else 1)
     assert report["pixels_compared"] == (4 if engine == "stack" else 2) * 20 * 25

@@ -70,6 +70,22 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
             max_columns=40,
             engine=MovingSumEngine(any_rows=True),
         ),
+        CoreConfiguration(
+            micro_image_size=3,
+            shifts=(-2, 3),
+            max_columns=40,
+            engine=MovingSumEngine(pixels_per_clock=8),
+        ),
+        pytest.param(
+            CoreConfiguration(
+                micro_image_size=5,
+                shifts=tuple(range(-5, 11)),
+                max_columns=100,
+                channels=3,
+                engine=MovingSumEngine(pixels_per_clock=16, any_rows=True),
+            ),
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             CoreConfiguration(
                 micro_image_size=11,
@@ -241,6 +257,16 @@ def test_more_stacks_as_verilog(
         CoreConfiguration(micro_image_size=3, shifts=(-1, 2), max_columns=30),
         pytest.param(
             CoreConfiguration(
+                micro_image_size=3,
+                shifts=(-1, 2),
+                max_columns=30,
+                pixel_bits=4,
+                engine=MovingSumEngine(pixels_per_clock=4),
+            ),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            CoreConfiguration(
                 micro_image_size=2,
                 shifts=(1,),
                 max_columns=30,
@@ -251,7 +277,7 @@ def test_more_stacks_as_verilog(
             marks=pytest.mark.slow,
         ),
     ],
-    ids=["exact", "stored"],
+    ids=["exact", "lanes", "stored"],
 )
 def test_netlist_equals_golden_model(
     tmp_path: Path, simulator: Simulator, core: CoreConfiguration

@@ -64,7 +64,7 @@ def sim(
     ] = False,
     pixels: Annotated[
         options.Pixels,
-        typer.Option(help="moving_sum (which it implies): neighbouring pixels that come each clock."),
+        typer.Option(help="moving_sum, which it implies: neighbouring pixels that come together."),
     ] = "1",
     interpolation: options.Interpolation = "nearest",
     sharpen: options.Sharpen = "off",
@@ -181,9 +181,7 @@ def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Pat
         raise typer.Exit(EXIT_MISMATCH)
 
 
-def _engine(
-    kind: str, parallel_rows: int, *, any_rows: bool, pixels: options.Pixels
-) -> "Engine":
+def _engine(kind: str, parallel_rows: int, *, any_rows: bool, pixels: options.Pixels) -> "Engine":
     from plenofir.fpga.core.fir import FirEngine
     from plenofir.fpga.core.moving_sum import MovingSumEngine
     from plenofir.fpga.core.stack import StackEngine

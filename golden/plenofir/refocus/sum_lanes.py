@@ -6,11 +6,11 @@ sum behind the token before plus the prefix sums of
 
     d(o) = x[e(o)] - x[e(o) - M],    x = 0 outside the line.
 
-Pixels lie in B banks, B the smallest multiple of M that is not less than P: pixel i in bank i mod B,
-row i div B. P neighbouring pixels lie in different banks, and so do the pixels that enter with P
-neighbouring outputs, because e(o + M) = e(o) + M. What enters with output o comes from the bank that
-belongs to o mod B, whatever o is: a fixed exchange for each slice, and a rotation by the place of
-the token in the B outputs.
+Pixels lie in B banks, B the smallest multiple of M that is not less than P: pixel i in bank
+i mod B, row i div B. P neighbouring pixels lie in different banks, and so do the pixels that enter
+with P neighbouring outputs, because e(o + M) = e(o) + M. What enters with output o comes from the
+bank that belongs to o mod B, whatever o is: a fixed exchange for each slice, and a rotation by the
+place of the token in the B outputs.
 
 The VHDL (``hdl/moving_sum/sum_lanes_pkg.vhd``) has the same functions.
 """

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from plenofir.refocus import gather_sums
 from plenofir.refocus.moving_sum import SumLayout, moving_sum_lines
 from plenofir.refocus.operator import output_offset
+from plenofir.refocus.sum_lanes import LaneLayout, lane_sums
 
 pytestmark = pytest.mark.quick
 
@@ -38,6 +39,38 @@ def test_equals_the_definition(m, shifts, lengths, align, any_length, data) -> N
     for line, slice_, sums in zip(lines, slices, got, strict=True):
         offset = output_offset(m, shifts[slice_], align)
         assert np.array_equal(sums, gather_sums(line, m, shifts[slice_], axis=0, offset=offset))
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    m=st.integers(1, 12),
+    pixels=st.sampled_from([2, 4, 8, 16, 32]),
+    shifts=st.lists(st.integers(-14, 16), min_size=1, max_size=3),
+    lengths=st.lists(st.integers(1, 70), min_size=1, max_size=4),
+    align=st.sampled_from(["centred", "causal"]),
+    data=st.data(),
+)
+def test_several_pixels_a_token(m, pixels, shifts, lengths, align, data) -> None:
+    # As above: what the banks no longer hold would make a sum wrong.
+    layout = LaneLayout(SumLayout(m, tuple(shifts), align), pixels)
+    slices = [data.draw(st.integers(0, len(shifts) - 1)) for _ in lengths]
+    rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
+    lines = [rng.integers(1, 256, length) for length in lengths]
+    got = list(lane_sums(lines, layout, slices))
+    assert len(got) == len(lines)
+    for line, slice_, sums in zip(lines, slices, got, strict=True):
+        offset = output_offset(m, shifts[slice_], align)
+        assert np.array_equal(sums, gather_sums(line, m, shifts[slice_], axis=0, offset=offset))
+
+
+@pytest.mark.parametrize("pixels", [2, 4, 8, 16, 32])
+@pytest.mark.parametrize("m", [1, 2, 3, 5, 6, 11, 40])
+def test_neighbouring_outputs_take_from_banks_of_their_own(m: int, pixels: int) -> None:
+    for shift in range(-m - 1, 2 * m + 2, 1 + m // 8):
+        layout = LaneLayout(SumLayout(m, (shift,)), pixels)
+        assert layout.banks % m == 0
+        assert pixels <= layout.banks < pixels + m
+        assert {layout.bank(0, place) for place in range(layout.banks)} == set(range(layout.banks))
 
 
 @pytest.mark.parametrize("m", [1, 2, 3, 4, 6, 11])

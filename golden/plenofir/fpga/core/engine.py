@@ -122,6 +122,11 @@ class Engine(BaseModel, ABC):
     WAVES: ClassVar[tuple[Scope, ...]] = ()
 
     @property
+    def waves(self) -> tuple[Scope, ...]:
+        """Signals of the engine that a waveform shows."""
+        return self.WAVES
+
+    @property
     def rows_at_once(self) -> int:
         """Rows that are filtered at once."""
         return 1

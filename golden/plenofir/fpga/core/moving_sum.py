@@ -10,6 +10,9 @@ from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
 
 PixelsPerClock = Literal[1, 2, 4, 8, 16, 32]
+MAX_PIXELS_PER_CLOCK = 32
+MAX_LANE_DELAY = 4096
+"""Tokens of several pixels by which a row stage may delay."""
 
 _STAGE_CLOCKS = 10
 _STAGES = "core/moving_sum_engine/sums/every_stage"
@@ -17,6 +20,15 @@ _STAGE_WAVES: tuple[Scope, ...] = (
     ("bit", "", "step_1 take_1 moves_3"),
     ("downto", "", "entering leaving"),
     ("downto", "adder/", "first_sums running results"),
+)
+_LANE_STAGES = "core/lanes_engine/sums/every_stage"
+_LANE_WAVES: tuple[Scope, ...] = (
+    *(
+        (kind, f"{_LANE_STAGES}(0)/columns/stage/{scope}", names)
+        for kind, scope, names in _STAGE_WAVES
+    ),
+    ("bit", f"{_LANE_STAGES}(1)/rows/stage/", "write_1 take_1"),
+    ("downto", f"{_LANE_STAGES}(1)/rows/stage/", "differences ahead out_data"),
 )
 
 
@@ -70,6 +82,10 @@ class MovingSumEngine(SliceEngine):
 
     def summary(self, raster: Raster) -> str:
         return "moving sums"
+
+    @property
+    def waves(self) -> tuple[Scope, ...]:
+        return self.WAVES if self.pixels_per_clock == 1 else _LANE_WAVES
 
     @property
     def pixels_at_once(self) -> int:
@@ -149,6 +165,13 @@ class MovingSumEngine(SliceEngine):
                 f"stored products with {self.pixels_per_clock} pixels a clock",
                 where="arithmetic",
                 expected="exact: each pixel of a clock would take ROMs of its own",
+            )
+        delay = self.lanes(raster).delay if self.pixels_per_clock > 1 else 0
+        if delay > MAX_LANE_DELAY:
+            raise InputError(
+                f"a row delay of {delay} tokens of {self.pixels_per_clock} pixels",
+                where="shifts",
+                expected=f"at most {MAX_LANE_DELAY} tokens: a nearer to 1/M",
             )
 
     @classmethod

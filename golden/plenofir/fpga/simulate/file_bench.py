@@ -35,7 +35,7 @@ def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
         ("bit", "core/shell/sequencer/", "take starts_frame line_ends"),
         ("downto", "core/shell/sequencer/", "column row slice_held"),
         ("downto", "core/shell/", "token_rows token_data"),
-        *engine.WAVES,
+        *engine.waves,
         ("downto", "core/shell/", "result_data"),
         ("downto", "core/shell/scatter/", "on_offer"),
         ("bit", "", "m_axis_tvalid m_axis_tready"),

@@ -13,6 +13,7 @@ from plenofir.fpga.core.configuration import (
     MAX_SLICES,
 )
 from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS, MAX_TAPS
+from plenofir.fpga.core.moving_sum import MAX_LANE_DELAY, MAX_PIXELS_PER_CLOCK
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
 
 Interval = tuple[float, float]
@@ -30,6 +31,11 @@ LARGEST: dict[str, float] = {
     "closed_width": MAX_MICRO_IMAGE_SIZE,
     "all_lines": MAX_ROWS,
     "radius": MAX_SHARPNESS_RADIUS,
+    "pixels": MAX_PIXELS_PER_CLOCK,
+    "pixels_per_clock": MAX_PIXELS_PER_CLOCK,
+    "bank_count": MAX_PIXELS_PER_CLOCK + MAX_MICRO_IMAGE_SIZE,
+    "token_places": MAX_PIXELS_PER_CLOCK + MAX_MICRO_IMAGE_SIZE,
+    "lane_delay": MAX_LANE_DELAY,
     "shift": MAX_SHIFT,
     "slice_count": MAX_SLICES,
     "bits_for": 31,

@@ -83,7 +83,7 @@ def long_loops(source: Source) -> Places:
 
     A turn of a loop outside of functions makes hardware, so the device ends it before the limit.
     """
-    for found in re.finditer(r"\bfor \w+ in ([^;]*?) loop\b", source.text):
+    for found in re.finditer(r"\bfor \w+ in ((?:(?!\bgenerate\b)[^;])*?) loop\b", source.text):
         bounds = " ".join(found[1].split())
         if whole := re.fullmatch(r"(\w+)'range", bounds):
             length = source.interval(f"{whole[1]}'length")[1]
