@@ -141,9 +141,9 @@ architecture rtl of frame_sequencer is
 
 begin
 
-  new_last_row    <= unsigned(rows) - 1;
-  size_supported  <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
-                     '0';
+  new_last_row   <= unsigned(rows) - 1;
+  size_supported <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
+                    '0';
 
   one_pixel : if PIXELS_PER_CLOCK = 1 generate
     new_last_column <= resize(unsigned(columns) - 1, COLUMN_BITS);

@@ -5,7 +5,8 @@
 -- zero and come out as zero. Sharpening may follow.
 --
 -- Latency: D lines, D' tokens and lane_array_latency clocks, D = total_delay, D' = total_lane_delay; with sharpening
---   M lines, divide_up(M, P) tokens and sharpen_latency clocks more. Throughput: one token each clock, in lines of D' + 1 tokens at least and frames as in moving_sum_array.
+--   M lines, divide_up(M, P) tokens and sharpen_latency clocks more. Throughput: one token each clock, in lines of
+--   D' + 1 tokens at least and frames as in moving_sum_array.
 -- Equation: as fir_array.
 
 library ieee;

@@ -110,7 +110,7 @@ architecture rtl of raster_refocuser is
   constant TOKENS     : positive := line_tokens(MAX_COLUMNS, PIXELS_PER_CLOCK);
   constant SUM_TOKENS : natural  := choose(PIXELS_PER_CLOCK = 1, SUM_DELAY,
                                            total_lane_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER,
-                                                            PIXELS_PER_CLOCK));
+                                                             PIXELS_PER_CLOCK));
   constant ROW_DELAY  : natural  := SUM_TOKENS + divide_up(sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE),
                                                            PIXELS_PER_CLOCK);
 

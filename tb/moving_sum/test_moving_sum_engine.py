@@ -87,7 +87,7 @@ def test_sets_stalls_and_faults(part: int) -> None:
 # Several pixels a clock: lines that fill their last token, and others.
 LANES: list[dict] = [
     {"micro_image_size": 3, "shifts": (2, 3), "pixels": 4, "spare": 3},
-    {"micro_image_size": 2, "shifts": (2,), "pixels": 8, "spare": 1, "any_rows": True},
+    {"micro_image_size": 2, "shifts": (2,), "pixels": 8, "spare": 1, "sharpening": (5,)},
     {"micro_image_size": 5, "shifts": (-5, -3, 4), "channels": 3, "pixels": 8, "any_rows": True},
     {"micro_image_size": 3, "shifts": (2,), "pixels": 2, "spare": 1},
     {"micro_image_size": 4, "shifts": (2, 1), "pixels": 2, "pixel_bits": 16, "spare": 1},
@@ -96,6 +96,8 @@ LANES: list[dict] = [
     {"micro_image_size": 11, "shifts": (-3, 2, 11), "pixels": 8, "spare": 5},
     {"micro_image_size": 2, "shifts": (2,), "pixels": 4, "order": 2},
     {"micro_image_size": 6, "shifts": (3, -4), "pixels": 2, "align": "causal"},
+    {"micro_image_size": 5, "shifts": (3, 1), "pixels": 4, "channels": 3, "sharpening": (4, 3)},
+    {"micro_image_size": 4, "shifts": (5,), "pixels": 16, "any_rows": True},
     {"micro_image_size": 7, "shifts": (4,), "pixels": 16, "channels": 3, "spare": 12},
     {"micro_image_size": 3, "shifts": (-4, 6), "pixels": 32, "spare": 31, "any_rows": True},
 ]

@@ -214,9 +214,10 @@ class MovingSumEngine(SliceEngine):
     def memories(self, raster: Raster) -> Iterator[Memory]:
         for number in range(2 * raster.passes):
             layout, words = self.layout(raster, number), raster.words(number)
-            width = raster.channels * words.data
-            if number in self._column_stages(raster) and raster.max_columns > 1:
-                banks, bank_words = _banks(layout, raster)
+            p, columns = self.pixels_per_clock, self._words(raster)
+            width = p * raster.channels * words.data
+            if number in self._column_stages(raster) and columns > 1:
+                banks, bank_words = _banks(layout, columns)
                 if sum(layout.ring_lines):
                     for size in block_sizes(bank_words, width):
                         bits = (size - 1).bit_length()
@@ -224,10 +225,15 @@ class MovingSumEngine(SliceEngine):
                     line_bits = (sum(layout.ring_lines) // banks).bit_length()
                     address_bits = (bank_words - 1).bit_length()
                     yield Memory("addresses of lines", line_bits, address_bits, 1 + banks, rom=True)
-                sum_bits = raster.channels * words.sum
-                for size in block_sizes(raster.max_columns, sum_bits):
+                sum_bits = p * raster.channels * words.sum
+                for size in block_sizes(columns, sum_bits):
                     bits = (size - 1).bit_length()
                     yield Memory("sums", bits, sum_bits, layout.sum_words, words=size)
+            elif p > 1:
+                lanes = self.lanes(raster, number)
+                bits = (lanes.rows - 1).bit_length()
+                yield Memory("pixels of a line", bits, width // p, 2 * lanes.banks)
+                continue
             else:
                 bits = layout.reach.bit_length()
                 yield Memory("pixels of a line", bits, width, 1 + layout.pixels_leave)
@@ -256,7 +262,7 @@ class MovingSumEngine(SliceEngine):
             if number in self._column_stages(raster) and raster.max_columns > 1:
                 ring = sum(layout.ring_lines).bit_length()
                 counts["rings"] += m * ring
-                banks, bank_words = _banks(layout, raster)
+                banks, bank_words = _banks(layout, raster.max_columns)
                 counts["block bits"] += banks * width * len(block_sizes(bank_words, width))
                 sum_bits = raster.channels * words.sum
                 parts = len(block_sizes(raster.max_columns, sum_bits))
@@ -268,10 +274,10 @@ class MovingSumEngine(SliceEngine):
         return counts
 
 
-def _banks(layout: SumLayout, raster: Raster) -> tuple[int, int]:
+def _banks(layout: SumLayout, columns: int) -> tuple[int, int]:
     """Memories that the lines of pixels lie in, and words of each; there is a line at least."""
     banks = 1 + layout.pixels_leave
-    return banks, max(sum(layout.ring_lines) // banks, 1) * raster.max_columns
+    return banks, max(sum(layout.ring_lines) // banks, 1) * columns
 
 
 def _table_words(layout: SumLayout) -> int:

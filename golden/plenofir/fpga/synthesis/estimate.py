@@ -30,9 +30,9 @@ def slice_engine(core: CoreConfiguration) -> SliceEngine:
 def memories(core: CoreConfiguration) -> tuple[Memory, ...]:
     """Memories of a raster core: those of its engine, FIFOs, row buffers."""
     found = list(slice_engine(core).memories(core))
-    data_bits = core.channels * core.pixel_bits
+    data_bits = core.pixels_per_clock * core.channels * core.pixel_bits
     n = core.parallel_rows
-    input_words = core.max_columns + 2 * n
+    input_words = core.line_tokens(core.max_columns) + 2 * n
     found.append(Memory("input FIFO", (input_words - 1).bit_length(), data_bits + 2, 1))
     under_way = 2 + 2 * (n > 1) + core.array_clocks
     output_words = (2 * core.max_columns + n if n > 1 else 0) + 2 * under_way
@@ -62,7 +62,7 @@ def multipliers(core: CoreConfiguration) -> int:
     widths = [_dsp_parts(bits) for bits in factors]
     # Products of less than nine bits become logic.
     each = sum(a + b >= _DSP_LEAST_PRODUCT for a in widths[0] for b in widths[1])
-    return each * core.channels * core.parallel_rows
+    return each * core.channels * core.parallel_rows * core.pixels_per_clock
 
 
 def _dsp_parts(bits: int) -> list[int]:
