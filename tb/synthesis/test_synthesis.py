@@ -83,9 +83,10 @@ def test_what_a_scene_does_not_need_is_absent(tmp_path: Path, design: Design) ->
     assert design.plan is not None
     sources = configure(design.plan, tmp_path)
     found = count_parts(write_verilog(sources, design.top, {}, tmp_path).read_text(), design.top)
-    # Both engines are analysed. No part of the video path is; nothing more is built than needed.
+    # Both engines and the sharpener are analysed. No part of the video path is; nothing more is
+    # built than needed.
     folders = {source.parent.name for source in sources} - {tmp_path.name}
-    assert folders == {"common", "core", "fir", "moving_sum", "refocuser"}
+    assert folders == {"common", "core", "sharpen", "fir", "moving_sum", "refocuser"}
     assert found == {**dict.fromkeys(TMDS_ENDS, 0), **needed_parts(core)}
     assert core.line_buffer_bits < full_core(core).line_buffer_bits
 
@@ -108,6 +109,21 @@ def test_what_is_left_out_in_turn_is_absent(
 ) -> None:
     verilog = write_verilog(hdl.hdl_sources(), CORE, core.generics(), tmp_path).read_text()
     assert count_parts(verilog, CORE) == {**dict.fromkeys(TMDS_ENDS, 0), **needed_parts(core)}
+
+
+def test_sharpener_is_there_for_those_that_want_it(tmp_path: Path) -> None:
+    for weights, count in (((0, 4), 1), ((0, 0), 0)):
+        core = CoreConfiguration(
+            micro_image_size=3, shifts=(3, 2), max_columns=16, sharpening=weights
+        )
+        folder = tmp_path / str(count)
+        folder.mkdir()
+        verilog = write_verilog(hdl.hdl_sources(), CORE, core.generics(), folder).read_text()
+        assert needed_parts(core)["sharpeners"] == count
+        assert count_parts(verilog, CORE) == {
+            **dict.fromkeys(TMDS_ENDS, 0),
+            **needed_parts(core),
+        }
 
 
 def test_what_is_left_out_saves_parts_and_area() -> None:

@@ -19,6 +19,7 @@ PARTS = (
     "taps",
     "moving sums",
     "stored products",
+    "sharpeners",
     "dividers",
     "lane registers",
 )
@@ -30,6 +31,7 @@ _ENTITIES = {
     "switched_fir": "filters",
     "moving_sum_stage": "moving sums",
     "stored_product": "stored products",
+    "lens_sharpener": "sharpeners",
     "divide_round": "dividers",
     "lane_skew": "lane registers",
     "lane_exchange": "lane registers",
@@ -129,6 +131,7 @@ def needed_parts(core: CoreConfiguration) -> dict[str, int]:
         **dict.fromkeys(PARTS, 0),
         **slice_engine(core).netlist_parts(core),
         "stored products": 0 if core.exact else 2 * core.passes * lanes,
+        "sharpeners": int(core.sharpens),
         "dividers": lanes if core.exact else 0,
         # Two of each, in front of the columns and behind them.
         "lane registers": 4 if core.parallel_rows > 1 else 0,
