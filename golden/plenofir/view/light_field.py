@@ -87,6 +87,8 @@ class LightField:
         from plenofir.camera.lightfield import compose, light_field_disparity
 
         binning = max(1, ceil((self.lens_rows * self.lens_columns / _LENSES) ** 0.5))
+        # The map is a texture, too.
+        binning = max(binning, -(-max(self.lens_rows, self.lens_columns) // _LEAST_GPU_TEXTURE))
         raw = compose(self.views(binning))
         low, high = (end / binning for end in search)
         found = light_field_disparity(

@@ -13,6 +13,7 @@ SOFTWARE = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--disable-dev-shm-usage",
+    "--disable-gpu-compositing",
 )
 
 
@@ -40,6 +41,8 @@ def open_page(browser: Any) -> Iterator[Callable[..., Any]]:
         size = options.pop("viewport", {"width": 500, "height": 300})
         context = browser.new_context(viewport=size, **options)
         contexts.append(context)
+        # The machine may have other work.
+        context.set_default_timeout(120_000)
         tab = context.new_page()
         tab.on("console", lambda message: complaints.append(message.text))
         tab.on("pageerror", lambda error: complaints.append(str(error)))
