@@ -42,20 +42,17 @@ def test_the_microscope() -> None:
     assert "-M 15" in raw.advice[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("layout", "pitch", "turn"),
-    [
-        ("hexagonal-rows", 11.3, 0.4),
-        pytest.param("rectangular", 14.6, -0.7, marks=pytest.mark.slow),
-        pytest.param("hexagonal-columns", 13.1, 0.2, marks=pytest.mark.slow),
-    ],
+    [("hexagonal-rows", 11.3, 0.4), ("rectangular", 14.6, -0.7), ("hexagonal-columns", 13.1, 0.2)],
 )
 def test_raw_captures(layout: str, pitch: float, turn: float) -> None:
     model = with_pitch(RayModel.focused(load_camera("f197-mla2"), inf, 5), pitch)
     distance = float(model.distance(0.3).mm)
-    plane = TexturedPlane(data.chelsea(), distance, field_of_view(model, distance, 42))
-    grid = regular_grid((420, 420), pitch, rotation_degrees=turn, layout=layout)
-    count = int(420 / pitch)
+    plane = TexturedPlane(data.chelsea(), distance, field_of_view(model, distance, 30))
+    grid = regular_grid((300, 300), pitch, rotation_degrees=turn, layout=layout)
+    count = int(300 / pitch)
     taken = render(model, [plane], (count, count), grid=grid, radius=0.48, noise=0.01)
     found = recognise_picture(Picture(taken.raw, 65535), "x.png")
     assert found.kind == "raw capture"
@@ -67,12 +64,12 @@ def test_a_focused_camera() -> None:
     """Micro images that are small pictures, moved by another parallax at each depth."""
     rng = np.random.default_rng(8)
     texture = np.asarray(np.kron(rng.random((150, 150)), np.ones((3, 3))) * 200 + 20)
-    grid = regular_grid((480, 480), 24.0, layout="hexagonal-rows")
-    y, x = np.mgrid[:480, :480].astype(np.float64)
+    grid = regular_grid((400, 400), 24.0, layout="hexagonal-rows")
+    y, x = np.mgrid[:400, :400].astype(np.float64)
     _, _, offset = grid.nearest(np.stack([y, x], axis=-1))
     centre = np.stack([y, x], axis=-1) - offset
     # Content moves by a share of the pitch from lens to lens: less at the bottom, which is nearer.
-    share = 0.12 + 0.16 * (centre[..., 0] > 240)
+    share = 0.12 + 0.16 * (centre[..., 0] > 200)
     place = 60 + centre * share[..., np.newaxis] + offset
     picture = texture[place[..., 0].astype(int) % 450, place[..., 1].astype(int) % 450]
     light = np.where(np.hypot(*np.moveaxis(offset, -1, 0)) < 12, 1.0, 0.75)
@@ -89,7 +86,7 @@ def test_mosaics_and_pictures(tmp_path: Path) -> None:
     assert recognise(tmp_path / "slice.png").kind == "refocused picture"
     write_png(tmp_path / "slice.png", refocus(flower, 5, "-3/5"))
     assert recognise(tmp_path / "slice.png").kind == "no light field"
-    for number, picture in enumerate((data.chelsea(), data.brick()[:300, :300])):
+    for number, picture in enumerate((data.chelsea()[:240, :320],)):
         PillowImage.fromarray(picture).save(tmp_path / f"{number}.jpg", quality=60)
         found = recognise(tmp_path / f"{number}.jpg")
         assert found.kind in ("no light field", "can't tell"), (number, found)

@@ -41,6 +41,13 @@ from plenofir.camera.recognise.match import match_capture
 from plenofir.errors import InputError
 from plenofir.images import read_image
 
+# Both cameras only where all tests are run.
+BOTH_IN_FULL = pytest.mark.parametrize(
+    "written",
+    [F01, pytest.param(ILLUM, marks=pytest.mark.slow)],
+    ids=["F01", "ILLUM"],
+    indirect=True,
+)
 SUFFIX = {"F01": ".lfp", "ILLUM": ".lfr"}
 
 
@@ -148,6 +155,7 @@ def _same_first(found, written: Written):
     return written.grid.moved(int(t[0]), int(s[0]))
 
 
+@BOTH_IN_FULL
 def test_nearest_white_image(written: Written, file: Path, tmp_path: Path) -> None:
     known = written.known.lens
     zoom, focus = int(known.zoomStep), int(known.focusStep)
@@ -215,6 +223,7 @@ def test_no_white_image_fits(written: Written, tmp_path: Path) -> None:
         nearest_white(tmp_path / "whites", known)
 
 
+@BOTH_IN_FULL
 def test_pixels_that_contradict_the_metadata(written: Written, tmp_path: Path) -> None:
     pitch = written.metadata["devices"]["mla"]["lensPitch"]
     wrong = changed(written.metadata, "devices", "mla", "lensPitch", to=pitch * 1.2)
@@ -226,6 +235,7 @@ def test_pixels_that_contradict_the_metadata(written: Written, tmp_path: Path) -
     assert "as its metadata say" in str(error.value)
 
 
+@BOTH_IN_FULL
 def test_pixels_without_micro_images(written: Written, tmp_path: Path) -> None:
     """Nothing is seen in an even picture: the metadata's grid stays, and that is said."""
     path = tmp_path / "even.lfp"
@@ -268,6 +278,7 @@ def test_metadata_that_are_refused(
     assert str(file) in str(error.value)
 
 
+@BOTH_IN_FULL
 def test_damaged_containers(written: Written, tmp_path: Path) -> None:
     """Cut off anywhere or with a changed byte: refused, or the same frame as before."""
     whole = written.container()
@@ -304,6 +315,7 @@ def test_recognised(written: Written, file: Path) -> None:
     assert recognise(file.parent).kind == "folder of Lytro files"
 
 
+@BOTH_IN_FULL
 def test_decode_command(written: Written, file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(file.parent)
     done = plenofir("decode", file.name)
