@@ -384,8 +384,10 @@ function describe() {
 
 async function takeDepth() {
     await ready;
+    if (field.has_depth) say("looking for depth …");
     depth = await loadDepth(field);
     if (!depth) return;
+    say("");
     renderer.takeDepth(depth);
     const [low, high] = field.range;
     const ends = depth.shown.map((share) => (low + share * (high - low)).toFixed(2));
@@ -416,7 +418,7 @@ async function pixels() {
     await ready;
     renderer.draw(state);
     const image = renderer.read();
-    await draw();
+    if (restStride() > 1) await draw();
     return image;
 }
 
