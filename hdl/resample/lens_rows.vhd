@@ -98,8 +98,9 @@ architecture rtl of lens_rows is
 
   signal line_index   : natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1) := 0;
   signal line_profile : profile_t                                          := (others => '0');
-  -- Lines from a row of lenses to the next one, at least.
+  -- Lines from a row of lenses to the next one, at least and at most.
   signal gap       : place_t   := (others => '0');
+  signal stride    : place_t   := (others => '0');
   signal top       : place_t   := (others => '0');
   signal bottom    : place_t   := (others => '0');
   signal oldest    : place_t   := (others => '0');
@@ -132,6 +133,20 @@ architecture rtl of lens_rows is
 
   end function smaller;
 
+  function larger_place (
+    a : place_t;
+    b : place_t
+  ) return place_t is
+  begin
+
+    if a < b then
+      return b;
+    end if;
+
+    return a;
+
+  end function larger_place;
+
 begin
 
   registers   <= held;
@@ -144,8 +159,9 @@ begin
 
   follow : process (clk) is
 
-    variable first_row : place_t;
-    variable steps     : place_t;
+    variable first_row  : place_t;
+    variable steps      : place_t;
+    variable bottom_row : place_t;
 
   begin
 
@@ -212,6 +228,7 @@ begin
           line_index   <= 0;
           line_profile <= (others => '0');
           gap          <= smaller(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y)));
+          stride       <= larger_place(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y))) + 1;
           state        <= borders;
           if unsigned(held(REGISTER_LENSES)(15 downto 0)) = 0 or unsigned(held(REGISTER_LENSES)(31 downto 16)) = 0 then
             fault <= '1';
@@ -225,9 +242,12 @@ begin
           steps  := to_signed(line_index, place_t'length);
           -- The next row of lenses may begin above the last line of this one.
           oldest <= first_row + smaller(steps, gap) + signed(held(REGISTER_REACH)(15 downto 0));
-          -- What the last line of this row of lenses needs, mirrored at the last raw line.
-          last_kept <= shift_left(bottom_line, 1) -
-                       (first_row + MICRO_IMAGE_SIZE + signed(held(REGISTER_REACH)(31 downto 16)));
+          -- What the last line of this row of lenses, or of the next one, needs, mirrored at the last raw line.
+          bottom_row := first_row + MICRO_IMAGE_SIZE + signed(held(REGISTER_REACH)(31 downto 16));
+          if row_index + 1 /= signed(held(REGISTER_LENSES)(15 downto 0)) then
+            bottom_row := bottom_row + stride;
+          end if;
+          last_kept <= shift_left(bottom_line, 1) - bottom_row;
 
           raster_line.y       <= y + shift_left(to_signed(line_index, position_t'length), FRACTION_BITS);
           raster_line.x       <= x;

@@ -67,8 +67,11 @@ def line_needs(registers: GridRegisters, tables: Tables) -> tuple[Integers, Inte
     v = np.arange(m)
     top, bottom = first + v + up, first + v + 1 + down
     needed = np.minimum(np.maximum(bottom, -top), last)
-    gap = min(y for y, _ in registers.down) >> bits.fraction_bits
-    kept = np.minimum(first + np.minimum(v, gap) + up, 2 * last - (first + m + down))
+    gap, stride = (n >> bits.fraction_bits for n in sorted(y for y, _ in registers.down))
+    # Lenses at the bottom border are mirrored, those of the next row, if there is one, more so.
+    mirror = first + m + down
+    mirror[:-1] += stride + 1
+    kept = np.minimum(first + np.minimum(v, gap) + up, 2 * last - mirror)
     return needed.ravel(), np.maximum(kept, 0).ravel()
 
 

@@ -191,7 +191,10 @@ def grid_registers(
     )
     lattice = grid.lattice(t, s)
     centres = grid.positions(lattice)
-    first, down, right = _affine(lattice - lattice[0, 0], centres)
+    if min(centres.shape[:2]) > 1:
+        first, down, right = _affine(lattice - lattice[0, 0], centres)
+    else:
+        first, (down, right) = centres[0, 0], grid.jacobian(lattice[0, 0])
     count = centres.shape[1]
     # Rows that begin half a pitch farther to the right.
     moved = [0.0, 0.0]
@@ -216,6 +219,15 @@ def grid_registers(
     origin = (origin.reshape(-1, 2).max(axis=0) + origin.reshape(-1, 2).min(axis=0)) / 2
     half = scale >> (bits.weight_bits + 1)
     placed = unplaced.model_copy(update={"origin": _rounded(origin - (m - 1) / 2 * scale + half)})
+    corners = placed.positions() >> bits.fraction_bits
+    ends = np.array(calibration.image_shape) - 1
+    # With 3 pixels for lenses that are moved, and for the interpolation.
+    if (corners < 3 - ends).any() or (corners + m + 3 > 2 * ends).any():
+        raise InputError(
+            f"M = {m}, an image of {ends[1] + 1} x {ends[0] + 1} pixels",
+            where=where,
+            expected="a larger image",
+        )
     distortion = float(np.linalg.norm(affine - centres, axis=-1).max())
     if layout == "hexagonal-rows":
         placed = _with_places(placed, grid.pitch[0] / grid.pitch[1], moved)
