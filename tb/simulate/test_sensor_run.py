@@ -9,11 +9,21 @@ import numpy as np
 import pytest
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
-from plenofir.camera.resampling import interpolate_mosaic, red_place, resample
+from plenofir.camera.resampling import (
+    BayerOrder,
+    Precision,
+    interpolate_mosaic,
+    red_place,
+    resample,
+)
 from plenofir.camera.synthetic import regular_grid
+from plenofir.errors import InputError
 from plenofir.fpga import hdl
-from plenofir.fpga.simulate.sensor_bench import run_sensor
+from plenofir.fpga.simulate.sensor_bench import CORE, run_sensor, sensor_generics
 from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
+from plenofir.fpga.synthesis.block_rams import block_ram_models
+from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
+from plenofir.fpga.synthesis.tools import yosys_version
 from plenofir.images import read_image, write_png
 from plenofir.plan.resampling import resampling
 from plenofir.refocus import refocus
@@ -131,3 +141,94 @@ def test_missing_lines_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
             chip.registers.raster_shape,
             tmp_path / "bench",
         )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("layout", "order"), [("rectangular", None), ("hexagonal-rows", "bggr")])
+def test_netlist_equals_the_models(tmp_path: Path, layout: str, order: BayerOrder | None) -> None:
+    try:
+        simulator = find_simulator("verilator")
+        yosys_version()
+    except InputError as error:
+        pytest.skip(str(error))
+    precision = Precision(weight_bits=3, gain_bits=6, guard_bits=1)
+    calibration = camera(layout, pitch=9.7)
+    chip = resampling(
+        calibration, 4, channels=1 if order is None else 3, pixel_bits=4, precision=precision
+    )
+    generics = sensor_generics(chip.core, mosaic=order is not None)
+    netlist = synthesise(hdl.hdl_sources(), CORE, generics, tmp_path)
+    cells = tmp_path / "cells.v"
+    cells.write_text(f"{cell_models().read_text()}\n{block_ram_models()}")
+    raw = capture() // 16
+    frame = raw if order is None else interpolate_mosaic(raw, order)
+    result = run_sensor(
+        simulator,
+        chip.core,
+        chip.loads(),
+        np.stack([raw, raw]),
+        chip.registers.raster_shape,
+        tmp_path / "bench",
+        red_place=None if order is None else red_place(order),
+        stall_percent=20,
+        verilog=[netlist.verilog, cells],
+    )
+    want = resample(frame, chip.registers, chip.tables, full_scale=15)
+    assert (result.frames == want).all()
+
+
+LISTENER = """
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+library std;
+use std.textio.all;
+
+entity listener is
+end entity listener;
+
+architecture test of listener is
+  signal clk : std_logic := '0';
+  signal reset, write_word, done : std_logic := '1';
+  signal kind : std_logic_vector(1 downto 0);
+  signal address : std_logic_vector(19 downto 0);
+  signal data : std_logic_vector(39 downto 0);
+begin
+  clk <= not clk after 5 ns when reset = '1' or done = '0' else '0';
+  reset <= '0' after 42 ns;
+  loader : entity work.calibration_loader
+    port map (clk, reset, write_word, kind, address, data, done);
+  listen : process (clk) is
+    file words : text open write_mode is "words.txt";
+    variable word : line;
+  begin
+    if rising_edge(clk) and reset = '0' and write_word = '1' then
+      write(word, to_integer(unsigned(kind)));
+      write(word, ' ');
+      write(word, to_integer(unsigned(address)));
+      write(word, ' ');
+      write(word, to_integer(unsigned(data(39 downto 20))));
+      write(word, ' ');
+      write(word, to_integer(unsigned(data(19 downto 0))));
+      writeline(words, word);
+    end if;
+  end process listen;
+end architecture test;
+"""
+
+
+def test_constants_load_what_the_calibration_says(tmp_path: Path) -> None:
+    camera().save(tmp_path / "calib.json")
+    loader = tmp_path / "calibration_loader.vhd"
+    command = [PLENOFIR, "resampler", str(tmp_path / "calib.json"), "-M", "5", "--out", str(loader)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "LINES => " in done.stdout
+    bench = tmp_path / "listener.vhd"
+    bench.write_text(LISTENER)
+    simulator = find_simulator(simulator_name())
+    for build in simulator.build_commands([loader, bench], "listener"):
+        simulator.run(build, tmp_path)
+    simulator.run(simulator.run_command("listener", {}), tmp_path)
+    words = [tuple(map(int, line.split())) for line in (tmp_path / "words.txt").open()]
+    want = resampling(camera(), 5).loads()
+    assert [(kind, place, high << 20 | low) for kind, place, high, low in words] == want

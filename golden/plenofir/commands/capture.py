@@ -314,3 +314,56 @@ def decode(
         typer.echo("note: in linear light, which looks dark; --gamma 2.2 is for looking at")
     if png and full_scale < np.iinfo(raster.dtype).max:
         typer.echo(f"note: white is {full_scale}, which a TIFF (--out NAME.tif) tells")
+
+
+@app.command()
+def resampler(
+    calib: Annotated[str, typer.Argument(help="Calibration file (plenofir calibrate).")],
+    micro_image: options.MicroImage,
+    channels: Annotated[
+        Literal["1", "3"], typer.Option(help="Channels of a pixel, behind the mosaic.")
+    ] = "1",
+    bits: Annotated[int, typer.Option(help="Bits of a channel.", min=1, max=16)] = 8,
+    devignette: Annotated[
+        bool, typer.Option("--devignette/--no-devignette", help="Correct vignetting.")
+    ] = True,
+    out: Annotated[
+        str | None,
+        typer.Option(help="VHDL file to write: the calibration as constants, with its loader."),
+    ] = None,
+) -> None:
+    """The resampler on the chip for a calibration: its generics, memory, accuracy, constants."""
+    from plenofir.camera.calibration import load_calibration
+    from plenofir.plan.calibration_loader import LOADER, loader_text
+    from plenofir.plan.resampling import resampling
+
+    path = None if out is None else check_file(out, (".vhd",), calib)
+    chip = resampling(
+        load_calibration(calib),
+        micro_image,
+        channels=int(channels),
+        pixel_bits=bits,
+        devignette=devignette,
+        where=calib,
+    )
+    core, needs, accuracy = chip.core, chip.needs, chip.accuracy
+    rows, columns = chip.registers.raster_shape
+    full = "more than any" if needs.full_rate is None else str(needs.full_rate)
+    typer.echo(f"raster     {columns} x {rows}, M = {micro_image}, {chip.registers.layout}")
+    typer.echo(
+        f"ring       {core.lines} lines of {core.max_columns} pixels, "
+        f"{core.lines * core.max_columns * core.channels * core.pixel_bits} bits; "
+        f"{needs.least} needed, {full} for a source without gaps"
+    )
+    typer.echo(f"table      {core.lenses if core.moves or core.gains else 0} lenses")
+    typer.echo(
+        f"positions  off by {accuracy.rounding_px:.4f} pixels (registers), "
+        f"{accuracy.turn_px:.3f} at the corners of micro images (the sensor's axes)"
+    )
+    typer.echo(f"distortion {accuracy.distortion_px:.3f} pixels, which the table of lenses takes up")
+    generics = ", ".join(f"{k} => {str(v).lower()}" for k, v in core.generics().items())
+    typer.echo(f"generics   {generics}")
+    if path is not None:
+        with Results(path.parent) as results:
+            results.write(path.name, loader_text(chip, Path(calib).name))
+        typer.echo(f"file       {out}: entity {LOADER}, {len(chip.loads())} words")

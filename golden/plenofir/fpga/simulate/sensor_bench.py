@@ -9,6 +9,7 @@ import numpy as np
 
 from plenofir import project
 from plenofir.fpga import hdl
+from plenofir.fpga.core.engine import Generics
 from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
 from plenofir.fpga.simulate import verilator
 from plenofir.fpga.simulate.simulators import SimulationError, Simulator
@@ -49,6 +50,11 @@ class SensorResult:
     seconds: float
 
 
+def sensor_generics(core: ResamplerConfiguration, *, mosaic: bool) -> Generics:
+    """Generics of the entity `CORE`."""
+    return {**core.generics(), "MOSAIC": mosaic}
+
+
 def run_sensor(
     simulator: Simulator,
     core: ResamplerConfiguration,
@@ -60,6 +66,7 @@ def run_sensor(
     red_place: tuple[int, int] | None = None,
     stall_percent: int = 0,
     seed: int = 1,
+    verilog: Sequence[Path] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> SensorResult:
     """Move raw frames through the resampler, behind the mosaic if there is one.
@@ -82,6 +89,8 @@ def run_sensor(
         Row and column of the mosaic's first red pixel; None without a mosaic.
     stall_percent, seed
         See `plenofir.fpga.simulate.file_bench.run_bench`.
+    verilog
+        Verilator only: the entity in Verilog, if not what GHDL makes of its sources.
     progress
         Called with the number of pixels that came out so far.
 
@@ -102,7 +111,7 @@ def run_sensor(
     frames.astype("<i4").tofile(directory / "input.bin")
     words = [(kind, address, word & _HALF, word >> 20) for kind, address, word in loads]
     np.array(words, "<i4").tofile(directory / "loads.bin")
-    generics = {**core.generics(), "MOSAIC": red_place is not None}
+    generics = sensor_generics(core, mosaic=red_place is not None)
     place = 0 if red_place is None else 2 * red_place[0] + red_place[1]
     sizes = {
         "RED_PLACE": place,
@@ -121,7 +130,7 @@ def run_sensor(
             progress(output.stat().st_size // 4 // core.channels)
 
     if simulator.name == "verilator":
-        files = [write_verilog(hdl.hdl_sources(), CORE, generics, directory)]
+        files = verilog or [write_verilog(hdl.hdl_sources(), CORE, generics, directory)]
         program = verilator.build_bench(
             simulator, files, CORE, directory, pixels=frames.size, bench=TOP
         )
