@@ -360,7 +360,7 @@ def resampler(
         f"positions  off by {accuracy.rounding_px:.4f} pixels (registers), "
         f"{accuracy.turn_px:.3f} at the corners of micro images (the sensor's axes)"
     )
-    typer.echo(f"distortion {accuracy.distortion_px:.3f} pixels, which the table of lenses takes up")
+    typer.echo(f"distortion {accuracy.distortion_px:.3f} pixels, taken up by the table")
     generics = ", ".join(f"{k} => {str(v).lower()}" for k, v in core.generics().items())
     typer.echo(f"generics   {generics}")
     if path is not None:
