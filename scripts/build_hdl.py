@@ -7,6 +7,7 @@ With --check nothing is written; exit code 1 if a file is missing or stale.
 
 import re
 import sys
+from pathlib import Path
 
 from core_files import core_files
 from plenofir import project
@@ -52,14 +53,21 @@ def components_package() -> str:
     return COMPONENTS_PACKAGE.format(components="\n\n".join(components))
 
 
-def main() -> int:
-    """Write or check the files."""
-    files = {
+def packages() -> dict[Path, str]:
+    """Make the packages, place to text."""
+    return {
         HDL / "board" / "edid_pkg.vhd": edid_package(),
         HDL / "board" / "status_pkg.vhd": status_package(),
         HDL / "video" / "colour_pkg.vhd": colour_package(),
         HDL / "spartan6" / "pll_settings_pkg.vhd": settings_package(),
         VCOMPONENTS: components_package(),
+    }
+
+
+def main() -> int:
+    """Write or check the files."""
+    files = {
+        **packages(),
         **core_files(),
     }
     stale = {p for p, text in files.items() if not p.exists() or p.read_text() != text}

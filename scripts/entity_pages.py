@@ -13,7 +13,8 @@ SECTIONS = ("Latency", "Throughput", "Equation")
 def header_of(text: str) -> tuple[str, dict[str, str]]:
     """Split the header comment into its description and its named sections."""
     header = text[: text.index("\nlibrary ")]
-    lines = [line[3:] if line.startswith("-- ") else line[2:] for line in header.splitlines()]
+    comments = [line for line in header.splitlines() if "SPDX-License" not in line]
+    lines = [line[3:] if line.startswith("-- ") else line[2:] for line in comments]
     body = "\n".join(lines)
     # Sections may share a line ("Latency: 1 clock. Throughput: ...").
     parts = re.split(rf"\b({'|'.join(SECTIONS)}): ", body)
