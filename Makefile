@@ -8,7 +8,7 @@ PLENOFIR := .venv/bin/plenofir --make
 PYTHON := .venv/bin/python
 PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help check dist sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
+.PHONY: help check dist site sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -78,6 +78,10 @@ docs: venv ## Build what the documentation takes from the sources
 	@$(PYTHON) scripts/build_hdl.py
 	@$(PYTHON) scripts/build_docs.py
 	@$(PYTHON) scripts/draw_diagrams.py
+
+site: venv ## Build the documentation as a site with search (build/site); python -m http.server -d build/site
+	@scripts/setup.sh site
+	@$(PYTHON) scripts/build_site.py
 
 waves: venv ## Draw the timing diagrams of docs/waves.md from simulations
 	@scripts/setup.sh ghdl

@@ -1,10 +1,11 @@
 #!/bin/sh
-# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | compiler | tests
+# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | tests
 #
 #   venv         creates .venv with the pinned Python packages and the command plenofir
 #   ghdl         makes sure that a GHDL simulator is installed
 #   libpython    makes sure that Python's shared library is there, which cocotb loads into the simulator
 #   pnr          installs place and route for ECP5
+#   site         installs what builds the documentation as a site
 #   compiler     makes sure that there is a C++ compiler, which Verilator needs
 #   tests        makes sure of what the tests want besides: other people's tools from the package index
 #                (scripts/requirements-tests.txt), a C++ compiler, Icarus Verilog, Debian's decoder of monitors'
@@ -83,6 +84,10 @@ setup_pnr() {
     install_pinned pnr "nextpnr (its first run takes a minute more)"
 }
 
+setup_site() {
+    install_pinned site "what builds the site"
+}
+
 setup_compiler() {
     command -v g++ >/dev/null 2>&1 && command -v perl >/dev/null 2>&1 || install_packages "A C++ compiler" g++ make perl
 }
@@ -119,7 +124,8 @@ venv) setup_venv ;;
 ghdl) setup_ghdl ;;
 libpython) setup_libpython ;;
 pnr) setup_pnr ;;
+site) setup_site ;;
 compiler) setup_compiler ;;
 tests) setup_tests ;;
-*) fail "usage: scripts/setup.sh venv | ghdl | libpython | pnr | compiler | tests" ;;
+*) fail "usage: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | tests" ;;
 esac
