@@ -14,7 +14,8 @@ from build_hdl import packages
 from plenofir import project
 
 ROOT = project.root()
-LINE = "SPDX-License-Identifier: Apache-2.0"
+# In two parts: reuse would read it as this file's own.
+LINE = "SPDX-License-" + "Identifier: Apache-2.0"
 STYLES = {
     **dict.fromkeys((".py", ".sh", ".yml", ".yaml", ".lpf", ".ucf", "Makefile", "run"), "# {}"),
     **dict.fromkeys((".v", ".vh", ".sv", ".cpp", ".js"), "// {}"),
