@@ -6,7 +6,13 @@ import pytest
 
 from plenofir.errors import InputError, ToolError
 from plenofir.fpga import hdl
-from plenofir.fpga.synthesis.formal import LONG_PROOFS, PROOFS, FifoProof, FirProof
+from plenofir.fpga.synthesis.formal import (
+    LONG_PROOFS,
+    PROOFS,
+    FifoProof,
+    FirProof,
+    LaneProof,
+)
 from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
 from plenofir_tb.faults import plant
 
@@ -25,7 +31,7 @@ def tools() -> None:
     [*PROOFS, *(pytest.param(proof, marks=pytest.mark.slow) for proof in LONG_PROOFS)],
     ids=lambda proof: proof.name,
 )
-def test_proof(tmp_path: Path, proof: FirProof | FifoProof) -> None:
+def test_proof(tmp_path: Path, proof: FirProof | LaneProof | FifoProof) -> None:
     proof.prove(tmp_path)
 
 
@@ -35,11 +41,13 @@ def test_proof(tmp_path: Path, proof: FirProof | FifoProof) -> None:
         (FirProof(3, 2), "switch_control.vhd", "next_mask(0) <= '1'", "next_mask(0) <= '0'"),
         (FirProof(3, 2), "switch_control.vhd", "switches and mask when", "switches when"),
         (FirProof(3, 2), "switched_fir.vhd", "at_first_step = '1' and", "false and"),
+        (LaneProof(3, 2, 2), "prefix_sums.vhd", "before + partial(LEVELS)", "before + partial(0)"),
+        (LaneProof(3, 2, 2), "lane_control.vhd", "ended     <= following;", "null;"),
         (FifoProof(2), "axis_fifo.vhd", "elsif word_moves = '1'", "elsif m_axis_tready = '1'"),
     ],
 )
 def test_planted_fault_is_found(
-    tmp_path: Path, proof: FirProof | FifoProof, file: str, old: str, new: str
+    tmp_path: Path, proof: FirProof | LaneProof | FifoProof, file: str, old: str, new: str
 ) -> None:
     sources = plant(tmp_path / "hdl", hdl.hdl_sources(), file, old, new)
     with pytest.raises(ToolError, match="not proved"):

@@ -10,7 +10,9 @@ from plenofir import project
 from plenofir.errors import ToolError
 from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.tools import Generics, run_yosys, write_verilog, yosys_version
+from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import output_offset
+from plenofir.refocus.sum_lanes import LaneLayout
 from plenofir.refocus.switches import FilterLayout
 
 # Yosys takes no negative parameters.
@@ -99,6 +101,58 @@ class FirProof:
 
 
 @dataclass(frozen=True)
+class LaneProof:
+    """The row stage of several pixels a token equals the gather equation, over a number of clocks.
+
+    Attributes
+    ----------
+    micro_image_size, shift
+        M and a' in pixels.
+    pixels
+        P, pixels of a token, a bit each.
+    clocks
+        Clocks from the initial state on.
+    """
+
+    micro_image_size: int
+    shift: int
+    pixels: int
+    clocks: int = 16
+
+    @property
+    def name(self) -> str:
+        """Name of the proof."""
+        m, p = self.micro_image_size, self.pixels
+        return f"{p} pixels a token, M={m} a'={self.shift}, {self.clocks} clocks"
+
+    def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
+        """Prove it; parameters as `FirProof.prove`."""
+        m, shift, p = self.micro_image_size, self.shift, self.pixels
+        lanes = LaneLayout(SumLayout(m, (shift,)), p)
+        generics: Generics = {
+            "MICRO_IMAGE_SIZE": m,
+            "SHIFTS": str(shift),
+            "CENTRED": True,
+            "PIXELS_PER_CLOCK": p,
+            "CHANNELS": 1,
+            "DATA_BITS": 1,
+            "SUM_BITS": m.bit_length(),
+            "TAG_BITS": 2,
+        }
+        parameters = {
+            "M": m,
+            "P": p,
+            "SHIFT_BIASED": shift + _BIAS,
+            "OFFSET_BIASED": output_offset(m, shift, "centred") + _BIAS,
+            "SUM_BITS": m.bit_length(),
+            "LEAST": lanes.delay + 1,
+            "LENGTH": self.clocks - lanes.clocks - lanes.delay,
+        }
+        _prepare("lane_stage", "lane_properties", generics, parameters, directory, sources)
+        _check(directory, self.name, f"bmc3 -F {self.clocks}", "No output asserted in")
+
+
+@dataclass(frozen=True)
 class FifoProof:
     """The stream buffer keeps order and number of words, for all inputs and for ever.
 
@@ -179,6 +233,7 @@ PROOFS = (
     FirProof(2, -1),
     FirProof(3, 1),
     FirProof(3, 2),
+    LaneProof(3, 2, 2),
     FifoProof(2),
 )
 """Proofs of `make test`."""
@@ -189,6 +244,12 @@ LONG_PROOFS = (
     FirProof(3, 0, hold=True, clocks=20),
     FirProof(3, -1, clocks=16),
     FirProof(3, 2, data_bits=2, clocks=16),
+    LaneProof(2, -1, 2, clocks=17),
+    LaneProof(2, 2, 2, clocks=18),
+    LaneProof(3, 3, 2, clocks=18),
+    LaneProof(5, 2, 2),
+    LaneProof(3, 2, 4),
+    LaneProof(1, 2, 4),
     FifoProof(2, width=2),
     FifoProof(3),
 )
