@@ -1,4 +1,4 @@
-"""Draw the block diagrams of the documentation: docs/images/{board,fir,moving_sum,stack,depth}.svg.
+"""Draw the block diagrams of the documentation, docs/images/*.svg: see `DIAGRAMS`.
 
 Usage: python scripts/draw_diagrams.py [--check]
 
@@ -282,6 +282,53 @@ def _moving_sum() -> Diagram:
     return Diagram(1115, 555, boxes, arrows, notes=notes)
 
 
+def _lanes() -> Diagram:
+    boxes = [
+        Box(20, 120, 110, 60, "pixel", ("P pixels", "of a token")),
+        Box(170, 25, 500, 190, "frame", ("pixel_banks",)),
+        Box(185, 65, 95, 60, "tx", ("rotate_words", "to the banks")),
+        Box(
+            310,
+            60,
+            120,
+            140,
+            "half",
+            ("banks", "B: a multiple of M,", "read twice:", "entering,", "leaving"),
+        ),
+        Box(450, 65, 90, 60, "tx", ("subtract", "d of each bank")),
+        Box(560, 65, 95, 60, "tx", ("rotate_words", "exchange by slice", "to the outputs")),
+        Box(310, 250, 120, 60, "control", ("lane_control", "places, rows, ends")),
+        Box(185, 345, 245, 50, "half", ("ahead_sum", "pixels before output 0 of a line")),
+        Box(710, 25, 330, 290, "frame", ("prefix_sums",)),
+        Box(730, 70, 130, 60, "tx", ("prefix sums", "log\u2082 P levels")),
+        Box(890, 70, 135, 60, "tx", ("+ carry", "P sums")),
+        Box(890, 180, 135, 50, "half", ("last sum", "of the token before")),
+        Box(730, 250, 295, 45, "half", ("held result", "of the last output that begins a group")),
+        Box(1070, 245, 70, 55, "pixel", ("P sums",)),
+    ]
+    arrows: list[Arrow] = [
+        (((130, 150), (155, 150), (155, 95), (185, 95)), "", (0, 0)),
+        (((280, 95), (310, 95)), "", (0, 0)),
+        (((430, 80), (450, 80)), "", (0, 0)),
+        (((430, 110), (450, 110)), "", (0, 0)),
+        (((540, 95), (560, 95)), "", (0, 0)),
+        (((655, 95), (730, 95)), "d", (690, 88)),
+        (((860, 95), (890, 95)), "", (0, 0)),
+        (((980, 130), (980, 180)), "", (0, 0)),
+        (((930, 180), (930, 130)), "", (0, 0)),
+        (((870, 130), (870, 250)), "", (0, 0)),
+        (((1025, 272), (1070, 272)), "", (0, 0)),
+        (((370, 250), (370, 200)), "", (0, 0)),
+        (((155, 150), (155, 370), (185, 370)), "", (0, 0)),
+        (
+            ((430, 370), (1055, 370), (1055, 100), (1025, 100)),
+            "instead of the last sum, when output 0 is due",
+            (760, 362),
+        ),
+    ]
+    return Diagram(1160, 415, boxes, arrows)
+
+
 def _stack() -> Diagram:
     boxes, arrows = _shell(440)
     boxes += [
@@ -383,6 +430,7 @@ DIAGRAMS = {
     ),
     "fir": _fir(),
     "moving_sum": _moving_sum(),
+    "lanes": _lanes(),
     "stack": _stack(),
     "depth": _depth(),
 }

@@ -65,11 +65,17 @@ OF_VIDEO = (f"{VIDEO} -k units", f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_vi
 # Tests behind the file bench for a source's mutants, the first pattern that fits; {} is its
 # entity.
 TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    (
+        "moving_sum/sum_lanes_pkg*",
+        ("tb/moving_sum/test_moving_sum_schedule.py", f"{SUMS} -k lanes"),
+    ),
     ("moving_sum/*_pkg*", ("tb/moving_sum/test_moving_sum_schedule.py", f"{SUMS} -k sets_stalls")),
     (
         "moving_sum/moving_sum_control*",
         (f"{SUMS} -k control", f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice"),
     ),
+    ("moving_sum/lane_*", (f"{SUMS} -k lanes",)),
+    ("moving_sum/[arp]*_[swb]*", (f"{SUMS} -k lanes",)),
     (
         "moving_sum/*",
         (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice", f"{STACK} -k stalls_and_faults"),
@@ -134,6 +140,10 @@ CASES = (
     Case(_core(micro_image_size=3, shifts=(2,)), 20, 9, 3),
     Case(_core(micro_image_size=3, shifts=(-2, 1, 3), channels=3), 17, 7, 4),
     Case(_core(micro_image_size=2, shifts=(3,), engine=FirEngine(parallel_rows=3)), 12, 8, 3),
+    Case(
+        _core(micro_image_size=4, shifts=(2, -3), engine=MovingSumEngine(pixels_per_clock=4)),
+        *(22, 9, 4),
+    ),
     Case(
         _core(
             micro_image_size=5,

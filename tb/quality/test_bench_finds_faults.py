@@ -8,6 +8,7 @@ import pytest
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.images import read_image
 from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import run_case
@@ -21,6 +22,12 @@ ARRAY = CoreConfiguration(
     micro_image_size=3, shifts=(2,), max_columns=24, engine=FirEngine(parallel_rows=3)
 )
 SLICES = CoreConfiguration(micro_image_size=3, shifts=(-2, 1, 3), max_columns=20)
+LANES = CoreConfiguration(
+    micro_image_size=3,
+    shifts=(2, 3),
+    max_columns=19,
+    engine=MovingSumEngine(pixels_per_clock=4),
+)
 HOLD = CoreConfiguration(
     micro_image_size=3, shifts=(3,), max_columns=20, engine=FirEngine(hold=True)
 )
@@ -51,6 +58,20 @@ HOLD = CoreConfiguration(
         (ARRAY, "frame_sequencer.vhd", "if frame_open = '0' and band_row /= 0 then",
          "if false then"),
         (SLICES, "frame_sequencer.vhd", "slice_now     := slice;", "slice_now     := slice_held;"),
+        *(
+            pytest.param(LANES, *fault, marks=pytest.mark.slow)
+            for fault in (
+                ("lane_array.vhd", "if is_last = '1' and ends(j) = '0' then", "if false then"),
+                ("lane_control.vhd", "ended     <= following;", "null;"),
+                ("lane_control.vhd", "due_rows <= 0;", "null;"),
+                ("pixel_banks.vhd", "distance := distance + 1;", "null;"),
+                ("pixel_banks.vhd", "codes_5(r) <= CODE_OF(s)(r);", "null;"),
+                ("ahead_sum.vhd", "if flags_due(1) = '0' then", "if true then"),
+                ("prefix_sums.vhd", "if take = '1' then", "if false then"),
+                ("prefix_sums.vhd", "found(j) := found(j) or found(j - 2 ** l);", "null;"),
+                ("stream_shell.vhd", "if j <= place then", "if j < place then"),
+            )
+        ),
         (HOLD, "switched_fir.vhd", "next_word <= packed(next_sums);",
          "next_word <= packed(stepped(held, pixels, closed_now, restart_now));"),
     ],
