@@ -9,6 +9,7 @@ from PIL import Image as PillowImage
 from skimage import data
 
 from plenofir.camera.calibration import calibration_of_grid
+from plenofir.camera.lightfield import views
 from plenofir.camera.lightfield.exports import encode_pfm, mosaic
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.recognise.files import recognise
@@ -113,3 +114,17 @@ def test_folders_and_other_files(tmp_path: Path) -> None:
     grid = regular_grid((90, 90), 9.0)
     calibration_of_grid(grid, (90, 90)).save(tmp_path / "calib.json")
     assert recognise(tmp_path / "calib.json").kind == "calibration"
+
+
+@pytest.mark.parametrize("name", ["flower_detail_5x5.png", "planes_5x5.png"])
+def test_which_number_counts_columns(name: str, tmp_path: Path) -> None:
+    images = views(read_image(DATA / name), 5)
+    for order in ("rows", "columns"):
+        folder = tmp_path / order
+        folder.mkdir()
+        for v, u in np.ndindex(5, 5):
+            first, second = (v, u) if order == "rows" else (u, v)
+            write_png(folder / f"a_{first}_{second}.png", np.ascontiguousarray(images[v, u]))
+        found = recognise(folder)
+        assert ("--order columns" in found.advice[0]) == (order == "columns")
+        assert "cannot be told" not in found.evidence[0][1]

@@ -2,8 +2,12 @@
 
 from pathlib import Path
 
+import numpy as np
+from scipy import ndimage
+
+from plenofir.camera.calibration.frames import grey
 from plenofir.camera.calibration.record import load_calibration
-from plenofir.camera.lightfield.folders import image_paths, read_views
+from plenofir.camera.lightfield.folders import ViewOrder, image_paths, read_views
 from plenofir.camera.lightfield.sources import hci_scene, hci_views, read_mat
 from plenofir.camera.lytro.capture import checked_grid, match_text
 from plenofir.camera.lytro.container import is_container, read_container
@@ -12,6 +16,11 @@ from plenofir.camera.lytro.sensor import balanced, grey_mosaic
 from plenofir.camera.recognise.picture import Recognition, recognise_picture
 from plenofir.errors import InputError
 from plenofir.images import read_picture
+from plenofir.refocus.operator import Image
+
+_FEWEST_VIEWS, _SMALLEST_VIEW, _WINDOW, _FAR = 3, 24, 15, 2
+# Moves in one direction are this many times those in the other.
+_CLEAR = 1.3
 
 
 def recognise(path: Path) -> Recognition:
@@ -115,4 +124,42 @@ def _folder(path: Path, name: str) -> Recognition:
         return Recognition("can't tell", (("evidence", text),))
     m, _, rows, columns = images.shape[:4]
     text = f"{m} x {m} pictures of {columns} x {rows} pixels, numbered by row and column"
+    order = first_counts(images)
+    if order == "columns":
+        text += "; what is seen moves sideways with the first number: it counts columns"
+        command = f"plenofir compose {name} --order columns --out aligned.png"
+    elif order is None:
+        text += "; which number counts columns cannot be told: what is seen does not move clearly"
     return Recognition("folder of views", (("evidence", text),), (command,), m)
+
+
+def first_counts(images: Image) -> ViewOrder | None:
+    """Whether the first number of views counts rows or columns, by how what is seen moves.
+
+    `images` are the views as if it counted rows, shape (v, u, t, s[, 3]). Views above each other
+    differ by moves up and down, views side by side by moves sideways; None where that is not clear.
+    """
+    m = len(images)
+    if m < _FEWEST_VIEWS or min(images.shape[2:4]) < _SMALLEST_VIEW:
+        return None
+    middle, far = m // 2, max(1, min(_FAR, m // 2))
+    down, right = np.gradient(ndimage.gaussian_filter(grey(images[middle, middle]), 1.0))
+    sums = [[down * down, down * right], [down * right, right * right]]
+    matrix = np.array([[ndimage.uniform_filter(part, _WINDOW) for part in line] for line in sums])
+    matrix += 1e-3 * float(np.trace(matrix.mean(axis=(2, 3)))) * np.eye(2)[:, :, None, None]
+    upright = sideways = 0.0
+    for first in (True, False):
+        steps = (far, 0) if first else (0, far)
+        one = grey(images[middle + steps[0], middle + steps[1]])
+        other = grey(images[middle - steps[0], middle - steps[1]])
+        change = ndimage.gaussian_filter(one - other, 1.0)
+        known = np.array([ndimage.uniform_filter(g * change, _WINDOW) for g in (down, right)])
+        moves = np.linalg.solve(
+            np.moveaxis(matrix, (0, 1), (2, 3)), np.moveaxis(known, 0, 2)[..., None]
+        )
+        up, side = np.abs(moves[..., 0]).reshape(-1, 2).mean(axis=0)
+        upright += up if first else side
+        sideways += side if first else up
+    if max(upright, sideways) < _CLEAR * min(upright, sideways):
+        return None
+    return "rows" if upright > sideways else "columns"
