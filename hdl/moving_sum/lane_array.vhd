@@ -264,14 +264,12 @@ begin
 
   sharp : if sharpens(SHARPENING) generate
 
-    signal slice      : unsigned(SLICE_BITS - 1 downto 0);
-    signal slice_due  : unsigned(SLICE_BITS - 1 downto 0);
-    signal sharp_sums : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+    signal slice     : unsigned(SLICE_BITS - 1 downto 0);
+    signal slice_due : unsigned(SLICE_BITS - 1 downto 0);
 
   begin
 
-    slice     <= unsigned(line_tags(2 * PASSES)(line_tag_t'high downto SLICE_LOW));
-    last_sums <= in_line(sharp_sums, CHANNELS * SUM_BITS, last_token(LINE_LAST), line_end);
+    slice <= unsigned(line_tags(2 * PASSES)(line_tag_t'high downto SLICE_LOW));
 
     last_line(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(slice_due);
 
@@ -304,7 +302,7 @@ begin
         out_image       => last_line(IMAGE),
         out_frame_first => last_line(FRAME_FIRST),
         out_slice       => slice_due,
-        out_sums        => sharp_sums
+        out_sums        => last_sums
       );
 
   end generate sharp;

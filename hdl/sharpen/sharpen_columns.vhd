@@ -282,14 +282,14 @@ begin
         RESULT_BITS => RESULT_BITS
       )
       port map (
-        clk          => clk,
-        value        => own,
-        before       => line_above,
-        behind       => line_below,
-        before_there => above_there,
-        behind_there => below_there,
-        slice_2      => slice_tap,
-        result       => tapped
+        clk           => clk,
+        value         => own,
+        earlier       => line_above,
+        later         => line_below,
+        earlier_there => above_there,
+        later_there   => below_there,
+        slice_2       => slice_tap,
+        result        => tapped
       );
 
     out_values((i + 1) * RESULT_BITS - 1 downto i * RESULT_BITS) <= std_logic_vector(tapped);

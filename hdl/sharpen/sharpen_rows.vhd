@@ -311,14 +311,14 @@ begin
           RESULT_BITS => TAP_BITS
         )
         port map (
-          clk          => clk,
-          value        => signed(own_1((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)),
-          before       => signed(left_1((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)),
-          behind       => signed(right_1((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)),
-          before_there => left_on,
-          behind_there => right_on,
-          slice_2      => slice_tap,
-          result       => tapped
+          clk           => clk,
+          value         => signed(own_1((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)),
+          earlier       => signed(left_1((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)),
+          later         => signed(right_1((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS)),
+          earlier_there => left_on,
+          later_there   => right_on,
+          slice_2       => slice_tap,
+          result        => tapped
         );
 
       whole <= tapped(TAP_BITS - 1 downto 2 * SCALE_BITS);

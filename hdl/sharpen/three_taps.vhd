@@ -30,11 +30,11 @@ entity three_taps is
   port (
     clk : in    std_logic;
     -- A value and its neighbours, and which of them are there.
-    value        : in    signed(VALUE_BITS - 1 downto 0);
-    before       : in    signed(VALUE_BITS - 1 downto 0);
-    behind       : in    signed(VALUE_BITS - 1 downto 0);
-    before_there : in    std_logic;
-    behind_there : in    std_logic;
+    value         : in    signed(VALUE_BITS - 1 downto 0);
+    earlier       : in    signed(VALUE_BITS - 1 downto 0);
+    later         : in    signed(VALUE_BITS - 1 downto 0);
+    earlier_there : in    std_logic;
+    later_there   : in    std_logic;
     -- The slice, 2 clocks behind the value; counts where slices have several weights above 0.
     slice_2 : in    unsigned(bits_for(slice_count(SHARPENING) - 1) - 1 downto 0);
     result  : out   signed(RESULT_BITS - 1 downto 0)
@@ -72,14 +72,14 @@ architecture rtl of three_taps is
 
   end function lowest_bit;
 
-  signal value_1  : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
-  signal value_2  : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
-  signal value_3  : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
-  signal before_1 : signed(VALUE_BITS downto 0)       := (others => '0');
-  signal behind_1 : signed(VALUE_BITS downto 0)       := (others => '0');
-  signal change_2 : signed(VALUE_BITS + 1 downto 0)   := (others => '0');
-  signal change_3 : signed(PRODUCT_BITS - 1 downto 0) := (others => '0');
-  signal scaled_3 : signed(RESULT_BITS - 1 downto 0);
+  signal value_1   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
+  signal value_2   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
+  signal value_3   : signed(VALUE_BITS - 1 downto 0)   := (others => '0');
+  signal earlier_1 : signed(VALUE_BITS downto 0)       := (others => '0');
+  signal later_1   : signed(VALUE_BITS downto 0)       := (others => '0');
+  signal change_2  : signed(VALUE_BITS + 1 downto 0)   := (others => '0');
+  signal change_3  : signed(PRODUCT_BITS - 1 downto 0) := (others => '0');
+  signal scaled_3  : signed(RESULT_BITS - 1 downto 0);
 
 begin
 
@@ -89,20 +89,20 @@ begin
   begin
 
     if rising_edge(clk) then
-      value_1  <= value;
-      before_1 <= (others => '0');
-      behind_1 <= (others => '0');
+      value_1   <= value;
+      earlier_1 <= (others => '0');
+      later_1   <= (others => '0');
 
-      if before_there = '1' then
-        before_1 <= resize(value, VALUE_BITS + 1) - resize(before, VALUE_BITS + 1);
+      if earlier_there = '1' then
+        earlier_1 <= resize(value, VALUE_BITS + 1) - resize(earlier, VALUE_BITS + 1);
       end if;
 
-      if behind_there = '1' then
-        behind_1 <= resize(value, VALUE_BITS + 1) - resize(behind, VALUE_BITS + 1);
+      if later_there = '1' then
+        later_1 <= resize(value, VALUE_BITS + 1) - resize(later, VALUE_BITS + 1);
       end if;
 
       value_2  <= value_1;
-      change_2 <= resize(before_1, VALUE_BITS + 2) + resize(behind_1, VALUE_BITS + 2);
+      change_2 <= resize(earlier_1, VALUE_BITS + 2) + resize(later_1, VALUE_BITS + 2);
 
       value_3 <= value_2;
       result  <= scaled_3 + resize(change_3, RESULT_BITS);

@@ -29,6 +29,13 @@ MORE = [
         channels=3,
     ),
     CoreConfiguration(micro_image_size=2, shifts=(1,), max_columns=9, order=1, sharpening=(6,)),
+    CoreConfiguration(
+        micro_image_size=3,
+        shifts=(2, 4),
+        max_columns=22,
+        sharpening=(4, 4),
+        engine=MovingSumEngine(pixels_per_clock=4),
+    ),
 ]
 
 

@@ -1,6 +1,7 @@
 """The core as synthesised: GHDL's Verilog, and the Spartan-6 netlist of Yosys, in Verilator."""
 
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,7 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
                 shift=core.shifts[number % len(core.shifts)],
                 align=core.align,
                 order=core.order,
+                sharpen=Fraction(core.weights[number % len(core.shifts)], 64),
             )
             for number, frame in enumerate(frames)
         ]
@@ -276,8 +278,9 @@ def test_more_stacks_as_verilog(
             ),
             marks=pytest.mark.slow,
         ),
+        CoreConfiguration(micro_image_size=2, shifts=(1, 2), max_columns=12, sharpening=(3, 0)),
     ],
-    ids=["exact", "lanes", "stored"],
+    ids=["exact", "lanes", "stored", "sharpened"],
 )
 def test_netlist_equals_golden_model(
     tmp_path: Path, simulator: Simulator, core: CoreConfiguration
@@ -289,7 +292,7 @@ def test_netlist_equals_golden_model(
         pytest.skip(str(error))
     netlist = synthesise(core_sources(), CORE, core_generics(core), tmp_path)
     assert netlist.figures.usage.block_rams == 0
-    frames = random_frames(core, 4, 17, 30)
+    frames = random_frames(core, 4, 17, core.max_columns)
     result = run_bench(
         simulator,
         core,

@@ -37,8 +37,10 @@ def _sharpening(core: "CoreConfiguration") -> str:
     from plenofir.refocus.sharpening import WEIGHT_UNITS
 
     weights = " ".join(str(Fraction(weight, WEIGHT_UNITS)) for weight in core.weights)
-    takes = {name: amount for name, amount in sharpener_usage(core).amounts().items() if amount}
-    lines, kbit = 2 * core.micro_image_size, sharpener_bits(core) / 1024
+    usage = sharpener_usage(core, core.pixels_per_clock)
+    takes = {name: amount for name, amount in usage.amounts().items() if amount}
+    lines = 2 * core.micro_image_size
+    kbit = sharpener_bits(core, core.pixels_per_clock) / 1024
     return f"b = {weights}: {lines} lines of sums ({kbit:.0f} Kbit), takes {_amounts(takes)}"
 
 

@@ -95,7 +95,8 @@ class CoreConfiguration(Raster):
     @property
     def line_buffer_bits(self) -> int:
         """Bits that the column stages of all channels keep: partial sums, or pixels and sums."""
-        return self.engine.line_buffer_bits(self) + sharpener_bits(self)
+        sharpener = sharpener_bits(self, self.pixels_per_clock)
+        return self.engine.line_buffer_bits(self) + sharpener
 
     @property
     def error_bound(self) -> Fraction:

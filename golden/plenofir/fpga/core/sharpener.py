@@ -10,7 +10,8 @@ from plenofir.fpga.devices import Usage
 SHARPENER_CLOCKS = 15
 """Clocks of lens_sharpener (sharpen_pkg.sharpen_latency)."""
 
-# LUTs and flip-flops of each part, fitted to four synthesised sharpeners (within 1 %).
+# LUTs and flip-flops of each part, fitted to four synthesised sharpeners of one pixel a clock
+# (within 1 %; with four pixels a clock one had a third more flip-flops).
 _LUT_WEIGHTS = {"sharpener": 114, "sum bits": 11.2, "block bits": 1.2}
 _FLIP_FLOP_WEIGHTS = {"sharpener": 116, "sum bits": 13.15, "block bits": 1.68}
 # Products of a channel with a weight that is chosen with the slice, or no sum of two powers of two.
@@ -18,28 +19,28 @@ _DSP_OF_PRODUCTS = 3
 _PRODUCTS = {11, 13}
 
 
-def sharpener_bits(raster: Raster) -> int:
+def sharpener_bits(raster: Raster, pixels_per_clock: int = 1) -> int:
     """Bits of the lines of sums that all channels keep."""
-    if not raster.sharpens:
-        return 0
-    lines = 2 * raster.micro_image_size
-    return lines * raster.max_columns * raster.channels * _sum_bits(raster)
+    return sum(memory.bits for memory in sharpener_memories(raster, pixels_per_clock))
 
 
-def sharpener_memories(raster: Raster) -> Iterator[Memory]:
+def sharpener_memories(raster: Raster, pixels_per_clock: int = 1) -> Iterator[Memory]:
     """Its memory: a word has the last two lines of a phase."""
     if raster.sharpens:
-        width = 2 * raster.channels * _sum_bits(raster)
-        for size in block_sizes(raster.micro_image_size * raster.max_columns, width):
+        p = pixels_per_clock
+        # As sum_lanes_pkg.line_tokens.
+        tokens = raster.max_columns if p == 1 else max(-(-raster.max_columns // p), 2)
+        width = 2 * p * raster.channels * _sum_bits(raster)
+        for size in block_sizes(raster.micro_image_size * tokens, width):
             yield Memory("lines of sums", (size - 1).bit_length(), width, 1, words=size)
 
 
-def sharpener_usage(raster: Raster) -> Usage:
+def sharpener_usage(raster: Raster, pixels_per_clock: int = 1) -> Usage:
     """What it takes of the device, as `plenofir.fpga.synthesis.estimate` counts."""
-    memories = list(sharpener_memories(raster))
+    memories = list(sharpener_memories(raster, pixels_per_clock))
     if not memories:
         return Usage()
-    bits = raster.channels * _sum_bits(raster)
+    bits = pixels_per_clock * raster.channels * _sum_bits(raster)
     counts = {"sharpener": 1, "sum bits": bits, "block bits": 2 * bits * len(memories)}
     sides = {weight for weight in raster.weights if weight}
 
@@ -47,7 +48,7 @@ def sharpener_usage(raster: Raster) -> Usage:
         return round(sum(weight * counts[name] for name, weight in weights.items()))
 
     multiplied = len(sides) > 1 or bool(sides & _PRODUCTS)
-    products = Usage(dsp=_DSP_OF_PRODUCTS * raster.channels * multiplied)
+    products = Usage(dsp=_DSP_OF_PRODUCTS * pixels_per_clock * raster.channels * multiplied)
     logic = Usage(lut=weighed(_LUT_WEIGHTS), flip_flops=weighed(_FLIP_FLOP_WEIGHTS))
     return sum((memory.usage for memory in memories), logic + products)
 

@@ -101,7 +101,7 @@ def estimate(core: CoreConfiguration) -> Usage:
 
     return (
         in_memories
-        + sharpener_usage(core)
+        + sharpener_usage(core, core.pixels_per_clock)
         + Usage(
             lut=weighed(engine.LUT_WEIGHTS),
             flip_flops=weighed(engine.FLIP_FLOP_WEIGHTS),
