@@ -54,7 +54,8 @@ class MovingSumEngine(SliceEngine):
         for stage in (0, 1)
         for kind, scope, names in _STAGE_WAVES
     )
-    # LUTs and flip-flops of each part (scripts/fit_estimate.py).
+    # LUTs and flip-flops of each part (scripts/fit_estimate.py); lanes and banks as in the cores of
+    # M = 11, grey, and M = 5, RGB, with eight pixels a clock.
     LUT_WEIGHTS: ClassVar[dict[str, float]] = {
         "core": 270,
         "pixel bits": 9.4,
@@ -63,6 +64,8 @@ class MovingSumEngine(SliceEngine):
         "rings": 4.69,
         "block bits": 0.618,
         "joined bits": 1,
+        "lane bits": 6.7,
+        "banks": 50,
     }
     FLIP_FLOP_WEIGHTS: ClassVar[dict[str, float]] = {
         "core": 356,
@@ -73,6 +76,8 @@ class MovingSumEngine(SliceEngine):
         "rings": 4.99,
         "block bits": 1.75,
         "joined bits": 1,
+        "lane bits": 8,
+        "banks": 17,
     }
 
     def layout(self, raster: Raster, number: int = 0) -> SumLayout:
@@ -246,7 +251,8 @@ class MovingSumEngine(SliceEngine):
 
     def structure(self, raster: Raster) -> dict[str, int]:
         names = ("core", "sum bits", "pixel bits", "control bits", "tables", "delays", "rings")
-        counts = dict.fromkeys((*names, "skips", "block bits", "joined bits", "address bits"), 0)
+        more = ("skips", "block bits", "joined bits", "address bits", "lane bits", "banks")
+        counts = dict.fromkeys((*names, *more), 0)
         counts["core"] = 1
         counts["address bits"] = (raster.max_columns - 1).bit_length()
         for number in range(2 * raster.passes):
@@ -256,6 +262,12 @@ class MovingSumEngine(SliceEngine):
             age_bits = (layout.reach + 1).bit_length()
             counts["sum bits"] += raster.channels * words.sum
             counts["pixel bits"] += width
+            # What every further pixel of a token takes in the data path.
+            counts["lane bits"] += (self.pixels_per_clock - 1) * raster.channels * words.sum
+            if number == 0:
+                counts["lane bits"] += (self.pixels_per_clock - 1) * width
+            if self.pixels_per_clock > 1 and number not in self._column_stages(raster):
+                counts["banks"] += self.lanes(raster, number).banks
             counts["control bits"] += age_bits
             counts["tables"] += table_blocks * (3 * age_bits + 4 + 2)
             counts["delays"] += layout.delay
