@@ -81,10 +81,6 @@ def test_random_grids(number: int) -> None:
     [
         ("raw_writer.vhd", "if keep_none = '1' or now - keep < LINES then",
          "if keep_none = '1' or now - keep < LINES + 1 then"),
-        ("raw_writer.vhd", "done_before <= done;", "done_before <= (others => '0');"),
-        ("lens_rows.vhd", "if lines_in > needed then", "if lines_in >= needed then"),
-        ("lens_rows.vhd", "elsif frame_waits = '1' then", "elsif false then"),
-        ("lens_rows.vhd", "smaller(steps, gap)", "steps"),
         ("raw_window.vhd", "mirrored(line_now + 1, last_line)", "mirrored(line_now, last_line)"),
         ("lens_tables.vhd", "if rounded > MOST then", "if false then"),
         ("hexagonal_rows.vhd", "row_odd    <= not row_odd;", "row_odd    <= row_odd;"),
