@@ -34,10 +34,11 @@ figures: venv ## Write what `make test` wants of the synthesis anew (20 minutes;
 	@JOBS=$(JOBS) $(PYTHON) scripts/update_figures.py
 	@$(PYTHON) scripts/build_docs.py
 
-compare: venv ## Synthesise and place the cells of the comparison of both engines that were not yet (hours)
+compare: venv ## Synthesise and place the cells of the comparison of both engines, and of many pixels a clock, that were not yet (hours)
 	@scripts/setup.sh ghdl
 	@scripts/setup.sh pnr
 	@$(PYTHON) scripts/compare_engines.py --places
+	@$(PYTHON) scripts/place_pixels.py
 	@$(PYTHON) scripts/draw_engines.py
 	@$(PYTHON) scripts/build_docs.py
 

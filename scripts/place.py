@@ -17,6 +17,7 @@ from plenofir.files import publish_files
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.synthesis.ecp5 import (
+    NAMES,
     Placed,
     check_tools,
     make_netlist,
@@ -45,7 +46,10 @@ def place_design(design: Design, folder: Path) -> dict[int, Placed]:
         netlist = make_netlist(configure(design.plan, folder), TOP, {}, folder)
     else:
         netlist = make_netlist(hdl.hdl_sources(), design.top, design.core.generics(), folder)
-    return {grade: place(netlist, speed_grade=grade) for grade in (6, 8)}
+    # A scene for a Spartan-6 goes where it fits.
+    name = "" if design.plan is None else design.plan.device
+    device = NAMES.get(name)
+    return {grade: place(netlist, speed_grade=grade, device=device) for grade in (6, 8)}
 
 
 def place_board(out: Path) -> Placed:

@@ -74,7 +74,7 @@ def test_commands_find_their_files(call, tmp_path: Path) -> None:
     assert call("plenofir", "--version").stdout == f"{plenofir.__version__}\n"
     planned = call("plenofir", "plan", "rgb-480p", "--json")
     assert json.loads(planned.stdout)["scene"] == "rgb-480p", planned.stderr
-    done = call("plenofir", "configure", "still-m11", "--out", "scene")
+    done = call("plenofir", "configure", "video-m11", "--out", "scene")
     assert (done.returncode, done.stderr) == (0, "")
     for line in (tmp_path / "scene" / "sources.txt").read_text().splitlines():
         assert (tmp_path / "scene" / line).is_file(), line

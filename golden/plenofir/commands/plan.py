@@ -46,6 +46,7 @@ def _sharpening(core: "CoreConfiguration") -> str:
 
 def print_plan(plan: "Plan") -> None:
     """Print a plan for a person."""
+    from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.hdmi.edid import describe_edid
     from plenofir.fpga.synthesis.estimate import slice_engine
 
@@ -54,6 +55,13 @@ def print_plan(plan: "Plan") -> None:
     least = "" if plan.path == "video" else "at least "
     clock = "still" if plan.clock_mhz is None else f"pixel clock {least}{plan.clock_mhz:g} MHz"
     print_line("scene", f"{plan.scene}: {frame}, M = {core.micro_image_size}, {clock}")
+    if core.pixels_per_clock > 1 and plan.clock_mhz is not None:
+        kept = DEVICES[plan.device].clock_mhz(core.pixels_per_clock)
+        print_line(
+            "pixels",
+            f"{core.pixels_per_clock} a clock, {plan.columns * plan.rows / plan.frame_clocks:.3g} "
+            f"with the ends of lines; the {plan.device.upper()} keeps {kept:g} MHz",
+        )
     if plan.blanking is not None:
         print_line(
             "video",
@@ -200,12 +208,14 @@ def synth(
             state = "" if same is None else "same" if same == netlist.figures else "differs"
             rows.append((design.name, netlist.figures, state))
     typer.echo(f"GHDL {ghdl}, Yosys {yosys}")
-    device = DEVICES[chosen[0].plan.device if scene and chosen[0].plan else "xc6slx45"]
+    wanted = DEVICES[chosen[0].plan.device if scene and chosen[0].plan else "xc6slx45"]
+    # A scene for another family is shown beside the board's device, and need not fit it.
+    device = wanted if wanted.family == "spartan6" else DEVICES["xc6slx45"]
     _print_figures(rows, device)
     if scene:
         top = chosen[0].top
         print_line("files", f"{folder}/: {top}.edif, {top}.netlist.v, yosys.log")
-    if scene and (over := device.overflow(rows[0][1].usage)):
+    if scene and device == wanted and (over := device.overflow(rows[0][1].usage)):
         raise InputError(
             f"does not fit the {device.name.upper()}: {'; '.join(over)}",
             where=scene,

@@ -1,6 +1,14 @@
 """What a device has and what a design takes of it."""
 
 from dataclasses import dataclass, field
+from typing import Literal
+
+Family = Literal["spartan6", "ecp5"]
+
+_NAMES: dict[Family, tuple[str, str, str, str]] = {
+    "spartan6": ("LUT", "flip-flops", "block RAM (18 Kbit)", "DSP48A1"),
+    "ecp5": ("LUT4", "flip-flops", "block RAM (18 Kbit)", "MULT18X18D"),
+}
 
 
 @dataclass(frozen=True)
@@ -10,13 +18,14 @@ class Usage:
     Attributes
     ----------
     lut
-        Look-up tables with six inputs, those used as memory and shift registers included.
+        Look-up tables with six inputs (ECP5: four), those used as memory and shift registers
+        included.
     flip_flops
         Flip-flops.
     ramb16, ramb8
         Block RAMs of 18 Kbit, and halves of them used as RAM of 9 Kbit.
     dsp
-        DSP48A1 slices.
+        Multipliers: DSP48A1 slices, or MULT18X18D.
     """
 
     lut: int = 0
@@ -50,25 +59,26 @@ class Usage:
             self.dsp * copies,
         )
 
-    def amounts(self) -> dict[str, int]:
+    def amounts(self, family: Family = "spartan6") -> dict[str, int]:
         """Amount of each resource that a device has, by the device's name for it.
+
+        Parameters
+        ----------
+        family
+            Family of the device.
 
         Returns
         -------
         dict
             Name to amount.
         """
-        return {
-            "LUT": self.lut,
-            "flip-flops": self.flip_flops,
-            "block RAM (18 Kbit)": self.block_rams,
-            "DSP48A1": self.dsp,
-        }
+        amounts = (self.lut, self.flip_flops, self.block_rams, self.dsp)
+        return dict(zip(_NAMES[family], amounts, strict=True))
 
 
 @dataclass(frozen=True)
 class Device:
-    """An FPGA of the Spartan-6 LX family (Xilinx DS160, table 1).
+    """An FPGA of the Spartan-6 LX family (Xilinx DS160, table 1) or ECP5 (Lattice FPGA-DS-02012).
 
     Attributes
     ----------
@@ -78,11 +88,50 @@ class Device:
         What it has.
     package
         A package it comes in, with the slowest usual speed grade: part for the tools.
+    family
+        Its family.
+    single_mhz, many_mhz
+        Clocks that cores keep with one pixel a clock and with several, in the slowest grade. ECP5:
+        what placed designs reach at least, which tests hold. Spartan-6: what the board's build
+        asks for; none with several, as there is no open router that could tell.
     """
 
     name: str
     total: Usage = field(default_factory=Usage)
     package: str = "csg324"
+    family: Family = "spartan6"
+    single_mhz: float = 74.25
+    many_mhz: float = 0
+
+    def clock_mhz(self, pixels_per_clock: int) -> float:
+        """Clock that cores keep; 0 if it is not known.
+
+        Parameters
+        ----------
+        pixels_per_clock
+            Neighbouring pixels of a line that come together.
+
+        Returns
+        -------
+        float
+            MHz.
+        """
+        return self.single_mhz if pixels_per_clock == 1 else self.many_mhz
+
+    def amounts(self, usage: Usage) -> dict[str, int]:
+        """Amount of each resource that a design takes, by the device's name for it.
+
+        Parameters
+        ----------
+        usage
+            What the design takes.
+
+        Returns
+        -------
+        dict
+            Name to amount.
+        """
+        return usage.amounts(self.family)
 
     def overflow(self, usage: Usage) -> list[str]:
         """Resources that a design needs more of than the device has.
@@ -97,10 +146,10 @@ class Device:
         list of str
             One text for each, with both numbers; empty if the design fits.
         """
-        totals = self.total.amounts()
+        totals = self.amounts(self.total)
         return [
             f"{needed} of {totals[name]} {name}"
-            for name, needed in usage.amounts().items()
+            for name, needed in self.amounts(usage).items()
             if needed > totals[name]
         ]
 
@@ -109,7 +158,12 @@ def _device(name: str, lut: int, ramb16: int, dsp: int, package: str) -> Device:
     return Device(name, Usage(lut=lut, flip_flops=2 * lut, ramb16=ramb16, dsp=dsp), package)
 
 
-DEVICES = {
+def _ecp5(name: str, lut: int, blocks: int, dsp: int) -> Device:
+    total = Usage(lut=lut, flip_flops=lut, ramb16=blocks, dsp=dsp)
+    return Device(name, total, "cabga381", "ecp5", single_mhz=110, many_mhz=85)
+
+
+SPARTAN6 = {
     device.name: device
     for device in (
         _device("xc6slx9", 5720, 32, 16, "csg324"),
@@ -121,4 +175,17 @@ DEVICES = {
         _device("xc6slx150", 92152, 268, 180, "fgg484"),
     )
 }
-"""Devices by name, from small to large."""
+"""Spartan-6 by name, from small to large."""
+
+ECP5 = {
+    device.name: device
+    for device in (
+        _ecp5("lfe5u-25f", 24288, 56, 28),
+        _ecp5("lfe5u-45f", 43848, 108, 72),
+        _ecp5("lfe5u-85f", 83640, 208, 156),
+    )
+}
+"""ECP5 by name, from small to large."""
+
+DEVICES = SPARTAN6 | ECP5
+"""All devices."""

@@ -132,7 +132,8 @@ def top_text(plan: Plan) -> str:
     """
     several = len(plan.slices) > 1
     zero, zeros = "'0'", 'x"00"'
-    pixel = "CHANNELS * PIXEL_BITS - 1 downto 0"
+    pixels = "PIXELS_PER_CLOCK * " if plan.core.pixels_per_clock > 1 else ""
+    pixel = f"{pixels}CHANNELS * PIXEL_BITS - 1 downto 0"
     choice = [
         "    slice         : in    std_logic_vector(7 downto 0);",
         "    sweep         : in    std_logic;",
@@ -247,10 +248,13 @@ def configure(plan: Plan, out: Path, *, verilog: bool = False) -> list[Path]:
     lists = {
         "plan.json": plan.model_dump_json(indent=2) + "\n",
         "sources.txt": "".join(f"{place}\n" for place in places),
-        f"{top}.prj": "".join(f'vhdl work "{place}"\n' for place in places),
     }
     if verilog:
         lists.update(verilog_files(plan, top, own, sources))
+    if DEVICES[plan.device].family == "ecp5":
+        publish({**own, **lists}, out)
+        return sources
+    lists[f"{top}.prj"] = "".join(f'vhdl work "{place}"\n' for place in places)
     publish({**own, **lists}, out)
     # XST wants the folder for its temporary files to be there.
     (out / "xst").mkdir(exist_ok=True)
@@ -258,12 +262,14 @@ def configure(plan: Plan, out: Path, *, verilog: bool = False) -> list[Path]:
 
 
 def _core_top(plan: Plan) -> dict[str, str]:
-    """Package, top level, clock and XST's script of a core."""
+    """Package, top level, clock and XST's script (ECP5: the clock alone) of a core."""
     part = DEVICES[plan.device]
     period_ns = 1000 / clock_mhz(plan)
+    vhdl = {f"{PACKAGE}.vhd": package_text(plan), f"{TOP}.vhd": top_text(plan)}
+    if part.family == "ecp5":
+        return {**vhdl, f"{TOP}.lpf": f'FREQUENCY PORT "clk" {clock_mhz(plan):g} MHZ;\n'}
     return {
-        f"{PACKAGE}.vhd": package_text(plan),
-        f"{TOP}.vhd": top_text(plan),
+        **vhdl,
         f"{TOP}.ucf": (
             f"# Clock of the scene {plan.scene}: {clock_mhz(plan):g} MHz.\n"
             'NET "clk" TNM_NET = "clk";\n'

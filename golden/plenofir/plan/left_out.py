@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.devices import Device
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, slice_engine
 from plenofir.refocus import automatic_units
 from plenofir.refocus.arithmetic import ExactArithmetic
@@ -90,16 +91,16 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
         )
 
 
-def left_out(core: CoreConfiguration, path: str) -> tuple[LeftOut, ...]:
-    """Everything that a core, or the board around it, does without."""
-    needs = estimate(core).amounts()
+def left_out(core: CoreConfiguration, path: str, device: Device) -> tuple[LeftOut, ...]:
+    """Everything that a core on a device, or the board around it, does without."""
+    needs = device.amounts(estimate(core, device.family))
     found = []
     for what, other in _differences(core):
-        amounts = estimate(other).amounts()
+        amounts = device.amounts(estimate(other, device.family))
         saves = {name: amounts[name] - needs[name] for name in needs if amounts[name] > needs[name]}
         found.append(LeftOut(what=what, saves=saves))
-    if path == "core":
-        # The board's core has three channels.
+    if path == "core" and device.family == "spartan6":
+        # The board, a Spartan-6, has a core of three channels.
         saves = {name: n for name, n in VIDEO_USAGE.amounts().items() if n}
         found.append(LeftOut(what="video timing, TMDS ends, the board's control", saves=saves))
     return tuple(found)

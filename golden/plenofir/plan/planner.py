@@ -11,6 +11,7 @@ from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration, SliceEngineName
 from plenofir.fpga.core.engine import SliceEngine
+from plenofir.fpga.core.moving_sum import PIXELS_PER_CLOCK, MovingSumEngine
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.hdmi.modes import MODES, VideoMode, find_mode
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, slice_engine
@@ -249,33 +250,72 @@ def _candidates(
             sharpening=weights if any(weights) else (),
         )
         cores = [
-            core for kind in SLICE_ENGINES.values() for core in _variants(loaded, raster, kind)
+            core
+            for kind in SLICE_ENGINES.values()
+            for core in _variants(loaded, raster, kind, device)
         ]
         if wanted == "auto":
             cores = [core for core in cores if not _misfit(loaded, core)]
         else:
             cores = [core for core in cores if core.engine.kind == wanted]
+        if scene.build.pixels_per_clock != "auto":
+            cores = [c for c in cores if c.pixels_per_clock == scene.build.pixels_per_clock]
+        cores = [core for core in cores if not _too_slow(loaded, core, device)] or cores[-1:]
         # The smaller variant of each engine (the simpler one wins a tie), then the better engine.
-        usages = {core: _needs(core, scene.build.path) for core in cores}
+        usages = {core: _needs(core, loaded, device) for core in cores}
         smallest = sorted(cores, key=lambda core: _size(usages[core]))
         yield from sorted(smallest, key=lambda core: _scarcest(usages[core], device)[0])
 
 
 def _variants(
-    loaded: LoadedScene, core: CoreConfiguration, kind: type[SliceEngine]
+    loaded: LoadedScene, core: CoreConfiguration, kind: type[SliceEngine], device: Device
 ) -> list[CoreConfiguration]:
     """A core with each variant of an engine; without blanking frames must not want a pause."""
     scene = loaded.scene
     blanking = scene.build.path == "video" or scene.frame.rate_hz is None
     rows = None if blanking else scene.frame.rows
     engines = kind.variants(core, scene.build.parallel_rows, rows)
-    return [core.model_copy(update={"engine": engine}) for engine in engines]
+    cores = (core.model_copy(update={"engine": engine}) for engine in engines)
+    return [_with_pixels(loaded, variant, device) for variant in cores]
+
+
+def _with_pixels(loaded: LoadedScene, core: CoreConfiguration, device: Device) -> CoreConfiguration:
+    """A core with the pixels a clock that the scene wants, or the fewest that keep its rate.
+
+    Where none keep it, with one.
+    """
+    wanted = loaded.scene.build.pixels_per_clock
+    if not isinstance(core.engine, MovingSumEngine):
+        return core
+    for pixels in PIXELS_PER_CLOCK if wanted == "auto" else (wanted,):
+        engine = core.engine.model_copy(update={"pixels_per_clock": pixels})
+        other = core.model_copy(update={"engine": engine})
+        if wanted != "auto" or not (_refused(loaded, other) or _too_slow(loaded, other, device)):
+            return other
+    return core
+
+
+def _too_slow(loaded: LoadedScene, core: CoreConfiguration, device: Device) -> str:
+    """Why a core on a device does not keep the scene's frame rate; empty if it does."""
+    frame, pixels = loaded.scene.frame, core.pixels_per_clock
+    if loaded.scene.build.path == "video" or frame.rate_hz is None:
+        return ""
+    needed, kept = _clock(loaded, core, None)[0], device.clock_mhz(pixels)
+    assert needed is not None
+    if needed <= kept:
+        return ""
+    each = "a pixel" if pixels == 1 else f"{pixels} pixels"
+    known = f"cores keep {kept:g} MHz" if kept else "no clock is known for so many"
+    return (
+        f"{frame.columns} x {frame.rows} at {frame.rate_hz:g} Hz needs {needed:.4g} MHz at {each} "
+        f"a clock; on the {device.name.upper()} {known}"
+    )
 
 
 def _scarcest(usage: Usage, device: Device) -> tuple[float, str]:
     """Largest share of a resource of the device that a design takes, and the resource."""
-    totals = device.total.amounts()
-    return max((needed / totals[name], name) for name, needed in usage.amounts().items())
+    totals = device.amounts(device.total)
+    return max((needed / totals[name], name) for name, needed in device.amounts(usage).items())
 
 
 def _misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:
@@ -298,6 +338,9 @@ def _refused(loaded: LoadedScene, core: CoreConfiguration) -> str:
         core.check_limits()
     except InputError as error:
         return f"{error.what}; expected {error.expected}"
+    wanted = loaded.scene.build.pixels_per_clock
+    if wanted not in ("auto", core.pixels_per_clock):
+        return f"one pixel a clock; expected {wanted}"
     return _misfit(loaded, core)
 
 
@@ -307,17 +350,17 @@ def _engine_choice(
     """Both engines with the arithmetic of the chosen core, and the reason in a line."""
     options, usages = [], dict[SliceEngineName, Usage | None]()
     for name, engine in SLICE_ENGINES.items():
-        variants = [core] if core.engine.kind == name else _variants(loaded, core, engine)
+        variants = [core] if core.engine.kind == name else _variants(loaded, core, engine, device)
         usage, refused = None, f"{core.parallel_rows} rows at once; expected 1"
         if variants:
-            found = min(variants, key=lambda other: _size(estimate(other)))
-            refused = _refused(loaded, found)
-            usage = None if refused else _needs(found, loaded.scene.build.path)
+            found = min(variants, key=lambda other: _size(estimate(other, device.family)))
+            refused = _refused(loaded, found) or _too_slow(loaded, found, device)
+            usage = None if refused else _needs(found, loaded, device)
         usages[name] = usage
-        needs = None if usage is None else usage.amounts()
+        needs = None if usage is None else device.amounts(usage)
         options.append(EngineOption(engine=name, needs=needs, refused=refused))
     other = next(name for name in usages if name != core.engine.kind)
-    chosen, rest = _needs(core, loaded.scene.build.path), usages[other]
+    chosen, rest = _needs(core, loaded, device), usages[other]
     if loaded.scene.build.engine != "auto":
         return tuple(options), "as the scene wants it"
     if rest is None:
@@ -336,10 +379,10 @@ def _size(usage: Usage) -> tuple[int, int]:
 
 
 def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
-    larger = [
-        other.name for other in DEVICES.values() if not other.overflow(usage) and other != device
-    ]
-    fits = f"build.device = {larger[0]!r}" if larger else "no Spartan-6 is large enough"
+    family = [other for other in DEVICES.values() if other.family == device.family]
+    larger = [other.name for other in family if not other.overflow(usage) and other != device]
+    kind = {"spartan6": "Spartan-6", "ecp5": "ECP5"}[device.family]
+    fits = f"build.device = {larger[0]!r}" if larger else f"no {kind} is large enough"
     return InputError(
         f"does not fit the {device.name.upper()}: needs {'; '.join(device.overflow(usage))}",
         where=str(loaded.path),
@@ -347,30 +390,49 @@ def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
     )
 
 
-def _needs(core: CoreConfiguration, path: str) -> Usage:
+def _needs(core: CoreConfiguration, loaded: LoadedScene, device: Device) -> Usage:
     """What a core takes, with the video path around it where there is one."""
-    return estimate(core) + VIDEO_USAGE if path == "video" else estimate(core)
+    usage = estimate(core, device.family)
+    return usage + VIDEO_USAGE if loaded.scene.build.path == "video" else usage
 
 
 def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> CoreConfiguration:
     """Take the first candidate that fits."""
     smallest: Usage | None = None
     refused: InputError | None = None
+    too_slow: InputError | None = None
     for core in _candidates(loaded, shifts, device):
         try:
             core.check_limits()
         except InputError as error:
             refused = error
             continue
-        usage = _needs(core, loaded.scene.build.path)
+        if slow := _too_slow(loaded, core, device):
+            if too_slow is None:
+                where = f"{loaded.path}: frame.rate_hz"
+                too_slow = InputError(slow, where=where, expected=_faster(loaded, core))
+            continue
+        usage = _needs(core, loaded, device)
         if not device.overflow(usage):
             return core
         if smallest is None or _size(usage) < _size(smallest):
             smallest = usage
     if smallest is not None:
         raise _refusal(loaded, device, smallest)
+    if too_slow is not None:
+        raise too_slow
     assert refused is not None
     raise InputError(refused.what, where=str(loaded.path), expected=refused.expected)
+
+
+def _faster(loaded: LoadedScene, core: CoreConfiguration) -> str:
+    """What could keep a frame rate that a device does not keep."""
+    for device in DEVICES.values():
+        other = _with_pixels(loaded, core, device)
+        fits = not device.overflow(_needs(other, loaded, device))
+        if fits and not _too_slow(loaded, other, device):
+            return f"a lower rate, a smaller frame, or build.device = {device.name!r}"
+    return "a lower rate or a smaller frame"
 
 
 def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
@@ -412,8 +474,9 @@ def _clock(
     rate = frame.rate_hz
     if mode is not None:
         return mode.pixel_clock / 1000, mode.h_total * mode.v_total
-    # One pixel each clock on the raster's streams, however many rows the array takes at once.
-    clocks = max(frame.columns, core.band_steps(frame.columns)) * core.frame_lines(frame.rows)
+    # A token each clock on the raster's streams, however many rows the array takes at once.
+    tokens = core.line_tokens(frame.columns)
+    clocks = max(tokens, core.band_steps(frame.columns)) * core.frame_lines(frame.rows)
     if core.parallel_rows > 1:
         clocks = frame.columns * frame.rows
     return (None if rate is None else clocks * rate / 1e6), clocks
@@ -481,13 +544,13 @@ def make_plan(loaded: LoadedScene) -> Plan:
         engines=engines,
         engine_reason=reason,
         error_bound=float(core.error_bound),
-        needs=_needs(core, scene.build.path).amounts(),
+        needs=device.amounts(_needs(core, loaded, device)),
         video_needs=None if mode is None else VIDEO_USAGE.amounts(),
-        full=_needs(full, scene.build.path).amounts(),
+        full=device.amounts(_needs(full, loaded, device)),
         full_build=f"{len(full.shifts)} slices, {full.channels} channels, "
         f"{whole.extent(full)} {whole.UNIT}",
-        available=device.total.amounts(),
-        left_out=left_out(core, scene.build.path),
+        available=device.amounts(device.total),
+        left_out=left_out(core, scene.build.path, device),
         edid=None if loaded.edid is None else loaded.edid.hex(),
         notes=_notes(model),
     )

@@ -19,6 +19,7 @@ from plenofir.fpga.core.configuration import (
     MAX_ROWS,
 )
 from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS
+from plenofir.fpga.core.moving_sum import PixelsPerClock
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.edid import check_edid
 from plenofir.refocus.sharpening import check_sharpen, sharpening_units
@@ -127,6 +128,9 @@ class SceneBuild(_Part):
         integer a blurs, such as "1/16"; with exact arithmetic, one row at a time, path "core".
     parallel_rows
         Rows that are filtered at once (iota).
+    pixels_per_clock
+        Neighbouring pixels of a line that come together, or "auto": the fewest that keep the frame
+        rate at the device's clock. Above 1 for moving sums with exact arithmetic.
     path
         "core": the streams of the raster core; "video": video in and out.
     device
@@ -145,6 +149,7 @@ class SceneBuild(_Part):
     interpolation: Literal["nearest", "linear", "2", "3"] = "nearest"
     sharpen: str = "off"
     parallel_rows: Annotated[int, Field(ge=1, le=MAX_PARALLEL_ROWS)] = 1
+    pixels_per_clock: Literal["auto"] | PixelsPerClock = "auto"
     path: Literal["core", "video"] = "core"
     device: str = "xc6slx45"
     engine: Literal["auto", "fir", "moving_sum"] = "auto"
@@ -187,6 +192,17 @@ class SceneBuild(_Part):
     def _moving_sums_take_one_row(self) -> "SceneBuild":
         if self.engine == "moving_sum" and self.parallel_rows > 1:
             raise ValueError('parallel_rows = 1 for engine = "moving_sum"')
+        return self
+
+    @model_validator(mode="after")
+    def _many_pixels_take_moving_sums(self) -> "SceneBuild":
+        if self.pixels_per_clock not in ("auto", 1):
+            if self.engine == "fir" or self.parallel_rows > 1:
+                raise ValueError('engine = "moving_sum" for pixels_per_clock above 1')
+            if self.arithmetic == "stored":
+                raise ValueError('arithmetic = "exact" for pixels_per_clock above 1')
+            if self.path == "video":
+                raise ValueError('pixels_per_clock = 1 for path = "video"')
         return self
 
 

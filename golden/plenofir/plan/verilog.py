@@ -34,6 +34,7 @@ def sizes_header(plan: Plan, top: str) -> str:
         "MICRO_IMAGE_SIZE": core.micro_image_size,
         "COLUMNS": plan.columns,
         "ROWS": plan.rows,
+        "PIXELS_PER_CLOCK": core.pixels_per_clock,
         "CHANNELS": core.channels,
         "PIXEL_BITS": core.pixel_bits,
         "SLICES": len(core.shifts),

@@ -148,10 +148,11 @@ def loads() -> Iterator[Load]:
     yield Load("thesis-m3", plan.core, parts, plan.columns, plan.rows)
     plan = make_plan(load_scene("rgb-720p"))
     yield Load("rgb-720p, the core", plan.core, five, plan.columns, plan.rows)
-    plan = make_plan(load_scene("still-m11"))
+    plan = make_plan(load_scene("video-m11"))
     eleven = capture(11, Fraction(1, 2).limit_denominator(11), textures()[0], 31)
     still = (eleven[:242] >> 8).astype(np.uint8).reshape(2, 121, -1)
-    yield Load("still-m11", plan.core, still, plan.columns, plan.rows)
+    core = plan.core.model_copy(update={"engine": MovingSumEngine()})
+    yield Load("video-m11, one pixel a clock", core, still, plan.columns, plan.rows)
 
 
 def package_microjoules() -> float | None:

@@ -4,7 +4,6 @@ What is counted from formulas or simulated is the same everywhere; what was time
 kept in ``data/thesis_benchmark.json`` with that machine (``make bench RECORD=1`` writes it anew).
 """
 
-import json
 import tempfile
 import time
 from collections.abc import Callable
@@ -22,13 +21,14 @@ from plenofir.fpga.core.clock_counts import ClockCase
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS, FirEngine
 from plenofir.fpga.core.moving_sum import MovingSumEngine
-from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.devices import SPARTAN6
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.fpga.synthesis.estimate import estimate, structure
 from plenofir.refocus import ExactArithmetic, refocus, scatter_sums
 from plenofir.refocus.operator import Image, divide_half_up, output_offset
 from plenofir.studies.methods import running_sums
+from plenofir.studies.placed_pixels import GRADE, SCENE, load_placed
 from plenofir.studies.report_parts import machine, table
 
 FILE = project.DATA / "thesis_benchmark.json"
@@ -42,8 +42,6 @@ THESIS_SAVED_PERCENT = 99.91
 THESIS_SOFTWARE_S = 12.1369
 PEREZ_S = 105.9334e-3
 PEREZ_SIDE = 589
-PLACED = "still-m11"
-"""Scene in ``data/ecp5.json`` with this frame, M and engine moving_sum."""
 _ROWS_AT_ONCE = (1, 3, 11, SIZE)
 _BITS = 8
 _LEAST_RUNS, _MOST_RUNS, _LEAST_SECONDS = 3, 200, 1.0
@@ -255,11 +253,6 @@ def _time(seconds: float) -> str:
     raise AssertionError
 
 
-def _placed_mhz() -> dict[str, float]:
-    placed = json.loads((project.DATA / "ecp5.json").read_text())[PLACED]
-    return {grade: float(result["fmax_mhz"]) for grade, result in placed.items()}
-
-
 def _clock_rows(recorded: Recorded) -> list[list[str]]:
     """Rows of the table of clocks: ours, counted and simulated, at the thesis's clock."""
     rows = []
@@ -277,19 +270,30 @@ def _clock_rows(recorded: Recorded) -> list[list[str]]:
         )
     for kind, found in recorded.simulated.items():
         clocks = found.first_frame, found.next_frame
-        for grade, mhz in {"": THESIS_CLOCK_HZ / 1e6, **_placed_mhz()}.items():
-            where = f", ECP5 grade {grade}" if grade else ""
-            if grade and kind != MovingSumEngine().kind:
-                continue
-            rows.append(
-                [
-                    f"ours, raster core, {kind}{where}",
-                    "simulated",
-                    *(str(n) for n in clocks),
-                    f"{mhz:g}",
-                    *(_time(n / mhz / 1e6) for n in clocks),
-                ]
-            )
+        rows.append(
+            [
+                f"ours, raster core, {kind}",
+                "simulated",
+                *(str(n) for n in clocks),
+                "100",
+                *(_time(n / THESIS_CLOCK_HZ) for n in clocks),
+            ]
+        )
+    for pixels, placed in load_placed().items():
+        engine = MovingSumEngine.model_validate({"pixels_per_clock": pixels})
+        core = raster_core(engine)
+        frame = core.band_steps(SIZE) * core.frame_lines(SIZE)
+        clocks = core.latency_clocks(SIZE, SIZE) + frame, frame
+        rows.append(
+            [
+                f"ours, raster core, moving_sum, {pixels} pixel{'s' if pixels > 1 else ''} a "
+                f"clock, ECP5 grade {GRADE}",
+                "formula",
+                *(str(n) for n in clocks),
+                f"{placed.fmax_mhz:g}",
+                *(_time(n / placed.fmax_mhz / 1e6) for n in clocks),
+            ]
+        )
     return rows
 
 
@@ -309,7 +313,7 @@ def _buildable_rows() -> list[list[str]]:
             cells = ["", f"{bits} bits of registers", "", "none"]
         else:
             usage = estimate(core)
-            fits = [d.name.upper() for d in DEVICES.values() if not d.overflow(usage)]
+            fits = [d.name.upper() for d in SPARTAN6.values() if not d.overflow(usage)]
             cells = [
                 str(usage.lut),
                 str(usage.flip_flops),
@@ -341,7 +345,7 @@ def page(recorded: Recorded) -> str:
     raster = pixels / THESIS_CLOCK_HZ
     names = list(recorded.seconds)
     fast, printed = recorded.seconds[names[0]], recorded.seconds[names[-1]]
-    devices = DEVICES["xc6slx45"], list(DEVICES.values())[-1]
+    devices = SPARTAN6["xc6slx45"], list(SPARTAN6.values())[-1]
     lines = [
         "# The benchmark of the thesis",
         "",
@@ -386,7 +390,8 @@ def page(recorded: Recorded) -> str:
         "The formulas are those of [the filter array](../fir-array.md#clocks), which simulations "
         "of smaller frames confirm clock by clock; the raster cores were simulated with the whole "
         "frame and every pixel compared. Clocks on an ECP5 are those that the core of the scene "
-        f"`{PLACED}` reached when placed ([resources](../resources.md)); no Spartan-6 was placed.",
+        f"`{SCENE}` reached when placed with as many [pixels a clock](pixels.md); no Spartan-6 was "
+        "placed.",
         "",
         "## What the numbers compare",
         "",

@@ -17,7 +17,7 @@ from plenofir.fpga.hdmi.edid import make_edid
 from plenofir.fpga.hdmi.modes import HD720
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
-from plenofir.plan.configure import TOP, configure, needed_sources, package_text
+from plenofir.plan.configure import TOP, configure, needed_sources, package_text, top_text
 from plenofir.plan.planner import Plan, without_idle_slices
 from plenofir.plan.scene import scene_files
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
@@ -62,12 +62,18 @@ def test_shipped_scenes_fit(file: Path) -> None:
     assert all(plan.needs[name] <= plan.available[name] for name in plan.available)
     # What is left out makes the full build larger in every resource that counts. LUTs of moving
     # sums grow with the channels, hardly with slices; those of filters with both.
-    assert plan.full["LUT"] > plan.needs["LUT"] or plan.core.channels == 3
+    lut = next(name for name in plan.needs if name.startswith("LUT"))
+    assert plan.full[lut] > plan.needs[lut] or plan.core.channels == 3
     assert plan.full["block RAM (18 Kbit)"] > plan.needs["block RAM (18 Kbit)"]
     loaded = load_scene(file)
     build = loaded.scene.build.model_copy(update={"engine": "fir"})
     scene_of_taps = loaded.scene.model_copy(update={"build": build})
-    taps = make_plan(loaded.model_copy(update={"scene": scene_of_taps}))
+    with_taps = loaded.model_copy(update={"scene": scene_of_taps})
+    if plan.core.pixels_per_clock > 1:
+        with pytest.raises(InputError, match="at a pixel a clock"):
+            make_plan(with_taps)
+        return
+    taps = make_plan(with_taps)
     assert taps.core.engine.kind == "fir"
     assert taps.full["LUT"] > taps.needs["LUT"]
     assert taps.full["block RAM (18 Kbit)"] > taps.needs["block RAM (18 Kbit)"]
@@ -204,6 +210,60 @@ def test_rows_that_are_no_multiple_of_m_need_no_blank_lines(tmp_path: Path) -> N
     ).core.engine.any_rows
 
 
+LARGE = [
+    ('"rgb"', '"grey"'),
+    ("near_mm = 800.0\nfar_mm = inf", 'slices = ["2/5"]'),
+]
+
+
+def large(folder: Path, rate: float, build: str, columns: int = 3000) -> LoadedScene:
+    size = ("columns = 640\nrows = 480", f"columns = {columns}\nrows = 3000\nrate_hz = {rate}")
+    return scene(folder, size, *LARGE, build=build)
+
+
+@pytest.mark.parametrize(
+    ("rate", "pixels"),
+    [(8.0, 1), (12.0, 1), (13.0, 2), (18.0, 2), (60.0, 8), (75.0, 8), (76.0, 16)],
+)
+def test_the_fewest_pixels_a_clock_that_keep_the_rate(
+    tmp_path: Path, rate: float, pixels: int
+) -> None:
+    plan = make_plan(large(tmp_path, rate, 'device = "lfe5u-85f"'))
+    assert plan.core.pixels_per_clock == pixels
+    assert plan.frame_clocks == -(-3000 // pixels) * 3000
+    kept = DEVICES["lfe5u-85f"].clock_mhz
+    assert plan.clock_mhz == pytest.approx(plan.frame_clocks * rate / 1e6)
+    assert plan.clock_mhz <= kept(pixels)
+    # Half as many would not do.
+    assert pixels == 1 or 2 * plan.clock_mhz > kept(max(pixels // 2, 1))
+    generics = plan.core.generics()
+    assert generics.get("PIXELS_PER_CLOCK", 1) == pixels
+    assert "PIXELS_PER_CLOCK * CHANNELS" in top_text(plan) or pixels == 1
+
+
+def test_pixels_a_clock_are_what_the_scene_says(tmp_path: Path) -> None:
+    build = 'device = "lfe5u-85f"\npixels_per_clock = '
+    assert make_plan(large(tmp_path, 8.0, f"{build}4")).core.pixels_per_clock == 4
+    with pytest.raises(InputError, match=r"135 MHz at 4 pixels a clock; on the LFE5U-85F .* 85"):
+        make_plan(large(tmp_path, 60.0, f"{build}4"))
+    # A line's last word counts as a whole one.
+    plan = make_plan(large(tmp_path, 8.0, f"{build}32", columns=3201))
+    assert plan.frame_clocks == 101 * 3000
+
+
+def test_a_rate_that_a_device_does_not_keep_is_refused(tmp_path: Path) -> None:
+    rate = r"scene\.toml: frame\.rate_hz: 3000 x 3000 at 60 Hz needs 540 MHz at a pixel a clock; "
+    with pytest.raises(InputError, match=rate + "on the XC6SLX45 cores keep 74.25") as refusal:
+        make_plan(large(tmp_path, 60.0, ""))
+    device = refusal.value.expected.split("'")[1]
+    assert device.startswith("lfe5u")
+    assert make_plan(large(tmp_path, 60.0, f'device = "{device}"')).device == device
+    with pytest.raises(InputError, match="expected a lower rate or a smaller frame"):
+        make_plan(large(tmp_path, 400.0, 'device = "lfe5u-85f"'))
+    with pytest.raises(InputError, match="at a pixel a clock"):
+        make_plan(large(tmp_path, 60.0, 'device = "lfe5u-85f"\narithmetic = "stored"'))
+
+
 def test_many_slices_fit_the_board_with_moving_sums(tmp_path: Path) -> None:
     def slices(m: int, low: int, high: int) -> tuple[str, str]:
         texts = ", ".join(f'"{shift_to_text(shift, m)}"' for shift in range(low, high + 1))
@@ -296,6 +356,17 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
         ("[build]", '[build]\nsharpen = "auto"\npath = "video"', r'path = "core" for sharpen'),
         ("[build]", '[build]\nengine = "both"', r"build\.engine = 'both'; expected 'auto'"),
         ("[build]", '[build]\nengine = "moving_sum"\nparallel_rows = 2', r"parallel_rows = 1 for"),
+        ("[build]", "[build]\npixels_per_clock = 3", r"build\.pixels_per_clock"),
+        (
+            "[build]",
+            '[build]\nengine = "fir"\npixels_per_clock = 2',
+            'engine = "moving_sum" for pixels_per_clock above 1',
+        ),
+        (
+            "[build]",
+            '[build]\narithmetic = "stored"\npixels_per_clock = 2',
+            'arithmetic = "exact" for pixels_per_clock above 1',
+        ),
         ("[build]", '[build]\npath = "video"', r"frame\.rate_hz for build\.path"),
         ("[build]", '[build]\nedid = "own.bin"', r'build\.path "video" for build\.edid'),
         ("far_mm = inf", "far_mm = nan", r"depth"),
@@ -429,10 +500,10 @@ def test_configure_of_the_board(tmp_path: Path) -> None:
 
 
 def test_plan_as_json() -> None:
-    done = plenofir("plan", "still-m11", "--json")
+    done = plenofir("plan", "video-m11", "--json")
     assert (done.returncode, done.stderr) == (0, "")
     content = json.loads(done.stdout)
-    assert content["needs"]["DSP48A1"] == 1
+    assert content["needs"]["MULT18X18D"] == content["core"]["engine"]["pixels_per_clock"] == 8
     assert content["slices"][0]["far_mm"] is None
 
 

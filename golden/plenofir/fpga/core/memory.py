@@ -1,4 +1,4 @@
-"""What a memory takes of a Spartan-6, by the rules of Yosys (`synth_xilinx -family xc6s`)."""
+"""What a memory takes, by the rules of Yosys (`synth_xilinx -family xc6s`, `synth_ecp5`)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,6 +15,10 @@ _MULTIPLEXER_COST = 0.5
 # Bits of a word at each number of address bits, parity bits included.
 _RAMB8_WIDTHS = {8: 36, 9: 18, 10: 9, 11: 4, 12: 2, 13: 1}
 _RAMB16_WIDTHS = {9: 36, 10: 18, 11: 9, 12: 4, 13: 2, 14: 1}
+# ECP5: a DP16KD, which has the same words; 16 words of 4 bits in LUTs (brams_16kd.txt,
+# lutrams_trellis.txt).
+_DP16KD_COST = 128
+_DPR16X4_COST = 4
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,19 @@ class Memory:
         else:
             options.append(self._lut_ram())
         return min(options, key=lambda option: option[0])[1] * self.copies
+
+    @property
+    def ecp5_blocks(self) -> int:
+        """DP16KD of an ECP5 that all copies take."""
+        blocks = self._blocks(_RAMB16_WIDTHS, _DP16KD_COST, half=False)
+        options = [(cost, usage.ramb16) for cost, usage in blocks]
+        if self.rom:
+            options.append((self.width * self._words / _ROM_BITS_FOR_A_COST, 0))
+        else:
+            banks = -(-self._words // 16)
+            cost = _DPR16X4_COST * banks * -(-self.width // 4)
+            options.append((cost + self._joined(banks), 0))
+        return min(options)[1] * self.copies
 
     def _joined(self, banks: int) -> float:
         """Cost of a decoder and of multiplexers behind several banks."""

