@@ -278,7 +278,10 @@ def test_more_stacks_as_verilog(
             ),
             marks=pytest.mark.slow,
         ),
-        CoreConfiguration(micro_image_size=2, shifts=(1, 2), max_columns=12, sharpening=(3, 0)),
+        pytest.param(
+            CoreConfiguration(micro_image_size=2, shifts=(1, 2), max_columns=12, sharpening=(3, 0)),
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["exact", "lanes", "stored", "sharpened"],
 )
