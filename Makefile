@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # plenofir: see README.md. `make sim` and `make test` set up everything they need.
 
 # The other variables (make help names them) go to the command as they are set, which has their

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The stream buffer never drops, duplicates or reorders a word, under any stall pattern.
 //
 // Two words are followed, any two that go in one behind the other (all words between them or none, the

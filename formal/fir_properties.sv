@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The row filter with its control equals the gather equation: whatever the pixels, the stalls and the
 // length of a line are, and whenever the next line begins.
 //

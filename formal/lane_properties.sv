@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The row stage with several pixels a token equals the gather equation: whatever the pixels, the stalls, the length
 // of a line and the empty tokens behind it are, and whenever the next line begins.
 //

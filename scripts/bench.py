@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Measure refocuser, ray model, calibration, golden model's forms and simulators, in one run.
 
 Usage: python scripts/bench.py [--record] [FOLDER]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Build what the documentation takes from the sources.
 
 Committed: the long tables of ``docs/measured``, and the short ones between marks in the pages

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Build the documentation as a site in build/site; it needs no network.
 
 Usage: python scripts/build_site.py

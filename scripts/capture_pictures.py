@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Make the pictures of docs/light-field.md: calibration, microscope, depth, sweep in the VHDL.
 
 Usage: python scripts/capture_pictures.py [ghdl | nvc]

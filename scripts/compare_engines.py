@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Synthesises the cells of the comparison of both engines, and places some of them.
 
 What data/comparison.json has already is left as it is, so a run that was cut off goes on.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compose the flower light field from its views, and the part that ``make sim`` refocuses.
 
 Usage: python scripts/compose_flower.py FOLDER_OF_VIEWS

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compose the light field of three pictures at three distances, from public-domain photographs.
 
 Usage: python scripts/compose_planes.py (needs scikit-image, whose sample pictures it takes)

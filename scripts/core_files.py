@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """FuseSoC's core files of the VHDL, from ``hdl/sources.txt``: each holds what its tops need."""
 
 import tomllib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draw the block diagrams of the documentation, docs/images/*.svg: see `DIAGRAMS`.
 
 Usage: python scripts/draw_diagrams.py [--check]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws docs/images/engines.png (both engines over a') and moving-sum.png (how it works)."""
 
 import sys

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draw the timing diagrams of docs/waves.md from simulations of the row module in GHDL.
 
 Usage: python scripts/draw_waves.py

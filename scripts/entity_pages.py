@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The built pages of the VHDL entities: header, generics, ports with what they mean."""
 
 import re

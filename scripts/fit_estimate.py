@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fits the weights of the engines (plenofir.fpga.core) to the files of figures and prints them."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draw docs/images/focus.gif, the picture that moves in the README: the focus from plane to plane.
 
 Usage: python scripts/focus_picture.py

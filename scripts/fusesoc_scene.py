@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """FuseSoC generator: a scene in Verilog, for cores such as examples/verilog/refocus_button.core.
 
 Its parameter is ``scene``: a shipped scene, or a profile relative to the core file that asks for

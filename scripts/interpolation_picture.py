@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draw docs/images/interpolation.jpg: M = 3 nearest neighbour against M = 5 linear.
 
 The three planes go through the VHDL core twice, focused in front of them and behind them. The

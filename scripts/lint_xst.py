@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Hold the VHDL sources against what XST is known to refuse or to take otherwise.
 
 Usage: python scripts/lint_xst.py

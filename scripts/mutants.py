@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The changes that `mutate.py` makes of the VHDL: one operator, constant, switch bit or reset each.
 
 Two kinds of changes that no input can show are never made, see `is_idle`.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Changes the VHDL in many small ways and reports what the tests do not notice.
 
 Usage: python scripts/mutate.py [--seeds N ...] [--count N] [--only FILE]

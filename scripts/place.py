@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Places and routes for ECP5 and prints clock and resources: python scripts/place.py [scene.toml].
 
 Without a scene: all shipped scenes, cores and arrays, whose results go into data/ecp5.json and with

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Places the core of the scene video-m11 with 1 to 16 pixels a clock, for data/pixels.json.
 
 What the file has already is left as it is. Arguments: pixels a clock (all if there are none), which

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Make the pictures of docs/ray-model.md that are drawn from the ray model and real rays.
 
 Usage: python scripts/ray_pictures.py

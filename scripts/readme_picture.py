@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Put the results of several runs of ``make sim`` side by side: the picture in the README.
 
 Usage: python scripts/readme_picture.py PICTURE.jpg SCALE OUT...

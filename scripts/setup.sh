@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | tests
 #
 #   venv         creates .venv with the pinned Python packages and the command plenofir

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Put the licence at the head of sources that lack it: one line, below a ``#!`` line.
 
 Usage: python scripts/spdx.py [--check]
@@ -38,7 +39,8 @@ def lacking() -> list[Path]:
         text=True,
         check=True,
     ).stdout.split("\0")
-    paths = [ROOT / name for name in names if name and (ROOT / name).is_file()]
+    # A file in conflict is named several times.
+    paths = [ROOT / name for name in sorted(set(names)) if name and (ROOT / name).is_file()]
     generated = packages()
     sources = [path for path in paths if style_of(path) and path not in generated]
     return [path for path in sources if LINE not in "".join(path.read_text().splitlines()[:2])]

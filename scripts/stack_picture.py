@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Put the all-in-focus picture and the depth index of ``make sim STACK=`` side by side.
 
 Usage: python scripts/stack_picture.py PICTURE.jpg OUT

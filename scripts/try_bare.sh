@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Tries the newest commit on bare Debian systems: scripts/try_bare.sh [-k] [RELEASE...] [TARGET...]
 #
 #   RELEASE  bookworm, trixie; both if none is given

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Runs the quick tests of the golden model with other versions of the dependencies than the pinned ones:
 # scripts/try_versions.sh lowest|newest
 #

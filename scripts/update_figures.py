@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Synthesises the designs of plenofir.plan.figures and writes their figures into the file.
 
 Arguments: names of designs; all if there are none. JOBS designs at once (all cores without).

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Screenshots of the viewer and the time of its pictures, both from Chromium without a GPU.
 
 Usage: python scripts/view_pictures.py [pictures] [times] [live]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Makes the testbench packages importable; the longest tests come first."""
 
 import sys

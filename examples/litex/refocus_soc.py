@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An example of a LiteX SoC with a refocuser: its streams and a Wishbone port at the pins.
 
 Usage: python refocus_soc.py FOLDER [--build]

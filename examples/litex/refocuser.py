@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A LiteX module around the core of a scene: streams in and out, registers to choose the slice.
 
 It needs LiteX and the folder that ``plenofir configure SCENE --verilog --out FOLDER`` writes, and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Test bench of refocus_soc: the slice is written to a register, a frame goes through, registers are read.
 //
 // Compile it with -DCONTROL=... -DSTATUS=... -DFRAMES_OUT=..., the registers' addresses of csr.csv, in bytes.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The definition of refocusing, for test benches: included inside a module that has the frames as `sent`.
 //
 // In one dimension (S of rows, then of columns; x = 0 outside the frame; M pixels a micro image, a' the shift):

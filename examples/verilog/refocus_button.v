@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An example design in Verilog around the core of a scene: a button chooses the slice.
 //
 // scene_top.v and scene_top.vh are written by `plenofir configure SCENE --verilog`, for a scene of several slices.

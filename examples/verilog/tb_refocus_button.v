@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Test bench of refocus_button: random frames through every slice, each pixel against the definition.
 //
 // Both sides stall at random. It ends with "PASS" or stops at the first wrong pixel.

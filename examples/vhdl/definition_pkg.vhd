@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The definition of refocusing, for the test benches: summed up pixel by pixel, as slow as it is plain.
 --
 -- In one dimension (S of rows, then of columns; x = 0 outside the frame; M pixels a micro image, a' the shift):

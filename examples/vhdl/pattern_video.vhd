@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- An example of the video path: a synthetic light field as video, refocused under the same timing.
 --
 -- The generics of the refocuser are those that `plenofir plan rgb-480p` finds. A camera or a receiver takes the

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- An example design in VHDL around the core: a button chooses the slice.
 --
 -- The generics are those that `plenofir plan grey-microscope` finds: M = 5, a = -1, 0 and 1, lines of up to 1000 grey

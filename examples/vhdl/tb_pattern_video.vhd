@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Test bench of pattern_video: a refocused picture of each slice, each pixel against the definition.
 --
 -- It reports "PASS" and stops its clock, or fails at the first wrong pixel.

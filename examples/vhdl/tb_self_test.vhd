@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Test bench of self_test: it passes with the signature of the golden model, and fails with another.
 --
 -- It reports "PASS" and stops its clock, or fails.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Real-time refocusing for standard plenoptic cameras: golden model and tools."""
 
 from plenofir.errors import InputError

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`plenofir.camera.calibration` under the name that scripts of users have."""
 
 from plenofir.camera.calibration import *  # noqa: F403

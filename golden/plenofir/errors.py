@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The one exception for input that the user can correct, and the exit codes of the commands."""
 
 from typing import TYPE_CHECKING

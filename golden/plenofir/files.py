@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writing results: refused before any work is done, then all files at once or none.
 
 Every file is written whole beside its place, flushed to the disk, and then renamed, so that a full

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reading and writing images without losing depth; damaged files are refused.
 
 Each format is read by the library that reports its errors best: PNG by libpng (imagecodecs), TIFF

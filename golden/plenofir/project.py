@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the files are that the package reads: in a checkout, or in a plain installation."""
 
 from pathlib import Path

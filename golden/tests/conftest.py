@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings of the property tests, and signals as a terminal leaves them."""
 
 import signal

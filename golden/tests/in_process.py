@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands in this process: to start one takes half a second."""
 
 import io

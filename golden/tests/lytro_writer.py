@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes Lytro files as the cameras do, of scenes whose truth is known.
 
 The metadata have the names and the values of those that imageio's tests list for an F01 (12 bit,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Imports of the package run one way: down its layers, without a circle."""
 
 import ast

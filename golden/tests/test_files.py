@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Results appear whole or not at all, whatever fails."""
 
 import errno

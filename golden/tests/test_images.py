@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Images come back as they were written, with the white that the file tells; damaged do not."""
 
 import io

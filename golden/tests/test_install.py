@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A plain installation: from the source distribution, where no checkout can be read."""
 
 import json

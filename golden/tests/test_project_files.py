@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What belongs to the repository as a project: version, citation, forms, workflow."""
 
 import re
@@ -67,6 +68,15 @@ def test_licences_are_told() -> None:
         [reuse, "--root", ROOT, "lint", "--lines"], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.slow
+def test_sources_have_their_licence_at_the_head() -> None:
+    script = ROOT / "scripts" / "spdx.py"
+    done = subprocess.run(
+        [sys.executable, script, "--check"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_form_of_a_first_run_is_that_of_the_page() -> None:

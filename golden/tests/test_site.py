@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The documentation as a site: no link leads nowhere, the light field is in it."""
 
 import subprocess

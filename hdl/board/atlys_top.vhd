@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Digilent Atlys (XC6SLX45): HDMI in on J3, refocused HDMI out on J2.
 --
 -- Here is what belongs to the board and its family: pins (constraints/atlys.ucf), clocks, serialisers.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- What buttons, switches and the serial port set: slice, sweep, pass-through, test pattern.
 --
 -- Buttons step through the slices, around both ends. A switch and a command for the same thing: it is

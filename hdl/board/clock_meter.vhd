@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Measures the frequency of a clock against this one; a clock that stands still measures 0.
 --
 -- The clock under test is divided by 16 in its own domain; the divided clock is sampled here, and its

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The line protocol of the serial port: commands in, answers out.
 --
 -- A command is a letter, for most a number (decimal, 0 to 255), and a line end (CR, LF or both);

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Level and edge of a button or switch.
 --
 -- Latency: STABLE clocks. Throughput: not applicable.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Measures the frame rate: clocks from one vertical sync to the next, and their reciprocal.
 --
 -- The time between two rising edges is counted in units of TICK clocks. The division is done by adding

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Control of a board with HDMI input and output: clocks, buttons, serial port, EDID, LEDs.
 --
 -- Works with the board's oscillator, so it answers whatever comes in. Settings and reports cross to and

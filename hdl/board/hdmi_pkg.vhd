@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- What control and video path of an HDMI board tell each other, both in the pixel clock.
 
 library ieee;

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The video path of a board: TMDS halves in, refocused, TMDS halves out, with nothing of a family in it.
 --
 -- The input is the receiver's, as full-range RGB, or a test pattern with three planes. The board gives

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Reads bytes from address 0 on from an I2C device, as the only master of its lines.
 --
 -- Nine clocks and a stop come first: they free a data line that a device still holds from a read that

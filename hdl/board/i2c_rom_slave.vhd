@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The EDID memory that sources read over the display data channel: an I2C slave at 0x50.
 --
 -- A write sets the address, reads go on from it, one byte after the other. Beyond the EDID_BYTES

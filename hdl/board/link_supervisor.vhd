@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Brings the clocks of the video path up in the right order, and again after any loss.
 --
 -- From the measured TMDS clock, or for the test pattern the board's own: choose the source, set both

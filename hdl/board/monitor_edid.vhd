@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- What the monitor at the HDMI output says of itself: its EDID, read again and again, as there is no
 -- hot-plug line.
 --

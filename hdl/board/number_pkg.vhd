@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Numbers of the status line: 16 bits each, in two's complement.
 
 library ieee;

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The frame rate of a timing: pixel clock over pixels of a frame, both with blanking.
 --
 -- Only additions: the lines of a frame are added up; then the clock is added in CLOCK_STEPS steps, and each time

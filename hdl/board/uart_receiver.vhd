@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Serial receiver: 8 data bits, no parity, 1 stop bit.
 --
 -- Latency: in the middle of the stop bit. Throughput: one byte each 10 bits.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Serial transmitter: 8 data bits, no parity, 1 stop bit.
 --
 -- Latency: 1 clock to the start bit. Throughput: one byte each 10 bits.

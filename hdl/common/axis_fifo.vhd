@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- First-in first-out buffer for an AXI4-Stream, first word falls through.
 --
 -- Words leave through the RAM's own register and an output register, which keeps the RAM's delay and the logic behind

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Brings a value of many bits from one clock into another, all bits of the same moment.
 --
 -- The source takes a copy and tells the destination with a toggling bit. The destination takes the copy and answers

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Brings one word each clock into another clock of the same frequency and any phase.
 --
 -- A small memory with two clocks, written and read each clock and kept half full. If a disturbed clock lets it run

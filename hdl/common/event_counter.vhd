@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Counts events up to a limit and stays there.
 --
 -- Latency: 1 clock. Throughput: one event each clock.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Arithmetic of integers for widths, sizes and tables, and the comparison of names.
 -- All functions are evaluated at elaboration only, but to_logic, which is a wire.
 

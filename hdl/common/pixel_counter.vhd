@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Counts tokens modulo a constant, from 0 on at each restart.
 --
 -- Latency: 0 clocks. Throughput: one token each clock.

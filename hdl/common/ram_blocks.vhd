@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- A deep memory in blocks, with a register behind each block and the multiplexer behind these registers.
 --
 -- A tool would put the multiplexer between the block RAMs, whose output is late, and the first register. Here the

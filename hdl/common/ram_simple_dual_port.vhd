@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Simple dual-port RAM: one write port, one read port, one clock.
 --
 -- The only description of block RAM. Synthesis infers RAMB16BWER or RAMB8BWER from it, and simulation uses it too.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Brings a reset into a clock: it takes effect at once, even while the clock stands still, and ends in step with it.
 --
 -- Latency: none to assert; 4 clocks to release. Throughput: not applicable.

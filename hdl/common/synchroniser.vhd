@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Brings a level from another clock into this one.
 --
 -- Latency: 2 to 3 clocks. Throughput: levels that last longer than that.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Delays side information by a number of enabled clocks.
 --
 -- Latency: LENGTH enabled clocks (0: a wire). Throughput: one tag each clock.

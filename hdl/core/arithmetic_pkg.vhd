@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Word sizes of an engine, pass by pass.
 --
 -- A pass is a filter over rows or over columns: `passes` of one dimension, then as many of the other. Exact sums

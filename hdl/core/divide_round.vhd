@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Correctly rounded division by a constant, as one multiplication by its reciprocal.
 --
 -- The quotient is floor(n / DIVISOR) with n = value + floor(DIVISOR/2). It equals floor(n * R / 2**T) for all

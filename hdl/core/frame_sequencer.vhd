@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Turns an AXI4-Stream of video into the tokens that an engine works on: lines of exactly `columns` pixels, frames that
 -- begin with a start of frame, and the empty tokens that drain the filters when no input follows.
 --

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Geometry of the refocusing operator, and clock counts that more than one engine needs.
 --
 -- The refocusing operator of one dimension (M pixels a micro image, integer shift s):

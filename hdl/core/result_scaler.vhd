@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- From the sums of an engine to pixels: one correctly rounded division, or nothing where stored products are pixels.
 --
 -- Latency: DIVIDE_LATENCY clocks with EXACT, else 0. Throughput: one value of all lanes each clock.

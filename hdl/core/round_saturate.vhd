@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Drops fraction bits with rounding and limits the result to what its width holds.
 --
 -- Latency: 1 clock. Throughput: one value each clock.

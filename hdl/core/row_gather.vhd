@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Gathers the lines of a raster into bands of parallel rows: row buffers in front of the engine.
 --
 -- All lines of a band but the last are stored; while they come in, the engine gets empty tokens. With the line that

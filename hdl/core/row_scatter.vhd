@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Turns bands of parallel rows back into a raster: row buffers behind the engine.
 --
 -- Each row has a FIFO. They are read line by line, from the first row of a band to the last. A row without an image

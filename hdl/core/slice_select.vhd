@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Chooses the slice of the next frame: the one asked for, or the one that a sweep has reached.
 --
 -- A sweep goes through the set, some frames for each slice, and begins again after the last slice. It starts from the

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Stored product: a ROM that holds the scaled quotient of every possible pixel value.
 --
 -- Latency: 1 clock. Throughput: one value each clock.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- All of a core but its engine: video stream in, tokens to the engine, results from it, video stream out.
 --
 -- Input FIFO -> frame sequencer -> row gather -> engine -> row scatter. With PARALLEL_ROWS = 1 the gather is a wire and

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- What passes between the stream shell and an engine: tokens in, results out. Pixels travel beside them.
 
 library ieee;

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Depth index and all-in-focus picture of a focal stack, while it streams.
 --
 -- A stream shell around sharpness_index. For each micro image the slice of largest local sharpness is

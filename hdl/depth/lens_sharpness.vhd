@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Sharpness of a slice around each micro image: absolute Laplacians between micro images, added over a window.
 --
 -- A scan goes over the sums of a complete row of micro images, the newest; Laplacians are those of the row before it,

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Luma of each micro image of a slice, summed over its pixels.
 --
 -- A register sums the pixels of a line, a memory the lines; with the last line of a row of micro images the sums go to

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The picture made of the sharpest slices: the pixels of a stack wait until the index of their micro image is known.
 --
 -- The pixels go round in a ring of lines and leave it when the index of their row of micro images has been written;

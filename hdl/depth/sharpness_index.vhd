@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The slice of a focal stack in which each micro image is sharpest, and the picture made of those slices.
 --
 -- While the pixels wait (sharpest_pixels), micro images are summed (lens_sums); when the last line of a row of micro

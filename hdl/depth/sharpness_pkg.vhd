@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Widths and clocks of the depth index of a focal stack.
 --
 -- Sharpness is judged between micro lenses: the luma of each micro image is summed over its pixels, and around each

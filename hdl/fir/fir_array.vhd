@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The array of FIR filters: N rows of an image at once through N row modules and N column modules.
 --
 -- Row modules filter the rows of a band in step. Skew registers delay row r by r tokens, so that the pixels of

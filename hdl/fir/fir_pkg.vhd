@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The switched FIR filters: their taps, switches and clock counts.
 --
 -- As a transposed FIR filter with TAPS taps a pixel is broadcast to all taps, and tap w delays it by TAPS-1-w

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- One pass of the refocuser along one dimension: stored products, switch control, the switched FIR filters of all
 -- lanes, and the rounding behind them. The side information is delayed as the pixels are.
 --

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Hands the pixels of N skewed rows to N column modules, and those of N modules back to the rows.
 --
 -- Rows that are skewed by one token each reach a column one after the other. The pixels of column k all belong to

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Skew registers: delays each of N lanes by one token more than the lane before it.
 --
 -- Latency: lane i comes i tokens later (REVERSED: LANES-1-i tokens). Throughput: one word of each lane each clock.

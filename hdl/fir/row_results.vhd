@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The way back from the column modules of fir_array to rows of results.
 --
 -- Module m gives the sums of its columns, row after row, one token after module m - 1. Multiplexers put the rows

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Switch control: which taps add the pixels of the current step.
 --
 -- Steps through the rows of the switch table, one phase each step. Lines (for a column filter: frames) may follow each

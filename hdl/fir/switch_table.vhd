@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Switch table: a ROM with one row of switch states for each slice and each phase of a micro image.
 --
 -- Only taps that some slice closes have a column in the ROM. All other switches stay open.

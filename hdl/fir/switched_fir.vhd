@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Switch-controlled semi-systolic FIR filter in transposed form, C-slow.
 --
 -- The input is broadcast to all taps. A tap whose switch is closed adds it to the partial sum of its neighbour; a tap

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The sum of those pixels of a line that are in the moving sum before its outputs begin.
 --
 -- Latency: LATENCY clocks, more than bits_for(PIXELS_PER_CLOCK - 1) + 1. Throughput: one token each clock.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The last word of each column: a memory, or with one column the register that its words come from.
 --
 -- Latency: 2 clocks from a column to its word. Throughput: one word read and one written each clock.

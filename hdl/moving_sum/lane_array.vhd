@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The engine of moving sums with several neighbouring pixels a token.
 --
 -- Columns come first: to them the pixels of a token are channels of one that is wider, and a line is shorter by as

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Control of a moving sum with several pixels a token: where tokens lie in the banks, and where lines begin.
 --
 -- Two lines may be under way: pixels of the newer one come in while the last outputs of the older one go out. The place

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- A pass of the refocusing operator over rows, several neighbouring pixels a token.
 --
 --   data -> banks of pixels -> differences -> prefix sums -> out_data

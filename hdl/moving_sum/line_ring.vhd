@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The last lines of a frame: which of their pixels enter the moving sum, and which leave it.
 --
 -- Each phase (line mod M) has a ring of lines, only as long as its ages say. A ring's lines lie in two banks in

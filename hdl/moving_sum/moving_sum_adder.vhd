@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The moving sums of the pixels of a token: running sums, first sums and held results.
 --
 -- While a line (for columns: a frame) comes in, the sum that belongs to its output 0 is gathered beside the

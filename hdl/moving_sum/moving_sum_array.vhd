@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The second engine: the refocusing filters of a raster scan as re-orderings and moving sums.
 --
 -- It takes and gives what fir_array does with one row at once, bit for bit, and needs an adder or

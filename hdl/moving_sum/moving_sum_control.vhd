@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Control of a moving sum: which pixels enter and leave it, and where lines begin.
 --
 -- Two lines (for columns: frames) may be under way: pixels of the newer one come in while the last

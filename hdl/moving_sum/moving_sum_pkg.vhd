@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- What the entities of the moving sums have in common: commands, tables by slice and phase, lines in memory, clocks.
 --
 -- All functions are evaluated at elaboration only, but table_row, which is wires.

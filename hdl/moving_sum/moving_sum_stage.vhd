@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- A pass of the refocusing operator over rows or columns: re-ordering and moving sum.
 --
 --   data -> stored product -> ring of pixels (rows) or lines (columns) -> adder -> rounding -> out_data

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The last pixels of a line, several a token: what P neighbouring outputs take in less what they give back.
 --
 --   pixels -> rotation -> banks, read twice -> difference -> exchange by slice -> rotation -> differences

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The last pixels of a line: which of them enter the moving sum, and which leave it.
 --
 -- A ring of words, read twice: every token is a step, so that ages count back from the place that is written.

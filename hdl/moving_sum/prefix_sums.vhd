@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Running sums of several differences a token: prefix sums, and the sum behind the token before as the carry.
 --
 -- Level l of the network adds, to each place whose bit l - 1 is set, the last sum of the neighbouring block of

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Rotates words by a multiple of a step.
 --
 -- Latency: 0 clocks. Throughput: every clock.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Side information of the tokens and steps that go through a pass of moving sums.
 --
 -- Latency: LATENCY clocks; for what belongs to a step DELAY steps more. Throughput: one token each clock.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The moving sum of a row for P neighbouring outputs at once: what each of them takes in, and where that lies.
 --
 -- Output o takes in pixel e(o) = o + entering_offset(o mod M) and gives back e(o) - M (sum_schedule_pkg), so the P

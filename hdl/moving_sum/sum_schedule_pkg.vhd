@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The refocusing operator of one dimension as a re-ordering and a moving sum.
 --
 -- Pixel i = M j + v (phase v) contributes to the M outputs from J = i + v (s-1) on, J a multiple of

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Refocuses a raster scan of a light field to several planes at once: a focal stack in one pass.
 --
 -- A stream shell around stack_array. The slices share the column memory, which holds pixels of the input, and the

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Refocuses a raster scan of a light field: one pixel each clock, all channels at once, or PIXELS_PER_CLOCK of them.
 --
 -- A stream shell around an engine: FIR filters (fir_array) or moving sums (moving_sum_array).

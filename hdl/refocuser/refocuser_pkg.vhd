@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- What the tops need to know of their engines. All functions are evaluated at elaboration only.
 
 library ieee;

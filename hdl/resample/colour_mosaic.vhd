@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Three channels from the frames of a sensor with a colour filter mosaic.
 --
 -- A stream shell around mosaic_engine. Frames have 2 x 2 pixels or more. When nothing follows, the last line of a

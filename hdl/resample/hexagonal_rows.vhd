@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Makes the rows of a hexagonal grid rectangular: each micro image of the raster lies between two lenses of its row.
 --
 -- The lenses of even and of odd number lie in memories of their own, two in each, so the same pixel of two neighbours

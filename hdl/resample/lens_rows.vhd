@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Goes through the lines of the raster, line v of all lenses of a row of lenses after the other, and offers each as
 -- soon as the raw lines that it needs are in.
 --

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- What differs from lens to lens, and inside a micro image: moves from the even grid, and gains.
 --
 -- A word of the lens table is, from its low bits on: the gain (GAIN_BITS + 4 bits), if there are gains; the moves

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Walks along a line of the raster: from lens to lens, and M pixels in each.
 --
 -- Latency: 1 clock. Throughput: one pixel each clock while credit = '1', also from line to line.

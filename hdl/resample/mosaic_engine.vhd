@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Interpolates the colours of a filter mosaic (Bayer) in a window of 3 x 3 pixels, on the tokens of a stream shell.
 --
 -- A memory holds for each column the pixels of the last two lines. A token of a line gives the window of the line

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Bilinear interpolation between four pixels of a channel.
 --
 -- Latency: SAMPLE_LATENCY clocks. Throughput: one sample each clock.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Ring of raw lines: a pixel in each clock, and out of it the four pixels around a position in each clock.
 --
 -- Lines of even and of odd number, columns of even and of odd number lie in memories of their own: of two neighbouring

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Numbers the lines of the raw frames that go into the ring of lines, and tells when there is room for one more.
 --
 -- Lines are numbered on and on. A line may be overwritten when the reader has said that it needs only lines from

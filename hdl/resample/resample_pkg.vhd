@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Numbers of the resampler: positions, lines, registers, what passes between its parts.
 
 library ieee;

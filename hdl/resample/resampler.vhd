@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- From the raw raster of the sensor to the raster of micro images of M x M pixels, without a frame memory.
 --
 -- Raw lines go into a ring. As soon as the lines that line v of a row of lenses needs are in, a walk along its lenses

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Black level and gain of a sample.
 --
 -- Latency: GAIN_LATENCY clocks. Throughput: one sample each clock.

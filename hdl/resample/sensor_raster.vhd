@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- From a sensor to the raster of micro images: colour_mosaic, if the sensor has a mosaic, then resampler.
 --
 -- Latency: those of its parts. Throughput: one raw pixel each clock, one pixel of the raster each clock.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The core tests itself on a board: pseudo-random frames go in, a signature of what comes out is
 -- compared with that of the golden model.
 --

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Sharpens refocused sums with taps a lens apart: between integer a the operator blurs, and this takes it back.
 --
 -- It stands behind the sums of an engine and in front of their division, so that both together round once. Columns

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The taps of sharpening along columns: each sum with those of the lines M above and M below.
 --
 -- The memory holds for each column, and each line number modulo M, the sums of the last two lines: a word that is read

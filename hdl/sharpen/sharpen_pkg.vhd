@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Weights, word sizes and clock counts of sharpening.
 --
 -- SHARPENING is a text like SHIFTS: the weight b of each slice in 64ths, with blanks in between, such as "4 0 4". The

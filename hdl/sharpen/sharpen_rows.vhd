@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The taps of sharpening along rows: each value with those M pixels to its left and to its right, and back to sums.
 --
 -- Tokens may have several pixels of a line. The neighbours of lane i are in the lanes (i + M) and (i - M) modulo

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Three taps: a value, and its neighbours on both sides as far as there are any.
 --
 -- It takes differences to the neighbours; one that is missing counts as the value itself. Each clock has one addition

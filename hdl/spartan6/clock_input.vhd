@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Differential clock input of the TMDS clock lane.
 --
 -- Each of the two outputs has a BUFIO2 of its own, as a BUFIO2 reaches one input of one clock multiplexer and the

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Keeps the sampling instant of one channel in the middle of its bits.
 --
 -- The input has two delay lines: behind the master's the bits are sampled, behind the slave's, which

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Chooses where the pixel clock comes from: the TMDS clock lane, or a clock made on the board.
 --
 -- The board's own clock is 25.175 MHz (640x480p60) made from 100 MHz: 100 * 36 / 143 = 25.1748 MHz.

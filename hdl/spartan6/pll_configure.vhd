@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Writes a setting into a PLL through its reconfiguration port.
 --
 -- Each register is read, its masked bits are replaced, and it is written back (XAPP879). A port that

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The clocks of a serial link: pixel clock, twice that, and ten times that on an I/O clock network.
 --
 -- One PLL for all three, so that their edges are aligned. It has two settings (see pll_settings_pkg); out

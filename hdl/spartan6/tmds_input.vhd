@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Input of one TMDS channel: pins, delay lines and their control, deserialiser 5:1.
 --
 -- Master and slave of a differential pair: the master samples the bits, the slave their edges.

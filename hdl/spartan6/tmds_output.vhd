@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Output of one TMDS lane: serialiser 5:1 and pins.
 --
 -- Latency: the serialiser, about 2 clocks of clk_x2. Throughput: five bits each clock of clk_x2.

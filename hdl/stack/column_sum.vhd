@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The moving sums of one slice of a focal stack over columns.
 --
 -- Of the column memory that the slices share it picks the pixel that enters the sum and the one that leaves it; their

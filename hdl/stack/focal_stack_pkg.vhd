@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Where the slices of a focal stack find their pixels in the column memory that they share.
 --
 -- The lines of each phase form a shift register: each line that comes in moves those of its phase one

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The column memory of a focal stack: the lines of each phase as a shift register of pixels.
 --
 -- One word for each column and phase holds the pixels of the phase's last lines. A line that comes in is

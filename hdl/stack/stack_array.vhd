@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The arithmetic of a focal stack: all slices of each pixel, from one column memory.
 --
 -- Columns come first, so that the memory holds the pixels as they come and the slices share it. Behind it each slice

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- The column pass of a focal stack: one memory of pixels, and for each slice its moving sums.
 --
 -- Lines must begin output_delay + 1 lines before those of the next frame, and a multiple of M lines; the sequencer

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Five bits each half clock from ten bits each clock.
 --
 -- The two clocks come from one PLL with their rising edges aligned, so that this is a synchronous

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Reads the packets of data islands: checks all, keeps what the AVI InfoFrame tells of the picture.
 --
 -- The check bits of header and subpackets run along with the bits; behind a whole packet all of them are 0. An

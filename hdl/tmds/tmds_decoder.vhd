@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- TMDS decoder of one channel, with the words that HDMI adds.
 --
 -- Latency: 2 clocks. Throughput: one word each clock.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Brings the three channels to the same pixel: skew of cables and of the word alignment goes.
 --
 -- Each channel runs through a delay line with a tap that can be chosen. The first data word behind a

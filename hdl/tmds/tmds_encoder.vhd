@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- TMDS encoder of one channel.
 --
 -- Latency: 3 clocks. Throughput: one word each clock.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Follows the periods of a DVI or HDMI source: control, video, data islands.
 --
 -- Two of three channels decide between tokens and anything else, so that one wrong word does not tear a

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Words and steps of TMDS coding, from DVI 1.0, section 3, and of data islands, from HDMI 1.4, section 5.
 --
 -- A word has ten bits, bit 0 is sent first. In the blanking it is one of four control tokens, else

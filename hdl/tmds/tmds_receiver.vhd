@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- From the deserialised bits of three channels to pixels and syncs.
 --
 -- Gearbox -> word alignment -> deskew -> decoders -> periods. Of an HDMI source's data islands the

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- From pixels and syncs to the bits of three channels and the clock lane.
 --
 -- Encoders -> elastic buffer into the serialisers' clock -> gearbox.

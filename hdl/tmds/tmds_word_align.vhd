@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Finds where words begin in a channel's bits, by its control tokens, and keeps looking.
 --
 -- All ten word phases are watched at the same time. RUN tokens in a row at one phase decide for it,

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Makes full-range RGB of limited RGB and of YCbCr 4:4:4; anything else passes as it is.
 --
 -- Latency: 3 clocks. Throughput: one pixel each clock, five multipliers.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- A small synthetic light field as video, to see refocusing without any source.
 --
 -- Three upright bands, each a chequered plane at a depth of its own: its shift a' is the one at which the

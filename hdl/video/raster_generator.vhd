@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Makes the raster of a video mode: position, data enable, syncs.
 --
 -- Latency: 1 clock from start to the first active pixel. Throughput: one pixel each clock.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Video in, refocused video out: the same timing, later by the latency of the refocuser.
 --
 -- Input -> video_to_stream -> raster_refocuser -> stream_to_video -> output. No frame is stored: the

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Shows an AXI4-Stream of pixels under the timing of the video that it was made from.
 --
 -- A second raster generator repeats the input's timing, started once each frame when the input is

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- What describes the timing of a video mode, as a record and as a vector for ports.
 --
 -- Columns are counted from the first active pixel of a line, also in lines without any; lines from

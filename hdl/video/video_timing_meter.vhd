@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Measures the timing of incoming video: sizes, blanking, places and polarities of the syncs.
 --
 -- Data enable gives the lines, also a counter that runs on through the vertical blanking; a change of

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Follows incoming video and makes an AXI4-Stream of its active pixels.
 --
 -- Once the measured timing is stable, a raster generator of the same timing is started with a

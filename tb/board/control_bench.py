@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of the board's control as a whole: every field of the status line, and the LEDs."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An EDID memory as monitors have it on their display data channel: an I2C device with faults."""
 
 import random

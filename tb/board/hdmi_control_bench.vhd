@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- hdmi_control with a port for each field of the records that cocotb is to reach.
 
 library ieee;

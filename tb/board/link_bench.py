@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of what brings the link up and watches it; each is for the entity that it names."""
 
 import random

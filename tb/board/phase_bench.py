@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of phase_detector_control: its delay lines hang, do not react or are slow."""
 
 import random

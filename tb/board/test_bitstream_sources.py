@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sources of the bitstream in the order of ISE's project file, analysed and elaborated."""
 
 from pathlib import Path

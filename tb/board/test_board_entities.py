@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The board's control, entity by entity."""
 
 from plenofir_tb.runner import Case, run_cases

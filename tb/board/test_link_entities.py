@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What brings the link up and watches it, entity by entity."""
 
 import pytest

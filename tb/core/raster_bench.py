@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of ``raster_refocuser``, ``focal_stack`` and ``depth_index``.
 
 Every pixel of every frame, of a stack every pixel of every slice, against the bit-true model.

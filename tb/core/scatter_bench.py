@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of ``row_scatter`` behind an engine that gives as much as one may."""
 
 import random

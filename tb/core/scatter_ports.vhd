@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- row_scatter with ports of plain vectors: simulators show no records to a test in Python.
 
 library ieee;

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The raster core against the bit-true model, for all M, a' and both arithmetics."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The raster core with a sharpener behind either engine: stalls, gaps, faults, slices."""
 
 import random

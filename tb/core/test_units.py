@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parts of the refocuser, each on its own."""
 
 from dataclasses import asdict

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Depth index and all-in-focus picture in VHDL, against the bit-true model."""
 
 import random

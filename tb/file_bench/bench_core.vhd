@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- A core of any engine behind one set of ports: what the file benches simulate. Synthesisable.
 --
 -- "fir" and "moving_sum": a raster refocuser. "stack": a focal stack, and a depth index behind it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Moves whole frames from a file through a core of any engine into files, clock by clock as
 // file_bench.vhd does: the same files, the same stalls, the same counts.
 //

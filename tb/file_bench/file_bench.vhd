@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Moves whole frames from a file through a core of any engine into files.
 --
 -- Reads input.bin in the working directory and writes output.bin: 32-bit little-endian words, one for each channel of

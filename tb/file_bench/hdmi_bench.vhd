@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Sends serial TMDS bits from a file into the board's top level and writes the bits that come out
 -- into another.
 --

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Moves raw frames from a file through sensor_raster into a file, clock by clock as sensor_bench.vhd
 // does: the same files, the same stalls, the same counts.
 //

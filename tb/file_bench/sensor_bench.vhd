@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Moves raw frames from a file through sensor_raster into a file.
 --
 -- Reads input.bin in the working directory, 32-bit little-endian words, one for each channel of each pixel, raster

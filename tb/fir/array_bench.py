@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of ``fir_array`` by itself: parallel rows in and out, clocks counted."""
 
 import random

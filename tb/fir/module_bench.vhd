@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- One row of pixels through the row module, for its timing diagrams.
 --
 -- Reads input.bin in the working directory: one 32-bit little-endian word for each of PIXELS pixels. A

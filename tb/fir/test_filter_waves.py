@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The timing diagrams are those of the present sources, and what they show is right."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The filter array by itself: exact, and as many clocks as the formulas say."""
 
 from itertools import product

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Other people's tools, run as they run them; a test whose tool is missing is skipped by name."""
 
 import importlib.util

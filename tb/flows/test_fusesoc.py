@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The core files in FuseSoC: the example designs simulated, projects for the vendors' tools."""
 
 import re

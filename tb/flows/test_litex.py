@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The LiteX module: an SoC with it is elaborated, and refocuses by its registers."""
 
 import csv

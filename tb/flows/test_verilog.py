@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A scene in Verilog: the example design around it, in Icarus Verilog and Verilator."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of the whole board: what buttons, switches and the serial port do.
 
 The bench of the chain has them among its own, so that one simulation is enough.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The whole board, from serial bits to serial bits."""
 
 import pytest

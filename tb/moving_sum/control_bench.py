@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb test of ``moving_sum_control``: a reset among its lines."""
 
 import random

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- moving_sum_control with ports of plain bits, as simulators show no records to a test in Python.
 -- What it says of a step is shown with the step.
 

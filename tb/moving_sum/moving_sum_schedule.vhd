@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Writes the schedule of sum_schedule_pkg and moving_sum_pkg into schedule.txt, a number a line with what it is of.
 
 library ieee;

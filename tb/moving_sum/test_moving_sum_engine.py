@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The raster core with moving sums, against the bit-true model, as that with taps."""
 
 import itertools

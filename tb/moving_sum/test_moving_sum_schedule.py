@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The schedule of moving sums in VHDL (sum_schedule_pkg) and Python (SumLayout), side by side."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """AXI4-Stream video: driver, monitor and stall patterns on cocotb-bus classes."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The whole board as a bench sees it: a source, a monitor, its panel and its serial port."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a running testbench is to do; light, as every bench imports it."""
 
 import json

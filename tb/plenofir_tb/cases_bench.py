@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The module that cocotb runs: for each case the tests of its bench, on its own entity.
 
 A bench reads its case when it is imported, so that each case gets a copy of the module.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests that are for one entity each, side by side in one module."""
 
 from typing import Any

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults planted in the sources, to see that they are found."""
 
 from collections.abc import Iterable

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the tests of other people's flows share."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames to test with, and what becomes of broken ones."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether a reset of one clock does all that a reset does."""
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Building the VHDL and running cocotb testbenches on it, on whichever simulator is chosen.
 
 The environment variable ``SIM`` (ghdl or nvc) chooses the simulator. Cases that are given together

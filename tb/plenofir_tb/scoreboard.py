@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scoreboard that compares frames as they come out, pixel by pixel."""
 
 from pathlib import Path

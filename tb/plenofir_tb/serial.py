@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Serial TMDS bits of the board: what ``tb/file_bench/hdmi_bench.vhd`` plays and takes."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cases of the sharpener, for its tests and for those that plant faults."""
 
 from math import gcd

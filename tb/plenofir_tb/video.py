@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Raster signals into and out of a design, one pixel each clock."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """VHDL around entities under test, so that one simulation holds several of them."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The testbench itself: faults planted in the core make it fail, and it says where."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What can be checked of the VHDL without running it: the standard, and that it synthesises."""
 
 import subprocess

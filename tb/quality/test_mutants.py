@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The mutation check: small changes of the VHDL are noticed, or it is known why not."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults planted in the sharpener make its bench fail."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of ``resampler``: every pixel of every frame against the bit-true model."""
 
 import logging

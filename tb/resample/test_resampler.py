@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Resampler and colour mosaic in VHDL, against their bit-true models."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The design that tests itself: passes with the golden model's signature, fails with another."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The design that tests itself on a board, against the golden model."""
 
 import pytest

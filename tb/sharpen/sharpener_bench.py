@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb test of ``lens_sharpener``: frames of any size, with gaps, empty tokens, flush lines."""
 
 import random

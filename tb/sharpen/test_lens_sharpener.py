@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sharpener by itself, for any number of pixels a clock, against the golden model."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small frames are simulated by the GHDL that need not compile, except in `COMPILED`."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A rendered capture through the VHDL: objects are sharpest in the slices of the ray model."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run through the whole board: serial TMDS bits in, refocused, serial TMDS bits out."""
 
 import subprocess

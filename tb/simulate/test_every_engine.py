@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One small frame through each engine by command, for the edit loop (``make check``)."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run: file bench, command line, results, bad input."""
 
 import json

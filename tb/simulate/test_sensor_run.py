@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Raw captures through mosaic, resampler and refocuser: file bench, command line, bad input."""
 
 import json

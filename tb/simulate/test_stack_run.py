@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Focal stack and depth index by command, in one pass through the VHDL."""
 
 import json

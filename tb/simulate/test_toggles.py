@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Netlists with block RAM in Verilator: the golden model's frames, and changes of their nets."""
 
 from pathlib import Path

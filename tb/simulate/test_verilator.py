@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The core as synthesised: GHDL's Verilog, and the Spartan-6 netlist of Yosys, in Verilator."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Waveforms of the same frame from different simulators, formats and sources, compared."""
 
 from pathlib import Path

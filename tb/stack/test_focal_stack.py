@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several slices at once in VHDL, against the bit-true model."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Proofs of the row filter and of the stream buffer, and that planted faults are found."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Place and route for ECP5: recorded clocks reach their goals; a small design goes all the way."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Synthesis with GHDL and Yosys: recorded counts; what a scene does not need is absent."""
 
 import re

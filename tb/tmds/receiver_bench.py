@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb test of ``tmds_receiver`` against the Python receiver: DVI and HDMI, with wrong bits."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parts of the TMDS path, each on its own."""
 
 import pytest

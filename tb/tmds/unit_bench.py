@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of the TMDS entities against the Python codec; each is for the entity it names."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb test of ``full_range_rgb`` against the Python arithmetic."""
 
 import itertools

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of what takes video in; each is for the entity that it names."""
 
 import random

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- mode_timing of video_pkg as an entity.
 
 library ieee;

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of the parts of the video path; each is for the entity that it names."""
 
 import random

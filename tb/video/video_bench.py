@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """cocotb tests of ``refocus_video``: video in, refocused video under the same timing out."""
 
 import random

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``plenofir``: puts the groups of commands together and words their errors."""
 
 import os

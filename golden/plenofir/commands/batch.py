@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``batch``: many frames through Dask."""
 
 from pathlib import Path

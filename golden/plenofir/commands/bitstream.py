@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands for the bitstream of the Atlys board: bitstream build, bitstream check."""
 
 from collections.abc import Mapping, Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands from a camera's raw capture to an aligned raw image: calibrate, decode."""
 
 from math import inf, isnan

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What commands print: lines, tables, JSON and progress bars."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Command inspect: what a file is, and what a white image tells of a camera's adjustment."""
 
 from math import inf

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``plenofir --make``: make's variables, as the environment hands them over, become options."""
 
 import re

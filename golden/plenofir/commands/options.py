@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Options, declared once: their flags, types and ranges, and how a message names them."""
 
 import re

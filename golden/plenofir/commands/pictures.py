@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands on light fields: views, mosaic, quilt, compose, refocus, stack, depth-map."""
 
 import re

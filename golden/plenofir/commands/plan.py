@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands from a scene to hardware: plan, configure, synth."""
 
 import tempfile

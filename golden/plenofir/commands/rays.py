@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands of the ray model: distance, baseline, depth, slices, cameras, lens."""
 
 from math import inf

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands that write reports of studies."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files that commands write: refused before any work, then all at once or none."""
 
 import io

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``sim``: a raw image through the VHDL, compared with the golden model."""
 
 import tempfile

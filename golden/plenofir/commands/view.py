@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command ``view``: a light field, or the pictures of a simulation, in the browser."""
 
 import threading

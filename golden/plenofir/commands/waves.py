@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands for waveform files: waves compare."""
 
 from collections.abc import Sequence

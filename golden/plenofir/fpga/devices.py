@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a device has and what a design takes of it."""
 
 from dataclasses import dataclass, field

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The VHDL sources, in the order of analysis."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the text of a VHDL source declares: generics, ports, instances, clocks.
 
 The sources are written in one style (``scripts/vsg.yaml``), so that a few patterns read them.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a camera and a scene to the smallest hardware that does the job."""
 
 from plenofir.fpga.devices import DEVICES, Device, Usage

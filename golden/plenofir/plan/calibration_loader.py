@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A calibration as constants in VHDL: an entity that fills a resampler through its load port."""
 
 from plenofir.plan.resampling import Resampling

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Project files of a scene: constants, a top level with nothing else in it, and lists for tools."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The designs whose synthesis is kept watch of, and the file with their figures.
 
 ``data/figures.json`` holds, for each version of GHDL, what Yosys makes of each design. Tests

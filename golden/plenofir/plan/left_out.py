@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a full build has and a scene does not need."""
 
 from collections.abc import Iterator

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Chooses what a scene needs, and says what that leaves out."""
 
 from collections.abc import Iterator

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a calibration to the resampler: its configuration, and what its load port is given."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scene profile: what a camera sees and what is wanted of it, from ``scene.toml``."""
 
 import tomllib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A raw capture through mosaic, resampler and refocuser in the VHDL, beside the golden models."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A scene in Verilog, for flows that take no VHDL: what GHDL makes of it, and its sizes."""
 
 import re

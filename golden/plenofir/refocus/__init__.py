@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Shift and integration: refocusing a calibrated raw image.
 
 `refocus` is the call for users; the modules hold the operator's forms (`operator`), its form

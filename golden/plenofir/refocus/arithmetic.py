@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bit-true model of the hardware: the operator in the hardware's arithmetic.
 
 Two arithmetics exist. `ExactArithmetic` adds integers and divides once by M^2 at the end.

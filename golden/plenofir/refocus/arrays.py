@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The refocuser for arrays of other libraries: CuPy, PyTorch and whatever has the array API.
 
 Only functions of the array API standard are used, so that arrays stay where they are, on a GPU for

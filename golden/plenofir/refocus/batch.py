@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many frames through Dask: resumable, in any order; a failed frame is reported, the others go on.
 
 Each worker process has one thread and refocuses one frame at a time. Only paths are sent to it,

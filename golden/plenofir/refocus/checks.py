@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What every call of the refocuser accepts; everything else is refused in one line."""
 
 from typing import Any, Literal

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The refocuser as one fused kernel for NVIDIA's GPUs: tiles in shared memory.
 
 The kernel is compiled by numba and works on any array with ``__cuda_array_interface__``: CuPy's and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fast refocuser: bit-exact, with a cost that depends on neither M nor a'.
 
 Rows and columns of a block are summed in one go while the block is in the processor's cache, and

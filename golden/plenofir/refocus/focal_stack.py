@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several slices at once from one column memory, step by step.
 
 The slices of a stack share their pixels and their delay; each has sums of its own. Pixel ages

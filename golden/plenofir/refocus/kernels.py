@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compiled loops of the fast refocuser: moving sums of whole lines, then along several lines.
 
 A block of the output is made in three steps, all of it in the processor's cache:

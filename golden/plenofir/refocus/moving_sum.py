@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The operator as a re-ordering and a moving sum, step by step: the moving_sum engine.
 
 Pixel i = M j + v (phase v) contributes to the M outputs from J = i + v (a'-1) on, a multiple of

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The refocusing operator in exact integers, in four equal forms.
 
 The sums of one dimension (Eq. 6.1 of the thesis) are

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Record of a batch: a line for each frame that is done, appended when it is; one run at a time.
 
 A run that is killed while it writes leaves half a line at the end, which the next run cuts off.

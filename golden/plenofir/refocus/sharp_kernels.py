@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compiled loops of the fast refocuser with sharpening: sums, three taps, one division.
 
 A strip of the output is made from top to bottom, some lines at a time. Sums come from

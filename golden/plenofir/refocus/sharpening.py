@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sharpening at the distance of a lens: what the operator blurs, three taps take back.
 
 With g = gcd(a', M) the shifted micro images meet an output pixel at M/g places, g/M of a lens

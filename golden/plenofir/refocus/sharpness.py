@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Depth index and all-in-focus picture of a focal stack, in integers: what the VHDL computes.
 
 Sharpness is judged between micro lenses, as in `plenofir.camera.lightfield.stack.all_in_focus`:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The focus setting a and the shift a' = a * M in pixels."""
 
 from fractions import Fraction

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many pixels a clock: the moving sum of a row for P neighbouring outputs at once.
 
 Output o takes in pixel e(o) = o + offset(o mod M), whose offset depends on o mod M alone

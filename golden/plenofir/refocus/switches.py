@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The operator as the switch-controlled semi-systolic FIR filter (section 6.1.1 of the thesis).
 
 The pixel is broadcast to W taps; tap w delays it by W-1-w steps. A pixel of phase p = k mod M is

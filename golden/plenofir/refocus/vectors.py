@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Steps of the fast refocuser in vectors, for numba: what its compiler does not find by itself.
 
 They are written in LLVM's own vectors, which it breaks down to what the processor has.

@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Measurements and comparisons: precision, validation, experiments, the tables of the thesis."""

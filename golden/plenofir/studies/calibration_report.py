@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report on calibration, refocusing and depth: Markdown with figures."""
 
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rounded against fractional micro image centres in decoding (Fig. 4.12 of the thesis).
 
 Rounding moves what a view sees of a plane in focus at a by up to a/2 micro lenses in each

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Depth from focus against depth from disparity: a dense benchmark, and a real light field.
 
 Strips of texture stand side by side at distances that are no slices' own, a wall behind them. Where

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Error of the calibration over pitch, damage and noise, from white images drawn at random."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Energy of a frame: what switches in a simulated netlist, times published energies of devices.
 
 There is no published energy for each resource of a Spartan-6, so those of other devices are scaled:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The text's experiments with a real camera (section 5.3), done with the synthetic one.
 
 Objects stand at known distances; the raw captures are calibrated, decoded, and refocused or matched

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The text's experiments with a camera (section 5.3), as a part of the report on calibration."""
 
 from collections.abc import Callable

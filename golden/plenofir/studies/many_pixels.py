@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many pixels a clock: what the core of a scene takes and reaches with 1 to 32 of them.
 
 `placed_pixels` holds what nextpnr makes of each (`make compare`); the page is built of it.

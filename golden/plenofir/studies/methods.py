@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Ways to refocus a raw image, to compare with each other.
 
 All take a grey raw image, M and a', and give the refocused image in grey levels, at the raw image's

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What refocusing does to noise: variance measured on even frames, and derived.
 
 An output pixel is the mean of M x M pixels of the raw image, for every a. Independent noise of

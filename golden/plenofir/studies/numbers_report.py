@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report of numbers that the thesis asks for or claims: Markdown with figures."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What nextpnr makes of the core of a scene with 1 to 32 pixels a clock: ``data/pixels.json``."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The work-precision report: error over run time for every way to refocus, Markdown and figures."""
 
 import textwrap

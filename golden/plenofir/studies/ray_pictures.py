@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures of the ray model after those of the thesis's chapter 5, drawn from the same numbers."""
 
 import matplotlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report on the ray model: Markdown with figures."""
 
 import statistics

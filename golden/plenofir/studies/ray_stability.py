@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stiff and extreme cases: the ray model and the text's formulas against a high-precision oracle.
 
 The oracle evaluates the definitions to 700 digits (mpmath): two rays, their intersection, the lens

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The thesis's printed predictions beside what the ray model says: for tests and the report."""
 
 from collections.abc import Iterator

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Extreme inputs: where sums are widest, frames oddest and floating point weakest."""
 
 from collections.abc import Callable, Iterator

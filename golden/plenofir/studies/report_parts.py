@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What all reports share: Markdown tables, and the machine that something was measured on."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Report: how far the chip's resampler is from `decode`, over fraction bits, pitch and rotation."""
 
 from collections.abc import Callable, Iterator

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How much detail a refocused picture holds (Figs. 6.12 and 6.13 of the thesis).
 
 A slanted edge stands where the ray model says that it is in focus. The refocused picture's edge

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sharpening at the distance of a lens: the best weight, what it gains, and where it harms.
 
 Theory and measurement are apart: `best_weight` takes the operator's transfer function and a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report on sharpening: weights, nearness to the object, noise, harm, pictures; Markdown."""
 
 from collections.abc import Callable, Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where hardware, golden refocuser and ray model meet: a rendered capture, swept.
 
 Three objects stand at distances that the ray model predicts for three slices. The capture is

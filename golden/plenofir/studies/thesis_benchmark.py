@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark of section 6.1.2 of the thesis: its numbers beside ours, on the same frame.
 
 What is counted from formulas or simulated is the same everywhere; what was timed on a machine is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The numeric tables of the thesis, with the digits as printed, to check the ray model against.
 
 The files and their format are described in ``data/thesis/README.md``.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """See a light field in the browser: a page that refocuses it on the GPU.
 
 `light_field_page`, `live_page` and `pictures_page` make what the page shows; `serve` shows it on

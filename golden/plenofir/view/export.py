@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A page of the viewer as one file, which opens without a server and without a network."""
 
 import base64

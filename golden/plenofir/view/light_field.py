@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page of a light field: its views, its depth and its distances, as the browser takes them."""
 
 import base64

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames as they come: from a folder that grows, a video, a camera. Who is slow misses some."""
 
 import threading

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The views of a light field as one compressed picture, for a page of its own."""
 
 import io

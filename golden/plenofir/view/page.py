@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a page of the viewer is made of."""
 
 from collections.abc import Callable, Mapping

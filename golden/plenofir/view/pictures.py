@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page of a folder of pictures: what ``make sim`` leaves, two at a time."""
 
 import json

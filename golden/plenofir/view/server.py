@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The viewer's server: this machine alone, behind a token, and nothing but the page's own parts."""
 
 import asyncio

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What inspect says of pictures whose kind is known."""
 
 from math import inf

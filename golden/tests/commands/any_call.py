@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random calls of every command: files, options, surroundings, drawn from what it declares."""
 
 import io

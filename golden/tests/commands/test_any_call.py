@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random calls of every command end with right results, or one line, exit code 2 and nothing."""
 
 import re

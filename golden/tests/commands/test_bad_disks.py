@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Disks that are full or fail, and runs that are killed: results are old or new, never half."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The outermost layer of the command line: whatever happens, one line and an exit code."""
 
 import errno

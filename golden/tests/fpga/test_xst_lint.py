@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sources pass all rules of XST's linter; planted faults of each rule are found."""
 
 from pathlib import Path

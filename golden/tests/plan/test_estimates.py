@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Estimates of resources, beside what synthesis took."""
 
 import itertools

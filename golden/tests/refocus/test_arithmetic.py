@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bit-true model of the hardware's arithmetic against the real-valued operator."""
 
 from fractions import Fraction

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Arrays of other libraries: equal to the reference, and never copied to this machine's memory."""
 
 import os

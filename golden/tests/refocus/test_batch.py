@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many frames: order, names, going on, failed frames, and what can go wrong with the folder."""
 
 import errno

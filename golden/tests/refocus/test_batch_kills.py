@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs and workers that are killed at random moments: the next run ends with every result right."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fast refocuser against the reference, to the bit."""
 
 from fractions import Fraction

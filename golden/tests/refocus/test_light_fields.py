@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The light fields that the package ships: refocusing does to them what it should."""
 
 import numpy as np

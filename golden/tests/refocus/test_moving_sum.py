@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The moving sum engine's schedule against the definition of the operator."""
 
 from dataclasses import replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The operator's forms agree with each other and with the equation, for any M, a' and size."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The call for users: sizes, types, rounding, focus settings, bad input."""
 
 from fractions import Fraction

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sharpening: the definition in loops of its own, its weights, and the fast path to the bit."""
 
 from fractions import Fraction

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Integer sharpness, depth index and all-in-focus picture against their plain definition."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Energy: what switches is counted right, and weighed."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The errata of the thesis: each computation shows what its entry says."""
 
 import pytest

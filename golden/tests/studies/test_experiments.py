@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Section 5.3 with the synthetic camera: what is measured is what the ray model predicts."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many pixels a clock: what was placed keeps what the planner counts on, and the goals."""
 
 import pytest

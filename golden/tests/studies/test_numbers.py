@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Noise, resolution, rounded centres, ways to depth: what is measured is what should be."""
 
 from fractions import Fraction

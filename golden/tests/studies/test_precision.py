@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reports of error against run time and of stability."""
 
 import numpy as np

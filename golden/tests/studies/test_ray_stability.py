@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ray model within 1e-12 of a high-precision oracle, however stiff the case."""
 
 import pytest

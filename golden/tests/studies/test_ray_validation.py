@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every prediction that the thesis prints, to the printed digits."""
 
 from collections import Counter

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The chip's resampler beside `decode`: what its report says of refocused pictures."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What sharpening gains: theory and measurement agree, and what `auto` takes is near the best."""
 
 from fractions import Fraction

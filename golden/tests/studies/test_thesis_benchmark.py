@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark of the thesis: its own numbers follow from its formulas, ours from ours."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The tables of the thesis: that they load, are complete and consistent in themselves."""
 
 import math

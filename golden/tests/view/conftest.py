@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A real browser for the viewer's pages, one for all tests."""
 
 import shutil

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A server in a thread, and the picture that a page shows."""
 
 import asyncio

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The viewer in a real browser: what it shows is what `refocus` computes."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The viewer without a browser: its data, its server, what it refuses."""
 
 import http.client

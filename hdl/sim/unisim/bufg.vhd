@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of BUFG (UG382): a buffer. Left out: delay.
 
 library ieee;

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of BUFGMUX (UG382) with asynchronous select: a multiplexer.
 --
 -- Left out: delay, the synchronous select, which never leaves a clock that has stopped.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of BUFIO2 (UG382), divider bypassed: a buffer.
 --
 -- Left out: delay, division, the I/O clock and its strobe.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of BUFPLL (UG382): I/O clock and strobe for the serialisers of a bank.
 --
 -- The strobe is high for one I/O clock in `divide`, so that it is sampled with the last but one edge

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of DCM_CLKGEN (UG382) with a fixed ratio: CLKFX = CLKIN * CLKFX_MULTIPLY / CLKFX_DIVIDE.
 --
 -- Left out: the programming port, spread spectrum, FREEZEDCM, jitter; the phase is arbitrary.

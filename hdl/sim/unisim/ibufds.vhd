@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of IBUFDS (UG381): high when I is above IB, low when below.
 --
 -- Where the two do not differ (an open cable) the output stays. Left out: delay, thresholds, noise.

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of IODELAY2 (UG381, XAPP1064) as a delay line of an input with phase detector.
 --
 -- The delay is a number of taps of SIM_TAPDELAY_VALUE ps. A calibration (CAL) lasts 12 clocks of CLK,

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of ISERDES2 (UG381, XAPP1064): 5:1, SDR, retimed, master and slave cascaded, with the phase
 -- detector between them.
 --

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Faults that a bench makes the models have.
 
 package model_faults is

@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of OBUFDS (UG381): a pair of complements. Left out: delay, levels.
 
 library ieee;

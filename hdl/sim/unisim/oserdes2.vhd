@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of OSERDES2 (UG381): SDR, master and slave cascaded.
 --
 -- D1 to D4 are taken with CLKDIV, loaded with IOCE, and shifted with CLK0: the slave's D1 first. The

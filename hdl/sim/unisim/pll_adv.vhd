@@ -1,3 +1,4 @@
+-- SPDX-License-Identifier: Apache-2.0
 -- Model of PLL_ADV of Spartan-6 (UG382) with its reconfiguration port (XAPP879).
 --
 -- The VCO runs at CLKIN * CLKFBOUT_MULT, the outputs at VCO / CLKOUT*_DIVIDE, their rising edges with

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Calibration: from a white image to micro image centres, from a raw capture to an aligned raster.
 
 `calibrate` finds the grid, `load_calibration` reads it back, `decode` resamples captures.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a white image to a calibration."""
 
 import numpy as np

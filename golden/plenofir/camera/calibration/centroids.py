@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Centroids of micro images in a smooth window around where they are expected.
 
 The window (a raised cosine, a little wider than the pitch) weighs the dark gaps on both sides of a

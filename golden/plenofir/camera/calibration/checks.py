@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What speaks against a grid: a second spot in its cells, dark rows, rows that look different."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fit of a grid to the centroids of all micro images."""
 
 from dataclasses import dataclass, replace

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """White, dark and raw frames: grey levels, dark level, and what makes a white image usable."""
 
 import numpy as np

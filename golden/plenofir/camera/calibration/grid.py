@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The grid of micro image centres: lens indices to pixel positions.
 
 Lens (t, s), row and column, has the lattice coordinates

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A fit of a grid that grows from the middle of the image."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a white image tells of a camera's aperture: gaps, touching or overlapping micro images.
 
 All of it is read off the mean micro image (section 4.1.2, Fig. 4.4).

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """First guess of the grid: shifts under which the white image looks like itself.
 
 The autocorrelation of a white image peaks at every shift by a whole number of lenses. Missing, dim

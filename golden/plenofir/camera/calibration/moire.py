@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fit of a grid to centroids that pixels pull.
 
 Sharp micro images of a few pixels have details finer than a pixel. So a centroid is pulled a

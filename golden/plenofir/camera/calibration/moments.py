@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compiled loop over windows: weighted sums of pixels and of their distances."""
 
 import numpy as np

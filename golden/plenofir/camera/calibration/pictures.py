@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures of an inspection: mean micro image, chief rays, size of spots over position."""
 
 import matplotlib

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fit of a grid to the pixels of small micro images whose centres all lie alike between pixels.
 
 Micro images of a few pixels have details finer than a pixel, so pixels pull their centroids

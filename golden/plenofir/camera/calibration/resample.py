@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a raw capture to an aligned raster of M x M pixels for each micro lens.
 
 Rotation, pitch and the fraction of each centre are taken up in one interpolation: pixel (v, u) of

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where lenses lie in an image, and the smooth part of its brightness."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How well micro lenses and main lens are focused, from spots of collimated light (section 4.1).
 
 Micro lenses alone image a collimator to a spot each, smallest where the sensor is in their focal

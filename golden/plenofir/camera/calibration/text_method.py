@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The text's own way to micro image centres and rotation, for comparison (section 4.2.1).
 
 Normalisation (Eq. 4.1), threshold (Eq. 4.2), a centroid for each labelled region (Eq. 4.3), and the

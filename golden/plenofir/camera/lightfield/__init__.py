@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Light fields from aligned raw images: indexing, views, focal stacks, disparity, depth."""
 
 from plenofir.camera.lightfield.disparity import (

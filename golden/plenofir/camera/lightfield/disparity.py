@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Disparity between views by sums of absolute differences, and depth from it.
 
 A point that is sharp at focus setting a lies at x - a (u - c) micro lenses in view u, so the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What other programs read: mosaics, quilts of a Looking Glass, .pfm, float TIFF, point clouds."""
 
 import io

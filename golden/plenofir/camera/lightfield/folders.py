@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Views as image files in a folder, whatever their names."""
 
 import re

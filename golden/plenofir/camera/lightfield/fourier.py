@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Refocusing in the frequency domain (Eq. 2.17), the method to compare shift and integration with.
 
 The spectrum of the refocused picture is a slice of the light field's 4-D spectrum: frequency k of

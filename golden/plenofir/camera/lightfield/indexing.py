@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Raw image and 4-D light field are the same samples (Eqs. 3.46-3.49), seen without copying.
 
 A light field has the axes (t, s, v, u[, channels]): row and column of the micro lens, row and

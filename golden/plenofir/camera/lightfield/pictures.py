@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures of curves and maps."""
 
 from collections.abc import Mapping, Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Light fields as cameras, data sets and programs leave them: pictures, folders, MATLAB files.
 
 - a folder of views, also the HCI benchmark's (``input_Cam000.png``, ``parameters.cfg``);

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Focal stacks, how sharp their parts are, and the picture that is sharp everywhere."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence

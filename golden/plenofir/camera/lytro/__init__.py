@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files of Lytro's cameras: container, metadata, pixels, micro lens grid.
 
 `read_lytro` reads a capture with its grid; `read_frame`, `develop` and `FrameMetadata.grid` are the

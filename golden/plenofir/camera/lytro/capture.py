@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a Lytro file to what `plenofir.camera.calibration.decode` takes: a picture and a grid."""
 
 from dataclasses import dataclass

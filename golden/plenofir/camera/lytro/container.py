@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The container of Lytro's files (.lfp, .lfr): sections with a magic number, a length and a name.
 
 After a header of 16 bytes come sections. Each begins with 12 bytes that tell its kind (LFM: a table

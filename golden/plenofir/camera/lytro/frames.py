@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Raw frames in files: containers, .raw files with metadata beside them, and sets of white images.
 
 A set of white images is a folder, the .tar that the Illum's calibration data come in, or a storage

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a Lytro camera says about a frame: its pixels, its micro lenses, its lens.
 
 The first camera (F01), the Illum and the white images of both name the same things, at different

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From packed pixels of a colour filter mosaic to RGB in linear light."""
 
 from typing import Literal

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Optics below the ray model: glass, micro lenses, lens prescriptions, paraxial and real rays.
 
 Lengths in mm, wavelengths in nm, angles as slopes. `load_prescription` reads a lens,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Chief rays through the aperture stop, and the centres of micro images that they predict."""
 
 from dataclasses import dataclass

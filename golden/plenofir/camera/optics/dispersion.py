@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Refractive index of optical glass as a function of wavelength.
 
 Wavelengths are in nm throughout. The coefficients keep the units in which they are published: nm

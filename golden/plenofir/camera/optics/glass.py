@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Named glasses: from tables of coefficients, or from an index and an Abbe number.
 
 Wavelengths in nm, indices relative to air.

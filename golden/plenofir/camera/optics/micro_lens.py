@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Micro lenses as thick lenses: the lens maker's equation, principal planes, sensor distance.
 
 Lengths in mm, curvatures (1 / radius) in 1/mm. All formulas are in curvatures, so a plane is

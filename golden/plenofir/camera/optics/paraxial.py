@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Paraxial optics of a lens in air: ray transfer matrices, cardinal points, pupils.
 
 Lengths in mm. A ray is (height, reduced angle n * slope). A position is positive towards the image,

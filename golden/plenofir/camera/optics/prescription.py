@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lens prescriptions: surfaces, glasses and the aperture stop, read from CSV files.
 
 Lengths in mm, wavelengths in nm. Surfaces are counted from the object side; a radius is positive

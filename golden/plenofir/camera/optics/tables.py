@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reading of text files and numbers, with errors that name the place."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Real ray tracing through a sequence of spherical and plane surfaces.
 
 Lengths in mm. Rays travel towards positive z and the first vertex of the lens is the origin;

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ray model: distances and depths of field of refocused planes, and virtual cameras.
 
 `RayModel` is the model; `load_camera` reads what it is made from.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a plenoptic camera is described by: micro lenses, main lens, sensor.
 
 All lengths are in mm. A description is a small TOML file; those of some known cameras are shipped.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which slices cover a range of depths, and what lies between their depths of field."""
 
 from dataclasses import dataclass

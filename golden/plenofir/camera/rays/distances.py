@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Distances of refocused planes and their states, and the extension that focuses a main lens."""
 
 from dataclasses import dataclass

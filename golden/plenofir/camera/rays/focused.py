@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A focused camera: its lengths, and the chief rays through its micro lenses and main lens."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The text's own ways to a refocusing distance, for comparison with the closed form.
 
 They intersect two rays, on the image side or in object space, and invert the lens equation as it

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pupils measured by the pitch of micro images (section 5.3.1).
 
 Chief rays leave the exit pupil, so micro images are farther apart than micro lenses. With Eqs. 3.20

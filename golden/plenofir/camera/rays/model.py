@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where refocused planes lie, how deep they are, and where the virtual cameras stand.
 
 The camera with its focus and micro image size M is one `RayModel`; the planes' functions take

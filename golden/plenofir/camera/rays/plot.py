@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures of the optical bench: rays, refocused planes, depths of field."""
 
 import io

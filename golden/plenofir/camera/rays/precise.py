@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Linear functions whose value keeps its relative accuracy where its two terms cancel.
 
 A plane near infinity is the quotient of a number and a difference that nearly vanishes. The

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ray model beside real rays: a main lens from its prescription, traced surface by surface."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The virtual cameras behind the views of a light field, and triangulation with them."""
 
 from dataclasses import dataclass

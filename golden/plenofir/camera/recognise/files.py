@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a file or a folder is, told by its content, not by its name."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Micro lenses in a capture of a scene, found without a white image.
 
 The picture repeats at shifts by whole lenses, as its micro images are darker between than within.

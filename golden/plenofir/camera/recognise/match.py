@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How well a grid that is known from elsewhere fits a capture's own pixels, and moving it there.
 
 Micro images are brighter in their middle than between them, whatever is in the picture. So the

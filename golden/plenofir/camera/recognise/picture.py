@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a picture is: a white image, a raw capture, a raster, a mosaic of views, or none of them."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Aligned rasters and mosaics of views, told by the joints between their parts.
 
 In an aligned raster, neighbouring pixels of a micro image differ otherwise than the pixels on both

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From the raw sensor to the raster of micro images as the chip does it: bit-true models.
 
 `grid_registers` and `tables_of` turn a calibration into what the chip's registers and memories

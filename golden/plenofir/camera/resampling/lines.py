@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which raw lines the chip needs for each line of the raster, and how many its ring must hold.
 
 Line v of lens row t needs the raw lines from the highest lens of the row to the lowest, with their

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bit-true model of the chip's interpolation of a colour filter mosaic (Bayer).
 
 Bilinear in 3 x 3 pixels: a colour that a pixel's filter does not let through is the mean of the

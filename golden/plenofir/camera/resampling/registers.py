@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the chip takes the pixels of micro images from: a calibration as registers in fixed point.
 
 The top left pixel of lens (t, s) lies at

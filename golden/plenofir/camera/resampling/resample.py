@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bit-true model of the chip's resampler: raw frame in, raster of micro images out.
 
 Pixel (v, u) of lens (t, s) is interpolated between four pixels of the raw frame with weights of

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A synthetic plenoptic camera, for ground truth.
 
 `render` takes pictures of textured planes; `white_image` makes patterns with known centres.

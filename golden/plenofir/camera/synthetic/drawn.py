@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """White images drawn at random, with truth: what a calibration is tried on."""
 
 from dataclasses import dataclass

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Micro image patterns with known centres: white images and grids to try a calibration on."""
 
 import itertools

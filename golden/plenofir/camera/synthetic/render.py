@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A synthetic plenoptic camera: textured planes in front of a camera of the ray model.
 
 Each pixel looks along the chief ray from its place in the micro image through the centre of its

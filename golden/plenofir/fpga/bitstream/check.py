@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What can be checked without ISE: sources, constraints, clocks, sites, options.
 
 Each check gives a list of problems, a line each; none means that all is well.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether each clock has a way from its source to where it goes that does not use logic.
 
 The facts are those of ``data/devices/xc6slx45.toml``. Buffers are given places one after the other,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The build with Xilinx ISE 14.7: XST, NGDBuild, Map, PAR, TRCE, BitGen.
 
 The tools run in a folder of their own and, where their settings have to be read first, in a

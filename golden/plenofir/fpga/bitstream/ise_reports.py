@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the logs and reports of ISE say: messages, timing, utilisation."""
 
 import re

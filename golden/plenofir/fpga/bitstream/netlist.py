@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which nets of the design are the same, and which clock comes from which.
 
 All instances are followed down from the top level; a net and the port that it is joined to are one.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The FPGA: its pins, its sites, and which primitive takes which site."""
 
 import csv

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The board's top level: its sources, its generics, and whether the device has room for it."""
 
 import math

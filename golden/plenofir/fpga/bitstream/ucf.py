@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """User constraints (UCF): the statements that the board's file is made of.
 
 Syntax: Xilinx UG625, Constraints Guide. Only what is in use here is understood; anything else is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Clocks that the module array takes for a frame, beside those of the thesis (Eqs. 6.10 to 6.12).
 
 The counts follow from `CoreConfiguration`; the testbench of the array measures every case of

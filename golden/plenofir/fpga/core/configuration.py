@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a core can be built for: its generics, limits, memory and latency."""
 
 from fractions import Fraction

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a depth index behind a focal stack can be built for: its generics, memory and latency."""
 
 from typing import Annotated

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the cores of all engines share, and what an engine says about itself."""
 
 from abc import ABC, abstractmethod

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Engine of switched semi-systolic filters (``hdl/fir``)."""
 
 from collections.abc import Iterator

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a memory takes, by the rules of Yosys (`synth_xilinx -family xc6s`, `synth_ecp5`)."""
 
 from collections.abc import Iterator

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Engine of moving sums (``hdl/moving_sum``)."""
 
 from collections.abc import Iterator

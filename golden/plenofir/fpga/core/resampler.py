@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Configuration of the resampler, and what is written through its load port."""
 
 from collections.abc import Mapping, Sequence

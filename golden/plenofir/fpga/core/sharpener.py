@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sharpener behind an engine's sums (``hdl/sharpen``): what it takes."""
 
 from collections.abc import Iterator

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Engine of focal stacks (``hdl/stack``): all slices come out at once."""
 
 from typing import Annotated, ClassVar, Literal

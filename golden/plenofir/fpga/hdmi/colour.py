@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Full-range RGB from what HDMI sources send: limited range, YCbCr 4:4:4 of BT.601 and BT.709.
 
 The board multiplies with integers; this is the same arithmetic, and the home of its coefficients.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The EDID that the board's HDMI input serves to sources (VESA E-EDID 1.3), and how to read others.
 
 The board's own is one block of 128 bytes. There is no CEA extension, so that sources take the board

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """HDMI around the picture: preambles, guard bands and data islands, as a source and as a receiver.
 
 Words are packed as in `plenofir.fpga.hdmi.link`. A period of control tokens ends with a preamble

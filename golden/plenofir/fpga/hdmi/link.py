@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whole frames as TMDS words and back: an ideal source and an ideal sink.
 
 The words of the three channels of a pixel are packed into one number: channel 0 (blue, with the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Video modes: sizes, blanking, polarities, pixel clocks."""
 
 from typing import Annotated

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the board reads from a monitor's EDID: the golden model of ``hdl/board/monitor_edid.vhd``.
 
 The preferred mode is the first detailed timing. A mode counts as offered if a detailed timing has

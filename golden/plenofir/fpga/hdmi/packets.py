@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Packets of HDMI data islands: their check bits, InfoFrames, and what the AVI InfoFrame tells.
 
 A packet has a header of 3 bytes and a body of 28 bytes (HDMI 1.4, section 5.2.3.4). The header and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings of the Spartan-6 PLL that makes the serial clock: ten bits in each pixel clock.
 
 The PLL's oscillator runs from 400 to 1080 MHz (DS162, speed grade -3), so pixel clocks of 25 to

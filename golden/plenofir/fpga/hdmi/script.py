@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scripts for ``tb/file_bench/hdmi_bench.vhd``: TMDS words and commands in a file."""
 
 from collections.abc import Sequence

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """TMDS coding of one channel, written from DVI 1.0, section 3.2 and 3.3.
 
 Words have ten bits, bit 0 is sent first. A word is a data word (a byte, transition minimised and DC

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames through the whole board, serial bits in and out (``tb/file_bench/hdmi_bench.vhd``)."""
 
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The one comparison of a simulated frame with the golden one."""
 
 from dataclasses import dataclass

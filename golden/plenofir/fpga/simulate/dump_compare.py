@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Comparing two waveform files cycle by cycle.
 
 **Which signals.** Signals are matched by `plenofir.fpga.simulate.dumps.canonical_name`, without the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Values of two waveform files side by side: levels, undefined bits, the first difference."""
 
 from collections.abc import Sequence

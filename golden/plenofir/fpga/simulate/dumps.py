@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reading waveform files: VCD, FST and GHW of any simulator, by way of pywellen.
 
 Simulators write the same signal in different ways. What this module evens out: names (letter

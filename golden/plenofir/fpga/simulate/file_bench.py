@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames through a core of any engine by way of files (``tb/file_bench``)."""
 
 import time

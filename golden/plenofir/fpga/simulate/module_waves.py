@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Timing diagrams of the row module, drawn from its simulation (``tb/fir/module_bench.vhd``).
 
 They show what Figs. 6.3, 6.5, 6.7 (the filter for a' = 0, 1, 2) and 6.11 (its simulation) of the

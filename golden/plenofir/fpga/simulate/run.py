@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A raw image through the VHDL, beside the golden model, with a report."""
 
 import tempfile

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Raw frames through mosaic and resampler by way of files (``tb/file_bench/sensor_bench``)."""
 
 import time

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The VHDL simulators: how each analyses, elaborates and runs a design."""
 
 import importlib.metadata

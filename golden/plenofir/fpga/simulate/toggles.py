@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Switching activity of a netlist: how often each net changes while frames go through it."""
 
 import json

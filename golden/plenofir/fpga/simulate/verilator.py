@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cores in Verilator, by way of GHDL's Verilog and the file bench in C++ (``tb/file_bench``)."""
 
 import shlex

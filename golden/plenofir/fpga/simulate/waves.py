@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Waveforms of whole frames: which signals they hold, and how GTKWave shows them."""
 
 from collections.abc import Sequence

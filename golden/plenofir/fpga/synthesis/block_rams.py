@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Models of Spartan-6's block RAM in Verilog, which Yosys has not: enough for what it makes.
 
 Both ports read the old word where one is written (READ_FIRST), there are no output registers and no

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Both engines side by side: the designs, what they measure, and the widest frame that fits.
 
 ``data/comparison.json`` holds what Yosys and nextpnr make of the cells that were measured

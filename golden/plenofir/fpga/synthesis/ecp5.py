@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Place and route for ECP5 with Yosys and nextpnr: a measure of clock speed, and a bitstream."""
 
 import importlib.util

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a core takes of a Spartan-6, estimated from its structure without any tool.
 
 Block RAM and multipliers follow the rules of Yosys (`synth_xilinx -family xc6s`) and are equal to

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Proofs with Yosys' SAT solver and with ABC: see docs/formal.md."""
 
 import importlib.util

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Registers behind block RAM become the block RAM's own output registers (ECP5).
 
 A DP16KD's words are late: 4 to 6 ns behind the clock. Those of its output register are not. Yosys

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is in a netlist and what is not: parts counted, and how many there ought to be.
 
 The counts are taken in GHDL's Verilog, where every entity still is a module of its own.

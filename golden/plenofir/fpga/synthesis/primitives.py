@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Xilinx's primitives in GHDL's Verilog, as Yosys knows them.
 
 GHDL writes an instance of a component that nothing is bound to in lower case, with real numbers as

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs Yosys commands, one for each argument, in a process that Yosys may end on errors."""
 
 import sys

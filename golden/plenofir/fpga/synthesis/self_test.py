@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames and signatures of the design that tests itself on a board (hdl/selftest/self_test.vhd)."""
 
 import numpy as np

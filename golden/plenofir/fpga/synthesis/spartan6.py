@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Spartan-6 netlists with Yosys, and what they take of the device."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The tools: GHDL's synthesis to Verilog, and Yosys."""
 
 import fcntl

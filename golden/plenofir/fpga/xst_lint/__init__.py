@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What XST is known to refuse, or to take otherwise than simulators and GHDL do.
 
 The sources are read as text, in the one style that they are written in (``scripts/vsg.yaml``). The

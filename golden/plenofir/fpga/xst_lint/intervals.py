@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Least and greatest values of integer expressions, from the types and limits of their names."""
 
 import ast

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errata of the thesis, each with a computation: the source of ``docs/errata.md``."""
 
 from plenofir.studies.errata import calibration, hardware, model, validation

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errata of chapter 4, the calibration."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An erratum of the thesis: what is printed, what holds, and a computation that tells the two."""
 
 from collections.abc import Callable

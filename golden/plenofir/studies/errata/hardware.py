@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errata of chapter 6, the hardware."""
 
 from collections.abc import Callable

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errata of chapter 3, the ray model."""
 
 import numpy as np

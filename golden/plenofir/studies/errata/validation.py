@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errata of chapter 5, the validation of the ray model."""
 
 from math import inf, isnan

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The optical bench as a small drawing: the plane on show, its depth of field, where it is imaged.
 
 const NAMESPACE = "http://www.w3.org/2000/svg";

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The page of a light field: what the user does becomes the state, the state becomes the picture.
 
 import { drawBench } from "./bench.js";

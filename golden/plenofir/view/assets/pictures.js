@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two pictures of a folder of results: side by side, one over the other, or their difference.
 
 import { loadField, loadPicture } from "./source.js";

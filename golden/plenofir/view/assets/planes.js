@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Distances in mm over the focus setting a, from the ray model's table.
 
 const STATES = ["", "infinity", "beyond infinity", "inside the lens"];

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The light field on the GPU: refocused, all in focus, or its depth in false colours (WebGL 2).
 //
 // The views are layers of integer textures. With all views the shader adds integers and rounds once,

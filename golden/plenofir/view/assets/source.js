@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Where the page's data come from: beside the page, or inside of it (plenofir view --export).
 
 const inside = (name) => document.getElementById(`data-${name}`);

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Calibration: accuracy on images with known centres, damage, bad input, the file."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Calibration of drawn white images: a wrong grid never comes out, a good one nearly always."""
 
 from collections.abc import Callable

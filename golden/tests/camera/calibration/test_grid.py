@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The grid model: indices to pixels and back."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What an inspection tells of synthetic white images, spots and stars whose optics are known."""
 
 from decimal import Decimal

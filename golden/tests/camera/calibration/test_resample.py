@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Resampling to the M x M raster: one interpolation, exact where it should be."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The commands from a raw capture to pictures."""
 
 import json

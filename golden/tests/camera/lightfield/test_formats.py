@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Light fields in the files of others, and files for others, read by other libraries."""
 
 import io

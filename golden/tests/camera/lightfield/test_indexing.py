@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Raw image, light field and views: the same samples."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Focal stacks, sharpness, Fourier slices, disparity."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files of Lytro's cameras: container, pixels, grid, white images, and what is refused.
 
 The files are written here (`lytro_writer`), with the metadata of real cameras and rendered pixels.

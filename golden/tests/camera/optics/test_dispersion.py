@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Dispersion formulas: the thesis's numbers, an oracle of 50 digits, and the glass tables."""
 
 import mpmath as mp

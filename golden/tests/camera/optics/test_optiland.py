@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cross-check of lenses and real rays with optiland, an independent optical design package.
 
 It is large and not a dependency: ``pip install -e .[optiland]`` brings it, and without it these

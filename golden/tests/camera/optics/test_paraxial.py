@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Paraxial optics: the thesis's lens, an oracle of 50 digits, and lenses without focus or pupil."""
 
 import math

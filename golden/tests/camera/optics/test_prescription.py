@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Prescriptions: the shipped files, what is read from a file, and errors that name the place."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Micro lenses: thesis Table 5.1, and the thick lens against ray transfer matrices."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Real rays: an oracle of 40 digits, lost rays, and the thesis's simulation of f100."""
 
 import mpmath as mp

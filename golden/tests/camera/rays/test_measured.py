@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pupils measured on synthetic white images whose pupils are known."""
 
 from math import inf, isnan

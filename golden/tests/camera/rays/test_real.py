@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ray model against real rays through lenses from their prescriptions."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The model of the chip's resampler, against `decode` and against its formulas, pixel by pixel."""
 
 import secrets

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Which raw lines the ring must hold: no line of the raster reads another one."""
 
 import numpy as np

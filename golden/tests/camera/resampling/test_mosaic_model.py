@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The model of the interpolation of colour filter mosaics."""
 
 import secrets

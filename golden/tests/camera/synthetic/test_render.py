@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The synthetic camera: every pixel sees what the ray model says."""
 
 from math import inf

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The build flow with tools that only look like ISE's: order, options, reports, failures.
 
 What they leave has the form of public logs of ISE 14.7 for the same device, with other contents:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checks of the bitstream's sources and constraints: the board passes, planted faults are found."""
 
 import re

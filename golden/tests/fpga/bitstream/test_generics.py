@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Generics of the board's top level, from a core's configuration and from options."""
 
 import pytest

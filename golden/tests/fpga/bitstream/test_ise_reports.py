@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the reports of ISE say, and what of it a build is refused for.
 
 The texts have the form of public logs, with other contents: ISE 14.7 for the same device in

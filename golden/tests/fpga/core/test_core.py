@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Limits of the core, and that Python and VHDL state the same ones."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cores with several pixels a clock: what they are built for, and what they take."""
 
 import pytest

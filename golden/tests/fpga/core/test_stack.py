@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Several slices from one column memory, against the definition of the operator."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Colours of HDMI sources to full-range RGB, against the equations of the standards."""
 
 import itertools

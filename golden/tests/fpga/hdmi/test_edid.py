@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The EDID block: fields by their definition, and Debian's decoder where it is installed."""
 
 import re

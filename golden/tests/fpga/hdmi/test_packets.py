@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """HDMI: words, packets and islands against values of public designs, source against receiver.
 
 The words of `test_terc4` are those of hdl-util/hdmi (SystemVerilog, from HDMI 1.4a), litevideo

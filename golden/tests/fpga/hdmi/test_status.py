@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The status line's list of fields and its parser."""
 
 import re

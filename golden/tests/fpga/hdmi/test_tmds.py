@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """TMDS coding against what DVI 1.0 says of it, exhaustively."""
 
 import numpy as np

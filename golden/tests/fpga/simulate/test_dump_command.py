@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command `waves compare`: what it prints, exit codes, refusals."""
 
 import json

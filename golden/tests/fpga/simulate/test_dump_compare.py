@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Comparing waveform files, on files that a small VCD writer makes."""
 
 from fractions import Fraction

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A small VCD writer, and files that tests compare."""
 
 from dataclasses import dataclass, field

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Registers that move into block RAM, and those that must not."""
 
 import json
