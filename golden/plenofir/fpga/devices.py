@@ -161,7 +161,7 @@ def _device(name: str, lut: int, ramb16: int, dsp: int, package: str) -> Device:
 
 def _ecp5(name: str, lut: int, blocks: int, dsp: int) -> Device:
     total = Usage(lut=lut, flip_flops=lut, ramb16=blocks, dsp=dsp)
-    return Device(name, total, "cabga381", "ecp5", single_mhz=110, many_mhz=85)
+    return Device(name, total, "cabga381", "ecp5", single_mhz=110, many_mhz=80)
 
 
 SPARTAN6 = {

@@ -18,10 +18,6 @@ from plenofir.refocus.arithmetic import ExactArithmetic
 _DSP_BITS = 17
 _DSP_LEAST_PRODUCT = 9
 
-# LUTs and flip-flops with P pixels a clock, P above 1, over those with one: a + b P, from the cores
-# of data/pixels.json.
-_LANE_LUT = (1.8, 0.145)
-_LANE_FLIP_FLOPS = (1.27, 0.176)
 # LUTs of four inputs for one of six, and flip-flops on an ECP5 for those on a Spartan-6, which has
 # shift registers in LUTs: from the scenes of data/ecp5.json.
 _LUT4 = 2.1
@@ -104,21 +100,21 @@ def estimate(core: CoreConfiguration, family: Family = "spartan6") -> Usage:
     -------
     Usage
         Block RAM and multipliers as Yosys maps them. LUTs and flip-flops within some percent for
-        one pixel a clock and a Spartan-6; within a fourth for several, or an ECP5.
+        one pixel a clock and a Spartan-6; within a third for several, or an ECP5.
     """
     engine, parts = slice_engine(core), structure(core)
     found = memories(core)
-    pixels = core.pixels_per_clock
 
-    def weighed(weights: dict[str, float], lanes: tuple[float, float]) -> float:
-        one = sum(weight * parts[name] for name, weight in weights.items())
-        return one if pixels == 1 else one * (lanes[0] + lanes[1] * pixels)
+    def weighed(weights: dict[str, float]) -> int:
+        return round(sum(weight * parts[name] for name, weight in weights.items()))
 
     in_memories = sum((memory.usage for memory in found), Usage())
-    lut = round(weighed(engine.LUT_WEIGHTS, _LANE_LUT))
-    flip_flops = round(weighed(engine.FLIP_FLOP_WEIGHTS, _LANE_FLIP_FLOPS))
-    logic = Usage(lut=lut, flip_flops=flip_flops, dsp=multipliers(core))
-    usage = in_memories + sharpener_usage(core, pixels) + logic
+    logic = Usage(
+        lut=weighed(engine.LUT_WEIGHTS),
+        flip_flops=weighed(engine.FLIP_FLOP_WEIGHTS),
+        dsp=multipliers(core),
+    )
+    usage = in_memories + sharpener_usage(core, core.pixels_per_clock) + logic
     if family == "spartan6":
         return usage
     return Usage(
