@@ -30,6 +30,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -277,10 +278,20 @@ def run_tests(folder: Path, words: Sequence[str]) -> int:
 
     portable = [folder / source.name for source in hdl.hdl_sources()]
     board = [folder / source.name for source in hdl.board_sources()]
+    simulate = runner._simulate
+
+    def simulate_once(*words: Any, **options: Any) -> set[str]:
+        # A failure is not simulated again for its waveforms.
+        suspects = simulate(*words, **options)
+        if suspects:
+            pytest.fail(f"failed: {', '.join(suspects)}")
+        return suspects
+
     with (
         mock.patch.object(hdl, "hdl_sources", return_value=portable),
         mock.patch.object(hdl, "board_sources", return_value=board),
         mock.patch.object(runner, "_BUILD", folder / "tb"),
+        mock.patch.object(runner, "_simulate", simulate_once),
     ):
         options = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow"]
         return int(pytest.main([*options, *words]))

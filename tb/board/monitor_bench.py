@@ -146,12 +146,15 @@ class Reads:
         if str(dut.scl_low.value) != "1":
             begin = Timer((CASE["pause"] + 50) * PERIOD_NS, "ns")
             assert await First(RisingEdge(dut.scl_low), begin) is not begin, "no read"
-        # While it reads, the clock line is let go for no longer than this.
-        while True:
+        # While it reads, the clock line is let go for no longer than this. Two blocks and their
+        # addresses are 2,400 bits.
+        for _ in range(3000):
             await FallingEdge(dut.scl_low)
             idle = Timer((CASE["stretch"] + 60) * PERIOD_NS, "ns")
             if await First(RisingEdge(dut.scl_low), idle) is idle:
                 break
+        else:
+            raise AssertionError("a read without an end")
         assert not int(dut.sda_low.value)
         return self.report()
 
