@@ -27,11 +27,12 @@ from plenofir.commands import options
 from plenofir.images import read_image, read_picture
 from plenofir.refocus import interpolation_order, refocus
 
-# They take minutes.
+# They take ten seconds to minutes.
 LONG_RUNNING = [
     ("report", name)
     for name in (
         *("rays", "precision", "sharpening", "stability", "numbers", "energy", "calibration"),
+        "resampling",
     )
 ]
 LEAVES = [

@@ -31,6 +31,7 @@ _ENTITIES = {
     "fir_stage": "stages",
     "switched_fir": "filters",
     "moving_sum_stage": "moving sums",
+    "lane_stage": "moving sums",
     "stored_product": "stored products",
     "lens_sharpener": "sharpeners",
     "divide_round": "dividers",
@@ -127,7 +128,7 @@ def needed_parts(core: CoreConfiguration) -> dict[str, int]:
     dict
         `PARTS` to their number; no TMDS ends.
     """
-    lanes = core.channels * core.parallel_rows
+    lanes = core.channels * core.parallel_rows * core.pixels_per_clock
     return {
         **dict.fromkeys(PARTS, 0),
         **slice_engine(core).netlist_parts(core),
