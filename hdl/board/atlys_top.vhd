@@ -131,11 +131,11 @@ architecture rtl of atlys_top is
   signal tx_half_reset   : std_logic;
 
   -- Serialisers.
-  signal in_halves  : std_logic_vector(5 * CHANNELS - 1 downto 0);
-  signal out_halves : std_logic_vector(5 * CHANNELS + 4 downto 0);
-  signal tracking   : std_logic_vector(CHANNELS - 1 downto 0);
-  signal taps       : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
-  signal hung       : std_logic_vector(CHANNELS - 1 downto 0);
+  signal in_bits   : std_logic_vector(10 * CHANNELS - 1 downto 0);
+  signal out_words : std_logic_vector(10 * CHANNELS + 9 downto 0);
+  signal tracking  : std_logic_vector(CHANNELS - 1 downto 0);
+  signal taps      : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+  signal hung      : std_logic_vector(CHANNELS - 1 downto 0);
 
   -- The constraints name these nets.
   attribute keep : string;
@@ -239,15 +239,13 @@ begin
       ALIGN_TIMEOUT       => ALIGN_TIMEOUT
     )
     port map (
-      clk        => clk,
-      clk_x2     => clk_x2,
-      tx_clk     => tx_clk,
-      tx_clk_x2  => tx_clk_x2,
-      run        => run,
-      in_halves  => in_halves,
-      out_halves => out_halves,
-      settings   => settings,
-      state      => state
+      clk       => clk,
+      tx_clk    => tx_clk,
+      run       => run,
+      in_bits   => in_bits,
+      out_words => out_words,
+      settings  => settings,
+      state     => state
     );
 
   --------------------------------------------------------------------------------------------------
@@ -341,9 +339,10 @@ begin
         data_n    => in_data_n(c),
         io_clk    => io_clk,
         io_strobe => io_strobe,
+        clk       => clk,
         clk_x2    => clk_x2,
         reset     => half_reset,
-        half      => in_halves(5 * c + 4 downto 5 * c),
+        bits      => in_bits(10 * c + 9 downto 10 * c),
 
         tracking    => tracking(c),
         taps        => taps(TAP_BITS * c + TAP_BITS - 1 downto TAP_BITS * c),
@@ -356,9 +355,10 @@ begin
 
     output : entity work.tmds_output
       port map (
-        half      => out_halves(5 * c + 4 downto 5 * c),
+        word      => out_words(10 * c + 9 downto 10 * c),
         io_clk    => tx_io_clk,
         io_strobe => tx_io_strobe,
+        clk       => tx_clk,
         clk_x2    => tx_clk_x2,
         reset     => tx_half_reset,
         data_p    => out_data_p(c),
@@ -369,9 +369,10 @@ begin
 
   clock_lane : entity work.tmds_output
     port map (
-      half      => out_halves(5 * CHANNELS + 4 downto 5 * CHANNELS),
+      word      => out_words(10 * CHANNELS + 9 downto 10 * CHANNELS),
       io_clk    => tx_io_clk,
       io_strobe => tx_io_strobe,
+      clk       => tx_clk,
       clk_x2    => tx_clk_x2,
       reset     => tx_half_reset,
       data_p    => out_clk_p,

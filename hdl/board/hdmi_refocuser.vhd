@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- The video path of a board: TMDS halves in, refocused, TMDS halves out, with nothing of a family in it.
+-- The video path of a board: TMDS bits in, refocused, TMDS words out, with nothing of a family in it.
 --
 -- The input is the receiver's, as full-range RGB, or a test pattern with three planes. The board gives
--- the clocks and turns bits into halves of words and back.
+-- the clocks, collects ten bits a clock and serialises words.
 --
 -- Latency: see refocus_video, and about 40 pixels of the link. Throughput: one pixel each clock.
 -- Equation: out picture = refocus(in picture), see raster_refocuser.
@@ -44,18 +44,17 @@ entity hdmi_refocuser is
     ALIGN_TIMEOUT : positive
   );
   port (
-    -- Pixel clock, and twice that from the same PLL.
-    clk    : in    std_logic;
-    clk_x2 : in    std_logic;
-    -- Clocks of the transmitter, with the frequency of clk and twice that and any phase to it.
-    tx_clk    : in    std_logic;
-    tx_clk_x2 : in    std_logic;
+    -- Pixel clock.
+    clk : in    std_logic;
+    -- Clock of the transmitter, with the frequency of clk and any phase to it.
+    tx_clk : in    std_logic;
     -- High while all clocks run; from any clock.
     run : in    std_logic;
-    -- Five bits of each channel, in clk_x2: channel 0 (blue) in the low bits, bit 0 came first.
-    in_halves : in    std_logic_vector(5 * CHANNELS - 1 downto 0);
-    -- The same and, in the high bits, the clock lane, in tx_clk_x2.
-    out_halves : out   std_logic_vector(5 * CHANNELS + 4 downto 0);
+    -- The next ten bits of each channel, in clk, wherever its words begin: channel 0 (blue) in the low bits, bit 0
+    -- came first.
+    in_bits : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
+    -- Words of the channels and, in the high bits, of the clock lane, in tx_clk; bit 0 is sent first.
+    out_words : out   std_logic_vector(10 * CHANNELS + 9 downto 0);
     -- From and to the control, in clk.
     settings : in    video_settings_t;
     state    : out   video_state_t
@@ -160,9 +159,8 @@ begin
     )
     port map (
       clk          => clk,
-      clk_x2       => clk_x2,
       reset        => reset,
-      halves       => in_halves,
+      bits         => in_bits,
       active       => link_active,
       h_sync       => link_h_sync,
       v_sync       => link_v_sync,
@@ -332,16 +330,15 @@ begin
 
   transmitter : entity work.tmds_transmitter
     port map (
-      clk       => clk,
-      reset     => reset,
-      active    => shown_active,
-      h_sync    => shown_h_sync,
-      v_sync    => shown_v_sync,
-      pixel     => shown_pixel,
-      tx_clk    => tx_clk,
-      tx_clk_x2 => tx_clk_x2,
-      tx_reset  => tx_reset,
-      halves    => out_halves
+      clk      => clk,
+      reset    => reset,
+      active   => shown_active,
+      h_sync   => shown_h_sync,
+      v_sync   => shown_v_sync,
+      pixel    => shown_pixel,
+      tx_clk   => tx_clk,
+      tx_reset => tx_reset,
+      tx_words => out_words
     );
 
   timing <= to_timing(video_timing);

@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Input of one TMDS channel: pins, delay lines and their control, deserialiser 5:1.
+-- Input of one TMDS channel: pins, delay lines and their control, deserialiser 5:1, gearbox.
 --
 -- Master and slave of a differential pair: the master samples the bits, the slave their edges.
 --
--- Latency: the deserialiser, 2 to 3 clocks of clk_x2. Throughput: five bits each clock of clk_x2.
--- Equation: half = five bits in a row.
+-- Latency: the deserialiser, 2 to 3 clocks of clk_x2, and the gearbox. Throughput: ten bits each clock of clk.
+-- Equation: bits = ten bits in a row.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -20,12 +20,13 @@ entity tmds_input is
     -- From serial_clocks.
     io_clk    : in    std_logic;
     io_strobe : in    std_logic;
-    -- Clock of the halves.
+    -- Pixel clock, and twice that, the deserialiser's.
+    clk    : in    std_logic;
     clk_x2 : in    std_logic;
     -- Reset in clk_x2.
     reset : in    std_logic;
-    -- Five bits, in clk_x2; bit 0 came first.
-    half : out   std_logic_vector(4 downto 0);
+    -- Ten bits, in clk; bit 0 came first.
+    bits : out   std_logic_vector(9 downto 0);
     -- The delay lines, in clk_x2: see phase_detector_control.
     tracking    : out   std_logic;
     taps        : out   std_logic_vector(7 downto 0);
@@ -48,6 +49,7 @@ architecture rtl of tmds_input is
   signal slave_data       : std_logic;
   signal to_slave         : std_logic;
   signal to_master        : std_logic;
+  signal half             : std_logic_vector(4 downto 0);
   signal master_busy      : std_logic;
   signal slave_busy       : std_logic;
 
@@ -205,6 +207,14 @@ begin
       valid     => open,
       incdec    => open,
       shiftout  => to_master
+    );
+
+  gearbox : entity work.gearbox_5_to_10
+    port map (
+      clk    => clk,
+      clk_x2 => clk_x2,
+      half   => half,
+      bits   => bits
     );
 
 end architecture rtl;

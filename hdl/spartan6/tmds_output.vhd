@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Output of one TMDS lane: serialiser 5:1 and pins.
+-- Output of one TMDS lane: gearbox, serialiser 5:1 and pins.
 --
--- Latency: the serialiser, about 2 clocks of clk_x2. Throughput: five bits each clock of clk_x2.
--- Equation: the bits of half, one each clock of io_clk.
+-- Latency: the gearbox, and the serialiser's 2 clocks of clk_x2. Throughput: ten bits each clock of clk.
+-- Equation: the bits of word, one each clock of io_clk.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -12,12 +12,13 @@ use unisim.vcomponents.all;
 
 entity tmds_output is
   port (
-    -- Five bits, in clk_x2; bit 0 is sent first.
-    half : in    std_logic_vector(4 downto 0);
+    -- Ten bits, in clk; bit 0 is sent first.
+    word : in    std_logic_vector(9 downto 0);
     -- From serial_clocks.
     io_clk    : in    std_logic;
     io_strobe : in    std_logic;
-    -- Clock of the halves.
+    -- Pixel clock, and twice that, the serialiser's.
+    clk    : in    std_logic;
     clk_x2 : in    std_logic;
     -- Reset in clk_x2.
     reset : in    std_logic;
@@ -29,6 +30,7 @@ end entity tmds_output;
 
 architecture rtl of tmds_output is
 
+  signal half            : std_logic_vector(4 downto 0);
   signal to_pins         : std_logic;
   signal master_data     : std_logic;
   signal master_tristate : std_logic;
@@ -36,6 +38,14 @@ architecture rtl of tmds_output is
   signal slave_tristate  : std_logic;
 
 begin
+
+  gearbox : entity work.gearbox_10_to_5
+    port map (
+      clk    => clk,
+      clk_x2 => clk_x2,
+      bits   => word,
+      half   => half
+    );
 
   master_serialiser : component oserdes2
     generic map (

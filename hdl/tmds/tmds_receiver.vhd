@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From the deserialised bits of three channels to pixels and syncs.
 --
--- Gearbox -> word alignment -> deskew -> decoders -> periods. Of an HDMI source's data islands the
+-- Word alignment -> deskew -> decoders -> periods. Of an HDMI source's data islands the
 -- syncs are kept and the AVI InfoFrame is read.
 --
--- Latency: about 13 clocks, plus the skew that is taken out. Throughput: one pixel each clock.
+-- Latency: about 12 clocks, plus the skew that is taken out. Throughput: one pixel each clock.
 -- Equation: DVI 1.0, sections 3.2 and 3.3; HDMI 1.4, section 5.
 
 library ieee;
@@ -21,13 +21,12 @@ entity tmds_receiver is
     ALIGN_TIMEOUT : positive := 8192
   );
   port (
-    -- Pixel clock, and twice that from the same PLL.
-    clk    : in    std_logic;
-    clk_x2 : in    std_logic;
-    reset  : in    std_logic;
-    -- Five bits of each channel, in clk_x2: channel 0 (blue) in the low bits, bit 0 came first.
-    halves : in    std_logic_vector(5 * CHANNELS - 1 downto 0);
-    -- Video, in clk: red in the low bits of pixel, black where not active.
+    -- Pixel clock.
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- The next ten bits of each channel, wherever its words begin: channel 0 (blue) in the low bits, bit 0 came first.
+    bits : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
+    -- Video: red in the low bits of pixel, black where not active.
     active : out   std_logic;
     h_sync : out   std_logic;
     v_sync : out   std_logic;
@@ -53,7 +52,6 @@ end entity tmds_receiver;
 
 architecture rtl of tmds_receiver is
 
-  signal bits            : std_logic_vector(10 * CHANNELS - 1 downto 0);
   signal words           : std_logic_vector(10 * CHANNELS - 1 downto 0);
   signal tokens          : std_logic_vector(CHANNELS - 1 downto 0);
   signal channel_aligned : std_logic_vector(CHANNELS - 1 downto 0);
@@ -80,14 +78,6 @@ begin
   aligned <= channel_aligned;
 
   channel : for c in 0 to CHANNELS - 1 generate
-
-    gearbox : entity work.gearbox_5_to_10
-      port map (
-        clk    => clk,
-        clk_x2 => clk_x2,
-        half   => halves(5 * c + 4 downto 5 * c),
-        bits   => bits(10 * c + 9 downto 10 * c)
-      );
 
     align : entity work.tmds_word_align
       generic map (

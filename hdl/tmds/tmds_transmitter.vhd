@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From pixels and syncs to the bits of three channels and the clock lane.
 --
--- Encoders -> elastic buffer into the serialisers' clock -> gearbox.
+-- Encoders -> elastic buffer into the serialisers' clock.
 --
--- Latency: about 17 clocks. Throughput: one pixel each clock.
+-- Latency: about 15 clocks. Throughput: one pixel each clock.
 -- Equation: DVI 1.0, sections 3.2 and 3.3; the clock lane is high for the first five bits of a word.
 
 library ieee;
@@ -21,15 +21,12 @@ entity tmds_transmitter is
     h_sync : in    std_logic;
     v_sync : in    std_logic;
     pixel  : in    std_logic_vector(23 downto 0);
-    -- Clocks of the transmitter, from one PLL, with the frequency of clk and twice that and any
-    -- phase to it.
-    tx_clk    : in    std_logic;
-    tx_clk_x2 : in    std_logic;
+    -- Clock of the transmitter, with the frequency of clk and any phase to it.
+    tx_clk : in    std_logic;
     -- Reset in tx_clk.
     tx_reset : in    std_logic;
-    -- Five bits of channels 0 to 2 and, in the high bits, of the clock lane, in tx_clk_x2; bit 0 is
-    -- sent first.
-    halves : out   std_logic_vector(5 * CHANNELS + 4 downto 0)
+    -- Words of channels 0 to 2 and, in the high bits, of the clock lane, in tx_clk; bit 0 is sent first.
+    tx_words : out   std_logic_vector(10 * CHANNELS + 9 downto 0)
   );
 end entity tmds_transmitter;
 
@@ -45,7 +42,6 @@ architecture rtl of tmds_transmitter is
   signal bytes    : bytes_t;
   signal controls : controls_t;
   signal words    : std_logic_vector(10 * CHANNELS - 1 downto 0);
-  signal tx_words : std_logic_vector(10 * CHANNELS + 9 downto 0);
 
 begin
 
@@ -85,17 +81,5 @@ begin
     );
 
   tx_words(10 * CHANNELS + 9 downto 10 * CHANNELS) <= CLOCK_WORD;
-
-  lane : for c in 0 to CHANNELS generate
-
-    gearbox : entity work.gearbox_10_to_5
-      port map (
-        clk    => tx_clk,
-        clk_x2 => tx_clk_x2,
-        bits   => tx_words(10 * c + 9 downto 10 * c),
-        half   => halves(5 * c + 4 downto 5 * c)
-      );
-
-  end generate lane;
 
 end architecture rtl;
