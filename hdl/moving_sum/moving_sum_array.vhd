@@ -6,12 +6,18 @@
 -- arithmetic columns come first, so that their memory holds the pixels as they come; stored products
 -- round between rows and columns, so there rows are first.
 --
+-- A token may hold several neighbouring pixels. To columns they are channels of one that is wider, and a line is
+-- shorter by as much; in rows they mix (lane_stage). Pixels of a line's last token that lie behind the line count as
+-- zero and come out as zero.
+--
 -- Interpolation of order n appends n moving sums over M pixels in each dimension (1: linear). Sharpening may follow.
 --
--- Latency: D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay; with sharpening M lines, M tokens and
---   sharpen_latency clocks more. Throughput: one pixel of all channels each clock, in lines of D + 1 tokens at least
---   and frames of D + 1 lines at least and a multiple of M lines, with ANY_ROWS of least_frame lines at least; what is
---   missing, empty tokens and lines must make up for.
+-- Latency: with one pixel a token D lines, D + 1 tokens and sum_array_latency clocks, D = total_delay; with several D
+--   lines, D' tokens and sum_lanes_latency clocks, D' = total_lane_delay. With sharpening M lines, divide_up(M, P)
+--   tokens and sharpen_latency clocks more.
+-- Throughput: one token each clock, in lines of D + 1 tokens at least (D' + 1 with several pixels) and frames of D + 1
+--   lines at least and a multiple of M lines, with ANY_ROWS of least_frame lines at least; what is missing, empty
+--   tokens and lines must make up for.
 -- Equation: as fir_array.
 
 library ieee;
@@ -22,6 +28,7 @@ library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
 use work.arithmetic_pkg.all;
 use work.token_pkg.all;
 use work.sharpen_pkg.all;
@@ -38,6 +45,8 @@ entity moving_sum_array is
     INTERPOLATION_ORDER : natural range 0 to 3 := 0;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
+    -- P: pixels of a token; above 1 with exact arithmetic only.
+    PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
@@ -56,18 +65,22 @@ entity moving_sum_array is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- A token, and the pixel of its channels.
+    -- A token, and its pixels; pixel 0 and channel 0 in the low bits.
     token      : in    token_t;
-    token_data : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- The result of a pixel, and its channels.
+    token_data : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The pixels that a line's last token has; the same while a frame is under way.
+    line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    -- The result of a token, and its pixels.
     result      : out   result_t;
-    result_data : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
+    result_data : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0)
   );
 end entity moving_sum_array;
 
 architecture rtl of moving_sum_array is
 
   constant STORED     : boolean  := not EXACT;
+  constant P          : positive := PIXELS_PER_CLOCK;
+  constant LANES      : positive := P * CHANNELS;
   constant PASSES     : positive := INTERPOLATION_ORDER + 1;
   constant LAST_STAGE : positive := 2 * PASSES - 1;
   constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
@@ -104,11 +117,37 @@ architecture rtl of moving_sum_array is
   constant TOKEN_BITS : positive := token_tag_t'length;
   constant LINE_BITS  : positive := line_tag_t'length;
 
-  type data_t is array (natural range 0 to 2 * PASSES) of std_logic_vector(CHANNELS * WIDTH - 1 downto 0);
+  type data_t is array (natural range 0 to 2 * PASSES) of std_logic_vector(LANES * WIDTH - 1 downto 0);
 
   type token_tags_t is array (natural range 0 to 2 * PASSES) of token_tag_t;
 
   type line_tags_t is array (natural range 0 to 2 * PASSES) of line_tag_t;
+
+  -- The pixels of a token that lie in its line.
+  function in_line (
+    data     : std_logic_vector;
+    width    : positive;
+    is_last  : std_logic;
+    ends     : std_logic_vector
+  ) return std_logic_vector is
+
+    variable kept : std_logic_vector(data'length - 1 downto 0);
+
+  begin
+
+    kept := data;
+
+    for j in 0 to P - 1 loop
+
+      if is_last = '1' and ends(j) = '0' then
+        kept((j + 1) * width - 1 downto j * width) := (others => '0');
+      end if;
+
+    end loop;
+
+    return kept;
+
+  end function in_line;
 
   signal strobe     : std_logic_vector(0 to 2 * PASSES);
   signal data       : data_t;
@@ -119,7 +158,7 @@ architecture rtl of moving_sum_array is
   signal last_strobe : std_logic;
   signal last_token  : token_tag_t;
   signal last_line   : line_tag_t;
-  signal last_sums   : std_logic_vector(CHANNELS * SUM_BITS - 1 downto 0);
+  signal last_sums   : std_logic_vector(LANES * SUM_BITS - 1 downto 0);
   signal summed      : result_t;
 
 begin
@@ -133,7 +172,7 @@ begin
 
   line_tags(0)(line_tag_t'high downto SLICE_LOW) <= std_logic_vector(token.slice(SLICE_BITS - 1 downto 0));
 
-  data(0)(CHANNELS * PIXEL_BITS - 1 downto 0) <= token_data;
+  data(0)(LANES * PIXEL_BITS - 1 downto 0) <= in_line(token_data, CHANNELS * PIXEL_BITS, token.line_last, line_end);
 
   every_stage : for i in 0 to LAST_STAGE generate
 
@@ -181,40 +220,80 @@ begin
       token_tags(i + 1) <= out_step_tag(TOKEN_BITS - 1 downto 0);
     end generate row_steps;
 
-    stage : entity work.moving_sum_stage
-      generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => STAGE_SHIFTS,
-        CENTRED          => CENTRED,
-        ANY_ROWS         => ANY_ROWS,
-        DEPTH            => choose(COLUMNS, MAX_COLUMNS, 1),
-        LANES            => CHANNELS,
-        DATA_BITS        => IN_BITS,
-        STORED           => STORED,
-        SCALE_BITS       => scale_bits(ARITHMETIC, i),
-        PRODUCT_MAX      => product_max(ARITHMETIC, i),
-        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(ARITHMETIC, i),
-        DROP_BITS        => drop_bits(ARITHMETIC, i),
-        RESULT_BITS      => OUT_BITS,
-        STEP_TAG_BITS    => STEP_BITS,
-        TOKEN_TAG_BITS   => TOKEN_BITS
-      )
-      port map (
-        clk           => clk,
-        reset         => reset,
-        strobe        => strobe(i),
-        pixel         => used,
-        advance       => advance,
-        first         => first,
-        slice         => slice,
-        data          => data(i)(CHANNELS * IN_BITS - 1 downto 0),
-        step_tag      => step_tag,
-        token_tag     => token_tags(i),
-        out_strobe    => strobe(i + 1),
-        out_data      => data(i + 1)(CHANNELS * OUT_BITS - 1 downto 0),
-        out_step_tag  => out_step_tag,
-        out_token_tag => out_token_tag
-      );
+    pixel_stage : if COLUMNS or P = 1 generate
+
+      stage : entity work.moving_sum_stage
+        generic map (
+          MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+          SHIFTS           => STAGE_SHIFTS,
+          CENTRED          => CENTRED,
+          ANY_ROWS         => ANY_ROWS,
+          DEPTH            => choose(COLUMNS, line_tokens(MAX_COLUMNS, P), 1),
+          LANES            => LANES,
+          DATA_BITS        => IN_BITS,
+          STORED           => STORED,
+          SCALE_BITS       => scale_bits(ARITHMETIC, i),
+          PRODUCT_MAX      => product_max(ARITHMETIC, i),
+          SUM_MAX          => MICRO_IMAGE_SIZE * product_max(ARITHMETIC, i),
+          DROP_BITS        => drop_bits(ARITHMETIC, i),
+          RESULT_BITS      => OUT_BITS,
+          STEP_TAG_BITS    => STEP_BITS,
+          TOKEN_TAG_BITS   => TOKEN_BITS
+        )
+        port map (
+          clk           => clk,
+          reset         => reset,
+          strobe        => strobe(i),
+          pixel         => used,
+          advance       => advance,
+          first         => first,
+          slice         => slice,
+          data          => data(i)(LANES * IN_BITS - 1 downto 0),
+          step_tag      => step_tag,
+          token_tag     => token_tags(i),
+          out_strobe    => strobe(i + 1),
+          out_data      => data(i + 1)(LANES * OUT_BITS - 1 downto 0),
+          out_step_tag  => out_step_tag,
+          out_token_tag => out_token_tag
+        );
+
+    end generate pixel_stage;
+
+    pixels_stage : if not COLUMNS and P > 1 generate
+
+      signal sums : std_logic_vector(LANES * OUT_BITS - 1 downto 0);
+
+    begin
+
+      data(i + 1)(LANES * OUT_BITS - 1 downto 0) <= in_line(sums, CHANNELS * OUT_BITS, out_step_tag(LINE_LAST),
+                                                            line_end);
+
+      stage : entity work.lane_stage
+        generic map (
+          MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+          SHIFTS           => STAGE_SHIFTS,
+          CENTRED          => CENTRED,
+          PIXELS_PER_CLOCK => P,
+          CHANNELS         => CHANNELS,
+          DATA_BITS        => IN_BITS,
+          SUM_BITS         => OUT_BITS,
+          TAG_BITS         => STEP_BITS
+        )
+        port map (
+          clk        => clk,
+          reset      => reset,
+          strobe     => strobe(i),
+          first      => first,
+          live       => token_tags(i)(PIXEL),
+          slice      => slice,
+          data       => data(i)(LANES * IN_BITS - 1 downto 0),
+          tag        => step_tag,
+          out_strobe => strobe(i + 1),
+          out_data   => sums,
+          out_tag    => out_step_tag
+        );
+
+    end generate pixels_stage;
 
   end generate every_stage;
 
@@ -222,7 +301,7 @@ begin
     last_strobe <= strobe(2 * PASSES);
     last_token  <= token_tags(2 * PASSES);
     last_line   <= line_tags(2 * PASSES);
-    last_sums   <= data(2 * PASSES)(CHANNELS * SUM_BITS - 1 downto 0);
+    last_sums   <= data(2 * PASSES)(LANES * SUM_BITS - 1 downto 0);
   end generate plain;
 
   sharp : if sharpens(SHARPENING) generate
@@ -240,8 +319,8 @@ begin
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
         SHARPENING       => SHARPENING,
-        PIXELS_PER_CLOCK => 1,
-        TOKENS           => MAX_COLUMNS,
+        PIXELS_PER_CLOCK => P,
+        TOKENS           => line_tokens(MAX_COLUMNS, P),
         CHANNELS         => CHANNELS,
         SUM_MAX          => product_max(ARITHMETIC, 2 * PASSES),
         DIVISOR          => final_divisor(ARITHMETIC)
@@ -253,11 +332,11 @@ begin
         pixel           => token_tags(2 * PASSES)(PIXEL),
         line_first      => token_tags(2 * PASSES)(LINE_FIRST),
         line_last       => token_tags(2 * PASSES)(LINE_LAST),
-        line_end        => "1",
+        line_end        => line_end,
         image           => line_tags(2 * PASSES)(IMAGE),
         frame_first     => line_tags(2 * PASSES)(FRAME_FIRST),
         slice           => slice,
-        sums            => data(2 * PASSES)(CHANNELS * SUM_BITS - 1 downto 0),
+        sums            => data(2 * PASSES)(LANES * SUM_BITS - 1 downto 0),
         out_strobe      => last_strobe,
         out_pixel       => last_token(PIXEL),
         out_line_first  => last_token(LINE_FIRST),
@@ -279,7 +358,7 @@ begin
   scale : entity work.result_scaler
     generic map (
       EXACT      => EXACT,
-      LANES      => CHANNELS,
+      LANES      => LANES,
       SUM_BITS   => SUM_BITS,
       PIXEL_BITS => PIXEL_BITS,
       DIVISOR    => final_divisor(ARITHMETIC)

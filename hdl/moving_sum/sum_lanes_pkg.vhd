@@ -132,7 +132,7 @@ package sum_lanes_pkg is
   ) return positive;
 
   -- Clocks from a token at the moving sum array's input to its output, with several pixels a token.
-  function lane_array_latency (
+  function sum_lanes_latency (
     micro_image_size : positive;
     shifts           : string;
     order            : natural;
@@ -399,7 +399,7 @@ package body sum_lanes_pkg is
 
   end function lane_stage_latency;
 
-  function lane_array_latency (
+  function sum_lanes_latency (
     micro_image_size : positive;
     shifts           : string;
     order            : natural;
@@ -411,6 +411,6 @@ package body sum_lanes_pkg is
     return (order + 1) * sum_stage_latency(false, 2) + lane_stage_latency(micro_image_size, shifts, pixels) +
            order * lane_stage_latency(micro_image_size, "1", pixels) + DIVIDE_LATENCY;
 
-  end function lane_array_latency;
+  end function sum_lanes_latency;
 
 end package body sum_lanes_pkg;

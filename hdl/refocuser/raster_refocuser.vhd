@@ -174,7 +174,7 @@ begin
       COLUMN_DELAY   => DELAY,
       ENGINE_LATENCY => choose(PIXELS_PER_CLOCK = 1,
                                engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS, MAX_COLUMNS),
-                               lane_array_latency(MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER, PIXELS_PER_CLOCK)) +
+                               sum_lanes_latency(MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER, PIXELS_PER_CLOCK)) +
                         sharpen_latency(SHARPENING),
       MIN_STEPS      => larger(engine_line_steps(ENGINE, SUM_TOKENS, PARALLEL_ROWS, TOKENS),
                                choose(sharpens(SHARPENING), PARTIAL_SUM_LOOP, 1)),
@@ -243,7 +243,7 @@ begin
 
   end generate fir_engine;
 
-  moving_sum_engine : if MOVING_SUM and PIXELS_PER_CLOCK = 1 generate
+  moving_sum_engine : if MOVING_SUM generate
 
     sums : entity work.moving_sum_array
       generic map (
@@ -252,6 +252,7 @@ begin
         CENTRED             => CENTRED,
         INTERPOLATION_ORDER => INTERPOLATION_ORDER,
         MAX_COLUMNS         => MAX_COLUMNS,
+        PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
         CHANNELS            => CHANNELS,
         PIXEL_BITS          => PIXEL_BITS,
         EXACT               => EXACT,
@@ -265,37 +266,11 @@ begin
         reset       => reset,
         token       => token,
         token_data  => token_data(DATA_BITS - 1 downto 0),
-        result      => results(0),
-        result_data => result_data(DATA_BITS - 1 downto 0)
-      );
-
-  end generate moving_sum_engine;
-
-  lanes_engine : if MOVING_SUM and PIXELS_PER_CLOCK > 1 generate
-
-    sums : entity work.lane_array
-      generic map (
-        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
-        SHIFTS              => SHIFTS,
-        CENTRED             => CENTRED,
-        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
-        MAX_COLUMNS         => MAX_COLUMNS,
-        PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
-        CHANNELS            => CHANNELS,
-        PIXEL_BITS          => PIXEL_BITS,
-        ANY_ROWS            => ANY_ROWS,
-        SHARPENING          => SHARPENING
-      )
-      port map (
-        clk         => clk,
-        reset       => reset,
-        token       => token,
-        token_data  => token_data(DATA_BITS - 1 downto 0),
         line_end    => line_end,
         result      => results(0),
         result_data => result_data(DATA_BITS - 1 downto 0)
       );
 
-  end generate lanes_engine;
+  end generate moving_sum_engine;
 
 end architecture rtl;

@@ -96,7 +96,7 @@ begin
       for order in 0 to 1 loop
 
         put("total_lane_delay", p, order, total_lane_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, order, p));
-        put("lane_array_latency", p, order, lane_array_latency(MICRO_IMAGE_SIZE, SHIFTS, order, p));
+        put("sum_lanes_latency", p, order, sum_lanes_latency(MICRO_IMAGE_SIZE, SHIFTS, order, p));
 
       end loop;
 

@@ -75,7 +75,7 @@ def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[st
         for order in (0, 1):
             linear = core(order=order, **wide)
             yield f"total_lane_delay {p} {order}", linear.engine.row_tokens(linear)
-            yield f"lane_array_latency {p} {order}", linear.array_clocks
+            yield f"sum_lanes_latency {p} {order}", linear.array_clocks
         places = range(lanes.banks)
         rows = [lanes.row(s, place) for s in range(len(shifts)) for place in places]
         yield f"lowest_row {p}", min(rows)

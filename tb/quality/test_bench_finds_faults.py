@@ -62,7 +62,8 @@ HOLD = CoreConfiguration(
         *(
             pytest.param(LANES, *fault, marks=pytest.mark.slow)
             for fault in (
-                ("lane_array.vhd", "if is_last = '1' and ends(j) = '0' then", "if false then"),
+                ("moving_sum_array.vhd", "if is_last = '1' and ends(j) = '0' then",
+                 "if false then"),
                 ("lane_control.vhd", "ended     <= following;", "null;"),
                 ("lane_control.vhd", "due_rows <= 0;", "null;"),
                 ("pixel_banks.vhd", "distance := distance + 1;", "null;"),
