@@ -77,7 +77,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
         (f"{SUMS} -k control", f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice"),
     ),
     ("moving_sum/lane_*", (f"{SUMS} -k lanes",)),
-    ("moving_sum/[arp]*_[swb]*", (f"{SUMS} -k lanes",)),
+    ("moving_sum/[abrp]*_[besw]*", (f"{SUMS} -k lanes",)),
     (
         "moving_sum/*",
         (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice", f"{STACK} -k stalls_and_faults"),

@@ -126,7 +126,7 @@ architecture rtl of moving_sum_array is
   -- The pixels of a token that lie in its line.
   function in_line (
     data     : std_logic_vector;
-    width    : positive;
+    bits     : positive;
     is_last  : std_logic;
     ends     : std_logic_vector
   ) return std_logic_vector is
@@ -140,7 +140,7 @@ architecture rtl of moving_sum_array is
     for j in 0 to P - 1 loop
 
       if is_last = '1' and ends(j) = '0' then
-        kept((j + 1) * width - 1 downto j * width) := (others => '0');
+        kept((j + 1) * bits - 1 downto j * bits) := (others => '0');
       end if;
 
     end loop;

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The last pixels of a line, several a token: what P neighbouring outputs take in less what they give back.
 --
---   pixels -> rotation -> banks, read twice -> difference -> exchange by slice -> rotation -> differences
+--   pixels -> rotation -> banks, read twice -> difference -> bank_exchange -> rotation -> differences
 --
 -- A token's pixels go to banks of their own, and what enters with the outputs of a token comes from banks of its own
 -- (sum_lanes_pkg). Pixels that leave lie M before, in other banks at fixed distance. What lies outside the line counts
@@ -91,38 +91,11 @@ architecture rtl of pixel_banks is
 
   type pixels_t is array (natural range 0 to BANKS - 1) of pixel_t;
 
-  type differences_t is array (natural range 0 to BANKS - 1) of difference_t;
-
   type bank_tables_t is array (natural range 0 to SLICES - 1) of banks_t;
 
   type row_tables_t is array (natural range 0 to SLICES - 1) of distances_t;
 
   subtype flags_t is std_logic_vector(BANKS - 1 downto 0);
-
-  type exchanged_t is array (natural range 0 to SLICES - 1) of std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
-
-  -- By slice and place: the bank.
-  function bank_table return bank_tables_t is
-
-    variable table : bank_tables_t;
-
-  begin
-
-    for s in 0 to SLICES - 1 loop
-
-      for r in 0 to BANKS - 1 loop
-
-        table(s)(r) := entering_bank(M, SHIFTS, CENTRED, P, s, r);
-
-      end loop;
-
-    end loop;
-
-    return table;
-
-  end function bank_table;
-
-  constant BANK_OF : bank_tables_t := bank_table;
 
   -- By slice and bank: the place.
   function place_table return bank_tables_t is
@@ -135,7 +108,7 @@ architecture rtl of pixel_banks is
 
       for r in 0 to BANKS - 1 loop
 
-        table(s)(BANK_OF(s)(r)) := r;
+        table(s)(entering_bank(M, SHIFTS, CENTRED, P, s, r)) := r;
 
       end loop;
 
@@ -158,7 +131,7 @@ architecture rtl of pixel_banks is
 
       for r in 0 to BANKS - 1 loop
 
-        table(s)(BANK_OF(s)(r)) := entering_row(M, SHIFTS, CENTRED, P, s, r);
+        table(s)(entering_bank(M, SHIFTS, CENTRED, P, s, r)) := entering_row(M, SHIFTS, CENTRED, P, s, r);
 
       end loop;
 
@@ -220,10 +193,11 @@ architecture rtl of pixel_banks is
   signal leaves_4    : flags_t                              := (others => '0');
   signal enter_4     : pixels_t;
   signal leave_4     : pixels_t;
-  signal changes_5   : differences_t;
+  signal changes_5   : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
   signal place_bits  : std_logic_vector(bits_for(larger(PLACES - 1, 1)) - 1 downto 0);
   signal place_late  : std_logic_vector(bits_for(larger(PLACES - 1, 1)) - 1 downto 0);
   signal read_turn   : place_t;
+  signal slice_4     : std_logic_vector(read_slice_1'length - 1 downto 0);
   signal exchanged   : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
   signal turned      : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);
 
@@ -331,6 +305,7 @@ begin
     constant LEFT : natural := (b + BANKS - M) mod BANKS;
 
     signal write_row : row_t;
+    signal change_5  : difference_t;
 
   begin
 
@@ -391,13 +366,15 @@ begin
           end if;
           difference := resize(entering, DIFFERENCE_BITS) - resize(leaving, DIFFERENCE_BITS);
 
-          changes_5(b)((c + 1) * DIFFERENCE_BITS - 1 downto c * DIFFERENCE_BITS) <= std_logic_vector(difference);
+          change_5((c + 1) * DIFFERENCE_BITS - 1 downto c * DIFFERENCE_BITS) <= std_logic_vector(difference);
 
         end loop;
 
       end if;
 
     end process subtract;
+
+    changes_5((b + 1) * DIFFERENCE_WIDTH - 1 downto b * DIFFERENCE_WIDTH) <= change_5;
 
   end generate every_bank;
 
@@ -421,144 +398,33 @@ begin
 
   read_turn <= to_integer(unsigned(place_late));
 
-  one_slice : if SLICES = 1 generate
+  delay_slice : entity work.tag_delay
+    generic map (
+      WIDTH  => read_slice_1'length,
+      LENGTH => 3
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => std_logic_vector(read_slice_1),
+      delayed => slice_4
+    );
 
-    place : for r in 0 to BANKS - 1 generate
-      exchanged((r + 1) * DIFFERENCE_WIDTH - 1 downto r * DIFFERENCE_WIDTH) <= changes_5(BANK_OF(0)(r));
-    end generate place;
-
-  end generate one_slice;
-
-  set_of_slices : if SLICES > 1 generate
-
-    type codes_t is array (natural range 0 to BANKS - 1) of bank_t;
-
-    type code_tables_t is array (natural range 0 to SLICES - 1) of codes_t;
-
-    type candidates_t is array (natural range 0 to BANKS - 1) of banks_t;
-
-    -- The banks from which a place takes its difference in any slice, and by slice and place which of them it is:
-    -- fewer than banks, so that the choice is small.
-    function candidate_table return candidates_t is
-
-      variable table : candidates_t;
-      variable count : natural;
-      variable found : boolean;
-
-    begin
-
-      for r in 0 to BANKS - 1 loop
-
-        table(r) := (others => BANK_OF(0)(r));
-        count    := 0;
-
-        for s in 0 to SLICES - 1 loop
-
-          found := false;
-
-          for i in 0 to BANKS - 1 loop
-
-            if i < count and table(r)(i) = BANK_OF(s)(r) then
-              found := true;
-            end if;
-
-          end loop;
-
-          if not found then
-            table(r)(count) := BANK_OF(s)(r);
-            count           := count + 1;
-          end if;
-
-        end loop;
-
-      end loop;
-
-      return table;
-
-    end function candidate_table;
-
-    constant CANDIDATES : candidates_t := candidate_table;
-
-    function code_table return code_tables_t is
-
-      variable table : code_tables_t;
-
-    begin
-
-      for s in 0 to SLICES - 1 loop
-
-        for r in 0 to BANKS - 1 loop
-
-          table(s)(r) := 0;
-
-          for i in 1 to BANKS - 1 loop
-
-            if CANDIDATES(r)(i) = BANK_OF(s)(r) and CANDIDATES(r)(i) /= CANDIDATES(r)(0) then
-              table(s)(r) := i;
-            end if;
-
-          end loop;
-
-        end loop;
-
-      end loop;
-
-      return table;
-
-    end function code_table;
-
-    constant CODE_OF : code_tables_t := code_table;
-
-    signal slice_late : std_logic_vector(read_slice_1'length - 1 downto 0);
-    signal codes_5    : codes_t := (others => 0);
-
-  begin
-
-    delay_slice : entity work.tag_delay
-      generic map (
-        WIDTH  => read_slice_1'length,
-        LENGTH => 3
-      )
-      port map (
-        clk     => clk,
-        reset   => '0',
-        enable  => '1',
-        tag     => std_logic_vector(read_slice_1),
-        delayed => slice_late
-      );
-
-    exchange : process (clk) is
-    begin
-
-      if rising_edge(clk) then
-
-        for r in 0 to BANKS - 1 loop
-
-          codes_5(r) <= CODE_OF(0)(r);
-
-          for s in 1 to SLICES - 1 loop
-
-            if unsigned(slice_late) = s then
-              codes_5(r) <= CODE_OF(s)(r);
-            end if;
-
-          end loop;
-
-          for i in 0 to BANKS - 1 loop
-
-            if codes_5(r) = i then
-              exchanged((r + 1) * DIFFERENCE_WIDTH - 1 downto r * DIFFERENCE_WIDTH) <= changes_5(CANDIDATES(r)(i));
-            end if;
-
-          end loop;
-
-        end loop;
-
-      end if;
-
-    end process exchange;
-
-  end generate set_of_slices;
+  to_places : entity work.bank_exchange
+    generic map (
+      MICRO_IMAGE_SIZE => M,
+      SHIFTS           => SHIFTS,
+      CENTRED          => CENTRED,
+      PIXELS_PER_CLOCK => P,
+      WIDTH            => DIFFERENCE_WIDTH
+    )
+    port map (
+      clk       => clk,
+      slice     => unsigned(slice_4),
+      words_in  => changes_5,
+      exchanged => exchanged
+    );
 
   to_outputs : entity work.rotate_words
     generic map (

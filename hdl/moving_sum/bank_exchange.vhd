@@ -1,0 +1,209 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Words of the banks to the places of the outputs that take them, by slice.
+--
+-- What enters with the outputs of a place comes from a bank that depends on the slice alone (sum_lanes_pkg). Over all
+-- slices a place needs few banks, and the slice chooses among these.
+--
+-- Latency: 1 clock, none with one slice. Throughput: one word of each bank each clock.
+-- Equation: exchanged word r = words_in word entering_bank(slice, r).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.sum_lanes_pkg.all;
+
+entity bank_exchange is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- As in raster_refocuser.
+    SHIFTS : string;
+    -- As in raster_refocuser.
+    CENTRED : boolean;
+    -- P.
+    PIXELS_PER_CLOCK : positive;
+    -- Width of a word.
+    WIDTH : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- Slice, a clock ahead of its words.
+    slice : in    unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0);
+    -- A word of each bank, bank 0 in the low bits.
+    words_in : in    std_logic_vector(bank_count(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) * WIDTH - 1 downto 0);
+    -- The word of each place, place 0 in the low bits.
+    exchanged : out   std_logic_vector(bank_count(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK) * WIDTH - 1 downto 0)
+  );
+end entity bank_exchange;
+
+architecture rtl of bank_exchange is
+
+  constant SLICES : positive := slice_count(SHIFTS);
+  constant BANKS  : positive := bank_count(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK);
+
+  subtype bank_t is natural range 0 to larger(BANKS - 1, 1);
+
+  type banks_t is array (natural range 0 to BANKS - 1) of bank_t;
+
+  type bank_tables_t is array (natural range 0 to SLICES - 1) of banks_t;
+
+  type words_t is array (natural range 0 to BANKS - 1) of std_logic_vector(WIDTH - 1 downto 0);
+
+  -- By slice and place: the bank.
+  function bank_table return bank_tables_t is
+
+    variable table : bank_tables_t;
+
+  begin
+
+    for s in 0 to SLICES - 1 loop
+
+      for r in 0 to BANKS - 1 loop
+
+        table(s)(r) := entering_bank(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, PIXELS_PER_CLOCK, s, r);
+
+      end loop;
+
+    end loop;
+
+    return table;
+
+  end function bank_table;
+
+  constant BANK_OF : bank_tables_t := bank_table;
+
+  signal words : words_t;
+
+begin
+
+  every_bank : for b in 0 to BANKS - 1 generate
+    words(b) <= words_in((b + 1) * WIDTH - 1 downto b * WIDTH);
+  end generate every_bank;
+
+  one_slice : if SLICES = 1 generate
+
+    place : for r in 0 to BANKS - 1 generate
+      exchanged((r + 1) * WIDTH - 1 downto r * WIDTH) <= words(BANK_OF(0)(r));
+    end generate place;
+
+  end generate one_slice;
+
+  set_of_slices : if SLICES > 1 generate
+
+    type candidates_t is array (natural range 0 to BANKS - 1) of banks_t;
+
+    -- The banks from which a place takes its word in any slice, and by slice and place which of them it is:
+    -- fewer than banks, so that the choice is small.
+    function candidate_table return candidates_t is
+
+      variable table : candidates_t;
+      variable count : natural;
+      variable found : boolean;
+
+    begin
+
+      for r in 0 to BANKS - 1 loop
+
+        table(r) := (others => BANK_OF(0)(r));
+        count    := 0;
+
+        for s in 0 to SLICES - 1 loop
+
+          found := false;
+
+          for i in 0 to BANKS - 1 loop
+
+            if i < count and table(r)(i) = BANK_OF(s)(r) then
+              found := true;
+            end if;
+
+          end loop;
+
+          if not found then
+            table(r)(count) := BANK_OF(s)(r);
+            count           := count + 1;
+          end if;
+
+        end loop;
+
+      end loop;
+
+      return table;
+
+    end function candidate_table;
+
+    constant CANDIDATES : candidates_t := candidate_table;
+
+    function code_table return bank_tables_t is
+
+      variable table : bank_tables_t;
+
+    begin
+
+      for s in 0 to SLICES - 1 loop
+
+        for r in 0 to BANKS - 1 loop
+
+          table(s)(r) := 0;
+
+          for i in 1 to BANKS - 1 loop
+
+            if CANDIDATES(r)(i) = BANK_OF(s)(r) and CANDIDATES(r)(i) /= CANDIDATES(r)(0) then
+              table(s)(r) := i;
+            end if;
+
+          end loop;
+
+        end loop;
+
+      end loop;
+
+      return table;
+
+    end function code_table;
+
+    constant CODE_OF : bank_tables_t := code_table;
+
+    -- For the words that come with it.
+    signal codes : banks_t := (others => 0);
+
+  begin
+
+    exchange : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+
+        for r in 0 to BANKS - 1 loop
+
+          codes(r) <= CODE_OF(0)(r);
+
+          for s in 1 to SLICES - 1 loop
+
+            if slice = s then
+              codes(r) <= CODE_OF(s)(r);
+            end if;
+
+          end loop;
+
+          for i in 0 to BANKS - 1 loop
+
+            if codes(r) = i then
+              exchanged((r + 1) * WIDTH - 1 downto r * WIDTH) <= words(CANDIDATES(r)(i));
+            end if;
+
+          end loop;
+
+        end loop;
+
+      end if;
+
+    end process exchange;
+
+  end generate set_of_slices;
+
+end architecture rtl;
