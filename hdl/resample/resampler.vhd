@@ -83,18 +83,13 @@ end entity resampler;
 
 architecture rtl of resampler is
 
-  constant DATA_BITS    : positive := CHANNELS * PIXEL_BITS;
-  constant COLUMN_BITS  : positive := bits_for(MAX_COLUMNS - 1);
-  constant POSITION     : positive := 16 + WEIGHT_BITS;
-  constant SAMPLE_BITS  : positive := PIXEL_BITS + GUARD_BITS;
-  constant VALUE_BITS   : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
-  constant GAIN_WIDTH   : positive := GAIN_BITS + GAIN_INTEGER_BITS;
-  constant MOVE_LATENCY : positive := 3;
-  -- From a position to a value; of the gain from lens_tables to the multiplier.
-  constant VALUE_LATENCY : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + GAIN_LATENCY;
-  constant GAIN_WAIT     : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + 1 - 4;
-  constant FIFO_BITS     : positive := 6;
-  constant CREDIT        : positive := 2 ** FIFO_BITS;
+  constant DATA_BITS   : positive := CHANNELS * PIXEL_BITS;
+  constant COLUMN_BITS : positive := bits_for(MAX_COLUMNS - 1);
+  constant POSITION    : positive := 16 + WEIGHT_BITS;
+  constant SAMPLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
+  constant VALUE_BITS  : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
+  constant FIFO_BITS   : positive := 6;
+  constant CREDIT      : positive := 2 ** FIFO_BITS;
   -- Clocks in which what was read for a line has left the ring.
   constant KEEP_WAIT : positive := 12;
   constant IN_BITS   : positive := DATA_BITS + 2;
@@ -143,30 +138,15 @@ architecture rtl of resampler is
   signal at_rest     : std_logic;
   signal drained     : std_logic;
 
-  signal credits     : unsigned(FIFO_BITS downto 0)  := to_unsigned(CREDIT, FIFO_BITS + 1);
+  signal credits     : unsigned(FIFO_BITS downto 0) := to_unsigned(CREDIT, FIFO_BITS + 1);
   signal have_credit : std_logic;
   signal pixel_valid : std_logic;
   signal pixel_first : std_logic;
   signal pixel_last  : std_logic;
   signal even_y      : signed(POSITION - 1 downto 0);
   signal even_x      : signed(POSITION - 1 downto 0);
-  signal even_word   : std_logic_vector(2 * POSITION - 1 downto 0);
-  signal even_late   : std_logic_vector(2 * POSITION - 1 downto 0);
-  signal move_y      : signed(WEIGHT_BITS + 1 downto 0);
-  signal move_x      : signed(WEIGHT_BITS + 1 downto 0);
-  signal position_y  : signed(POSITION - 1 downto 0) := (others => '0');
-  signal position_x  : signed(POSITION - 1 downto 0) := (others => '0');
   signal lens        : lens_t;
   signal profile     : profile_t;
-  signal pixel_00    : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal pixel_01    : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal pixel_10    : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal pixel_11    : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal weight_y    : unsigned(WEIGHT_BITS - 1 downto 0);
-  signal weight_x    : unsigned(WEIGHT_BITS - 1 downto 0);
-  signal gain        : unsigned(GAIN_WIDTH - 1 downto 0);
-  signal gain_now    : std_logic_vector(GAIN_WIDTH - 1 downto 0);
-  signal gain_late   : std_logic_vector(GAIN_WIDTH - 1 downto 0);
   signal black       : unsigned(SAMPLE_BITS - 1 downto 0);
   signal values      : std_logic_vector(CHANNELS * VALUE_BITS - 1 downto 0);
 
@@ -361,9 +341,6 @@ begin
         credits <= credits + 1;
       end if;
 
-      position_y <= signed(even_late(2 * POSITION - 1 downto POSITION)) + move_y;
-      position_x <= signed(even_late(POSITION - 1 downto 0)) + move_x;
-
       if error_clear = '1' then
         fault_flag <= '0';
       end if;
@@ -381,52 +358,30 @@ begin
 
   error_flags <= fault_flag & flags;
 
-  tables : entity work.lens_tables
+  tag   <= pixel_last & pixel_first & pixel_valid;
+  black <= unsigned(registers(REGISTER_BLACK)(SAMPLE_BITS - 1 downto 0));
+
+  samples : entity work.lens_samples
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      MAX_COLUMNS      => MAX_COLUMNS,
+      LINES            => LINES,
       LENSES           => LENSES,
       MOVES            => MOVES,
       GAINS            => GAINS,
+      CHANNELS         => CHANNELS,
+      PIXEL_BITS       => PIXEL_BITS,
       WEIGHT_BITS      => WEIGHT_BITS,
+      GUARD_BITS       => GUARD_BITS,
       GAIN_BITS        => GAIN_BITS
     )
     port map (
       clk          => clk,
+      reset        => reset,
       load_lens    => load_lens,
       load_profile => load_profile,
       load_address => unsigned(load_address),
       load_data    => load_data,
-      lens         => lens,
-      profile      => profile,
-      move_y       => move_y,
-      move_x       => move_x,
-      gain         => gain
-    );
-
-  even_word <= std_logic_vector(even_y) & std_logic_vector(even_x);
-
-  even_delay : entity work.tag_delay
-    generic map (
-      WIDTH  => 2 * POSITION,
-      LENGTH => MOVE_LATENCY - 1
-    )
-    port map (
-      clk     => clk,
-      reset   => '0',
-      enable  => '1',
-      tag     => even_word,
-      delayed => even_late
-    );
-
-  window : entity work.raw_window
-    generic map (
-      MAX_COLUMNS => MAX_COLUMNS,
-      LINES       => LINES,
-      DATA_BITS   => DATA_BITS,
-      WEIGHT_BITS => WEIGHT_BITS
-    )
-    port map (
-      clk          => clk,
       write_enable => write_enable,
       write_line   => write_line,
       write_slot   => write_slot,
@@ -435,86 +390,14 @@ begin
       base         => base,
       last_line    => last_line,
       last_column  => last_column,
-      position_y   => position_y,
-      position_x   => position_x,
-      pixel_00     => pixel_00,
-      pixel_01     => pixel_01,
-      pixel_10     => pixel_10,
-      pixel_11     => pixel_11,
-      weight_y     => weight_y,
-      weight_x     => weight_x
-    );
-
-  gain_now <= std_logic_vector(gain);
-  black    <= unsigned(registers(REGISTER_BLACK)(SAMPLE_BITS - 1 downto 0));
-
-  gain_delay : entity work.tag_delay
-    generic map (
-      WIDTH  => GAIN_WIDTH,
-      LENGTH => GAIN_WAIT
-    )
-    port map (
-      clk     => clk,
-      reset   => '0',
-      enable  => '1',
-      tag     => gain_now,
-      delayed => gain_late
-    );
-
-  channel : for c in 0 to CHANNELS - 1 generate
-
-    signal sample : unsigned(SAMPLE_BITS - 1 downto 0);
-    signal value  : unsigned(VALUE_BITS - 1 downto 0);
-
-  begin
-
-    interpolate : entity work.pixel_sample
-      generic map (
-        PIXEL_BITS  => PIXEL_BITS,
-        WEIGHT_BITS => WEIGHT_BITS,
-        GUARD_BITS  => GUARD_BITS
-      )
-      port map (
-        clk      => clk,
-        pixel_00 => unsigned(pixel_00((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
-        pixel_01 => unsigned(pixel_01((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
-        pixel_10 => unsigned(pixel_10((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
-        pixel_11 => unsigned(pixel_11((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)),
-        weight_y => weight_y,
-        weight_x => weight_x,
-        sample   => sample
-      );
-
-    level : entity work.sample_gain
-      generic map (
-        SAMPLE_BITS => SAMPLE_BITS,
-        GAIN_BITS   => GAIN_BITS
-      )
-      port map (
-        clk    => clk,
-        sample => sample,
-        black  => black,
-        gain   => unsigned(gain_late),
-        value  => value
-      );
-
-    values((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS) <= std_logic_vector(value);
-
-  end generate channel;
-
-  tag <= pixel_last & pixel_first & pixel_valid;
-
-  tags : entity work.tag_delay
-    generic map (
-      WIDTH  => 3,
-      LENGTH => VALUE_LATENCY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => tag,
-      delayed => value_tag
+      black        => black,
+      tag          => tag,
+      position_y   => even_y,
+      position_x   => even_x,
+      lens         => lens,
+      profile      => profile,
+      value_tag    => value_tag,
+      values       => values
     );
 
   values_out : entity work.axis_fifo
@@ -536,34 +419,35 @@ begin
 
   rectangular : if not HEXAGONAL generate
 
-    round_values : process (clk) is
-
-      variable rounded : unsigned(VALUE_BITS downto 0);
-
+    follow_values : process (clk) is
     begin
 
       if rising_edge(clk) then
         word_valid                               <= value_tag(0);
         word(WORD_BITS - 1 downto WORD_BITS - 2) <= value_tag(2 downto 1);
 
-        for c in 0 to CHANNELS - 1 loop
-
-          rounded := unsigned('0' & values((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS));
-          rounded := shift_right(rounded + 2 ** (GUARD_BITS - 1), GUARD_BITS);
-          if rounded >= 2 ** PIXEL_BITS then
-            word((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= (others => '1');
-          else
-            word((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS) <= std_logic_vector(rounded(PIXEL_BITS - 1 downto 0));
-          end if;
-
-        end loop;
-
         if reset = '1' then
           word_valid <= '0';
         end if;
       end if;
 
-    end process round_values;
+    end process follow_values;
+
+    channel : for c in 0 to CHANNELS - 1 generate
+
+      round : entity work.round_saturate
+        generic map (
+          VALUE_MAX   => 2 ** VALUE_BITS - 1,
+          DROP_BITS   => GUARD_BITS,
+          RESULT_BITS => PIXEL_BITS
+        )
+        port map (
+          clk    => clk,
+          value  => values((c + 1) * VALUE_BITS - 1 downto c * VALUE_BITS),
+          result => word((c + 1) * PIXEL_BITS - 1 downto c * PIXEL_BITS)
+        );
+
+    end generate channel;
 
     m_axis_tvalid   <= out_valid;
     out_ready       <= m_axis_tready;
