@@ -56,6 +56,8 @@ RASTER = "tb/core/test_raster_refocuser.py"
 SUMS = "tb/moving_sum/test_moving_sum_engine.py"
 STACK = "tb/stack/test_focal_stack.py"
 INDEX = "tb/depth/test_depth_index.py"
+RESAMPLER = "tb/resample/test_resampler.py"
+SHARPENER = "tb/sharpen/test_lens_sharpener.py"
 BOARD = "tb/board/test_board_entities.py"
 LINK = "tb/board/test_link_entities.py"
 TMDS = "tb/tmds/test_tmds_entities.py"
@@ -77,6 +79,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
         (f"{SUMS} -k control", f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice"),
     ),
     ("moving_sum/lane_*", (f"{SUMS} -k lanes",)),
+    ("moving_sum/*_array*", (f"{SUMS} -k sets_stalls", f"{SUMS} -k lanes")),
     ("moving_sum/[abrp]*_[besw]*", (f"{SUMS} -k lanes",)),
     (
         "moving_sum/*",
@@ -85,6 +88,9 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("refocuser/focal_stack*", (STACK,)),
     ("stack/*", (STACK,)),
     ("depth/*", (INDEX,)),
+    ("resample/sensor*", ("tb/simulate/test_sensor_run.py -m slow -k file_bench",)),
+    ("resample/*", (f"{RESAMPLER} -k grids_and_mosaic",)),
+    ("sharpen/*", (f"{SHARPENER} -k sizes", "tb/core/test_sharpened.py")),
     ("common/bus*", ("tb/core/test_units.py -k {}", CHAIN)),
     ("common/event*", (f"{LINK} -k {{}}", CHAIN)),
     ("common/[es]*", (f"{TMDS} -k {{}}", CHAIN)),
