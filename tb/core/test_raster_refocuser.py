@@ -30,7 +30,10 @@ def raster_case(core: CoreConfiguration, *, thorough: bool = False) -> Case:
     )
 
 
-@pytest.mark.parametrize("m", MICRO_IMAGE_SIZES)
+@pytest.mark.parametrize(
+    "m",
+    [pytest.param(m, marks=[pytest.mark.slow] if m > 5 else []) for m in MICRO_IMAGE_SIZES],
+)
 @pytest.mark.parametrize("kind", ["exact", "stored"])
 def test_every_slice(m: int, kind: str) -> None:
     cases = []

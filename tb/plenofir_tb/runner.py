@@ -12,7 +12,7 @@ import os
 import random
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -82,17 +82,6 @@ class _RelaxedNvc(Nvc):
         return [[*command[:place], *NVC_RELAXED, *command[place:]]]
 
 
-def _simulator(*, long: bool) -> Simulator:
-    """Find the simulator: for short benches the GHDL that need not compile, though it is slower."""
-    name = simulator_name()
-    chosen = name != "ghdl" or "GHDL_BACKEND" in os.environ
-    if long or chosen or shutil.which("ghdl-mcode") is None:
-        return find_simulator(name)
-    environment = {"GHDL_BACKEND": "mcode"}
-    with mock.patch.dict(os.environ, environment):
-        return replace(find_simulator(name), environment=environment)
-
-
 def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: bool) -> Runner:
     """Analyse and elaborate in a new folder what the cases need."""
     sources = hdl.hdl_sources()
@@ -123,7 +112,7 @@ def _simulate(
     shutil.rmtree(scratch, ignore_errors=True)
     work = scratch / "work"
     work.mkdir(parents=True)
-    simulator = _simulator(long=long)
+    simulator = find_simulator(simulator_name(), brief=not long)
     options = list(GHDL_RUN_OPTIONS) if simulator.name == "ghdl" else []
     if waves:
         file = scratch / "waves.fst"

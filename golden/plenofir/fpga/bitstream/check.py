@@ -369,7 +369,7 @@ def elaborate(sources: Sequence[Path], folder: Path) -> tuple[list[str], Counter
     Counter
         Each primitive and how often it occurs.
     """
-    simulator = find_simulator("ghdl")
+    simulator = find_simulator("ghdl", brief=True)
     environment = {**os.environ, **simulator.environment}
     standard = ["--std=93", "--syn-binding"]
     # XST takes a component of this name from its library, whatever was declared.

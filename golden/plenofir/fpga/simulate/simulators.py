@@ -251,13 +251,16 @@ def ghdl_environment() -> dict[str, str]:
     return {"GHDL_BACKEND": "llvm"}
 
 
-def find_simulator(name: str) -> Simulator:
+def find_simulator(name: str, *, brief: bool = False) -> Simulator:
     """Find an installed simulator.
 
     Parameters
     ----------
     name
         "ghdl", "nvc" or "verilator".
+    brief
+        For short work: the GHDL that need not compile, though it simulates more slowly, where it
+        is installed and no other back end is asked for.
 
     Returns
     -------
@@ -270,7 +273,9 @@ def find_simulator(name: str) -> Simulator:
         If there is no such simulator, or it is not on the PATH or too old.
     """
     if name == "ghdl":
-        environment = ghdl_environment()
+        chosen = "GHDL_BACKEND" in os.environ or shutil.which("ghdl-mcode") is None
+        quick = brief and not chosen
+        environment = {"GHDL_BACKEND": "mcode"} if quick else ghdl_environment()
         version = _first_line(["ghdl", "--version"], environment)
         if not version:
             raise InputError(
@@ -278,7 +283,7 @@ def find_simulator(name: str) -> Simulator:
                 where="simulator",
                 expected="GHDL 2.0 or newer: apt-get install ghdl-llvm",
             )
-        if environment or os.environ.get("GHDL_BACKEND") == "llvm":
+        if "llvm" in (environment.get("GHDL_BACKEND"), os.environ.get("GHDL_BACKEND")):
             version += " (LLVM)"
         return Simulator("ghdl", version, environment)
     if name == "nvc":

@@ -23,9 +23,16 @@ Generics = Mapping[str, int | bool | str]
 
 
 def run_tool(
-    command: Sequence[str], log: Path, *, directory: Path | None = None, output: Path | None = None
+    command: Sequence[str],
+    log: Path,
+    *,
+    directory: Path | None = None,
+    output: Path | None = None,
+    environment: Mapping[str, str] | None = None,
 ) -> None:
     """Run a tool in a folder (that of the log), its standard output into a file (the log).
+
+    `environment` holds variables beside those of this process.
 
     ToolError with the last lines of the log if it fails.
     """
@@ -36,6 +43,7 @@ def run_tool(
             stdin=subprocess.DEVNULL,
             stdout=result if output else messages,
             stderr=messages,
+            env={**os.environ, **(environment or {})},
             check=False,
         )
     if done.returncode != 0:
@@ -99,7 +107,6 @@ def write_verilog(
     The sources of a board instantiate Xilinx's primitives.
     """
     environment = find_simulator("ghdl").environment
-    os.environ.update(environment)
     verilog = directory / f"{top}.v"
     overrides = [f"-g{name}={generic_text(value)}" for name, value in generics.items()]
     library = []
@@ -113,6 +120,7 @@ def write_verilog(
                 *(f"--workdir={directory.resolve()}", str(components)),
             ],
             directory / f"{MODELS_LIBRARY}.ghdl.log",
+            environment=environment,
         )
     run_tool(
         [
@@ -128,6 +136,7 @@ def write_verilog(
         ],
         directory / f"{top}.ghdl.log",
         output=verilog,
+        environment=environment,
     )
     text = verilog.read_text()
     if board:

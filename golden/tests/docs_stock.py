@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The files that the commands of the documentation name, small ones."""
+
+import tarfile
+from pathlib import Path
+
+import numpy as np
+from lytro_writer import F01, ILLUM, changed, write_capture, write_whites
+from scipy.io import savemat
+from tifffile import imwrite
+
+from plenofir import project
+from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.rays.camera import CAMERAS
+from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
+from plenofir.images import write_png
+
+LENSES = 22, 27
+
+
+def _capture(folder: Path, rng: np.random.Generator) -> None:
+    """A raw capture with its white and dark images, as TIFF and as PNG, and spots of a star."""
+    model = RayModel.focused(load_camera("f197-mla2"), float("inf"), 11)
+    width = field_of_view(model, 1500.0, 1.3 * LENSES[1])
+    plane = TexturedPlane(np.kron(rng.random((9, 11)), np.ones((8, 8))), 1500.0, width)
+    taken = render(model, [plane], LENSES, dark_level=0.02, bits=8)
+    dark = np.full(taken.raw.shape, 5, np.uint8)
+    for name, image in (("raw", taken.raw), ("white", taken.white), ("dark", dark)):
+        imwrite(folder / f"{name}.tif", image)
+        write_png(folder / f"{name}.png", image)
+    write_png(folder / "capture.png", taken.raw)
+    imwrite(folder / "white-reversed.tif", taken.white)
+    centres = np.rint(taken.grid.centres(*np.indices(LENSES))).reshape(-1, 2).astype(int)
+    for name, size in (("star", 1), ("a", 3), ("b", 1), ("c", 2)):
+        spots = np.full(taken.raw.shape, 3, np.uint8)
+        for y, x in centres:
+            spots[max(y - size, 0) : y + size + 1, max(x - size, 0) : x + size + 1] = 200
+        imwrite(folder / f"{name}.tif", spots)
+
+
+def _lytro(folder: Path) -> None:
+    """Captures of both cameras, one with its white images."""
+    for name, metadata, size in (("lfp", F01, (400, 300)), ("lfr", ILLUM, (320, 240))):
+        small = changed(metadata, "image", "width", to=size[0])
+        capture = write_capture(changed(small, "image", "height", to=size[1]))
+        (folder / f"capture.{name}").write_bytes(capture.container())
+    write_whites(folder / "whites", capture, {"MOD_0000": (943, 600), "MOD_0001": (100, 672)})
+    with tarfile.open(folder / "caldata-B5143909630.tar", "w") as archive:
+        archive.add(folder / "whites", "caldata")
+
+
+def make_docs_stock(folder: Path) -> None:
+    """Write one file for each name that the documentation uses."""
+    rng = np.random.default_rng(24)
+    _capture(folder, rng)
+    _lytro(folder)
+    # Micro images of 5, 9 and 11 pixels alike.
+    picture = np.kron(rng.integers(0, 256, (9, 9), np.uint8), np.ones((11, 11), np.uint8))
+    write_png(folder / "aligned.png", picture)
+    write_png(folder / "photo.png", picture[:30, :40])
+    write_png(folder / "image.png", picture[:30, :40])
+    (folder / "frames").mkdir()
+    for n in range(2):
+        write_png(folder / "frames" / f"frame_{n}.png", picture[n : n + 25, :30])
+    for name in ("folder-of-views", "folder"):
+        (folder / name).mkdir()
+        for v, u in np.ndindex(11, 11):
+            write_png(folder / name / f"view_{v:02}_{u:02}.png", picture[v::11, u::11])
+    field = np.stack([np.stack([picture[v::9, u::9] for u in range(9)]) for v in range(9)])
+    savemat(folder / "field.mat", {"LF": field})
+    write_png(folder / "mosaic.png", field.swapaxes(1, 2).reshape(99, 99))
+    write_png(folder / "picture_eslf.png", np.tile(picture, (2, 2))[: 14 * 12, : 14 * 13])
+    (folder / "my-camera.toml").write_text((CAMERAS / "f193-mla2.toml").read_text())
+    (folder / "prescription.csv").write_text((project.DATA / "lenses" / "f100.csv").read_text())
+    for name in ("golden", "scenes", "examples"):
+        (folder / name).symlink_to(project.root() / name)
