@@ -68,6 +68,8 @@ theme:
     - media: "(prefers-color-scheme: dark)"
       scheme: slate
       toggle: {icon: material/weather-sunny, name: Light}
+extra:
+  polyfills: [assets/iframe-worker.js]
 plugins:
   - search
   - mkdocstrings:
@@ -76,6 +78,7 @@ plugins:
           paths: [%(golden)s]
           options: {docstring_style: numpy, show_source: false, show_root_heading: true,
                     heading_level: 2, show_if_no_docstring: false}
+  - offline
 markdown_extensions:
   - tables
   - toc: {permalink: true}
@@ -137,6 +140,9 @@ def main() -> int:
         entities.mkdir()
         for path, text in entity_pages(ROOT / "build" / "docs" / "entities").items():
             (entities / path.name).write_text(LINK.sub(among_entities, text))
+        # What the search needs where browsers start no workers: pages opened from files.
+        (pages / "assets").mkdir()
+        shutil.copy(ROOT / "docs" / "site" / "iframe-worker.js", pages / "assets")
         reference = pages / "reference"
         reference.mkdir()
         for package, title in PACKAGES.items():
