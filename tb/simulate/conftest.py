@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-COMPILED = ("test_every_engine", "test_chain_run")
+COMPILED = ("test_every_engine", "test_chain_run", "test_capture_sweep")
 
 
 @pytest.fixture(autouse=True)

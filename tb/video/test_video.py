@@ -34,6 +34,7 @@ def run_video(
             "mode": mode.model_dump(),
             "thorough": thorough,
         },
+        long=thorough,
     )
 
 
