@@ -44,9 +44,10 @@ from plenofir.plan.figures import (
     grid_designs,
     load_figures,
     scene_designs,
+    sensor_designs,
     stack_designs,
 )
-from plenofir.plan.planner import full_core
+from plenofir.plan.left_out import full_core
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir.studies import many_pixels, thesis_benchmark
 from plenofir.studies.errata import page_lines
@@ -222,6 +223,10 @@ def resource_tables(text: str) -> str:
             f"| {name} (estimate) | {guess.lut} | {guess.flip_flops} | {guess.ramb16} "
             f"| {guess.ramb8} | {guess.block_rams} | {guess.dsp} | | |"
         )
+    for design in scene_designs():
+        if design.plan is not None and design.plan.sensor is not None:
+            name = f"**{design.name}**, sensor and core"
+            lines.append(figure_row(name, figures[design.name]))
     total = DEVICES["xc6slx45"].total
     lines.append(
         f"| XC6SLX45 | {total.lut} | {total.flip_flops} | | | {total.block_rams} | {total.dsp} "
@@ -243,6 +248,16 @@ def resource_tables(text: str) -> str:
     cores = ", ".join(d.name for d in core_designs())
     lines.append(f"| {cores} | {' | '.join('0' for _ in TMDS_ENDS)} |")
     return between_marks(text, "ends", "\n".join(lines))
+
+
+def sensor_table(text: str) -> str:
+    """Put what resamplers take of a Spartan-6 between its marks in a page."""
+    figures = load_figures().figures[REFERENCE_GHDL]
+    lines = [f"| resampler {FIGURE_HEADS}", "| --- " * 9 + "|"]
+    for design in sensor_designs():
+        name = design.name.removeprefix("sensor, ")
+        lines.append(figure_row(name, figures[design.name]))
+    return between_marks(text, "resamplers", "\n".join(lines))
 
 
 def flow_figures(text: str) -> str:
@@ -386,6 +401,7 @@ def committed_pages() -> dict[Path, str]:
         DOCS / "golden-model.md": error_bounds,
         DOCS / "moving-sum.md": column_memory,
         DOCS / "fir-array.md": clock_table,
+        DOCS / "resampling.md": sensor_table,
         DOCS / "flows.md": flow_figures,
         DOCS / "resources.md": resource_tables,
         HDL / "README.md": instance_list,

@@ -31,7 +31,7 @@ from plenofir.plan.figures import (
     load_figures,
     scene_designs,
 )
-from plenofir.plan.planner import full_core
+from plenofir.plan.left_out import full_core
 
 DESIGNS = designs()
 SLOW = pytest.mark.slow
@@ -285,6 +285,7 @@ def test_core_is_a_design() -> None:
         "fir_array",
         "focal_stack",
         "depth_index",
+        "sensor_raster",
         "scene_top",
         BOARD,
     }

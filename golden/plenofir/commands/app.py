@@ -15,6 +15,7 @@ import typer
 from plenofir.commands import (
     batch,
     bitstream,
+    board,
     capture,
     inspect,
     pictures,
@@ -58,7 +59,7 @@ def _root(
 
 for group in (sim, rays, plan, capture, inspect, pictures, view, batch):
     app.registered_commands += group.app.registered_commands
-for name, group in (("bitstream", bitstream), ("waves", waves), ("report", report)):
+for name, group in (("bitstream", bitstream), ("waves", waves), ("report", report), ("board", board)):
     app.add_typer(group.app, name=name)
 
 

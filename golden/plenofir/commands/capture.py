@@ -366,5 +366,5 @@ def resampler(
     typer.echo(f"generics   {generics}")
     if path is not None:
         with Results(path.parent) as results:
-            results.write(path.name, loader_text(chip, Path(calib).name))
+            results.write(path.name, loader_text(chip.core, chip.loads(), Path(calib).name))
         typer.echo(f"file       {out}: entity {LOADER}, {len(chip.loads())} words")

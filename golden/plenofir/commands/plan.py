@@ -15,9 +15,10 @@ from plenofir.errors import InputError
 
 if TYPE_CHECKING:
     from plenofir.fpga.core.configuration import CoreConfiguration
+    from plenofir.fpga.core.resampler import Load
     from plenofir.fpga.devices import Device
     from plenofir.fpga.synthesis.spartan6 import Figures
-    from plenofir.plan.planner import Plan
+    from plenofir.plan.planned import Plan, PlannedSensor
 
 Scene = Annotated[str, typer.Argument(help="Scene profile: a TOML file, or a shipped scene.")]
 
@@ -45,6 +46,22 @@ def _sharpening(core: "CoreConfiguration") -> str:
     return f"b = {weights}: {lines} lines of sums ({kbit:.0f} Kbit), takes {_amounts(takes)}"
 
 
+def print_sensor(sensor: "PlannedSensor") -> None:
+    """Print what makes the raster of raw frames."""
+    core = sensor.core
+    mosaic = "" if sensor.mosaic is None else f", mosaic {sensor.mosaic}"
+    lenses = "hexagonal rows" if core.hexagonal else "rectangular"
+    source = "calibration built in" if sensor.calibrated else "calibration loaded at run time"
+    print_line(
+        "sensor", f"{sensor.columns} x {sensor.rows}, {core.pixel_bits} bit{mosaic}; {lenses}, {source}"
+    )
+    print_line("ring", f"{sensor.lines} raw lines ({sensor.ring_bits / 1024:.0f} Kbit)")
+    if not sensor.full_rate:
+        print_line("note", "the raster has more pixels than the raw frame: the source must wait")
+    needs = {name: amount for name, amount in sensor.needs.items() if amount}
+    print_line("resampler", f"takes {_amounts(needs)}")
+
+
 def print_plan(plan: "Plan") -> None:
     """Print a plan for a person."""
     from plenofir.fpga.devices import DEVICES
@@ -56,6 +73,8 @@ def print_plan(plan: "Plan") -> None:
     least = "" if plan.path == "video" else "at least "
     clock = "still" if plan.clock_mhz is None else f"pixel clock {least}{plan.clock_mhz:g} MHz"
     print_line("scene", f"{plan.scene}: {frame}, M = {core.micro_image_size}, {clock}")
+    if plan.sensor is not None:
+        print_sensor(plan.sensor)
     if core.pixels_per_clock > 1 and plan.clock_mhz is not None:
         kept = DEVICES[plan.device].clock_mhz(core.pixels_per_clock)
         print_line(
@@ -128,6 +147,28 @@ def plan(scene: Scene, as_json: options.AsJson = False) -> None:
         print_plan(planned)
 
 
+def _calibration_for(plan: "Plan", calib: str) -> "list[Load]":
+    """Words of a calibration for a scene's resampler."""
+    from plenofir.camera.calibration import load_calibration
+    from plenofir.plan.board_load import calibration_loads
+
+    sensor, where = plan.sensor, options.typed("calib")
+    if sensor is None or sensor.calibrated:
+        what = "has no sensor" if sensor is None else "has its calibration built in"
+        raise InputError(
+            f"the scene {plan.scene} {what}", where=where, expected="a sensor with limits"
+        )
+    calibration = load_calibration(calib)
+    if calibration.image_shape != (sensor.rows, sensor.columns):
+        rows, columns = calibration.image_shape
+        raise InputError(
+            f"a calibration for {columns} x {rows} pixels",
+            where=calib,
+            expected=f"{sensor.columns} x {sensor.rows}, the sensor's",
+        )
+    return calibration_loads(sensor.core, calibration, where=calib)
+
+
 @app.command()
 def configure(
     scene: Scene,
@@ -135,13 +176,18 @@ def configure(
     verilog: Annotated[
         bool, typer.Option("--verilog", help="The scene in Verilog, too; needs GHDL.")
     ] = False,
+    calib: Annotated[
+        str | None,
+        typer.Option(help="Calibration for a sensor that has one loaded: for its serial port."),
+    ] = None,
 ) -> None:
     """Write the VHDL package, the top level and the project files of a scene."""
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.configure import configure as write_project
 
     planned = make_plan(load_scene(scene))
-    sources = write_project(planned, Path(out), verilog=verilog)
+    loaded = None if calib is None else (_calibration_for(planned, calib))
+    sources = write_project(planned, Path(out), verilog=verilog, loads=loaded)
     print_line("scene", f"{planned.scene}, {len(sources)} VHDL files")
     names = ", ".join(sorted(path.name for path in Path(out).iterdir() if path.is_file()))
     print_line("files", f"{out}/: {names}")

@@ -3,7 +3,8 @@
 
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.plan.left_out import LeftOut
-from plenofir.plan.planner import Plan, make_plan
+from plenofir.plan.planned import Plan
+from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import LoadedScene, Scene, load_scene
 
 __all__ = [

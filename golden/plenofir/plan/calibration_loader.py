@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A calibration as constants in VHDL: an entity that fills a resampler through its load port."""
 
-from plenofir.plan.resampling import Resampling
+from collections.abc import Sequence
+
+from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
 
 LOADER = "calibration_loader"
 
@@ -79,13 +81,15 @@ end architecture rtl;
 """
 
 
-def loader_text(chip: Resampling, name: str) -> str:
+def loader_text(core: ResamplerConfiguration, loads: Sequence[Load], name: str) -> str:
     """VHDL-93 of the entity `LOADER`.
 
     Parameters
     ----------
-    chip
-        The resampler and the calibration.
+    core
+        The resampler.
+    loads
+        Words for its load port.
     name
         Of the calibration, for the header.
 
@@ -94,15 +98,13 @@ def loader_text(chip: Resampling, name: str) -> str:
     str
         One entity; all its words lie in a ROM.
     """
-    loads = chip.loads()
     words = [
         f'    {number} => x"{kind << 60 | address << 40 | word:016X}"'
         for number, (kind, address, word) in enumerate(loads)
     ]
-    width = max(map(len, chip.core.generics()))
+    width = max(map(len, core.generics()))
     generics = [
-        f"--   {key.ljust(width)} => {str(value).lower()}"
-        for key, value in chip.core.generics().items()
+        f"--   {key.ljust(width)} => {str(value).lower()}" for key, value in core.generics().items()
     ]
     return _TEXT.format(
         name="".join(c for c in name if c.isprintable()),

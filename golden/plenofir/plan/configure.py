@@ -8,14 +8,17 @@ from pathlib import Path
 from plenofir.files import publish
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import ise, top_level
+from plenofir.fpga.core.resampler import Load
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
-from plenofir.plan.planner import Plan
+from plenofir.plan.board_load import load_lines
+from plenofir.plan.calibration_loader import LOADER, loader_text
+from plenofir.plan.planned import Plan
+from plenofir.plan.scene_top import PACKAGE, TOP, package_text, top_text
 from plenofir.plan.verilog import verilog_files
 
-TOP = "scene_top"
-PACKAGE = "scene_pkg"
+CALIBRATION = "calibration.txt"
 # The clock that stills are built for: 720p at 60 frames a second.
 STILL_CLOCK_MHZ = 74.25
 
@@ -80,143 +83,9 @@ def clock_mhz(plan: Plan) -> float:
     return STILL_CLOCK_MHZ if plan.clock_mhz is None else plan.clock_mhz
 
 
-def _constant(name: str, value: int | bool | str) -> str:
-    if isinstance(value, bool):
-        return f"  constant {name} : boolean := {str(value).lower()};"
-    if isinstance(value, str):
-        return f'  constant {name} : string := "{value}";'
-    return f"  constant {name} : natural := {value};"
-
-
-def package_text(plan: Plan) -> str:
-    """VHDL package with the constants of a scene.
-
-    Parameters
-    ----------
-    plan
-        The plan.
-
-    Returns
-    -------
-    str
-        VHDL-93.
-    """
-    constants = {**plan.core.generics(), "COLUMNS": plan.columns, "ROWS": plan.rows}
-    lines = [_constant(name, value) for name, value in constants.items()]
-    a = " ".join(part.a for part in plan.slices)
-    return "\n".join(
-        [
-            f"-- Constants of the scene {plan.scene} (a = {a}), written by plenofir configure.",
-            "",
-            f"package {PACKAGE} is",
-            "",
-            *lines,
-            "",
-            f"end package {PACKAGE};",
-            "",
-        ]
-    )
-
-
-def top_text(plan: Plan) -> str:
-    """VHDL top level of a scene: the core for its frame size, ports for what it has to choose.
-
-    Parameters
-    ----------
-    plan
-        The plan.
-
-    Returns
-    -------
-    str
-        VHDL-93.
-    """
-    several = len(plan.slices) > 1
-    zero, zeros = "'0'", 'x"00"'
-    pixels = "PIXELS_PER_CLOCK * " if plan.core.pixels_per_clock > 1 else ""
-    pixel = f"{pixels}CHANNELS * PIXEL_BITS - 1 downto 0"
-    choice = [
-        "    slice         : in    std_logic_vector(7 downto 0);",
-        "    sweep         : in    std_logic;",
-        "    sweep_frames  : in    std_logic_vector(7 downto 0);",
-    ]
-    generics = [f"      {name} => {name}" for name in plan.core.generics()]
-    return "\n".join(
-        [
-            f"-- The scene {plan.scene}, written by plenofir configure:",
-            f"-- raster_refocuser for frames of {plan.columns} x {plan.rows} pixels.",
-            "",
-            "library ieee;",
-            "use ieee.std_logic_1164.all;",
-            "use ieee.numeric_std.all;",
-            "",
-            "library work;",
-            f"use work.{PACKAGE}.all;",
-            "",
-            f"entity {TOP} is",
-            "  port (",
-            "    clk           : in    std_logic;",
-            "    reset         : in    std_logic;",
-            *(choice if several else []),
-            "    s_axis_tvalid : in    std_logic;",
-            "    s_axis_tready : out   std_logic;",
-            f"    s_axis_tdata  : in    std_logic_vector({pixel});",
-            "    s_axis_tuser  : in    std_logic_vector(0 downto 0);",
-            "    s_axis_tlast  : in    std_logic;",
-            "    m_axis_tvalid : out   std_logic;",
-            "    m_axis_tready : in    std_logic;",
-            f"    m_axis_tdata  : out   std_logic_vector({pixel});",
-            "    m_axis_tuser  : out   std_logic_vector(0 downto 0);",
-            *(["    m_axis_tid    : out   std_logic_vector(7 downto 0);"] if several else []),
-            "    m_axis_tlast  : out   std_logic;",
-            "    error_flags   : out   std_logic_vector(4 downto 0);",
-            "    error_clear   : in    std_logic",
-            "  );",
-            f"end entity {TOP};",
-            "",
-            f"architecture rtl of {TOP} is",
-            "",
-            "  constant COLUMNS_PORT : std_logic_vector(15 downto 0) :=",
-            "    std_logic_vector(to_unsigned(COLUMNS, 16));",
-            "  constant ROWS_PORT : std_logic_vector(15 downto 0) :=",
-            "    std_logic_vector(to_unsigned(ROWS, 16));",
-            "",
-            "begin",
-            "",
-            "  core : entity work.raster_refocuser",
-            "    generic map (",
-            ",\n".join(generics),
-            "    )",
-            "    port map (",
-            "      clk           => clk,",
-            "      reset         => reset,",
-            "      columns       => COLUMNS_PORT,",
-            "      rows          => ROWS_PORT,",
-            f"      slice         => {'slice' if several else zeros},",
-            f"      sweep         => {'sweep' if several else zero},",
-            f"      sweep_frames  => {'sweep_frames' if several else zeros},",
-            "      s_axis_tvalid => s_axis_tvalid,",
-            "      s_axis_tready => s_axis_tready,",
-            "      s_axis_tdata  => s_axis_tdata,",
-            "      s_axis_tuser  => s_axis_tuser,",
-            "      s_axis_tlast  => s_axis_tlast,",
-            "      m_axis_tvalid => m_axis_tvalid,",
-            "      m_axis_tready => m_axis_tready,",
-            "      m_axis_tdata  => m_axis_tdata,",
-            "      m_axis_tuser  => m_axis_tuser,",
-            f"      m_axis_tid    => {'m_axis_tid' if several else 'open'},",
-            "      m_axis_tlast  => m_axis_tlast,",
-            "      error_flags   => error_flags,",
-            "      error_clear   => error_clear",
-            "    );",
-            "",
-            "end architecture rtl;",
-            "",
-        ]
-    )
-
-
-def configure(plan: Plan, out: Path, *, verilog: bool = False) -> list[Path]:
+def configure(
+    plan: Plan, out: Path, *, verilog: bool = False, loads: Sequence[Load] | None = None
+) -> list[Path]:
     """Write the project files of a scene: all of them or none.
 
     Parameters
@@ -227,6 +96,8 @@ def configure(plan: Plan, out: Path, *, verilog: bool = False) -> list[Path]:
         Folder.
     verilog
         Whether to write it in Verilog, too; see `plenofir.plan.verilog.verilog_files`.
+    loads
+        Words of a calibration for the serial port, written as `CALIBRATION`.
 
     Returns
     -------
@@ -250,6 +121,8 @@ def configure(plan: Plan, out: Path, *, verilog: bool = False) -> list[Path]:
         "plan.json": plan.model_dump_json(indent=2) + "\n",
         "sources.txt": "".join(f"{place}\n" for place in places),
     }
+    if loads is not None:
+        lists[CALIBRATION] = "".join(f"{line}\n" for line in load_lines(loads))
     if verilog:
         lists.update(verilog_files(plan, top, own, sources))
     if DEVICES[plan.device].family == "ecp5":
@@ -266,7 +139,11 @@ def _core_top(plan: Plan) -> dict[str, str]:
     """Package, top level, clock and XST's script (ECP5: the clock alone) of a core."""
     part = DEVICES[plan.device]
     period_ns = 1000 / clock_mhz(plan)
-    vhdl = {f"{PACKAGE}.vhd": package_text(plan), f"{TOP}.vhd": top_text(plan)}
+    vhdl = {f"{PACKAGE}.vhd": package_text(plan)}
+    if plan.sensor is not None and plan.sensor.calibrated:
+        loads = plan.sensor.loads
+        vhdl[f"{LOADER}.vhd"] = loader_text(plan.sensor.core, loads, f"of the scene {plan.scene}")
+    vhdl[f"{TOP}.vhd"] = top_text(plan)
     if part.family == "ecp5":
         return {**vhdl, f"{TOP}.lpf": f'FREQUENCY PORT "clk" {clock_mhz(plan):g} MHZ;\n'}
     return {

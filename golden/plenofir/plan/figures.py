@@ -18,12 +18,15 @@ from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.resampler import ResamplerConfiguration
 from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.simulate.sensor_bench import sensor_generics
 from plenofir.fpga.synthesis.parts import left_out_in_turn
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.plan.configure import configure, top_of
 from plenofir.plan.left_out import full_core
-from plenofir.plan.planner import Plan, make_plan
+from plenofir.plan.planned import Plan
+from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.refocus.arithmetic import StoredProductArithmetic
 
@@ -32,6 +35,7 @@ CORE = "raster_refocuser"
 ARRAY = "fir_array"
 STACK = "focal_stack"
 INDEX = "depth_index"
+SENSOR = "sensor_raster"
 # GHDL 2.0 needs some kilobytes for each word of a memory: 20 GB for 24 Mbit.
 _MAX_LINE_BUFFER_BITS = 1 << 23
 
@@ -54,6 +58,9 @@ class Design:
         Whether its synthesis takes minutes.
     index
         The depth index behind a stack, if it is that what is synthesised.
+    sensor, mosaic
+        The resampler in front of a core, if it is that what is synthesised, and whether it is
+        behind a mosaic.
     """
 
     name: str
@@ -62,6 +69,8 @@ class Design:
     plan: Plan | None = None
     slow: bool = False
     index: DepthIndexConfiguration | None = None
+    sensor: ResamplerConfiguration | None = None
+    mosaic: bool = False
 
     def synthesise(self, directory: Path) -> Netlist:
         """Synthesise it for Spartan-6.
@@ -81,6 +90,8 @@ class Design:
             board = self.plan.path == "video"
             return synthesise(sources, self.top, {}, directory, board=board)
         generics = self.core.generics() if self.index is None else self.index.generics()
+        if self.sensor is not None:
+            generics = sensor_generics(self.sensor, mosaic=self.mosaic)
         return synthesise(hdl.hdl_sources(), self.top, generics, directory)
 
 
@@ -97,8 +108,10 @@ def scene_design(plan: Plan) -> Design:
     Design
         Named as the scene.
     """
-    # Boards, and cores of several pixels a clock, take a minute and more.
-    slow = plan.path == "video" or plan.core.parallel_rows > 1 or plan.core.pixels_per_clock > 1
+    # Boards, cores of several pixels a clock and sensors take a minute and more.
+    core = plan.core
+    many = core.parallel_rows > 1 or core.pixels_per_clock > 1
+    slow = plan.path == "video" or many or plan.sensor is not None
     return Design(plan.scene, plan.core, top_of(plan), plan, slow=slow)
 
 
@@ -115,7 +128,7 @@ def scene_designs() -> Iterator[Design]:
 
 
 def core_designs() -> Iterator[Design]:
-    """Core of each shipped scene, without the video path around it.
+    """Core of each shipped scene without a sensor, without the video path around it.
 
     Yields
     ------
@@ -125,6 +138,8 @@ def core_designs() -> Iterator[Design]:
     for design in scene_designs():
         plan = design.plan
         assert plan is not None
+        if plan.sensor is not None:
+            continue
         if plan.path == "core":
             yield design
         else:
@@ -133,17 +148,18 @@ def core_designs() -> Iterator[Design]:
 
 
 def full_designs() -> Iterator[Design]:
-    """Full build of the core of each shipped scene, if GHDL can synthesise its line buffers.
+    """Full build of those cores whose line buffers GHDL can synthesise.
 
     Yields
     ------
     Design
         Named as the scene, with "full".
     """
-    for design in scene_designs():
+    for design in core_designs():
         core = full_core(design.core)
         if core.line_buffer_bits <= _MAX_LINE_BUFFER_BITS:
-            yield Design(f"{design.name} full", core, slow=True)
+            name = design.name.removesuffix(" core")
+            yield Design(f"{name} full", core, slow=True)
 
 
 def _grid(top: str, m: int, shift: int, rows: int, *, slow: bool = False) -> Design:
@@ -247,6 +263,38 @@ def stack_designs() -> Iterator[Design]:
         yield _stack(shifts, 5, channels, index=True)
 
 
+# Generics that differ from a resampler for grey pixels, M = 5, 640 columns, 8 lines.
+_SENSORS: dict[str, dict[str, object]] = {
+    "grey": {},
+    "grey, M = 13, 860 columns, 16 lines": {
+        "micro_image_size": 13,
+        "max_columns": 860,
+        "lines": 16,
+    },
+    "RGB": {"channels": 3},
+    "Bayer mosaic": {"channels": 3},
+    "hexagonal": {"hexagonal": True},
+    "4000 lenses moved": {"moves": True, "lenses": 4000},
+    "4000 lenses with gains": {"gains": True, "lenses": 4000},
+}
+
+
+def sensor_designs() -> Iterator[Design]:
+    """Resamplers, one of them behind a mosaic.
+
+    Yields
+    ------
+    Design
+        Named "sensor" and what differs.
+    """
+    none = CoreConfiguration(micro_image_size=1, shifts=(0,), max_columns=1)
+    for what, generics in _SENSORS.items():
+        values = {"micro_image_size": 5, "max_columns": 640, "lines": 8, **generics}
+        core = ResamplerConfiguration.model_validate(values)
+        name, mosaic = f"sensor, {what}", "mosaic" in what
+        yield Design(name, none, SENSOR, slow=True, sensor=core, mosaic=mosaic)
+
+
 def designs() -> list[Design]:
     """All designs.
 
@@ -262,6 +310,7 @@ def designs() -> list[Design]:
         *grid_designs(),
         *left_out_designs(),
         *stack_designs(),
+        *sensor_designs(),
         *full_designs(),
     ]
 

@@ -6,8 +6,11 @@ from collections.abc import Iterator
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.resampler import ResamplerConfiguration
 from plenofir.fpga.devices import Device
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, slice_engine
+from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
+from plenofir.plan.scene_sensor import SensorChip
 from plenofir.refocus import automatic_units
 from plenofir.refocus.arithmetic import ExactArithmetic
 
@@ -105,3 +108,35 @@ def left_out(core: CoreConfiguration, path: str, device: Device) -> tuple[LeftOu
         saves = {name: n for name, n in VIDEO_USAGE.amounts().items() if n}
         found.append(LeftOut(what="video timing, TMDS ends, the board's control", saves=saves))
     return tuple(found)
+
+
+def _sensor_differences(
+    chip: SensorChip,
+) -> Iterator[tuple[str, ResamplerConfiguration, bool]]:
+    """What a sensor does without: each text with the resampler, and whether a mosaic is before it."""
+    core, mosaic = chip.core, chip.mosaic is not None
+    lenses = chip.raster[0] * chip.raster[1] // core.micro_image_size**2
+    if not mosaic:
+        update = {"channels": _FULL_CHANNELS}
+        yield "colour filter mosaic", core.model_copy(update=update), True
+    if not core.hexagonal:
+        yield "hexagonal grid", core.model_copy(update={"hexagonal": True}), mosaic
+    for name, what in (
+        ("moves", "table of lenses for distortion"),
+        ("gains", "correction of vignetting"),
+    ):
+        if not getattr(core, name):
+            update = {name: True, "lenses": max(core.lenses, lenses)}
+            yield what, core.model_copy(update=update), mosaic
+
+
+def sensor_left_out(chip: SensorChip | None, device: Device) -> Iterator[LeftOut]:
+    """Everything that the way from a sensor to the core does without."""
+    if chip is None:
+        return
+    needs = sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
+    known = device.amounts(needs)
+    for what, core, mosaic in _sensor_differences(chip):
+        amounts = device.amounts(sensor_usage(core, mosaic=mosaic, family=device.family))
+        saves = {name: amounts[name] - known[name] for name in known if amounts[name] > known[name]}
+        yield LeftOut(what=what, saves=saves)

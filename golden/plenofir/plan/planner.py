@@ -5,8 +5,6 @@ from collections.abc import Iterator
 from fractions import Fraction
 from math import inf
 
-from pydantic import BaseModel, ConfigDict
-
 from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.errors import InputError
@@ -16,134 +14,14 @@ from plenofir.fpga.core.moving_sum import PIXELS_PER_CLOCK, MovingSumEngine
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.hdmi.modes import MODES, VideoMode, find_mode
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, slice_engine
-from plenofir.plan.left_out import LeftOut, full_core, left_out
+from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
+from plenofir.plan.left_out import full_core, left_out, sensor_left_out
+from plenofir.plan.planned import EngineOption, Plan, PlannedSensor, PlannedSlice
 from plenofir.plan.scene import LoadedScene
+from plenofir.plan.scene_sensor import SensorChip
 from plenofir.refocus import interpolation_order, sharpening_units
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.shifts import shift_to_text
-
-
-class PlannedSlice(BaseModel):
-    """A slice of the plan.
-
-    Attributes
-    ----------
-    a
-        Focus setting, a fraction with denominator M.
-    shift
-        a' in pixels.
-    near_mm, far_mm
-        Its depth of field; None without a camera, far None also where it reaches infinity.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    a: str
-    shift: int
-    near_mm: float | None
-    far_mm: float | None
-
-
-class EngineOption(BaseModel):
-    """One of the engines, as it was weighed.
-
-    Attributes
-    ----------
-    engine
-        "fir" or "moving_sum".
-    needs
-        Resources (estimate); None if it was not considered.
-    refused
-        Why it cannot be built; empty if it can.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    engine: SliceEngineName
-    needs: dict[str, int] | None
-    refused: str
-
-
-class Plan(BaseModel):
-    """What is built for a scene.
-
-    Attributes
-    ----------
-    scene
-        Its name.
-    path
-        "core" or "video".
-    device
-        Device that it fits.
-    clock_mhz
-        Pixel clock that the frame rate needs; None for stills.
-    blanking
-        Pixels of horizontal and lines of vertical blanking of the video mode; None without.
-    frame_clocks
-        Clocks for each frame, blanking included.
-    latency_clocks, latency_lines
-        Clocks from a frame's first pixel in to its first pixel out, and the lines among them.
-    slices
-        Slices from far to near.
-    gaps_mm
-        (near, far) of what no slice of the grid covers; far None for infinity.
-    core
-        Generics of the core.
-    columns, rows
-        Frame size.
-    taps
-        Taps of the filters of each dimension.
-    line_buffers
-        Lines that each channel keeps: of partial sums, or of pixels (engine "moving_sum").
-    line_buffer_bits
-        Bits of all of them.
-    error_bound
-        Largest distance from the real-valued operator in grey levels.
-    engines, engine_reason
-        Both engines with what they take, and why the one of `core` was chosen.
-    needs, full, available
-        Resources of the plan (estimate), of the full build, and of the device.
-    video_needs
-        Those of them that the video path and the board's control take; None for a core.
-    full_build
-        What the full build is.
-    left_out
-        What is not there, each with what it would take.
-    edid
-        In hexadecimal, the EDID that the board serves instead of its own; None for its own.
-    notes
-        What the camera's optics do to the slices, a line each.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    scene: str
-    path: str
-    device: str
-    clock_mhz: float | None
-    blanking: tuple[int, int] | None
-    frame_clocks: int
-    latency_clocks: int
-    latency_lines: int
-    slices: tuple[PlannedSlice, ...]
-    gaps_mm: tuple[tuple[float, float | None], ...]
-    core: CoreConfiguration
-    columns: int
-    rows: int
-    taps: int
-    line_buffers: int
-    line_buffer_bits: int
-    error_bound: float
-    engines: tuple[EngineOption, ...]
-    engine_reason: str
-    needs: dict[str, int]
-    video_needs: dict[str, int] | None
-    full: dict[str, int]
-    full_build: str
-    available: dict[str, int]
-    left_out: tuple[LeftOut, ...]
-    edid: str | None = None
-    notes: tuple[str, ...] = ()
 
 
 def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
@@ -199,6 +77,23 @@ def _planned(shift: int, m: int, model: RayModel | None) -> PlannedSlice:
         shift=shift,
         near_mm=None if field is None else field.near_mm,
         far_mm=None if field is None or field.far_mm == inf else field.far_mm,
+    )
+
+
+def _planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
+    usage = sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
+    core = chip.core
+    return PlannedSensor(
+        core=core,
+        mosaic=chip.mosaic,
+        columns=chip.columns,
+        rows=chip.rows,
+        calibrated=chip.calibrated is not None,
+        lines=core.lines,
+        ring_bits=core.lines * core.max_columns * core.channels * core.pixel_bits,
+        full_rate=chip.full_rate,
+        needs=device.amounts(usage),
+        loads=() if chip.calibrated is None else tuple(chip.calibrated.loads()),
     )
 
 
@@ -285,7 +180,8 @@ def _with_pixels(loaded: LoadedScene, core: CoreConfiguration, device: Device) -
 
     Where none keep it, with one.
     """
-    wanted = loaded.scene.build.pixels_per_clock
+    # The resampler gives one pixel a clock.
+    wanted = 1 if loaded.sensor is not None else loaded.scene.build.pixels_per_clock
     if not isinstance(core.engine, MovingSumEngine):
         return core
     for pixels in PIXELS_PER_CLOCK if wanted == "auto" else (wanted,):
@@ -394,6 +290,8 @@ def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
 def _needs(core: CoreConfiguration, loaded: LoadedScene, device: Device) -> Usage:
     """What a core takes, with the video path around it where there is one."""
     usage = estimate(core, device.family)
+    if (chip := loaded.sensor) is not None:
+        usage += sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
     return usage + VIDEO_USAGE if loaded.scene.build.path == "video" else usage
 
 
@@ -480,6 +378,8 @@ def _clock(
     clocks = max(tokens, core.band_steps(frame.columns)) * core.frame_lines(frame.rows)
     if core.parallel_rows > 1:
         clocks = frame.columns * frame.rows
+    if loaded.sensor is not None:
+        clocks = max(clocks, loaded.sensor.columns * loaded.sensor.rows)
     return (None if rate is None else clocks * rate / 1e6), clocks
 
 
@@ -551,7 +451,11 @@ def make_plan(loaded: LoadedScene) -> Plan:
         full_build=f"{len(full.shifts)} slices, {full.channels} channels, "
         f"{whole.extent(full)} {whole.UNIT}",
         available=device.amounts(device.total),
-        left_out=left_out(core, scene.build.path, device),
+        left_out=(
+            *left_out(core, scene.build.path, device),
+            *sensor_left_out(loaded.sensor, device),
+        ),
+        sensor=None if loaded.sensor is None else _planned_sensor(loaded.sensor, device),
         edid=None if loaded.edid is None else loaded.edid.hex(),
         notes=_notes(model),
     )

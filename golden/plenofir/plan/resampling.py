@@ -168,7 +168,13 @@ def check_fits(
             raise InputError(f"{value} {name}", where=where, expected=expected)
 
 
-def loads(core: ResamplerConfiguration, registers: GridRegisters, tables: Tables) -> list[Load]:
+def loads(
+    core: ResamplerConfiguration,
+    registers: GridRegisters,
+    tables: Tables,
+    *,
+    where: str = "calibration",
+) -> list[Load]:
     """What the load port of a resampler is given for a calibration, tables first.
 
     Parameters
@@ -177,6 +183,8 @@ def loads(core: ResamplerConfiguration, registers: GridRegisters, tables: Tables
         The resampler.
     registers, tables
         The calibration.
+    where
+        Name of the calibration for messages.
 
     Returns
     -------
@@ -188,7 +196,7 @@ def loads(core: ResamplerConfiguration, registers: GridRegisters, tables: Tables
     InputError
         See `check_fits`.
     """
-    check_fits(core, registers, tables)
+    check_fits(core, registers, tables, where=where)
     up, down = reach(registers, tables)
     rows, columns = registers.lenses
     even, odd = registers.down

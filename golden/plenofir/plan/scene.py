@@ -23,6 +23,7 @@ from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS
 from plenofir.fpga.core.moving_sum import PixelsPerClock
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.edid import check_edid
+from plenofir.plan.scene_sensor import SceneSensor, SensorChip, sensor_chip
 from plenofir.refocus.sharpening import check_sharpen, sharpening_units
 from plenofir.refocus.shifts import focus_to_shift
 
@@ -218,6 +219,8 @@ class Scene(_Part):
         Description in a line.
     camera, frame, depth, build
         Its parts.
+    sensor
+        What delivers raw frames, from which the chip makes the raster; None if the raster comes in.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=40)]
@@ -226,11 +229,17 @@ class Scene(_Part):
     frame: SceneFrame
     depth: SceneDepth
     build: SceneBuild = SceneBuild()
+    sensor: SceneSensor | None = None
 
     @model_validator(mode="after")
     def _parts_agree(self) -> "Scene":
         if self.depth.slices is None and self.camera.model is None:
             raise ValueError("camera.model for a depth range, or depth.slices")
+        if self.sensor is not None:
+            if self.build.path == "video":
+                raise ValueError('build.path "core" for a sensor')
+            if self.build.pixels_per_clock not in ("auto", 1):
+                raise ValueError("build.pixels_per_clock 1 for a sensor")
         if self.build.path == "video":
             if self.frame.colour != "rgb" or self.frame.bits != 8:
                 raise ValueError('frame.colour "rgb" with 8 bits for build.path "video"')
@@ -261,15 +270,18 @@ class LoadedScene(BaseModel):
         a' of the slices it names, or None.
     edid
         The EDID it names, checked, or None.
+    sensor
+        What makes the raster of its sensor's raw frames, or None.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     path: Path
     scene: Scene
     camera: Camera | None
     shifts: tuple[int, ...] | None
     edid: bytes | None = None
+    sensor: SensorChip | None = None
 
     def model(self) -> RayModel | None:
         """Ray model of the camera.
@@ -334,9 +346,15 @@ def load_scene(path: str | Path) -> LoadedScene:
             f"cannot be read ({error})", where=str(file), expected="a TOML scene file"
         ) from None
     try:
-        scene = Scene.model_validate(content)
+        scene = Scene.model_validate(_with_a_frame(content, str(file)))
     except ValidationError as error:
         raise validation_error(error, where=str(file)) from None
+    chip = None
+    if scene.sensor is not None:
+        chip = sensor_chip(
+            scene.sensor, scene.camera.micro_image_size, scene.frame.colour, file
+        )
+        scene = scene.model_copy(update={"frame": _raster_frame(scene, chip, str(file))})
     camera = None
     if scene.camera.model is not None:
         beside = file.parent / scene.camera.model
@@ -356,7 +374,35 @@ def load_scene(path: str | Path) -> LoadedScene:
     edid = None
     if scene.build.edid is not None:
         edid = _read_edid(file.parent / scene.build.edid, where=f"{file}: build.edid")
-    return LoadedScene(path=file, scene=scene, camera=camera, shifts=shifts, edid=edid)
+    return LoadedScene(
+        path=file, scene=scene, camera=camera, shifts=shifts, edid=edid, sensor=chip
+    )
+
+
+def _with_a_frame(content: dict[str, Any], where: str) -> dict[str, Any]:
+    """Content of a scene; the size of a frame that a sensor gives is filled in later."""
+    sensor, frame = content.get("sensor"), content.get("frame", {})
+    if not isinstance(sensor, dict) or not isinstance(frame, dict):
+        return content
+    for name in ("columns", "rows", "bits"):
+        if name in frame:
+            raise InputError(
+                f"frame.{name} = {frame[name]!r}",
+                where=where,
+                expected=f"no frame.{name}: sensor and lenses give it",
+            )
+    colour = "grey" if sensor.get("mosaic") is None else "rgb"
+    return {**content, "frame": {"colour": colour, "columns": 1, "rows": 1, **frame}}
+
+
+def _raster_frame(scene: Scene, chip: SensorChip, where: str) -> SceneFrame:
+    """Frame that comes out of the resampler."""
+    rows, columns = chip.raster
+    update = {"columns": columns, "rows": rows, "bits": chip.core.pixel_bits}
+    try:
+        return SceneFrame.model_validate({**scene.frame.model_dump(), **update})
+    except ValidationError as error:
+        raise validation_error(error, where=f"{where}: raster of the sensor") from None
 
 
 def _read_edid(path: Path, *, where: str) -> bytes:

@@ -20,7 +20,8 @@ from plenofir.fpga.synthesis.comparison import (
 )
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, reciprocal_bits
 from plenofir.plan import DEVICES
-from plenofir.plan.figures import CORE, designs, load_figures
+from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
+from plenofir.plan.figures import CORE, designs, load_figures, sensor_designs
 
 
 def test_estimates_against_synthesis() -> None:
@@ -56,6 +57,17 @@ def test_estimates_of_both_engines_against_synthesis() -> None:
         assert usage.dsp == figures.dsp, cell.name
         assert usage.lut == pytest.approx(figures.lut, rel=0.15), cell.name
         assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), cell.name
+
+
+def test_estimates_of_resamplers_against_synthesis() -> None:
+    known = load_figures().figures["2.0.0"]
+    for design in sensor_designs():
+        assert design.sensor is not None
+        figures, usage = known[design.name], sensor_usage(design.sensor, mosaic=design.mosaic)
+        assert 0 <= usage.block_rams - figures.usage.block_rams <= 2, design.name
+        assert usage.dsp == figures.dsp, design.name
+        assert usage.lut == pytest.approx(figures.lut, rel=0.15), design.name
+        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name
 
 
 def test_goals_of_moving_sums() -> None:

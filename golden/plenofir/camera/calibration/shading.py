@@ -13,7 +13,7 @@ from plenofir.camera.calibration.grid import (
 )
 
 # Pixels reach half a pixel beyond their centres; a little more for centres on the very border.
-_BORDER = 0.52
+BORDER = 0.52
 _LARGEST_LOG = 30.0
 
 
@@ -28,7 +28,7 @@ def shading_at(coefficients: Floats, positions: Floats, image_shape: tuple[int, 
 def within(centres: Floats, image_shape: tuple[int, int]) -> Flags:
     """Whether centres lie in an image."""
     end = np.array(image_shape) - 1
-    return np.asarray(((centres >= -_BORDER) & (centres <= end + _BORDER)).all(axis=-1))
+    return np.asarray(((centres >= -BORDER) & (centres <= end + BORDER)).all(axis=-1))
 
 
 def unit_positions(positions: Floats, image_shape: tuple[int, int]) -> Floats:

@@ -20,7 +20,7 @@ _DSP_LEAST_PRODUCT = 9
 
 # LUTs of four inputs for one of six, and flip-flops on an ECP5 for those on a Spartan-6, which has
 # shift registers in LUTs: from the scenes of data/ecp5.json.
-_LUT4 = 2.1
+LUT4 = 2.1
 _ECP5_FLIP_FLOPS = {"moving_sum": 1.4, "fir": 0.9}
 
 VIDEO_USAGE = Usage(lut=4100, flip_flops=3885, dsp=5)
@@ -65,13 +65,13 @@ def multipliers(core: CoreConfiguration) -> int:
         return 0
     largest = core.arithmetic.largest_sum(core.micro_image_size, core.pixel_bits, core.order)
     factors = reciprocal_bits(largest, divisor)
-    widths = [_dsp_parts(bits) for bits in factors]
+    widths = [dsp_parts(bits) for bits in factors]
     # Products of less than nine bits become logic.
     each = sum(a + b >= _DSP_LEAST_PRODUCT for a in widths[0] for b in widths[1])
     return each * core.channels * core.parallel_rows * core.pixels_per_clock
 
 
-def _dsp_parts(bits: int) -> list[int]:
+def dsp_parts(bits: int) -> list[int]:
     """Widths with sign that Yosys splits an unsigned factor into."""
     parts = []
     left = bits + 1
@@ -118,7 +118,7 @@ def estimate(core: CoreConfiguration, family: Family = "spartan6") -> Usage:
     if family == "spartan6":
         return usage
     return Usage(
-        lut=round(_LUT4 * usage.lut),
+        lut=round(LUT4 * usage.lut),
         flip_flops=round(_ECP5_FLIP_FLOPS[engine.kind] * usage.flip_flops),
         ramb16=usage.block_rams - in_memories.block_rams + sum(m.ecp5_blocks for m in found),
         dsp=usage.dsp,

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Commands for a board on a serial port."""
+
+from typing import Annotated
+
+import typer
+
+from plenofir.commands.console import print_line, steps_bar
+from plenofir.errors import InputError
+
+app = typer.Typer(no_args_is_help=True, help="A board on a serial port.")
+
+_TIMEOUT_S = 2.0
+
+
+@app.callback()
+def _board() -> None:
+    """A board on a serial port."""
+
+
+@app.command()
+def load(
+    calib: Annotated[str, typer.Argument(help="Calibration file of the camera.")],
+    port: Annotated[str, typer.Option(help="Serial port, such as /dev/ttyUSB1.")],
+    baud: Annotated[int, typer.Option(help="Bits a second.", min=300)] = 115200,
+) -> None:
+    """Load a calibration into the board's resampler; the next frame uses it."""
+    from plenofir.camera.calibration import load_calibration
+    from plenofir.plan.board_load import load_board
+
+    calibration = load_calibration(calib)
+    try:
+        import serial
+    except ImportError:
+        raise InputError(
+            "pyserial is not installed", where="plenofir board", expected="pip install plenofir[board]"
+        ) from None
+    try:
+        with serial.Serial(port, baud, timeout=_TIMEOUT_S) as line, steps_bar("words") as show:
+            core = load_board(
+                line,
+                calibration,
+                name=port,
+                where=calib,
+                progress=lambda done, count: show(calib, done, count),
+            )
+    except (serial.SerialException, OSError) as error:
+        raise InputError(
+            f"cannot be used ({error})", where=port, expected="the board's serial port"
+        ) from None
+    print_line("board", f"{port}: M = {core.micro_image_size}, {core.lines} lines")
+    print_line("loaded", f"{calib}; the next frame uses it")

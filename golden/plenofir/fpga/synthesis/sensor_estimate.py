@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the way from a sensor to the core takes: mosaic and resampler, estimated without any tool.
+
+Block RAM and multipliers follow the rules of Yosys, as those of the core do. Look-up tables and
+flip-flops are sums over the parts, with weights fitted to the synthesised variants of
+`plenofir.plan.figures` (scripts/fit_estimate.py).
+"""
+
+from collections.abc import Iterator
+
+from plenofir.fpga.core.memory import Memory, block_sizes
+from plenofir.fpga.core.resampler import ResamplerConfiguration
+from plenofir.fpga.devices import Family, Usage
+from plenofir.fpga.synthesis.estimate import LUT4, dsp_parts
+
+LUT_WEIGHTS = {
+    "whole": 1342,
+    "pixel bits": 14.0,
+    "hexagonal bits": 19.5,
+    "mosaic bits": 43.3,
+    "lines": 5.46,
+}
+FLIP_FLOP_WEIGHTS = {
+    "whole": 1329,
+    "pixel bits": 25.1,
+    "hexagonal bits": 36.6,
+    "moves": 92.2,
+    "gains": 3.0,
+    "mosaic bits": 55.6,
+    "lines": 1.67,
+}
+_GAIN_INTEGER_BITS = 4
+
+
+def sensor_memories(core: ResamplerConfiguration, *, mosaic: bool) -> Iterator[Memory]:
+    """Memories of the entity ``sensor_raster``."""
+    m, bits = core.micro_image_size, core.channels * core.pixel_bits
+    value = core.pixel_bits + core.guard_bits + _GAIN_INTEGER_BITS
+    values = core.channels * value
+    if mosaic:
+        yield Memory(
+            "lines of a mosaic",
+            (core.max_columns - 1).bit_length(),
+            2 * core.pixel_bits,
+            1,
+            words=core.max_columns,
+        )
+        yield Memory("output FIFO of the mosaic", 4, 3 * core.pixel_bits + 3, 1)
+    yield Memory("input FIFO", 4, bits + 2, 1)
+    words = core.lines // 2 * -(-core.max_columns // 2)
+    for size in block_sizes(words, bits):
+        yield Memory("ring of raw lines", (size - 1).bit_length(), bits, 4, words=size)
+    yield Memory("registers", 5, 32, 1)
+    width = core.gains * (core.gain_bits + _GAIN_INTEGER_BITS)
+    width += core.moves * 2 * (core.weight_bits + 2)
+    if width:
+        address_bits = (core.lenses - 1).bit_length()
+        yield Memory("table of lenses", address_bits, width, 1, words=core.lenses)
+    if core.gains:
+        profile_bits = max((m * m - 1).bit_length(), 1)
+        yield Memory("profile", profile_bits, core.gain_bits + _GAIN_INTEGER_BITS, 1)
+    yield Memory("output FIFO", 6, (values if core.hexagonal else bits) + 2, 1)
+    if core.hexagonal:
+        yield Memory("lenses of a row", max((m - 1).bit_length(), 1) + 1, values, 2)
+        yield Memory("FIFO behind them", 4, bits + 2, 1)
+
+
+def sensor_multipliers(core: ResamplerConfiguration) -> int:
+    """Multipliers of the entity ``sensor_raster``."""
+    gain = core.gain_bits + _GAIN_INTEGER_BITS
+    sample = core.pixel_bits + core.guard_bits
+    # Two columns, the line between them; the gain; the place between two lenses.
+    factors = [core.pixel_bits, core.pixel_bits, core.pixel_bits + core.weight_bits]
+    factors += [sample] * core.gains + [sample + _GAIN_INTEGER_BITS] * core.hexagonal
+    each = sum(len(dsp_parts(bits)) for bits in factors)
+    return core.channels * each + core.gains * len(dsp_parts(gain))
+
+
+def sensor_structure(core: ResamplerConfiguration, *, mosaic: bool) -> dict[str, int]:
+    """Parts of the entity ``sensor_raster`` that look-up tables and flip-flops go to."""
+    bits = core.channels * core.pixel_bits
+    return {
+        "whole": 1,
+        "pixel bits": bits,
+        "hexagonal bits": core.hexagonal * bits,
+        "moves": int(core.moves),
+        "gains": int(core.gains),
+        "mosaic bits": mosaic * core.pixel_bits,
+        "lines": core.lines,
+    }
+
+
+def sensor_usage(
+    core: ResamplerConfiguration, *, mosaic: bool, family: Family = "spartan6"
+) -> Usage:
+    """Estimate what mosaic and resampler take of a device.
+
+    Parameters
+    ----------
+    core
+        Generics of the resampler.
+    mosaic
+        Whether a colour filter mosaic is interpolated in front of it.
+    family
+        Family of the device.
+
+    Returns
+    -------
+    Usage
+        Multipliers as Yosys maps them, block RAM or up to two more, LUTs and flip-flops within some
+        percent on a Spartan-6; within a third on an ECP5.
+    """
+    parts = sensor_structure(core, mosaic=mosaic)
+    memories = list(sensor_memories(core, mosaic=mosaic))
+    in_memories = sum((memory.usage for memory in memories), Usage())
+    usage = in_memories + Usage(
+        lut=round(sum(weight * parts[name] for name, weight in LUT_WEIGHTS.items())),
+        flip_flops=round(sum(weight * parts[name] for name, weight in FLIP_FLOP_WEIGHTS.items())),
+        dsp=sensor_multipliers(core),
+    )
+    if family == "spartan6":
+        return usage
+    return Usage(
+        lut=round(LUT4 * usage.lut),
+        flip_flops=round(1.4 * usage.flip_flops),
+        ramb16=sum(memory.ecp5_blocks for memory in memories),
+        dsp=usage.dsp,
+    )

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A calibration over the serial port, into a resampler behind ``hdl/board/load_port.vhd``.
+
+A line for each word of the load port, answered by "ok": the letter l, kind (1 hexadecimal digit),
+address (5), word (10). The line "l ?" is answered by what the resampler is.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from pydantic import ValidationError
+
+from plenofir.camera.calibration import Calibration
+from plenofir.camera.resampling import Precision, grid_registers, tables_of
+from plenofir.errors import InputError
+from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
+from plenofir.plan.resampling import loads
+
+QUESTION = "l ?"
+_DESCRIPTION = re.compile(r"resampler((?: [a-z_]+=\d+)+)")
+
+
+class Port(Protocol):
+    """What is used of a serial port (pyserial)."""
+
+    def write(self, data: bytes, /) -> object:
+        """Send bytes."""
+
+    def readline(self) -> bytes:
+        """Bytes up to a line's end, or what came until the port's time-out."""
+
+
+def description(core: ResamplerConfiguration) -> str:
+    """What a board answers to the question for its resampler: generic DESCRIPTION of load_port."""
+    return "resampler " + " ".join(f"{k}={int(v)}" for k, v in core.model_dump().items())
+
+
+def described(line: str, *, where: str) -> ResamplerConfiguration:
+    """Resampler of a board's answer.
+
+    Parameters
+    ----------
+    line
+        The answer.
+    where
+        Name of the port for messages.
+
+    Returns
+    -------
+    ResamplerConfiguration
+        Its generics.
+
+    Raises
+    ------
+    InputError
+        If it is no such answer.
+    """
+    found = _DESCRIPTION.fullmatch(line)
+    try:
+        if found is None:
+            raise ValueError
+        pairs = dict(part.split("=") for part in found[1].split())
+        values = {
+            name: bool(int(text)) if name in ("hexagonal", "moves", "gains") else int(text)
+            for name, text in pairs.items()
+        }
+        if len(values) != len(ResamplerConfiguration.model_fields):
+            raise ValueError
+        return ResamplerConfiguration.model_validate(values)
+    except (ValueError, ValidationError):
+        raise InputError(
+            f"answers {line[:60]!r}" if line else "does not answer",
+            where=where,
+            expected="a board with a resampler that takes calibrations",
+        ) from None
+
+
+def calibration_loads(
+    core: ResamplerConfiguration, calibration: Calibration, *, where: str
+) -> list[Load]:
+    """Words of a calibration for a resampler that is there.
+
+    Parameters
+    ----------
+    core
+        The resampler.
+    calibration
+        The calibration; vignetting is corrected if the resampler has gains.
+    where
+        Name of the calibration for messages.
+
+    Returns
+    -------
+    list of (kind, address, word)
+        In order.
+
+    Raises
+    ------
+    InputError
+        If it is a calibration of another camera: size, layout, rotation.
+    """
+    names = Precision.model_fields
+    precision = Precision(**{name: getattr(core, name) for name in names})
+    registers, _ = grid_registers(calibration, core.micro_image_size, precision, where=where)
+    tables = tables_of(calibration, registers, devignette=core.gains, where=where)
+    return loads(core, registers, tables, where=where)
+
+
+def load_lines(words: Sequence[Load]) -> list[str]:
+    """Line for each word, without its end."""
+    return [f"l {kind:X}{address:05X}{word:010X}" for kind, address, word in words]
+
+
+def _ask(port: Port, line: str) -> str:
+    port.write(f"{line}\r".encode())
+    return port.readline().decode("ascii", "replace").strip()
+
+
+def load_board(
+    port: Port,
+    calibration: Calibration,
+    *,
+    name: str,
+    where: str = "calibration",
+    progress: Callable[[int, int], None] | None = None,
+) -> ResamplerConfiguration:
+    """Load a calibration into a board; it takes effect with the next frame.
+
+    Parameters
+    ----------
+    port
+        Serial port with a time-out.
+    calibration
+        The calibration.
+    name
+        Name of the port for messages.
+    where
+        Name of the calibration for messages.
+    progress
+        Called with the words that were loaded, and with all.
+
+    Returns
+    -------
+    ResamplerConfiguration
+        The board's resampler.
+
+    Raises
+    ------
+    InputError
+        If the board does not answer, has no resampler, or one that cannot take the calibration.
+        Then nothing was written.
+    """
+    # An empty line ends what may have been left in the board.
+    port.write(b"\r")
+    core = described(_ask(port, QUESTION), where=name)
+    lines = load_lines(calibration_loads(core, calibration, where=where))
+    for number, line in enumerate(lines):
+        # The commit is the last word: what is cut off before takes no effect on the grid.
+        if (answer := _ask(port, line)) != "ok":
+            raise InputError(
+                f"answers {answer!r} to word {number + 1} of {len(lines)}"
+                if answer
+                else f"does not answer to word {number + 1} of {len(lines)}",
+                where=name,
+                expected="ok; load it once more",
+            )
+        if progress is not None:
+            progress(number + 1, len(lines))
+    return core

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a plan says: slices, engines, the sensor, resources."""
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from plenofir.camera.resampling import BayerOrder
+from plenofir.fpga.core.configuration import CoreConfiguration, SliceEngineName
+from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
+from plenofir.plan.left_out import LeftOut
+
+
+class PlannedSlice(BaseModel):
+    """A slice of the plan.
+
+    Attributes
+    ----------
+    a
+        Focus setting, a fraction with denominator M.
+    shift
+        a' in pixels.
+    near_mm, far_mm
+        Its depth of field; None without a camera, far None also where it reaches infinity.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    a: str
+    shift: int
+    near_mm: float | None
+    far_mm: float | None
+
+
+class EngineOption(BaseModel):
+    """One of the engines, as it was weighed.
+
+    Attributes
+    ----------
+    engine
+        "fir" or "moving_sum".
+    needs
+        Resources (estimate); None if it was not considered.
+    refused
+        Why it cannot be built; empty if it can.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    engine: SliceEngineName
+    needs: dict[str, int] | None
+    refused: str
+
+
+class PlannedSensor(BaseModel):
+    """What stands between the sensor and the core.
+
+    Attributes
+    ----------
+    core
+        Generics of the resampler.
+    mosaic
+        Order of the colour filters that are interpolated in front of it; None for none.
+    columns, rows
+        Of the raw frames.
+    calibrated
+        Whether a calibration is built in; else one is loaded at run time.
+    lines
+        Raw lines that the ring holds.
+    ring_bits
+        Bits of the ring.
+    full_rate
+        Whether a source without gaps is never refused.
+    needs
+        Resources (estimate).
+    loads
+        Words for the load port, if a calibration is built in.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    core: ResamplerConfiguration
+    mosaic: BayerOrder | None
+    columns: int
+    rows: int
+    calibrated: bool
+    lines: int
+    ring_bits: int
+    full_rate: bool
+    needs: dict[str, int]
+    loads: tuple[Load, ...] = Field(default=(), exclude=True)
+
+
+class Plan(BaseModel):
+    """What is built for a scene.
+
+    Attributes
+    ----------
+    scene
+        Its name.
+    path
+        "core" or "video".
+    device
+        Device that it fits.
+    clock_mhz
+        Pixel clock that the frame rate needs; None for stills.
+    blanking
+        Pixels of horizontal and lines of vertical blanking of the video mode; None without.
+    frame_clocks
+        Clocks for each frame, blanking included.
+    latency_clocks, latency_lines
+        Of the core: clocks from a frame's first pixel in to its first pixel out, and the lines
+        among them.
+    slices
+        Slices from far to near.
+    gaps_mm
+        (near, far) of what no slice of the grid covers; far None for infinity.
+    core
+        Generics of the core.
+    columns, rows
+        Frame size; with a sensor that of the raster, the largest if a calibration is loaded.
+    taps
+        Taps of the filters of each dimension.
+    line_buffers
+        Lines that each channel keeps: of partial sums, or of pixels (engine "moving_sum").
+    line_buffer_bits
+        Bits of all of them.
+    error_bound
+        Largest distance from the real-valued operator in grey levels.
+    engines, engine_reason
+        Both engines with what they take, and why the one of `core` was chosen.
+    needs, full, available
+        Resources of the plan (estimate), of the full build, and of the device.
+    video_needs
+        Those of them that the video path and the board's control take; None for a core.
+    full_build
+        What the full build is.
+    left_out
+        What is not there, each with what it would take.
+    edid
+        In hexadecimal, the EDID that the board serves instead of its own; None for its own.
+    sensor
+        What makes the raster of a sensor's raw frames; None if the frames are the raster.
+    notes
+        What the camera's optics do to the slices, a line each.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    scene: str
+    path: str
+    device: str
+    clock_mhz: float | None
+    blanking: tuple[int, int] | None
+    frame_clocks: int
+    latency_clocks: int
+    latency_lines: int
+    slices: tuple[PlannedSlice, ...]
+    gaps_mm: tuple[tuple[float, float | None], ...]
+    core: CoreConfiguration
+    columns: int
+    rows: int
+    taps: int
+    line_buffers: int
+    line_buffer_bits: int
+    error_bound: float
+    engines: tuple[EngineOption, ...]
+    engine_reason: str
+    needs: dict[str, int]
+    video_needs: dict[str, int] | None
+    full: dict[str, int]
+    full_build: str
+    available: dict[str, int]
+    left_out: tuple[LeftOut, ...]
+    edid: str | None = None
+    sensor: PlannedSensor | None = None
+    notes: tuple[str, ...] = ()

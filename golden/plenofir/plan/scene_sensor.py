@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The sensor of a scene: raw frames, from which the chip itself makes the raster."""
+
+from dataclasses import dataclass
+from math import ceil, cos, floor, radians, sqrt, tan
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from plenofir.camera.calibration import load_calibration
+from plenofir.camera.calibration.shading import BORDER
+from plenofir.camera.resampling import BayerOrder
+from plenofir.camera.resampling.registers import ChipLayout
+from plenofir.errors import InputError
+from plenofir.fpga.core.configuration import MAX_MICRO_IMAGE_SIZE
+from plenofir.fpga.core.resampler import MAX_LINES, ResamplerConfiguration
+from plenofir.plan.resampling import Resampling, resampling
+
+LARGEST_ROTATION_DEGREES = 30
+_LINES_OF_MOVES = 4
+"""A lens is moved by up to two pixels to either side."""
+
+
+class SceneSensor(BaseModel):
+    """The sensor: what it delivers, and where its micro images are.
+
+    Attributes
+    ----------
+    columns, rows, bits
+        Of its raw frames.
+    mosaic
+        Order of its colour filters; None for a sensor without.
+    calibration
+        Calibration file (relative to the scene file), which is built in.
+    layout
+        Of the lenses, without a calibration: any that keeps these limits is loaded at run time.
+    pitch_px
+        Least distance of neighbouring lenses.
+    rotation_degrees
+        Largest rotation to either side.
+    distortion
+        Whether lenses may be up to two pixels from an even grid.
+    devignette
+        Whether vignetting is corrected: a table of all lenses.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    columns: Annotated[int, Field(ge=2, le=8192)]
+    rows: Annotated[int, Field(ge=2, le=8192)]
+    bits: Annotated[int, Field(ge=1, le=16)] = 8
+    mosaic: BayerOrder | None = None
+    calibration: Annotated[str, Field(min_length=1)] | None = None
+    layout: ChipLayout | None = None
+    pitch_px: Annotated[float, Field(ge=1, le=MAX_MICRO_IMAGE_SIZE)] | None = None
+    rotation_degrees: Annotated[float, Field(ge=0, le=LARGEST_ROTATION_DEGREES)] | None = None
+    distortion: bool | None = None
+    devignette: bool = False
+
+    @model_validator(mode="after")
+    def _calibration_or_limits(self) -> "SceneSensor":
+        limits = (self.layout, self.pitch_px, self.rotation_degrees, self.distortion)
+        if self.calibration is not None and any(value is not None for value in limits):
+            raise ValueError("calibration, or limits (pitch_px, rotation_degrees), not both")
+        if self.calibration is None and None in (self.pitch_px, self.rotation_degrees):
+            raise ValueError("calibration, or pitch_px and rotation_degrees")
+        return self
+
+
+@dataclass(frozen=True)
+class SensorChip:
+    """The part of a scene's hardware that makes the raster.
+
+    Attributes
+    ----------
+    core
+        Resampler.
+    mosaic
+        Order of the colour filters in front of it.
+    columns, rows
+        Of the raw frame.
+    raster
+        Rows and columns of the raster; the largest, if calibrations are loaded at run time.
+    full_rate
+        Whether a source without gaps is never refused.
+    calibrated
+        The calibration that is built in, or None.
+    """
+
+    core: ResamplerConfiguration
+    mosaic: BayerOrder | None
+    columns: int
+    rows: int
+    raster: tuple[int, int]
+    full_rate: bool
+    calibrated: Resampling | None
+
+
+def sensor_chip(
+    sensor: SceneSensor, micro_image_size: int, colour: Literal["grey", "rgb"], path: Path
+) -> SensorChip:
+    """Resampler for a scene's sensor.
+
+    Parameters
+    ----------
+    sensor
+        The sensor.
+    micro_image_size
+        M.
+    colour
+        Of what comes behind the mosaic.
+    path
+        The scene's file, for messages and for the calibration beside it.
+
+    Returns
+    -------
+    SensorChip
+        Made to measure for the calibration, or for every one within the limits.
+
+    Raises
+    ------
+    InputError
+        If the calibration is of another sensor, or the chip cannot follow it.
+    """
+    channels = 3 if colour == "rgb" else 1
+    if sensor.mosaic is not None and channels != 3:
+        raise InputError(
+            "frame.colour 'grey'", where=f"{path}: sensor.mosaic", expected="frame.colour 'rgb'"
+        )
+    if sensor.calibration is not None:
+        return _calibrated(sensor, micro_image_size, channels, path)
+    return _limited(sensor, micro_image_size, channels, path)
+
+
+def _calibrated(sensor: SceneSensor, m: int, channels: int, path: Path) -> SensorChip:
+    assert sensor.calibration is not None
+    where = f"{path}: sensor.calibration"
+    calibration = load_calibration(path.parent / sensor.calibration)
+    if calibration.image_shape != (sensor.rows, sensor.columns):
+        rows, columns = calibration.image_shape
+        raise InputError(
+            f"a calibration for {columns} x {rows} pixels",
+            where=where,
+            expected=f"{sensor.columns} x {sensor.rows}, the sensor's",
+        )
+    chip = resampling(
+        calibration,
+        m,
+        channels=channels,
+        pixel_bits=sensor.bits,
+        devignette=sensor.devignette,
+        where=where,
+    )
+    return SensorChip(
+        core=chip.core,
+        mosaic=sensor.mosaic,
+        columns=sensor.columns,
+        rows=sensor.rows,
+        raster=chip.registers.raster_shape,
+        full_rate=chip.needs.full_rate is not None,
+        calibrated=chip,
+    )
+
+
+def _limited(sensor: SceneSensor, m: int, channels: int, path: Path) -> SensorChip:
+    pitch, rotation = sensor.pitch_px, sensor.rotation_degrees
+    assert pitch is not None
+    assert rotation is not None
+    where, angle = f"{path}: sensor", radians(rotation)
+    if m > ceil(pitch):
+        raise InputError(
+            f"pitch_px = {pitch:g}", where=where, expected=f"{m - 1} < pitch_px for M = {m}"
+        )
+    hexagonal = sensor.layout == "hexagonal-rows"
+    row_pitch = pitch * sqrt(3) / 2 if hexagonal else pitch
+    # A row of n lenses is (n - 1) pitch cos(angle) wide; their centres lie in the image.
+    lenses_down = floor((sensor.rows - 1 + 2 * BORDER) / (row_pitch * cos(angle))) + 1
+    lenses_across = floor((sensor.columns - 1 + 2 * BORDER) / (pitch * cos(angle))) + 1
+    outputs = lenses_across
+    if hexagonal:
+        outputs = floor((lenses_across - 1.5) / (row_pitch / pitch)) + 1
+    moves = sensor.distortion or False
+    lines = ceil(sensor.columns * tan(angle)) + m + 4 + _LINES_OF_MOVES * moves
+    lines += lines % 2
+    if lines > MAX_LINES:
+        raise InputError(
+            f"a ring of {lines} lines for a rotation of {rotation:g} degrees",
+            where=f"{where}.rotation_degrees",
+            expected=f"at most {MAX_LINES} lines: less rotation",
+        )
+    raster = lenses_down * m, outputs * m
+    return SensorChip(
+        core=ResamplerConfiguration(
+            micro_image_size=m,
+            hexagonal=hexagonal,
+            max_columns=sensor.columns,
+            lines=lines,
+            lenses=lenses_down * lenses_across if moves or sensor.devignette else 2,
+            moves=moves,
+            gains=sensor.devignette,
+            channels=channels,
+            pixel_bits=sensor.bits,
+        ),
+        mosaic=sensor.mosaic,
+        columns=sensor.columns,
+        rows=sensor.rows,
+        raster=raster,
+        full_rate=m <= row_pitch and max(outputs, lenses_across) * m <= sensor.columns,
+        calibrated=None,
+    )

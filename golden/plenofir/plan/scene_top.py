@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Package and top level of a scene's core, with what its sensor needs in front of it."""
+
+from plenofir.camera.resampling import red_place
+from plenofir.fpga.core.engine import Generics
+from plenofir.plan.calibration_loader import LOADER
+from plenofir.plan.planned import Plan, PlannedSensor
+
+TOP = "scene_top"
+PACKAGE = "scene_pkg"
+_SENSOR = "SENSOR_"
+
+
+def _constant(name: str, value: int | bool | str) -> str:
+    if isinstance(value, bool):
+        return f"  constant {name} : boolean := {str(value).lower()};"
+    if isinstance(value, str):
+        return f'  constant {name} : string := "{value}";'
+    return f"  constant {name} : natural := {value};"
+
+
+def _sensor_generics(sensor: PlannedSensor) -> Generics:
+    return {**sensor.core.generics(), "MOSAIC": sensor.mosaic is not None}
+
+
+def package_text(plan: Plan) -> str:
+    """VHDL package with the constants of a scene.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+
+    Returns
+    -------
+    str
+        VHDL-93.
+    """
+    constants: Generics = {**plan.core.generics(), "COLUMNS": plan.columns, "ROWS": plan.rows}
+    if plan.sensor is not None:
+        sizes = {"COLUMNS": plan.sensor.columns, "ROWS": plan.sensor.rows}
+        own = {**_sensor_generics(plan.sensor), **sizes}
+        constants.update({f"{_SENSOR}{name}": value for name, value in own.items()})
+    lines = [_constant(name, value) for name, value in constants.items()]
+    a = " ".join(part.a for part in plan.slices)
+    return "\n".join(
+        [
+            f"-- Constants of the scene {plan.scene} (a = {a}), written by plenofir configure.",
+            "",
+            f"package {PACKAGE} is",
+            "",
+            *lines,
+            "",
+            f"end package {PACKAGE};",
+            "",
+        ]
+    )
+
+
+def _stream_ports(pixel: str, raw: str, *, several: bool) -> list[str]:
+    return [
+        "    s_axis_tvalid : in    std_logic;",
+        "    s_axis_tready : out   std_logic;",
+        f"    s_axis_tdata  : in    std_logic_vector({raw});",
+        "    s_axis_tuser  : in    std_logic_vector(0 downto 0);",
+        "    s_axis_tlast  : in    std_logic;",
+        "    m_axis_tvalid : out   std_logic;",
+        "    m_axis_tready : in    std_logic;",
+        f"    m_axis_tdata  : out   std_logic_vector({pixel});",
+        "    m_axis_tuser  : out   std_logic_vector(0 downto 0);",
+        *(["    m_axis_tid    : out   std_logic_vector(7 downto 0);"] if several else []),
+        "    m_axis_tlast  : out   std_logic;",
+        "    error_flags   : out   std_logic_vector(4 downto 0);",
+        "    error_clear   : in    std_logic",
+    ]
+
+
+_CHOICE = [
+    "    slice         : in    std_logic_vector(7 downto 0);",
+    "    sweep         : in    std_logic;",
+    "    sweep_frames  : in    std_logic_vector(7 downto 0);",
+]
+_FLAGS = [
+    "    -- As error_flags of sensor_raster.",
+    "    sensor_flags  : out   std_logic_vector(5 downto 0);",
+]
+_LOAD_PORT = [
+    "    -- Size of the raster: M times the lenses of the calibration.",
+    "    columns       : in    std_logic_vector(15 downto 0);",
+    "    rows          : in    std_logic_vector(15 downto 0);",
+    "    -- As in sensor_raster.",
+    "    load_write    : in    std_logic;",
+    "    load_kind     : in    std_logic_vector(1 downto 0);",
+    "    load_address  : in    std_logic_vector(19 downto 0);",
+    "    load_data     : in    std_logic_vector(39 downto 0);",
+]
+_LOAD_SIGNALS = [
+    "  signal load_write   : std_logic;",
+    "  signal load_kind    : std_logic_vector(1 downto 0);",
+    "  signal load_address : std_logic_vector(19 downto 0);",
+    "  signal load_data    : std_logic_vector(39 downto 0);",
+    "  signal loaded       : std_logic;",
+    "  signal raw_tvalid   : std_logic;",
+    "  signal raw_tready   : std_logic;",
+]
+_LOADER = [
+    f"  constants : entity work.{LOADER}",
+    "    port map (",
+    "      clk          => clk,",
+    "      reset        => reset,",
+    "      load_write   => load_write,",
+    "      load_kind    => load_kind,",
+    "      load_address => load_address,",
+    "      load_data    => load_data,",
+    "      done         => loaded",
+    "    );",
+    "",
+    "  -- No frame is taken before the calibration is there.",
+    "  raw_tvalid    <= s_axis_tvalid and loaded;",
+    "  s_axis_tready <= raw_tready and loaded;",
+    "",
+]
+
+
+def _size(name: str, value: str) -> list[str]:
+    return [
+        f"  constant {name} : std_logic_vector(15 downto 0) :=",
+        f"    std_logic_vector(to_unsigned({value}, 16));",
+    ]
+
+
+def _sensor_instance(sensor: PlannedSensor) -> list[str]:
+    generics = [f"      {name} => {_SENSOR}{name}" for name in _sensor_generics(sensor)]
+    row, column = (0, 0) if sensor.mosaic is None else red_place(sensor.mosaic)
+    source = "raw" if sensor.calibrated else "s_axis"
+    return [
+        "  sensor : entity work.sensor_raster",
+        "    generic map (",
+        ",\n".join(generics),
+        "    )",
+        "    port map (",
+        "      clk           => clk,",
+        "      reset         => reset,",
+        "      columns       => RAW_COLUMNS_PORT,",
+        "      rows          => RAW_ROWS_PORT,",
+        f'      red_place     => "{row}{column}",',
+        "      load_write    => load_write,",
+        "      load_kind     => load_kind,",
+        "      load_address  => load_address,",
+        "      load_data     => load_data,",
+        f"      s_axis_tvalid => {source}_tvalid,",
+        f"      s_axis_tready => {source}_tready,",
+        "      s_axis_tdata  => s_axis_tdata,",
+        "      s_axis_tuser  => s_axis_tuser,",
+        "      s_axis_tlast  => s_axis_tlast,",
+        *(
+            f"      m_axis_{name} => raster_{name},"
+            for name in ("tvalid", "tready", "tdata ", "tuser ", "tlast ")
+        ),
+        "      error_flags   => sensor_flags,",
+        "      error_clear   => error_clear",
+        "    );",
+        "",
+    ]
+
+
+def top_text(plan: Plan) -> str:
+    """VHDL top level of a scene: the core for its frame size, ports for what it has to choose.
+
+    With a sensor `sensor_raster` stands in front of the core; a calibration that is built in loads
+    itself, another one comes through the load port.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+
+    Returns
+    -------
+    str
+        VHDL-93.
+    """
+    several, sensor = len(plan.slices) > 1, plan.sensor
+    loads = sensor is not None and not sensor.calibrated
+    zero, zeros = "'0'", 'x"00"'
+    pixels = "PIXELS_PER_CLOCK * " if plan.core.pixels_per_clock > 1 else ""
+    pixel = raw = f"{pixels}CHANNELS * PIXEL_BITS - 1 downto 0"
+    if sensor is not None and sensor.mosaic is not None:
+        raw = "PIXEL_BITS - 1 downto 0"
+    generics = [f"      {name} => {name}" for name in plan.core.generics()]
+    before = "mosaic and lenses, then " if sensor is not None else ""
+    signals: list[str] = []
+    if sensor is not None:
+        signals = [
+            *_size("RAW_COLUMNS_PORT", f"{_SENSOR}COLUMNS"),
+            *_size("RAW_ROWS_PORT", f"{_SENSOR}ROWS"),
+            "",
+            *(_LOAD_SIGNALS if sensor.calibrated else []),
+            "  signal raster_tvalid : std_logic;",
+            "  signal raster_tready : std_logic;",
+            f"  signal raster_tdata  : std_logic_vector({pixel});",
+            "  signal raster_tuser  : std_logic_vector(0 downto 0);",
+            "  signal raster_tlast  : std_logic;",
+        ]
+    source = "s_axis" if sensor is None else "raster"
+    return "\n".join(
+        [
+            f"-- The scene {plan.scene}, written by plenofir configure:",
+            f"-- {before}raster_refocuser for frames of {plan.columns} x {plan.rows} pixels.",
+            "",
+            "library ieee;",
+            "use ieee.std_logic_1164.all;",
+            "use ieee.numeric_std.all;",
+            "",
+            "library work;",
+            f"use work.{PACKAGE}.all;",
+            "",
+            f"entity {TOP} is",
+            "  port (",
+            "    clk           : in    std_logic;",
+            "    reset         : in    std_logic;",
+            *(_CHOICE if several else []),
+            *(_LOAD_PORT if loads else []),
+            *(_FLAGS if sensor is not None else []),
+            *_stream_ports(pixel, raw, several=several),
+            "  );",
+            f"end entity {TOP};",
+            "",
+            f"architecture rtl of {TOP} is",
+            "",
+            *([] if loads else _size("COLUMNS_PORT", "COLUMNS") + _size("ROWS_PORT", "ROWS")),
+            *signals,
+            "",
+            "begin",
+            "",
+            *(_LOADER if sensor is not None and sensor.calibrated else []),
+            *(_sensor_instance(sensor) if sensor is not None else []),
+            "  core : entity work.raster_refocuser",
+            "    generic map (",
+            ",\n".join(generics),
+            "    )",
+            "    port map (",
+            "      clk           => clk,",
+            "      reset         => reset,",
+            f"      columns       => {'columns' if loads else 'COLUMNS_PORT'},",
+            f"      rows          => {'rows' if loads else 'ROWS_PORT'},",
+            f"      slice         => {'slice' if several else zeros},",
+            f"      sweep         => {'sweep' if several else zero},",
+            f"      sweep_frames  => {'sweep_frames' if several else zeros},",
+            f"      s_axis_tvalid => {source}_tvalid,",
+            f"      s_axis_tready => {source}_tready,",
+            f"      s_axis_tdata  => {source}_tdata,",
+            f"      s_axis_tuser  => {source}_tuser,",
+            f"      s_axis_tlast  => {source}_tlast,",
+            "      m_axis_tvalid => m_axis_tvalid,",
+            "      m_axis_tready => m_axis_tready,",
+            "      m_axis_tdata  => m_axis_tdata,",
+            "      m_axis_tuser  => m_axis_tuser,",
+            f"      m_axis_tid    => {'m_axis_tid' if several else 'open'},",
+            "      m_axis_tlast  => m_axis_tlast,",
+            "      error_flags   => error_flags,",
+            "      error_clear   => error_clear",
+            "    );",
+            "",
+            "end architecture rtl;",
+            "",
+        ]
+    )

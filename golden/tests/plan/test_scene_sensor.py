@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes with a sensor: limits hold for every calibration in them, plans, files, bad input."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from plenofir.camera.calibration import Calibration, calibration_of_grid
+from plenofir.camera.resampling import Tables, grid_registers
+from plenofir.camera.resampling.lines import ring_needs
+from plenofir.camera.synthetic import regular_grid
+from plenofir.errors import InputError
+from plenofir.plan import load_scene, make_plan
+from plenofir.plan.configure import configure
+from plenofir.plan.resampling import check_fits, resampling
+from plenofir.plan.scene_sensor import SceneSensor, sensor_chip
+
+SHAPE = (61, 83)
+SCENE = """
+name = "small"
+[camera]
+micro_image_size = 5
+[sensor]
+columns = 83
+rows = 61
+{sensor}
+[frame]
+{frame}
+[depth]
+slices = ["1/5"]
+[build]
+{build}
+"""
+LIMITS = "pitch_px = 5.4\nrotation_degrees = 1.0"
+
+
+def write_scene(folder: Path, sensor: str = LIMITS, frame: str = "", build: str = "") -> Path:
+    path = folder / "small.toml"
+    path.write_text(SCENE.format(sensor=sensor, frame=frame, build=build))
+    return path
+
+
+def camera(pitch: float = 5.4, layout: str = "rectangular") -> Calibration:
+    grid = regular_grid(SHAPE, pitch, rotation_degrees=0.7, layout=layout)  # type: ignore[arg-type]
+    changes = {"shading": (-0.1, 0.05, 0.0), "dark_level": 3.0}
+    return calibration_of_grid(grid, SHAPE).model_copy(update=changes)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.floats(3, 20),
+    st.floats(0, 20),
+    st.sampled_from(["rectangular", "hexagonal-rows"]),
+    st.tuples(st.integers(30, 150), st.integers(30, 150)),
+    st.data(),
+)
+def test_every_calibration_within_the_limits_fits(pitch, rotation, layout, shape, data) -> None:
+    m = data.draw(st.integers(1, int(np.ceil(pitch))))
+    moved = data.draw(st.booleans())
+    sensor = SceneSensor(
+        columns=shape[1],
+        rows=shape[0],
+        layout=layout,
+        pitch_px=pitch,
+        rotation_degrees=rotation,
+        distortion=moved,
+    )
+    chip = sensor_chip(sensor, m, "grey", Path("scene.toml"))
+    grid = regular_grid(
+        shape,
+        pitch * data.draw(st.floats(1, 1.5)),
+        rotation_degrees=data.draw(st.floats(-rotation, rotation)),
+        layout=layout,
+        offset=data.draw(st.tuples(st.floats(-20, 20), st.floats(-20, 20))),
+    )
+    try:
+        registers, _ = grid_registers(calibration_of_grid(grid, shape), m)
+    except InputError:
+        assume(False)
+        raise
+    tables = Tables()
+    if moved:
+        seed = data.draw(st.integers(0, 1 << 32))
+        moves = np.random.default_rng(seed).integers(-512, 512, (*registers.lenses, 2))
+        tables = Tables(moves=moves)
+    check_fits(chip.core, registers, tables)
+    assert all(k <= n for k, n in zip(registers.raster_shape, chip.raster, strict=True))
+    needs = ring_needs(registers, tables)
+    if chip.full_rate:
+        assert needs.full_rate is not None
+        assert needs.full_rate <= chip.core.lines
+
+
+def test_calibration_is_built_in(tmp_path: Path) -> None:
+    camera().save(tmp_path / "calib.json")
+    sensor = 'calibration = "calib.json"\nmosaic = "grbg"\nbits = 10'
+    plan = make_plan(load_scene(write_scene(tmp_path, sensor)))
+    chip = resampling(camera(), 5, channels=3, pixel_bits=10, devignette=False)
+    assert plan.sensor is not None
+    assert plan.sensor.core == chip.core
+    assert list(plan.sensor.loads) == chip.loads()
+    assert (plan.rows, plan.columns) == chip.registers.raster_shape
+    assert (plan.core.channels, plan.core.pixel_bits) == (3, 10)
+    assert not chip.core.gains
+    sources = configure(plan, tmp_path / "out")
+    names = [source.name for source in sources]
+    assert {"calibration_loader.vhd", "sensor_raster.vhd", "colour_mosaic.vhd"} <= set(names)
+    top = (tmp_path / "out" / "scene_top.vhd").read_text()
+    assert 'red_place     => "01"' in top
+    assert "load_write    : in" not in top
+    assert "loads" not in json.loads((tmp_path / "out" / "plan.json").read_text())["sensor"]
+
+
+def test_limits_leave_the_load_port_open(tmp_path: Path) -> None:
+    plan = make_plan(load_scene(write_scene(tmp_path, frame='colour = "rgb"\nrate_hz = 100.0')))
+    assert plan.sensor is not None
+    assert not plan.sensor.calibrated
+    assert not plan.sensor.loads
+    # The raw frame has more pixels than the raster's clocks.
+    assert plan.frame_clocks == max(83 * 61, plan.columns * plan.rows)
+    assert plan.core.pixels_per_clock == 1
+    configure(plan, tmp_path / "out")
+    top = (tmp_path / "out" / "scene_top.vhd").read_text()
+    assert "load_write    : in" in top
+    assert "columns       => columns," in top
+    without = make_plan(load_scene(write_scene(tmp_path, LIMITS + "\ndistortion = true")))
+    assert without.sensor is not None
+    assert without.sensor.core.moves
+    saved = {part.what: part.saves for part in plan.left_out}
+    assert saved["table of lenses for distortion"]
+    assert saved["hexagonal grid"]
+
+
+def test_scene_without_a_sensor_has_nothing_of_it() -> None:
+    plan = make_plan(load_scene("grey-microscope"))
+    assert plan.sensor is None
+    assert not any("vignetting" in part.what for part in plan.left_out)
+
+
+def test_lytro_scene_takes_all_that_it_has() -> None:
+    plan = make_plan(load_scene("lytro1-raw"))
+    assert plan.sensor is not None
+    assert plan.sensor.core.hexagonal
+    assert plan.sensor.full_rate
+    # Another rotation or more slices do not fit this device.
+    assert plan.needs["block RAM (18 Kbit)"] <= plan.available["block RAM (18 Kbit)"]
+
+
+@pytest.mark.parametrize(
+    ("sensor", "frame", "build", "message"),
+    [
+        ("", "", "", "sensor cannot be used; expected calibration, or pitch_px and rot"),
+        ("pitch_px = 5.4", "", "", "calibration, or pitch_px and rotation_degrees"),
+        (f'calibration = "calib.json"\n{LIMITS}', "", "", "not both"),
+        ('calibration = "none.json"', "", "", "none.json"),
+        ('calibration = "wide.json"', "", "", "a calibration for 84 x 61 pixels; expected 83 x 61"),
+        (LIMITS, "columns = 80", "", "frame.columns = 80; expected no frame.columns"),
+        (LIMITS + '\nmosaic = "rggb"', 'colour = "grey"', "", "frame.colour 'grey'"),
+        (LIMITS + '\nmosaic = "xggb"', "", "", "sensor.mosaic"),
+        ("pitch_px = 4.0\nrotation_degrees = 0.0", "", "", "pitch_px = 4; expected 4 < pitch_px"),
+        (LIMITS, "", 'path = "video"', "build.path"),
+        (LIMITS, "", "pixels_per_clock = 4", "build.pixels_per_clock 1 for a sensor"),
+    ],
+)
+def test_bad_sensor_is_one_line(tmp_path, sensor, frame, build, message) -> None:
+    camera().save(tmp_path / "calib.json")
+    wide = (SHAPE[0], SHAPE[1] + 1)
+    calibration_of_grid(regular_grid(wide, 5.4), wide).save(tmp_path / "wide.json")
+    path = write_scene(tmp_path, sensor, frame, build)
+    with pytest.raises(InputError) as caught:
+        make_plan(load_scene(path))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_too_much_rotation_is_refused_by_its_lines(tmp_path: Path) -> None:
+    sensor = SceneSensor(columns=8000, rows=100, pitch_px=9.0, rotation_degrees=3.0)
+    with pytest.raises(InputError, match=r"a ring of 430 lines .* at most 256 lines"):
+        sensor_chip(sensor, 5, "grey", tmp_path / "scene.toml")
