@@ -61,6 +61,7 @@ TOPS = (
     "focal_stack",
     "depth_index",
     "sensor_raster",
+    "load_port",
     "self_test",
     "atlys_top",
 )

@@ -42,6 +42,7 @@ class Line:
         cocotb.start_soon(self._listen())
 
     async def reset(self) -> None:
+        """Reset the board."""
         self.dut.line_in.value = 1
         self.dut.reset.value = 1
         await ClockCycles(self.dut.clk, 4)
@@ -140,7 +141,7 @@ async def calibration_through_a_pseudo_terminal(dut: Any) -> None:
                 elif data or line.answers:
                     await ClockCycles(dut.clk, 10 * BIT)
                 else:
-                    # Nothing happens on the line: time passes for the host alone, and a little here.
+                    # Nothing happens on the line: time passes for the host, a little here.
                     await ClockCycles(dut.clk, BIT)
                     time.sleep(0.005)
             assert host.stdout is not None

@@ -26,20 +26,38 @@ end entity load_ports;
 
 architecture test of load_ports is
 
-  signal in_valid, other_valid, answer_valid, answer_ready, out_valid, out_ready : std_logic;
-  signal in_data, other_data, answer_data, out_data                             : std_logic_vector(7 downto 0);
-  signal number                                                                 : unsigned(7 downto 0);
+  signal in_valid     : std_logic;
+  signal other_valid  : std_logic;
+  signal answer_valid : std_logic;
+  signal answer_ready : std_logic;
+  signal out_valid    : std_logic;
+  signal out_ready    : std_logic;
+  signal in_data      : std_logic_vector(7 downto 0);
+  signal other_data   : std_logic_vector(7 downto 0);
+  signal answer_data  : std_logic_vector(7 downto 0);
+  signal out_data     : std_logic_vector(7 downto 0);
+  signal number       : unsigned(7 downto 0);
 
 begin
 
   value <= std_logic_vector(number);
 
   receiver : entity work.uart_receiver
-    generic map (BIT_CLOCKS => BIT_CLOCKS)
-    port map (clk => clk, reset => reset, line => line_in, data => in_data, valid => in_valid);
+    generic map (
+      BIT_CLOCKS => BIT_CLOCKS
+    )
+    port map (
+      clk   => clk,
+      reset => reset,
+      line  => line_in,
+      data  => in_data,
+      valid => in_valid
+    );
 
   under_test : entity work.load_port
-    generic map (DESCRIPTION => DESCRIPTION)
+    generic map (
+      DESCRIPTION => DESCRIPTION
+    )
     port map (
       clk           => clk,
       reset         => reset,
@@ -60,7 +78,9 @@ begin
     );
 
   commands : entity work.command_line
-    generic map (STATUS => "slices=#", FIELDS => 1)
+    generic map (
+      STATUS => "slices=#", FIELDS => 1
+    )
     port map (
       clk           => clk,
       reset         => reset,
@@ -80,7 +100,9 @@ begin
     );
 
   transmitter : entity work.uart_transmitter
-    generic map (BIT_CLOCKS => BIT_CLOCKS)
+    generic map (
+      BIT_CLOCKS => BIT_CLOCKS
+    )
     port map (
       clk           => clk,
       reset         => reset,

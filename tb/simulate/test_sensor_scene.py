@@ -90,9 +90,7 @@ def frames_through(
     sources = configure(plan, folder / "project")
     work = folder / "work"
     work.mkdir()
-    chip = resampling(
-        calibration, M, channels=sensor.core.channels, devignette=sensor.core.gains
-    )
+    chip = resampling(calibration, M, channels=sensor.core.channels, devignette=sensor.core.gains)
     rows, columns = chip.registers.raster_shape
     load = "" if sensor.calibrated else LOAD.format(columns=columns, rows=rows)
     channels = sensor.core.channels

@@ -13,6 +13,7 @@ from plenofir.fpga.synthesis.formal import (
     FifoProof,
     FirProof,
     LaneProof,
+    RingProof,
 )
 from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
 from plenofir_tb.faults import plant
@@ -32,7 +33,7 @@ def tools() -> None:
     [*PROOFS, *(pytest.param(proof, marks=pytest.mark.slow) for proof in LONG_PROOFS)],
     ids=lambda proof: proof.name,
 )
-def test_proof(tmp_path: Path, proof: FirProof | LaneProof | FifoProof) -> None:
+def test_proof(tmp_path: Path, proof: FirProof | LaneProof | FifoProof | RingProof) -> None:
     proof.prove(tmp_path)
 
 
@@ -44,11 +45,25 @@ def test_proof(tmp_path: Path, proof: FirProof | LaneProof | FifoProof) -> None:
         (FirProof(3, 2), "switched_fir.vhd", "at_first_step = '1' and", "false and"),
         (LaneProof(3, 2, 2), "prefix_sums.vhd", "before + partial(LEVELS)", "before + partial(0)"),
         (LaneProof(3, 2, 2), "lane_control.vhd", "ended     <= following;", "null;"),
+        pytest.param(
+            RingProof(3, 4),
+            "lens_rows.vhd",
+            "if needed - kept >= LINES then",
+            "if needed - kept > LINES then",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            RingProof(3, 4),
+            "lens_rows.vhd",
+            "if lines_in > needed then",
+            "if lines_in >= needed then",
+            marks=pytest.mark.slow,
+        ),
         (FifoProof(2), "axis_fifo.vhd", "elsif word_moves = '1'", "elsif m_axis_tready = '1'"),
     ],
 )
 def test_planted_fault_is_found(
-    tmp_path: Path, proof: FirProof | LaneProof | FifoProof, file: str, old: str, new: str
+    tmp_path: Path, proof: FirProof | LaneProof | FifoProof | RingProof, file: str, old: str, new: str
 ) -> None:
     sources = plant(tmp_path / "hdl", hdl.hdl_sources(), file, old, new)
     with pytest.raises(ToolError, match="not proved"):

@@ -59,7 +59,12 @@ def _root(
 
 for group in (sim, rays, plan, capture, inspect, pictures, view, batch):
     app.registered_commands += group.app.registered_commands
-for name, group in (("bitstream", bitstream), ("waves", waves), ("report", report), ("board", board)):
+for name, group in (
+    ("bitstream", bitstream),
+    ("waves", waves),
+    ("report", report),
+    ("board", board),
+):
     app.add_typer(group.app, name=name)
 
 

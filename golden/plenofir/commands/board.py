@@ -33,7 +33,7 @@ def load(
         import serial
     except ImportError:
         raise InputError(
-            "pyserial is not installed", where="plenofir board", expected="pip install plenofir[board]"
+            "pyserial is not installed", where="plenofir board", expected="pip install pyserial"
         ) from None
     try:
         with serial.Serial(port, baud, timeout=_TIMEOUT_S) as line, steps_bar("words") as show:

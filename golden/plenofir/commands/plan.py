@@ -53,7 +53,8 @@ def print_sensor(sensor: "PlannedSensor") -> None:
     lenses = "hexagonal rows" if core.hexagonal else "rectangular"
     source = "calibration built in" if sensor.calibrated else "calibration loaded at run time"
     print_line(
-        "sensor", f"{sensor.columns} x {sensor.rows}, {core.pixel_bits} bit{mosaic}; {lenses}, {source}"
+        "sensor",
+        f"{sensor.columns} x {sensor.rows}, {core.pixel_bits} bit{mosaic}; {lenses}, {source}",
     )
     print_line("ring", f"{sensor.lines} raw lines ({sensor.ring_bits / 1024:.0f} Kbit)")
     if not sensor.full_rate:

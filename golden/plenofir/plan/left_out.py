@@ -113,7 +113,7 @@ def left_out(core: CoreConfiguration, path: str, device: Device) -> tuple[LeftOu
 def _sensor_differences(
     chip: SensorChip,
 ) -> Iterator[tuple[str, ResamplerConfiguration, bool]]:
-    """What a sensor does without: each text with the resampler, and whether a mosaic is before it."""
+    """What a sensor does without: each text with the resampler, and whether it has a mosaic."""
     core, mosaic = chip.core, chip.mosaic is not None
     lenses = chip.raster[0] * chip.raster[1] // core.micro_image_size**2
     if not mosaic:

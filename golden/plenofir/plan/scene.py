@@ -351,9 +351,7 @@ def load_scene(path: str | Path) -> LoadedScene:
         raise validation_error(error, where=str(file)) from None
     chip = None
     if scene.sensor is not None:
-        chip = sensor_chip(
-            scene.sensor, scene.camera.micro_image_size, scene.frame.colour, file
-        )
+        chip = sensor_chip(scene.sensor, scene.camera.micro_image_size, scene.frame.colour, file)
         scene = scene.model_copy(update={"frame": _raster_frame(scene, chip, str(file))})
     camera = None
     if scene.camera.model is not None:
@@ -374,9 +372,7 @@ def load_scene(path: str | Path) -> LoadedScene:
     edid = None
     if scene.build.edid is not None:
         edid = _read_edid(file.parent / scene.build.edid, where=f"{file}: build.edid")
-    return LoadedScene(
-        path=file, scene=scene, camera=camera, shifts=shifts, edid=edid, sensor=chip
-    )
+    return LoadedScene(path=file, scene=scene, camera=camera, shifts=shifts, edid=edid, sensor=chip)
 
 
 def _with_a_frame(content: dict[str, Any], where: str) -> dict[str, Any]:

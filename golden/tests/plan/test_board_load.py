@@ -24,7 +24,10 @@ depth = { slices = ["1/5"] }
 
 
 def camera(
-    pitch: float = 5.4, layout: str = "rectangular", shape: tuple[int, int] = SHAPE, turn: float = 0.7
+    pitch: float = 5.4,
+    layout: str = "rectangular",
+    shape: tuple[int, int] = SHAPE,
+    turn: float = 0.7,
 ) -> Calibration:
     grid = regular_grid(shape, pitch, rotation_degrees=turn, layout=layout)  # type: ignore[arg-type]
     return calibration_of_grid(grid, shape).model_copy(update={"shading": (-0.1, 0.05, 0.0)})
@@ -39,6 +42,7 @@ class Board:
         self.answers: list[bytes] = []
 
     def write(self, data: bytes, /) -> object:
+        """Take a line."""
         line = data.decode().removesuffix("\r")
         if line == "l ?":
             answer = "error" if self.core is None else description(self.core)
@@ -51,6 +55,7 @@ class Board:
         return None
 
     def readline(self) -> bytes:
+        """Answer to it."""
         return self.answers.pop(0)
 
 
@@ -58,9 +63,7 @@ def test_words_go_out_as_the_load_port_wants_them() -> None:
     chip = resampling(camera(), 5)
     board = Board(chip.core)
     assert load_board(board, camera(), name="/dev/ttyUSB1") == chip.core
-    words = [
-        (int(line[2:3], 16), int(line[3:8], 16), int(line[8:], 16)) for line in board.lines
-    ]
+    words = [(int(line[2:3], 16), int(line[3:8], 16), int(line[8:], 16)) for line in board.lines]
     assert words == chip.loads()
     assert board.lines == load_lines(chip.loads())
 
@@ -84,7 +87,9 @@ def test_calibration_of_another_camera_is_refused(other: Calibration, message: s
 
 def test_board_that_does_not_play_along() -> None:
     core = resampling(camera(), 5).core
-    with pytest.raises(InputError, match="port: answers 'error'; expected a board with a resampler"):
+    with pytest.raises(
+        InputError, match="port: answers 'error'; expected a board with a resampler"
+    ):
         load_board(Board(None), camera(), name="port")
     with pytest.raises(InputError, match="answers 'error' to word 3 of"):
         load_board(Board(core, breaks=3), camera(), name="port")
@@ -135,6 +140,7 @@ def test_configure_refuses_other_calibrations(folder: Path, scene, calib, messag
 
 
 def test_port_that_is_not_there_is_one_line(folder: Path) -> None:
+    pytest.importorskip("serial")
     done = plenofir("board", "load", str(folder / "calib.json"), "--port", str(folder / "tty"))
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1

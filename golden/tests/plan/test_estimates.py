@@ -19,8 +19,8 @@ from plenofir.fpga.synthesis.comparison import (
     widest,
 )
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, reciprocal_bits
-from plenofir.plan import DEVICES
 from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
+from plenofir.plan import DEVICES
 from plenofir.plan.figures import CORE, designs, load_figures, sensor_designs
 
 

@@ -72,7 +72,7 @@ def test_shipped_scenes_fit(file: Path) -> None:
     scene_of_taps = loaded.scene.model_copy(update={"build": build})
     with_taps = loaded.model_copy(update={"scene": scene_of_taps})
     if plan.core.pixels_per_clock > 1 or plan.sensor is not None:
-        with pytest.raises(InputError, match="at a pixel a clock|does not fit"):
+        with pytest.raises(InputError, match=r"at a pixel a clock|does not fit"):
             make_plan(with_taps)
         return
     taps = make_plan(with_taps)

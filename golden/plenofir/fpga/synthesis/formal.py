@@ -16,6 +16,11 @@ from plenofir.refocus.operator import output_offset
 from plenofir.refocus.sum_lanes import LaneLayout
 from plenofir.refocus.switches import FilterLayout
 
+# What carries the induction of a `RingProof`.
+_RING_SIGNALS = (
+    *("state", "y", "line_index", "gap", "stride", "top", "bottom", "oldest", "last_kept"),
+    *("needed", "kept"),
+)
 # Yosys takes no negative parameters.
 _BIAS = 64
 
@@ -180,6 +185,61 @@ class FifoProof:
         _check(directory, self.name, "scorr; pdr -T 300", "Property proved")
 
 
+@dataclass(frozen=True)
+class RingProof:
+    """The resampler reads only lines that the ring holds, for every calibration and for ever.
+
+    Attributes
+    ----------
+    micro_image_size
+        M.
+    lines
+        Lines of the ring.
+    fraction_bits
+        Of positions.
+    """
+
+    micro_image_size: int
+    lines: int
+    fraction_bits: int = 8
+
+    @property
+    def name(self) -> str:
+        """Name of the proof."""
+        return f"ring of {self.lines} lines, M={self.micro_image_size}, no bound"
+
+    def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
+        """Prove it; parameters as `FirProof.prove`."""
+        generics: Generics = {
+            "MICRO_IMAGE_SIZE": self.micro_image_size,
+            "LINES": self.lines,
+            "FRACTION_BITS": self.fraction_bits,
+        }
+        entity, properties = "lens_rows", "ring_properties"
+        verilog = write_verilog(sources or hdl.hdl_sources(), entity, generics, directory)
+        file = project.root() / "formal" / f"{properties}.sv"
+        values = f"-set M {self.micro_image_size} -set LINES {self.lines}"
+        values += f" -set FRACTION_BITS {self.fraction_bits}"
+        log = directory / "proof.log"
+        try:
+            run_yosys(
+                [
+                    f"read_verilog {verilog.name}",
+                    "expose " + " ".join(f"{entity}/w:{name}" for name in _RING_SIGNALS),
+                    f"read_verilog -sv -formal {file}",
+                    f"chparam {values} {properties}",
+                    f"prep -top {properties}; flatten; memory_map; opt -full; async2sync",
+                    "chformal -lower; opt -full",
+                    "sat -verify -prove-asserts -set-assumes -tempinduct -maxsteps 1",
+                ],
+                log,
+            )
+        except ToolError as error:
+            raise ToolError(f"{self.name}: not proved:\n{error}") from None
+        if "Induction step proven" not in log.read_text():
+            raise ToolError(f"{self.name}: not proved:\n{log.read_text()[-500:]}")
+
+
 def _check(directory: Path, name: str, commands: str, wanted: str) -> None:
     """Let ABC check the properties of ``proof.aig``."""
     yosys_version()
@@ -253,5 +313,7 @@ LONG_PROOFS = (
     LaneProof(1, 2, 4),
     FifoProof(2, width=2),
     FifoProof(3),
+    RingProof(3, 4),
+    RingProof(5, 16, fraction_bits=16),
 )
 """Proofs that `make test-full` adds."""
