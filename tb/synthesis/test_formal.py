@@ -63,7 +63,11 @@ def test_proof(tmp_path: Path, proof: FirProof | LaneProof | FifoProof | RingPro
     ],
 )
 def test_planted_fault_is_found(
-    tmp_path: Path, proof: FirProof | LaneProof | FifoProof | RingProof, file: str, old: str, new: str
+    tmp_path: Path,
+    proof: FirProof | LaneProof | FifoProof | RingProof,
+    file: str,
+    old: str,
+    new: str,
 ) -> None:
     sources = plant(tmp_path / "hdl", hdl.hdl_sources(), file, old, new)
     with pytest.raises(ToolError, match="not proved"):
