@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands for a board on a serial port."""
 
-from typing import Annotated
+import importlib
+from typing import Annotated, Any
 
 import typer
 
@@ -30,7 +31,7 @@ def load(
 
     calibration = load_calibration(calib)
     try:
-        import serial
+        serial: Any = importlib.import_module("serial")
     except ImportError:
         raise InputError(
             "pyserial is not installed", where="plenofir board", expected="pip install pyserial"
