@@ -70,6 +70,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "files": ("white.png", *IMAGES, "capture.lfp", "views", "whites", "known.json", "field.mat"),
     "collimator": ("star.png",),
     "calib": ("known.json",),
+    "port": ("grey.png", "missing"),
     "frames": ("grey.png", "*.png"),
     "folder": ("views", "mosaic.png", "field.mat", "new.mat", "hci"),
     "scene": ("scene.toml", "rgb-480p"),
