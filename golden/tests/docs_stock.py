@@ -12,8 +12,14 @@ from tifffile import imwrite
 from plenofir import project
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.rays.camera import CAMERAS
-from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
-from plenofir.images import write_png
+from plenofir.camera.synthetic import (
+    TexturedPlane,
+    field_of_view,
+    regular_grid,
+    render,
+    white_image,
+)
+from plenofir.images import read_image, write_png
 
 LENSES = 22, 27
 
@@ -30,11 +36,13 @@ def _capture(folder: Path, rng: np.random.Generator) -> None:
         write_png(folder / f"{name}.png", image)
     write_png(folder / "capture.png", taken.raw)
     imwrite(folder / "white-reversed.tif", taken.white)
-    centres = np.rint(taken.grid.centres(*np.indices(LENSES))).reshape(-1, 2).astype(int)
-    for name, size in (("star", 1), ("a", 3), ("b", 1), ("c", 2)):
-        spots = np.full(taken.raw.shape, 3, np.uint8)
-        for y, x in centres:
-            spots[max(y - size, 0) : y + size + 1, max(x - size, 0) : x + size + 1] = 200
+    star = np.full(taken.raw.shape, 3, np.uint8)
+    for y, x in np.rint(taken.grid.centres(*np.indices(LENSES))).reshape(-1, 2).astype(int):
+        star[max(y - 1, 0) : y + 2, max(x - 1, 0) : x + 2] = 200
+    imwrite(folder / "star.tif", star)
+    grid = regular_grid((110, 120), 14.2, rotation_degrees=0.4)
+    for name, radius in (("a", 0.16), ("b", 0.1), ("c", 0.16)):
+        spots = white_image((110, 120), grid, form="spot", radius=radius)
         imwrite(folder / f"{name}.tif", spots)
 
 
@@ -68,7 +76,9 @@ def make_docs_stock(folder: Path) -> None:
             write_png(folder / name / f"view_{v:02}_{u:02}.png", picture[v::11, u::11])
     field = np.stack([np.stack([picture[v::9, u::9] for u in range(9)]) for v in range(9)])
     savemat(folder / "field.mat", {"LF": field})
-    write_png(folder / "mosaic.png", field.swapaxes(1, 2).reshape(99, 99))
+    planes = read_image(project.DATA / "planes_5x5.png")
+    views = [np.hstack([planes[v::5, u::5] for u in range(5)]) for v in range(5)]
+    write_png(folder / "mosaic.png", np.vstack(views))
     write_png(folder / "picture_eslf.png", np.tile(picture, (2, 2))[: 14 * 12, : 14 * 13])
     (folder / "my-camera.toml").write_text((CAMERAS / "f193-mla2.toml").read_text())
     (folder / "prescription.csv").write_text((project.DATA / "lenses" / "f100.csv").read_text())
