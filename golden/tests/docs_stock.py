@@ -76,8 +76,8 @@ def make_docs_stock(folder: Path) -> None:
             write_png(folder / name / f"view_{v:02}_{u:02}.png", picture[v::11, u::11])
     field = np.stack([np.stack([picture[v::9, u::9] for u in range(9)]) for v in range(9)])
     savemat(folder / "field.mat", {"LF": field})
-    planes = read_image(project.DATA / "planes_5x5.png")
-    views = [np.hstack([planes[v::5, u::5] for u in range(5)]) for v in range(5)]
+    flower = read_image(project.DATA / "flower_5x5.png")
+    views = [np.hstack([flower[v::5, u::5] for u in range(5)]) for v in range(5)]
     write_png(folder / "mosaic.png", np.vstack(views))
     write_png(folder / "picture_eslf.png", np.tile(picture, (2, 2))[: 14 * 12, : 14 * 13])
     (folder / "my-camera.toml").write_text((CAMERAS / "f193-mla2.toml").read_text())
