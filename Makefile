@@ -14,7 +14,7 @@ PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= CALIB= BAYER= M= A= SWEEP= STACK= RADIUS= ENGINE= IOTA= ANY_ROWS= PIXELS= INTERPOLATION= SHARPEN= ARITH= FRACTION= GUARD= CHAIN= SIM= WAVES= SCENE= OUT=
+sim: venv simulator ## Refocus an image in the VHDL core: RAW= CALIB= BAYER= M= A= SWEEP= STACK= RADIUS= ENGINE= IOTA= ANY_ROWS= PIXELS= INTERPOLATION= SHARPEN= ARITH= FRACTION= GUARD= CHAIN= BOARD= SIM= WAVES= SCENE= OUT=
 	@$(PLENOFIR) sim
 
 synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= OUT= (without: all shipped scenes, the board, cores and arrays)
@@ -65,7 +65,8 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) scripts/build_hdl.py --check
 	@$(PYTHON) scripts/draw_diagrams.py --check
 
-bitstream: venv ## Build the bitstream of the Atlys board with ISE 14.7: M= A= SWEEP= MAX_COLUMNS= ENGINE= INTERPOLATION= ARITH= FRACTION= GUARD= SCENE= OUT= ISE=
+bitstream: venv ## Build the bitstream of a board, the Atlys with ISE 14.7, the ULX3S with open tools: BOARD=atlys|ulx3s DEVICE= SCENE= M= A= SWEEP= MAX_COLUMNS= ENGINE= INTERPOLATION= ARITH= FRACTION= GUARD= OUT= ISE=
+	@$(if $(filter ulx3s,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
 	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= $(PLENOFIR) bitstream build
 
 bitstream-check: venv simulator ## Check what a bitstream build needs, as far as that goes without ISE

@@ -17,6 +17,7 @@ from pathlib import Path
 from entity_pages import entity_pages, instance_tree
 from plenofir import project
 from plenofir.camera.rays import RayModel, load_camera
+from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core import clock_counts
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -64,6 +65,7 @@ TOPS = (
     "load_port",
     "self_test",
     "atlys_top",
+    "ulx3s_top",
 )
 MEASURED = DOCS / "measured"
 EXPORTS = project.root() / "build" / "docs"
@@ -393,6 +395,29 @@ def errata(text: str) -> str:
     return between_marks(text, "errata", "\n".join(page_lines()))
 
 
+def board_builds(text: str) -> str:
+    """Put what the recorded builds of boards with an ECP5 are between its marks in a page."""
+    lines = [
+        "| scene | device | clocks in MHz, reached (wanted) | LUT4 | flip-flops | block RAM "
+        "| multipliers | seconds |",
+        "| --- " * 8 + "|",
+    ]
+    for name, build in load_builds().items():
+        clocks = ", ".join(
+            f"`{clock.clock}` {clock.reached_mhz:g} ({clock.wanted_mhz:g})"
+            for clock in build.timing
+        )
+        used = [
+            str(build.utilisation[kind][0])
+            for kind in ("LUT4", "flip-flops", "block RAM (18 Kbit)", "MULT18X18D")
+        ]
+        seconds = sum(build.seconds.values())
+        lines.append(
+            f"| `{name}` | {build.device} | {clocks} | {' | '.join(used)} | {seconds:.0f} |"
+        )
+    return between_marks(text, "builds", "\n".join(lines))
+
+
 def committed_pages() -> dict[Path, str]:
     """Make the pages that stand in the repository."""
     of_stacks, of_indices = stack_tables()
@@ -405,6 +430,7 @@ def committed_pages() -> dict[Path, str]:
         DOCS / "resampling.md": sensor_table,
         DOCS / "flows.md": flow_figures,
         DOCS / "resources.md": resource_tables,
+        DOCS / "ulx3s.md": board_builds,
         HDL / "README.md": instance_list,
     }
     return {

@@ -18,32 +18,45 @@ from plenofir.fpga.hdmi.pll import settings_package
 from plenofir.fpga.hdmi.status import status_package
 
 HDL = project.root() / "hdl"
-UNISIM = HDL / "sim" / "unisim"
-VCOMPONENTS = UNISIM / "vcomponents.vhd"
+MODELS = HDL / "sim"
 
 COMPONENTS_PACKAGE = """\
--- The Spartan-6 primitives that the board uses, declared as in Xilinx's library of this name;
+-- The {family} primitives that the board uses, declared as in {vendor}'s library of this name;
 -- built by scripts/build_hdl.py from the entities of the models.
 --
--- For simulation without Xilinx's tools: a small library `unisim` with behavioural models, written
--- from UG381, UG382, UG615 and XAPP879. Ports and generics have Xilinx's names; only those in use
+-- For simulation without {vendor}'s tools: a small library `{library}` with behavioural models,
+-- written from {documents}. Ports and generics have {vendor}'s names; only those in use
 -- are here. Each model says at its head what it leaves out.
 
 library ieee;
 use ieee.std_logic_1164.all;
 
-package vcomponents is
+package {package} is
 
 {components}
 
-end package vcomponents;
+end package {package};
 """
+LIBRARIES = {
+    "unisim": {
+        "family": "Spartan-6",
+        "vendor": "Xilinx",
+        "package": "vcomponents",
+        "documents": "UG381, UG382, UG615 and XAPP879",
+    },
+    "ecp5u": {
+        "family": "ECP5",
+        "vendor": "Lattice",
+        "package": "components",
+        "documents": "FPGA-TN-02035 and FPGA-TN-02200",
+    },
+}
 
 
-def components_package() -> str:
-    """Make ``hdl/sim/unisim/vcomponents.vhd``, the components of all models."""
+def components_package(library: str) -> tuple[Path, str]:
+    """Make the package with the components of a library of models, place and text."""
     components = []
-    for path in sorted(UNISIM.glob("*.vhd")):
+    for path in sorted((MODELS / library).glob("*.vhd")):
         entity = re.search(r"^entity (\w+) is\n(.*?)^end entity", path.read_text(), re.S | re.M)
         if entity is None:
             # A package.
@@ -51,7 +64,9 @@ def components_package() -> str:
         name, clauses = entity.groups()
         component = f"component {name} is\n{clauses}end component {name};"
         components.append(re.sub(r"^(?=.)", "  ", component, flags=re.M))
-    return COMPONENTS_PACKAGE.format(components="\n\n".join(components))
+    words = LIBRARIES[library]
+    text = COMPONENTS_PACKAGE.format(library=library, components="\n\n".join(components), **words)
+    return MODELS / library / f"{words['package']}.vhd", text
 
 
 def packages() -> dict[Path, str]:
@@ -61,7 +76,7 @@ def packages() -> dict[Path, str]:
         HDL / "board" / "status_pkg.vhd": status_package(),
         HDL / "video" / "colour_pkg.vhd": colour_package(),
         HDL / "spartan6" / "pll_settings_pkg.vhd": settings_package(),
-        VCOMPONENTS: components_package(),
+        **dict(components_package(library) for library in LIBRARIES),
     }
 
 

@@ -217,7 +217,7 @@ SELF_TEST_ROWS = 48
 
 def _needed(*tops: str) -> list[Path]:
     """Sources of tops in order of analysis, their own included."""
-    sources = hdl.board_sources()
+    sources = hdl.all_sources()
     found = {source for source in sources if source.stem in tops}
     for top in tuple(found):
         found |= set(needed_sources(top.read_text(), top.stem, sources))
@@ -250,7 +250,7 @@ def core_files() -> dict[Path, str]:
         "atlys": ATLYS.format(
             version=version,
             rtl=_listed(_needed("atlys_top"), [*core, *video]),
-            components=_listed(p for p in hdl.unisim_sources() if p.stem == "vcomponents"),
+            components=_listed(p for p in hdl.model_sources() if p.stem == "vcomponents"),
         ),
         "ulx3s": ULX3S.format(
             version=version,

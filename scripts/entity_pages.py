@@ -94,7 +94,7 @@ def index(paths: list[Path]) -> str:
 
 def entity_pages(folder: Path) -> dict[Path, str]:
     """Make all pages, to be written into a folder of the project."""
-    paths = hdl.board_sources()
+    paths = hdl.all_sources()
     return {
         folder / "README.md": index(paths),
         **{folder / f"{path.stem}.md": page(path, folder) for path in paths},
@@ -103,7 +103,7 @@ def entity_pages(folder: Path) -> dict[Path, str]:
 
 def instance_tree(tops: tuple[str, ...]) -> str:
     """Draw who instantiates whom; what was drawn before is not drawn again."""
-    sources = {path.stem: path for path in hdl.board_sources()}
+    sources = {path.stem: path for path in hdl.all_sources()}
     drawn: set[str] = set()
 
     def lines(entity: str, depth: int) -> list[str]:

@@ -105,6 +105,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("tmds/*", (f"{TMDS} -k {{}}", f"{TMDS} -k receiver", CHAIN)),
     ("spartan6/p[hl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
     ("spartan6/*", (CHAIN,)),
+    ("ecp5/*", (f"{LINK} -k {{}}", f"{CHAIN} -k ulx3s")),
     ("video/*", OF_VIDEO),
     ("selftest/*", ("tb/selftest/test_self_test.py",)),
     (
@@ -222,11 +223,12 @@ def is_valid(sources: Sequence[Path], folder: Path) -> bool:
     """Whether all sources analyse."""
     simulator = find_simulator("ghdl")
     folder.mkdir()
-    top = project.root() / "tb" / "file_bench" / "hdmi_bench.vhd"
+    bench = project.root() / "tb" / "file_bench"
+    tops = [bench / "board_atlys.vhd", bench / "hdmi_bench.vhd"]
     try:
-        for command in simulator.model_commands(hdl.unisim_sources()):
+        for command in simulator.model_commands(hdl.model_sources()):
             simulator.run(command, folder)
-        files = [str(source) for source in (*sources, top)]
+        files = [str(source) for source in (*sources, *tops)]
         simulator.run(["ghdl", "-a", *simulator.global_options(board=True), *files], folder)
     except SimulationError:
         return False

@@ -16,6 +16,9 @@ from plenofir import project
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
 from plenofir.files import publish_files
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.nextpnr import NextpnrReport, build, save_builds
+from plenofir.fpga.bitstream.top_level import board_generics
+from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.synthesis.ecp5 import (
     NAMES,
@@ -27,10 +30,10 @@ from plenofir.fpga.synthesis.ecp5 import (
 )
 from plenofir.fpga.synthesis.self_test import TOP as SELF_TEST
 from plenofir.fpga.synthesis.self_test import self_test_generics
-from plenofir.plan.configure import TOP
-from plenofir.plan.figures import Design, core_designs, grid_designs
+from plenofir.plan.configure import TOP, clock_range_of
+from plenofir.plan.figures import Design, core_designs, grid_designs, is_ecp5_board
 from plenofir.plan.planner import make_plan
-from plenofir.plan.scene import load_scene
+from plenofir.plan.scene import load_scene, scene_files
 
 RESULTS = project.DATA / "ecp5.json"
 GRID = ("core M=1 a'=0 iota=1", "core M=3 a'=1 iota=1", "array M=3 a'=1 iota=1")
@@ -109,6 +112,22 @@ def run(arguments: list[str]) -> None:
         print(f"bitstream: {out / SELF_TEST}.bit")
         results["ulx3s self-test"] = {"6": board.model_dump()}
         save(results)
+        save_builds(dict(sorted(board_scenes(out).items())))
+
+
+def board_scenes(out: Path) -> dict[str, NextpnrReport]:
+    """Make the bitstreams of the shipped scenes of boards with an ECP5."""
+    builds = {}
+    for plan in (make_plan(load_scene(file)) for file in scene_files()):
+        board = board_of(plan.device)
+        if board is not None and is_ecp5_board(plan):
+            generics = board_generics(plan.core, board.top)
+            folder, clocks = out / plan.scene, clock_range_of(plan)
+            builds[plan.scene] = build(
+                board, plan.device, generics, clocks, folder, lambda *_: None
+            )
+            print(f"bitstream: {folder / 'plenofir.bit'}", flush=True)
+    return builds
 
 
 def main() -> int:

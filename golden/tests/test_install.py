@@ -14,7 +14,7 @@ import pytest
 
 import plenofir
 from plenofir import InputError, project
-from plenofir.fpga.hdl import board_sources, unisim_sources
+from plenofir.fpga.hdl import board_sources, model_sources
 from plenofir.images import read_image, write_png
 from plenofir.refocus import refocus
 
@@ -114,7 +114,7 @@ def test_the_wheel_holds_what_commands_read(tmp_path: Path) -> None:
     root = project.root()
     needed = [
         *board_sources(),
-        *unisim_sources(),
+        *model_sources(),
         *(root / "hdl").rglob("sources.txt"),
         *(file for name in NAMED for file in (root / name).iterdir()),
     ]

@@ -16,6 +16,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.hdmi_pkg.all;
+use work.math_pkg.all;
 use work.number_pkg.all;
 use work.status_pkg.all;
 use work.tmds_pkg.all;
@@ -26,6 +27,9 @@ entity hdmi_control is
     SLICES : positive range 1 to 256;
     -- Longest line in pixels: longer modes are not offered.
     MAX_COLUMNS : positive;
+    -- 0: pixel clocks from 24 MHz on with two settings of the PLLs. Otherwise from 82 to 158 MHz divided by it, less
+    -- than the ends of what a fixed PLL takes (80 and 160), and only such modes are offered. At most 74.3 MHz.
+    CLOCK_RANGE : natural range 0 to 4 := 0;
     -- Times in clocks of 100 MHz, see clock_meter, link_supervisor, debouncer, uart_receiver and
     -- monitor_edid; DATA_PATIENCE is in windows of the meter.
     METER_WINDOW  : positive;
@@ -88,6 +92,12 @@ entity hdmi_control is
 end entity hdmi_control;
 
 architecture rtl of hdmi_control is
+
+  -- TMDS clocks that are accepted, in units of 100 kHz; constraints/atlys.ucf has the fastest one's period.
+  constant ANY_SLOWEST : positive := 240;
+  constant ANY_FASTEST : positive := 743;
+  constant SLOWEST     : positive := choose(CLOCK_RANGE = 0, ANY_SLOWEST, 820 / larger(CLOCK_RANGE, 1));
+  constant FASTEST     : positive := choose(CLOCK_RANGE < 3, ANY_FASTEST, 1580 / larger(CLOCK_RANGE, 1));
 
   -- Bits of the counters of restarts and of resets of hung delay lines.
   constant RARE_BITS : positive := 8;
@@ -177,7 +187,9 @@ begin
     generic map (
       COUNTS_10_MHZ => METER_WINDOW / 160,
       TIMEOUT       => LOCK_TIMEOUT,
-      PATIENCE      => DATA_PATIENCE
+      PATIENCE      => DATA_PATIENCE,
+      SLOWEST       => SLOWEST,
+      FASTEST       => FASTEST
     )
     port map (
       clk             => clk,
@@ -247,7 +259,8 @@ begin
 
   edid : entity work.i2c_rom_slave
     generic map (
-      MAX_COLUMNS => MAX_COLUMNS
+      MAX_COLUMNS => MAX_COLUMNS,
+      CLOCK_RANGE => CLOCK_RANGE
     )
     port map (
       clk       => clk,

@@ -21,7 +21,9 @@ entity i2c_rom_slave is
     -- Equal samples that make a level; 20 are 200 ns of 100 MHz.
     FILTER : positive := 20;
     -- Longest line in pixels: longer modes are not offered.
-    MAX_COLUMNS : positive := 1280
+    MAX_COLUMNS : positive := 1280;
+    -- Pixel clocks of the build, see hdmi_control: others are not offered.
+    CLOCK_RANGE : natural range 0 to 4 := 0
   );
   port (
     clk   : in    std_logic;
@@ -42,22 +44,27 @@ architecture rtl of i2c_rom_slave is
 
   type rom_t is array (0 to EDID_BYTES - 1) of std_logic_vector(7 downto 0);
 
-  -- The one with the longest lines that fit; the first one in any case.
+  -- Of those for the pixel clocks the one with the longest lines that fit; their first one in any case, and the first
+  -- of all if there is none.
   function chosen_edid (
-    columns : positive
+    columns : positive;
+    clocks  : natural
   ) return rom_t is
 
     variable first_bit : natural;
+    variable found     : boolean;
     variable rom       : rom_t;
 
   begin
 
     first_bit := 0;
+    found     := false;
 
     for i in EDID_COLUMNS'range loop
 
-      if EDID_COLUMNS(i) <= columns then
+      if EDID_RANGES(i) = clocks and (not found or EDID_COLUMNS(i) <= columns) then
         first_bit := 8 * EDID_BYTES * i;
+        found     := true;
       end if;
 
     end loop;
@@ -72,7 +79,7 @@ architecture rtl of i2c_rom_slave is
 
   end function chosen_edid;
 
-  constant EDID : rom_t := chosen_edid(MAX_COLUMNS);
+  constant EDID : rom_t := chosen_edid(MAX_COLUMNS, CLOCK_RANGE);
 
   -- idle: not addressed; device_byte, address_byte, discard: bytes coming in; acknowledge: the
   -- slave's bit; send: a byte going out; acknowledged: the master's bit.

@@ -31,7 +31,8 @@ entity link_supervisor is
     STEADY : positive range 2 to 15 := 4;
     -- Measurements without data after which a running link is restarted.
     PATIENCE : positive := 625;
-    -- Fastest TMDS clock in units of 100 kHz; constraints/atlys.ucf has its period.
+    -- Slowest and fastest TMDS clock in units of 100 kHz.
+    SLOWEST : positive := 240;
     FASTEST : positive := 743
   );
   port (
@@ -70,7 +71,7 @@ end entity link_supervisor;
 architecture rtl of link_supervisor is
 
   -- Limits with a measuring error of a count and half a percent of tolerance.
-  constant SLOWEST      : natural := (COUNTS_10_MHZ * 24) / 10;
+  constant LOW_SLOWEST  : natural := (COUNTS_10_MHZ * SLOWEST) / 100;
   constant LOW_FASTEST  : natural := (COUNTS_10_MHZ * 50) / 10;
   constant HIGH_SLOWEST : natural := (COUNTS_10_MHZ * 40) / 10;
   constant HIGH_FASTEST : natural := (COUNTS_10_MHZ * FASTEST) / 100 + (COUNTS_10_MHZ * FASTEST) / 20000 + 1;
@@ -118,7 +119,7 @@ begin
         want_high <= '0';
         fits      <= '0';
         -- In range, so nothing overflows.
-        if rate >= SLOWEST and rate <= HIGH_FASTEST and rate <= last + 1 and last <= rate + 1 then
+        if rate >= LOW_SLOWEST and rate <= HIGH_FASTEST and rate <= last + 1 and last <= rate + 1 then
           if agree >= STEADY - 1 then
             agree    <= STEADY;
             in_range <= '1';

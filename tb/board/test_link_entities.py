@@ -45,6 +45,21 @@ def test_many_hung_delay_lines() -> None:
     run_unit("phase_detector_control", **PHASE, faults=2000)
 
 
+def run_search(bit_taps: list[int]) -> None:
+    case = {"entity": "phase_search", "timeout": 150, "bit_taps": bit_taps}
+    run_case("phase_search", "board.search_bench", generics={"TIMEOUT": 150}, case=case)
+
+
+def test_phase_search() -> None:
+    # From 720p60 (1347 ps, 25 ps a tap) to longer than the delay line.
+    run_search([54, 160])
+
+
+@pytest.mark.slow
+def test_phase_search_of_many_bits() -> None:
+    run_search([*range(50, 180, 10)])
+
+
 def test_hdmi_control() -> None:
     case = {"slices": 3, "meter_window": 320, "data_patience": 150, "bit_clocks": 6}
     generics = {name.upper(): value for name, value in case.items()}

@@ -1,6 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Sends serial TMDS bits from a file into the board's top level and writes the bits that come out
--- into another.
+-- Sends serial TMDS bits from a file into a board (board_under_test: board_atlys.vhd or board_ulx3s.vhd) and writes
+-- the bits that come out into another.
 --
 -- With `start` (or at once, AUTO_START, the sweep switch as SWEEP says) input.bin in the working directory is
 -- played, and output.bin is
@@ -13,15 +13,12 @@
 --   1 pixel clock period in fs * 64       2, 3, 4 skew of channel 0, 1, 2 in ps
 --   5 jitter of the edges, +- ps          6 clock lane: 1 runs, 0 stands still
 --   7 cable: 1 plugged, 0 open            8 skew of the clock lane in ps
---   9 blanking for as many ns             10 faults of the delay lines, see unisim.model_faults
+--   9 blanking for as many ns             10 faults of the delay lines, see model_faults
 --   11 an open clock input that oscillates for as many ns, at ever another rate
 
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
-
-library unisim;
-use unisim.model_faults.all;
 
 entity hdmi_bench is
   generic (
@@ -54,7 +51,10 @@ entity hdmi_bench is
     DDC_QUARTER         : positive := 25;
     DDC_PAUSE           : positive := 100;
     SWITCH_FRAMES       : positive := 1;
-    ALIGN_TIMEOUT       : positive := 8192
+    ALIGN_TIMEOUT       : positive := 8192;
+    CLOCK_RANGE         : natural  := 2;
+    OWN_DIVIDE          : positive := 12;
+    SEARCH_TIMEOUT      : positive := 600
   );
   port (
     start          : in    std_logic;
@@ -109,9 +109,8 @@ architecture test of hdmi_bench is
   signal pin_data_p : lanes_t;
   signal pin_data_n : lanes_t;
   signal out_clk_p  : std_logic;
-  signal out_clk_n  : std_logic;
   signal out_data_p : lanes_t;
-  signal out_data_n : lanes_t;
+  signal fault_seed : natural   := 0;
   signal ddc_scl    : std_logic;
   signal ddc_sda    : std_logic;
   signal playing    : boolean   := false;
@@ -158,7 +157,7 @@ begin
   pin_data_n <= in_data_n when plugged = '1' else
                 "111";
 
-  board : entity work.atlys_top
+  board : entity work.board_under_test
     generic map (
       MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
       SHIFTS              => SHIFTS,
@@ -186,32 +185,32 @@ begin
       DDC_QUARTER         => DDC_QUARTER,
       DDC_PAUSE           => DDC_PAUSE,
       SWITCH_FRAMES       => SWITCH_FRAMES,
-      ALIGN_TIMEOUT       => ALIGN_TIMEOUT
+      ALIGN_TIMEOUT       => ALIGN_TIMEOUT,
+      CLOCK_RANGE         => CLOCK_RANGE,
+      OWN_DIVIDE          => OWN_DIVIDE,
+      SEARCH_TIMEOUT      => SEARCH_TIMEOUT
     )
     port map (
-      clk_100        => clk_100,
-      reset_n        => to_board.reset_n,
-      in_clk_p       => pin_clk_p,
-      in_clk_n       => pin_clk_n,
-      in_data_p      => pin_data_p,
-      in_data_n      => pin_data_n,
-      in_scl         => ddc_scl,
-      in_sda         => ddc_sda,
-      out_clk_p      => out_clk_p,
-      out_clk_n      => out_clk_n,
-      out_data_p     => out_data_p,
-      out_data_n     => out_data_n,
-      out_scl        => ddc_scl,
-      out_sda        => ddc_sda,
-      uart_rx        => to_board.uart_rx,
-      uart_tx        => uart_tx,
-      button_up      => to_board.button_up,
-      button_down    => to_board.button_down,
-      button_clear   => to_board.button_clear,
-      switch_pattern => to_board.switch_pattern,
-      switch_pass    => to_board.switch_pass,
-      switch_sweep   => to_board.switch_sweep,
-      led            => led
+      delay_fault_seed => fault_seed,
+      clk_100          => clk_100,
+      reset_n          => to_board.reset_n,
+      in_clk_p         => pin_clk_p,
+      in_clk_n         => pin_clk_n,
+      in_data_p        => pin_data_p,
+      in_data_n        => pin_data_n,
+      scl              => ddc_scl,
+      sda              => ddc_sda,
+      out_clk_p        => out_clk_p,
+      out_data_p       => out_data_p,
+      uart_rx          => to_board.uart_rx,
+      uart_tx          => uart_tx,
+      button_up        => to_board.button_up,
+      button_down      => to_board.button_down,
+      button_clear     => to_board.button_clear,
+      switch_pattern   => to_board.switch_pattern,
+      switch_pass      => to_board.switch_pass,
+      switch_sweep     => to_board.switch_sweep,
+      led              => led
     );
 
   play : process is
@@ -344,7 +343,7 @@ begin
 
           when 10 =>
 
-            delay_faults <= value;
+            fault_seed <= value;
 
           when 11 =>
 

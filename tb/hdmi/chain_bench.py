@@ -19,7 +19,7 @@ from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.fpga.hdmi.packets import AviInfo, ColourSpace
 from plenofir.fpga.hdmi.script import Code, Command
 from plenofir.fpga.hdmi.status import parse_status
-from plenofir_tb.board import LOCK_US, Board, ask, signal
+from plenofir_tb.board import Board, ask, signal
 from plenofir_tb.case import read_case
 from plenofir_tb.serial import SKEWS, last_frames
 from plenofir_tb.sources import LIMITED_YCBCR, MODE_HDMI, RGB, hdmi_source
@@ -27,9 +27,9 @@ from plenofir_tb.video import MODE_720, measured
 
 CASE = read_case()
 
-MODE_VGA = VideoMode(
-    name="vga",
-    pixel_clock=25_175,
+MODE_SLOW = VideoMode(
+    name="slow",
+    pixel_clock=CASE["slow_khz"],
     h_active=32,
     h_front=2,
     h_sync=6,
@@ -88,10 +88,10 @@ async def wrong_words(dut: Any) -> None:
 
 @cocotb.test()
 async def modes_change(dut: Any) -> None:
-    """Between the two settings of the PLLs, back and forth, in the middle of frames."""
+    """Slow and fast clocks, back and forth, in the middle of frames."""
     bench = Board(dut)
     await bench.link.reset()
-    for mode in (MODE_VGA, MODE_720, MODE_VGA):
+    for mode in (MODE_SLOW, MODE_720, MODE_SLOW):
         await bench.relock(mode, [])
         assert bench.led() & 0x1F == 0x1F
         part = encode_frames(mode, bench.pictures(mode, 1))
@@ -124,13 +124,13 @@ async def hdmi_and_dvi(dut: Any) -> None:
 
 @cocotb.test(skip=not CASE["thorough"])
 async def hdmi_modes_change(dut: Any) -> None:
-    """DVI and HDMI between the settings of the PLLs, in the middle of frames."""
+    """DVI and HDMI with slow and fast clocks, in the middle of frames."""
     bench = Board(dut)
     await bench.link.reset()
-    slow = MODE_HDMI.model_copy(update={"pixel_clock": 25_175, "h_positive": False})
+    slow = MODE_HDMI.model_copy(update={"pixel_clock": CASE["slow_khz"], "h_positive": False})
     sources: list[tuple[VideoMode, AviInfo | None]] = [
         (MODE_HDMI, AviInfo(format_code=4)),
-        (MODE_VGA, None),
+        (MODE_SLOW, None),
         (MODE_HDMI, LIMITED_YCBCR),
         (slow, AviInfo(ColourSpace.YCBCR_444, format_code=1, ycc_range=1)),
         (MODE_720, None),
@@ -203,6 +203,23 @@ async def open_clock_input(dut: Any) -> None:
     await bench.relock(MODE_720, [])
 
 
+@cocotb.test()
+async def clock_out_of_range(dut: Any) -> None:
+    """A clock that the build does not take starts nothing; one that it takes is followed."""
+    bench = Board(dut)
+    await bench.link.reset()
+    mode = MODE_720.model_copy(update={"pixel_clock": CASE["refused_khz"]})
+    await bench.link.play([*signal(mode), Command(Code.WAIT, 100_000)])
+    assert bench.led() & 0x1F == 0, f"LEDs {bench.led():08b}"
+    asking = cocotb.start_soon(ask(dut, "?"))
+    await bench.link.play([Command(Code.WAIT, 300_000)])
+    status = parse_status(await asking)
+    assert status["present"] == status["running"] == (0,)
+    unit = CASE["meter_window"] / 16000
+    assert abs(status["clock"][0] - CASE["refused_khz"] / 100 * unit) <= 1
+    await bench.relock(MODE_720, [])
+
+
 async def faulty_delay_lines(dut: Any, seed: int, recovery_us: float) -> None:
     """Let delay lines go wrong for some frames; right again within a time behind the last fault."""
     bench = Board(dut)
@@ -234,14 +251,14 @@ async def faulty_delay_lines(dut: Any, seed: int, recovery_us: float) -> None:
 async def delay_lines_hang(dut: Any) -> None:
     """Delay lines hang, ignore and answer late; a reset of the delay brings them back."""
     seed = 2 * random.Random(cocotb.RANDOM_SEED).randrange(1, 1 << 20)
-    await faulty_delay_lines(dut, seed, 2 * 1023 / 148.5)
+    await faulty_delay_lines(dut, seed, CASE["delay_recovery_us"])
 
 
 @cocotb.test()
 async def delay_lines_hang_until_a_restart(dut: Any) -> None:
     """Only a restart of the receiver's clocks brings them back: the supervisor does it."""
     seed = 2 * random.Random(cocotb.RANDOM_SEED).randrange(1 << 20) + 1
-    await faulty_delay_lines(dut, seed, CASE["patience_us"] + LOCK_US)
+    await faulty_delay_lines(dut, seed, CASE["patience_us"] + CASE["lock_us"])
 
 
 async def spoilt_frames(bench: Board, mode: VideoMode, info: AviInfo | None) -> None:

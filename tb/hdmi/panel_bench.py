@@ -36,7 +36,7 @@ async def commands_and_status(dut: Any) -> None:
         await Timer(100, "us")
         status = parse_status(await ask(dut, "?"))
     assert status["monitor"] == (1,)
-    assert status["monitor_mode"] == (640, 480, 599)
+    assert status["monitor_mode"] == tuple(read_case()["own_mode"])
     assert status["monitor_ok"] == (0,)
     assert status["edid"][0] >= 128
     assert await ask(dut, "c") == "ok"
@@ -67,7 +67,8 @@ async def commands_and_status(dut: Any) -> None:
     assert not status["errors"][0] & ~0b110
     assert status["packet_errors"] == (0, 0)
     assert status["hung"] == status["word_errors"] == (0, 0, 0)
-    assert all(abs(taps) < 10 for taps in status["taps"])
+    low, high = read_case()["taps"]
+    assert all(low <= taps <= high for taps in status["taps"])
     # Both meters count in units of their window.
     assert abs(status["clock"][0] - mode.pixel_clock / 1000 * window_us / 16) <= 1
     # A division takes longer than one of these frames, and one more may begin with a torn one.
@@ -142,7 +143,7 @@ async def passed_through(dut: Any) -> None:
 
 @cocotb.test()
 async def test_pattern(dut: Any) -> None:
-    """No source, the switch on: the pattern, refocused, at 25.175 MHz; then a source again."""
+    """No source, the switch on: the pattern, refocused, at the board's own clock; then a source."""
     bench = Board(dut)
     await bench.link.reset()
     dut.switch_pattern.value = 1

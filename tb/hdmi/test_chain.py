@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole board, from serial bits to serial bits."""
+"""The whole board, from serial bits to serial bits: one list of cases for all boards."""
 
 import pytest
 
@@ -8,18 +8,43 @@ from plenofir_tb.video import MODE_720
 
 M, SHIFTS = 3, (2, 0, -1)
 METER_WINDOW, BIT_CLOCKS = 800, 10
-# 240 us in place of 100 ms.
-DATA_PATIENCE = 30
 PARTS = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
+
+# What differs: in place of 100 ms of patience some windows of the meter; a slow pixel clock that is
+# taken, one that is not; how long it takes to lock and until a delay line that lost its setting has
+# one again; taps that delay lines end at; the preferred mode of the board's own EDID.
+BOARDS: dict[str, dict] = {
+    "atlys": {
+        "data_patience": 30,
+        "slow_khz": 25_175,
+        "refused_khz": 20_000,
+        "lock_us": 100,
+        "delay_recovery_us": 2 * 1023 / 148.5,
+        "taps": (-9, 9),
+        "own_mode": (640, 480, 599),
+    },
+    # The build for 41 to 74.3 MHz.
+    "ulx3s": {
+        "data_patience": 100,
+        "slow_khz": 42_000,
+        "refused_khz": 25_175,
+        "lock_us": 320,
+        "delay_recovery_us": 320,
+        "taps": (1, 126),
+        "own_mode": (1024, 768, 600),
+    },
+}
 
 
 def run_chain(
     phases: list[int],
     *,
+    board: str = "atlys",
     shifts: tuple[int, ...] = SHIFTS,
     long: bool = True,
     thorough: bool = False,
 ) -> None:
+    of_board = BOARDS[board]
     run_case(
         "hdmi_bench",
         "hdmi.chain_bench",
@@ -28,7 +53,7 @@ def run_chain(
             "SHIFTS": " ".join(map(str, shifts)),
             "MAX_COLUMNS": 64,
             "METER_WINDOW": METER_WINDOW,
-            "DATA_PATIENCE": DATA_PATIENCE,
+            "DATA_PATIENCE": of_board["data_patience"],
             "BIT_CLOCKS": BIT_CLOCKS,
             **{f"PATTERN_{name.upper()}": getattr(MODE_720, name) for name in PARTS},
         },
@@ -39,15 +64,27 @@ def run_chain(
             "meter_window": METER_WINDOW,
             "bit_clocks": BIT_CLOCKS,
             "thorough": thorough,
-            "patience_us": DATA_PATIENCE * METER_WINDOW / 100,
+            "patience_us": of_board["data_patience"] * METER_WINDOW / 100,
+            **of_board,
         },
-        board=True,
+        board=board,
         long=long,
     )
 
 
 def test_chain() -> None:
     run_chain([0, 4])
+
+
+def test_ulx3s_in_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Phases and skews; the whole list is below.
+    monkeypatch.setenv("COCOTB_TEST_FILTER", "phases")
+    run_chain([4], board="ulx3s")
+
+
+@pytest.mark.slow
+def test_ulx3s() -> None:
+    run_chain([0, 4], board="ulx3s")
 
 
 def test_pattern_of_two_slices(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -57,11 +94,13 @@ def test_pattern_of_two_slices(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_all_phases() -> None:
-    run_chain([*range(10), *range(10)], shifts=(-2,))
+@pytest.mark.parametrize("board", BOARDS)
+def test_all_phases(board: str) -> None:
+    run_chain([*range(10), *range(10)], shifts=(-2,), board=board)
 
 
 @pytest.mark.slow
-def test_hdmi_sources(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("board", BOARDS)
+def test_hdmi_sources(monkeypatch: pytest.MonkeyPatch, board: str) -> None:
     monkeypatch.setenv("COCOTB_TEST_FILTER", "hdmi_(modes|bit)")
-    run_chain([], thorough=True)
+    run_chain([], thorough=True, board=board)

@@ -19,9 +19,8 @@ from plenofir_tb.serial import SerialLink, last_frames
 from plenofir_tb.sources import RGB, hdmi_source
 from plenofir_tb.video import measured
 
-# What the documentation states: the clocks are up after LOCK_US (with the meter's window of this
-# bench), then the frame under way and two whole ones go by.
-LOCK_US = 100
+# What the documentation states: behind the time to lock (with the meter's window of this bench),
+# which is the board's, the frame under way and two whole ones go by.
 LOCK_FRAMES = 4
 
 
@@ -63,7 +62,7 @@ class Board:
     def lost_frames(self, mode: VideoMode) -> int:
         """Frames that may go by between a new signal and the first refocused frame."""
         frame_us = 1000 * mode.h_total * mode.v_total / mode.pixel_clock
-        return int(np.ceil(LOCK_US / frame_us)) + LOCK_FRAMES
+        return int(np.ceil(self.case["lock_us"] / frame_us)) + LOCK_FRAMES
 
     async def relock(
         self, mode: VideoMode, script: list[Command | Packed], info: AviInfo | None = None

@@ -23,6 +23,8 @@ from cocotb_tools.runner import Nvc, Runner, get_runner
 
 from plenofir import project
 from plenofir.fpga import hdl
+from plenofir.fpga.boards import BOARDS
+from plenofir.fpga.simulate.chain import chain_sources
 from plenofir.fpga.simulate.simulators import (
     GHDL_RUN_OPTIONS,
     NVC_RELAXED,
@@ -82,12 +84,12 @@ class _RelaxedNvc(Nvc):
         return [[*command[:place], *NVC_RELAXED, *command[place:]]]
 
 
-def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: bool) -> Runner:
+def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: str) -> Runner:
     """Analyse and elaborate in a new folder what the cases need."""
     sources = hdl.hdl_sources()
     if board:
-        sources = [*hdl.board_sources(), project.root() / "tb" / "file_bench" / "hdmi_bench.vhd"]
-        for command in simulator.model_commands(hdl.unisim_sources()):
+        sources = chain_sources(board)[:-1]
+        for command in simulator.model_commands(hdl.model_sources(BOARDS[board].library)):
             simulator.run(command, work)
     # Entities with records at their ports have a bench in VHDL around them.
     for name in sorted({case.top for case in cases}):
@@ -98,7 +100,7 @@ def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: bo
     runner.build(
         sources=[*sources, top],
         hdl_toplevel=TOP,
-        build_args=simulator.global_options(board=board),
+        build_args=simulator.global_options(board=bool(board)),
         build_dir=work,
         log_file=work / "build.log",
     )
@@ -106,7 +108,7 @@ def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: bo
 
 
 def _simulate(
-    cases: Sequence[Case], seed: int, scratch: Path, *, board: bool, long: bool, waves: bool
+    cases: Sequence[Case], seed: int, scratch: Path, *, board: str, long: bool, waves: bool
 ) -> set[str]:
     """Run cases side by side; labels of those that did not pass."""
     shutil.rmtree(scratch, ignore_errors=True)
@@ -114,6 +116,7 @@ def _simulate(
     work.mkdir(parents=True)
     simulator = find_simulator(simulator_name(), brief=not long)
     options = list(GHDL_RUN_OPTIONS) if simulator.name == "ghdl" else []
+    options_of_run = simulator.global_options(board=bool(board)) if options else []
     if waves:
         file = scratch / "waves.fst"
         nvc = [f"--wave={file}", "--format=fst"]
@@ -142,7 +145,7 @@ def _simulate(
                 hdl_toplevel_lang="vhdl",
                 build_dir=work,
                 test_dir=work,
-                test_args=simulator.global_options(board=board) if simulator.name == "ghdl" else [],
+                test_args=options_of_run,
                 plusargs=options,
                 seed=seed,
                 extra_env={
@@ -173,7 +176,7 @@ def _simulate(
 
 
 def run_cases(
-    cases: Sequence[Case], *, seed: int | None = None, board: bool = False, long: bool = False
+    cases: Sequence[Case], *, seed: int | None = None, board: str = "", long: bool = False
 ) -> None:
     """Run benches on entities, in one simulation; fail the calling pytest test if any fails.
 
@@ -184,7 +187,7 @@ def run_cases(
     seed
         Seed of all random choices; drawn and printed if None.
     board
-        Whether the entities need the board's sources and the models of the primitives.
+        Board whose sources and models of primitives the entities need, if any.
     long
         Whether simulation takes much longer than compilation.
     """
@@ -222,7 +225,7 @@ def run_case(
     *,
     generics: Mapping[str, int | bool | str],
     case: Mapping[str, Any] | None = None,
-    board: bool = False,
+    board: str = "",
     long: bool = False,
 ) -> None:
     """Run one case; see `run_cases`."""

@@ -48,7 +48,8 @@ class SerialLink:
             ]
         )
         dut.reset_n.value = 1
-        await Timer(200, "ns")
+        # Until the clocks that a board makes from its oscillator have locked.
+        await Timer(3, "us")
 
     async def play(self, script: Sequence[Command | Packed]) -> Packed:
         """Play commands and words, return what came out meanwhile."""

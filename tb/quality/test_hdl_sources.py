@@ -124,8 +124,14 @@ def test_stack_synthesises(
     assert "latch" not in done.stderr
 
 
+def models() -> list[Path]:
+    """Models of the primitives of all families."""
+    folders = (project.root() / "hdl" / "sim").iterdir()
+    return [path for folder in sorted(folders) for path in hdl.model_sources(folder.name)]
+
+
 def test_one_entity_a_file() -> None:
-    for path in [*hdl.board_sources(), *hdl.unisim_sources()]:
+    for path in [*hdl.all_sources(), *models()]:
         words = [line.split() for line in path.read_text().lower().splitlines()]
         units = [
             w[1] for w in words if len(w) > 2 and w[0] in ("entity", "package") and w[2] == "is"
@@ -135,12 +141,12 @@ def test_one_entity_a_file() -> None:
 
 def test_every_source_is_listed() -> None:
     folder = project.root() / "hdl"
-    sources = [*hdl.board_sources(), *hdl.unisim_sources()]
+    sources = [*hdl.all_sources(), *models()]
     assert sorted(sources) == sorted(folder.rglob("*.vhd"))
 
 
 def test_every_entity_has_a_header() -> None:
-    for path in hdl.board_sources():
+    for path in hdl.all_sources():
         text = path.read_text()
         assert text.startswith("-- "), path
         if "\nentity " in text:
@@ -150,7 +156,7 @@ def test_every_entity_has_a_header() -> None:
 
 
 def test_every_port_is_explained() -> None:
-    for path in hdl.board_sources():
+    for path in hdl.all_sources():
         assert not unexplained_ports(path.read_text()), path
 
 
@@ -191,7 +197,8 @@ MAY_USE = {
     "video": {"common", "core", "refocuser"},
     "selftest": {"common", "core", "refocuser"},
     "spartan6": {"common"},
-    "board": {"common", "core", "tmds", "video", "spartan6"},
+    "ecp5": {"common"},
+    "board": {"common", "core", "tmds", "video", "spartan6", "ecp5"},
 }
 
 
@@ -207,7 +214,7 @@ def forbidden_uses(texts: dict[str, tuple[str, str]]) -> list[str]:
 
 
 def test_folders_depend_one_way() -> None:
-    texts = {path.stem: (path.parent.name, path.read_text()) for path in hdl.board_sources()}
+    texts = {path.stem: (path.parent.name, path.read_text()) for path in hdl.all_sources()}
     assert forbidden_uses(texts) == []
     # The table has no circle: each folder comes after all that it uses.
     assert list(TopologicalSorter(MAY_USE).static_order())

@@ -14,7 +14,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.synthesis import tools as tools_module
 from plenofir.fpga.synthesis.parts import TMDS_ENDS, count_parts, left_out_in_turn, needed_parts
-from plenofir.fpga.synthesis.primitives import with_primitives
+from plenofir.fpga.synthesis.primitives import component_package, with_primitives
 from plenofir.fpga.synthesis.tools import (
     ghdl_version,
     plain_verilog,
@@ -98,7 +98,7 @@ def test_board_has_the_tmds_ends_and_its_core_no_more_than_it_needs(tmp_path: Pa
     assert len(boards) == 2
     assert design.plan is not None
     sources = configure(design.plan, tmp_path)
-    verilog = write_verilog(sources, design.top, {}, tmp_path, board=True).read_text()
+    verilog = write_verilog(sources, design.top, {}, tmp_path, primitives="unisim").read_text()
     assert count_parts(verilog, design.top) == {**TMDS_ENDS, **needed_parts(design.core)}
 
 
@@ -182,7 +182,7 @@ def test_primitives_become_cells(tmp_path: Path, module: str, value: str) -> Non
     .a(a));
 endmodule
 """
-    assert with_primitives(text, models) == (
+    assert with_primitives(text, component_package("unisim"), models) == (
         'module top\n  (input  a);\n  PLL_ADV #(.TEXT("HI"), .FLAG("TRUE"), .SHARE(0.5), '
         ".COUNT(4'b0101)) pll (\n    .A(a));\nendmodule\n"
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Commands for the bitstream of the Atlys board: bitstream build, bitstream check."""
+"""Commands for the bitstreams of boards: bitstream build, bitstream check."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,11 +12,13 @@ from plenofir.commands.console import print_line, steps_bar
 from plenofir.errors import InputError
 
 if TYPE_CHECKING:
-    from plenofir.fpga.bitstream import top_level
+    from plenofir.fpga.bitstream import nextpnr, top_level
+    from plenofir.fpga.boards import Board
+    from plenofir.plan import Plan
 
 _SHOWN_WARNINGS = 20
 
-app = typer.Typer(no_args_is_help=True, help="Bitstream of the Atlys board.")
+app = typer.Typer(no_args_is_help=True, help="Bitstreams of boards.")
 
 
 def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
@@ -57,9 +59,8 @@ def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
     return values
 
 
-def scene_build(path: str) -> "tuple[dict[str, top_level.Value], bytes | None]":
-    """Generics of the top level that a scene means, and its EDID."""
-    from plenofir.fpga.bitstream import top_level
+def scene_plan(path: str) -> "Plan":
+    """Plan of a scene that is a board's."""
     from plenofir.plan import load_scene, make_plan
 
     plan = make_plan(load_scene(path))
@@ -69,8 +70,67 @@ def scene_build(path: str) -> "tuple[dict[str, top_level.Value], bytes | None]":
             where=f"{path}: build.path",
             expected='path = "video"; for a core: make synth, or plenofir configure and ISE',
         )
-    edid = None if plan.edid is None else bytes.fromhex(plan.edid)
-    return top_level.board_generics(plan.core), edid
+    return plan
+
+
+def chosen_board(board: str | None, device: str | None, plan: "Plan | None") -> "tuple[Board, str]":
+    """Board and device to build for: those of the scene, or those that were named."""
+    from plenofir.fpga.boards import BOARDS, board_of
+
+    if plan is not None:
+        of_scene = board_of(plan.device)
+        assert of_scene is not None
+        for option, given, has in (
+            ("board", board, of_scene.name),
+            ("device", device, plan.device),
+        ):
+            if given not in (None, has):
+                raise InputError(
+                    f"{plan.scene} is a scene for the {of_scene.title}, {plan.device}",
+                    where=options.typed(option, str(given)),
+                    expected=f"{options.typed(option, has)}, or another build.device in the scene",
+                )
+        return of_scene, plan.device
+    chosen = BOARDS[board or "atlys"]
+    if device is not None and device not in chosen.devices:
+        raise InputError(
+            f"the {chosen.title} has no {device}",
+            where=options.typed("device"),
+            expected=" or ".join(chosen.devices),
+        )
+    return chosen, device or chosen.devices[0]
+
+
+def build_with_nextpnr(
+    board: "Board",
+    device: str,
+    generics: "dict[str, top_level.Value]",
+    plan: "Plan | None",
+    out: Path,
+) -> "nextpnr.NextpnrReport":
+    """Build for a board with an ECP5: the range of pixel clocks is that of the scene's mode."""
+    from plenofir.fpga.bitstream import nextpnr, top_level
+    from plenofir.fpga.devices import DEVICES
+    from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
+    from plenofir.plan.configure import clock_range_of
+
+    values = {**top_level.default_generics(board.top), **generics}
+    core = top_level.configuration(values)
+    core.check_limits()
+    # Without a scene: the slowest mode that has such lines.
+    modes = [mode for mode in board.modes if mode.h_active <= core.max_columns] or board.modes[:1]
+    widest = next(mode for mode in modes if mode.h_active == max(m.h_active for m in modes))
+    clocks = board.clock_range(widest) if plan is None else clock_range_of(plan)
+    part = DEVICES[device]
+    if over := part.overflow(estimate(core, part.family) + VIDEO_USAGES[part.family]):
+        raise InputError(
+            f"does not fit the {device.upper()}: needs {'; '.join(over)}",
+            where=options.typed("micro_image") if plan is None else plan.scene,
+            expected="fewer slices or columns, or a smaller M",
+        )
+    edid = None if plan is None or plan.edid is None else bytes.fromhex(plan.edid)
+    with steps_bar("bitstream") as show:
+        return nextpnr.build(board, device, generics, clocks, out, show, edid)
 
 
 @app.command()
@@ -85,17 +145,25 @@ def build(
     fraction: options.FractionIfGiven = None,
     guard: options.GuardIfGiven = None,
     scene: options.SceneIfGiven = None,
+    board: Annotated[
+        options.Board | None,
+        typer.Option(help="Board; without it that of the scene, or the Atlys."),
+    ] = None,
+    device: Annotated[
+        str | None, typer.Option(help="Device of a board that is sold with several.")
+    ] = None,
     out: options.OutFolder = "build/bitstream",
     ise: Annotated[str, typer.Option(help="ISE_DS folder, if the tools are not on the PATH.")] = "",
 ) -> None:
-    """Build the bitstream of the Atlys board with Xilinx ISE 14.7."""
+    """Build the bitstream of a board: the Atlys with Xilinx ISE 14.7, others with open tools."""
     from plenofir.fpga.bitstream import ise as tools
+    from plenofir.fpga.bitstream import top_level
     from plenofir.fpga.hdmi.edid import describe_edid
 
     given = {
         name: value
         for name, value in context.params.items()
-        if value not in (None, [], ()) and name not in ("scene", "out", "ise")
+        if value not in (None, [], ()) and name not in ("scene", "board", "device", "out", "ise")
     }
     if scene is not None and given:
         raise InputError(
@@ -103,7 +171,16 @@ def build(
             where=options.typed(next(iter(given))),
             expected="one of them",
         )
-    generics, edid = (board_generics(given), None) if scene is None else scene_build(scene)
+    plan = None if scene is None else scene_plan(scene)
+    target, part = chosen_board(board, device, plan)
+    if plan is None:
+        generics = board_generics(given)
+    else:
+        generics = top_level.board_generics(plan.core, target.top)
+    if target.flow == "nextpnr":
+        _print_nextpnr(build_with_nextpnr(target, part, generics, plan, Path(out)), out)
+        return
+    edid = None if plan is None or plan.edid is None else bytes.fromhex(plan.edid)
     installation = tools.find_installation(ise)
     with steps_bar("bitstream") as show:
         report = tools.build(installation, generics, Path(out), show, edid)
@@ -126,6 +203,23 @@ def build(
     if rest > 0:
         print_line("", f"{rest} more in report.json")
     print_line("files", f"{out}/plenofir.bit, report.json, logs, work/")
+
+
+def _print_nextpnr(report: "nextpnr.NextpnrReport", out: str) -> None:
+    low, high = report.clocks_mhz
+    print_line("board", f"{report.board}, {report.device}: pixel clocks of {low:g} to {high:g} MHz")
+    for site, (used, there) in report.utilisation.items():
+        print_line(site, f"{used} of {there}")
+    for clock in report.timing:
+        reached = f"{clock.reached_mhz:g} MHz of {clock.wanted_mhz:g} MHz wanted"
+        print_line("clock", f"{clock.clock}: {reached}")
+    for crossing in report.crossings:
+        print_line(
+            "crossing",
+            f"{crossing.crossing}: {crossing.reached_ns:g} ns of {crossing.wanted_ns:g} ns",
+        )
+    print_line("seconds", f"{sum(report.seconds.values()):.0f}")
+    print_line("files", f"{out}/plenofir.bit, report.json, work/")
 
 
 @app.command()

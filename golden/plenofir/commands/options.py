@@ -20,6 +20,7 @@ ArithmeticKind = Literal["exact", "stored"]
 InterpolationName = Literal["nearest", "linear", "0", "1", "2", "3"]
 Simulator = Literal["ghdl", "nvc", "verilator"]
 Chain = Literal["core", "hdmi"]
+Board = Literal["atlys", "ulx3s"]
 Bayer = Literal["rggb", "grbg", "gbrg", "bggr"]
 Pixels = Literal["1", "2", "4", "8", "16", "32"]
 
@@ -44,6 +45,8 @@ VARIABLES = {
     "MAX_COLUMNS": "max_columns",
     "SIM": "simulator",
     "CHAIN": "chain",
+    "BOARD": "board",
+    "DEVICE": "device",
     "WAVES": "waves",
     "SCENE": "scene",
     "OUT": "out",
@@ -78,6 +81,7 @@ _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("fraction", "arith", ("stored",)),
     ("guard", "arith", ("stored",)),
     ("chain", "engine", ("fir", "moving_sum")),
+    ("board", "chain", ("hdmi",)),
     ("parallel_rows", "chain", ("core",)),
     ("any_rows", "chain", ("core",)),
     ("pixels", "chain", ("core",)),

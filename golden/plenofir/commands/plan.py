@@ -227,7 +227,7 @@ def synth(
     from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.configure import configure as write_project
-    from plenofir.plan.figures import designs, load_figures, scene_design
+    from plenofir.plan.figures import designs, is_ecp5_board, load_figures, scene_design
 
     if out is not None and scene is None:
         raise InputError(
@@ -237,6 +237,12 @@ def synth(
     ghdl, yosys = ghdl_version(), yosys_version()
     if scene:
         planned = make_plan(load_scene(scene))
+        if is_ecp5_board(planned):
+            raise InputError(
+                f"{planned.scene} is a board with an {planned.device.upper()}",
+                where=scene,
+                expected="make bitstream, which synthesises for ECP5",
+            )
         chosen = [scene_design(planned)]
     else:
         chosen = [design for design in designs() if not design.slow]

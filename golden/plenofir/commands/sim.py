@@ -77,6 +77,7 @@ def sim(
         options.Chain,
         typer.Option(help="The core, or the whole board from serial bits to serial bits."),
     ] = "core",
+    board: Annotated[options.Board, typer.Option(help="Board of the chain.")] = "atlys",
     waves: Annotated[
         bool, typer.Option("--waves", help="Write a waveform and a GTKWave save file.")
     ] = False,
@@ -144,6 +145,7 @@ def sim(
             simulator=simulator,
             waves=waves,
             chain=chain,
+            board=board,
         )
 
     if raw is not None and calib is not None:

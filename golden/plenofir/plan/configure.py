@@ -7,11 +7,13 @@ from pathlib import Path
 
 from plenofir.files import publish
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream import ise, top_level
+from plenofir.fpga.bitstream import ise, nextpnr, top_level
+from plenofir.fpga.boards import Board, board_of
 from plenofir.fpga.core.resampler import Load
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
+from plenofir.fpga.hdmi.modes import find_mode, range_limits
 from plenofir.plan.board_load import load_lines
 from plenofir.plan.calibration_loader import LOADER, loader_text
 from plenofir.plan.planned import Plan
@@ -64,7 +66,32 @@ def top_of(plan: Plan) -> str:
     str
         Entity: the board, or one of the scene's own.
     """
-    return top_level.TOP if plan.path == "video" else TOP
+    return _board(plan).top if plan.path == "video" else TOP
+
+
+def _board(plan: Plan) -> Board:
+    board = board_of(plan.device)
+    assert board is not None
+    return board
+
+
+def clock_range_of(plan: Plan) -> int:
+    """Range of pixel clocks that a scene's board is built for.
+
+    Parameters
+    ----------
+    plan
+        The plan, with video in and out.
+
+    Returns
+    -------
+    int
+        One of the board's ranges.
+    """
+    assert plan.clock_mhz is not None
+    mode = find_mode(plan.columns, plan.rows, 1e6 * plan.clock_mhz / plan.frame_clocks)
+    assert mode is not None
+    return _board(plan).clock_range(mode)
 
 
 def clock_mhz(plan: Plan) -> float:
@@ -111,7 +138,7 @@ def configure(
     """
     top = top_of(plan)
     own = _board_top(plan) if plan.path == "video" else _core_top(plan)
-    needed = needed_sources(own[f"{top}.vhd"], top, hdl.board_sources())
+    needed = needed_sources(own[f"{top}.vhd"], top, hdl.all_sources())
     # Own files in the place of those that they replace, the others behind.
     sources = [out / path.name if path.name in own else path for path in needed]
     vhdl = (out / name for name in own if name.endswith(".vhd"))
@@ -164,9 +191,20 @@ def _board_top(plan: Plan) -> dict[str, str]:
     own = {}
     if plan.edid is not None:
         own[f"{EDID_PACKAGE}.vhd"] = edid_package(bytes.fromhex(plan.edid))
+    board = _board(plan)
+    generics = top_level.board_generics(plan.core, board.top)
+    if board.flow == "nextpnr":
+        clock_range = clock_range_of(plan)
+        generics |= nextpnr.range_generics(clock_range)
+        fastest_mhz = range_limits(clock_range)[1] / 1000
+        return {
+            **own,
+            f"{board.top}.vhd": top_level.top_with_generics(generics, board.top),
+            f"{board.top}.lpf": board.constraints.read_text() + nextpnr.frequencies(fastest_mhz),
+        }
     return {
         **own,
-        f"{top_level.TOP}.vhd": top_level.top_with_generics(top_level.board_generics(plan.core)),
-        f"{top_level.TOP}.ucf": ise.constraints_file().read_text(),
-        f"{top_level.TOP}.xst": ise.xst_script(ise.read_options(ise.option_folder() / "xst.opt")),
+        f"{board.top}.vhd": top_level.top_with_generics(generics),
+        f"{board.top}.ucf": ise.constraints_file().read_text(),
+        f"{board.top}.xst": ise.xst_script(ise.read_options(ise.option_folder() / "xst.opt")),
     }

@@ -20,6 +20,7 @@ from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.resampler import ResamplerConfiguration
 from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.simulate.sensor_bench import sensor_generics
 from plenofir.fpga.synthesis.parts import left_out_in_turn
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
@@ -118,13 +119,33 @@ def scene_design(plan: Plan) -> Design:
 def scene_designs() -> Iterator[Design]:
     """Design of each shipped scene: a core, or the whole board.
 
+    Boards with an ECP5 are not among them: their builds are in ``data/boards.json``.
+
     Yields
     ------
     Design
         Named as the scene.
     """
     for file in scene_files():
-        yield scene_design(make_plan(load_scene(file)))
+        plan = make_plan(load_scene(file))
+        if not is_ecp5_board(plan):
+            yield scene_design(plan)
+
+
+def is_ecp5_board(plan: Plan) -> bool:
+    """Whether a scene is a board's whose bitstream nextpnr makes.
+
+    Parameters
+    ----------
+    plan
+        Its plan.
+
+    Returns
+    -------
+    bool
+        Then it has no netlist for Spartan-6.
+    """
+    return plan.path == "video" and DEVICES[plan.device].family == "ecp5"
 
 
 def core_designs() -> Iterator[Design]:

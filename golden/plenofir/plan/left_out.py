@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.resampler import ResamplerConfiguration
 from plenofir.fpga.devices import Device
-from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, slice_engine
+from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, slice_engine
 from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
 from plenofir.plan.scene_sensor import SensorChip
 from plenofir.refocus import automatic_units
@@ -105,7 +105,7 @@ def left_out(core: CoreConfiguration, path: str, device: Device) -> tuple[LeftOu
         found.append(LeftOut(what=what, saves=saves))
     if path == "core" and device.family == "spartan6":
         # The board, a Spartan-6, has a core of three channels.
-        saves = {name: n for name, n in VIDEO_USAGE.amounts().items() if n}
+        saves = {name: n for name, n in VIDEO_USAGES[device.family].amounts().items() if n}
         found.append(LeftOut(what="video timing, TMDS ends, the board's control", saves=saves))
     return tuple(found)
 

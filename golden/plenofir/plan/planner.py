@@ -8,12 +8,13 @@ from math import inf
 from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.errors import InputError
+from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration, SliceEngineName
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.moving_sum import PIXELS_PER_CLOCK, MovingSumEngine
 from plenofir.fpga.devices import DEVICES, Device, Usage
-from plenofir.fpga.hdmi.modes import MODES, VideoMode, find_mode
-from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, slice_engine
+from plenofir.fpga.hdmi.modes import VideoMode, find_mode
+from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, slice_engine
 from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
 from plenofir.plan.left_out import full_core, left_out, sensor_left_out
 from plenofir.plan.planned import EngineOption, Plan, PlannedSensor, PlannedSlice
@@ -292,7 +293,8 @@ def _needs(core: CoreConfiguration, loaded: LoadedScene, device: Device) -> Usag
     usage = estimate(core, device.family)
     if (chip := loaded.sensor) is not None:
         usage += sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
-    return usage + VIDEO_USAGE if loaded.scene.build.path == "video" else usage
+    video = loaded.scene.build.path == "video"
+    return usage + VIDEO_USAGES[device.family] if video else usage
 
 
 def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> CoreConfiguration:
@@ -341,10 +343,15 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
         return None
     assert frame.rate_hz is not None
     mode = find_mode(frame.columns, frame.rows, frame.rate_hz)
-    if mode is None:
-        known = ", ".join(f"{m.h_active} x {m.v_active} at {round(m.frame_rate)} Hz" for m in MODES)
+    board = board_of(loaded.scene.build.device)
+    assert board is not None
+    if mode not in board.modes:
+        known = ", ".join(
+            f"{m.h_active} x {m.v_active} at {round(m.frame_rate)} Hz" for m in board.modes
+        )
         raise InputError(
-            f"{frame.columns} x {frame.rows} at {frame.rate_hz:g} Hz is no mode of the board",
+            f"{frame.columns} x {frame.rows} at {frame.rate_hz:g} Hz is no mode of the "
+            f"{board.title}",
             where=f"{loaded.path}: frame",
             expected=f"one of {known}",
         )
@@ -446,7 +453,7 @@ def make_plan(loaded: LoadedScene) -> Plan:
         engine_reason=reason,
         error_bound=float(core.error_bound),
         needs=device.amounts(_needs(core, loaded, device)),
-        video_needs=None if mode is None else VIDEO_USAGE.amounts(),
+        video_needs=(None if mode is None else device.amounts(VIDEO_USAGES[device.family])),
         full=device.amounts(_needs(full, loaded, device)),
         full_build=f"{len(full.shifts)} slices, {full.channels} channels, "
         f"{whole.extent(full)} {whole.UNIT}",

@@ -13,7 +13,7 @@ from plenofir import project
 from plenofir.camera.rays import Camera, RayModel, load_camera
 from plenofir.errors import InputError, validation_error
 from plenofir.files import input_file
-from plenofir.fpga.bitstream.spartan6_sites import device as board_device
+from plenofir.fpga.boards import BOARDS, board_of
 from plenofir.fpga.core.configuration import (
     MAX_COLUMNS,
     MAX_MICRO_IMAGE_SIZE,
@@ -247,9 +247,9 @@ class Scene(_Part):
                 raise ValueError('frame.rate_hz for build.path "video"')
             if self.build.parallel_rows > 1:
                 raise ValueError('build.parallel_rows 1 for build.path "video"')
-            board = board_device().part.split("-")[0]
-            if self.build.device != board:
-                raise ValueError(f'build.device "{board}" (the board) for build.path "video"')
+            if board_of(self.build.device) is None:
+                boards = ", ".join(f"{d} ({b.title})" for b in BOARDS.values() for d in b.devices)
+                raise ValueError(f'build.device of a board for build.path "video": {boards}')
         elif self.build.edid is not None:
             raise ValueError('build.path "video" for build.edid')
         return self

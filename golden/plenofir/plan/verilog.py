@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from plenofir.fpga.boards import board_of
 from plenofir.fpga.synthesis.tools import ghdl_version, write_verilog
 from plenofir.plan.planned import Plan
 
@@ -98,7 +99,7 @@ def verilog_files(
     -------
     dict
         Name to text: the top in Verilog, and for a core the header `sizes_header`. A board's
-        primitives stay instances of Xilinx's cells.
+        primitives stay instances of its vendor's cells.
 
     Raises
     ------
@@ -107,7 +108,8 @@ def verilog_files(
     ToolError
         If GHDL fails.
     """
-    board = plan.path == "video"
+    board = board_of(plan.device) if plan.path == "video" else None
+    library = "" if board is None else board.library
     # First of all: whether GHDL is there.
     ghdl = ghdl_version()
     with tempfile.TemporaryDirectory(prefix="plenofir-") as work:
@@ -115,13 +117,13 @@ def verilog_files(
         for name, content in own.items():
             (folder / name).write_text(content)
         places = [folder / path.name if path.name in own else path for path in sources]
-        text = write_verilog(places, top, {}, folder, board=board).read_text()
+        text = write_verilog(places, top, {}, folder, primitives=library).read_text()
     text = _tidy(text)
     head = (
         f"// The scene {plan.scene}, written by plenofir configure --verilog: the VHDL as\n"
         f"// synthesised by GHDL {ghdl}. Change the scene or the VHDL, not this file.\n"
     )
     files = {f"{top}.v": f"{head}\n{text.strip()}\n"}
-    if not board:
+    if board is None:
         files[f"{top}.vh"] = sizes_header(plan, top)
     return files

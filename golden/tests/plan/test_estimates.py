@@ -18,7 +18,7 @@ from plenofir.fpga.synthesis.comparison import (
     measured_cells,
     widest,
 )
-from plenofir.fpga.synthesis.estimate import VIDEO_USAGE, estimate, reciprocal_bits
+from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, reciprocal_bits
 from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
 from plenofir.plan import DEVICES
 from plenofir.plan.figures import CORE, designs, load_figures, sensor_designs
@@ -34,7 +34,7 @@ def test_estimates_against_synthesis() -> None:
             continue
         figures, usage = known[design.name], estimate(design.core)
         if design.top == BOARD:
-            usage += VIDEO_USAGE
+            usage += VIDEO_USAGES["spartan6"]
         assert (usage.ramb16, usage.ramb8, usage.dsp) == (
             figures.ramb16,
             figures.ramb8,

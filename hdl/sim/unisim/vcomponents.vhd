@@ -1,8 +1,8 @@
 -- The Spartan-6 primitives that the board uses, declared as in Xilinx's library of this name;
 -- built by scripts/build_hdl.py from the entities of the models.
 --
--- For simulation without Xilinx's tools: a small library `unisim` with behavioural models, written
--- from UG381, UG382, UG615 and XAPP879. Ports and generics have Xilinx's names; only those in use
+-- For simulation without Xilinx's tools: a small library `unisim` with behavioural models,
+-- written from UG381, UG382, UG615 and XAPP879. Ports and generics have Xilinx's names; only those in use
 -- are here. Each model says at its head what it leaves out.
 
 library ieee;

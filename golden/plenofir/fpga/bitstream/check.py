@@ -374,7 +374,7 @@ def elaborate(sources: Sequence[Path], folder: Path) -> tuple[list[str], Counter
     standard = ["--std=93", "--syn-binding"]
     # XST takes a component of this name from its library, whatever was declared.
     steps = [
-        ["ghdl", "-a", *standard, "--work=unisim", *map(str, hdl.unisim_sources())],
+        ["ghdl", "-a", *standard, "--work=unisim", *map(str, hdl.model_sources())],
         ["ghdl", "-a", *standard, *map(str, sources)],
         ["ghdl", "-e", *standard, TOP],
         [
@@ -391,7 +391,7 @@ def elaborate(sources: Sequence[Path], folder: Path) -> tuple[list[str], Counter
             placed = re.compile(r"\S+:\d+:\d+:(?!warning:|note:)|.*:error: ")
             errors = [line for line in lines if placed.match(line)] or lines
             return [errors[0] if errors else f"{' '.join(step[:2])} failed"], Counter()
-    names = {path.stem for path in hdl.unisim_sources()} - {"vcomponents", "model_faults"}
+    names = {path.stem for path in hdl.model_sources()} - {"vcomponents", "model_faults"}
     found = re.findall(r"-(\w+) \[entity\]", done.stdout)
     return [], Counter(name for name in found if name in names)
 

@@ -21,15 +21,20 @@ TOP = "atlys_top"
 Value = int | bool | str
 
 
-def top_source() -> Path:
-    """Source of the top level.
+def top_source(top: str = TOP) -> Path:
+    """Source of a top level.
+
+    Parameters
+    ----------
+    top
+        Its entity.
 
     Returns
     -------
     Path
         The file.
     """
-    return project.root() / "hdl" / "board" / f"{TOP}.vhd"
+    return project.root() / "hdl" / "board" / f"{top}.vhd"
 
 
 def project_lines(replaced: Mapping[Path, Path] | None = None) -> list[str]:
@@ -77,8 +82,13 @@ def source_of_line(line: str) -> Path:
     return Path(found[1])
 
 
-def default_generics() -> dict[str, Value]:
-    """Generics of the top level that decide what is built, with their defaults.
+def default_generics(top: str = TOP) -> dict[str, Value]:
+    """Generics of a top level that decide what is built, with their defaults.
+
+    Parameters
+    ----------
+    top
+        Its entity.
 
     Returns
     -------
@@ -86,7 +96,7 @@ def default_generics() -> dict[str, Value]:
         Name to value.
     """
     values: dict[str, Value] = {}
-    for generic in declarations(top_source().read_text(), "generic"):
+    for generic in declarations(top_source(top).read_text(), "generic"):
         if generic.type_name == "boolean":
             values[generic.name] = generic.default == "true"
         elif generic.type_name == "string":
@@ -96,8 +106,8 @@ def default_generics() -> dict[str, Value]:
     return values
 
 
-def top_with_generics(values: Mapping[str, Value]) -> str:
-    """Source of the top level with other defaults of its generics.
+def top_with_generics(values: Mapping[str, Value], top: str = TOP) -> str:
+    """Source of a top level with other defaults of its generics.
 
     XST's own way to set generics (``-generics {A=1 B=2}``) separates them by blanks, and a set of
     slices has blanks in it; so it is the defaults that are changed. Lines stay where they are, for
@@ -107,6 +117,8 @@ def top_with_generics(values: Mapping[str, Value]) -> str:
     ----------
     values
         Generic to value.
+    top
+        Entity of the top level.
 
     Returns
     -------
@@ -118,12 +130,12 @@ def top_with_generics(values: Mapping[str, Value]) -> str:
     InputError
         If there is no such generic, or the value is of another type.
     """
-    text = top_source().read_text()
-    known = default_generics()
+    text = top_source(top).read_text()
+    known = default_generics(top)
     for name, value in values.items():
         if name not in known:
             raise InputError(
-                f"{TOP} has no generic {name}",
+                f"{top} has no generic {name}",
                 where="generics",
                 expected=", ".join(known),
             )
@@ -175,13 +187,15 @@ def configuration(values: Mapping[str, Value]) -> CoreConfiguration:
         ) from None
 
 
-def board_generics(core: CoreConfiguration) -> dict[str, Value]:
-    """Generics of the top level that mean a configuration of the refocuser.
+def board_generics(core: CoreConfiguration, top: str = TOP) -> dict[str, Value]:
+    """Generics of a top level that mean a configuration of the refocuser.
 
     Parameters
     ----------
     core
         Configuration.
+    top
+        Entity of the top level.
 
     Returns
     -------
@@ -194,12 +208,12 @@ def board_generics(core: CoreConfiguration) -> dict[str, Value]:
         If the board's refocuser has no such configuration (three channels of 8 bits, one row at
         once, centred outputs).
     """
-    known = default_generics()
+    known = default_generics(top)
     values = {name: value for name, value in core.generics().items() if name in known}
     if configuration({**known, **values}) != core:
         raise InputError(
             "the board has no such refocuser",
-            where=TOP,
+            where=top,
             expected="three channels of 8 bits, one row at once, centred outputs",
         )
     return values

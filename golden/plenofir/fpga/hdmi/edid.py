@@ -9,7 +9,15 @@ supports.
 from collections.abc import Sequence
 
 from plenofir.errors import InputError
-from plenofir.fpga.hdmi.modes import MODES, SVGA, VGA, XGA, VideoMode
+from plenofir.fpga.hdmi.modes import (
+    CLOCK_RANGES,
+    MODES,
+    SVGA,
+    VGA,
+    XGA,
+    VideoMode,
+    modes_of_range,
+)
 
 EDID_PACKAGE = "edid_pkg"
 """Name of the VHDL package."""
@@ -138,21 +146,24 @@ def make_edid(modes: Sequence[VideoMode] = MODES) -> bytes:
     return block + bytes([-sum(block) % 256])
 
 
-def offered_modes(max_columns: int) -> tuple[VideoMode, ...]:
+def offered_modes(max_columns: int, clock_range: int = 0) -> tuple[VideoMode, ...]:
     """Modes that a build for a longest line can take.
 
     Parameters
     ----------
     max_columns
         Longest line of the build in pixels.
+    clock_range
+        Pixel clocks of the build, see `plenofir.fpga.hdmi.modes.modes_of_range`.
 
     Returns
     -------
     tuple of VideoMode
-        Smallest first; at least 640x480p60, which every source must be able to send (a build for
-        shorter lines passes it through).
+        Smallest first; at least the smallest one of the range, for all clocks 640x480p60, which
+        every source must be able to send (a build for shorter lines passes it through).
     """
-    return tuple(mode for mode in MODES if mode.h_active <= max(max_columns, VGA.h_active))
+    modes = modes_of_range(clock_range)
+    return tuple(mode for mode in modes if mode.h_active <= max(max_columns, modes[0].h_active))
 
 
 def check_edid(content: bytes, *, where: str) -> None:
@@ -278,9 +289,14 @@ def edid_package(own: bytes | None = None) -> str:
     str
         ``hdl/board/edid_pkg.vhd``.
     """
-    edids = {mode.h_active: make_edid(offered_modes(mode.h_active)) for mode in MODES}
+    edids = {
+        (clocks, mode.h_active): make_edid(offered_modes(mode.h_active, clocks))
+        for clocks in (0, *CLOCK_RANGES)
+        for mode in modes_of_range(clocks)
+    }
     if own is not None:
-        edids = {1: own}
+        # The first one serves where there is none for the range.
+        edids = {(0, 1): own}
     size = len(next(iter(edids.values())))
     content = b"".join(edids.values())
     rows = [f'x"{content[i : i + 16].hex().upper()}"' for i in range(0, len(content), 16)]
@@ -292,14 +308,18 @@ def edid_package(own: bytes | None = None) -> str:
     ]
     return _TEMPLATE.format(
         offered=(
-            f"{', '.join(mode.name for mode in MODES)}.\n"
-            "-- A build serves the block whose modes fit its longest line; no extension, so\n"
-            "-- sources send DVI."
+            f"{', '.join(mode.name for mode in MODES)};\n"
+            "-- with a fixed PLL those of its range, 1280x720p30 besides.\n"
+            "-- A build serves the block whose modes fit its longest line and its PLL; no\n"
+            "-- extension, so sources send DVI."
             if own is None
             else "an EDID of the user's own."
         ),
         bytes=size,
-        columns=", ".join(f"{number} => {columns}" for number, columns in enumerate(edids)),
+        columns=",\n    ".join(
+            f"{number} => {columns}" for number, (_, columns) in enumerate(edids)
+        ),
+        ranges=",\n    ".join(f"{number} => {clocks}" for number, (clocks, _) in enumerate(edids)),
         rows=(" &\n" + 30 * " ").join(rows),
         last_bit=8 * len(content) - 1,
         last_offer=len(edids) - 1,
@@ -323,7 +343,18 @@ package edid_pkg is
   type edid_columns_t is array (0 to {last_offer}) of positive;
 
   -- Longest line of each EDID.
-  constant EDID_COLUMNS : edid_columns_t := ({columns});
+  constant EDID_COLUMNS : edid_columns_t :=
+  (
+    {columns}
+  );
+
+  type edid_ranges_t is array (0 to {last_offer}) of natural;
+
+  -- Pixel clocks of each EDID, see CLOCK_RANGE of hdmi_control.
+  constant EDID_RANGES : edid_ranges_t :=
+  (
+    {ranges}
+  );
 
   -- The bytes of all of them one after the other, the first one at the left.
   subtype edids_t is std_logic_vector(0 to {last_bit});

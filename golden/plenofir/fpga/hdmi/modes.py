@@ -131,8 +131,68 @@ HD720 = VideoMode(
 HD720_50 = HD720.model_copy(update={"name": "1280x720p50", "h_front": 440, "vic": 19})
 """CEA-861, 1280 x 720 at 50 Hz: longer lines."""
 
+HD720_30 = HD720.model_copy(update={"name": "1280x720p30", "pixel_clock": 37_125, "vic": 0})
+"""1280 x 720 at 30 Hz with the blanking of 60 Hz: half its clock; of no standard."""
+
 MODES = (VGA, SVGA, XGA, HD720_50, HD720)
-"""The modes that the board's EDID offers, smallest first."""
+"""The modes that the EDID of a board without limits offers, smallest first."""
+
+SVGA_72 = SVGA.model_copy(
+    update={
+        **{"name": "800x600p72", "pixel_clock": 50_000},
+        **{"h_front": 56, "h_sync": 120, "h_back": 64},
+        **{"v_front": 37, "v_sync": 6, "v_back": 23},
+    }
+)
+"""VESA DMT 800 x 600 at 72 Hz."""
+
+_FIXED_MODES = (VGA, SVGA, HD720_30, XGA, HD720_50, HD720)
+_FASTEST = 74_300
+
+OWN_CLOCKS = {4: (24, VGA), 3: (15, SVGA), 2: (12, SVGA_72)}
+"""For each range of pixel clocks what 600 MHz are divided by for the board's own, and the timing of
+the test pattern with it: 25 MHz, which is 640x480 at 59.5 Hz, 40 MHz, 50 MHz."""
+
+CLOCK_RANGES = (4, 3, 2)
+"""Ranges of pixel clocks that a fixed PLL can be built for, see `range_limits`."""
+
+
+def range_limits(clock_range: int) -> tuple[float, float]:
+    """Pixel clocks of a build with a fixed PLL, as ``hdmi_control`` accepts them.
+
+    Parameters
+    ----------
+    clock_range
+        One of `CLOCK_RANGES`: cycles of the PLL's oscillator (400 to 800 MHz) in a fifth of a
+        pixel; 0: a PLL that is set as the source wants it.
+
+    Returns
+    -------
+    tuple of float
+        Slowest and fastest in kHz.
+    """
+    if clock_range == 0:
+        return 24_000, _FASTEST
+    return 82_000 / clock_range, min(158_000 / clock_range, _FASTEST)
+
+
+def modes_of_range(clock_range: int) -> tuple[VideoMode, ...]:
+    """Modes that a build with a fixed PLL takes.
+
+    Parameters
+    ----------
+    clock_range
+        One of `CLOCK_RANGES`; 0: a PLL that is set as the source wants it.
+
+    Returns
+    -------
+    tuple of VideoMode
+        Smallest first.
+    """
+    if clock_range == 0:
+        return MODES
+    low, high = range_limits(clock_range)
+    return tuple(mode for mode in _FIXED_MODES if low <= mode.pixel_clock <= high)
 
 
 def find_mode(columns: int, rows: int, rate_hz: float) -> VideoMode | None:
@@ -148,9 +208,9 @@ def find_mode(columns: int, rows: int, rate_hz: float) -> VideoMode | None:
     Returns
     -------
     VideoMode or None
-        One of `MODES`.
+        One of `MODES`, or 1280x720p30.
     """
-    for mode in MODES:
+    for mode in (*MODES, HD720_30):
         if (mode.h_active, mode.v_active) == (columns, rows) and (
             abs(mode.frame_rate / rate_hz - 1) < 0.01
         ):

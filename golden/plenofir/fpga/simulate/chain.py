@@ -10,10 +10,11 @@ import numpy as np
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
+from plenofir.fpga.boards import BOARDS, Board
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SignalKind
 from plenofir.fpga.hdmi.link import LinkError, decode_frames, encode_frames
-from plenofir.fpga.hdmi.modes import VideoMode, find_mode
+from plenofir.fpga.hdmi.modes import VideoMode, find_mode, range_limits
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
 from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.simulators import SimulationError, Simulator
@@ -28,14 +29,14 @@ FRAMES_TO_FOLLOW = 3
 # The clock meter's window, in clocks of 100 MHz: a hundredth of the board's.
 _METER_WINDOW = 1600
 # Blanking that is sent first, in ns: clocks, word phases and sampling phases settle.
-_SETTLE_NS = 150_000
+_SETTLE_NS = 250_000
 # Lines behind the last frame: what the link itself holds, and the beginning of the next frame.
 _LINES_BEHIND = 3
 
 _BIT: SignalKind = "bit"
 _DOWNTO: SignalKind = "downto"
 WAVE_SIGNALS = tuple(
-    WaveSignal(f"/{TOP}/board/{name}", kind)
+    WaveSignal(f"/{TOP}/board/top/{name}", kind)
     for kind, names in (
         (_BIT, "clk run path/reset path/link_locked path/link_error"),
         (_DOWNTO, "path/link_aligned"),
@@ -125,15 +126,52 @@ def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> No
         )
 
 
-def chain_sources() -> list[Path]:
-    """VHDL files of the bench and the board, in order of analysis.
+def range_of(board: Board, mode: VideoMode) -> int:
+    """Range of pixel clocks that a board is built for, to take a mode.
+
+    Parameters
+    ----------
+    board
+        The board.
+    mode
+        A mode, which need not be one that the board offers.
+
+    Returns
+    -------
+    int
+        One of the board's ranges.
+
+    Raises
+    ------
+    InputError
+        If none has its pixel clock.
+    """
+    for clock_range in board.clock_ranges:
+        low, high = range_limits(clock_range)
+        if low <= mode.pixel_clock <= high:
+            return clock_range
+    raise InputError(
+        f"a pixel clock of {mode.pixel_clock / 1000:g} MHz ({mode.name})",
+        where=board.title,
+        expected=", ".join(known.name for known in board.modes),
+    )
+
+
+def chain_sources(board: str = "atlys") -> list[Path]:
+    """VHDL files of the bench and a board, in order of analysis.
+
+    Parameters
+    ----------
+    board
+        Its name.
 
     Returns
     -------
     list of Path
         Files.
     """
-    return [*hdl.board_sources(), project.root() / "tb" / "file_bench" / f"{TOP}.vhd"]
+    bench = project.root() / "tb" / "file_bench"
+    return [*hdl.board_sources(board), bench / f"board_{board}.vhd", bench / f"{TOP}.vhd"]
 
 
 def run_chain(
@@ -143,6 +181,7 @@ def run_chain(
     directory: Path,
     waves: Path | None = None,
     progress: Callable[[int], None] | None = None,
+    board: str = "atlys",
 ) -> BenchResult:
     """Show a picture at the board's input and take what its output shows.
 
@@ -163,6 +202,8 @@ def run_chain(
         Waveform file to write, or None; see `Simulator.run_command`.
     progress
         Called with the number of pixels that came out so far, blanking counted in proportion.
+    board
+        Name of the board.
 
     Returns
     -------
@@ -191,13 +232,15 @@ def run_chain(
         for name, value in configuration.generics().items()
         if name not in ("CENTRED", "PARALLEL_ROWS", "CHANNELS", "PIXEL_BITS")
     } | {"AUTO_START": True, "SWEEP": slices > 1, "METER_WINDOW": _METER_WINDOW}
+    generics["CLOCK_RANGE"] = range_of(BOARDS[board], mode)
+    models = hdl.model_sources(BOARDS[board].library)
 
     def poll() -> None:
         if progress is not None and output.exists():
             share = min(output.stat().st_size / (4 * words.size), 1)
             progress(int(share * slices * rows * columns))
 
-    for command in simulator.build_commands(chain_sources(), TOP, models=hdl.unisim_sources()):
+    for command in simulator.build_commands(chain_sources(board), TOP, models=models):
         simulator.run(command, directory)
     started = time.perf_counter()
     simulator.run(

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.files import check_folder, publish_files
+from plenofir.fpga.boards import BOARDS, BoardName
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.stack import StackEngine
@@ -67,6 +68,8 @@ class Run(BaseModel):
     chain
         "core", the core alone, or "hdmi", the whole board from serial TMDS bits to serial TMDS
         bits.
+    board
+        The board of that chain.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -78,6 +81,7 @@ class Run(BaseModel):
     simulator: str = "ghdl"
     waves: bool = False
     chain: Chain = "core"
+    board: BoardName = "atlys"
 
 
 class SliceReport(BaseModel):
@@ -102,6 +106,7 @@ class Report(BaseModel):
 
     raw: str
     chain: Chain
+    board: BoardName | None
     M: int
     slices: tuple[SliceReport, ...]
     columns: int
@@ -287,6 +292,8 @@ def run(what: Run, progress: Progress | None = None) -> Report:
         if raw.ndim == 2:
             raw = np.repeat(raw[:, :, np.newaxis], 3, axis=2)
         chain.check_chain(core, *raw.shape[:2])
+        rows, columns = raw.shape[:2]
+        chain.range_of(BOARDS[what.board], chain.mode_for(columns, rows))
     _check_image(raw, core, str(what.raw))
     if depth is None:
         pictures = [picture_names(shift, m, len(shifts)) for shift in shifts]
@@ -318,7 +325,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
         waves = results / "refocused.fst" if what.waves else None
         show(0)
         if what.chain == "hdmi":
-            result = chain.run_chain(simulator, core, raw, work / "bench", waves, show)
+            result = chain.run_chain(simulator, core, raw, work / "bench", waves, show, what.board)
         else:
             result = run_bench(
                 simulator,
@@ -359,6 +366,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
         report = Report(
             raw=what.raw.name,
             chain=what.chain,
+            board=what.board if what.chain == "hdmi" else None,
             M=m,
             slices=tuple(slices),
             columns=columns,
@@ -454,7 +462,7 @@ def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, s
         ("focus", f"M = {report.M}, a = {focus}, {core.engine.summary(core)}{order}"),
         *([("sharpening", _weights(report))] if core.sharpens else []),
         ("arithmetic", report.arithmetic.kind),
-        *([("chain", "serial TMDS bits in and out")] if report.chain == "hdmi" else []),
+        *([("chain", f"{report.board}, serial TMDS bits in and out")] if report.board else []),
         ("result", agree),
         (
             "error",

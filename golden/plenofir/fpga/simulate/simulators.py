@@ -18,14 +18,12 @@ SimulatorName = Literal["ghdl", "nvc", "verilator"]
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"
 # Vectors are undefined at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
 GHDL_RUN_OPTIONS = ("--ieee-asserts=disable-at-0", "--max-stack-alloc=0")
-# The board binds Xilinx's components to models in another library, which VHDL-93 does not do by
+# A board binds its vendor's components to models in another library, which VHDL-93 does not do by
 # itself: VHDL-2002 does (5.2.2), and the relaxed rules keep the shared variables of VHDL-93.
 _GHDL_STANDARD = {False: ["--std=93"], True: ["--std=02", "-frelaxed"]}
 _NVC_STANDARD = {False: ["--std=1993"], True: ["--std=2002", "-L."]}
 NVC_RELAXED = ("--relaxed",)
 """What NVC's analysis of the board needs besides."""
-MODELS_LIBRARY = "unisim"
-"""Library of the models of Xilinx's primitives."""
 _GHDL_WAVE_OPTIONS = {".fst": "fst", ".vcd": "vcd", ".ghw": "wave"}
 _NVC_OLDEST = (1, 8)
 _POLL_SECONDS = 0.1
@@ -59,7 +57,7 @@ class Simulator:
         Parameters
         ----------
         board
-            Whether the design binds models of Xilinx's primitives.
+            Whether the design binds models of a vendor's primitives.
 
         Returns
         -------
@@ -74,7 +72,7 @@ class Simulator:
         Parameters
         ----------
         models
-            VHDL-93 files in order of analysis.
+            VHDL-93 files in order of analysis, in a folder named as the library.
 
         Returns
         -------
@@ -82,7 +80,7 @@ class Simulator:
             Commands.
         """
         files = [str(model) for model in models]
-        options = [*self.global_options(board=True), f"--work={MODELS_LIBRARY}"]
+        options = [*self.global_options(board=True), f"--work={models[0].parent.name}"]
         if self.name == "nvc":
             return [["nvc", *options, "-a", *NVC_RELAXED, *files]]
         return [["ghdl", "-a", *options, *files]]
@@ -99,7 +97,7 @@ class Simulator:
         top
             Entity that will be run.
         models
-            Models of Xilinx's primitives, if the sources instantiate them.
+            Models of a vendor's primitives, if the sources instantiate them.
 
         Returns
         -------

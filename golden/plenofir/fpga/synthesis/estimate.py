@@ -23,8 +23,11 @@ _DSP_LEAST_PRODUCT = 9
 LUT4 = 2.1
 _ECP5_FLIP_FLOPS = {"moving_sum": 1.4, "fir": 0.9}
 
-VIDEO_USAGE = Usage(lut=4100, flip_flops=3885, dsp=5)
-"""The board without its core, synthesised: receiver, transmitter, timing, control; no block RAM."""
+VIDEO_USAGES: dict[Family, Usage] = {
+    "spartan6": Usage(lut=4100, flip_flops=3885, dsp=5),
+    "ecp5": Usage(lut=9000, flip_flops=4300, dsp=5),
+}
+"""A board without its core, synthesised: receiver, transmitter, timing, control; no block RAM."""
 
 
 def slice_engine(core: CoreConfiguration) -> SliceEngine:

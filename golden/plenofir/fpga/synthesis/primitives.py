@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Xilinx's primitives in GHDL's Verilog, as Yosys knows them.
+"""A vendor's primitives in GHDL's Verilog, as Yosys knows them.
 
 GHDL writes an instance of a component that nothing is bound to in lower case, with real numbers as
 bits. GHDL 2.0 adds an empty module for each set of generics and writes texts as bits too.
@@ -9,13 +9,17 @@ import re
 import struct
 from pathlib import Path
 
-from plenofir import project
+from plenofir.fpga import hdl
 
 
-def primitives() -> list[str]:
-    """Components that the sources instantiate, in lower case."""
-    text = (project.root() / "hdl" / "sim" / "unisim" / "vcomponents.vhd").read_text()
-    return re.findall(r"^  component (\w+) is", text, re.M)
+def component_package(library: str) -> Path:
+    """Package that declares the components of a library of models."""
+    return next(s for s in hdl.model_sources(library) if s.stem.endswith("components"))
+
+
+def primitives(components: Path) -> list[str]:
+    """Components that a package declares, in lower case."""
+    return re.findall(r"^  component (\w+) is", components.read_text(), re.M)
 
 
 def parameter_kinds(models: str, name: str) -> dict[str, str]:
@@ -44,13 +48,14 @@ def _value(kind: str, value: str) -> str:
     return '"' + int(bits, 2).to_bytes(len(bits) // 8, "big").decode("ascii") + '"'
 
 
-def with_primitives(text: str, models: Path) -> str:
+def with_primitives(text: str, components: Path, models: Path) -> str:
     """Replace GHDL's components in Verilog by Yosys' cells, declared in the file `models`.
 
-    Parameters that a cell does not have are left out.
+    `components` is the package that declares them. Parameters that a cell does not have are left
+    out.
     """
     declared = models.read_text()
-    names = "|".join(primitives())
+    names = "|".join(primitives(components))
     text = re.sub(rf"^module (?:{names})\n.*?^endmodule\n", "", text, flags=re.M | re.S)
 
     def instance(match: re.Match[str]) -> str:

@@ -121,7 +121,7 @@ def synthesise(
         If a tool fails.
     """
     directory.mkdir(parents=True, exist_ok=True)
-    verilog = write_verilog(sources, top, generics, directory, board=board)
+    verilog = write_verilog(sources, top, generics, directory, primitives="unisim" if board else "")
     pads = "-iopad" if board else "-noiopad"
     netlist = directory / f"{top}.netlist.v"
     edif = directory / f"{top}.edif"

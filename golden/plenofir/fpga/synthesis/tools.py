@@ -15,9 +15,8 @@ from pathlib import Path
 
 from plenofir import project
 from plenofir.errors import InputError, ToolError
-from plenofir.fpga import hdl
-from plenofir.fpga.simulate.simulators import MODELS_LIBRARY, find_simulator, generic_text
-from plenofir.fpga.synthesis.primitives import with_primitives
+from plenofir.fpga.simulate.simulators import find_simulator, generic_text
+from plenofir.fpga.synthesis.primitives import component_package, with_primitives
 
 Generics = Mapping[str, int | bool | str]
 
@@ -100,26 +99,31 @@ def plain_verilog(text: str) -> str:
 
 
 def write_verilog(
-    sources: Sequence[Path], top: str, generics: Generics, directory: Path, *, board: bool = False
+    sources: Sequence[Path],
+    top: str,
+    generics: Generics,
+    directory: Path,
+    *,
+    primitives: str = "",
 ) -> Path:
     """Synthesise VHDL-93 files in order of analysis to a Verilog file in a folder.
 
-    The sources of a board instantiate Xilinx's primitives.
+    The sources of a board instantiate primitives of a library: ``"unisim"`` or ``"ecp5u"``.
     """
     environment = find_simulator("ghdl").environment
     verilog = directory / f"{top}.v"
     overrides = [f"-g{name}={generic_text(value)}" for name, value in generics.items()]
     library = []
-    if board:
+    if primitives:
         # Components alone: nothing is bound to them, so each becomes a cell.
-        components = next(s for s in hdl.unisim_sources() if s.stem == "vcomponents")
+        components = component_package(primitives)
         library = [f"-P{directory.resolve()}"]
         run_tool(
             [
-                *("ghdl", "-a", "--std=93", f"--work={MODELS_LIBRARY}"),
+                *("ghdl", "-a", "--std=93", f"--work={primitives}"),
                 *(f"--workdir={directory.resolve()}", str(components)),
             ],
-            directory / f"{MODELS_LIBRARY}.ghdl.log",
+            directory / f"{primitives}.ghdl.log",
             environment=environment,
         )
     run_tool(
@@ -139,22 +143,23 @@ def write_verilog(
         environment=environment,
     )
     text = verilog.read_text()
-    if board:
-        text = with_primitives(text, cell_declarations())
+    if primitives:
+        text = with_primitives(text, components, cell_declarations(primitives))
         # The library of components is of no use any more.
-        for name in (f"{MODELS_LIBRARY}-obj93.cf", f"{components.stem}.o"):
+        for name in (f"{primitives}-obj93.cf", f"{components.stem}.o"):
             (directory / name).unlink(missing_ok=True)
     verilog.write_text(plain_verilog(text))
     return verilog
 
 
-def cell_declarations() -> Path:
+def cell_declarations(library: str = "unisim") -> Path:
     """Verilog file of the installed Yosys that declares the cells it has no model of."""
     yosys_version()
     package = importlib.util.find_spec("pyosys")
     assert package is not None
     assert package.origin is not None
-    return Path(package.origin).parent / "share" / "xilinx" / "cells_xtra.v"
+    file = {"unisim": "xilinx/cells_xtra.v", "ecp5u": "ecp5/cells_bb.v"}[library]
+    return Path(package.origin).parent / "share" / file
 
 
 def run_yosys(

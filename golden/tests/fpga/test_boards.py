@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The table of boards: sources, pins, modes and EDIDs of each."""
+
+import re
+from itertools import pairwise
+
+import pytest
+
+from plenofir.fpga import hdl
+from plenofir.fpga.boards import BOARDS, Board, board_of
+from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.hdl_text import declarations
+from plenofir.fpga.hdmi.edid import edid_package, make_edid, offered_modes, timing_of
+from plenofir.fpga.hdmi.modes import (
+    CLOCK_RANGES,
+    HD720,
+    HD720_30,
+    OWN_CLOCKS,
+    SVGA,
+    VGA,
+    modes_of_range,
+    range_limits,
+)
+
+each_board = pytest.mark.parametrize("board", BOARDS.values(), ids=lambda board: board.name)
+
+
+@each_board
+def test_board_has_its_sources_and_devices(board: Board) -> None:
+    sources = hdl.board_sources(board.name)
+    assert sources[-1].stem == board.top
+    assert hdl.model_sources(board.library)
+    assert board.constraints.is_file()
+    for device in board.devices:
+        assert (device in DEVICES, board_of(device)) == (True, board)
+
+
+def test_each_port_has_one_pin_of_its_own() -> None:
+    board = BOARDS["ulx3s"]
+    text = board.constraints.read_text()
+    located = re.findall(r'^LOCATE COMP "(\w+)(?:\[(\d+)\])?" SITE "(\w+)";$', text, re.M)
+    standards = re.findall(r'^IOBUF PORT "(\w+)(?:\[(\d+)\])?" .*IO_TYPE=\w+', text, re.M)
+    wanted = set()
+    for port in declarations(hdl.board_sources("ulx3s")[-1].read_text(), "port"):
+        high = re.search(r"\((\d+) downto 0\)", port.type_name)
+        wanted |= (
+            {(port.name, str(i)) for i in range(int(high[1]) + 1)} if high else {(port.name, "")}
+        )
+    assert {(name, index) for name, index, _ in located} == wanted
+    assert set(standards) == wanted
+    sites = [site for *_, site in located]
+    assert len(set(sites)) == len(sites) == len(wanted)
+
+
+def test_ranges_of_pixel_clocks() -> None:
+    for clock_range in CLOCK_RANGES:
+        low, high = range_limits(clock_range)
+        # What the oscillator of the PLL makes of it, in kHz.
+        assert 5 * clock_range * low >= 400_000 < 5 * clock_range * high <= 800_000
+        divide, mode = OWN_CLOCKS[clock_range]
+        assert low <= 600_000 / divide <= high
+        assert abs(600_000 / divide / mode.pixel_clock - 1) < 0.01
+        assert modes_of_range(clock_range)
+    limits = [range_limits(clock_range) for clock_range in CLOCK_RANGES]
+    assert all(slow[1] > fast[0] for slow, fast in pairwise(limits))
+
+
+def test_modes_of_the_ulx3s() -> None:
+    board = BOARDS["ulx3s"]
+    assert {VGA, SVGA, HD720_30, HD720} <= set(board.modes)
+    assert [board.clock_range(mode) for mode in (VGA, HD720_30, SVGA, HD720)] == [4, 4, 3, 2]
+
+
+@pytest.mark.parametrize("clock_range", CLOCK_RANGES)
+@pytest.mark.parametrize("columns", [64, 640, 800, 1280])
+def test_edid_offers_what_the_build_takes(clock_range: int, columns: int) -> None:
+    modes = offered_modes(columns, clock_range)
+    low, high = range_limits(clock_range)
+    assert all(low <= mode.pixel_clock <= high for mode in modes)
+    edid = make_edid(modes)
+    assert edid.hex().upper() in re.sub(r'"\s*&\s*x"', "", edid_package())
+    preferred = timing_of(edid[54:])
+    assert preferred is not None
+    assert preferred[:2] == (modes[-1].h_active, modes[-1].v_active)

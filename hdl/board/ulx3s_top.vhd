@@ -1,0 +1,345 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Radiona ULX3S (LFE5U-45F or -85F): HDMI in on a GPDI PMOD, refocused HDMI out on the board's GPDI.
+--
+-- Here is what belongs to the board and its family: pins (constraints/ulx3s.lpf), clocks, lanes.
+-- The rest, the same for any board, is in hdmi_control and hdmi_refocuser.
+--
+-- Clocks: clk_100, made from the oscillator, runs the control. The pixel clock is the TMDS clock of the input, or for
+-- the test pattern one made from the oscillator; a PLL makes it and five times it, at which lanes bring and take two
+-- bits. The transmitter has the same clocks. Crossings are synchroniser, bus_crossing, reset_bridge, and the words of
+-- the lanes, which word_strobe keeps away from the edges.
+--
+-- Latency: see hdmi_refocuser. Throughput: one pixel each clock.
+-- Equation: out picture = refocus(in picture).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.hdmi_pkg.all;
+use work.refocus_pkg.all;
+use work.tmds_pkg.all;
+
+entity ulx3s_top is
+  generic (
+    -- As in raster_refocuser.
+    MICRO_IMAGE_SIZE    : positive := 5;
+    SHIFTS              : string   := "-3";
+    INTERPOLATION_ORDER : natural  := 0;
+    HOLD                : boolean  := false;
+    MAX_COLUMNS         : positive := 1280;
+    EXACT               : boolean  := false;
+    FRACTION_BITS       : natural  := 4;
+    GUARD_BITS          : natural  := 2;
+    BROADCAST_TAPS      : natural  := 0;
+    ENGINE              : string   := "fir";
+    -- Test pattern: 640x480 at OWN_DIVIDE = 24.
+    PATTERN_H_ACTIVE : positive := 640;
+    PATTERN_H_FRONT  : positive := 16;
+    PATTERN_H_SYNC   : positive := 96;
+    PATTERN_H_BACK   : positive := 48;
+    PATTERN_V_ACTIVE : positive := 480;
+    PATTERN_V_FRONT  : positive := 10;
+    PATTERN_V_SYNC   : positive := 2;
+    PATTERN_V_BACK   : positive := 33;
+    -- Times in clocks of 100 MHz, but DATA_PATIENCE, 100 ms, in METER_WINDOW; a simulation shortens them.
+    METER_WINDOW  : positive := 16000;
+    LOCK_TIMEOUT  : positive := 1000000;
+    DATA_PATIENCE : positive := 625;
+    BUTTON_STABLE : positive := 1000000;
+    BIT_CLOCKS    : positive := 868;
+    DDC_QUARTER   : positive := 500;
+    DDC_PAUSE     : positive := 200000000;
+    -- Frames for each slice of a sweep by the switch: half a second.
+    SWITCH_FRAMES : positive range 1 to 255 := 30;
+    -- Words without control tokens after which a channel is lost.
+    ALIGN_TIMEOUT : positive := 8192;
+    -- Pixel clocks that the build takes: 80 / CLOCK_RANGE to 160 / CLOCK_RANGE MHz, see pixel_clocks; the board's own
+    -- one is 600 MHz / OWN_DIVIDE.
+    CLOCK_RANGE : positive range 2 to 4 := 4;
+    OWN_DIVIDE  : positive              := 24;
+    -- Words without runs of control tokens that end a look at a delay, see phase_search.
+    SEARCH_TIMEOUT : positive := 8192
+  );
+  port (
+    -- Oscillator, and the reset button (low while pressed).
+    clk_25  : in    std_logic;
+    reset_n : in    std_logic;
+    -- HDMI in on the PMOD, with its display data channel; pairs by their positive pins. High: a monitor is there.
+    in_clk      : in    std_logic;
+    in_data     : in    std_logic_vector(2 downto 0);
+    in_scl      : in    std_logic;
+    in_sda      : inout std_logic;
+    in_hot_plug : out   std_logic;
+    -- HDMI out on GPDI, with its display data channel.
+    out_clk  : out   std_logic;
+    out_data : out   std_logic_vector(2 downto 0);
+    out_scl  : inout std_logic;
+    out_sda  : inout std_logic;
+    -- Serial port, buttons, switches and LEDs, see hdmi_control.
+    uart_rx        : in    std_logic;
+    uart_tx        : out   std_logic;
+    button_up      : in    std_logic;
+    button_down    : in    std_logic;
+    button_clear   : in    std_logic;
+    switch_pattern : in    std_logic;
+    switch_pass    : in    std_logic;
+    switch_sweep   : in    std_logic;
+    led            : out   std_logic_vector(7 downto 0);
+    -- High, or the board's ESP32 restarts the FPGA.
+    wifi_gpio0 : out   std_logic
+  );
+end entity ulx3s_top;
+
+architecture rtl of ulx3s_top is
+
+  -- Clocks and resets.
+  signal clk_100       : std_logic;
+  signal own_clk       : std_logic;
+  signal own_ready     : std_logic;
+  signal use_own       : std_logic;
+  signal clk           : std_logic;
+  signal clk_x5        : std_logic;
+  signal pll_reset     : std_logic;
+  signal pll_locked    : std_logic;
+  signal reset_request : std_logic;
+  signal reset         : std_logic;
+  signal run           : std_logic;
+  signal stop          : std_logic;
+  signal pixel_reset   : std_logic;
+  signal reset_x5      : std_logic;
+
+  -- Display data channels: levels of the pins, and pulled low.
+  signal in_scl_level  : std_logic;
+  signal in_sda_level  : std_logic;
+  signal in_sda_low    : std_logic;
+  signal out_scl_level : std_logic;
+  signal out_sda_level : std_logic;
+  signal out_scl_low   : std_logic;
+  signal out_sda_low   : std_logic;
+
+  signal settings : video_settings_t;
+  signal state    : video_state_t;
+
+  -- Lanes.
+  signal strobe    : std_logic;
+  signal in_bits   : std_logic_vector(10 * CHANNELS - 1 downto 0);
+  signal out_words : std_logic_vector(10 * CHANNELS + 9 downto 0);
+  signal tracking  : std_logic_vector(CHANNELS - 1 downto 0);
+  signal taps      : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+  signal hung      : std_logic_vector(CHANNELS - 1 downto 0);
+
+begin
+
+  wifi_gpio0  <= '1';
+  in_hot_plug <= '1';
+
+  --------------------------------------------------------------------------------------------------
+  -- What any board has.
+
+  control : entity work.hdmi_control
+    generic map (
+      SLICES        => slice_count(SHIFTS),
+      MAX_COLUMNS   => MAX_COLUMNS,
+      CLOCK_RANGE   => CLOCK_RANGE,
+      METER_WINDOW  => METER_WINDOW,
+      LOCK_TIMEOUT  => LOCK_TIMEOUT,
+      DATA_PATIENCE => DATA_PATIENCE,
+      BUTTON_STABLE => BUTTON_STABLE,
+      BIT_CLOCKS    => BIT_CLOCKS,
+      DDC_QUARTER   => DDC_QUARTER,
+      DDC_PAUSE     => DDC_PAUSE,
+      SWITCH_FRAMES => SWITCH_FRAMES
+    )
+    port map (
+      clk             => clk_100,
+      reset           => reset,
+      tmds_clk        => in_clk,
+      pixel_clk       => clk,
+      own_ready       => own_ready,
+      receive_locked  => pll_locked,
+      transmit_locked => pll_locked,
+      use_own         => use_own,
+      configure       => open,
+      setting_high    => open,
+      configured      => '1',
+      receive_reset   => pll_reset,
+      transmit_reset  => open,
+      run             => run,
+      in_scl          => in_scl_level,
+      in_sda          => in_sda_level,
+      in_sda_low      => in_sda_low,
+      out_scl         => out_scl_level,
+      out_sda         => out_sda_level,
+      out_scl_low     => out_scl_low,
+      out_sda_low     => out_sda_low,
+      uart_rx         => uart_rx,
+      uart_tx         => uart_tx,
+      button_up       => button_up,
+      button_down     => button_down,
+      button_clear    => button_clear,
+      switch_pattern  => switch_pattern,
+      switch_pass     => switch_pass,
+      switch_sweep    => switch_sweep,
+      led             => led,
+      tracking        => tracking,
+      taps            => taps,
+      hung_toggle     => hung,
+      settings        => settings,
+      state           => state
+    );
+
+  -- A line that a pull-up holds is high.
+  in_scl_level  <= to_x01(in_scl);
+  in_sda_level  <= to_x01(in_sda);
+  out_scl_level <= to_x01(out_scl);
+  out_sda_level <= to_x01(out_sda);
+
+  in_sda  <= '0' when in_sda_low = '1' else
+             'Z';
+  out_scl <= '0' when out_scl_low = '1' else
+             'Z';
+  out_sda <= '0' when out_sda_low = '1' else
+             'Z';
+
+  path : entity work.hdmi_refocuser
+    generic map (
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      BROADCAST_TAPS      => BROADCAST_TAPS,
+      ENGINE              => ENGINE,
+      PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
+      PATTERN_H_FRONT     => PATTERN_H_FRONT,
+      PATTERN_H_SYNC      => PATTERN_H_SYNC,
+      PATTERN_H_BACK      => PATTERN_H_BACK,
+      PATTERN_V_ACTIVE    => PATTERN_V_ACTIVE,
+      PATTERN_V_FRONT     => PATTERN_V_FRONT,
+      PATTERN_V_SYNC      => PATTERN_V_SYNC,
+      PATTERN_V_BACK      => PATTERN_V_BACK,
+      ALIGN_TIMEOUT       => ALIGN_TIMEOUT
+    )
+    port map (
+      clk       => clk,
+      tx_clk    => clk,
+      run       => run,
+      in_bits   => in_bits,
+      out_words => out_words,
+      settings  => settings,
+      state     => state
+    );
+
+  --------------------------------------------------------------------------------------------------
+  -- Clocks and resets.
+
+  oscillator : entity work.oscillator_clocks
+    generic map (
+      OWN_DIVIDE => OWN_DIVIDE
+    )
+    port map (
+      clk_25  => clk_25,
+      clk_100 => clk_100,
+      own_clk => own_clk,
+      locked  => own_ready
+    );
+
+  reset_request <= not reset_n or not own_ready;
+
+  reset_of_control : entity work.reset_bridge
+    port map (
+      clk     => clk_100,
+      request => reset_request,
+      reset   => reset
+    );
+
+  clocks : entity work.pixel_clocks
+    generic map (
+      BIT_DIVIDE => CLOCK_RANGE
+    )
+    port map (
+      tmds_clk  => in_clk,
+      own_clk   => own_clk,
+      use_own   => use_own,
+      pll_reset => pll_reset,
+      clk       => clk,
+      clk_x5    => clk_x5,
+      locked    => pll_locked
+    );
+
+  stop <= not run;
+
+  reset_of_pixels : entity work.reset_bridge
+    port map (
+      clk     => clk,
+      request => stop,
+      reset   => pixel_reset
+    );
+
+  reset_of_lanes : entity work.reset_bridge
+    port map (
+      clk     => clk_x5,
+      request => stop,
+      reset   => reset_x5
+    );
+
+  --------------------------------------------------------------------------------------------------
+  -- Lanes.
+
+  place : entity work.word_strobe
+    port map (
+      clk    => clk,
+      clk_x5 => clk_x5,
+      reset  => reset_x5,
+      strobe => strobe
+    );
+
+  channel : for c in 0 to CHANNELS - 1 generate
+
+    input : entity work.ddr_input
+      generic map (
+        TIMEOUT => SEARCH_TIMEOUT
+      )
+      port map (
+        data        => in_data(c),
+        clk         => clk,
+        clk_x5      => clk_x5,
+        strobe      => strobe,
+        reset       => pixel_reset,
+        reset_x5    => reset_x5,
+        bits        => in_bits(10 * c + 9 downto 10 * c),
+        tracking    => tracking(c),
+        taps        => taps(TAP_BITS * c + TAP_BITS - 1 downto TAP_BITS * c),
+        hung_toggle => hung(c)
+      );
+
+  end generate channel;
+
+  lane : for c in 0 to CHANNELS - 1 generate
+
+    output : entity work.ddr_output
+      port map (
+        word   => out_words(10 * c + 9 downto 10 * c),
+        clk_x5 => clk_x5,
+        strobe => strobe,
+        reset  => reset_x5,
+        data   => out_data(c)
+      );
+
+  end generate lane;
+
+  clock_lane : entity work.ddr_output
+    port map (
+      word   => out_words(10 * CHANNELS + 9 downto 10 * CHANNELS),
+      clk_x5 => clk_x5,
+      strobe => strobe,
+      reset  => reset_x5,
+      data   => out_clk
+    );
+
+end architecture rtl;

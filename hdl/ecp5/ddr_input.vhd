@@ -1,0 +1,120 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Input of one TMDS channel: delay line and the search of its delay, two bits a clock, ten bits a word.
+--
+-- The pins' differential receiver is the port's, by its I/O standard (constraints). While the delay is searched for no
+-- bits go out, as words that come through in between would look like a picture.
+--
+-- Latency: 3 to 4 clocks of clk. Throughput: ten bits each clock of clk.
+-- Equation: bits = ten bits in a row while tracking, else 0.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library ecp5u;
+use ecp5u.components.all;
+
+entity ddr_input is
+  generic (
+    -- See phase_search.
+    TIMEOUT : positive := 8192
+  );
+  port (
+    -- Level of the channel's pins.
+    data : in    std_logic;
+    -- Pixel clock and five times that, edges aligned; the mark of word_strobe.
+    clk    : in    std_logic;
+    clk_x5 : in    std_logic;
+    strobe : in    std_logic;
+    -- Resets in clk and in clk_x5.
+    reset    : in    std_logic;
+    reset_x5 : in    std_logic;
+    -- Ten bits, in clk; bit 0 came first.
+    bits : out   std_logic_vector(9 downto 0);
+    -- The delay line, in clk: see phase_search.
+    tracking    : out   std_logic;
+    taps        : out   std_logic_vector(7 downto 0);
+    hung_toggle : out   std_logic
+  );
+end entity ddr_input;
+
+architecture rtl of ddr_input is
+
+  signal load_n    : std_logic;
+  signal move      : std_logic;
+  signal delayed   : std_logic;
+  signal first     : std_logic;
+  signal second    : std_logic;
+  signal mark      : std_logic                    := '0';
+  signal collected : std_logic_vector(9 downto 0) := (others => '0');
+  signal held      : std_logic_vector(9 downto 0) := (others => '0');
+  signal found     : std_logic;
+  signal bits_now  : std_logic_vector(9 downto 0) := (others => '0');
+
+begin
+
+  tracking <= found;
+  bits     <= bits_now when found = '1' else
+              (others => '0');
+
+  -- The delay grows with each MOVE.
+  delay : component delayf
+    generic map (
+      DEL_MODE  => "USER_DEFINED",
+      DEL_VALUE => 0
+    )
+    port map (
+      a         => data,
+      loadn     => load_n,
+      move      => move,
+      direction => '0',
+      z         => delayed,
+      cflag     => open
+    );
+
+  sample : component iddrx1f
+    port map (
+      d    => delayed,
+      sclk => clk_x5,
+      rst  => reset_x5,
+      q0   => first,
+      q1   => second
+    );
+
+  collect : process (clk_x5) is
+  begin
+
+    if rising_edge(clk_x5) then
+      mark      <= strobe;
+      collected <= second & first & collected(9 downto 2);
+      if mark = '1' then
+        held <= collected;
+      end if;
+    end if;
+
+  end process collect;
+
+  take : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      bits_now <= held;
+    end if;
+
+  end process take;
+
+  search : entity work.phase_search
+    generic map (
+      TIMEOUT => TIMEOUT
+    )
+    port map (
+      clk         => clk,
+      reset       => reset,
+      bits        => bits_now,
+      load_n      => load_n,
+      move        => move,
+      tracking    => found,
+      taps        => taps,
+      hung_toggle => hung_toggle
+    );
+
+end architecture rtl;

@@ -1,0 +1,58 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Output of one TMDS lane: ten bits a word, two bits a clock.
+--
+-- The pins' complementary driver is the port's, by its I/O standard (constraints).
+--
+-- Latency: about 1 clock of clk. Throughput: ten bits each clock of clk.
+-- Equation: the bits of word, one each half clock of clk_x5.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library ecp5u;
+use ecp5u.components.all;
+
+entity ddr_output is
+  port (
+    -- Ten bits, in the pixel clock; bit 0 is sent first.
+    word : in    std_logic_vector(9 downto 0);
+    -- Five times the pixel clock, edges aligned; the mark of word_strobe.
+    clk_x5 : in    std_logic;
+    strobe : in    std_logic;
+    -- Reset in clk_x5.
+    reset : in    std_logic;
+    -- To the lane's pins.
+    data : out   std_logic
+  );
+end entity ddr_output;
+
+architecture rtl of ddr_output is
+
+  signal mark : std_logic                    := '0';
+  signal rest : std_logic_vector(9 downto 0) := (others => '0');
+
+begin
+
+  shift : process (clk_x5) is
+  begin
+
+    if rising_edge(clk_x5) then
+      mark <= strobe;
+      rest <= "00" & rest(9 downto 2);
+      if mark = '1' then
+        rest <= word;
+      end if;
+    end if;
+
+  end process shift;
+
+  send : component oddrx1f
+    port map (
+      d0   => rest(0),
+      d1   => rest(1),
+      sclk => clk_x5,
+      rst  => reset,
+      q    => data
+    );
+
+end architecture rtl;

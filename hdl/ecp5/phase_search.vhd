@@ -1,0 +1,285 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Finds the delay at which one channel's bits are sampled in their middle, and watches it.
+--
+-- All delays are tried, STEP taps apart. Where a bit ends, the bits of a word move on by one place; where it is unsure
+-- which bit is taken, no run of equal control tokens comes through. So: the longest interval of delays at which runs
+-- lie at one place is (as much as the delay line reaches of) one bit, and its middle is taken.
+--
+-- A control token is seen without knowing where words begin: read around a circle its ten bits change eight times, and
+-- the two places without a change, neighbours or next but one, tell where it begins. Data words change less often, and
+-- bits of two words do not repeat.
+--
+-- When a run lies elsewhere later, the delay has slipped or a line has lost it; when none is seen for TIMEOUT clocks
+-- there is no signal: in both cases it searches anew. While it does not it moves nothing. A search that saw nothing at
+-- its first delay is done once more before it counts: the signal may have come in its middle.
+--
+-- Latency: for each tried delay, RUNS runs of tokens, or TIMEOUT clocks without one. Throughput: one word each clock.
+-- Equation: taps = middle of the longest interval of delays with one place of the tokens.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity phase_search is
+  generic (
+    -- Taps of the delay line, and how many lie between two tried ones.
+    TAPS_THERE : positive range 2 to 128 := 128;
+    STEP_TAPS  : positive range 1 to 16  := 4;
+    -- Equal control tokens behind the first one that count as a run, and how many runs must be seen.
+    RUN  : positive range 2 to 15 := 6;
+    RUNS : positive range 1 to 15 := 2;
+    -- Clocks without a run after which there is none; more than a line's active pixels.
+    TIMEOUT : positive := 8192;
+    -- Clocks until the words are those of a new delay.
+    SETTLE : positive range 4 to 63 := 16
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Ten bits of the channel; bit 0 came first.
+    bits : in    std_logic_vector(9 downto 0);
+    -- To the delay line: low sets it to its first tap; each falling edge moves it by one tap up.
+    load_n : out   std_logic;
+    move   : out   std_logic;
+    -- A delay was found, and nothing has spoken against it since.
+    tracking : out   std_logic;
+    -- The tap.
+    taps : out   std_logic_vector(7 downto 0);
+    -- Each change of it: the delay that had been found was given up. No reset changes it.
+    hung_toggle : out   std_logic
+  );
+end entity phase_search;
+
+architecture rtl of phase_search is
+
+  subtype place_t is natural range 0 to 9;
+
+  subtype tap_t is natural range 0 to TAPS_THERE - 1;
+
+  -- load: to the first tap; go: up to the wanted tap; settled: until the words are of this tap; look: for runs;
+  -- follow: the search is over.
+  type state_t is (load, go, settled, look, follow);
+
+  signal state    : state_t                    := load;
+  signal clocks   : natural range 0 to TIMEOUT := 0;
+  signal seen     : natural range 0 to RUNS    := 0;
+  signal tap      : tap_t                      := 0;
+  signal wanted   : tap_t                      := 0;
+  signal final    : std_logic                  := '0';
+  signal move_now : std_logic                  := '0';
+  signal tracks   : std_logic                  := '0';
+  signal hung     : std_logic                  := '0';
+
+  -- A run was seen at the first tap; the search before this one found something.
+  signal from_start : std_logic := '0';
+  signal once_more  : std_logic := '0';
+
+  -- The interval that goes on at this tap, and the longest one.
+  signal inside      : std_logic                     := '0';
+  signal begun       : tap_t                         := 0;
+  signal place       : place_t                       := 0;
+  signal best_begun  : tap_t                         := 0;
+  signal best_length : natural range 0 to TAPS_THERE := 0;
+  signal best_place  : place_t                       := 0;
+
+  -- Runs of tokens.
+  signal changes     : std_logic_vector(9 downto 0) := (others => '0');
+  signal word        : std_logic_vector(9 downto 0) := (others => '0');
+  signal before      : std_logic_vector(9 downto 0) := (others => '0');
+  signal token       : std_logic                    := '0';
+  signal token_place : place_t                      := 0;
+  signal run_place   : place_t                      := 0;
+  signal run_length  : natural range 0 to RUN       := 0;
+  signal run_now     : std_logic                    := '0';
+
+begin
+
+  tracking    <= tracks;
+  taps        <= std_logic_vector(to_unsigned(tap, 8));
+  hung_toggle <= hung;
+  move        <= move_now;
+
+  find_runs : process (clk) is
+
+    variable still : natural range 0 to 10;
+    variable lies  : boolean;
+    variable found : place_t;
+
+  begin
+
+    if rising_edge(clk) then
+      word    <= bits;
+      changes <= bits xor (bits(0) & bits(9 downto 1));
+
+      still := 0;
+      lies  := false;
+      found := 0;
+
+      for p in 0 to 9 loop
+
+        if changes(p) = '0' then
+          still := still + 1;
+          if changes((p + 9) mod 10) = '0' or changes((p + 8) mod 10) = '0' then
+            lies  := true;
+            found := p;
+          end if;
+        end if;
+
+      end loop;
+
+      token       <= '0';
+      token_place <= found;
+      before      <= word;
+      if still = 2 and lies then
+        token <= '1';
+      end if;
+
+      run_now <= '0';
+      if token = '0' or before /= word then
+        run_length <= 0;
+      elsif run_length /= RUN - 1 then
+        run_length <= run_length + 1;
+      else
+        run_length <= 0;
+        run_now    <= '1';
+        run_place  <= token_place;
+      end if;
+    end if;
+
+  end process find_runs;
+
+  search : process (clk) is
+
+    variable done : boolean;
+
+  begin
+
+    if rising_edge(clk) then
+      load_n   <= '1';
+      move_now <= '0';
+      done     := false;
+      if clocks /= TIMEOUT then
+        clocks <= clocks + 1;
+      end if;
+
+      case state is
+
+        when load =>
+
+          load_n <= '0';
+          tap    <= 0;
+          if clocks >= SETTLE then
+            state <= go;
+          end if;
+
+        when go =>
+
+          if move_now = '1' then
+            tap <= tap + 1;
+          elsif tap /= wanted then
+            move_now <= '1';
+          else
+            clocks <= 0;
+            state  <= settled;
+          end if;
+
+        when settled =>
+
+          seen <= 0;
+          if clocks >= SETTLE then
+            clocks <= 0;
+            state  <= look;
+            if final = '1' then
+              tracks <= '1';
+              state  <= follow;
+            end if;
+          end if;
+
+        when look =>
+
+          if clocks = TIMEOUT then
+            inside <= '0';
+            done   := true;
+          elsif run_now = '1' then
+            clocks <= 0;
+            seen   <= seen + 1;
+            if tap = 0 then
+              from_start <= '1';
+            end if;
+            place <= run_place;
+            if inside = '0' or run_place /= place then
+              -- Another bit begins here, or with two at one tap, at the next.
+              inside <= '1';
+              begun  <= tap;
+              if seen /= 0 then
+                inside <= '0';
+                done   := true;
+              end if;
+            end if;
+            if seen = RUNS - 1 and inside = '1' and run_place = place then
+              done := true;
+              if tap - begun >= best_length then
+                best_begun  <= begun;
+                best_length <= tap - begun + 1;
+                best_place  <= place;
+              end if;
+            end if;
+          end if;
+
+        when follow =>
+
+          if run_now = '1' then
+            clocks <= 0;
+          end if;
+          if clocks = TIMEOUT or (run_now = '1' and run_place /= best_place) then
+            hung   <= not hung;
+            tracks <= '0';
+            done   := true;
+          end if;
+
+      end case;
+
+      if done then
+        clocks <= 0;
+        if state = look and tap + STEP_TAPS < TAPS_THERE then
+          wanted <= tap + STEP_TAPS;
+          state  <= go;
+        else
+          state  <= load;
+          wanted <= 0;
+          final  <= '0';
+          inside <= '0';
+          if state = look then
+            once_more <= '0';
+            if best_length /= 0 and (from_start = '1' or once_more = '1') then
+              wanted <= best_begun + best_length / 2;
+              final  <= '1';
+            elsif best_length /= 0 then
+              once_more <= '1';
+            end if;
+          end if;
+        end if;
+      end if;
+
+      if state = load then
+        from_start <= '0';
+        if final = '0' then
+          best_length <= 0;
+        end if;
+      end if;
+
+      if reset = '1' then
+        state  <= load;
+        clocks <= 0;
+        wanted <= 0;
+        final  <= '0';
+        inside <= '0';
+        tracks <= '0';
+
+        once_more <= '0';
+      end if;
+    end if;
+
+  end process search;
+
+end architecture rtl;

@@ -1,0 +1,88 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- The clocks of the video path: pixel clock and five times that, two bits of a lane each.
+--
+-- The source is the TMDS clock lane or a clock made on the board. The choice changes only while the PLL is in reset,
+-- so plain logic makes it, which a lane that stands still cannot hold up.
+--
+-- The PLL's ratios are fixed when the FPGA is configured. The VCO, 5 * BIT_DIVIDE times the pixel clock, must lie
+-- within 400 and 800 MHz (FPGA-TN-02200): pixel clocks of 80 / BIT_DIVIDE to 160 / BIT_DIVIDE MHz.
+--
+-- Latency: the lock time. Throughput: not applicable.
+-- Equation: f(clk) = f(chosen clock), f(clk_x5) = 5 f(clk), rising edges aligned.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library ecp5u;
+use ecp5u.components.all;
+
+entity pixel_clocks is
+  generic (
+    -- Cycles of the VCO in one of clk_x5.
+    BIT_DIVIDE : positive range 2 to 4 := 4
+  );
+  port (
+    -- The TMDS clock lane, the board's own clock, and which one to take.
+    tmds_clk : in    std_logic;
+    own_clk  : in    std_logic;
+    use_own  : in    std_logic;
+    -- Reset of the PLL.
+    pll_reset : in    std_logic;
+    -- The clocks, and whether they run.
+    clk    : out   std_logic;
+    clk_x5 : out   std_logic;
+    locked : out   std_logic
+  );
+end entity pixel_clocks;
+
+architecture rtl of pixel_clocks is
+
+  signal source_clk : std_logic;
+  signal made_clk   : std_logic;
+
+begin
+
+  source_clk <= own_clk when use_own = '1' else
+                tmds_clk;
+
+  clk <= made_clk;
+
+  pll : component ehxplll
+    generic map (
+      CLKI_DIV        => 1,
+      CLKFB_DIV       => 1,
+      CLKOP_DIV       => 5 * BIT_DIVIDE,
+      CLKOP_CPHASE    => 5 * BIT_DIVIDE - 1,
+      CLKOS_ENABLE    => "ENABLED",
+      CLKOS_DIV       => BIT_DIVIDE,
+      CLKOS_CPHASE    => BIT_DIVIDE - 1,
+      FEEDBK_PATH     => "CLKOP",
+      PLLRST_ENA      => "ENABLED",
+      INT_LOCK_STICKY => "DISABLED"
+    )
+    port map (
+      clki         => source_clk,
+      clkfb        => made_clk,
+      phasesel1    => '0',
+      phasesel0    => '0',
+      phasedir     => '0',
+      phasestep    => '0',
+      phaseloadreg => '0',
+      stdby        => '0',
+      pllwakesync  => '0',
+      rst          => pll_reset,
+      enclkop      => '0',
+      enclkos      => '0',
+      enclkos2     => '0',
+      enclkos3     => '0',
+      clkop        => made_clk,
+      clkos        => clk_x5,
+      clkos2       => open,
+      clkos3       => open,
+      lock         => locked,
+      intlock      => open,
+      refclk       => open,
+      clkintfb     => open
+    );
+
+end architecture rtl;

@@ -1,0 +1,66 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Tells the fast side of a lane when to hand a word to the slow side or take one from it.
+--
+-- One clock of clk_x5 in five is marked, at a place that is found once after reset, by a bit that toggles with clk, and
+-- kept then: a word that changes with the clock behind the mark keeps two or three clocks of clk_x5 away from each
+-- edge of clk, whichever side of an edge the bit was caught at.
+--
+-- Latency: about 10 clocks of clk_x5 after reset. Throughput: a mark each clock of clk.
+-- Equation: strobe has the period of clk.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity word_strobe is
+  port (
+    -- Pixel clock and five times that, edges aligned.
+    clk    : in    std_logic;
+    clk_x5 : in    std_logic;
+    -- In clk_x5.
+    reset : in    std_logic;
+    -- In clk_x5, a clock ahead of the mark: each lane has a register of its own for it.
+    strobe : out   std_logic
+  );
+end entity word_strobe;
+
+architecture rtl of word_strobe is
+
+  signal even    : std_logic                    := '0';
+  signal seen    : std_logic_vector(2 downto 0) := "000";
+  signal places  : std_logic_vector(4 downto 0) := "00000";
+  signal started : std_logic                    := '0';
+
+begin
+
+  -- An edge of clk is in places(0) three clocks behind it, or two. What is loaded with the mark, two clocks behind
+  -- places(3), changes three clocks behind an edge, or two.
+  strobe <= places(3);
+
+  toggle : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      even <= not even;
+    end if;
+
+  end process toggle;
+
+  count : process (clk_x5) is
+  begin
+
+    if rising_edge(clk_x5) then
+      seen   <= seen(1 downto 0) & even;
+      places <= places(3 downto 0) & places(4);
+      if started = '0' then
+        places(0) <= seen(2) xor seen(1);
+        started   <= seen(2) xor seen(1);
+      end if;
+      if reset = '1' then
+        places  <= "00000";
+        started <= '0';
+      end if;
+    end if;
+
+  end process count;
+
+end architecture rtl;

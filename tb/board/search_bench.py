@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""cocotb tests of phase_search: a channel behind a delay line, with unsure bits at its edges."""
+
+import random
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge
+
+from plenofir.fpga.hdmi import tmds
+from plenofir_tb.case import read_case
+from plenofir_tb.entities import for_entity
+
+CASE = read_case()
+TAPS, STEP = 128, 4
+# Of a line.
+BLANK, ACTIVE = 24, 40
+
+
+class Channel:
+    """Bits of a channel as they are sampled behind the delay line.
+
+    Attributes
+    ----------
+    bit_taps
+        Taps in a bit.
+    unsure
+        Taps at each end of a bit where the neighbour may be taken instead.
+    late
+        Taps by which the bits come too late.
+    silent
+        Whether nothing comes.
+    tap
+        Where the delay line is.
+    """
+
+    def __init__(self, rng: random.Random, bit_taps: int, unsure: int) -> None:
+        self.rng = rng
+        self.bit_taps, self.unsure = bit_taps, unsure
+        self.late = rng.randrange(10 * bit_taps)
+        self.silent = False
+        self.tap = 0
+        self.moved = 0
+        lines = 30
+        active = np.array(([False] * BLANK + [True] * ACTIVE) * lines)
+        data = np.array([rng.randrange(256) for _ in active], np.uint8)
+        control = np.repeat([rng.randrange(4) for _ in range(lines)], BLANK + ACTIVE)
+        words = tmds.encode_channel(data, active, control.astype(np.uint8))
+        self.bits = [int(word) >> i & 1 for word in words for i in range(10)]
+        self.at = 0
+
+    def drive(self, load_n: int, move: int) -> None:
+        """Take what the control drives: a falling edge of MOVE moves."""
+        if not load_n:
+            self.tap = 0
+        elif self.moved and not move:
+            assert self.tap < TAPS - 1, "moved beyond the end"
+            self.tap += 1
+        self.moved = move
+
+    def inside(self) -> int:
+        """Taps from the sampling instant to the nearer end of its bit."""
+        place = (self.late - self.tap) % self.bit_taps
+        return min(place, self.bit_taps - 1 - place)
+
+    def word(self) -> int:
+        """Ten bits."""
+        begin = self.at + (self.late - self.tap) // self.bit_taps
+        place = (self.late - self.tap) % self.bit_taps
+        self.at += 10
+        word = 0
+        for i in range(10):
+            taken = begin + i
+            if place < self.unsure and self.rng.random() < 0.5:
+                taken -= 1
+            elif place >= self.bit_taps - self.unsure and self.rng.random() < 0.5:
+                taken += 1
+            word |= self.bits[taken % len(self.bits)] << i
+        return 0 if self.silent else word
+
+
+class Bench:
+    """The entity and its channel."""
+
+    def __init__(self, dut: Any, channel: Channel) -> None:
+        self.dut, self.channel = dut, channel
+
+    async def clocks(self, count: int, until: int | None = None) -> None:
+        """Go on for some clocks, or until the search is over (1) or was begun anew (0)."""
+        for _ in range(count):
+            if until is not None and int(self.dut.tracking.value) == until:
+                return
+            self.dut.bits.value = self.channel.word()
+            await FallingEdge(self.dut.clk)
+            if not int(self.dut.reset.value):
+                self.channel.drive(int(self.dut.load_n.value), int(self.dut.move.value))
+        assert until is None, f"not tracking={until} after {count} clocks"
+
+    def check(self) -> None:
+        """The delay is in the middle of what the delay line reaches of a bit."""
+        channel = self.channel
+        assert int(self.dut.taps.value) == channel.tap
+        # The line reaches half of its taps of one bit at least, less what is unsure.
+        reached = min(channel.bit_taps, TAPS // 2)
+        least = reached // 2 - channel.unsure // 2 - STEP - 1
+        assert channel.inside() >= max(least, 0), (channel.tap, channel.late, channel.bit_taps)
+
+
+@for_entity("phase_search")
+async def the_middle_is_found(dut: Any) -> None:
+    """Bits of many lengths with unsure ends; slips, silence and resets in between."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    Clock(dut.clk, 10, "ns").start()
+    look = 2 * CASE["timeout"] + 100
+    for bit_taps in CASE["bit_taps"]:
+        channel = Channel(rng, bit_taps, rng.randrange(bit_taps // 5))
+        bench = Bench(dut, channel)
+        dut.reset.value = 1
+        await bench.clocks(5)
+        channel.tap = 0
+        dut.reset.value = 0
+        hung = int(dut.hung_toggle.value)
+        await bench.clocks(40 * look, until=1)
+        bench.check()
+        # Noise in the picture, and a wrong token now and then, change nothing.
+        before = channel.tap
+        await bench.clocks(3000)
+        assert (channel.tap, int(dut.hung_toggle.value)) == (before, hung)
+        # The line slips by half a bit and more, or loses its place.
+        channel.late += rng.choice((1, -1)) * (bit_taps // 2 + bit_taps // 3)
+        await bench.clocks(3 * look, until=0)
+        await bench.clocks(80 * look, until=1)
+        bench.check()
+        assert int(dut.tracking.value)
+        channel.silent = True
+        hung = int(dut.hung_toggle.value)
+        await bench.clocks(CASE["timeout"] + 100, until=0)
+        assert int(dut.hung_toggle.value) != hung
+        await bench.clocks(3000)
+        assert not int(dut.tracking.value)
+        channel.silent = False
+        await bench.clocks(80 * look, until=1)
+        bench.check()

@@ -1,0 +1,146 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- The ULX3S as hdmi_bench sees a board: its oscillator, and inputs by their positive pins, an open pair as high.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library ecp5u;
+use ecp5u.model_faults.all;
+
+entity board_under_test is
+  generic (
+    MICRO_IMAGE_SIZE    : positive;
+    SHIFTS              : string;
+    MAX_COLUMNS         : positive;
+    EXACT               : boolean;
+    FRACTION_BITS       : natural;
+    GUARD_BITS          : natural;
+    INTERPOLATION_ORDER : natural;
+    HOLD                : boolean;
+    BROADCAST_TAPS      : natural;
+    ENGINE              : string;
+    PATTERN_H_ACTIVE    : positive;
+    PATTERN_H_FRONT     : positive;
+    PATTERN_H_SYNC      : positive;
+    PATTERN_H_BACK      : positive;
+    PATTERN_V_ACTIVE    : positive;
+    PATTERN_V_FRONT     : positive;
+    PATTERN_V_SYNC      : positive;
+    PATTERN_V_BACK      : positive;
+    METER_WINDOW        : positive;
+    LOCK_TIMEOUT        : positive;
+    DATA_PATIENCE       : positive;
+    BUTTON_STABLE       : positive;
+    BIT_CLOCKS          : positive;
+    DDC_QUARTER         : positive;
+    DDC_PAUSE           : positive;
+    SWITCH_FRAMES       : positive;
+    ALIGN_TIMEOUT       : positive;
+    CLOCK_RANGE         : natural;
+    OWN_DIVIDE          : positive;
+    SEARCH_TIMEOUT      : positive
+  );
+  port (
+    -- Faults of the delay lines, see ecp5u.model_faults.
+    delay_fault_seed : in    natural;
+    clk_100          : in    std_logic;
+    reset_n          : in    std_logic;
+    in_clk_p         : in    std_logic;
+    in_clk_n         : in    std_logic;
+    in_data_p        : in    std_logic_vector(2 downto 0);
+    in_data_n        : in    std_logic_vector(2 downto 0);
+    scl              : inout std_logic;
+    sda              : inout std_logic;
+    out_clk_p        : out   std_logic;
+    out_data_p       : out   std_logic_vector(2 downto 0);
+    uart_rx          : in    std_logic;
+    uart_tx          : out   std_logic;
+    button_up        : in    std_logic;
+    button_down      : in    std_logic;
+    button_clear     : in    std_logic;
+    switch_pattern   : in    std_logic;
+    switch_pass      : in    std_logic;
+    switch_sweep     : in    std_logic;
+    led              : out   std_logic_vector(7 downto 0)
+  );
+end entity board_under_test;
+
+architecture test of board_under_test is
+
+  signal clk_25 : std_logic := '0';
+  signal half   : std_logic := '0';
+
+begin
+
+  delay_faults <= delay_fault_seed;
+
+  oscillate : process (clk_100) is
+  begin
+
+    if rising_edge(clk_100) then
+      half <= not half;
+      if half = '1' then
+        clk_25 <= not clk_25;
+      end if;
+    end if;
+
+  end process oscillate;
+
+  top : entity work.ulx3s_top
+    generic map (
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      BROADCAST_TAPS      => BROADCAST_TAPS,
+      ENGINE              => ENGINE,
+      PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
+      PATTERN_H_FRONT     => PATTERN_H_FRONT,
+      PATTERN_H_SYNC      => PATTERN_H_SYNC,
+      PATTERN_H_BACK      => PATTERN_H_BACK,
+      PATTERN_V_ACTIVE    => PATTERN_V_ACTIVE,
+      PATTERN_V_FRONT     => PATTERN_V_FRONT,
+      PATTERN_V_SYNC      => PATTERN_V_SYNC,
+      PATTERN_V_BACK      => PATTERN_V_BACK,
+      METER_WINDOW        => METER_WINDOW,
+      LOCK_TIMEOUT        => LOCK_TIMEOUT,
+      DATA_PATIENCE       => DATA_PATIENCE,
+      BUTTON_STABLE       => BUTTON_STABLE,
+      BIT_CLOCKS          => BIT_CLOCKS,
+      DDC_QUARTER         => DDC_QUARTER,
+      DDC_PAUSE           => DDC_PAUSE,
+      SWITCH_FRAMES       => SWITCH_FRAMES,
+      ALIGN_TIMEOUT       => ALIGN_TIMEOUT,
+      CLOCK_RANGE         => CLOCK_RANGE,
+      OWN_DIVIDE          => OWN_DIVIDE,
+      SEARCH_TIMEOUT      => SEARCH_TIMEOUT
+    )
+    port map (
+      clk_25         => clk_25,
+      reset_n        => reset_n,
+      in_clk         => in_clk_p,
+      in_data        => in_data_p,
+      in_scl         => scl,
+      in_sda         => sda,
+      in_hot_plug    => open,
+      out_clk        => out_clk_p,
+      out_data       => out_data_p,
+      out_scl        => scl,
+      out_sda        => sda,
+      uart_rx        => uart_rx,
+      uart_tx        => uart_tx,
+      button_up      => button_up,
+      button_down    => button_down,
+      button_clear   => button_clear,
+      switch_pattern => switch_pattern,
+      switch_pass    => switch_pass,
+      switch_sweep   => switch_sweep,
+      led            => led,
+      wifi_gpio0     => open
+    );
+
+end architecture test;
