@@ -65,8 +65,8 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) scripts/build_hdl.py --check
 	@$(PYTHON) scripts/draw_diagrams.py --check
 
-bitstream: venv ## Build the bitstream of a board, the Atlys with ISE 14.7, the ULX3S with open tools: BOARD=atlys|ulx3s DEVICE= SCENE= M= A= SWEEP= MAX_COLUMNS= ENGINE= INTERPOLATION= ARITH= FRACTION= GUARD= OUT= ISE=
-	@$(if $(filter ulx3s,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
+bitstream: venv ## Build the bitstream of a board, the Atlys with ISE 14.7, the ULX3S with open tools: BOARD=atlys|ulx3s|ecp5-eval DEVICE= SCENE= M= A= SWEEP= MAX_COLUMNS= ENGINE= INTERPOLATION= ARITH= FRACTION= GUARD= OUT= ISE=
+	@$(if $(filter ulx3s ecp5-eval,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
 	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= $(PLENOFIR) bitstream build
 
 bitstream-check: venv simulator ## Check what a bitstream build needs, as far as that goes without ISE

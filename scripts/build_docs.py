@@ -66,6 +66,7 @@ TOPS = (
     "self_test",
     "atlys_top",
     "ulx3s_top",
+    "parallel_top",
 )
 MEASURED = DOCS / "measured"
 EXPORTS = project.root() / "build" / "docs"

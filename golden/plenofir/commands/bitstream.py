@@ -117,12 +117,16 @@ def build_with_nextpnr(
     values = {**top_level.default_generics(board.top), **generics}
     core = top_level.configuration(values)
     core.check_limits()
-    # Without a scene: the slowest mode that has such lines.
-    modes = [mode for mode in board.modes if mode.h_active <= core.max_columns] or board.modes[:1]
-    widest = next(mode for mode in modes if mode.h_active == max(m.h_active for m in modes))
-    clocks = board.clock_range(widest) if plan is None else clock_range_of(plan)
-    part = DEVICES[device]
-    if over := part.overflow(estimate(core, part.family) + VIDEO_USAGES[part.family]):
+    clocks, part = 0, DEVICES[device]
+    usage = estimate(core, part.family)
+    if board.modes:
+        usage += VIDEO_USAGES[part.family]
+        # Without a scene: the slowest mode that has such lines.
+        fit = [mode for mode in board.modes if mode.h_active <= core.max_columns]
+        modes = fit or board.modes[:1]
+        widest = next(mode for mode in modes if mode.h_active == max(m.h_active for m in modes))
+        clocks = board.clock_range(widest) if plan is None else clock_range_of(plan)
+    if over := part.overflow(usage):
         raise InputError(
             f"does not fit the {device.upper()}: needs {'; '.join(over)}",
             where=options.typed("micro_image") if plan is None else plan.scene,
@@ -207,7 +211,8 @@ def build(
 
 def _print_nextpnr(report: "nextpnr.NextpnrReport", out: str) -> None:
     low, high = report.clocks_mhz
-    print_line("board", f"{report.board}, {report.device}: pixel clocks of {low:g} to {high:g} MHz")
+    clocks = f"pixel clocks of {low:g} to {high:g} MHz" if low else f"pixel clock of {high:g} MHz"
+    print_line("board", f"{report.board}, {report.device}: {clocks}")
     for site, (used, there) in report.utilisation.items():
         print_line(site, f"{used} of {there}")
     for clock in report.timing:

@@ -77,7 +77,7 @@ def sim(
         options.Chain,
         typer.Option(help="The core, or the whole board from serial bits to serial bits."),
     ] = "core",
-    board: Annotated[options.Board, typer.Option(help="Board of the chain.")] = "atlys",
+    board: Annotated[options.HdmiBoard, typer.Option(help="Board of the chain.")] = "atlys",
     waves: Annotated[
         bool, typer.Option("--waves", help="Write a waveform and a GTKWave save file.")
     ] = False,

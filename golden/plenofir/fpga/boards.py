@@ -8,7 +8,7 @@ from typing import Literal
 from plenofir import project
 from plenofir.fpga.hdmi.modes import CLOCK_RANGES, VideoMode, modes_of_range
 
-BoardName = Literal["atlys", "ulx3s"]
+BoardName = Literal["atlys", "ulx3s", "ecp5-eval"]
 Flow = Literal["ise", "nextpnr"]
 
 
@@ -31,7 +31,10 @@ class Board:
     library
         Library of its family's primitives, see `plenofir.fpga.hdl.model_sources`.
     clock_ranges
-        What its PLL can be built for, see `plenofir.fpga.hdmi.modes.modes_of_range`.
+        What its PLL can be built for, see `plenofir.fpga.hdmi.modes.modes_of_range`; none for a
+        board without HDMI.
+    pixel_mhz
+        Pixel clock that a board without HDMI is built for.
     """
 
     name: BoardName
@@ -39,12 +42,13 @@ class Board:
     devices: tuple[str, ...]
     flow: Flow
     top: str
-    library: str
-    clock_ranges: tuple[int, ...]
+    library: str = ""
+    clock_ranges: tuple[int, ...] = ()
+    pixel_mhz: float = 0
 
     @property
     def constraints(self) -> Path:
-        """Pins and clocks."""
+        """Pins and clocks; no such file for a target without pins of its own."""
         suffix = "ucf" if self.flow == "ise" else "lpf"
         return project.root() / "constraints" / f"{self.name}.{suffix}"
 
@@ -90,6 +94,14 @@ BOARDS: dict[str, Board] = {
             top="ulx3s_top",
             library="ecp5u",
             clock_ranges=CLOCK_RANGES,
+        ),
+        Board(
+            name="ecp5-eval",
+            title="ECP5 evaluation target",
+            devices=("lfe5u-25f",),
+            flow="nextpnr",
+            top="parallel_top",
+            pixel_mhz=74.25,
         ),
     )
 }

@@ -46,10 +46,10 @@ def board_sources(board: str = "atlys") -> list[Path]:
     Returns
     -------
     list of Path
-        The sources of no board, then its own; some of them need a vendor's library.
+        The sources of no board, then its own if it has any: they need a vendor's library.
     """
     parts = _listed(root() / "hdl")
-    return parts[_PORTABLE] + parts[board]
+    return parts[_PORTABLE] + parts.get(board, [])
 
 
 def all_sources() -> list[Path]:

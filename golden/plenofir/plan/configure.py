@@ -200,7 +200,8 @@ def _board_top(plan: Plan) -> dict[str, str]:
         return {
             **own,
             f"{board.top}.vhd": top_level.top_with_generics(generics, board.top),
-            f"{board.top}.lpf": board.constraints.read_text() + nextpnr.frequencies(fastest_mhz),
+            f"{board.top}.lpf": board.constraints.read_text()
+            + nextpnr.frequencies(board, fastest_mhz),
         }
     return {
         **own,

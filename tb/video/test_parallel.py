@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parallel video in and out: the evaluation target without pins."""
+
+import pytest
+
+from plenofir_tb.runner import Case, run_cases
+
+
+@pytest.mark.parametrize("bits", [8, 12])
+def test_parallel_top(bits: int) -> None:
+    m, shifts, columns, rows = 3, (2, -1), 24, 12
+    case = {
+        **{"m": m, "shifts": shifts, "columns": columns, "rows": rows, "pixel_bits": bits},
+        **{"blank_pixels": 40, "blank_lines": 8},
+    }
+    generics = {
+        **{"MICRO_IMAGE_SIZE": m, "SHIFTS": " ".join(map(str, shifts)), "MAX_COLUMNS": columns},
+        **{"ROWS": rows, "PIXEL_BITS": bits, "ENGINE": "moving_sum"},
+    }
+    run_cases([Case("parallel_top", "video.parallel_bench", generics, case)])
