@@ -26,7 +26,7 @@ entity phase_search is
     TAPS_THERE : positive range 2 to 128 := 128;
     STEP_TAPS  : positive range 1 to 16  := 4;
     -- Equal control tokens behind the first one that count as a run, and how many runs must be seen.
-    RUN  : positive range 2 to 15 := 6;
+    RUN  : positive range 2 to 15 := 4;
     RUNS : positive range 1 to 15 := 2;
     -- Clocks without a run after which there is none; more than a line's active pixels.
     TIMEOUT : positive := 8192;

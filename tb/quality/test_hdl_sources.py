@@ -198,7 +198,7 @@ MAY_USE = {
     "selftest": {"common", "core", "refocuser"},
     "spartan6": {"common"},
     "ecp5": {"common"},
-    "board": {"common", "core", "tmds", "video", "spartan6", "ecp5"},
+    "board": {"common", "core", "refocuser", "tmds", "video", "spartan6", "ecp5"},
 }
 
 

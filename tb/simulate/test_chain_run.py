@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from plenofir.errors import InputError
+from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.hdmi.modes import HD720, VGA
-from plenofir.fpga.simulate.chain import check_chain, mode_for, run_chain
+from plenofir.fpga.simulate.chain import check_chain, mode_for, range_of, run_chain
 from plenofir.fpga.simulate.run import FLOWER, Run, core_for_image, run
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image, write_png
@@ -56,6 +57,23 @@ def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
     assert report.latency_clocks is not None
     assert 0 < report.latency_clocks - 10 * (line + 1) < 100
     assert (what.out / "refocused.fst").exists() == what.waves
+
+
+@pytest.mark.slow
+def test_sweep_through_the_ulx3s(tmp_path: Path) -> None:
+    raw = flower(25, 40)
+    path = tmp_path / "raw.png"
+    write_png(path, raw)
+    core = core_for_image(path, "hdmi", micro_image_size=5, shifts=(-3, 0))
+    what = Run(raw=path, core=core, out=tmp_path / "out", chain="hdmi", board="ulx3s")
+    report = run(what)
+    assert (report.mismatches, report.board) == (0, "ulx3s")
+
+
+def test_pixel_clock_that_the_board_cannot_take() -> None:
+    mode = VGA.model_copy(update={"name": "too fast", "pixel_clock": 80_000})
+    with pytest.raises(InputError, match="a pixel clock of 80 MHz"):
+        range_of(BOARDS["ulx3s"], mode)
 
 
 @pytest.mark.slow

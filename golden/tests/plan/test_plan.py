@@ -417,11 +417,15 @@ def test_video_path(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "build", "message"),
     [
-        ([("rows = 480", "rows = 480\nrate_hz = 61.0")], "", "61 Hz is no mode of the board"),
+        (
+            [("rows = 480", "rows = 480\nrate_hz = 61.0")],
+            "",
+            "61 Hz is no mode of the Digilent Atlys",
+        ),
         ([("rows = 480", "rows = 481\nrate_hz = 60.0")], "", "640 x 481 at 60 Hz is no mode"),
         ([RATE, ('"rgb"', '"grey"')], "", 'frame.colour "rgb"'),
         ([RATE], "parallel_rows = 2", "parallel_rows 1"),
-        ([RATE], 'device = "xc6slx9"', 'device "xc6slx45"'),
+        ([RATE], 'device = "xc6slx9"', "xc6slx45 (Digilent Atlys)"),
         ([RATE, ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-160"]')], "", "exceeds"),
     ],
 )

@@ -330,7 +330,7 @@ def _banks_of(place: Place, constraints: Constraints) -> list[tuple[str, int]]:
 
 
 def check_project(lines: Sequence[str]) -> list[str]:
-    """The project file: it lists every synthesisable source once, and no other.
+    """The project file: it lists every source once, other boards' excepted, and no other.
 
     Parameters
     ----------
@@ -346,7 +346,12 @@ def check_project(lines: Sequence[str]) -> list[str]:
     out = [f"{path}: no such file" for path in listed if not path.is_file()]
     out += [f"{path} is listed twice" for path, number in Counter(listed).items() if number > 1]
     folder = project.root() / "hdl"
-    wanted = {path for path in folder.rglob("*.vhd") if not path.is_relative_to(folder / "sim")}
+    others = set(hdl.all_sources()) - set(hdl.board_sources())
+    wanted = {
+        path
+        for path in folder.rglob("*.vhd")
+        if not path.is_relative_to(folder / "sim") and path not in others
+    }
     out += [f"{path} is missing" for path in sorted(wanted - set(listed))]
     out += [f"{path} is no synthesisable source" for path in listed if path not in wanted]
     return out

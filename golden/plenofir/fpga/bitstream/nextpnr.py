@@ -250,7 +250,7 @@ def read_timing(
                 expected=f"{wanted:.1f} MHz, from the constraints",
             )
         reached = round(found[clock]["achieved"], 1)
-        timing.append(ClockTiming(clock=clock, wanted_mhz=round(wanted, 1), reached_mhz=reached))
+        timing.append(ClockTiming(clock=clock, wanted_mhz=round(wanted, 2), reached_mhz=reached))
     return tuple(timing)
 
 

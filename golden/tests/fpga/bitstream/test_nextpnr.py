@@ -61,7 +61,7 @@ def tools(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
             raise ToolError(f"{name} failed with status 1:\nERROR: Unable to place cell")
         if "nextpnr" in name:
             (log.parent / "nextpnr.json").write_text(json.dumps(content["report"]))
-            (log.parent / "ulx3s_top.config").write_text("config")
+            (log.parent / command[command.index("--textcfg") + 1]).write_text("config")
         else:
             (log.parent / "plenofir.bit").write_bytes(b"bits")
 
@@ -113,6 +113,19 @@ def test_refused_builds_leave_no_bitstream(
         build(tmp_path)
     assert not (tmp_path / "plenofir.bit").exists()
     assert not (tmp_path / "report.json").exists()
+
+
+def test_target_without_pins(tools: dict[str, Any], tmp_path: Path) -> None:
+    tools["report"] = report(clocks={"$glbnet$clk$TRELLIS_IO_IN": (74.25, 90.0)})
+    tools["report"]["fmax"].pop("$glbnet$clk")
+    result = nextpnr.build(
+        BOARDS["ecp5-eval"], "lfe5u-25f", {"PIXEL_BITS": 12}, 0, tmp_path, lambda *_: None
+    )
+    assert [clock.model_dump() for clock in result.timing] == [
+        {"clock": "clk", "wanted_mhz": 74.25, "reached_mhz": 90.0}
+    ]
+    constraints = (tmp_path / "work" / "ecp5-eval.lpf").read_text()
+    assert constraints == 'FREQUENCY PORT "clk" 74.250 MHZ;\n'
 
 
 @pytest.mark.parametrize(
