@@ -2,8 +2,9 @@
 -- Depth index and all-in-focus picture of a focal stack, while it streams.
 --
 -- A stream shell around sharpness_index. For each micro image the slice of largest local sharpness is
--- found and all of its pixels are taken from there. When nothing follows, the core pushes the rest of the frame out by
--- itself, in lines up to a multiple of M; what comes meanwhile waits in the source.
+-- found and all of its pixels are taken from there. Beside this picture the slice that a frame has chosen may go. When
+-- nothing follows, the core pushes the rest of the frame out by itself, in lines up to a multiple of M; what comes
+-- meanwhile waits in the source.
 --
 -- Latency: sharpness_delay lines and index_latency + 7 clocks when nothing stalls.
 -- Throughput: one pixel of all slices each clock.
@@ -26,12 +27,19 @@ entity depth_index is
     SLICES : positive range 1 to 256;
     -- Sharpness is judged in a window of (2 RADIUS + 1) x (2 RADIUS + 1) micro images.
     RADIUS : natural range 0 to 8 := 1;
+    -- As in index_vote; without VOTE_RADIUS every micro image keeps its own slice.
+    CONFIDENCE  : natural              := 0;
+    VOTE_RADIUS : natural range 0 to 4 := 0;
     -- Longest line in pixels.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
-    PIXEL_BITS : positive range 1 to 16 := 8
+    PIXEL_BITS : positive range 1 to 16 := 8;
+    -- Whether the pixel of a chosen slice goes beside.
+    CHOSEN_TOO : boolean := false;
+    -- As in focal_stack.
+    FLUSH : boolean := true
   );
   port (
     clk   : in    std_logic;
@@ -39,17 +47,26 @@ entity depth_index is
     -- Frame size, read with the first pixel of a frame.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
+    -- Lines of the picture, stable while it streams: those below it in a frame count as beyond its edge and do not
+    -- come out.
+    picture_rows : in    std_logic_vector(15 downto 0);
+    -- As in slice_select, read with the first pixel of a frame; with CHOSEN_TOO alone.
+    slice        : in    std_logic_vector(7 downto 0);
+    sweep        : in    std_logic;
+    sweep_frames : in    std_logic_vector(7 downto 0);
     -- AXI4-Stream video, as focal_stack's m_axis.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
     s_axis_tuser  : in    std_logic_vector(0 downto 0);
     s_axis_tlast  : in    std_logic;
-    -- The picture: the pixel, channel 0 in the low bits; above it 8 bits of the index, counted from 0.
+    -- The picture: the pixel, channel 0 in the low bits; above it 8 bits of the index, counted from 0; above that, with
+    -- CHOSEN_TOO, the pixel of the slice tid.
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS + 7 downto 0);
+    m_axis_tdata  : out   std_logic_vector(index_word_bits(CHANNELS, PIXEL_BITS, CHOSEN_TOO) - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
     -- As in frame_sequencer, set until error_clear.
     error_flags : out   std_logic_vector(4 downto 0);
@@ -60,13 +77,15 @@ end entity depth_index;
 architecture rtl of depth_index is
 
   constant STACK_BITS : positive := SLICES * CHANNELS * PIXEL_BITS;
-  constant OUT_BITS   : positive := CHANNELS * PIXEL_BITS + 8;
+  constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
+  constant OUT_BITS   : positive := index_word_bits(CHANNELS, PIXEL_BITS, CHOSEN_TOO);
 
   signal token       : token_t;
   signal token_data  : std_logic_vector(STACK_BITS - 1 downto 0);
   signal results     : results_t(0 to 0);
   signal found_index : unsigned(bits_for(SLICES - 1) - 1 downto 0);
-  signal found_data  : std_logic_vector(OUT_BITS - 9 downto 0);
+  signal found_data  : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal chosen_data : std_logic_vector(DATA_BITS - 1 downto 0);
   signal found_word  : std_logic_vector(OUT_BITS - 1 downto 0);
 
 begin
@@ -76,23 +95,25 @@ begin
       MAX_COLUMNS    => MAX_COLUMNS,
       IN_BITS        => STACK_BITS,
       OUT_BITS       => OUT_BITS,
+      SLICES         => choose(CHOSEN_TOO, SLICES, 0),
       INPUT_PIXELS   => 0,
       ROW_DELAY      => 0,
-      COLUMN_DELAY   => sharpness_delay(MICRO_IMAGE_SIZE, RADIUS),
-      ENGINE_LATENCY => index_latency(SLICES, RADIUS) + 4,
-      MIN_STEPS      => 8 + RADIUS,
-      MIN_BANDS      => 1,
-      BAND_MODULUS   => MICRO_IMAGE_SIZE,
-      KEEP_MODULUS   => true
+      COLUMN_DELAY   => choose(FLUSH, sharpness_delay(MICRO_IMAGE_SIZE, RADIUS, VOTE_RADIUS), 0),
+      ENGINE_LATENCY => index_latency(SLICES, RADIUS, VOTE_RADIUS) + 4,
+      -- A scan with all its votes ends before the next one.
+      MIN_STEPS    => choose(VOTE_RADIUS = 0, 8 + RADIUS, index_latency(SLICES, RADIUS, VOTE_RADIUS)),
+      MIN_BANDS    => 1,
+      BAND_MODULUS => MICRO_IMAGE_SIZE,
+      KEEP_MODULUS => true
     )
     port map (
       clk           => clk,
       reset         => reset,
       columns       => columns,
       rows          => rows,
-      slice         => x"00",
-      sweep         => '0',
-      sweep_frames  => x"00",
+      slice         => slice,
+      sweep         => sweep,
+      sweep_frames  => sweep_frames,
       s_axis_tvalid => s_axis_tvalid,
       s_axis_tready => s_axis_tready,
       s_axis_tdata  => s_axis_tdata,
@@ -102,7 +123,7 @@ begin
       m_axis_tready => m_axis_tready,
       m_axis_tdata  => m_axis_tdata,
       m_axis_tuser  => m_axis_tuser,
-      m_axis_tid    => open,
+      m_axis_tid    => m_axis_tid,
       m_axis_tlast  => m_axis_tlast,
       error_flags   => error_flags,
       error_clear   => error_clear,
@@ -119,6 +140,8 @@ begin
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SLICES           => SLICES,
       RADIUS           => RADIUS,
+      CONFIDENCE       => CONFIDENCE,
+      VOTE_RADIUS      => VOTE_RADIUS,
       MAX_COLUMNS      => MAX_COLUMNS,
       CHANNELS         => CHANNELS,
       PIXEL_BITS       => PIXEL_BITS
@@ -126,13 +149,19 @@ begin
     port map (
       clk        => clk,
       reset      => reset,
+      rows       => picture_rows,
       token      => token,
       token_data => token_data,
       result     => results(0),
       out_index  => found_index,
-      out_data   => found_data
+      out_data   => found_data,
+      out_chosen => chosen_data
     );
 
-  found_word <= std_logic_vector(resize(found_index, 8)) & found_data;
+  found_word(DATA_BITS + 7 downto 0) <= std_logic_vector(resize(found_index, 8)) & found_data;
+
+  chosen_beside : if CHOSEN_TOO generate
+    found_word(OUT_BITS - 1 downto DATA_BITS + 8) <= chosen_data;
+  end generate chosen_beside;
 
 end architecture rtl;

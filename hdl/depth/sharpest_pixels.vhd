@@ -2,10 +2,10 @@
 -- The picture made of the sharpest slices: the pixels of a stack wait until the index of their micro image is known.
 --
 -- The pixels go round in a ring of lines and leave it when the index of their row of micro images has been written;
--- then they are picked by it.
+-- then they are picked by it. Beside it goes the pixel of a slice that the frame has chosen.
 --
 -- Latency: RING_LINES lines and INDEX_LATENCY + 3 clocks. Throughput: one pixel of all slices each clock.
--- Equation: out_data = data(index of its micro image), RING_LINES lines before.
+-- Equation: out_data = data(index of its micro image), out_chosen = data(slice), RING_LINES lines before.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -39,6 +39,8 @@ entity sharpest_pixels is
     -- Marks the pixels of a frame's first line, and those of the image.
     frame_first : in    std_logic;
     image       : in    std_logic;
+    -- The slice that its frame has chosen.
+    slice : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
     -- Its micro image.
     lens : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
     -- Its slices, the first in the low bits.
@@ -53,7 +55,10 @@ entity sharpest_pixels is
     out_last  : out   std_logic;
     -- Its slice and the pixel.
     out_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    out_data  : out   std_logic_vector(PIXEL_BITS - 1 downto 0)
+    out_data  : out   std_logic_vector(PIXEL_BITS - 1 downto 0);
+    -- The slice that its frame has chosen, and the pixel there.
+    out_slice  : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    out_chosen : out   std_logic_vector(PIXEL_BITS - 1 downto 0)
   );
 end entity sharpest_pixels;
 
@@ -71,7 +76,8 @@ architecture rtl of sharpest_pixels is
   constant LAST_BIT        : natural := 2;
   constant IMAGE_BIT       : natural := 3;
   constant FRAME_FIRST_BIT : natural := 4;
-  constant LENS_LOW        : natural := 5;
+  constant SLICE_LOW       : natural := 5;
+  constant LENS_LOW        : natural := SLICE_LOW + INDEX_BITS;
   constant DATA_LOW        : natural := LENS_LOW + LENS_BITS;
 
   signal token      : std_logic_vector(DATA_LOW + STACK_BITS - 1 downto 0);
@@ -85,15 +91,17 @@ architecture rtl of sharpest_pixels is
   signal index_word : std_logic_vector(INDEX_BITS - 1 downto 0);
   signal index_read : std_logic_vector(INDEX_BITS - 1 downto 0);
 
-  -- Of the line that leaves the ring: whether it begins a frame, whether it is of the image; and the same of its pixels
-  -- behind those of the one that enters, with the ring's address and with the result.
-  signal line_due  : std_logic_vector(1 downto 0);
-  signal result_in : std_logic_vector(4 downto 0);
-  signal result    : std_logic_vector(4 downto 0);
+  -- Of the line that leaves the ring: its slice, whether it begins a frame, whether it is of the image; and the same
+  -- of its pixels behind those of the one that enters, with the ring's address, its word and the result.
+  signal line_due   : std_logic_vector(INDEX_BITS + 1 downto 0);
+  signal result_in  : std_logic_vector(INDEX_BITS + 4 downto 0);
+  signal result_due : std_logic_vector(INDEX_BITS + 4 downto 0);
+  signal result     : std_logic_vector(INDEX_BITS + 4 downto 0) := (others => '0');
 
 begin
 
-  token <= data & std_logic_vector(lens) & frame_first & image & line_last & line_first & active;
+  token <= data & std_logic_vector(lens) & std_logic_vector(slice) &
+           (frame_first & image & line_last & line_first & active);
 
   delay_token : entity work.tag_delay
     generic map (
@@ -112,14 +120,14 @@ begin
 
   lines_due : entity work.tag_delay
     generic map (
-      WIDTH  => 2,
+      WIDTH  => INDEX_BITS + 2,
       LENGTH => RING_LINES + 1
     )
     port map (
       clk     => clk,
       reset   => reset,
       enable  => new_line,
-      tag     => token_late(FRAME_FIRST_BIT downto IMAGE_BIT),
+      tag     => token_late(LENS_LOW - 1 downto IMAGE_BIT),
       delayed => line_due
     );
 
@@ -182,23 +190,33 @@ begin
 
   pick : process (clk) is
 
-    variable chosen : natural range 0 to 2 ** INDEX_BITS - 1;
+    variable sharpest : natural range 0 to 2 ** INDEX_BITS - 1;
+    variable chosen   : natural range 0 to 2 ** INDEX_BITS - 1;
 
   begin
 
     if rising_edge(clk) then
-      chosen    := to_integer(unsigned(index_read));
-      out_index <= unsigned(index_read);
-      out_data  <= delayed(PIXEL_BITS - 1 downto 0);
+      sharpest   := to_integer(unsigned(index_read));
+      chosen     := to_integer(unsigned(result_due(INDEX_BITS + 4 downto 5)));
+      out_index  <= unsigned(index_read);
+      out_data   <= delayed(PIXEL_BITS - 1 downto 0);
+      out_chosen <= delayed(PIXEL_BITS - 1 downto 0);
 
       for s in 1 to SLICES - 1 loop
 
-        if chosen = s then
+        if sharpest = s then
           out_data <= delayed((s + 1) * PIXEL_BITS - 1 downto s * PIXEL_BITS);
+        end if;
+        if chosen = s then
+          out_chosen <= delayed((s + 1) * PIXEL_BITS - 1 downto s * PIXEL_BITS);
         end if;
 
       end loop;
 
+      result <= result_due;
+      if reset = '1' then
+        result(ACTIVE_BIT) <= '0';
+      end if;
     end if;
 
   end process pick;
@@ -207,19 +225,20 @@ begin
 
   delay_result : entity work.tag_delay
     generic map (
-      WIDTH  => 5,
-      LENGTH => 3
+      WIDTH  => INDEX_BITS + 5,
+      LENGTH => 2
     )
     port map (
       clk     => clk,
       reset   => reset,
       enable  => '1',
       tag     => result_in,
-      delayed => result
+      delayed => result_due
     );
 
   out_valid <= result(ACTIVE_BIT) and result(IMAGE_BIT);
   out_last  <= result(LAST_BIT);
   out_start <= result(FIRST_BIT) and result(FRAME_FIRST_BIT);
+  out_slice <= unsigned(result(INDEX_BITS + 4 downto 5));
 
 end architecture rtl;

@@ -3,10 +3,12 @@
 --
 -- While the pixels wait (sharpest_pixels), micro images are summed (lens_sums); when the last line of a row of micro
 -- images is in, a scan over the row's sums judges (lens_sharpness) the row RADIUS + 1 rows further back and finds its
--- indices; its first line then goes on. Of equally sharp slices the first counts.
+-- indices; its first line then goes on. Of equally sharp slices the first counts. With VOTE_RADIUS micro images
+-- without texture take their neighbours' slice (index_vote), and it all comes so many rows later.
 --
--- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one pixel of all slices each clock,
---   in lines of 8 + RADIUS tokens at least and frames of a multiple of M lines; empty tokens and lines make up for it.
+-- Latency: sharpness_delay lines and index_latency + 4 clocks. Throughput: one pixel of all slices each clock, in lines
+--   of 8 + RADIUS tokens (with votes index_latency) at least and frames of a multiple of M lines; empty tokens and
+--   lines make up for it.
 -- Equation: index = argmax over the slices of the sharpness (lens_sharpness).
 
 library ieee;
@@ -26,6 +28,9 @@ entity sharpness_index is
     SLICES : positive range 1 to 256;
     -- Micro images from the middle of the window to its edge.
     RADIUS : natural range 0 to 8 := 1;
+    -- As in index_vote; without VOTE_RADIUS every micro image keeps its own slice.
+    CONFIDENCE  : natural              := 0;
+    VOTE_RADIUS : natural range 0 to 4 := 0;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
     -- 1 (grey) or 3 (RGB).
@@ -36,6 +41,8 @@ entity sharpness_index is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
+    -- Lines of the picture: those below it are none.
+    rows : in    std_logic_vector(15 downto 0);
     -- A token, and the slices of its pixel, the first in the low bits.
     token      : in    token_t;
     token_data : in    std_logic_vector(SLICES * CHANNELS * PIXEL_BITS - 1 downto 0);
@@ -43,7 +50,9 @@ entity sharpness_index is
     result : out   result_t;
     -- Its slice and the pixel.
     out_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0);
-    out_data  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
+    out_data  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The pixel of the slice that its frame has chosen.
+    out_chosen : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0)
   );
 end entity sharpness_index;
 
@@ -57,10 +66,12 @@ architecture rtl of sharpness_index is
   constant INDEX_BITS : positive := bits_for(SLICES - 1);
   constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;
   constant STACK_BITS : positive := SLICES * DATA_BITS;
-  constant WRITTEN    : positive := index_latency(SLICES, RADIUS);
+  constant JUDGED     : positive := index_latency(SLICES, RADIUS, 0);
   -- Behind the address of the scan: micro images in the middle of the window, and their index.
   constant INNER_DELAY   : positive := 5 + RADIUS;
-  constant WRITING_DELAY : positive := WRITTEN - LENS_SUM_LATENCY + 2;
+  constant JUDGING_DELAY : positive := JUDGED - LENS_SUM_LATENCY + 2;
+  -- The oldest row of which it counts whether it begins a frame.
+  constant OLDEST : positive := larger(2 * RADIUS + 1, RADIUS + 1 + 2 * VOTE_RADIUS);
 
   subtype lens_t is unsigned(PLACE_BITS - 1 downto 0);
 
@@ -83,6 +94,8 @@ architecture rtl of sharpness_index is
   signal lens_last    : std_logic;
   signal row_first    : std_logic;
   signal row_last     : std_logic;
+  signal line_number  : unsigned(15 downto 0)                     := (others => '0');
+  signal inside       : std_logic                                 := '0';
   signal row_live     : std_logic                                 := '0';
   signal row_starts   : std_logic                                 := '0';
 
@@ -100,19 +113,25 @@ architecture rtl of sharpness_index is
   signal inner_place    : std_logic_vector(PLACE_BITS downto 0);
   signal inner_1        : std_logic := '0';
   signal inner_2        : std_logic := '0';
-  signal written_place  : std_logic_vector(PLACE_BITS downto 0);
+  signal judged_place   : std_logic_vector(PLACE_BITS downto 0);
   signal inner_lens     : lens_t;
-  signal written_lens   : lens_t;
+  signal judged_lens    : lens_t;
+  signal index_write    : std_logic;
+  signal index_lens     : lens_t;
+  signal index          : index_t;
 
   -- Rows of micro images, the newest first: whether they belong to a frame, begin one.
-  signal live         : std_logic_vector(0 to 1)              := (others => '0');
-  signal starts       : std_logic_vector(0 to 2 * RADIUS + 1) := (others => '0');
+  signal live         : std_logic_vector(0 to RADIUS + 1) := (others => '0');
+  signal starts       : std_logic_vector(0 to OLDEST)     := (others => '0');
   signal joined_above : std_logic;
   signal joined_below : std_logic;
   signal same         : std_logic_vector(2 * RADIUS downto 0);
 
+  signal chosen_slice : index_t;
+
   signal sharpness : sharpness_list_t;
   signal most      : sharpness_list_t;
+  signal least     : sharpness_list_t;
   signal best      : indices_t;
 
 begin
@@ -123,15 +142,24 @@ begin
   count : process (clk) is
 
     variable next_phase : natural range 0 to M - 1;
+    variable next_line  : unsigned(15 downto 0);
+    variable in_picture : std_logic;
 
   begin
 
     if rising_edge(clk) then
       active  <= token.strobe and token.pixel;
       token_1 <= token;
-      data    <= token_data;
       if token.strobe = '1' and token.pixel = '1' then
+        in_picture := inside;
         if token.line_first = '1' then
+          next_line := line_number + 1;
+          if token.frame_first = '1' then
+            next_line := (others => '0');
+          end if;
+          line_number  <= next_line;
+          in_picture   := token.image and to_logic(next_line < unsigned(rows));
+          inside       <= in_picture;
           column_phase <= 0;
           lens         <= (others => '0');
           next_phase   := 0;
@@ -140,14 +168,19 @@ begin
           end if;
           line_phase <= next_phase;
           if next_phase = 0 then
-            row_live   <= token.image;
-            row_starts <= token.image and token.frame_first;
+            row_live   <= in_picture;
+            row_starts <= in_picture and token.frame_first;
           end if;
         elsif column_phase = M - 1 then
           column_phase <= 0;
           lens         <= lens + 1;
         else
           column_phase <= column_phase + 1;
+        end if;
+        token_1.image <= in_picture;
+        data          <= (others => '0');
+        if in_picture = '1' then
+          data <= token_data;
         end if;
       end if;
       if reset = '1' then
@@ -198,8 +231,8 @@ begin
       if complete_3(0) = '1' then
         scan_on   <= '1';
         scan_lens <= (others => '0');
-        live      <= complete_live & live(0);
-        starts    <= complete_start & starts(0 to 2 * RADIUS);
+        live      <= complete_live & live(0 to RADIUS);
+        starts    <= complete_start & starts(0 to OLDEST - 1);
       elsif scan_on = '1' then
         if scan_lens = complete_lens then
           scan_on <= '0';
@@ -252,21 +285,21 @@ begin
       delayed => inner_place
     );
 
-  delay_written : entity work.tag_delay
+  delay_judged : entity work.tag_delay
     generic map (
       WIDTH  => PLACE_BITS + 1,
-      LENGTH => WRITING_DELAY - INNER_DELAY
+      LENGTH => JUDGING_DELAY - INNER_DELAY
     )
     port map (
       clk     => clk,
       reset   => reset,
       enable  => '1',
       tag     => inner_place,
-      delayed => written_place
+      delayed => judged_place
     );
 
-  inner_lens   <= unsigned(inner_place(PLACE_BITS downto 1));
-  written_lens <= unsigned(written_place(PLACE_BITS downto 1));
+  inner_lens  <= unsigned(inner_place(PLACE_BITS downto 1));
+  judged_lens <= unsigned(judged_place(PLACE_BITS downto 1));
 
   -- Laplacians are those of row 1, the window's middle is row RADIUS + 1.
   joined_above <= not starts(1);
@@ -343,8 +376,9 @@ begin
 
     -- The sharpest so far, a slice each clock.
     first_slice : if s = 0 generate
-      most(0) <= sharpness(0);
-      best(0) <= (others => '0');
+      most(0)  <= sharpness(0);
+      least(0) <= sharpness(0);
+      best(0)  <= (others => '0');
     end generate first_slice;
 
     next_slice : if s > 0 generate
@@ -374,8 +408,12 @@ begin
       begin
 
         if rising_edge(clk) then
-          most(s) <= most(s - 1);
-          best(s) <= best(s - 1);
+          most(s)  <= most(s - 1);
+          best(s)  <= best(s - 1);
+          least(s) <= least(s - 1);
+          if value < least(s - 1) then
+            least(s) <= value;
+          end if;
           if value > most(s - 1) then
             most(s) <= value;
             best(s) <= to_unsigned(s, INDEX_BITS);
@@ -388,13 +426,76 @@ begin
 
   end generate slice;
 
+  --------------------------------------------------------------------------------------------------
+  -- Neighbours' votes.
+
+  no_votes : if VOTE_RADIUS = 0 generate
+    index_write <= judged_place(0);
+    index_lens  <= judged_lens;
+    index       <= best(SLICES - 1);
+  end generate no_votes;
+
+  votes : if VOTE_RADIUS > 0 generate
+
+    -- The middle of the window.
+    constant MIDDLE : positive := RADIUS + 1 + VOTE_RADIUS;
+
+    signal same_votes : std_logic_vector(2 * VOTE_RADIUS downto 0);
+
+  begin
+
+    find_same_votes : process (starts) is
+    begin
+
+      same_votes <= (others => '1');
+
+      for i in 0 to 2 * VOTE_RADIUS loop
+
+        for j in RADIUS + 1 to RADIUS + 2 * VOTE_RADIUS loop
+
+          if starts(j) = '1' and ((RADIUS + 1 + i <= j and j < MIDDLE) or (MIDDLE <= j and j <= RADIUS + i)) then
+            same_votes(i) <= '0';
+          end if;
+
+        end loop;
+
+      end loop;
+
+    end process find_same_votes;
+
+    vote : entity work.index_vote
+      generic map (
+        SLICES         => SLICES,
+        LENSES         => LENSES,
+        SHARPNESS_BITS => ALL_BITS,
+        CONFIDENCE     => CONFIDENCE,
+        VOTE_RADIUS    => VOTE_RADIUS
+      )
+      port map (
+        clk         => clk,
+        reset       => reset,
+        active      => judged_place(0),
+        lens        => judged_lens,
+        index       => best(SLICES - 1),
+        most        => most(SLICES - 1),
+        least       => least(SLICES - 1),
+        live        => live(RADIUS + 1),
+        same        => same_votes,
+        starts      => starts(MIDDLE),
+        voted_write => index_write,
+        voted_lens  => index_lens,
+        voted_index => index
+      );
+
+  end generate votes;
+
   pixels : entity work.sharpest_pixels
     generic map (
       SLICES        => SLICES,
       MAX_COLUMNS   => MAX_COLUMNS,
       LENSES        => LENSES,
-      RING_LINES    => sharpness_delay(M, RADIUS),
-      INDEX_LATENCY => WRITTEN,
+      RING_LINES    => sharpness_delay(M, RADIUS, VOTE_RADIUS),
+      INDEX_LATENCY => index_latency(SLICES, RADIUS, VOTE_RADIUS),
       PIXEL_BITS    => DATA_BITS
     )
     port map (
@@ -405,19 +506,22 @@ begin
       line_last   => token_1.line_last,
       frame_first => token_1.frame_first,
       image       => token_1.image,
+      slice       => token_1.slice(INDEX_BITS - 1 downto 0),
       lens        => lens,
       data        => data,
-      index_write => written_place(0),
-      index_lens  => written_lens,
-      index       => best(SLICES - 1),
+      index_write => index_write,
+      index_lens  => index_lens,
+      index       => index,
       out_valid   => result.valid,
       out_start   => result.start,
       out_last    => result.last,
       out_index   => out_index,
-      out_data    => out_data
+      out_data    => out_data,
+      out_slice   => chosen_slice,
+      out_chosen  => out_chosen
     );
 
   result.skip  <= '0';
-  result.slice <= (others => '0');
+  result.slice <= resize(chosen_slice, 8);
 
 end architecture rtl;

@@ -41,7 +41,8 @@ package sharpness_pkg is
   -- Lines from a pixel to the first line that is judged when the sharpness of its micro image is known.
   function sharpness_delay (
     micro_image_size : positive;
-    radius           : natural
+    radius           : natural;
+    vote_radius      : natural
   ) return positive;
 
   -- Clocks from the last token of a row of micro images to its line sums, read from memory.
@@ -50,10 +51,24 @@ package sharpness_pkg is
   -- Clocks from a line sum to the sharpness of the micro image 1 + radius before it.
   constant SHARPNESS_LATENCY : positive := 5;
 
+  -- Clocks from the sharpest slice of a micro image to its vote; none without votes.
+  function vote_latency (
+    slices      : positive;
+    vote_radius : natural
+  ) return natural;
+
   -- Clocks from the last token of a row of micro images until the index of the first one is written.
   function index_latency (
-    slices : positive;
-    radius : natural
+    slices      : positive;
+    radius      : natural;
+    vote_radius : natural
+  ) return positive;
+
+  -- A pixel and its index, and the pixel of a chosen slice, if it goes beside.
+  function index_word_bits (
+    channels   : positive;
+    pixel_bits : positive;
+    chosen_too : boolean
   ) return positive;
 
 end package sharpness_pkg;
@@ -107,22 +122,45 @@ package body sharpness_pkg is
 
   function sharpness_delay (
     micro_image_size : positive;
-    radius           : natural
+    radius           : natural;
+    vote_radius      : natural
   ) return positive is
   begin
 
-    return (radius + 2) * micro_image_size;
+    return (radius + 2 + vote_radius) * micro_image_size;
 
   end function sharpness_delay;
 
+  function vote_latency (
+    slices      : positive;
+    vote_radius : natural
+  ) return natural is
+  begin
+
+    return choose(vote_radius = 0, 0, vote_radius + slices + 5);
+
+  end function vote_latency;
+
   function index_latency (
-    slices : positive;
-    radius : natural
+    slices      : positive;
+    radius      : natural;
+    vote_radius : natural
   ) return positive is
   begin
 
-    return LENS_SUM_LATENCY + 1 + radius + SHARPNESS_LATENCY + slices - 1;
+    return LENS_SUM_LATENCY + 1 + radius + SHARPNESS_LATENCY + slices - 1 + vote_latency(slices, vote_radius);
 
   end function index_latency;
+
+  function index_word_bits (
+    channels   : positive;
+    pixel_bits : positive;
+    chosen_too : boolean
+  ) return positive is
+  begin
+
+    return choose(chosen_too, 2, 1) * channels * pixel_bits + 8;
+
+  end function index_word_bits;
 
 end package body sharpness_pkg;

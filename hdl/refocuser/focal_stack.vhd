@@ -40,7 +40,9 @@ entity focal_stack is
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
     -- Lines that the input FIFO holds.
-    INPUT_LINES : positive := 1
+    INPUT_LINES : positive := 1;
+    -- Whether the core pushes the rest of a frame out when nothing follows; else the next frame does.
+    FLUSH : boolean := true
   );
   port (
     clk   : in    std_logic;
@@ -92,7 +94,7 @@ begin
       -- What arrives meanwhile, and 3 words of the FIFO's own latency.
       INPUT_PIXELS   => INPUT_LINES * MAX_COLUMNS + 1,
       ROW_DELAY      => DELAY,
-      COLUMN_DELAY   => DELAY,
+      COLUMN_DELAY   => choose(FLUSH, DELAY, 0),
       ENGINE_LATENCY => stack_array_latency,
       MIN_STEPS      => engine_line_steps("stack", DELAY, 1, MAX_COLUMNS),
       MIN_BANDS      => DELAY + 1,

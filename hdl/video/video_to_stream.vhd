@@ -11,6 +11,9 @@
 -- than the delay of the output (see stream_to_video), and if the vertical blanking is long enough; else
 -- `unsupported` is set.
 --
+-- With ROW_MODULUS above 1 frames of the stream have as many lines as fit into a frame with its blanking, down to a
+-- multiple of ROW_MODULUS: behind the picture come black lines, for cores whose frames begin a multiple of lines apart.
+--
 -- Latency: 3 clocks. Throughput: one pixel each clock; the input cannot wait, so a stall of the stream
 --   loses a pixel and sets overflow for a clock.
 -- Equation: m_axis_tdata(t) = pixel(t - 3) if active(t - 3), else 0.
@@ -30,7 +33,9 @@ entity video_to_stream is
     DELAY_LINES  : natural;
     DELAY_PIXELS : natural;
     -- Lines of vertical blanking that the refocuser needs.
-    BLANK_LINES : natural := 0
+    BLANK_LINES : natural := 0;
+    -- Of the lines of a frame of the stream; 1: the picture alone.
+    ROW_MODULUS : positive := 1
   );
   port (
     clk   : in    std_logic;
@@ -48,6 +53,8 @@ entity video_to_stream is
     m_axis_tlast  : out   std_logic;
     -- Timing that the generator follows, see video_pkg.
     timing : out   std_logic_vector(TIMING_BITS - 1 downto 0);
+    -- Lines of a frame of the stream.
+    stream_rows : out   std_logic_vector(15 downto 0);
     -- Position of what is on m_axis_*, also in the blanking.
     column : out   unsigned(COUNT_BITS - 1 downto 0);
     row    : out   unsigned(COUNT_BITS - 1 downto 0);
@@ -69,6 +76,8 @@ architecture rtl of video_to_stream is
 
   signal measured       : std_logic_vector(TIMING_BITS - 1 downto 0);
   signal measured_mode  : timing_t;
+  signal stream_timing  : std_logic_vector(TIMING_BITS - 1 downto 0);
+  signal padded         : std_logic;
   signal stable         : std_logic;
   signal frame_start    : std_logic;
   signal starts         : std_logic_vector(1 downto 0)               := "00";
@@ -113,7 +122,7 @@ begin
     port map (
       clk         => clk,
       reset       => generate_reset,
-      timing      => followed,
+      timing      => stream_timing,
       start       => start,
       running     => open,
       column      => column,
@@ -124,6 +133,57 @@ begin
       h_sync      => open,
       v_sync      => open
     );
+
+  picture_rows : if ROW_MODULUS = 1 generate
+    padded        <= '1';
+    stream_timing <= followed;
+    stream_rows   <= std_logic_vector(resize(to_timing(followed).rows, 16));
+  end generate picture_rows;
+
+  more_rows : if ROW_MODULUS > 1 generate
+
+    -- Of the measured frame: its lines, and those of them that are left over, once they are fewer than the modulus.
+    signal divided  : count_t := (others => '0');
+    signal over     : count_t := (others => '0');
+    signal rows_now : count_t := (others => '0');
+
+  begin
+
+    padded <= '1' when divided = measured_mode.frame_lines and over < ROW_MODULUS else
+              '0';
+
+    divide : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if divided /= measured_mode.frame_lines then
+          divided <= measured_mode.frame_lines;
+          over    <= measured_mode.frame_lines;
+        elsif over >= ROW_MODULUS then
+          over <= over - ROW_MODULUS;
+        end if;
+        if follow = '0' then
+          rows_now <= divided - over;
+        end if;
+      end if;
+
+    end process divide;
+
+    replace_rows : process (followed, rows_now) is
+
+      variable mode : timing_t;
+
+    begin
+
+      mode          := to_timing(followed);
+      mode.rows     := rows_now;
+      stream_timing <= to_vector(mode);
+
+    end process replace_rows;
+
+    stream_rows <= std_logic_vector(resize(rows_now, 16));
+
+  end generate more_rows;
 
   m_axis_tvalid   <= raster_active;
   m_axis_tdata    <= pixel_3;
@@ -147,7 +207,7 @@ begin
       supported <= '0';
       if measured_mode.columns <= MAX_COLUMNS and measured_mode.line_length > DELAY_PIXELS and
          measured_mode.frame_lines > DELAY_LINES and
-         measured_mode.frame_lines - measured_mode.rows >= BLANK_LINES then
+         measured_mode.frame_lines - measured_mode.rows >= BLANK_LINES and padded = '1' then
         supported <= '1';
       end if;
       unsupported <= stable and not supported;

@@ -72,7 +72,7 @@ class Bench:
         """Reset the core for some clocks and set the frame size."""
         self.dut.reset.value = 1
         self.dut.error_clear.value = 0
-        if KIND == "raster_refocuser":
+        if KIND != "focal_stack":
             self.dut.slice.value = 0
             self.dut.sweep.value = 0
             self.dut.sweep_frames.value = 0
@@ -85,6 +85,8 @@ class Bench:
         """Set the size of the next frames."""
         self.dut.columns.value = columns
         self.dut.rows.value = rows
+        if KIND == "depth_index":
+            self.dut.picture_rows.value = rows
         # Clocks without any output after which frames count as lost: stalls triple the latency.
         latency = self.core.latency_clocks(min(columns, self.core.max_columns), rows, frames=2)
         self.patience = 2000 + 10 * latency

@@ -33,6 +33,24 @@ def test_index_and_picture() -> None:
         # Sums of all their bits; a power of two of micro images a line, the last one cut.
         {"micro_image_size": 2, "slices": 3, "max_columns": 15, "radius": 3},
         {"micro_image_size": 4, "slices": 1, "max_columns": 14, "radius": 0},
+        # Votes: with few micro images of texture, and without any.
+        {
+            "micro_image_size": 2,
+            "slices": 3,
+            "max_columns": 41,
+            "radius": 0,
+            "confidence": 4000,
+            "vote_radius": 1,
+        },
+        {
+            "micro_image_size": 3,
+            "slices": 2,
+            "max_columns": 40,
+            "channels": 3,
+            "radius": 1,
+            "confidence": 30000,
+            "vote_radius": 2,
+        },
         # Lines shorter than the window.
         {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
     )
@@ -56,6 +74,8 @@ def run_random(number: int) -> None:
         "micro_image_size": m,
         "slices": rng.randint(1, 6),
         "radius": radius,
+        "vote_radius": rng.randint(0, 3),
+        "confidence": rng.choice([0, 2000, 1 << rng.randint(10, 20)]),
         # Lines that are taken without a pause, and shorter ones.
         "max_columns": max(2 * m, 8 + radius) + rng.randint(0, 4 * m),
         "channels": rng.choice([1, 1, 3]),
@@ -83,8 +103,8 @@ def test_more_random_windows(number: int) -> None:
         ("sharpness_index.vhd", "joined_above <= not starts(1);", "joined_above <= '1';"),
         ("sharpness_index.vhd", "same(i) <= '0';", "same(i) <= '1';"),
         ("sharpness_index.vhd", "if value > most(s - 1) then", "if value >= most(s - 1) then"),
-        ("sharpness_index.vhd", "LENGTH => WRITING_DELAY - INNER_DELAY",
-         "LENGTH => WRITING_DELAY - INNER_DELAY + 1"),
+        ("sharpness_index.vhd", "LENGTH => JUDGING_DELAY - INNER_DELAY",
+         "LENGTH => JUDGING_DELAY - INNER_DELAY + 1"),
         ("lens_sharpness.vhd", "resize(unsigned(bend), LAPLACIAN_BITS)",
          "unsigned(resize(bend, LAPLACIAN_BITS))"),
         ("lens_sums.vhd", "if row_first_2 = '1' then", "if false then"),

@@ -186,6 +186,10 @@ begin
         reset         => reset,
         columns       => columns,
         rows          => rows,
+        picture_rows  => rows,
+        slice         => x"00",
+        sweep         => '0',
+        sweep_frames  => x"00",
         s_axis_tvalid => valid,
         s_axis_tready => ready,
         s_axis_tdata  => data,
@@ -195,6 +199,7 @@ begin
         m_axis_tready => m_axis_tready,
         m_axis_tdata  => found,
         m_axis_tuser  => m_axis_tuser,
+        m_axis_tid    => open,
         m_axis_tlast  => m_axis_tlast,
         error_flags   => index_errors,
         error_clear   => '0'

@@ -3,6 +3,7 @@
 
 import pytest
 
+from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir_tb.runner import Case, run_case, run_cases
 from plenofir_tb.video import MODE_720, shrunken
@@ -14,8 +15,22 @@ def run_video(
     mode: VideoMode,
     *,
     thorough: bool = False,
+    outputs: str = "r",
+    radius: int = 1,
     **options: int | bool,
 ) -> None:
+    colours = [[(40 * i + 90 * c) % 256 for c in range(3)] for i in range(len(shifts))]
+    stack = (
+        {
+            "OUTPUTS": outputs,
+            "RADIUS": radius,
+            "COLOURS": "".join(bytes(colour).hex() for colour in colours),
+        }
+        if outputs != "r"
+        else {}
+    )
+    layout = CoreConfiguration(micro_image_size=m, shifts=shifts, max_columns=64)
+    delay_lines = layout.delay + ((radius + 3) * m - 1) * (outputs != "r")
     run_case(
         "refocus_video",
         "video.video_bench",
@@ -23,11 +38,16 @@ def run_video(
             "MICRO_IMAGE_SIZE": m,
             "SHIFTS": " ".join(map(str, shifts)),
             "MAX_COLUMNS": 64,
+            **stack,
             **options,
         },
         case={
             "m": m,
             "shifts": shifts,
+            "outputs": outputs,
+            "radius": radius,
+            "colours": colours,
+            "delay_lines": delay_lines,
             "order": options.get("INTERPOLATION_ORDER", 0),
             "stored": not options.get("EXACT", True),
             "max_columns": 64,
@@ -40,6 +60,33 @@ def run_video(
 
 def test_refocus_video() -> None:
     run_video(3, (2, -1, 0), shrunken("mini"), thorough=True)
+
+
+def test_all_in_focus_and_depth(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COCOTB_TEST_FILTER", "slices_change")
+    run_video(3, (2, -1, 0), shrunken("mini"), thorough=True, outputs="rad")
+
+
+@pytest.mark.slow
+def test_more_of_all_in_focus_and_depth() -> None:
+    run_video(3, (2, -1, 0), shrunken("mini"), thorough=True, outputs="rad")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("m", "shifts", "outputs", "radius", "changes"),
+    [
+        # Lines of a frame with its blanking that are M - 1, M - 2, 0 too many.
+        (5, (-1, 2), "dr", 0, {"v_active": 24, "v_front": 1, "v_sync": 1, "v_back": 3}),
+        (4, (1, 0, 3), "ad", 1, {"v_active": 30, "v_back": 1, "h_back": 60}),
+        (3, (-2, 1), "d", 2, {"v_active": 22, "v_front": 1, "v_sync": 1, "v_back": 21}),
+    ],
+)
+def test_blanking_of_stacks(
+    m: int, shifts: tuple[int, ...], outputs: str, radius: int, changes: dict
+) -> None:
+    mode = shrunken("stack", **{"v_active": 22, **changes})
+    run_video(m, shifts, mode, outputs=outputs, radius=radius)
 
 
 @pytest.mark.parametrize(

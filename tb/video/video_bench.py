@@ -12,6 +12,7 @@ from cocotb.triggers import FallingEdge
 from plenofir.fpga.hdmi.link import RasterSignals, raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir.refocus.sharpness import depth_index
 from plenofir_tb.case import read_case
 from plenofir_tb.slices import SliceModel
 from plenofir_tb.video import VideoTap, measured, shrunken
@@ -19,6 +20,7 @@ from plenofir_tb.video import VideoTap, measured, shrunken
 CASE = read_case()
 # Whole frames from a new signal to the first one that is refocused: two are measured.
 FRAMES_TO_FOLLOW = 3
+MINI_BLANK = shrunken("mini").h_total - shrunken("mini").h_active
 ERRORS = ("overflow", "underflow", "miss", "core")
 
 
@@ -32,8 +34,8 @@ class Bench:
         Clock(dut.clk, 10, "ns").start()
         self.tap = VideoTap(dut)
         self.errors: set[str] = set()
-        self.slice = 0
-        for name in ("pass_through", "slice", "sweep", "sweep_frames"):
+        self.slice = self.shown = 0
+        for name in ("pass_through", "slice", "sweep", "sweep_frames", "shown"):
             getattr(dut, name).value = 0
         cocotb.start_soon(self._watch())
 
@@ -63,8 +65,17 @@ class Bench:
             if CASE["stored"]
             else ExactArithmetic()
         )
-        shift = CASE["shifts"][self.slice]
-        return arithmetic.refocus(picture, CASE["m"], shift=shift, order=CASE["order"])
+        m, shifts = CASE["m"], CASE["shifts"]
+        kind = CASE["outputs"][self.shown]
+        if kind == "r":
+            return arithmetic.refocus(picture, m, shift=shifts[self.slice], order=CASE["order"])
+        stack = np.stack([arithmetic.refocus(picture, m, shift=shift) for shift in shifts])
+        found = depth_index(stack, m, CASE["radius"])
+        if kind == "a":
+            return found.image
+        rows, columns = picture.shape[:2]
+        index = found.index.repeat(m, 0).repeat(m, 1)[:rows, :columns]
+        return np.array(CASE["colours"], np.uint8)[index]
 
     async def play(self, mode: VideoMode, frames: list[np.ndarray]) -> None:
         """Send whole frames."""
@@ -199,37 +210,61 @@ async def input_lost_and_back(dut: Any) -> None:
 
 @cocotb.test(skip=not CASE["thorough"])
 async def slices_change_between_frames(dut: Any) -> None:
-    """Focus is stepped in the middle of frames: the next frame shows it, none is disturbed."""
+    """Focus is stepped in the middle of frames: the next frame shows it, none is disturbed.
+
+    Where there are several outputs, another one comes with the next frame that leaves.
+    """
     bench = Bench(dut)
     await bench.reset()
     mode = shrunken("mini")
     total = mode.h_total * mode.v_total
-    slices = len(CASE["shifts"])
+    slices, outputs = len(CASE["shifts"]), len(CASE["outputs"])
     frames = bench.pictures(mode, FRAMES_TO_FOLLOW + 12)
     signals = raster_signals(mode, frames)
-    wanted = []
+    wanted, tags = [], []
     begin = 0
     model = SliceModel(slices)
+    told = cocotb.start_soon(frames_told(dut, tags))
     for picture in frames[FRAMES_TO_FOLLOW:]:
         chosen = {
             "slice": bench.random.randrange(slices + 2),
             "sweep": bench.random.randrange(2),
             "sweep_frames": bench.random.randrange(3),
         }
-        at = (FRAMES_TO_FOLLOW + len(wanted)) * total - bench.random.randrange(8, total - 8)
+        # Behind the beginning of the frame before at the output.
+        late = CASE["delay_lines"] * mode.h_total + 100
+        at = (FRAMES_TO_FOLLOW + len(wanted)) * total - bench.random.randrange(8, total - late)
         await bench.tap.drive(part(signals, begin, at))
         begin = at
-        for name, value in chosen.items():
+        shown = bench.random.randrange(4)
+        for name, value in {**chosen, "shown": shown}.items():
             getattr(dut, name).value = value
         bench.slice = model.next_frame(*chosen.values())
-        wanted.append(bench.golden(picture))
+        bench.shown = shown if shown < outputs else 0
+        wanted.append((bench.slice, bench.shown, bench.golden(picture)))
     await bench.tap.drive(part(signals, begin))
+    told.cancel()
     got = bench.tap.frames(from_start=True)
     for i, (want, frame) in enumerate(zip(wanted[-len(got) - 1 :], got, strict=False)):
-        assert np.array_equal(frame.pixels, want), f"frame {i}"
+        assert np.array_equal(frame.pixels, want[2]), f"frame {i}"
         assert frame.mode == measured(mode)
     assert len(got) == len(wanted) - 1
+    assert tags[-len(wanted) :] == [(*want[:2], 0) for want in wanted]
     assert not bench.errors
+
+
+async def frames_told(dut: Any, tags: list[tuple[int, ...]]) -> None:
+    """Slice, output and whether it is raw, as told with the first pixel of each frame."""
+    blank_lines, was = 1000, 0
+    while True:
+        await FallingEdge(dut.clk)
+        active = int(dut.out_active.value) if dut.out_active.value.is_resolvable else 0
+        blank_lines = 0 if active else blank_lines + 1
+        # Longer than a line's blanking: the first pixel behind is that of a frame.
+        if active and was > 2 * MINI_BLANK:
+            names = ("out_slice", "out_shown", "out_raw")
+            tags.append(tuple(int(getattr(dut, name).value) for name in names))
+        was = blank_lines
 
 
 @cocotb.test(skip=not CASE["thorough"])

@@ -23,6 +23,8 @@ Integers = npt.NDArray[np.int64]
 _BAND = 128
 
 MAX_SHARPNESS_RADIUS = 8
+MAX_VOTE_RADIUS = 4
+MAX_CONFIDENCE = (1 << 30) - 1
 MAX_STACK = 256
 """Slices that an index of 8 bits tells apart."""
 
@@ -110,7 +112,82 @@ def local_sharpness(image: Image, micro_image_size: int, radius: int) -> Integer
     return window
 
 
-def depth_index(stack: Slices, micro_image_size: int, radius: int = 1) -> DepthIndex:
+def confidence_level(
+    levels: float, micro_image_size: int, radius: int, channels: int = 1, pixel_bits: int = 8
+) -> int:
+    """Confidence in units of the sharpness.
+
+    Parameters
+    ----------
+    levels
+        How far the sharpness of the sharpest and the dullest slice are apart, in grey levels of 8
+        bits: of the Laplacian's mean absolute value in the window, between means of micro images.
+    micro_image_size, radius
+        As in `depth_index`.
+    channels, pixel_bits
+        Of the slices.
+
+    Returns
+    -------
+    int
+        `confidence` of `depth_index`.
+    """
+    weight = 1 if channels == 1 else 4
+    window = (2 * radius + 1) ** 2
+    return round(levels * 2.0 ** (pixel_bits - 8) * weight * micro_image_size**2 * window)
+
+
+def vote(
+    index: npt.NDArray[np.uint8], sure: npt.NDArray[np.bool_], slices: int, vote_radius: int
+) -> npt.NDArray[np.uint8]:
+    """Give micro images without texture the slice of their neighbours.
+
+    Parameters
+    ----------
+    index
+        Slice of each micro image, shape (t, s).
+    sure
+        Whether it has texture; those that have keep their slice.
+    slices
+        Number of slices.
+    vote_radius
+        Micro images from the middle of the window to its edge.
+
+    Returns
+    -------
+    numpy.ndarray
+        The slice most frequent among the neighbours with texture in the window, the first of equal
+        ones; without any, what the micro image above has got, in the first row the one to the left.
+    """
+    counts = []
+    for number in range(slices):
+        window = np.pad(((index == number) & sure).astype(np.int64), vote_radius)
+        for axis in (0, 1):
+            window = np.lib.stride_tricks.sliding_window_view(
+                window, 2 * vote_radius + 1, axis
+            ).sum(-1)
+        counts.append(window)
+    most = np.max(counts, axis=0)
+    voted = np.where(sure, index, np.argmax(counts, axis=0)).astype(np.uint8)
+    known = sure | (most > 0)
+    for t in range(len(index)):
+        if t:
+            voted[t] = np.where(known[t], voted[t], voted[t - 1])
+            continue
+        for s in range(index.shape[1]):
+            if not known[t, s]:
+                voted[t, s] = voted[t, s - 1] if s else index[t, s]
+    return voted
+
+
+def depth_index(
+    stack: Slices,
+    micro_image_size: int,
+    radius: int = 1,
+    *,
+    confidence: int = 0,
+    vote_radius: int = 0,
+) -> DepthIndex:
     """Find the slice in which each micro image is sharpest, and take it from there.
 
     Parameters
@@ -121,6 +198,12 @@ def depth_index(stack: Slices, micro_image_size: int, radius: int = 1) -> DepthI
         M in pixels.
     radius
         See `local_sharpness`.
+    confidence
+        A micro image has texture where the sharpness of its sharpest slice is this far above that
+        of its dullest one; see `confidence_level`.
+    vote_radius
+        Window in which those without texture take their neighbours' slice, see `vote`; 0: every
+        micro image keeps its own.
 
     Returns
     -------
@@ -136,19 +219,27 @@ def depth_index(stack: Slices, micro_image_size: int, radius: int = 1) -> DepthI
         raise InputError(f"{len(stack)} slices", where="stack", expected=f"1 to {MAX_STACK} slices")
     if not 0 <= radius <= MAX_SHARPNESS_RADIUS:
         raise InputError(f"{radius}", where="radius", expected=f"0 to {MAX_SHARPNESS_RADIUS}")
-    best = most = None
+    if not 0 <= confidence <= MAX_CONFIDENCE:
+        raise InputError(f"{confidence}", where="confidence", expected=f"0 to {MAX_CONFIDENCE}")
+    if not 0 <= vote_radius <= MAX_VOTE_RADIUS:
+        raise InputError(f"{vote_radius}", where="vote_radius", expected=f"0 to {MAX_VOTE_RADIUS}")
+    best = most = least = None
     numbers = count()
     # Not enumerate, which keeps a slice until it has the next one.
     for image in stack:
         number = next(numbers)
         energy = local_sharpness(image, micro_image_size, radius)
-        if best is None or most is None:
-            best, most = np.zeros(energy.shape, np.uint8), energy
+        if best is None or most is None or least is None:
+            best, most, least = np.zeros(energy.shape, np.uint8), energy, energy
         best[energy > most] = number
-        most = np.maximum(energy, most)
+        most, least = np.maximum(energy, most), np.minimum(energy, least)
         shape, kind = image.shape, image.dtype
         del image
     assert best is not None, "one slice at least"
+    assert most is not None
+    assert least is not None
+    if vote_radius:
+        best = vote(best, most - least >= confidence, len(stack), vote_radius)
     picture = np.empty(shape, kind)
     columns = np.arange(shape[1]) // micro_image_size
     for part, slices in bands(stack, shape[0]):

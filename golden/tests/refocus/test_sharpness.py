@@ -10,7 +10,12 @@ from plenofir import project
 from plenofir.camera.lightfield.stack import focal_stack
 from plenofir.errors import InputError
 from plenofir.images import read_image
-from plenofir.refocus.sharpness import depth_index, lens_sums, local_sharpness
+from plenofir.refocus.sharpness import (
+    depth_index,
+    lens_sums,
+    local_sharpness,
+    vote,
+)
 
 pytestmark = pytest.mark.quick
 
@@ -70,6 +75,41 @@ def test_equals_the_plain_definition(m, size, channels, slices, radius, levels, 
             assert np.array_equal(got.image[y, x], stack[best, y, x])
 
 
+def plain_vote(index, sure, radius: int) -> list[list[int]]:
+    high, wide = len(index), len(index[0])
+    voted = [[0] * wide for _ in range(high)]
+    window = range(-radius, radius + 1)
+    for t in range(high):
+        for s in range(wide):
+            near = [(t + i, s + j) for i in window for j in window]
+            votes = [index[y][x] for y, x in near if 0 <= y < high and 0 <= x < wide and sure[y][x]]
+            if sure[t][s]:
+                voted[t][s] = index[t][s]
+            elif votes:
+                voted[t][s] = min(set(votes), key=lambda slice_: (-votes.count(slice_), slice_))
+            elif t:
+                voted[t][s] = voted[t - 1][s]
+            else:
+                voted[t][s] = voted[t][s - 1] if s else index[t][s]
+    return voted
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    size=st.tuples(st.integers(1, 12), st.integers(1, 12)),
+    slices=st.integers(1, 5),
+    radius=st.integers(1, 4),
+    share=st.sampled_from([0.0, 0.05, 0.3, 1.0]),
+    seed=st.integers(0, 1000),
+)
+def test_votes_equal_the_plain_definition(size, slices, radius, share, seed) -> None:
+    rng = np.random.default_rng(seed)
+    index = rng.integers(0, slices, size).astype(np.uint8)
+    sure = rng.random(size) < share
+    got = vote(index, sure, slices, radius)
+    assert got.tolist() == plain_vote(index.tolist(), sure.tolist(), radius)
+
+
 def test_finds_the_planes() -> None:
     raw = read_image(project.DATA / "planes_5x5.png")
     planes = ("-1", "-3/5", "1/5", "1")
@@ -92,3 +132,7 @@ def test_bad_input_is_refused() -> None:
         depth_index(np.zeros((0, 4, 4), np.uint8), 2)
     with pytest.raises(InputError, match="radius"):
         depth_index(np.zeros((1, 4, 4), np.uint8), 2, 9)
+    with pytest.raises(InputError, match="confidence"):
+        depth_index(np.zeros((1, 4, 4), np.uint8), 2, confidence=-1)
+    with pytest.raises(InputError, match="vote_radius"):
+        depth_index(np.zeros((1, 4, 4), np.uint8), 2, vote_radius=5)

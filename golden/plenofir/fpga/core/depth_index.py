@@ -7,7 +7,13 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.fpga.core.engine import Generics
 from plenofir.refocus.operator import Image
-from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, DepthIndex, depth_index
+from plenofir.refocus.sharpness import (
+    MAX_CONFIDENCE,
+    MAX_SHARPNESS_RADIUS,
+    MAX_VOTE_RADIUS,
+    DepthIndex,
+    depth_index,
+)
 
 
 class DepthIndexConfiguration(BaseModel):
@@ -21,6 +27,8 @@ class DepthIndexConfiguration(BaseModel):
         Slices of the stack.
     radius
         See `plenofir.refocus.sharpness.local_sharpness`.
+    confidence, vote_radius
+        See `plenofir.refocus.sharpness.depth_index`.
     max_columns
         Largest line length in pixels.
     channels
@@ -34,6 +42,8 @@ class DepthIndexConfiguration(BaseModel):
     micro_image_size: Annotated[int, Field(ge=2)]
     slices: Annotated[int, Field(ge=1, le=256)]
     radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
+    confidence: Annotated[int, Field(ge=0, le=MAX_CONFIDENCE)] = 0
+    vote_radius: Annotated[int, Field(ge=0, le=MAX_VOTE_RADIUS)] = 0
     max_columns: Annotated[int, Field(ge=1)]
     channels: Annotated[int, Field(ge=1, le=3)] = 1
     pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
@@ -41,7 +51,13 @@ class DepthIndexConfiguration(BaseModel):
     @property
     def delay(self) -> int:
         """Lines from a pixel's coming in to its coming out (sharpness_delay)."""
-        return (self.radius + 2) * self.micro_image_size
+        return (self.radius + 2 + self.vote_radius) * self.micro_image_size
+
+    @property
+    def index_latency(self) -> int:
+        """Clocks from the end of a row of micro images until its first index (index_latency)."""
+        votes = self.vote_radius + self.slices + 5 if self.vote_radius else 0
+        return 11 + self.radius + self.slices + votes
 
     @property
     def memory_bits(self) -> tuple[int, int]:
@@ -53,7 +69,8 @@ class DepthIndexConfiguration(BaseModel):
         row = lens + 2 + max(1, (2 * self.radius).bit_length())
         index = max(1, (slices - 1).bit_length())
         lenses = -(-self.max_columns // m)
-        return waiting, lenses * (slices * (4 * lens + 2 * self.radius * row) + index)
+        votes = 2 * self.vote_radius * (index + 1) + index if self.vote_radius else 0
+        return waiting, lenses * (slices * (4 * lens + 2 * self.radius * row) + index + votes)
 
     def band_steps(self, columns: int) -> int:
         """Clocks from the beginning of a line to that of the next one at the earliest.
@@ -68,7 +85,7 @@ class DepthIndexConfiguration(BaseModel):
         int
             At least `columns`.
         """
-        return max(columns, 8 + self.radius)
+        return max(columns, self.index_latency if self.vote_radius else 8 + self.radius)
 
     def frame_lines(self, rows: int) -> int:
         """Lines from the beginning of a frame to that of the next one at the earliest.
@@ -114,7 +131,7 @@ class DepthIndexConfiguration(BaseModel):
             Latency in clocks.
         """
         del rows, frames
-        return self.delay * self.band_steps(columns) + self.radius + self.slices + 18
+        return self.delay * self.band_steps(columns) + self.index_latency + 7
 
     def golden(self, stack: Image) -> DepthIndex:
         """What comes out for a focal stack.
@@ -129,7 +146,13 @@ class DepthIndexConfiguration(BaseModel):
         DepthIndex
             Index and picture.
         """
-        return depth_index(stack, self.micro_image_size, self.radius)
+        return depth_index(
+            stack,
+            self.micro_image_size,
+            self.radius,
+            confidence=self.confidence,
+            vote_radius=self.vote_radius,
+        )
 
     def generics(self) -> Generics:
         """Generics of the entity ``depth_index``.

@@ -1,0 +1,365 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Micro images without texture take the slice of their neighbours.
+--
+-- A micro image has texture where its sharpest slice is CONFIDENCE sharper than its dullest one; it keeps its slice.
+-- The others take the slice that most of those with texture have in a window of (2 VOTE_RADIUS + 1) x
+-- (2 VOTE_RADIUS + 1) micro images, the first of equal ones. Where there is none, a micro image takes what the one
+-- above it has got, in a frame's first row the one to the left.
+--
+-- Rows come in scans, a micro image each clock; a memory holds the slices of the rows of the window. A scan votes on
+-- the row VOTE_RADIUS rows before its own.
+--
+-- Latency: VOTE_RADIUS rows and vote_latency clocks. Throughput: one micro image each clock, with vote_latency clocks
+--   at least between two scans.
+-- Equation: voted = index where most - least >= CONFIDENCE, else argmax over slices of the votes in the window.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.sharpness_pkg.all;
+
+entity index_vote is
+  generic (
+    -- Slices of the stack.
+    SLICES : positive range 1 to 256;
+    -- Micro images of the longest line.
+    LENSES : positive;
+    -- Width of a sharpness.
+    SHARPNESS_BITS : positive;
+    -- How far the sharpness of the sharpest and the dullest slice are apart where there is texture.
+    CONFIDENCE : natural;
+    -- Micro images from the middle of the window to its edge.
+    VOTE_RADIUS : positive range 1 to 4
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Marks a micro image of a scan, which one it is, its sharpest slice, its largest and its least sharpness.
+    active : in    std_logic;
+    lens   : in    unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    index  : in    unsigned(bits_for(SLICES - 1) - 1 downto 0);
+    most   : in    unsigned(SHARPNESS_BITS - 1 downto 0);
+    least  : in    unsigned(SHARPNESS_BITS - 1 downto 0);
+    -- Whether the scan's row belongs to a frame.
+    live : in    std_logic;
+    -- Rows of the window that belong to the frame of the middle one, the newest in the low bit.
+    same : in    std_logic_vector(2 * VOTE_RADIUS downto 0);
+    -- Whether the middle row is the first of its frame.
+    starts : in    std_logic;
+    -- Marks a micro image of the middle row, which one it is, and its slice.
+    voted_write : out   std_logic;
+    voted_lens  : out   unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    voted_index : out   unsigned(bits_for(SLICES - 1) - 1 downto 0)
+  );
+end entity index_vote;
+
+architecture rtl of index_vote is
+
+  constant LENS_BITS  : positive := bits_for(LENSES - 1);
+  constant INDEX_BITS : positive := bits_for(SLICES - 1);
+  constant WINDOW     : positive := 2 * VOTE_RADIUS + 1;
+  constant VOTE_BITS  : positive := bits_for(WINDOW * WINDOW);
+  -- A row's entry: the slice, and whether it has texture.
+  constant ENTRY_BITS : positive := INDEX_BITS + 1;
+  constant KEPT_BITS  : positive := 2 * VOTE_RADIUS * ENTRY_BITS;
+  -- Clocks from an entry of the middle row to the votes on it.
+  constant MIDDLE_DELAY : positive := VOTE_RADIUS + SLICES + 1;
+
+  subtype votes_t is unsigned(VOTE_BITS - 1 downto 0);
+
+  type columns_t is array (natural range 1 to WINDOW) of votes_t;
+
+  type most_t is array (natural range 0 to SLICES - 1) of votes_t;
+
+  type best_t is array (natural range 0 to SLICES - 1) of unsigned(INDEX_BITS - 1 downto 0);
+
+  signal place         : std_logic_vector(LENS_BITS downto 0);
+  signal place_1       : std_logic_vector(LENS_BITS downto 0);
+  signal place_3       : std_logic_vector(LENS_BITS downto 0);
+  signal place_middle  : std_logic_vector(LENS_BITS downto 0);
+  signal place_final   : std_logic_vector(LENS_BITS downto 0);
+  signal entry_1       : std_logic_vector(ENTRY_BITS - 1 downto 0) := (others => '0');
+  signal entry_3       : std_logic_vector(ENTRY_BITS - 1 downto 0);
+  signal rows          : std_logic_vector(KEPT_BITS - 1 downto 0);
+  signal moved         : std_logic_vector(KEPT_BITS + ENTRY_BITS - 1 downto 0);
+  signal middle        : std_logic_vector(ENTRY_BITS - 1 downto 0);
+  signal middle_late   : std_logic_vector(ENTRY_BITS - 1 downto 0);
+  signal votes         : most_t;
+  signal most_votes    : most_t;
+  signal best          : best_t;
+  signal above         : std_logic_vector(INDEX_BITS - 1 downto 0);
+  signal result_write  : std_logic                                 := '0';
+  signal result_lens   : unsigned(LENS_BITS - 1 downto 0)          := (others => '0');
+  signal result_index  : unsigned(INDEX_BITS - 1 downto 0)         := (others => '0');
+  signal result_vector : std_logic_vector(INDEX_BITS - 1 downto 0);
+
+begin
+
+  --------------------------------------------------------------------------------------------------
+  -- 1: whether there is texture.
+
+  place <= std_logic_vector(lens) & active;
+
+  judge : process (clk) is
+
+    variable enough : unsigned(SHARPNESS_BITS downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      enough := resize(least, SHARPNESS_BITS + 1) + to_unsigned(CONFIDENCE, SHARPNESS_BITS + 1);
+
+      entry_1 <= std_logic_vector(index) & (live and to_logic(resize(most, SHARPNESS_BITS + 1) >= enough));
+    end if;
+
+  end process judge;
+
+  delay_place : entity work.tag_delay
+    generic map (
+      WIDTH  => LENS_BITS + 1,
+      LENGTH => 1
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => place,
+      delayed => place_1
+    );
+
+  --------------------------------------------------------------------------------------------------
+  -- 3: the rows of the window.
+
+  delay_place_3 : entity work.tag_delay
+    generic map (
+      WIDTH  => LENS_BITS + 1,
+      LENGTH => 2
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => place_1,
+      delayed => place_3
+    );
+
+  delay_entry : entity work.tag_delay
+    generic map (
+      WIDTH  => ENTRY_BITS,
+      LENGTH => 2
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => entry_1,
+      delayed => entry_3
+    );
+
+  rows_before : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => KEPT_BITS,
+      ADDRESS_BITS => LENS_BITS,
+      WORDS        => LENSES,
+      READ_LATENCY => 2
+    )
+    port map (
+      clk           => clk,
+      write_enable  => place_3(0),
+      write_address => unsigned(place_3(LENS_BITS downto 1)),
+      write_data    => moved(KEPT_BITS - 1 downto 0),
+      read_enable   => '1',
+      read_address  => unsigned(place_1(LENS_BITS downto 1)),
+      read_data     => rows
+    );
+
+  moved  <= rows & entry_3;
+  middle <= moved((VOTE_RADIUS + 1) * ENTRY_BITS - 1 downto VOTE_RADIUS * ENTRY_BITS);
+
+  --------------------------------------------------------------------------------------------------
+  -- 4: votes of a column; 5: votes of the window, VOTE_RADIUS clocks behind its middle; then the slice with most of
+  -- them so far, a slice each clock.
+
+  slice : for s in 0 to SLICES - 1 generate
+
+    signal column  : votes_t   := (others => '0');
+    signal columns : columns_t := (others => (others => '0'));
+    signal total   : votes_t   := (others => '0');
+
+  begin
+
+    count : process (clk) is
+
+      variable added : votes_t;
+
+    begin
+
+      if rising_edge(clk) then
+        added := (others => '0');
+
+        for i in 0 to 2 * VOTE_RADIUS loop
+
+          if place_3(0) = '1' and same(i) = '1' and moved(i * ENTRY_BITS) = '1' and
+             unsigned(moved((i + 1) * ENTRY_BITS - 1 downto i * ENTRY_BITS + 1)) = s then
+            added := added + 1;
+          end if;
+
+        end loop;
+
+        column     <= added;
+        total      <= total + column - columns(WINDOW);
+        columns(1) <= column;
+
+        for i in 2 to WINDOW loop
+
+          columns(i) <= columns(i - 1);
+
+        end loop;
+
+        if reset = '1' then
+          column  <= (others => '0');
+          columns <= (others => (others => '0'));
+          total   <= (others => '0');
+        end if;
+      end if;
+
+    end process count;
+
+    votes(s) <= total;
+
+    first_slice : if s = 0 generate
+      most_votes(0) <= votes(0);
+      best(0)       <= (others => '0');
+    end generate first_slice;
+
+    next_slice : if s > 0 generate
+
+      signal counted : std_logic_vector(VOTE_BITS - 1 downto 0);
+      signal waiting : std_logic_vector(VOTE_BITS - 1 downto 0);
+
+    begin
+
+      counted <= std_logic_vector(votes(s));
+
+      wait_for_turn : entity work.tag_delay
+        generic map (
+          WIDTH  => VOTE_BITS,
+          LENGTH => s - 1
+        )
+        port map (
+          clk     => clk,
+          reset   => '0',
+          enable  => '1',
+          tag     => counted,
+          delayed => waiting
+        );
+
+      compare : process (clk) is
+      begin
+
+        if rising_edge(clk) then
+          most_votes(s) <= most_votes(s - 1);
+          best(s)       <= best(s - 1);
+          if unsigned(waiting) > most_votes(s - 1) then
+            most_votes(s) <= unsigned(waiting);
+            best(s)       <= to_unsigned(s, INDEX_BITS);
+          end if;
+        end if;
+
+      end process compare;
+
+    end generate next_slice;
+
+  end generate slice;
+
+  --------------------------------------------------------------------------------------------------
+  -- The slice that is taken.
+
+  delay_middle : entity work.tag_delay
+    generic map (
+      WIDTH  => ENTRY_BITS,
+      LENGTH => MIDDLE_DELAY
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => middle,
+      delayed => middle_late
+    );
+
+  -- 2 clocks before it is wanted: the memory's latency.
+  delay_place_middle : entity work.tag_delay
+    generic map (
+      WIDTH  => LENS_BITS + 1,
+      LENGTH => MIDDLE_DELAY - 2
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => place_3,
+      delayed => place_middle
+    );
+
+  delay_place_final : entity work.tag_delay
+    generic map (
+      WIDTH  => LENS_BITS + 1,
+      LENGTH => 2
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => place_middle,
+      delayed => place_final
+    );
+
+  row_above : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => INDEX_BITS,
+      ADDRESS_BITS => LENS_BITS,
+      WORDS        => LENSES,
+      READ_LATENCY => 2
+    )
+    port map (
+      clk           => clk,
+      write_enable  => result_write,
+      write_address => result_lens,
+      write_data    => result_vector,
+      read_enable   => '1',
+      read_address  => unsigned(place_middle(LENS_BITS downto 1)),
+      read_data     => above
+    );
+
+  take : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      result_write <= place_final(0);
+      result_lens  <= unsigned(place_final(LENS_BITS downto 1));
+      if middle_late(0) = '1' then
+        result_index <= unsigned(middle_late(INDEX_BITS downto 1));
+      elsif most_votes(SLICES - 1) /= 0 then
+        result_index <= best(SLICES - 1);
+      elsif starts = '0' then
+        result_index <= unsigned(above);
+      elsif unsigned(place_final(LENS_BITS downto 1)) = 0 then
+        result_index <= unsigned(middle_late(INDEX_BITS downto 1));
+      end if;
+      if reset = '1' then
+        result_write <= '0';
+      end if;
+    end if;
+
+  end process take;
+
+  result_vector <= std_logic_vector(result_index);
+  voted_write   <= result_write;
+  voted_lens    <= result_lens;
+  voted_index   <= result_index;
+
+end architecture rtl;

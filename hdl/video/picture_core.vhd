@@ -1,0 +1,343 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- From a stream of raw pixels to the stream of the picture that is shown: refocused, in focus everywhere, or depth.
+--
+-- With the refocused slice alone it is a raster_refocuser. With other outputs it is a focal stack and its depth index,
+-- and each frame that leaves is one of: the slice chosen, the sharpest slice of each micro image, or the colour of that
+-- slice. The slice is chosen with a frame's first pixel in; the output with its first pixel out. Such a core does not
+-- push the rest of a frame out by itself: the next one does, and frames have a multiple of M lines, with black ones
+-- below the picture that do not come out.
+--
+-- Latency: picture_delay_lines lines and picture_delay_pixels pixels of video. Throughput: one pixel each clock.
+-- Equation: see raster_refocuser, focal_stack and sharpness_index; depth(k) = colour number index(k) of COLOURS.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.picture_pkg.all;
+
+entity picture_core is
+  generic (
+    -- As in raster_refocuser; of a focal stack only M, the slices and the longest line count.
+    MICRO_IMAGE_SIZE    : positive;
+    SHIFTS              : string;
+    INTERPOLATION_ORDER : natural := 0;
+    HOLD                : boolean := false;
+    MAX_COLUMNS         : positive;
+    EXACT               : boolean := true;
+    FRACTION_BITS       : natural := 8;
+    GUARD_BITS          : natural := 2;
+    BROADCAST_TAPS      : natural := 0;
+    ENGINE              : string  := "fir";
+    -- What can be shown, see picture_pkg.
+    OUTPUTS : string := "r";
+    -- As in depth_index.
+    RADIUS      : natural := 1;
+    CONFIDENCE  : natural := 0;
+    VOTE_RADIUS : natural := 0;
+    -- A colour for each slice, six hexadecimal digits (red, green, blue), if depth can be shown.
+    COLOURS : string := ""
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Frame size, read with the first pixel of a frame; with other outputs than "r" a multiple of M lines.
+    columns : in    std_logic_vector(15 downto 0);
+    rows    : in    std_logic_vector(15 downto 0);
+    -- Lines of the picture; with "r" alone all.
+    picture_rows : in    std_logic_vector(15 downto 0);
+    -- As in slice_select, read with the first pixel of a frame.
+    slice        : in    std_logic_vector(7 downto 0);
+    sweep        : in    std_logic;
+    sweep_frames : in    std_logic_vector(7 downto 0);
+    -- Place in OUTPUTS, from 0, of what the next frame that leaves shows; beyond its end the first one.
+    shown : in    std_logic_vector(1 downto 0);
+    -- AXI4-Stream video as in raster_refocuser: red in the low bits.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(23 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- The same; tid: the slice, tdest: the place in OUTPUTS.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(23 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tid    : out   std_logic_vector(7 downto 0);
+    m_axis_tdest  : out   std_logic_vector(1 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- As in frame_sequencer, set until error_clear.
+    error_flags : out   std_logic_vector(4 downto 0);
+    error_clear : in    std_logic
+  );
+end entity picture_core;
+
+architecture rtl of picture_core is
+
+  constant SLICES : positive := slice_count(SHIFTS);
+
+begin
+
+  one_slice : if not needs_stack(OUTPUTS) generate
+
+    m_axis_tdest <= "00";
+
+    refocuser : entity work.raster_refocuser
+      generic map (
+        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+        SHIFTS              => SHIFTS,
+        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+        HOLD                => HOLD,
+        MAX_COLUMNS         => MAX_COLUMNS,
+        CHANNELS            => 3,
+        PIXEL_BITS          => 8,
+        EXACT               => EXACT,
+        FRACTION_BITS       => FRACTION_BITS,
+        GUARD_BITS          => GUARD_BITS,
+        BROADCAST_TAPS      => BROADCAST_TAPS,
+        ENGINE              => ENGINE
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        columns       => columns,
+        rows          => rows,
+        slice         => slice,
+        sweep         => sweep,
+        sweep_frames  => sweep_frames,
+        s_axis_tvalid => s_axis_tvalid,
+        s_axis_tready => s_axis_tready,
+        s_axis_tdata  => s_axis_tdata,
+        s_axis_tuser  => s_axis_tuser,
+        s_axis_tlast  => s_axis_tlast,
+        m_axis_tvalid => m_axis_tvalid,
+        m_axis_tready => m_axis_tready,
+        m_axis_tdata  => m_axis_tdata,
+        m_axis_tuser  => m_axis_tuser,
+        m_axis_tid    => m_axis_tid,
+        m_axis_tlast  => m_axis_tlast,
+        error_flags   => error_flags,
+        error_clear   => error_clear
+      );
+
+  end generate one_slice;
+
+  all_slices : if needs_stack(OUTPUTS) generate
+
+    -- Pixel of the sharpest slice, its index, pixel of the chosen slice.
+    constant FOUND_BITS : positive := 56;
+
+    type colours_t is array (natural range 0 to SLICES - 1) of std_logic_vector(23 downto 0);
+
+    -- All black if depth cannot be shown.
+
+    function make_colours return colours_t is
+
+      variable made : colours_t;
+
+    begin
+
+      made := (others => (others => '0'));
+
+      if COLOURS'length >= 6 * SLICES then
+
+        for i in 0 to SLICES - 1 loop
+
+          made(i) := colour_at(COLOURS, i);
+
+        end loop;
+
+      end if;
+
+      return made;
+
+    end function make_colours;
+
+    constant TABLE : colours_t := make_colours;
+
+    -- Kinds of outputs: the refocused slice, in focus everywhere, depth.
+
+    type kinds_t is array (natural range 0 to 3) of natural range 0 to 2;
+
+    function make_kinds return kinds_t is
+
+      variable made : kinds_t;
+
+    begin
+
+      made := (others => 0);
+
+      for i in 0 to 3 loop
+
+        if i < OUTPUTS'length then
+
+          case OUTPUTS(OUTPUTS'left + i) is
+
+            when 'a' =>
+
+              made(i) := 1;
+
+            when 'd' =>
+
+              made(i) := 2;
+
+            when others =>
+
+              made(i) := 0;
+
+          end case;
+
+        end if;
+
+      end loop;
+
+      return made;
+
+    end function make_kinds;
+
+    constant KINDS : kinds_t := make_kinds;
+
+    signal stack_valid  : std_logic;
+    signal stack_ready  : std_logic;
+    signal stack_data   : std_logic_vector(24 * SLICES - 1 downto 0);
+    signal stack_user   : std_logic_vector(0 downto 0);
+    signal stack_last   : std_logic;
+    signal found_valid  : std_logic;
+    signal found        : std_logic_vector(FOUND_BITS - 1 downto 0);
+    signal found_user   : std_logic_vector(0 downto 0);
+    signal stack_errors : std_logic_vector(4 downto 0);
+    signal index_errors : std_logic_vector(4 downto 0);
+    signal shown_now    : std_logic_vector(1 downto 0);
+    signal shown_held   : std_logic_vector(1 downto 0) := "00";
+    signal waits        : std_logic                    := '0';
+
+  begin
+
+    -- The input holds what comes until lines that had to wait for the next frame are out.
+    stack : entity work.focal_stack
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SHIFTS           => SHIFTS,
+        MAX_COLUMNS      => MAX_COLUMNS,
+        CHANNELS         => 3,
+        PIXEL_BITS       => 8,
+        INPUT_LINES      => MICRO_IMAGE_SIZE,
+        FLUSH            => false
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        columns       => columns,
+        rows          => rows,
+        s_axis_tvalid => s_axis_tvalid,
+        s_axis_tready => s_axis_tready,
+        s_axis_tdata  => s_axis_tdata,
+        s_axis_tuser  => s_axis_tuser,
+        s_axis_tlast  => s_axis_tlast,
+        m_axis_tvalid => stack_valid,
+        m_axis_tready => stack_ready,
+        m_axis_tdata  => stack_data,
+        m_axis_tuser  => stack_user,
+        m_axis_tlast  => stack_last,
+        error_flags   => stack_errors,
+        error_clear   => error_clear
+      );
+
+    index : entity work.depth_index
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SLICES           => SLICES,
+        RADIUS           => RADIUS,
+        CONFIDENCE       => CONFIDENCE,
+        VOTE_RADIUS      => VOTE_RADIUS,
+        MAX_COLUMNS      => MAX_COLUMNS,
+        CHANNELS         => 3,
+        PIXEL_BITS       => 8,
+        CHOSEN_TOO       => true,
+        FLUSH            => false
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        columns       => columns,
+        rows          => rows,
+        picture_rows  => picture_rows,
+        slice         => slice,
+        sweep         => sweep,
+        sweep_frames  => sweep_frames,
+        s_axis_tvalid => stack_valid,
+        s_axis_tready => stack_ready,
+        s_axis_tdata  => stack_data,
+        s_axis_tuser  => stack_user,
+        s_axis_tlast  => stack_last,
+        m_axis_tvalid => found_valid,
+        m_axis_tready => m_axis_tready,
+        m_axis_tdata  => found,
+        m_axis_tuser  => found_user,
+        m_axis_tid    => m_axis_tid,
+        m_axis_tlast  => m_axis_tlast,
+        error_flags   => index_errors,
+        error_clear   => error_clear
+      );
+
+    error_flags <= stack_errors or index_errors;
+
+    -- A pixel on offer stays as it is.
+    shown_now <= shown_held when found_user = "0" or waits = '1' else
+                 shown when unsigned(shown) < OUTPUTS'length else
+                 "00";
+
+    hold_output : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if found_valid = '1' then
+          shown_held <= shown_now;
+        end if;
+        waits <= found_valid and not m_axis_tready;
+        if reset = '1' then
+          waits <= '0';
+        end if;
+      end if;
+
+    end process hold_output;
+
+    pick : process (found, shown_now) is
+    begin
+
+      case KINDS(to_integer(unsigned(shown_now))) is
+
+        when 1 =>
+
+          m_axis_tdata <= found(23 downto 0);
+
+        when 2 =>
+
+          m_axis_tdata <= TABLE(0);
+
+          for i in 1 to SLICES - 1 loop
+
+            if unsigned(found(31 downto 24)) = i then
+              m_axis_tdata <= TABLE(i);
+            end if;
+
+          end loop;
+
+        when others =>
+
+          m_axis_tdata <= found(55 downto 32);
+
+      end case;
+
+    end process pick;
+
+    m_axis_tvalid <= found_valid;
+    m_axis_tuser  <= found_user;
+    m_axis_tdest  <= shown_now;
+
+  end generate all_slices;
+
+end architecture rtl;
