@@ -16,6 +16,7 @@ from plenofir.fpga.hdmi.colour import colour_package
 from plenofir.fpga.hdmi.edid import edid_package
 from plenofir.fpga.hdmi.pll import settings_package
 from plenofir.fpga.hdmi.status import status_package
+from plenofir.fpga.screen import SCREEN_PACKAGE, screen_package
 
 HDL = project.root() / "hdl"
 MODELS = HDL / "sim"
@@ -73,6 +74,7 @@ def packages() -> dict[Path, str]:
     """Make the packages, place to text."""
     return {
         HDL / "board" / "edid_pkg.vhd": edid_package(),
+        HDL / "board" / f"{SCREEN_PACKAGE}.vhd": screen_package(),
         HDL / "board" / "status_pkg.vhd": status_package(),
         HDL / "video" / "colour_pkg.vhd": colour_package(),
         HDL / "spartan6" / "pll_settings_pkg.vhd": settings_package(),

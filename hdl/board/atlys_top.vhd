@@ -84,6 +84,9 @@ entity atlys_top is
     switch_pattern : in    std_logic;
     switch_pass    : in    std_logic;
     switch_sweep   : in    std_logic;
+    button_output  : in    std_logic;
+    switch_hide    : in    std_logic;
+    switch_bottom  : in    std_logic;
     led            : out   std_logic_vector(7 downto 0)
   );
 end entity atlys_top;
@@ -195,6 +198,9 @@ begin
       switch_pattern  => switch_pattern,
       switch_pass     => switch_pass,
       switch_sweep    => switch_sweep,
+      button_output   => button_output,
+      switch_hide     => switch_hide,
+      switch_bottom   => switch_bottom,
       led             => led,
       tracking        => tracking,
       taps            => taps,

@@ -1,7 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What buttons, switches and the serial port set: slice, sweep, pass-through, test pattern.
+-- What buttons, switches and the serial port set: slice, sweep, pass-through, test pattern, output, place of the text.
 --
--- Buttons step through the slices, around both ends. A switch and a command for the same thing: it is
+-- Buttons step through the slices, around both ends, and through the outputs. Switches hide the text or put it at the
+-- bottom; a command does so too. A switch and a command for the same thing: it is
 -- on if either is. A sweep started by the switch shows each slice for SWITCH_FRAMES frames.
 --
 -- Latency: a few clocks. Throughput: not applicable.
@@ -11,10 +12,16 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.math_pkg.all;
+
 entity board_control is
   generic (
     -- Number of slices of the refocuser.
     SLICES : positive range 1 to 256;
+    -- Number of outputs, and whether there is a text over the picture.
+    OUTPUTS   : positive range 1 to 3 := 1;
+    WITH_TEXT : boolean               := false;
     -- Slice after a reset.
     FIRST_SLICE : natural := 0;
     -- The status line: each # stands for the next number.
@@ -39,6 +46,9 @@ entity board_control is
     switch_pattern : in    std_logic;
     switch_pass    : in    std_logic;
     switch_sweep   : in    std_logic;
+    button_output  : in    std_logic;
+    switch_hide    : in    std_logic;
+    switch_bottom  : in    std_logic;
     -- FIELDS numbers of 16 bits for the status line, the first one in the low bits.
     status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
     -- The settings.
@@ -47,6 +57,9 @@ entity board_control is
     sweep_frames : out   std_logic_vector(7 downto 0);
     pass_through : out   std_logic;
     pattern      : out   std_logic;
+    -- Place of the output, from 0; place of the text: 0 none, 1 at the top, 2 at the bottom.
+    output     : out   std_logic_vector(1 downto 0);
+    text_place : out   std_logic_vector(1 downto 0);
     -- Clear the error flags, for a clock.
     clear_errors : out   std_logic
   );
@@ -61,6 +74,13 @@ architecture rtl of board_control is
   signal pattern_level : std_logic;
   signal pass_level    : std_logic;
   signal sweep_level   : std_logic;
+  signal output_step   : std_logic;
+  signal hide_level    : std_logic;
+  signal bottom_level  : std_logic;
+  signal set_output    : std_logic;
+  signal set_place     : std_logic;
+  signal output_now    : unsigned(1 downto 0) := "00";
+  signal place_command : unsigned(1 downto 0) := "01";
   signal in_data       : std_logic_vector(7 downto 0);
   signal in_valid      : std_logic;
   signal out_data      : std_logic_vector(7 downto 0);
@@ -137,6 +157,39 @@ begin
       pressed => open
     );
 
+  debounce_output : entity work.debouncer
+    generic map (
+      STABLE => STABLE
+    )
+    port map (
+      clk     => clk,
+      contact => button_output,
+      level   => open,
+      pressed => output_step
+    );
+
+  debounce_hide : entity work.debouncer
+    generic map (
+      STABLE => STABLE
+    )
+    port map (
+      clk     => clk,
+      contact => switch_hide,
+      level   => hide_level,
+      pressed => open
+    );
+
+  debounce_bottom : entity work.debouncer
+    generic map (
+      STABLE => STABLE
+    )
+    port map (
+      clk     => clk,
+      contact => switch_bottom,
+      level   => bottom_level,
+      pressed => open
+    );
+
   receiver : entity work.uart_receiver
     generic map (
       BIT_CLOCKS => BIT_CLOCKS
@@ -177,11 +230,15 @@ begin
       m_axis_tdata  => out_data,
       status_values => status_values,
       slices        => to_unsigned(SLICES, 9),
+      outputs       => to_unsigned(OUTPUTS, 3),
+      places        => to_unsigned(choose(WITH_TEXT, 3, 1), 3),
       value         => value,
       set_slice     => set_slice,
       set_sweep     => set_sweep,
       set_pass      => set_pass,
       set_pattern   => set_pattern,
+      set_output    => set_output,
+      set_place     => set_place,
       clear_errors  => clear_errors
     );
 
@@ -198,6 +255,10 @@ begin
   sweep_frames <= std_logic_vector(frames_now);
   pass_through <= pass_now;
   pattern      <= pattern_now;
+  output       <= std_logic_vector(output_now);
+  text_place   <= "00" when hide_level = '1' or not WITH_TEXT or place_command = 0 else
+                  "10" when bottom_level = '1' else
+                  std_logic_vector(place_command);
 
   set : process (clk) is
   begin
@@ -216,6 +277,17 @@ begin
           slice_now <= to_unsigned(LAST, 8);
         end if;
       end if;
+      if set_output = '1' then
+        output_now <= value(1 downto 0);
+      elsif output_step = '1' then
+        output_now <= output_now + 1;
+        if output_now = OUTPUTS - 1 then
+          output_now <= "00";
+        end if;
+      end if;
+      if set_place = '1' then
+        place_command <= value(1 downto 0);
+      end if;
       if set_sweep = '1' then
         sweep_value <= value;
       end if;
@@ -226,10 +298,12 @@ begin
         patt_command <= value(0);
       end if;
       if reset = '1' then
-        slice_now    <= to_unsigned(FIRST_SLICE, 8);
-        sweep_value  <= (others => '0');
-        pass_command <= '0';
-        patt_command <= '0';
+        output_now    <= "00";
+        place_command <= "01";
+        slice_now     <= to_unsigned(FIRST_SLICE, 8);
+        sweep_value   <= (others => '0');
+        pass_command  <= '0';
+        patt_command  <= '0';
       end if;
     end if;
 

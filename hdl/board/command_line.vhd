@@ -7,6 +7,7 @@
 --   s N   show slice N                     p 0|1   pass the input through
 --   w N   sweep, N frames a slice; 0: off  t 0|1   test pattern
 --   c     clear the error flags            ?       status
+--   o N   show output N                    l 0|1|2 text: none, at the top, at the bottom
 --
 -- The answer is "ok", "error" (unknown letter, number missing, too large, or not wanted), or the
 -- status: text with numbers in decimal, negative ones with a minus sign.
@@ -40,6 +41,9 @@ entity command_line is
     status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
     -- Number of slices, the limit of the command "s".
     slices : in    unsigned(8 downto 0);
+    -- Number of outputs and of places of the text, the limits of the commands "o" and "l".
+    outputs : in    unsigned(2 downto 0);
+    places  : in    unsigned(2 downto 0);
     -- Number of the last command.
     value : out   unsigned(7 downto 0);
     -- The command that came, high for a clock; value goes with it.
@@ -47,6 +51,8 @@ entity command_line is
     set_sweep    : out   std_logic;
     set_pass     : out   std_logic;
     set_pattern  : out   std_logic;
+    set_output   : out   std_logic;
+    set_place    : out   std_logic;
     clear_errors : out   std_logic
   );
 end entity command_line;
@@ -131,6 +137,8 @@ begin
       set_sweep    <= '0';
       set_pass     <= '0';
       set_pattern  <= '0';
+      set_output   <= '0';
+      set_place    <= '0';
       clear_errors <= '0';
       if offer = '1' and m_axis_tready = '1' then
         offer <= '0';
@@ -178,6 +186,10 @@ begin
             set_pass <= '1';
           elsif letter = code('t') and given = '1' and number < 2 then
             set_pattern <= '1';
+          elsif letter = code('o') and given = '1' and number < outputs then
+            set_output <= '1';
+          elsif letter = code('l') and given = '1' and number < places then
+            set_place <= '1';
           elsif letter = code('c') and given = '0' then
             clear_errors <= '1';
           elsif letter = code('?') and given = '0' then

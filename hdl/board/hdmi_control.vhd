@@ -18,6 +18,7 @@ library work;
 use work.hdmi_pkg.all;
 use work.math_pkg.all;
 use work.number_pkg.all;
+use work.screen_pkg.all;
 use work.status_pkg.all;
 use work.tmds_pkg.all;
 
@@ -80,6 +81,13 @@ entity hdmi_control is
     switch_pass    : in    std_logic;
     switch_sweep   : in    std_logic;
     led            : out   std_logic_vector(7 downto 0);
+    -- A button that steps through the outputs, switches that hide the text or put it at the bottom; a board may lack
+    -- them.
+    -- vsg_off port_012
+    button_output : in    std_logic := '0';
+    switch_hide   : in    std_logic := '0';
+    switch_bottom : in    std_logic := '0';
+    -- vsg_on port_012
     -- From the delay lines of the receiver, see phase_detector_control: in pixel_clk or a multiple of it that
     -- is made with it.
     tracking    : in    std_logic_vector(CHANNELS - 1 downto 0);
@@ -150,8 +158,10 @@ architecture rtl of hdmi_control is
   signal monitor_ok      : std_logic;
   signal status          : status_t;
   signal status_values   : status_vector_t;
-  signal settings_vector : std_logic_vector(17 downto 0);
-  signal pixel_settings  : std_logic_vector(17 downto 0);
+  signal output          : std_logic_vector(1 downto 0);
+  signal text_place      : std_logic_vector(1 downto 0);
+  signal settings_vector : std_logic_vector(21 downto 0);
+  signal pixel_settings  : std_logic_vector(21 downto 0);
   signal pixel_pattern   : std_logic_vector(0 downto 0);
   signal pixel_clear     : std_logic_vector(0 downto 0);
 
@@ -221,6 +231,8 @@ begin
   panel : entity work.board_control
     generic map (
       SLICES        => SLICES,
+      OUTPUTS       => OUTPUTS'length,
+      WITH_TEXT     => WITH_TEXT,
       STATUS        => STATUS_LINE,
       FIELDS        => STATUS_NUMBERS,
       BIT_CLOCKS    => BIT_CLOCKS,
@@ -237,12 +249,17 @@ begin
       switch_pattern => switch_pattern,
       switch_pass    => switch_pass,
       switch_sweep   => switch_sweep,
+      button_output  => button_output,
+      switch_hide    => switch_hide,
+      switch_bottom  => switch_bottom,
       status_values  => status_values,
       slice          => slice,
       sweep          => sweep,
       sweep_frames   => sweep_frames,
       pass_through   => pass_through,
       pattern        => pattern,
+      output         => output,
+      text_place     => text_place,
       clear_errors   => clear_command
     );
 
@@ -322,11 +339,11 @@ begin
   --------------------------------------------------------------------------------------------------
   -- To the video path.
 
-  settings_vector <= pass_through & sweep & sweep_frames & slice;
+  settings_vector <= text_place & output & pass_through & sweep & sweep_frames & slice;
 
   settings_crossing : entity work.bus_crossing
     generic map (
-      WIDTH => 18
+      WIDTH => 22
     )
     port map (
       source_clk      => clk,
@@ -355,6 +372,8 @@ begin
     slice        => pixel_settings(7 downto 0),
     sweep        => pixel_settings(16),
     sweep_frames => pixel_settings(15 downto 8),
+    shown        => pixel_settings(19 downto 18),
+    text_place   => pixel_settings(21 downto 20),
     show_pattern => pixel_pattern(0),
     clear_toggle => pixel_clear(0)
   );
@@ -436,6 +455,9 @@ begin
     slice         => number(slice),
     SLICES        => std_logic_vector(to_unsigned(SLICES, 16)),
     sweep         => number(sweep_frames),
+    output        => number(output),
+    OUTPUTS       => std_logic_vector(to_unsigned(OUTPUTS'length, 16)),
+    text          => number(text_place),
     pass          => flag(pass_through),
     pattern       => flag(pattern),
     clock         => number(std_logic_vector(rate)),

@@ -28,6 +28,9 @@ package hdmi_pkg is
     slice        : std_logic_vector(7 downto 0);
     sweep        : std_logic;
     sweep_frames : std_logic_vector(7 downto 0);
+    -- As in picture_core; place of the text: 0 none, 1 at the top, 2 at the bottom.
+    shown      : std_logic_vector(1 downto 0);
+    text_place : std_logic_vector(1 downto 0);
     -- The test pattern instead of the input.
     show_pattern : std_logic;
     -- Each change of it clears the errors.

@@ -1,7 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- The video path of a board: TMDS bits in, refocused, TMDS words out, with nothing of a family in it.
 --
--- The input is the receiver's, as full-range RGB, or a test pattern with three planes. The board gives
+-- The input is the receiver's, as full-range RGB, or a test pattern with three planes. What is shown besides the
+-- refocused slice, and whether there is a text over it, stands in screen_pkg. The board gives
 -- the clocks, collects ten bits a clock and serialises words.
 --
 -- Latency: see refocus_video, and about 40 pixels of the link. Throughput: one pixel each clock.
@@ -13,6 +14,8 @@ use ieee.numeric_std.all;
 
 library work;
 use work.hdmi_pkg.all;
+use work.picture_pkg.all;
+use work.screen_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.tmds_pkg.all;
@@ -119,6 +122,13 @@ architecture rtl of hdmi_refocuser is
   signal video_h_sync   : std_logic                             := '0';
   signal video_v_sync   : std_logic                             := '0';
   signal video_pixel    : std_logic_vector(23 downto 0)         := (others => '0');
+  signal bare_active    : std_logic;
+  signal bare_h_sync    : std_logic;
+  signal bare_v_sync    : std_logic;
+  signal bare_pixel     : std_logic_vector(23 downto 0);
+  signal bare_slice     : std_logic_vector(7 downto 0);
+  signal bare_shown     : std_logic_vector(1 downto 0);
+  signal bare_raw       : std_logic;
   signal shown_active   : std_logic;
   signal shown_h_sync   : std_logic;
   signal shown_v_sync   : std_logic;
@@ -249,7 +259,12 @@ begin
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
-      ENGINE              => ENGINE
+      ENGINE              => ENGINE,
+      OUTPUTS             => OUTPUTS,
+      RADIUS              => SHARPNESS_RADIUS,
+      CONFIDENCE          => CONFIDENCE,
+      VOTE_RADIUS         => VOTE_RADIUS,
+      COLOURS             => COLOURS
     )
     port map (
       clk          => clk,
@@ -258,23 +273,78 @@ begin
       slice        => settings.slice,
       sweep        => settings.sweep,
       sweep_frames => settings.sweep_frames,
-      shown        => "00",
+      shown        => settings.shown,
       in_active    => video_active,
       in_h_sync    => video_h_sync,
       in_v_sync    => video_v_sync,
       in_pixel     => video_pixel,
-      out_active   => shown_active,
-      out_h_sync   => shown_h_sync,
-      out_v_sync   => shown_v_sync,
-      out_pixel    => shown_pixel,
-      out_slice    => open,
-      out_shown    => open,
-      out_raw      => open,
+      out_active   => bare_active,
+      out_h_sync   => bare_h_sync,
+      out_v_sync   => bare_v_sync,
+      out_pixel    => bare_pixel,
+      out_slice    => bare_slice,
+      out_shown    => bare_shown,
+      out_raw      => bare_raw,
       following    => following,
       unsupported  => unsupported,
       timing       => video_timing,
       errors       => video_errors
     );
+
+  no_text : if not WITH_TEXT generate
+    shown_active <= bare_active;
+    shown_h_sync <= bare_h_sync;
+    shown_v_sync <= bare_v_sync;
+    shown_pixel  <= bare_pixel;
+  end generate no_text;
+
+  text : if WITH_TEXT generate
+
+    constant KINDS : kinds_t := output_kinds(OUTPUTS);
+
+    signal show   : std_logic;
+    signal bottom : std_logic;
+    signal kind   : std_logic_vector(1 downto 0);
+    signal rows   : std_logic_vector(11 downto 0);
+
+  begin
+
+    show   <= settings.text_place(0) or settings.text_place(1);
+    bottom <= settings.text_place(1);
+    kind   <= std_logic_vector(to_unsigned(KINDS(to_integer(unsigned(bare_shown))), 2));
+    rows   <= std_logic_vector(timing.rows);
+
+    overlay : entity work.text_overlay
+      generic map (
+        SLICES        => SLICES,
+        FONT          => FONT,
+        TEXTS         => TEXTS,
+        TEXT_COLUMNS  => TEXT_COLUMNS,
+        LABELS        => LABELS,
+        LABEL_COLUMNS => LABEL_COLUMNS,
+        COLOURS       => COLOURS
+      )
+      port map (
+        clk        => clk,
+        reset      => reset,
+        show       => show,
+        bottom     => bottom,
+        rows       => rows,
+        slice      => bare_slice,
+        kind       => kind,
+        raw        => bare_raw,
+        errors     => errors_now,
+        in_active  => bare_active,
+        in_h_sync  => bare_h_sync,
+        in_v_sync  => bare_v_sync,
+        in_pixel   => bare_pixel,
+        out_active => shown_active,
+        out_h_sync => shown_h_sync,
+        out_v_sync => shown_v_sync,
+        out_pixel  => shown_pixel
+      );
+
+  end generate text;
 
   clear <= clear_seen xor settings.clear_toggle;
 

@@ -10,6 +10,9 @@ package status_pkg is
   constant STATUS_LINE : string := "slice=# " &
                                    "slices=# " &
                                    "sweep=# " &
+                                   "output=# " &
+                                   "outputs=# " &
+                                   "text=# " &
                                    "pass=# " &
                                    "pattern=# " &
                                    "clock=# " &
@@ -40,7 +43,7 @@ package status_pkg is
                                    "monitor_mode=#/#/# " &
                                    "monitor_ok=#";
 
-  constant STATUS_NUMBERS : positive := 41;
+  constant STATUS_NUMBERS : positive := 44;
 
   -- Two's complement.
   subtype number_t is std_logic_vector(15 downto 0);
@@ -53,6 +56,9 @@ package status_pkg is
     slice         : number_t;
     slices        : number_t;
     sweep         : number_t;
+    output        : number_t;
+    outputs       : number_t;
+    text          : number_t;
     pass          : number_t;
     pattern       : number_t;
     clock         : number_t;
@@ -127,6 +133,9 @@ package body status_pkg is
            status.clock &
            status.pattern &
            status.pass &
+           status.text &
+           status.outputs &
+           status.output &
            status.sweep &
            status.slices &
            status.slice;

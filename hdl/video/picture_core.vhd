@@ -158,47 +158,7 @@ begin
 
     constant TABLE : colours_t := make_colours;
 
-    -- Kinds of outputs: the refocused slice, in focus everywhere, depth.
-
-    type kinds_t is array (natural range 0 to 3) of natural range 0 to 2;
-
-    function make_kinds return kinds_t is
-
-      variable made : kinds_t;
-
-    begin
-
-      made := (others => 0);
-
-      for i in 0 to 3 loop
-
-        if i < OUTPUTS'length then
-
-          case OUTPUTS(OUTPUTS'left + i) is
-
-            when 'a' =>
-
-              made(i) := 1;
-
-            when 'd' =>
-
-              made(i) := 2;
-
-            when others =>
-
-              made(i) := 0;
-
-          end case;
-
-        end if;
-
-      end loop;
-
-      return made;
-
-    end function make_kinds;
-
-    constant KINDS : kinds_t := make_kinds;
+    constant KINDS : kinds_t   := output_kinds(OUTPUTS);
 
     signal stack_valid  : std_logic;
     signal stack_ready  : std_logic;

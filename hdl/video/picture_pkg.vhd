@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What picture_core can show, and how far it is behind. All functions but to_colour are evaluated at elaboration only.
+-- What picture_core can show, and how far it is behind. All functions are evaluated at elaboration only.
 --
 -- The outputs that can be chosen are a text with a letter for each: r the refocused slice, a the picture in focus
 -- everywhere, d the depth in false colours.
@@ -8,6 +8,7 @@ library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
+use work.hex_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.focal_stack_pkg.all;
@@ -15,6 +16,14 @@ use work.sharpness_pkg.all;
 use work.refocuser_pkg.all;
 
 package picture_pkg is
+
+  -- Kind of each output, by its place: 0 refocused, 1 in focus everywhere, 2 depth.
+
+  type kinds_t is array (natural range 0 to 3) of natural range 0 to 2;
+
+  function output_kinds (
+    outputs : string
+  ) return kinds_t;
 
   -- Whether these outputs need a focal stack and its depth index: all but the refocused slice alone.
   function needs_stack (
@@ -54,6 +63,44 @@ package picture_pkg is
 end package picture_pkg;
 
 package body picture_pkg is
+
+  function output_kinds (
+    outputs : string
+  ) return kinds_t is
+
+    variable made : kinds_t;
+
+  begin
+
+    made := (others => 0);
+
+    for i in 0 to 3 loop
+
+      if i < outputs'length then
+
+        case outputs(outputs'left + i) is
+
+          when 'a' =>
+
+            made(i) := 1;
+
+          when 'd' =>
+
+            made(i) := 2;
+
+          when others =>
+
+            made(i) := 0;
+
+        end case;
+
+      end if;
+
+    end loop;
+
+    return made;
+
+  end function output_kinds;
 
   function needs_stack (
     outputs : string
@@ -108,95 +155,14 @@ package body picture_pkg is
 
   end function picture_delay_pixels;
 
-  -- Value of a hexadecimal digit.
-
-  function nibble (
-    digit : character
-  ) return std_logic_vector is
-  begin
-
-    case digit is
-
-      when '0' =>
-
-        return "0000";
-
-      when '1' =>
-
-        return "0001";
-
-      when '2' =>
-
-        return "0010";
-
-      when '3' =>
-
-        return "0011";
-
-      when '4' =>
-
-        return "0100";
-
-      when '5' =>
-
-        return "0101";
-
-      when '6' =>
-
-        return "0110";
-
-      when '7' =>
-
-        return "0111";
-
-      when '8' =>
-
-        return "1000";
-
-      when '9' =>
-
-        return "1001";
-
-      when 'a' =>
-
-        return "1010";
-
-      when 'b' =>
-
-        return "1011";
-
-      when 'c' =>
-
-        return "1100";
-
-      when 'd' =>
-
-        return "1101";
-
-      when 'e' =>
-
-        return "1110";
-
-      when others =>
-
-        return "1111";
-
-    end case;
-
-  end function nibble;
-
   function colour_at (
     colours : string;
     index   : natural
   ) return std_logic_vector is
-
-    constant FIRST : natural := colours'left + 6 * index;
-
   begin
 
     -- Red, green, blue in the text.
-    return nibble(colours(FIRST + 4)) & nibble(colours(FIRST + 5)) & nibble(colours(FIRST + 2)) &
-           nibble(colours(FIRST + 3)) & nibble(colours(FIRST)) & nibble(colours(FIRST + 1));
+    return hex_byte(colours, 6 * index + 4) & hex_byte(colours, 6 * index + 2) & hex_byte(colours, 6 * index);
 
   end function colour_at;
 

@@ -28,4 +28,5 @@ def test_debouncer() -> None:
 def test_board_control() -> None:
     case = {"slices": 3, "first_slice": 1, "bit_clocks": 8, "stable": 4, "switch_frames": 30}
     generics = {name.upper(): value for name, value in case.items()}
+    generics |= {"OUTPUTS": 3, "WITH_TEXT": True}
     run_unit("board_control", {**generics, "STATUS": "clock=# rows=# taps=#.", "FIELDS": 3}, **case)

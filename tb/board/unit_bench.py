@@ -207,7 +207,10 @@ class Panel:
         self.dut = dut
         self.clear_pulses = 0
         dut.line_in.value = 1
-        for name in ("button_up", "button_down", "switch_pattern", "switch_pass", "switch_sweep"):
+        for name in (
+            *("button_up", "button_down", "switch_pattern", "switch_pass", "switch_sweep"),
+            *("button_output", "switch_hide", "switch_bottom"),
+        ):
             getattr(dut, name).value = 0
         cocotb.start_soon(self._count_pulses())
 
@@ -277,6 +280,10 @@ class Panel:
         dut = self.dut
         ports = (dut.slice, dut.sweep, dut.sweep_frames, dut.pass_through, dut.pattern)
         return tuple(int(port.value) for port in ports)
+
+    def screen(self) -> tuple[int, int]:
+        """Output, place of the text."""
+        return int(self.dut.output.value), int(self.dut.text_place.value)
 
 
 @for_entity("board_control")
@@ -360,6 +367,28 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
         assert panel.state() == want, name
         getattr(dut, name).value = 0
         await panel.clocks(2 * CASE["stable"] + 6)
+    assert panel.state() == begin
+    # Outputs by the button, around, and by command; the text's place by command and switches.
+    assert panel.screen() == (0, 1)
+    for shown in (1, 2, 0):
+        await panel.press(dut.button_output)
+        assert panel.screen() == (shown, 1)
+    for command, answer, want in (
+        *(("o 2", "ok", (2, 1)), ("o 3", "error", (2, 1)), ("l 2", "ok", (2, 2))),
+        *(("l 3", "error", (2, 2)), ("o", "error", (2, 2)), ("l 0", "ok", (2, 0))),
+    ):
+        assert await panel.ask(command) == answer, command
+        assert panel.screen() == want, command
+    # A text that a command has put out no switch brings back.
+    for place, name, want in ((0, "bottom", 0), (1, "bottom", 2), (2, "hide", 0)):
+        assert await panel.ask(f"l {place}") == "ok"
+        getattr(dut, f"switch_{name}").value = 1
+        await panel.clocks(2 * CASE["stable"] + 6)
+        assert panel.screen() == (2, want), name
+        getattr(dut, f"switch_{name}").value = 0
+        await panel.clocks(2 * CASE["stable"] + 6)
+    await panel.reset()
+    assert panel.screen() == (0, 1)
     assert panel.state() == begin
 
 

@@ -124,6 +124,9 @@ begin
       switch_pattern => switch_pattern,
       switch_pass    => switch_pass,
       switch_sweep   => switch_sweep,
+      button_output  => '0',
+      switch_hide    => '0',
+      switch_bottom  => '0',
       led            => led
     );
 

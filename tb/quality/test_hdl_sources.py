@@ -198,7 +198,8 @@ MAY_USE = {
     "selftest": {"common", "core", "refocuser"},
     "spartan6": {"common"},
     "ecp5": {"common"},
-    "board": {"common", "core", "refocuser", "tmds", "video", "spartan6", "ecp5"},
+    "overlay": {"common"},
+    "board": {"common", "core", "refocuser", "tmds", "video", "overlay", "spartan6", "ecp5"},
 }
 
 

@@ -36,6 +36,13 @@ FIELDS = (
     StatusField("slice", "the slice that is shown", (0,)),
     StatusField("slices", "how many there are", (1,)),
     StatusField("sweep", "frames for each slice of a sweep, 0: none", (0,)),
+    StatusField(
+        "output",
+        "what is shown, by its place in the scene's list of outputs, from 0; see `screen_pkg`",
+        (0,),
+    ),
+    StatusField("outputs", "how many there are", (1,)),
+    StatusField("text", "text over the picture, 0: none, 1: at the top, 2: at the bottom", (0,)),
     StatusField("pass", "1: the input is passed through", (0,)),
     StatusField("pattern", "1: test pattern instead of J3", (0,)),
     StatusField("clock", "TMDS clock at J3 in units of 100 kHz", (743,)),

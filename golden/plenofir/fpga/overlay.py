@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The text over the picture, bit for bit as ``hdl/overlay/text_overlay.vhd`` draws it."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir import project
+from plenofir.errors import InputError
+
+GLYPH_COLUMNS, GLYPH_ROWS, RULER_ROWS, MARGIN = 8, 16, 8, 8
+ROWS = 2 * GLYPH_ROWS + RULER_ROWS
+ERROR_TEXT = "  errors "
+ERROR_COLUMNS = len(ERROR_TEXT) + 2
+MAX_TEXT, MAX_LABEL, MAX_SLICES = 64, 16, 64
+
+Shown = Literal["refocused", "all-in-focus", "depth", "raw"]
+"""What a frame shows."""
+_ORDER = ("all-in-focus", "depth", "raw")
+
+
+@cache
+def font() -> dict[str, bytes]:
+    """Glyphs: a byte a line, the left pixel in its high bit (``data/overlay_font.txt``)."""
+    lines = (project.DATA / "overlay_font.txt").read_text(encoding="ascii").splitlines()
+    return {line[0]: bytes.fromhex(line[2:]) for line in lines if not line.startswith("##")}
+
+
+def font_digits() -> str:
+    """All glyphs from the blank to the tilde, in hexadecimal (generic FONT)."""
+    return "".join(font()[chr(code)].hex() for code in range(32, 127))
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """What is written over the pictures of a scene.
+
+    Attributes
+    ----------
+    texts
+        A text for each slice, then those for all in focus, depth, and the input as it is.
+    labels
+        A label for each slice.
+    colours
+        Red, green, blue of each slice; empty if depth is never shown.
+    """
+
+    texts: tuple[str, ...]
+    labels: tuple[str, ...]
+    colours: tuple[tuple[int, int, int], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be written."""
+        where = "overlay"
+        if not 1 <= len(self.labels) <= MAX_SLICES:
+            expected = f"1 to {MAX_SLICES} for an overlay"
+            raise InputError(f"{len(self.labels)} slices", where=where, expected=expected)
+        for texts, limit in ((self.texts, MAX_TEXT), (self.labels, MAX_LABEL - 1)):
+            for text in texts:
+                if len(text) > limit or not set(text) <= set(font()):
+                    expected = f"at most {limit} characters of ASCII"
+                    raise InputError(repr(text), where=where, expected=expected)
+
+    @property
+    def slices(self) -> int:
+        """Number of slices."""
+        return len(self.labels)
+
+    @property
+    def text_columns(self) -> int:
+        """Characters of a text."""
+        return max(map(len, self.texts))
+
+    @property
+    def label_columns(self) -> int:
+        """Characters of a label, with a blank behind it."""
+        return max(map(len, self.labels)) + 1
+
+    @property
+    def columns(self) -> int:
+        """Characters of the widest line."""
+        return max(self.text_columns + ERROR_COLUMNS, self.slices * self.label_columns)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Least picture that it fits in, (rows, columns) in pixels."""
+        return ROWS + 2 * MARGIN, self.columns * GLYPH_COLUMNS + 2 * MARGIN
+
+    def generics(self) -> dict[str, int | str]:
+        """Generics of ``text_overlay``."""
+        return {
+            "SLICES": self.slices,
+            "FONT": font_digits(),
+            "TEXTS": "".join(text.ljust(self.text_columns) for text in self.texts),
+            "TEXT_COLUMNS": self.text_columns,
+            "LABELS": "".join(label.ljust(self.label_columns) for label in self.labels),
+            "LABEL_COLUMNS": self.label_columns,
+            "COLOURS": "".join(bytes(colour).hex() for colour in self.colours),
+        }
+
+    def _ruler(self, shown: Shown, slice_: int) -> npt.NDArray[np.uint8]:
+        """Colour of each pixel of the ruler's lines, shape (columns, 3)."""
+        field = self.label_columns * GLYPH_COLUMNS
+        line = np.zeros((self.columns * GLYPH_COLUMNS, 3), np.uint8)
+        for number in range(self.slices):
+            colour: tuple[int, ...] = (0x40,) * 3
+            if shown == "depth":
+                colour = self.colours[number] if self.colours else (0, 0, 0)
+            elif shown == "all-in-focus" or (shown == "refocused" and number == slice_):
+                colour = (255,) * 3
+            line[number * field : (number + 1) * field - 2] = colour
+        return line
+
+    def draw(
+        self,
+        picture: npt.NDArray[np.uint8],
+        shown: Shown,
+        slice_: int,
+        *,
+        errors: int = 0,
+        bottom: bool = False,
+    ) -> npt.NDArray[np.uint8]:
+        """Write over a picture.
+
+        Parameters
+        ----------
+        picture
+            Shape (rows, columns, 3), uint8.
+        shown, slice_
+            What it shows, and the slice.
+        errors
+            Sum of the errors, 0 to 31.
+        bottom
+            Whether at the bottom.
+
+        Returns
+        -------
+        numpy.ndarray
+            Picture with the overlay, cut at the picture's edges.
+        """
+        number = slice_ if slice_ < self.slices else 0
+        entry = number if shown == "refocused" else self.slices + _ORDER.index(shown)
+        text = self.texts[entry].ljust(self.text_columns)
+        if errors:
+            text += f"{ERROR_TEXT}{errors:02d}"
+        labels = "".join(label.ljust(self.label_columns) for label in self.labels)
+        white = np.concatenate([self._line(line) for line in (text, labels)])
+        ruler = np.broadcast_to(self._ruler(shown, slice_), (RULER_ROWS, white.shape[1], 3))
+        out = picture.copy()
+        first = picture.shape[0] - ROWS - MARGIN if bottom else MARGIN
+        box = out[first : first + ROWS, MARGIN : MARGIN + white.shape[1]]
+        rows, columns = box.shape[:2]
+        box[...] = box >> 2
+        box[: len(white)][white[:rows, :columns]] = 255
+        box[len(white) :] = ruler[: max(rows - len(white), 0), :columns]
+        return out
+
+    def _line(self, text: str) -> npt.NDArray[np.bool_]:
+        """White pixels of a line of text, shape (16, columns)."""
+        glyphs = [np.frombuffer(font()[letter], np.uint8) for letter in text.ljust(self.columns)]
+        return np.unpackbits(np.stack(glyphs, axis=1), axis=1).astype(bool)

@@ -1,0 +1,506 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- A line of text over the picture, below it a ruler of the slices, each with a label.
+--
+-- The text is that of the slice on show, or of what else is shown; behind it stand the errors, if there are any. The
+-- ruler has a field for each slice: the one on show is white; while depth is shown the fields have the colours of the
+-- slices, and so are its legend. Below the overlay the picture is a quarter as bright.
+--
+-- Where a frame begins is told by its vertical sync; place and errors are taken over there.
+--
+-- Latency: OVERLAY_LATENCY clocks, syncs and all. Throughput: one pixel each clock.
+-- Equation: out = 255 where a glyph or the ruler is white, the ruler's colour, in / 4 (rounded down) elsewhere in the
+--   overlay, in outside.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.hex_pkg.all;
+use work.overlay_pkg.all;
+
+entity text_overlay is
+  generic (
+    -- Number of slices.
+    SLICES : positive range 1 to 64;
+    -- For each character from the blank to the tilde, 16 lines of 8 pixels in hexadecimal.
+    FONT : string;
+    -- A text for each slice, for the picture in focus everywhere, for depth, and for the input as it is, each of
+    -- TEXT_COLUMNS characters.
+    TEXTS        : string;
+    TEXT_COLUMNS : positive range 1 to 64;
+    -- A label for each slice, of LABEL_COLUMNS characters.
+    LABELS        : string;
+    LABEL_COLUMNS : positive range 2 to 16;
+    -- A colour for each slice, six hexadecimal digits (red, green, blue); none if depth is never shown.
+    COLOURS : string := ""
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Whether it is shown, and whether at the bottom of the picture.
+    show   : in    std_logic;
+    bottom : in    std_logic;
+    -- Lines of the picture.
+    rows : in    std_logic_vector(11 downto 0);
+    -- Of the frame that comes: its slice; 0 if the slice is shown, 1 if all is in focus, 2 if depth is shown; whether
+    -- it is the input as it is.
+    slice : in    std_logic_vector(7 downto 0);
+    kind  : in    std_logic_vector(1 downto 0);
+    raw   : in    std_logic;
+    -- Sum of the errors as the status line has it.
+    errors : in    std_logic_vector(4 downto 0);
+    -- Video in: red in the low bits.
+    in_active : in    std_logic;
+    in_h_sync : in    std_logic;
+    in_v_sync : in    std_logic;
+    in_pixel  : in    std_logic_vector(23 downto 0);
+    -- Video out.
+    out_active : out   std_logic;
+    out_h_sync : out   std_logic;
+    out_v_sync : out   std_logic;
+    out_pixel  : out   std_logic_vector(23 downto 0)
+  );
+end entity text_overlay;
+
+architecture rtl of text_overlay is
+
+  constant ENTRIES     : positive := SLICES + 3;
+  constant COLUMNS     : positive := overlay_columns(SLICES, TEXT_COLUMNS, LABEL_COLUMNS);
+  constant COLUMN_BITS : positive := bits_for(COLUMNS);
+  constant LABEL_BASE  : positive := ENTRIES * TEXT_COLUMNS;
+  constant ERROR_BASE  : positive := LABEL_BASE + SLICES * LABEL_COLUMNS;
+  constant CODES       : positive := ERROR_BASE + ERROR_COLUMNS;
+  constant CODE_BITS   : positive := bits_for(CODES - 1);
+  constant FIELD_BITS  : positive := bits_for(SLICES);
+
+  subtype code_t is std_logic_vector(6 downto 0);
+
+  type codes_t is array (natural range 0 to 2 ** CODE_BITS - 1) of code_t;
+
+  type font_t is array (natural range 0 to 2047) of std_logic_vector(7 downto 0);
+
+  type digits_t is array (natural range 0 to 31) of code_t;
+
+  type bases_t is array (natural range 0 to ENTRIES - 1) of unsigned(CODE_BITS - 1 downto 0);
+
+  type colours_t is array (natural range 0 to SLICES - 1) of std_logic_vector(23 downto 0);
+
+  -- Number of a character's glyph.
+
+  function code_of (
+    text  : string;
+    place : natural
+  ) return std_logic_vector is
+  begin
+
+    return std_logic_vector(to_unsigned(character'pos(text(text'left + place)) - FIRST_GLYPH, 7));
+
+  end function code_of;
+
+  -- The ROMs, made at elaboration.
+
+  function make_codes return codes_t is
+
+    variable made : codes_t;
+
+  begin
+
+    made := (others => (others => '0'));
+
+    for i in 0 to LABEL_BASE - 1 loop
+
+      made(i) := code_of(TEXTS, i);
+
+    end loop;
+
+    for i in 0 to SLICES * LABEL_COLUMNS - 1 loop
+
+      made(LABEL_BASE + i) := code_of(LABELS, i);
+
+    end loop;
+
+    for i in natural range 0 to ERROR_TEXT'length - 1 loop
+
+      made(ERROR_BASE + i) := code_of(ERROR_TEXT, i);
+
+    end loop;
+
+    return made;
+
+  end function make_codes;
+
+  function make_font return font_t is
+
+    variable made : font_t;
+
+  begin
+
+    made := (others => (others => '0'));
+
+    for i in 0 to GLYPHS * GLYPH_ROWS - 1 loop
+
+      made(i) := hex_byte(FONT, 2 * i);
+
+    end loop;
+
+    return made;
+
+  end function make_font;
+
+  -- A digit of each number of errors: that of the tens, or of the ones.
+
+  function make_digits (
+    of_tens : boolean
+  ) return digits_t is
+
+    variable made  : digits_t;
+    variable digit : natural range 0 to 9;
+
+  begin
+
+    for i in 0 to 31 loop
+
+      digit := i mod 10;
+
+      if of_tens then
+        digit := i / 10;
+      end if;
+
+      made(i) := std_logic_vector(to_unsigned(character'pos('0') - FIRST_GLYPH + digit, 7));
+
+    end loop;
+
+    return made;
+
+  end function make_digits;
+
+  function make_bases return bases_t is
+
+    variable made : bases_t;
+
+  begin
+
+    for i in 0 to ENTRIES - 1 loop
+
+      made(i) := to_unsigned(i * TEXT_COLUMNS, CODE_BITS);
+
+    end loop;
+
+    return made;
+
+  end function make_bases;
+
+  function make_colours return colours_t is
+
+    variable made : colours_t;
+
+  begin
+
+    made := (others => (others => '0'));
+
+    if COLOURS'length >= 6 * SLICES then
+
+      for i in 0 to SLICES - 1 loop
+
+        made(i) := hex_byte(COLOURS, 6 * i + 4) & hex_byte(COLOURS, 6 * i + 2) & hex_byte(COLOURS, 6 * i);
+
+      end loop;
+
+    end if;
+
+    return made;
+
+  end function make_colours;
+
+  constant CODE_ROM : codes_t   := make_codes;
+  constant FONT_ROM : font_t    := make_font;
+  constant TENS_OF  : digits_t  := make_digits(true);
+  constant ONES_OF  : digits_t  := make_digits(false);
+  constant BASES    : bases_t   := make_bases;
+  constant TABLE    : colours_t := make_colours;
+
+  -- Place of the pixel that comes: in the picture, in the overlay.
+  signal v_before : std_logic             := '0';
+  signal shown    : std_logic             := '0';
+  signal column   : unsigned(11 downto 0) := (others => '0');
+  signal over     : unsigned(11 downto 0) := (others => '0');
+  signal was      : std_logic             := '0';
+  signal tens     : code_t                := (others => '0');
+  signal ones     : code_t                := (others => '0');
+  signal wrong    : std_logic             := '0';
+
+  -- 1: place in the overlay.
+  signal inside_1 : std_logic                            := '0';
+  signal ruler_1  : std_logic                            := '0';
+  signal labels_1 : std_logic                            := '0';
+  signal x_1      : unsigned(2 downto 0)                 := (others => '0');
+  signal y_1      : unsigned(3 downto 0)                 := (others => '0');
+  signal place_1  : unsigned(COLUMN_BITS - 1 downto 0)   := (others => '0');
+  signal field_1  : unsigned(FIELD_BITS - 1 downto 0)    := (others => '0');
+  signal within_1 : natural range 0 to LABEL_COLUMNS - 1 := 0;
+
+  -- 2: the character.
+  signal inside_2 : std_logic                        := '0';
+  signal ruler_2  : std_logic                        := '0';
+  signal blank_2  : std_logic                        := '0';
+  signal digit_2  : std_logic_vector(1 downto 0)     := "00";
+  signal x_2      : unsigned(2 downto 0)             := (others => '0');
+  signal y_2      : unsigned(3 downto 0)             := (others => '0');
+  signal at_2     : unsigned(CODE_BITS - 1 downto 0) := (others => '0');
+  signal field_2  : std_logic_vector(23 downto 0)    := (others => '0');
+
+  -- 3: its code; 4: its line; 5: its pixel.
+  signal inside_3 : std_logic                     := '0';
+  signal ruler_3  : std_logic                     := '0';
+  signal blank_3  : std_logic                     := '0';
+  signal digit_3  : std_logic_vector(1 downto 0)  := "00";
+  signal x_3      : unsigned(2 downto 0)          := (others => '0');
+  signal y_3      : unsigned(3 downto 0)          := (others => '0');
+  signal read_3   : code_t                        := (others => '0');
+  signal code_3   : code_t;
+  signal field_3  : std_logic_vector(23 downto 0) := (others => '0');
+  signal inside_4 : std_logic                     := '0';
+  signal ruler_4  : std_logic                     := '0';
+  signal blank_4  : std_logic                     := '0';
+  signal x_4      : unsigned(2 downto 0)          := (others => '0');
+  signal line_4   : std_logic_vector(7 downto 0)  := (others => '0');
+  signal field_4  : std_logic_vector(23 downto 0) := (others => '0');
+
+  signal video_in : std_logic_vector(26 downto 0);
+  signal video_4  : std_logic_vector(26 downto 0);
+
+begin
+
+  --------------------------------------------------------------------------------------------------
+  -- Where the pixel lies.
+
+  locate : process (clk) is
+
+    variable least : unsigned(11 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      v_before <= in_v_sync;
+      was      <= in_active;
+      if in_active = '1' then
+        column <= column + 1;
+      else
+        column <= (others => '0');
+      end if;
+      if was = '1' and in_active = '0' then
+        over <= over + 1;
+      end if;
+      if in_v_sync /= v_before then
+        least := to_unsigned(MARGIN, 12);
+        if bottom = '1' then
+          least := unsigned(rows) - (OVERLAY_ROWS + MARGIN);
+        end if;
+        shown <= show;
+        -- The overlay's first line is line 0.
+        over <= 0 - least;
+
+        wrong <= to_logic(unsigned(errors) /= 0);
+        tens  <= TENS_OF(to_integer(unsigned(errors)));
+        ones  <= ONES_OF(to_integer(unsigned(errors)));
+      end if;
+      if reset = '1' then
+        shown <= '0';
+      end if;
+    end if;
+
+  end process locate;
+
+  --------------------------------------------------------------------------------------------------
+  -- 1
+
+  find_place : process (clk) is
+
+    variable x : unsigned(11 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      x        := column - MARGIN;
+      inside_1 <= shown and in_active and to_logic(over < OVERLAY_ROWS and x < COLUMNS * GLYPH_COLUMNS);
+      ruler_1  <= to_logic(over(5 downto 0) >= 2 * GLYPH_ROWS);
+      labels_1 <= to_logic(over(5 downto 0) >= GLYPH_ROWS);
+      x_1      <= x(2 downto 0);
+      y_1      <= over(3 downto 0);
+      place_1  <= x(COLUMN_BITS + 2 downto 3);
+      if column = MARGIN then
+        field_1  <= (others => '0');
+        within_1 <= 0;
+      elsif x(2 downto 0) = 0 then
+        if within_1 = LABEL_COLUMNS - 1 then
+          within_1 <= 0;
+          if field_1 /= SLICES then
+            field_1 <= field_1 + 1;
+          end if;
+        else
+          within_1 <= within_1 + 1;
+        end if;
+      end if;
+    end if;
+
+  end process find_place;
+
+  --------------------------------------------------------------------------------------------------
+  -- 2
+
+  find_character : process (clk) is
+
+    variable entry  : natural range 0 to ENTRIES - 1;
+    variable number : natural range 0 to 255;
+
+  begin
+
+    if rising_edge(clk) then
+      number := to_integer(unsigned(slice));
+      entry  := 0;
+      if raw = '1' then
+        entry := SLICES + 2;
+      elsif kind = "10" then
+        entry := SLICES + 1;
+      elsif kind = "01" then
+        entry := SLICES;
+      elsif number < SLICES then
+        entry := number;
+      end if;
+
+      inside_2 <= inside_1;
+      ruler_2  <= ruler_1;
+      x_2      <= x_1;
+      y_2      <= y_1;
+      blank_2  <= '0';
+      digit_2  <= "00";
+      if labels_1 = '1' then
+        at_2    <= to_unsigned(LABEL_BASE, CODE_BITS) + resize(place_1, CODE_BITS);
+        blank_2 <= to_logic(place_1 >= SLICES * LABEL_COLUMNS);
+      elsif place_1 < TEXT_COLUMNS then
+        at_2 <= BASES(entry) + resize(place_1, CODE_BITS);
+      else
+        at_2    <= to_unsigned(ERROR_BASE - TEXT_COLUMNS, CODE_BITS) + resize(place_1, CODE_BITS);
+        blank_2 <= not wrong or to_logic(place_1 >= TEXT_COLUMNS + ERROR_COLUMNS);
+        digit_2 <= to_logic(place_1 = TEXT_COLUMNS + ERROR_COLUMNS - 2) &
+                   to_logic(place_1 = TEXT_COLUMNS + ERROR_COLUMNS - 1);
+      end if;
+
+      -- The ruler: grey fields, white the one on show; with depth their colours; between two of them a gap.
+      field_2 <= x"404040";
+      if raw = '0' then
+        if kind = "10" then
+
+          for i in 0 to SLICES - 1 loop
+
+            if field_1 = i then
+              field_2 <= TABLE(i);
+            end if;
+
+          end loop;
+
+        elsif kind = "01" or resize(field_1, 8) = unsigned(slice) then
+          field_2 <= x"FFFFFF";
+        end if;
+      end if;
+      if field_1 = SLICES or (within_1 = LABEL_COLUMNS - 1 and x_1 >= GLYPH_COLUMNS - 2) then
+        field_2 <= x"000000";
+      end if;
+    end if;
+
+  end process find_character;
+
+  --------------------------------------------------------------------------------------------------
+  -- 3, 4: memories with a register.
+
+  read_code : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      read_3 <= CODE_ROM(to_integer(at_2));
+    end if;
+
+  end process read_code;
+
+  code_3 <= tens when digit_3(1) = '1' else
+            ones when digit_3(0) = '1' else
+            read_3;
+
+  read_line : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      line_4 <= FONT_ROM(to_integer(unsigned(code_3) & y_3));
+    end if;
+
+  end process read_line;
+
+  follow : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      inside_3 <= inside_2;
+      ruler_3  <= ruler_2;
+      blank_3  <= blank_2;
+      digit_3  <= digit_2;
+      x_3      <= x_2;
+      y_3      <= y_2;
+      field_3  <= field_2;
+      inside_4 <= inside_3;
+      ruler_4  <= ruler_3;
+      blank_4  <= blank_3;
+      x_4      <= x_3;
+      field_4  <= field_3;
+    end if;
+
+  end process follow;
+
+  --------------------------------------------------------------------------------------------------
+  -- 5
+
+  video_in <= in_pixel & in_v_sync & in_h_sync & in_active;
+
+  delay_video : entity work.tag_delay
+    generic map (
+      WIDTH  => 27,
+      LENGTH => OVERLAY_LATENCY - 1
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => video_in,
+      delayed => video_4
+    );
+
+  mix : process (clk) is
+
+    variable bits : std_logic_vector(7 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      out_active <= video_4(0);
+      out_h_sync <= video_4(1);
+      out_v_sync <= video_4(2);
+      out_pixel  <= video_4(26 downto 3);
+      if inside_4 = '1' then
+        bits := std_logic_vector(shift_left(unsigned(line_4), to_integer(x_4)));
+        if ruler_4 = '1' then
+          out_pixel <= field_4;
+        elsif blank_4 = '0' and bits(7) = '1' then
+          out_pixel <= x"FFFFFF";
+        else
+          out_pixel <= "00" & video_4(26 downto 21) & "00" & video_4(18 downto 13) & "00" & video_4(10 downto 5);
+        end if;
+      end if;
+      if reset = '1' then
+        out_active <= '0';
+      end if;
+    end if;
+
+  end process mix;
+
+end architecture rtl;

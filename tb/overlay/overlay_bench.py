@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""cocotb test of ``text_overlay``: every pixel of every frame against the golden model."""
+
+import random
+from typing import Any
+
+import cocotb
+import numpy as np
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge
+
+from plenofir.fpga.hdmi.link import raster_signals
+from plenofir.fpga.hdmi.modes import VideoMode
+from plenofir.fpga.overlay import Overlay
+from plenofir_tb.case import read_case
+from plenofir_tb.video import VideoTap, measured
+
+KINDS = ("refocused", "all-in-focus", "depth")
+
+
+@cocotb.test()
+async def texts_over_pictures(dut: Any) -> None:
+    """Slices, outputs, places, errors, raw pictures and none at all, changed between frames."""
+    case = read_case()
+    rng, pick = np.random.default_rng(cocotb.RANDOM_SEED), random.Random(cocotb.RANDOM_SEED)
+    overlay = Overlay(*(tuple(map(tuple, p)) if p and not isinstance(p[0], str) else tuple(p)
+                        for p in (case["texts"], case["labels"], case["colours"])))  # fmt: skip
+    mode = VideoMode.model_validate(case["mode"])
+    Clock(dut.clk, 10, "ns").start()
+    tap = VideoTap(dut)
+    for name in ("show", "bottom", "slice", "kind", "raw", "errors"):
+        getattr(dut, name).value = 0
+    dut.rows.value = mode.v_active
+    dut.reset.value = 1
+    for _ in range(3):
+        await FallingEdge(dut.clk)
+    dut.reset.value = 0
+    frames = list(rng.integers(0, 256, (9, mode.v_active, mode.h_active, 3), np.uint8))
+    wanted = []
+    # All that a frame shows is set in the blanking before its vertical sync.
+    total = mode.h_total * mode.v_total
+    signals = raster_signals(mode, frames)
+    last = mode.h_total * mode.v_active + 10
+    settings = [(0, 1, 0, 0, 0), (1, 1, 0, 0, 0), (2, 2, 0, 1, 0), (1, 0, 0, 0, 31)]
+    settings += [
+        tuple(pick.randrange(n) for n in (overlay.slices + 1, 3, 2, 2, 32)) for _ in range(9)
+    ]
+    begin = 0
+    for number in range(len(frames)):
+        end = number * total + last
+        await tap.drive(type(signals)(*(part[begin:end] for part in vars(signals).values())))
+        begin = end
+        slice_, kind, raw, bottom, errors = settings[number]
+        show = int(number != 5)
+        names = ("slice", "kind", "raw", "bottom", "errors", "show")
+        for name, value in zip(names, (slice_, kind, raw, bottom, errors, show), strict=True):
+            getattr(dut, name).value = value
+        if number + 1 < len(frames):
+            picture = frames[number + 1]
+            shown = "raw" if raw else KINDS[kind]
+            wanted.append(
+                overlay.draw(picture, shown, slice_, errors=errors, bottom=bool(bottom))
+                if show
+                else picture
+            )
+    await tap.drive(type(signals)(*(part[begin:] for part in vars(signals).values())))
+    got = tap.frames(from_start=True)
+    # The first frame came before any setting; of the last one the end is missing.
+    for number, (frame, want) in enumerate(zip(got[1:], wanted, strict=False)):
+        assert frame.mode == measured(mode)
+        assert np.array_equal(frame.pixels, want), f"frame {number}"
+    assert len(got) >= len(frames) - 1

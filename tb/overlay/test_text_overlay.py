@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Text over the picture, against its golden model."""
+
+import pytest
+
+from plenofir.fpga import hdl
+from plenofir.fpga.overlay import Overlay
+from plenofir_tb.faults import FOUND, plant
+from plenofir_tb.runner import Case, run_cases
+from plenofir_tb.video import shrunken
+
+
+def case(texts: tuple[str, ...], labels: tuple[str, ...], columns: int, rows: int = 50) -> Case:
+    colours = tuple(((40 * i + 9) % 256, 200 - 30 * i, 70 * i % 256) for i in range(len(labels)))
+    overlay = Overlay(texts, labels, colours)
+    mode = shrunken("overlay", h_active=columns, v_active=rows)
+    return Case(
+        "text_overlay",
+        "overlay.overlay_bench",
+        overlay.generics(),
+        {"texts": texts, "labels": labels, "colours": colours, "mode": mode.model_dump()},
+    )
+
+
+WIDE = case(("a = 0", "a = 4/5  1.02 m", "all", "depth~", "input"), ("1.02 m", "inf"), 250, 60)
+
+
+def test_texts_rulers_and_errors() -> None:
+    # The second one is cut at the right edge, and as high as the picture.
+    run_cases([WIDE, case(("a", "b", "c", "d", "e", "f"), ("1", "23", "4"), 70, 48)])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("resize(field_1, 8) = unsigned(slice)", "resize(field_1, 8) >= unsigned(slice)"),
+        ("to_logic(over < OVERLAY_ROWS and", "to_logic(over <= OVERLAY_ROWS and"),
+        ("blank_2 <= not wrong or", "blank_2 <="),
+        ("within_1 = LABEL_COLUMNS - 1 and x_1", "within_1 = LABEL_COLUMNS - 2 and x_1"),
+        ("tens when digit_3(1) = '1'", "tens when digit_3(0) = '1'"),
+        ("(OVERLAY_ROWS + MARGIN)", "(OVERLAY_ROWS + MARGIN + 1)"),
+    ],
+)
+def test_planted_fault_is_found(tmp_path, monkeypatch, old: str, new: str) -> None:
+    sources = plant(tmp_path, hdl.hdl_sources(), "text_overlay.vhd", old, new)
+    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
+    with pytest.raises(pytest.fail.Exception, match=FOUND):
+        run_cases([WIDE])
