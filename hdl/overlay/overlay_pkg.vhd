@@ -19,8 +19,9 @@ package overlay_pkg is
   constant OVERLAY_LATENCY : positive := 5;
 
   -- Characters behind the text: "  errors " and two digits.
-  constant ERROR_TEXT    : string   := "  errors ";
-  constant ERROR_COLUMNS : positive := ERROR_TEXT'length + 2;
+  constant ERROR_LETTERS : positive                   := 9;
+  constant ERROR_TEXT    : string(1 to ERROR_LETTERS) := "  errors ";
+  constant ERROR_COLUMNS : positive                   := ERROR_LETTERS + 2;
 
   -- The codes of the glyphs: those of ASCII from the blank on.
   constant FIRST_GLYPH : natural  := 32;

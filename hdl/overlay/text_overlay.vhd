@@ -121,7 +121,7 @@ architecture rtl of text_overlay is
 
     end loop;
 
-    for i in natural range 0 to ERROR_TEXT'length - 1 loop
+    for i in 0 to ERROR_LETTERS - 1 loop
 
       made(ERROR_BASE + i) := code_of(ERROR_TEXT, i);
 
