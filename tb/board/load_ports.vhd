@@ -91,11 +91,15 @@ begin
       m_axis_tdata  => answer_data,
       status_values => x"0003",
       slices        => to_unsigned(3, 9),
+      outputs       => "001",
+      places        => "001",
       value         => number,
       set_slice     => set_slice,
       set_sweep     => open,
       set_pass      => open,
       set_pattern   => open,
+      set_output    => open,
+      set_place     => open,
       clear_errors  => open
     );
 
