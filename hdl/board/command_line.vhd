@@ -7,7 +7,7 @@
 --   s N   show slice N                     p 0|1   pass the input through
 --   w N   sweep, N frames a slice; 0: off  t 0|1   test pattern
 --   c     clear the error flags            ?       status
---   o N   show output N                    l 0|1|2 text: none, at the top, at the bottom
+--   o N   show output N                    h 0|1|2 text: none, at the top, at the bottom
 --
 -- The answer is "ok", "error" (unknown letter, number missing, too large, or not wanted), or the
 -- status: text with numbers in decimal, negative ones with a minus sign.
@@ -41,7 +41,7 @@ entity command_line is
     status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
     -- Number of slices, the limit of the command "s".
     slices : in    unsigned(8 downto 0);
-    -- Number of outputs and of places of the text, the limits of the commands "o" and "l".
+    -- Number of outputs and of places of the text, the limits of the commands "o" and "h".
     outputs : in    unsigned(2 downto 0);
     places  : in    unsigned(2 downto 0);
     -- Number of the last command.
@@ -188,7 +188,7 @@ begin
             set_pattern <= '1';
           elsif letter = code('o') and given = '1' and number < outputs then
             set_output <= '1';
-          elsif letter = code('l') and given = '1' and number < places then
+          elsif letter = code('h') and given = '1' and number < places then
             set_place <= '1';
           elsif letter = code('c') and given = '0' then
             clear_errors <= '1';

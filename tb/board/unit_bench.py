@@ -374,14 +374,14 @@ async def commands_buttons_switches_reset(dut: Any) -> None:
         await panel.press(dut.button_output)
         assert panel.screen() == (shown, 1)
     for command, answer, want in (
-        *(("o 2", "ok", (2, 1)), ("o 3", "error", (2, 1)), ("l 2", "ok", (2, 2))),
-        *(("l 3", "error", (2, 2)), ("o", "error", (2, 2)), ("l 0", "ok", (2, 0))),
+        *(("o 2", "ok", (2, 1)), ("o 3", "error", (2, 1)), ("h 2", "ok", (2, 2))),
+        *(("h 3", "error", (2, 2)), ("o", "error", (2, 2)), ("h 0", "ok", (2, 0))),
     ):
         assert await panel.ask(command) == answer, command
         assert panel.screen() == want, command
     # A text that a command has put out no switch brings back.
     for place, name, want in ((0, "bottom", 0), (1, "bottom", 2), (2, "hide", 0)):
-        assert await panel.ask(f"l {place}") == "ok"
+        assert await panel.ask(f"h {place}") == "ok"
         getattr(dut, f"switch_{name}").value = 1
         await panel.clocks(2 * CASE["stable"] + 6)
         assert panel.screen() == (2, want), name
