@@ -34,7 +34,9 @@ def load(
         serial: Any = importlib.import_module("serial")
     except ImportError:
         raise InputError(
-            "pyserial is not installed", where="plenofir board", expected="pip install pyserial"
+            "pyserial is not installed",
+            where="plenofir board",
+            expected="pip install 'plenofir[board]'",
         ) from None
     try:
         with serial.Serial(port, baud, timeout=_TIMEOUT_S) as line, steps_bar("words") as show:
