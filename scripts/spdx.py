@@ -15,6 +15,7 @@ from build_hdl import packages
 from plenofir import project
 
 ROOT = project.root()
+OF_OTHERS = ROOT / "docs" / "site"
 # In two parts: reuse would read it as this file's own.
 LINE = "SPDX-License-" + "Identifier: Apache-2.0"
 STYLES = {
@@ -42,7 +43,11 @@ def lacking() -> list[Path]:
     # A file in conflict is named several times.
     paths = [ROOT / name for name in sorted(set(names)) if name and (ROOT / name).is_file()]
     generated = packages()
-    sources = [path for path in paths if style_of(path) and path not in generated]
+    sources = [
+        path
+        for path in paths
+        if style_of(path) and path not in generated and path.parent != OF_OTHERS
+    ]
     return [path for path in sources if LINE not in "".join(path.read_text().splitlines()[:2])]
 
 
