@@ -58,8 +58,8 @@ entity board_control is
     pass_through : out   std_logic;
     pattern      : out   std_logic;
     -- Place of the output, from 0; place of the text: 0 none, 1 at the top, 2 at the bottom.
-    output     : out   std_logic_vector(1 downto 0);
-    text_place : out   std_logic_vector(1 downto 0);
+    picture_place : out   std_logic_vector(1 downto 0);
+    text_place    : out   std_logic_vector(1 downto 0);
     -- Clear the error flags, for a clock.
     clear_errors : out   std_logic
   );
@@ -250,15 +250,15 @@ begin
   pass_now    <= pass_command or pass_level;
   pattern_now <= patt_command or pattern_level;
 
-  slice        <= std_logic_vector(slice_now);
-  sweep        <= sweep_now;
-  sweep_frames <= std_logic_vector(frames_now);
-  pass_through <= pass_now;
-  pattern      <= pattern_now;
-  output       <= std_logic_vector(output_now);
-  text_place   <= "00" when hide_level = '1' or not WITH_TEXT or place_command = 0 else
-                  "10" when bottom_level = '1' else
-                  std_logic_vector(place_command);
+  slice         <= std_logic_vector(slice_now);
+  sweep         <= sweep_now;
+  sweep_frames  <= std_logic_vector(frames_now);
+  pass_through  <= pass_now;
+  pattern       <= pattern_now;
+  picture_place <= std_logic_vector(output_now);
+  text_place    <= "00" when hide_level = '1' or not WITH_TEXT or place_command = 0 else
+                   "10" when bottom_level = '1' else
+                   std_logic_vector(place_command);
 
   set : process (clk) is
   begin

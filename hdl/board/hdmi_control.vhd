@@ -158,7 +158,7 @@ architecture rtl of hdmi_control is
   signal monitor_ok      : std_logic;
   signal status          : status_t;
   signal status_values   : status_vector_t;
-  signal output          : std_logic_vector(1 downto 0);
+  signal picture_place   : std_logic_vector(1 downto 0);
   signal text_place      : std_logic_vector(1 downto 0);
   signal settings_vector : std_logic_vector(21 downto 0);
   signal pixel_settings  : std_logic_vector(21 downto 0);
@@ -258,7 +258,7 @@ begin
       sweep_frames   => sweep_frames,
       pass_through   => pass_through,
       pattern        => pattern,
-      output         => output,
+      picture_place  => picture_place,
       text_place     => text_place,
       clear_errors   => clear_command
     );
@@ -339,7 +339,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- To the video path.
 
-  settings_vector <= text_place & output & pass_through & sweep & sweep_frames & slice;
+  settings_vector <= text_place & picture_place & pass_through & sweep & sweep_frames & slice;
 
   settings_crossing : entity work.bus_crossing
     generic map (
@@ -455,7 +455,7 @@ begin
     slice         => number(slice),
     SLICES        => std_logic_vector(to_unsigned(SLICES, 16)),
     sweep         => number(sweep_frames),
-    output        => number(output),
+    output        => number(picture_place),
     OUTPUTS       => std_logic_vector(to_unsigned(OUTPUTS'length, 16)),
     text          => number(text_place),
     pass          => flag(pass_through),

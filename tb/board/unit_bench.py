@@ -283,7 +283,7 @@ class Panel:
 
     def screen(self) -> tuple[int, int]:
         """Output, place of the text."""
-        return int(self.dut.output.value), int(self.dut.text_place.value)
+        return int(self.dut.picture_place.value), int(self.dut.text_place.value)
 
 
 @for_entity("board_control")
