@@ -70,17 +70,18 @@ def run_random(number: int) -> None:
     rng = random.Random(draw_seed() + number)
     m = rng.choice([2, 2, 3, 4, 5, 6])
     radius = rng.randint(0, 3)
-    options = {
+    options: dict[str, int] = {
         "micro_image_size": m,
         "slices": rng.randint(1, 6),
         "radius": radius,
         "vote_radius": rng.randint(0, 3),
         "confidence": rng.choice([0, 2000, 1 << rng.randint(10, 20)]),
-        # Lines that are taken without a pause, and shorter ones.
-        "max_columns": max(2 * m, 8 + radius) + rng.randint(0, 4 * m),
         "channels": rng.choice([1, 1, 3]),
         "pixel_bits": rng.choice([8, 8, 16]),
     }
+    # Lines that are taken without a pause, and shorter ones.
+    shortest = DepthIndexConfiguration(**options, max_columns=1).band_steps(1)
+    options["max_columns"] = max(2 * m, shortest) + rng.randint(0, 4 * m)
     print(options)
     run_indices(options)
 
