@@ -106,6 +106,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("spartan6/p[hl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
     ("spartan6/*", (CHAIN,)),
     ("ecp5/*", (f"{LINK} -k {{}}", f"{CHAIN} -k ulx3s")),
+    ("overlay/*", ("tb/overlay/test_text_overlay.py", CHAIN)),
     ("video/*", OF_VIDEO),
     ("selftest/*", ("tb/selftest/test_self_test.py",)),
     (

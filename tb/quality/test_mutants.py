@@ -54,6 +54,7 @@ def test_every_source_has_mutants_and_tests() -> None:
         "gearbox_5_to_10.vhd",
         "pixel_clock_select.vhd",
         "pll_settings_pkg.vhd",
+        "screen_pkg.vhd",
         "serial_clocks.vhd",
         "status_pkg.vhd",
         "stored_product.vhd",

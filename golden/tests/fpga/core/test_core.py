@@ -97,6 +97,6 @@ def test_all_sums_within_the_limits_fit_a_vhdl_integer():
 
 def test_sources_list_names_every_file():
     folder = project.root() / "hdl"
-    listed = {path.relative_to(folder) for path in hdl.board_sources()}
+    listed = {path.relative_to(folder) for path in hdl.all_sources()}
     found = {path.relative_to(folder) for path in folder.rglob("*.vhd") if "sim" not in path.parts}
     assert listed == found
