@@ -126,6 +126,7 @@ async def every_field(dut: Any) -> None:
     await control.reset()
     status = await control.status()
     assert status.pop("slices") == (CASE["slices"],)
+    assert status.pop("outputs") == (1,)
     assert not any(any(numbers) for numbers in status.values())
     clock = Clock(dut.tmds_clk, 13.468, "ns")
     clock.start()

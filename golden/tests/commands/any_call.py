@@ -89,6 +89,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "export": ("page.html",),
     "source": ("folder",),
     "ise": ("folder",),
+    "device": ("LFE5U-45F", "LFE5U-85F", "XC6SLX45"),
     "scheduler": ("nowhere", "tcp://", "tcp://127.0.0.1:x"),
     "spots": ("folder",),
 }
