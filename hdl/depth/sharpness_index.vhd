@@ -84,20 +84,20 @@ architecture rtl of sharpness_index is
   type indices_t is array (natural range 0 to SLICES - 1) of index_t;
 
   -- A token, with the counts of its place.
-  signal active         : std_logic                                 := '0';
-  signal token_1        : token_t;
-  signal data           : std_logic_vector(STACK_BITS - 1 downto 0) := (others => '0');
-  signal column_phase   : natural range 0 to M - 1                  := 0;
-  signal line_phase     : natural range 0 to M - 1                  := 0;
-  signal lens           : lens_t                                    := (others => '0');
-  signal lens_first     : std_logic;
-  signal lens_last      : std_logic;
-  signal row_first      : std_logic;
-  signal row_last       : std_logic;
-  signal line_number    : unsigned(15 downto 0)                     := (others => '0');
-  signal inside_picture : std_logic                                 := '0';
-  signal row_live       : std_logic                                 := '0';
-  signal row_starts     : std_logic                                 := '0';
+  signal active       : std_logic                                 := '0';
+  signal token_1      : token_t;
+  signal data         : std_logic_vector(STACK_BITS - 1 downto 0) := (others => '0');
+  signal column_phase : natural range 0 to M - 1                  := 0;
+  signal line_phase   : natural range 0 to M - 1                  := 0;
+  signal lens         : lens_t                                    := (others => '0');
+  signal lens_first   : std_logic;
+  signal lens_last    : std_logic;
+  signal row_first    : std_logic;
+  signal row_last     : std_logic;
+  signal line_number  : unsigned(15 downto 0)                     := (others => '0');
+  signal inside_now   : std_logic                                 := '0';
+  signal row_live     : std_logic                                 := '0';
+  signal row_starts   : std_logic                                 := '0';
 
   -- The scan.
   signal complete       : std_logic_vector(0 downto 0);
@@ -151,18 +151,18 @@ begin
       active  <= token.strobe and token.pixel;
       token_1 <= token;
       if token.strobe = '1' and token.pixel = '1' then
-        in_picture := inside_picture;
+        in_picture := inside_now;
         if token.line_first = '1' then
           next_line := line_number + 1;
           if token.frame_first = '1' then
             next_line := (others => '0');
           end if;
-          line_number    <= next_line;
-          in_picture     := token.image and to_logic(next_line < unsigned(rows));
-          inside_picture <= in_picture;
-          column_phase   <= 0;
-          lens           <= (others => '0');
-          next_phase     := 0;
+          line_number  <= next_line;
+          in_picture   := token.image and to_logic(next_line < unsigned(rows));
+          inside_now   <= in_picture;
+          column_phase <= 0;
+          lens         <= (others => '0');
+          next_phase   := 0;
           if token.frame_first = '0' and line_phase < M - 1 then
             next_phase := line_phase + 1;
           end if;
