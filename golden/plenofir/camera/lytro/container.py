@@ -25,7 +25,7 @@ _LARGEST_JSON = 1 << 24
 _WHOLE = "a whole file: copy it again"
 
 Json = Mapping[str, Any]
-Contents = Literal["raw", "stack", "storage", "other"]
+Contents = Literal["raw", "stack", "depth", "storage", "other"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +57,18 @@ class Container:
 
     @property
     def contents(self) -> Contents:
-        """Raw frame, stack of refocused pictures, a camera's stored files, or something else."""
+        """Raw frame, refocused pictures, their depth alone, a camera's stored files, or other."""
         if self.frame is not None:
             return "raw"
         if "files" in self.table:
             return "storage"
-        pictures = sum(part.startswith(b"\xff\xd8\xff") for part in self.sections.values())
-        return "stack" if pictures else "other"
+        # Pictures are JPEGs, or the frames of an H.264 stream that only the table tells of.
+        made = part_of(self.table, "picture", "accelerationArray")
+        kinds = {part_of(part, "type") for part in made} if isinstance(made, list) else set()
+        jpeg = any(part.startswith(b"\xff\xd8\xff") for part in self.sections.values())
+        if jpeg or "com.lytro.acceleration.refocusStack" in kinds:
+            return "stack"
+        return "depth" if "com.lytro.acceleration.depthMap" in kinds else "other"
 
     def named(self, name: object) -> bytes | None:
         """Content with a name."""

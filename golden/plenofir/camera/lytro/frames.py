@@ -103,6 +103,7 @@ def read_frame(path: Path) -> Frame:
     if references is None:
         what = {
             "stack": "no raw frame: a stack of refocused pictures",
+            "depth": "no raw frame: a depth map",
             "storage": "no raw frame: files stored by a camera (white images, for --white)",
         }.get(container.contents, "no raw frame")
         raise InputError(what, where=where, expected="a .lfp or .lfr as it left the camera")

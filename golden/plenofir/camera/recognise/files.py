@@ -11,8 +11,9 @@ from plenofir.camera.calibration.record import load_calibration
 from plenofir.camera.lightfield.folders import ViewOrder, image_paths, read_views
 from plenofir.camera.lightfield.sources import hci_scene, hci_views, read_mat
 from plenofir.camera.lytro.capture import checked_grid, match_text
-from plenofir.camera.lytro.container import is_container, read_container
+from plenofir.camera.lytro.container import file_bytes, is_container, read_container, read_json
 from plenofir.camera.lytro.frames import is_lytro, read_frame
+from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata
 from plenofir.camera.lytro.sensor import balanced, grey_mosaic
 from plenofir.camera.recognise.picture import Recognition, recognise_picture
 from plenofir.errors import InputError
@@ -58,6 +59,13 @@ def recognise(path: Path) -> Recognition:
         advice = f"plenofir compose {name} --out aligned.png"
         evidence = (("evidence", text),)
         return Recognition("light field in a MATLAB file", evidence, (advice,), shape[0])
+    if path.suffix.lower() in (".json", ".txt"):
+        metadata = _metadata(path)
+        if metadata is not None:
+            raw = path.with_suffix(".raw").name
+            lines = (*metadata.described(), ("evidence", f"metadata alone: pixels are in {raw}"))
+            advice = f"plenofir inspect {raw}, with {path.name} beside it"
+            return Recognition("Lytro file without a raw frame", lines, (advice,))
     if path.suffix.lower() == ".json":
         grid = load_calibration(path).grid
         text = f"{grid.layout}, pitch {grid.lens_pitch:.4f} pixels, as plenofir calibrate writes it"
@@ -77,7 +85,11 @@ def _lytro(path: Path, name: str) -> Recognition:
         if container.frame is None:
             text, advice = {
                 "stack": (
-                    "refocused pictures (JPEG) without the raw frame: nothing to refocus",
+                    "refocused pictures without the raw frame: nothing to refocus",
+                    "export or copy the raw .lfp or .lfr from the camera or the library",
+                ),
+                "depth": (
+                    "a depth map without the raw frame: nothing to refocus",
                     "export or copy the raw .lfp or .lfr from the camera or the library",
                 ),
                 "storage": (
@@ -97,6 +109,15 @@ def _lytro(path: Path, name: str) -> Recognition:
     lines = (*metadata.described(), ("grid", match_text(match)))
     advice = f"plenofir decode {name} --out aligned.png"
     return Recognition("Lytro capture", lines, (advice,), pitch_px=metadata.pitch_px)
+
+
+def _metadata(path: Path) -> FrameMetadata | None:
+    """Metadata of a Lytro's frame in a file of their own, None if it holds something else."""
+    try:
+        content = read_json(file_bytes(path, "a file"), str(path))
+        return frame_metadata(content, str(path))
+    except InputError:
+        return None
 
 
 def _folder(path: Path, name: str) -> Recognition:

@@ -314,6 +314,28 @@ def test_recognised(written: Written, file: Path) -> None:
     assert found.kind == "Lytro capture"
     assert found.pitch_px == pytest.approx(written.grid.lens_pitch, rel=1e-3)
     assert recognise(file.parent).kind == "folder of Lytro files"
+    alone = file.parent / "alone.json"
+    alone.write_text(json.dumps(written.metadata))
+    evidence = dict(recognise(alone).evidence)
+    assert evidence["evidence"] == "metadata alone: pixels are in alone.raw"
+    assert f"pitch {written.known.pitch_px:.4f} pixels" in evidence["micro lenses"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [("refocusStack", "refocused pictures"), ("depthMap", "a depth map"), ("", "no")],
+)
+def test_what_lytro_desktop_made(tmp_path: Path, kind: str, text: str) -> None:
+    # As real files have it: the pictures of a stack may be one H.264 stream.
+    made = [{"type": f"com.lytro.acceleration.{kind}"}]
+    table = {"picture": {"frameArray": [{"frame": {}}], "accelerationArray": made}}
+    path = tmp_path / "made.lfp"
+    path.write_bytes(
+        HEADER + section(b"M", json.dumps(table).encode()) + section(b"C", b"\0\0\0\1\t")
+    )
+    found = recognise(path)
+    assert found.kind == "Lytro file without a raw frame"
+    assert f"1 sections; {text}" in dict(found.evidence)["evidence"]
 
 
 @BOTH_IN_FULL
