@@ -44,7 +44,7 @@ compare: venv ## Synthesise and place the cells of the comparison of both engine
 	@$(PYTHON) scripts/build_docs.py
 
 test: venv simulator test-tools libpython lint bitstream-check ## Style, types, golden model, testbenches
-	@$(PYTEST) -m "not slow"
+	@DRAWN=$${DRAWN:-$$(date +%s)}; export DRAWN; echo "DRAWN=$$DRAWN: which of the long lists' cases run"; $(PYTEST) -m "not slow"
 
 test-full: venv simulator test-tools libpython lint bitstream-check ## All of the above, and the long runs
 	@$(PYTEST)

@@ -10,6 +10,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from plenofir_tb.drawn import drawn
+
 # So that all workers finish together.
 LONGEST = (
     "test_chain",
@@ -30,7 +32,30 @@ def environment() -> Iterator[None]:
     assert {name: os.environ.get(name) for name in _AT_START} == _AT_START
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def leave_out(items: list[pytest.Item]) -> list[pytest.Item]:
+    """Items of tests marked ``drawn`` that this run does not take, see `plenofir_tb.drawn`."""
+    groups: dict[str, list[str]] = {}
+    counts: dict[str, int] = {}
+    for item in items:
+        mark = item.get_closest_marker("drawn")
+        if mark and not item.get_closest_marker("slow"):
+            group = item.nodeid.partition("[")[0]
+            groups.setdefault(group, []).append(item.nodeid)
+            counts[group] = mark.args[0]
+    left_out = {
+        name
+        for group, names in groups.items()
+        for name in set(names) - set(drawn(names, min(counts[group], len(names))))
+    }
+    return [item for item in items if item.nodeid in left_out]
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    left_out = leave_out(items)
+    if left_out:
+        items[:] = [item for item in items if item not in left_out]
+        config.hook.pytest_deselected(items=left_out)
+
     def is_short(item: pytest.Item) -> bool:
         return not item.path.is_relative_to(Path(__file__).parent) or not any(
             name in item.name for name in LONGEST

@@ -129,11 +129,13 @@ ARRAYS = [
 ]
 
 
+@pytest.mark.drawn(1)
 @pytest.mark.parametrize("part", range(2))
 def test_stalls_gaps_faults(part: int) -> None:
     run_cases([raster_case(core, thorough=True) for core in FAULTS[part::2]])
 
 
+@pytest.mark.drawn(1)
 @pytest.mark.parametrize("part", range(3))
 def test_array_slices_interpolation(part: int) -> None:
     run_cases([raster_case(core, thorough=True) for core in ARRAYS[part::3]])

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole board, from serial bits to serial bits: one list of cases for all boards."""
 
+from pathlib import Path
+
 import pytest
 
+from plenofir_tb.drawn import bench_filter
 from plenofir_tb.runner import run_case
 from plenofir_tb.video import MODE_720
 
@@ -72,7 +75,10 @@ def run_chain(
     )
 
 
-def test_chain() -> None:
+def test_chain(monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = Path(__file__).parent
+    benches = (folder / "chain_bench.py", folder / "panel_bench.py")
+    monkeypatch.setenv("COCOTB_TEST_FILTER", bench_filter(8, *benches))
     run_chain([0, 4])
 
 

@@ -80,6 +80,7 @@ SETS: list[dict] = [
 ]
 
 
+@pytest.mark.drawn(1)
 @pytest.mark.parametrize("part", range(2))
 def test_sets_stalls_and_faults(part: int) -> None:
     run_cases([engine_case(thorough=True, **options) for options in SETS[part::2]])

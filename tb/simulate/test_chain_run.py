@@ -28,6 +28,7 @@ def flower(rows: int, columns: int) -> np.ndarray:
     return read_image(FLOWER)[200 : 200 + rows, 100 : 100 + columns]
 
 
+@pytest.mark.drawn(1)
 @pytest.mark.parametrize("grey", [False, True])
 def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
     raw = flower(25, 40)

@@ -55,6 +55,7 @@ def golden(core: CoreConfiguration, frames: np.ndarray) -> np.ndarray:
     )
 
 
+@pytest.mark.drawn(2)
 @pytest.mark.parametrize(
     "core",
     [

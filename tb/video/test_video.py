@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Video in, refocused video out."""
 
+from pathlib import Path
+
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.modes import VideoMode
+from plenofir_tb.drawn import bench_filter
 from plenofir_tb.runner import Case, run_case, run_cases
 from plenofir_tb.video import MODE_720, shrunken
 
@@ -58,7 +61,9 @@ def run_video(
     )
 
 
-def test_refocus_video() -> None:
+def test_refocus_video(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Path(__file__).with_name("video_bench.py")
+    monkeypatch.setenv("COCOTB_TEST_FILTER", bench_filter(3, bench))
     run_video(3, (2, -1, 0), shrunken("mini"), thorough=True)
 
 
