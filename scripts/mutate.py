@@ -64,7 +64,9 @@ TMDS = "tb/tmds/test_tmds_entities.py"
 CHAIN = "tb/hdmi/test_chain.py"
 # Words in front of a file of tests are variables; here, which of the chain's tests run.
 CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
+OVERLAY = "tb/overlay/test_text_overlay.py"
 VIDEO = "tb/video/test_video.py"
+PARALLEL = "tb/video/test_parallel.py"
 OF_VIDEO = (f"{VIDEO} -k units", f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video", CHAIN)
 # Tests behind the file bench for a source's mutants, the first pattern that fits; {} is its
 # entity.
@@ -87,10 +89,14 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ),
     ("refocuser/focal_stack*", (STACK,)),
     ("stack/*", (STACK,)),
-    ("depth/*", (INDEX,)),
+    ("depth/*", (INDEX, f"{INDEX} -m slow -k more_indices")),
     ("resample/sensor*", ("tb/simulate/test_sensor_run.py -m slow -k file_bench",)),
-    ("resample/*", (f"{RESAMPLER} -k grids_and_mosaic",)),
+    (
+        "resample/*",
+        (f"{RESAMPLER} -k grids_and_mosaic", f"{RESAMPLER} -m slow -k registers_that_change"),
+    ),
     ("sharpen/*", (f"{SHARPENER} -k sizes", "tb/core/test_sharpened.py")),
+    ("common/hex*", (OVERLAY, f"{VIDEO} -k all_in_focus")),
     ("common/bus*", ("tb/core/test_units.py -k {}", CHAIN)),
     ("common/event*", (f"{LINK} -k {{}}", CHAIN)),
     ("common/[es]*", (f"{TMDS} -k {{}}", CHAIN)),
@@ -99,14 +105,20 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("board/i2c_reader*", ("tb/board/test_monitor.py", CHAIN)),
     ("board/c[lo]*", (f"{LINK} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
     ("board/[bdiu]*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
+    ("board/load_port*", ("tb/board/test_load_port.py",)),
+    ("board/parallel*", (PARALLEL,)),
+    ("board/hdmi_[cp]*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
     ("board/[fl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
     ("board/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),
     ("tmds/tmds_pkg*", (TMDS, CHAIN)),
     ("tmds/*", (f"{TMDS} -k {{}}", f"{TMDS} -k receiver", CHAIN)),
     ("spartan6/p[hl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
     ("spartan6/*", (CHAIN,)),
-    ("ecp5/*", (f"{LINK} -k {{}}", f"{CHAIN} -k ulx3s")),
-    ("overlay/*", ("tb/overlay/test_text_overlay.py", CHAIN)),
+    ("ecp5/phase*", (f"{LINK} -k phase_search", f"{CHAIN} -k ulx3s")),
+    ("ecp5/*", (f"{CHAIN} -k ulx3s",)),
+    ("overlay/*", (OVERLAY, CHAIN)),
+    ("video/*parallel*", (PARALLEL,)),
+    ("video/picture*", (f"{VIDEO} -k blanking", f"{VIDEO} -k all_in_focus", CHAIN)),
     ("video/*", OF_VIDEO),
     ("selftest/*", ("tb/selftest/test_self_test.py",)),
     (

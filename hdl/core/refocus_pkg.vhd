@@ -142,6 +142,10 @@ package body refocus_pkg is
 
     end loop;
 
+    assert index < count
+      report "a slice that the set does not have"
+      severity failure;
+
     if negative then
       return -magnitude;
     end if;

@@ -118,7 +118,7 @@ def packed(values: tuple[int, ...], bits: int) -> int:
     return sum((value & (1 << bits) - 1) << bits * c for c, value in enumerate(values))
 
 
-@cocotb.test(timeout_time=20, timeout_unit="ms")
+@cocotb.test(skip="runs" in CASE, timeout_time=20, timeout_unit="ms")
 async def every_field(dut: Any) -> None:
     """What is reported arrives in its field and at its LED, with and without a running link."""
     control = Control(dut)
@@ -166,7 +166,7 @@ async def every_field(dut: Any) -> None:
     assert status["columns"] == status["rows"] == (4095,)
 
 
-@cocotb.test(timeout_time=20, timeout_unit="ms")
+@cocotb.test(skip="runs" in CASE, timeout_time=20, timeout_unit="ms")
 async def counters(dut: Any) -> None:
     """Hung delay lines, restarts, EDID: counted up to a limit, cleared by command and button."""
     control = Control(dut)
@@ -208,7 +208,7 @@ async def counters(dut: Any) -> None:
     assert (await control.status())["hung"] == (0, 0, 0)
 
 
-@cocotb.test(timeout_time=20, timeout_unit="ms")
+@cocotb.test(skip="runs" in CASE, timeout_time=20, timeout_unit="ms")
 async def settings_cross(dut: Any) -> None:
     """Commands arrive in the pixel clock, and are reported."""
     control = Control(dut)
@@ -230,3 +230,18 @@ async def settings_cross(dut: Any) -> None:
     assert [status[name] for name in ("slice", "slices", "sweep", "pass", "pattern")] == [
         *((2,), (CASE["slices"],), (200,), (1,), (1,)),
     ]
+
+
+@cocotb.test(skip="runs" not in CASE, timeout_time=20, timeout_unit="ms")
+async def range_of_clocks(dut: Any) -> None:
+    """A clock of the board's range is taken, none beside it."""
+    control = Control(dut)
+    await control.reset()
+    dut.aligned.value = dut.tracking.value = 7
+    for mhz, runs in CASE["runs"]:
+        clock = Clock(dut.tmds_clk, round(1e6 / mhz), "ps")
+        clock.start()
+        await control.windows(7)
+        assert int(dut.run.value) == runs, f"{mhz} MHz"
+        clock.stop()
+        await control.windows(3)

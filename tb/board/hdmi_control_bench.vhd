@@ -18,7 +18,8 @@ entity hdmi_control_bench is
     LOCK_TIMEOUT  : positive := 2000;
     DATA_PATIENCE : positive := 4;
     BIT_CLOCKS    : positive := 4;
-    SWITCH_FRAMES : positive := 30
+    SWITCH_FRAMES : positive := 30;
+    CLOCK_RANGE   : natural  := 0
   );
   port (
     clk             : in    std_logic;
@@ -114,6 +115,7 @@ begin
       METER_WINDOW  => METER_WINDOW,
       LOCK_TIMEOUT  => LOCK_TIMEOUT,
       DATA_PATIENCE => DATA_PATIENCE,
+      CLOCK_RANGE   => CLOCK_RANGE,
       BUTTON_STABLE => 4,
       BIT_CLOCKS    => BIT_CLOCKS,
       DDC_QUARTER   => 50,

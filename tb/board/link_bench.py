@@ -394,10 +394,14 @@ async def frame_rates(dut: Any) -> None:
         assert int(dut.rate.value) in {
             min(int(1e7 / exact + 0.5), (1 << 15) - 1) for exact in (units, units - 1)
         }, units
-    await ClockCycles(dut.clk, tick * (65535 - units) - 200)
+    # Silence: the rate is 0 when the time can be counted no further, from the last edge on.
+    dut.v_sync.value = 1
+    await ClockCycles(dut.clk, tick * 65536)
     assert int(dut.rate.value) != 0
-    await ClockCycles(dut.clk, 400)
+    await ClockCycles(dut.clk, 2)
     assert int(dut.rate.value) == 0
+    dut.v_sync.value = 0
+    await ClockCycles(dut.clk, 2)
     # The first edge behind the silence is no frame.
     await frames(30000, 1)
     dut.v_sync.value = 1

@@ -3,7 +3,7 @@
 
 import pytest
 
-from plenofir_tb.runner import run_case
+from plenofir_tb.runner import Case, run_case, run_cases
 
 PHASE = {"filter": 5, "interval": 40, "quiet": 16, "timeout": 100}
 
@@ -63,5 +63,23 @@ def test_phase_search_of_many_bits() -> None:
 def test_hdmi_control() -> None:
     case = {"slices": 3, "meter_window": 320, "data_patience": 150, "bit_clocks": 6}
     generics = {name.upper(): value for name, value in case.items()}
-    case_and_name = {"entity": "hdmi_control_bench", **case}
-    run_case("hdmi_control_bench", "board.control_bench", generics=generics, case=case_and_name)
+
+    def of_range(clocks: int, runs: list[tuple[int, int]]) -> Case:
+        return control(
+            {**generics, "METER_WINDOW": 1600, "CLOCK_RANGE": clocks},
+            {**case, "meter_window": 1600, "runs": runs},
+        )
+
+    def control(generics: dict, case: dict) -> Case:
+        values = {"entity": "hdmi_control_bench", **case}
+        return Case("hdmi_control_bench", "board.control_bench", generics, values)
+
+    # From 24 MHz and up to 74.25 MHz, of those that the range has.
+    run_cases(
+        [
+            control(generics, case),
+            of_range(2, [(40, 0), (42, 1), (73, 1), (77, 0)]),
+            of_range(3, [(26, 0), (29, 1), (51, 1), (54, 0)]),
+            of_range(4, [(19, 0), (22, 1), (38, 1), (41, 0)]),
+        ]
+    )

@@ -331,11 +331,14 @@ async def black_and_white_micro_images(dut: Any) -> None:
     bench.stall("none", "some")
     lenses = (-(-rows // m), -(-columns // m))
     largest = (1 << core.pixel_bits) - 1
-    for board in (True, False):
-        levels = np.random.default_rng(bench.rng.randrange(1 << 32)).integers(
-            0, 2, (*lenses, core.slices)
-        )
-        if board:
+    for kind in ("board", "random", "sparse", "sparse"):
+        draw = np.random.default_rng(bench.rng.randrange(1 << 32))
+        levels = draw.integers(0, 2, (*lenses, core.slices))
+        if kind == "sparse":
+            # Few micro images differ between the slices: the others are without texture.
+            same = draw.random(lenses) < 0.8
+            levels[same] = levels[same][:, :1]
+        if kind == "board":
             # A chessboard and its negative are equally sharp.
             levels[..., -1] = np.add.outer(*(np.arange(n) for n in lenses)) % 2
             levels[..., 0] = 1 - levels[..., -1]

@@ -32,7 +32,14 @@ def test_index_and_picture() -> None:
         {"micro_image_size": 3, "slices": 3, "max_columns": 16, "channels": 3},
         # Sums of all their bits; a power of two of micro images a line, the last one cut.
         {"micro_image_size": 2, "slices": 3, "max_columns": 15, "radius": 3},
-        {"micro_image_size": 4, "slices": 1, "max_columns": 14, "radius": 0},
+        {
+            "micro_image_size": 4,
+            "slices": 1,
+            "max_columns": 22,
+            "radius": 0,
+            "confidence": 1,
+            "vote_radius": 1,
+        },
         # Votes: with few micro images of texture, and without any.
         {
             "micro_image_size": 2,

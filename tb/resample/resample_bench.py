@@ -97,6 +97,31 @@ class Bench:
                 continue
             return registers, tables
 
+    def border_camera(self) -> tuple[GridRegisters, Tables]:
+        """Draw a grid of level or steep rows, with lenses on the first and on the last line."""
+        core, rng = self.core, self.rng
+        bits, m = core.fraction_bits, core.micro_image_size
+        # Far apart, as more lines of the next row of lenses are kept then.
+        drawn, tables = max(
+            (self.camera() for _ in range(4)), key=lambda camera: camera[0].down[0][0]
+        )
+        while True:
+            slope = (rng.choice((0, 0, rng.randint(-5, 5))) << bits) // max(drawn.lenses[1] - 1, 1)
+            registers = drawn.model_copy(update={"right": (slope, drawn.right[1])})
+            lines = registers.positions()[..., 0]
+            up = int(lines.min()) + (m // 2 << bits) + rng.randrange(1 << bits)
+            rows = (int(lines.max()) - up >> bits) + m // 2 + 1
+            moved = {
+                "origin": (drawn.origin[0] - up, drawn.origin[1]),
+                "image_shape": (rows, drawn.image_shape[1]),
+            }
+            registers = registers.model_copy(update=moved)
+            try:
+                check_fits(core, registers, tables)
+            except InputError:
+                continue
+            return registers, tables
+
     def _tables(self, registers: GridRegisters) -> Tables:
         core = self.core
         draw = np.random.default_rng(self.rng.randrange(1 << 32))
@@ -213,6 +238,20 @@ async def frames_with_stalls(dut: Any) -> None:
         bench.stall(*stalls)
         for kind in ("random", "impulse") if THOROUGH else ("random",):
             bench.send_frame(bench.frame(kind))
+        await bench.drain()
+    assert not bench.errors()
+
+
+@cocotb.test()
+async def lenses_at_the_borders(dut: Any) -> None:
+    """Lenses that lie half outside the frame: what is mirrored is there, and still there."""
+    bench = Bench(dut)
+    await bench.reset()
+    for stalls in (("many", "none"), ("some", "some"), ("none", "many")):
+        bench.stall(*stalls)
+        await bench.use(*bench.border_camera())
+        for _ in range(2):
+            bench.send_frame(bench.frame("random"))
         await bench.drain()
     assert not bench.errors()
 

@@ -27,7 +27,7 @@ def test_unit(entity: str) -> None:
 
 
 def test_tmds_word_align() -> None:
-    run_unit("tmds_word_align", {"TIMEOUT": 100}, timeout=100)
+    run_unit("tmds_word_align", {"TIMEOUT": 100, "RUN": 8}, timeout=100, run=8)
 
 
 def test_elastic_buffer() -> None:

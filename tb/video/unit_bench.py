@@ -83,8 +83,10 @@ async def pattern_from_its_equation(dut: Any) -> None:
     picture = light_field(mode, case["micro_image_size"], depths, begins)
     signals = raster_signals(mode, [picture] * 2)
     packed = signals.pixels.astype(int) @ (1, 256, 65536)
-    for clocks in (rng.randrange(2, len(packed)), len(packed)):
-        await reset(dut)
+    # A reset of one clock, before a pixel of the picture.
+    ends = rng.choice(np.flatnonzero(signals.active[1:-1] & signals.active[2:])) + 1
+    for clocks in (ends, len(packed)):
+        await reset(dut, 1 if clocks == len(packed) else 3)
         assert not int(dut.active.value)
         # The raster starts a clock behind the reset, its pixels come a clock later.
         await ClockCycles(dut.clk, 2)
