@@ -190,8 +190,8 @@ def golden_table() -> Table:
         works = (
             partial(both_dimensions, gather_sums, frame, m, shift),
             partial(both_dimensions, moving_sums, frame, m, shift),
-            partial(ExactArithmetic().refocus, frame, m, shift),
-            partial(StoredProductArithmetic().refocus, frame, m, shift),
+            partial(ExactArithmetic().refocus, frame, m, shift=shift),
+            partial(StoredProductArithmetic().refocus, frame, m, shift=shift),
         )
         ratios = [median_seconds(work) / copy_seconds for work in works]
         table.add_row(str(m), str(shift), *(f"{ratio:.0f}" for ratio in ratios))

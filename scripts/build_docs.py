@@ -49,7 +49,7 @@ from plenofir.plan.figures import (
     stack_designs,
 )
 from plenofir.plan.left_out import full_core
-from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.studies import many_pixels, thesis_benchmark
 from plenofir.studies.errata import page_lines
 from plenofir.view import export, light_field_page
@@ -92,7 +92,7 @@ BOUND_WIDTHS = ((0, 0), (4, 2), (8, 2))
 
 def error_bounds(text: str) -> str:
     """Put the table of error bounds between its marks in a page."""
-    arithmetics = [
+    arithmetics: list[Arithmetic] = [
         *(StoredProductArithmetic(fraction_bits=f, guard_bits=g) for f, g in BOUND_WIDTHS),
         ExactArithmetic(),
     ]
@@ -140,6 +140,7 @@ def column_memory(text: str) -> str:
         "| moving_sum: lines of pixels, kbit | ratio |",
         "| --- " * 6 + "|",
     ]
+    sums_engine = MovingSumEngine()
     for m, shifts, channels in MEMORY_CASES:
         cores = [
             CoreConfiguration(
@@ -149,13 +150,13 @@ def column_memory(text: str) -> str:
                 channels=channels,
                 engine=engine,
             )
-            for engine in (FirEngine(), MovingSumEngine())
+            for engine in (FirEngine(), sums_engine)
         ]
         taps, sums = (core.line_buffer_bits for core in cores)
         shown = str(shifts[0]) if len(shifts) == 1 else f"{shifts[0]} to {shifts[-1]}"
         lines.append(
             f"| {m} | {shown} | {channels} | {cores[0].taps - 1}, {taps / 1024:.0f} "
-            f"| {cores[1].engine.lines(cores[1])}, {sums / 1024:.0f} | {taps / sums:.2f} |"
+            f"| {sums_engine.lines(cores[1])}, {sums / 1024:.0f} | {taps / sums:.2f} |"
         )
     return between_marks(text, "memory", "\n".join(lines))
 

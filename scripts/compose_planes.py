@@ -31,7 +31,9 @@ LAYERS = (
 )
 
 
-def layer_view(texture, shift, box, v, u):
+def layer_view(
+    texture: np.ndarray, shift: int, box: tuple[int, int, int, int] | None, v: int, u: int
+) -> np.ndarray:
     """Colour and coverage of one layer as pixel (v, u) of all micro images sees it."""
     c = M // 2
     top, bottom, left, right = (-8, LENSES[0] + 8, -8, LENSES[1] + 8) if box is None else box
@@ -44,7 +46,8 @@ def layer_view(texture, shift, box, v, u):
     blurred = uniform_filter(canvas, (M, M, 0))
     y = np.arange(LENSES[0]) * M + M // 2 + MARGIN + shift * (v - c)
     x = np.arange(LENSES[1]) * M + M // 2 + MARGIN + shift * (u - c)
-    return blurred[np.ix_(y, x)]
+    view: np.ndarray = blurred[np.ix_(y, x)]
+    return view
 
 
 def main() -> None:

@@ -22,7 +22,8 @@ def fitted(parts: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     weights = np.zeros(rows.shape[1])
     for _ in range(_STEPS):
         weights = np.maximum(0, weights - step * rows.T @ (rows @ weights - 1))
-    return weights / scale
+    found: np.ndarray = weights / scale
+    return found
 
 
 def fit(kind: str, cells: list[tuple[str, CoreConfiguration, Figures]]) -> None:

@@ -28,7 +28,7 @@ MARGIN = 8
 CAPTION = 30
 
 
-def refocused(raw: npt.NDArray[np.uint8], m: int, order: int) -> list[npt.NDArray[np.uint8]]:
+def refocused(raw: npt.NDArray[np.integer], m: int, order: int) -> list[npt.NDArray[np.integer]]:
     """Sweep a light field through the core: a = -1 and a = 1."""
     core = CoreConfiguration(
         micro_image_size=m, shifts=(-m, m), max_columns=raw.shape[1], channels=3, order=order

@@ -30,10 +30,11 @@ from plenofir.fpga.synthesis.ecp5 import (
 )
 from plenofir.fpga.synthesis.self_test import TOP as SELF_TEST
 from plenofir.fpga.synthesis.self_test import self_test_generics
-from plenofir.plan.configure import TOP, clock_range_of
+from plenofir.plan.configure import clock_range_of
 from plenofir.plan.figures import Design, core_designs, grid_designs, is_ecp5_board
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
+from plenofir.plan.scene_top import TOP
 
 RESULTS = project.DATA / "ecp5.json"
 GRID = ("core M=1 a'=0 iota=1", "core M=3 a'=1 iota=1", "array M=3 a'=1 iota=1")

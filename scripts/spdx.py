@@ -56,8 +56,7 @@ def main() -> int:
     paths = lacking()
     if "--check" in sys.argv[1:]:
         for path in paths:
-            place = path.relative_to(ROOT)
-            print(f"{place} has no licence; run scripts/spdx.py", file=sys.stderr)
+            print(f"{path.relative_to(ROOT)} has no licence; run scripts/spdx.py", file=sys.stderr)
         return 1 if paths else 0
     for path in paths:
         style = style_of(path)

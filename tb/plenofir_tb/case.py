@@ -13,7 +13,8 @@ _running: dict[str, Any] = {}
 
 def load_cases() -> list[dict[str, Any]]:
     """Cases of this simulation, in order."""
-    return json.loads(Path(os.environ[CASES_VARIABLE]).read_text())
+    cases: list[dict[str, Any]] = json.loads(Path(os.environ[CASES_VARIABLE]).read_text())
+    return cases
 
 
 def begin_case(case: dict[str, Any]) -> None:
