@@ -12,6 +12,7 @@ from pathlib import Path
 
 from core_files import core_files
 from plenofir import project
+from plenofir.fpga.board_sensor import SENSOR_PACKAGE, sensor_package
 from plenofir.fpga.hdmi.colour import colour_package
 from plenofir.fpga.hdmi.edid import edid_package
 from plenofir.fpga.hdmi.pll import settings_package
@@ -75,6 +76,7 @@ def packages() -> dict[Path, str]:
     return {
         HDL / "board" / "edid_pkg.vhd": edid_package(),
         HDL / "board" / f"{SCREEN_PACKAGE}.vhd": screen_package(),
+        HDL / "board" / f"{SENSOR_PACKAGE}.vhd": sensor_package(),
         HDL / "board" / "status_pkg.vhd": status_package(),
         HDL / "video" / "colour_pkg.vhd": colour_package(),
         HDL / "spartan6" / "pll_settings_pkg.vhd": settings_package(),

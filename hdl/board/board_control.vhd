@@ -22,6 +22,9 @@ entity board_control is
     -- Number of outputs, and whether there is a text over the picture.
     OUTPUTS   : positive range 1 to 3 := 1;
     WITH_TEXT : boolean               := false;
+    -- Whether there is a resampler to be loaded, and what it is, see load_port.
+    WITH_LOAD   : boolean := false;
+    DESCRIPTION : string  := "";
     -- Slice after a reset.
     FIRST_SLICE : natural := 0;
     -- The status line: each # stands for the next number.
@@ -61,7 +64,11 @@ entity board_control is
     picture_place : out   std_logic_vector(1 downto 0);
     text_place    : out   std_logic_vector(1 downto 0);
     -- Clear the error flags, for a clock.
-    clear_errors : out   std_logic
+    clear_errors : out   std_logic;
+    -- As in load_port; the word in one.
+    load_busy  : in    std_logic;
+    load_write : out   std_logic;
+    load_word  : out   std_logic_vector(61 downto 0)
   );
 end entity board_control;
 
@@ -86,6 +93,11 @@ architecture rtl of board_control is
   signal out_data      : std_logic_vector(7 downto 0);
   signal out_valid     : std_logic;
   signal out_ready     : std_logic;
+  signal other_data    : std_logic_vector(7 downto 0);
+  signal other_valid   : std_logic;
+  signal answer_data   : std_logic_vector(7 downto 0);
+  signal answer_valid  : std_logic;
+  signal answer_ready  : std_logic;
   signal value         : unsigned(7 downto 0);
   signal set_slice     : std_logic;
   signal set_sweep     : std_logic;
@@ -215,6 +227,44 @@ begin
       line          => line_out
     );
 
+  no_load : if not WITH_LOAD generate
+    other_valid  <= in_valid;
+    other_data   <= in_data;
+    out_valid    <= answer_valid;
+    answer_ready <= out_ready;
+    out_data     <= answer_data;
+    load_write   <= '0';
+    load_word    <= (others => '0');
+  end generate no_load;
+
+  load : if WITH_LOAD generate
+
+    words : entity work.load_port
+      generic map (
+        DESCRIPTION => DESCRIPTION
+      )
+      port map (
+        clk           => clk,
+        reset         => reset,
+        in_valid      => in_valid,
+        in_data       => in_data,
+        other_valid   => other_valid,
+        other_data    => other_data,
+        s_axis_tvalid => answer_valid,
+        s_axis_tready => answer_ready,
+        s_axis_tdata  => answer_data,
+        m_axis_tvalid => out_valid,
+        m_axis_tready => out_ready,
+        m_axis_tdata  => out_data,
+        busy          => load_busy,
+        load_write    => load_write,
+        load_kind     => load_word(61 downto 60),
+        load_address  => load_word(59 downto 40),
+        load_data     => load_word(39 downto 0)
+      );
+
+  end generate load;
+
   commands : entity work.command_line
     generic map (
       STATUS => STATUS,
@@ -223,11 +273,11 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      s_axis_tvalid => in_valid,
-      s_axis_tdata  => in_data,
-      m_axis_tvalid => out_valid,
-      m_axis_tready => out_ready,
-      m_axis_tdata  => out_data,
+      s_axis_tvalid => other_valid,
+      s_axis_tdata  => other_data,
+      m_axis_tvalid => answer_valid,
+      m_axis_tready => answer_ready,
+      m_axis_tdata  => answer_data,
       status_values => status_values,
       slices        => to_unsigned(SLICES, 9),
       outputs       => to_unsigned(OUTPUTS, 3),

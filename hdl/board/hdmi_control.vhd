@@ -19,6 +19,7 @@ use work.hdmi_pkg.all;
 use work.math_pkg.all;
 use work.number_pkg.all;
 use work.screen_pkg.all;
+use work.sensor_pkg.all;
 use work.status_pkg.all;
 use work.tmds_pkg.all;
 
@@ -164,6 +165,11 @@ architecture rtl of hdmi_control is
   signal pixel_settings  : std_logic_vector(21 downto 0);
   signal pixel_pattern   : std_logic_vector(0 downto 0);
   signal pixel_clear     : std_logic_vector(0 downto 0);
+  signal port_busy       : std_logic;
+  signal port_write      : std_logic;
+  signal port_word       : std_logic_vector(61 downto 0);
+  signal load_word       : std_logic_vector(61 downto 0);
+  signal load_toggle     : std_logic;
 
 begin
 
@@ -233,6 +239,8 @@ begin
       SLICES        => SLICES,
       OUTPUTS       => OUTPUTS'length,
       WITH_TEXT     => WITH_TEXT,
+      WITH_LOAD     => WITH_SENSOR,
+      DESCRIPTION   => RESAMPLER,
       STATUS        => STATUS_LINE,
       FIELDS        => STATUS_NUMBERS,
       BIT_CLOCKS    => BIT_CLOCKS,
@@ -260,7 +268,10 @@ begin
       pattern        => pattern,
       picture_place  => picture_place,
       text_place     => text_place,
-      clear_errors   => clear_command
+      clear_errors   => clear_command,
+      load_busy      => port_busy,
+      load_write     => port_write,
+      load_word      => port_word
     );
 
   debounce_clear : entity work.debouncer
@@ -375,8 +386,23 @@ begin
     shown        => pixel_settings(19 downto 18),
     text_place   => pixel_settings(21 downto 20),
     show_pattern => pixel_pattern(0),
-    clear_toggle => pixel_clear(0)
+    clear_toggle => pixel_clear(0),
+    load_word    => load_word,
+    load_toggle  => load_toggle
   );
+
+  loads : entity work.load_crossing
+    port map (
+      clk         => clk,
+      reset       => reset,
+      port_write  => port_write,
+      port_word   => port_word,
+      port_busy   => port_busy,
+      seen        => state_here.load_seen,
+      pixel_clk   => pixel_clk,
+      load_word   => load_word,
+      load_toggle => load_toggle
+    );
 
   --------------------------------------------------------------------------------------------------
   -- From the video path.

@@ -35,6 +35,10 @@ package hdmi_pkg is
     show_pattern : std_logic;
     -- Each change of it clears the errors.
     clear_toggle : std_logic;
+    -- Word for the load port of a sensor's resampler: kind (2 bits), address (20), data (40). Each change of the toggle
+    -- is a word.
+    load_word   : std_logic_vector(61 downto 0);
+    load_toggle : std_logic;
   end record video_settings_t;
 
   -- What the video path reports.
@@ -65,11 +69,13 @@ package hdmi_pkg is
     v_sync  : std_logic;
     -- Vertical sync itself.
     v_sync_now : std_logic;
+    -- Toggle of the last word for the load port that has arrived.
+    load_seen : std_logic;
   end record video_state_t;
 
   constant SOURCE_BITS : positive := 13 + 2 * PACKET_ERROR_BITS;
 
-  constant STATE_BITS : positive := CHANNELS + 2 + ERRORS + WORD_ERROR_BITS * CHANNELS + 2 * COUNT_BITS + 3 +
+  constant STATE_BITS : positive := CHANNELS + 2 + ERRORS + WORD_ERROR_BITS * CHANNELS + 2 * COUNT_BITS + 4 +
                                     SOURCE_BITS;
 
   subtype state_vector_t is std_logic_vector(STATE_BITS - 1 downto 0);
@@ -92,7 +98,7 @@ package body hdmi_pkg is
   begin
 
     return state.sum_errors & state.packet_errors & state.format_code & state.limited & state.colour &
-           (state.informed & state.hdmi) & state.v_sync_now & state.v_sync & state.h_sync &
+           (state.informed & state.hdmi) & state.load_seen & state.v_sync_now & state.v_sync & state.h_sync &
            std_logic_vector(state.rows) & std_logic_vector(state.columns) & state.word_errors &
            (state.errors & state.unsupported & state.following & state.aligned);
 
@@ -106,7 +112,7 @@ package body hdmi_pkg is
     constant WORDS : positive := FLAGS + ERRORS;
     constant SIZE  : positive := WORDS + WORD_ERROR_BITS * CHANNELS;
     constant SYNCS : positive := SIZE + 2 * COUNT_BITS;
-    constant TOLD  : positive := SYNCS + 3;
+    constant TOLD  : positive := SYNCS + 4;
     constant WRONG : positive := TOLD + 13;
     variable state : video_state_t;
 
@@ -122,6 +128,7 @@ package body hdmi_pkg is
     state.h_sync      := vector(SYNCS);
     state.v_sync      := vector(SYNCS + 1);
     state.v_sync_now  := vector(SYNCS + 2);
+    state.load_seen   := vector(SYNCS + 3);
 
     state.hdmi          := vector(TOLD);
     state.informed      := vector(TOLD + 1);

@@ -2,8 +2,8 @@
 -- The video path of a board: TMDS bits in, refocused, TMDS words out, with nothing of a family in it.
 --
 -- The input is the receiver's, as full-range RGB, or a test pattern with three planes. What is shown besides the
--- refocused slice, and whether there is a text over it, stands in screen_pkg. The board gives
--- the clocks, collects ten bits a clock and serialises words.
+-- refocused slice, and whether there is a text over it, stands in screen_pkg; whether the input is a
+-- sensor's raw frames, in sensor_pkg. The board gives the clocks, collects ten bits a clock and serialises words.
 --
 -- Latency: see refocus_video, and about 40 pixels of the link. Throughput: one pixel each clock.
 -- Equation: out picture = refocus(in picture), see raster_refocuser.
@@ -16,6 +16,7 @@ library work;
 use work.hdmi_pkg.all;
 use work.picture_pkg.all;
 use work.screen_pkg.all;
+use work.sensor_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.tmds_pkg.all;
@@ -141,6 +142,8 @@ architecture rtl of hdmi_refocuser is
   signal errors_now     : std_logic_vector(ERRORS - 1 downto 0) := (others => '0');
   signal clear_seen     : std_logic                             := '0';
   signal clear          : std_logic;
+  signal load_seen      : std_logic                             := '0';
+  signal load_write     : std_logic;
   signal word_errors    : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
   signal packet_errors  : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
   signal sum_errors     : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
@@ -254,7 +257,7 @@ begin
       SHIFTS              => SHIFTS,
       INTERPOLATION_ORDER => INTERPOLATION_ORDER,
       HOLD                => HOLD,
-      MAX_COLUMNS         => MAX_COLUMNS,
+      MAX_COLUMNS         => choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS),
       EXACT               => EXACT,
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
@@ -264,7 +267,18 @@ begin
       RADIUS              => SHARPNESS_RADIUS,
       CONFIDENCE          => CONFIDENCE,
       VOTE_RADIUS         => VOTE_RADIUS,
-      COLOURS             => COLOURS
+      COLOURS             => COLOURS,
+      CHANNELS            => PIXEL_CHANNELS,
+      SENSOR              => WITH_SENSOR,
+      RAW_COLUMNS         => SENSOR_COLUMNS,
+      RAW_ROWS            => SENSOR_ROWS,
+      MOSAIC              => MOSAIC,
+      RED_PLACE           => RED_PLACE,
+      HEXAGONAL           => HEXAGONAL,
+      LINES               => RING_LINES,
+      LENSES              => LENSES,
+      MOVES               => MOVES,
+      GAINS               => GAINS
     )
     port map (
       clk          => clk,
@@ -274,6 +288,10 @@ begin
       sweep        => settings.sweep,
       sweep_frames => settings.sweep_frames,
       shown        => settings.shown,
+      load_write   => load_write,
+      load_kind    => settings.load_word(61 downto 60),
+      load_address => settings.load_word(59 downto 40),
+      load_data    => settings.load_word(39 downto 0),
       in_active    => video_active,
       in_h_sync    => video_h_sync,
       in_v_sync    => video_v_sync,
@@ -346,13 +364,15 @@ begin
 
   end generate text;
 
-  clear <= clear_seen xor settings.clear_toggle;
+  clear      <= clear_seen xor settings.clear_toggle;
+  load_write <= load_seen xor settings.load_toggle;
 
   collect_errors : process (clk) is
   begin
 
     if rising_edge(clk) then
       clear_seen <= settings.clear_toggle;
+      load_seen  <= settings.load_toggle;
       if clear = '1' then
         errors_now <= (others => '0');
       elsif reset = '0' then
@@ -435,7 +455,8 @@ begin
     rows          => timing.rows,
     h_sync        => timing.h_sync_level,
     v_sync        => timing.v_sync_level,
-    v_sync_now    => video_v_sync
+    v_sync_now    => video_v_sync,
+    load_seen     => load_seen
   );
 
 end architecture rtl;

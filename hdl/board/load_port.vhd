@@ -7,7 +7,8 @@
 --   l KAAAAADDDDDDDDDD   write a word: kind, address, data, 16 hexadecimal digits
 --   l ?                  what resampler it is
 --
--- The answer is "ok", "error" (another character, more or fewer digits, a kind above 3), or DESCRIPTION.
+-- The answer is "ok", "error" (another character, more or fewer digits, a kind above 3, or a resampler that has not
+-- taken the word before), or DESCRIPTION.
 --
 -- Latency: the length of the line. Throughput: one line at a time; what arrives during an answer is dropped.
 -- Equation: none.
@@ -38,6 +39,8 @@ entity load_port is
     m_axis_tvalid : out   std_logic;
     m_axis_tready : in    std_logic;
     m_axis_tdata  : out   std_logic_vector(7 downto 0);
+    -- The word before is still on its way.
+    busy : in    std_logic;
     -- The load port of resampler.
     load_write   : out   std_logic;
     load_kind    : out   std_logic_vector(1 downto 0);
@@ -166,7 +169,8 @@ begin
           place     <= ERROR_FIRST;
           if wrong = '0' and asked = '1' and count = 0 then
             place <= DESCRIPTION_FIRST;
-          elsif wrong = '0' and asked = '0' and count = DIGITS and word(63 downto 62) = "00" then
+          elsif wrong = '0' and asked = '0' and count = DIGITS and word(63 downto 62) = "00" and
+                busy = '0' then
             place      <= OK_FIRST;
             load_write <= '1';
           end if;

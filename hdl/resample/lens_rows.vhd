@@ -3,7 +3,8 @@
 -- soon as the raw lines that it needs are in.
 --
 -- It holds the registers of the grid. They are written into a memory of two halves; a commit makes the next frame use
--- what was written. At the beginning of a frame its half is copied, in REGISTER_COUNT clocks.
+-- what was written. At the beginning of a frame its half is copied, in REGISTER_COUNT clocks. What was written outlives
+-- a reset.
 --
 -- Line v of lens row t needs the raw lines from floor(y) + v + reach_up to floor(y) + v + reach_down + 1, mirrored at
 -- the borders, y the position of its first lens. From the first that this line or a later one needs on, raw lines are
@@ -62,6 +63,9 @@ entity lens_rows is
     base        : out   place_t;
     last_line   : out   place_t;
     last_column : out   place_t;
+    -- Size of its raster; between frames that of the last one.
+    raster_columns : out   std_logic_vector(15 downto 0);
+    raster_rows    : out   std_logic_vector(15 downto 0);
     -- For a clock: the grid needs more lines than there are, or has no lens.
     fault : out   std_logic
   );
@@ -87,6 +91,9 @@ architecture rtl of lens_rows is
   -- Size of the frame that came in last.
   signal waiting_columns : place_t := (others => '0');
   signal waiting_rows    : place_t := (others => '0');
+
+  signal columns_now : unsigned(15 downto 0) := (others => '0');
+  signal rows_now    : unsigned(15 downto 0) := (others => '0');
 
   signal base_now    : place_t    := (others => '0');
   signal bottom_line : place_t    := (others => '0');
@@ -150,13 +157,15 @@ architecture rtl of lens_rows is
 
 begin
 
-  registers   <= held;
-  base        <= base_now;
-  last_line   <= bottom_line;
-  keep        <= keep_now;
-  line_valid  <= offered;
-  write_place <= not half & load_address;
-  read_place  <= half & load_count(3 downto 0);
+  registers      <= held;
+  base           <= base_now;
+  last_line      <= bottom_line;
+  keep           <= keep_now;
+  raster_columns <= std_logic_vector(columns_now);
+  raster_rows    <= std_logic_vector(rows_now);
+  line_valid     <= offered;
+  write_place    <= not half & load_address;
+  read_place     <= half & load_count(3 downto 0);
 
   follow : process (clk) is
 
@@ -214,6 +223,8 @@ begin
           end loop;
 
           if load_count = REGISTER_COUNT then
+            columns_now <= resize(unsigned(held(REGISTER_OUTPUTS)(15 downto 0)) * MICRO_IMAGE_SIZE, 16);
+            rows_now    <= resize(unsigned(held(REGISTER_LENSES)(15 downto 0)) * MICRO_IMAGE_SIZE, 16);
             frame_taken <= '1';
             state       <= start;
           end if;
@@ -332,8 +343,6 @@ begin
       if reset = '1' then
         state       <= idle;
         offered     <= '0';
-        committed   <= '0';
-        half        <= '0';
         frame_taken <= '0';
         fault       <= '0';
       end if;

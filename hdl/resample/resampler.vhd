@@ -75,6 +75,9 @@ entity resampler is
     m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
+    -- Size of the raster: of the frame on work, between frames that of the last one.
+    raster_columns : out   std_logic_vector(15 downto 0);
+    raster_rows    : out   std_logic_vector(15 downto 0);
     -- 0 to 4 as in frame_sequencer, 5 the grid needs more lines than there are or has no lens. Set until error_clear.
     error_flags : out   std_logic_vector(5 downto 0);
     error_clear : in    std_logic
@@ -272,31 +275,33 @@ begin
       FRACTION_BITS    => FRACTION_BITS
     )
     port map (
-      clk          => clk,
-      reset        => reset,
-      load_write   => load_register,
-      load_address => unsigned(load_address(3 downto 0)),
-      load_data    => load_data(31 downto 0),
-      load_commit  => load_commit,
-      frame_start  => frame_start,
-      columns      => columns,
-      rows         => rows,
-      frame_waits  => frame_waits,
-      frame_base   => frame_base,
-      frame_taken  => frame_taken,
-      lines_in     => lines_in,
-      keep         => keep,
-      keep_none    => keep_none,
-      raster_line  => raster_line,
-      line_valid   => line_valid,
-      line_taken   => line_taken,
-      at_rest      => at_rest,
-      drained      => drained,
-      registers    => registers,
-      base         => base,
-      last_line    => last_line,
-      last_column  => last_column,
-      fault        => fault
+      clk            => clk,
+      reset          => reset,
+      load_write     => load_register,
+      load_address   => unsigned(load_address(3 downto 0)),
+      load_data      => load_data(31 downto 0),
+      load_commit    => load_commit,
+      frame_start    => frame_start,
+      columns        => columns,
+      rows           => rows,
+      frame_waits    => frame_waits,
+      frame_base     => frame_base,
+      frame_taken    => frame_taken,
+      lines_in       => lines_in,
+      keep           => keep,
+      keep_none      => keep_none,
+      raster_line    => raster_line,
+      line_valid     => line_valid,
+      line_taken     => line_taken,
+      at_rest        => at_rest,
+      drained        => drained,
+      registers      => registers,
+      base           => base,
+      last_line      => last_line,
+      last_column    => last_column,
+      raster_columns => raster_columns,
+      raster_rows    => raster_rows,
+      fault          => fault
     );
 
   walk : entity work.lens_walk

@@ -55,6 +55,9 @@ entity sensor_raster is
     m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
+    -- As in resampler.
+    raster_columns : out   std_logic_vector(15 downto 0);
+    raster_rows    : out   std_logic_vector(15 downto 0);
     -- 0 to 4 as in frame_sequencer, of either part; 5 the grid needs more lines than there are or has no lens. Set
     -- until error_clear.
     error_flags : out   std_logic_vector(5 downto 0);
@@ -129,26 +132,28 @@ begin
       GAIN_BITS        => GAIN_BITS
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      columns       => columns,
-      rows          => rows,
-      load_write    => load_write,
-      load_kind     => load_kind,
-      load_address  => load_address,
-      load_data     => load_data,
-      s_axis_tvalid => raw_tvalid,
-      s_axis_tready => raw_tready,
-      s_axis_tdata  => raw_tdata,
-      s_axis_tuser  => raw_tuser,
-      s_axis_tlast  => raw_tlast,
-      m_axis_tvalid => m_axis_tvalid,
-      m_axis_tready => m_axis_tready,
-      m_axis_tdata  => m_axis_tdata,
-      m_axis_tuser  => m_axis_tuser,
-      m_axis_tlast  => m_axis_tlast,
-      error_flags   => resampler_flags,
-      error_clear   => error_clear
+      clk            => clk,
+      reset          => reset,
+      columns        => columns,
+      rows           => rows,
+      load_write     => load_write,
+      load_kind      => load_kind,
+      load_address   => load_address,
+      load_data      => load_data,
+      s_axis_tvalid  => raw_tvalid,
+      s_axis_tready  => raw_tready,
+      s_axis_tdata   => raw_tdata,
+      s_axis_tuser   => raw_tuser,
+      s_axis_tlast   => raw_tlast,
+      m_axis_tvalid  => m_axis_tvalid,
+      m_axis_tready  => m_axis_tready,
+      m_axis_tdata   => m_axis_tdata,
+      m_axis_tuser   => m_axis_tuser,
+      m_axis_tlast   => m_axis_tlast,
+      raster_columns => raster_columns,
+      raster_rows    => raster_rows,
+      error_flags    => resampler_flags,
+      error_clear    => error_clear
     );
 
   error_flags <= resampler_flags or ('0' & mosaic_flags);

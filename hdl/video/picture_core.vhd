@@ -27,11 +27,13 @@ entity picture_core is
     INTERPOLATION_ORDER : natural := 0;
     HOLD                : boolean := false;
     MAX_COLUMNS         : positive;
-    EXACT               : boolean := true;
-    FRACTION_BITS       : natural := 8;
-    GUARD_BITS          : natural := 2;
-    BROADCAST_TAPS      : natural := 0;
-    ENGINE              : string  := "fir";
+    -- 1: the pixels are grey, all channels the same; with outputs in focus everywhere, or depth, always 3.
+    CHANNELS       : positive range 1 to 3 := 3;
+    EXACT          : boolean               := true;
+    FRACTION_BITS  : natural               := 8;
+    GUARD_BITS     : natural               := 2;
+    BROADCAST_TAPS : natural               := 0;
+    ENGINE         : string                := "fir";
     -- What can be shown, see picture_pkg.
     OUTPUTS : string := "r";
     -- As in depth_index.
@@ -83,7 +85,15 @@ begin
 
   one_slice : if not needs_stack(OUTPUTS) generate
 
+    signal refocused : std_logic_vector(8 * CHANNELS - 1 downto 0);
+
+  begin
+
     m_axis_tdest <= "00";
+
+    all_channels : for i in 0 to 2 generate
+      m_axis_tdata(8 * i + 7 downto 8 * i) <= refocused(8 * (i mod CHANNELS) + 7 downto 8 * (i mod CHANNELS));
+    end generate all_channels;
 
     refocuser : entity work.raster_refocuser
       generic map (
@@ -92,7 +102,7 @@ begin
         INTERPOLATION_ORDER => INTERPOLATION_ORDER,
         HOLD                => HOLD,
         MAX_COLUMNS         => MAX_COLUMNS,
-        CHANNELS            => 3,
+        CHANNELS            => CHANNELS,
         PIXEL_BITS          => 8,
         EXACT               => EXACT,
         FRACTION_BITS       => FRACTION_BITS,
@@ -110,12 +120,12 @@ begin
         sweep_frames  => sweep_frames,
         s_axis_tvalid => s_axis_tvalid,
         s_axis_tready => s_axis_tready,
-        s_axis_tdata  => s_axis_tdata,
+        s_axis_tdata  => s_axis_tdata(8 * CHANNELS - 1 downto 0),
         s_axis_tuser  => s_axis_tuser,
         s_axis_tlast  => s_axis_tlast,
         m_axis_tvalid => m_axis_tvalid,
         m_axis_tready => m_axis_tready,
-        m_axis_tdata  => m_axis_tdata,
+        m_axis_tdata  => refocused,
         m_axis_tuser  => m_axis_tuser,
         m_axis_tid    => m_axis_tid,
         m_axis_tlast  => m_axis_tlast,

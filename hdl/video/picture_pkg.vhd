@@ -2,7 +2,7 @@
 -- What picture_core can show, and how far it is behind. All functions are evaluated at elaboration only.
 --
 -- The outputs that can be chosen are a text with a letter for each: r the refocused slice, a the picture in focus
--- everywhere, d the depth in false colours.
+-- everywhere, d the depth in false colours, m the micro images as they go into the core.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -17,15 +17,15 @@ use work.refocuser_pkg.all;
 
 package picture_pkg is
 
-  -- Kind of each output, by its place: 0 refocused, 1 in focus everywhere, 2 depth.
+  -- Kind of each output, by its place: 0 refocused, 1 in focus everywhere, 2 depth, 3 micro images.
 
-  type kinds_t is array (natural range 0 to 3) of natural range 0 to 2;
+  type kinds_t is array (natural range 0 to 3) of natural range 0 to 3;
 
   function output_kinds (
     outputs : string
   ) return kinds_t;
 
-  -- Whether these outputs need a focal stack and its depth index: all but the refocused slice alone.
+  -- Whether these outputs need a focal stack and its depth index: those that are in focus everywhere, or depth.
   function needs_stack (
     outputs : string
   ) return boolean;
@@ -53,6 +53,13 @@ package picture_pkg is
     broadcast_taps   : natural;
     max_columns      : positive
   ) return natural;
+
+  -- Lines from a sensor's first raw line to the first line of its raster, beyond those that the raster has fewer: the
+  -- last lines of the raster need raw lines of up to half a micro image below them.
+  function sensor_delay_lines (
+    micro_image_size : positive;
+    mosaic           : boolean
+  ) return positive;
 
   -- Colour number index of a text of colours, six hexadecimal digits each: red in the low bits.
   function colour_at (
@@ -88,6 +95,10 @@ package body picture_pkg is
 
             made(i) := 2;
 
+          when 'm' =>
+
+            made(i) := 3;
+
           when others =>
 
             made(i) := 0;
@@ -107,7 +118,15 @@ package body picture_pkg is
   ) return boolean is
   begin
 
-    return not same_text(outputs, "r");
+    for i in outputs'range loop
+
+      if outputs(i) = 'a' or outputs(i) = 'd' then
+        return true;
+      end if;
+
+    end loop;
+
+    return false;
 
   end function needs_stack;
 
@@ -154,6 +173,16 @@ package body picture_pkg is
            engine_latency(engine, stored, order, broadcast_taps, max_columns);
 
   end function picture_delay_pixels;
+
+  function sensor_delay_lines (
+    micro_image_size : positive;
+    mosaic           : boolean
+  ) return positive is
+  begin
+
+    return micro_image_size / 2 + choose(mosaic, 6, 5);
+
+  end function sensor_delay_lines;
 
   function colour_at (
     colours : string;

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Video in, refocused video out: the same timing, later by the latency of the refocuser.
 --
--- Input -> video_to_stream -> picture_core -> stream_to_video -> output. No frame is stored: the
+-- Input -> video_to_stream -> (sensor_raster) -> picture_core -> stream_to_video -> output. No frame is stored: the
 -- output's syncs are made anew from the measured timing, as much later as the pixels are. With
 -- pass_through, or where the timing cannot be followed (lines too long), the input goes to the
 -- output as it is.
@@ -11,9 +11,15 @@
 -- arrives meanwhile waits in the refocuser's input FIFO (a line), which empties again in the
 -- horizontal blanking. A focal stack gets black lines in the blanking instead.
 --
+-- Sensor. With SENSOR frames of RAW_COLUMNS x RAW_ROWS pixels are those of a sensor, grey or a mosaic in red, or RGB.
+-- Their raster of micro images, or what is refocused of it, is smaller and shown in the middle, with black around; see
+-- sensor_front. When another output is chosen or the raster gets another size, all begins again with the next frame.
+-- Outputs: refocused and micro images.
+--
 -- Latency: D lines and D + 21 pixels with exact sums of nearest neighbours, D = total_delay of the
 --   refocuser (in general picture_delay_lines lines and picture_delay_pixels + 5 pixels), the same for all slices and
---   outputs; 1 clock passed through.
+--   outputs; 1 clock passed through. With a sensor sensor_delay_lines and half of what the raster has less lines more,
+--   micro images D lines less.
 -- Throughput: one pixel each clock.
 -- Equation: out frame = picture of the in frame, see picture_core.
 
@@ -31,19 +37,32 @@ entity refocus_video is
     -- As in picture_core.
     MICRO_IMAGE_SIZE    : positive;
     SHIFTS              : string;
-    INTERPOLATION_ORDER : natural := 0;
-    HOLD                : boolean := false;
+    INTERPOLATION_ORDER : natural               := 0;
+    HOLD                : boolean               := false;
     MAX_COLUMNS         : positive;
-    EXACT               : boolean := true;
-    FRACTION_BITS       : natural := 8;
-    GUARD_BITS          : natural := 2;
-    BROADCAST_TAPS      : natural := 0;
-    ENGINE              : string  := "fir";
-    OUTPUTS             : string  := "r";
-    RADIUS              : natural := 1;
-    CONFIDENCE          : natural := 0;
-    VOTE_RADIUS         : natural := 0;
-    COLOURS             : string  := ""
+    EXACT               : boolean               := true;
+    FRACTION_BITS       : natural               := 8;
+    GUARD_BITS          : natural               := 2;
+    BROADCAST_TAPS      : natural               := 0;
+    ENGINE              : string                := "fir";
+    CHANNELS            : positive range 1 to 3 := 3;
+    OUTPUTS             : string                := "r";
+    RADIUS              : natural               := 1;
+    CONFIDENCE          : natural               := 0;
+    VOTE_RADIUS         : natural               := 0;
+    COLOURS             : string                := "";
+    -- Whether raw frames of a sensor come in, and their size; MAX_COLUMNS is then that of the raster.
+    SENSOR      : boolean  := false;
+    RAW_COLUMNS : positive := 2;
+    RAW_ROWS    : positive := 2;
+    -- As in sensor_raster; RED_PLACE: line (2) and column (1) of the mosaic's first red pixel.
+    MOSAIC    : boolean                     := false;
+    RED_PLACE : natural range 0 to 3        := 0;
+    HEXAGONAL : boolean                     := false;
+    LINES     : positive range 4 to 256     := 4;
+    LENSES    : positive range 2 to 1048576 := 2;
+    MOVES     : boolean                     := false;
+    GAINS     : boolean                     := false
   );
   port (
     clk   : in    std_logic;
@@ -55,6 +74,11 @@ entity refocus_video is
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);
     shown        : in    std_logic_vector(1 downto 0);
+    -- Load port of the sensor's calibration, see resampler.
+    load_write   : in    std_logic;
+    load_kind    : in    std_logic_vector(1 downto 0);
+    load_address : in    std_logic_vector(19 downto 0);
+    load_data    : in    std_logic_vector(39 downto 0);
     -- Video in: red in the low bits of the pixel.
     in_active : in    std_logic;
     in_h_sync : in    std_logic;
@@ -77,7 +101,8 @@ entity refocus_video is
     -- Timing of the input, see video_pkg.
     timing : out   std_logic_vector(TIMING_BITS - 1 downto 0);
     -- Each for a clock: 0 a pixel was lost at the core's input, 1 one was missing at its
-    -- output, 2 a frame began elsewhere, 3 any of the core's error flags.
+    -- output, 2 a frame began elsewhere, 3 any of the core's error flags, of the sensor's, or a raster larger than
+    -- the frame.
     errors : out   std_logic_vector(3 downto 0)
   );
 end entity refocus_video;
@@ -92,12 +117,18 @@ architecture rtl of refocus_video is
                                                           RADIUS, VOTE_RADIUS, ENGINE, not EXACT, BROADCAST_TAPS,
                                                           MAX_COLUMNS);
 
+  -- The largest lag.
+  constant LAG_LINES : natural := DELAY_LINES +
+                                  choose(SENSOR, sensor_delay_lines(MICRO_IMAGE_SIZE, MOSAIC) + (RAW_ROWS + 1) / 2, 0);
+
+  -- Blanking: what the core needs behind a frame; between frames of a sensor some lines.
+  constant CORE_BLANK : natural := choose(MOVING_SUM or needs_stack(OUTPUTS), MICRO_IMAGE_SIZE - 1, 0);
+
   signal followed       : std_logic;
   signal too_large      : std_logic;
   signal core_reset     : std_logic;
   signal mode           : std_logic_vector(TIMING_BITS - 1 downto 0);
   signal mode_now       : timing_t;
-  signal columns        : std_logic_vector(15 downto 0);
   signal rows           : std_logic_vector(15 downto 0);
   signal stream_rows    : std_logic_vector(15 downto 0);
   signal column         : unsigned(COUNT_BITS - 1 downto 0);
@@ -113,6 +144,26 @@ architecture rtl of refocus_video is
   signal refocused_user : std_logic_vector(0 downto 0);
   signal refocused_id   : std_logic_vector(7 downto 0);
   signal refocused_dest : std_logic_vector(1 downto 0);
+  signal restart        : std_logic;
+  signal lag            : count_t;
+  signal lens_valid     : std_logic;
+  signal lens_ready     : std_logic;
+  signal lens_data      : std_logic_vector(23 downto 0);
+  signal lens_user      : std_logic_vector(0 downto 0);
+  signal lens_last      : std_logic;
+  signal lens_columns   : std_logic_vector(15 downto 0);
+  signal lens_rows      : std_logic_vector(15 downto 0);
+  signal direct         : std_logic;
+  signal place          : std_logic_vector(1 downto 0);
+  signal core_valid     : std_logic;
+  signal core_ready     : std_logic;
+  signal core_take      : std_logic;
+  signal core_new       : std_logic;
+  signal core_data      : std_logic_vector(23 downto 0);
+  signal core_user      : std_logic_vector(0 downto 0);
+  signal core_dest      : std_logic_vector(1 downto 0);
+  signal sensor_errors  : std_logic_vector(5 downto 0);
+  signal unfit          : std_logic;
   signal slice_taken    : std_logic_vector(7 downto 0) := x"00";
   signal shown_taken    : std_logic_vector(1 downto 0) := "00";
   signal shown_active   : std_logic;
@@ -131,20 +182,22 @@ begin
   timing      <= mode;
   core_reset  <= reset or not followed;
   mode_now    <= to_timing(mode);
-  columns     <= std_logic_vector(resize(mode_now.columns, 16));
   rows        <= std_logic_vector(resize(mode_now.rows, 16));
 
   to_stream : entity work.video_to_stream
     generic map (
-      MAX_COLUMNS  => MAX_COLUMNS,
-      DELAY_LINES  => DELAY_LINES,
+      MAX_COLUMNS  => choose(SENSOR, RAW_COLUMNS, MAX_COLUMNS),
+      DELAY_LINES  => LAG_LINES,
       DELAY_PIXELS => DELAY_PIXELS,
-      BLANK_LINES  => choose(MOVING_SUM or needs_stack(OUTPUTS), MICRO_IMAGE_SIZE - 1, 0),
-      ROW_MODULUS  => choose(needs_stack(OUTPUTS), MICRO_IMAGE_SIZE, 1)
+      BLANK_LINES  => larger(CORE_BLANK, choose(SENSOR, 3, 0)),
+      ROW_MODULUS  => choose(needs_stack(OUTPUTS), MICRO_IMAGE_SIZE, 1),
+      ONLY_COLUMNS => choose(SENSOR, RAW_COLUMNS, 0),
+      ONLY_ROWS    => choose(SENSOR, RAW_ROWS, 0)
     )
     port map (
       clk           => clk,
       reset         => reset,
+      restart       => restart,
       active        => in_active,
       h_sync        => in_h_sync,
       v_sync        => in_v_sync,
@@ -164,6 +217,84 @@ begin
       miss          => miss
     );
 
+  no_sensor : if not SENSOR generate
+    lens_valid    <= raw_valid;
+    raw_ready     <= lens_ready;
+    lens_data     <= raw_data;
+    lens_user     <= raw_user;
+    lens_last     <= raw_last;
+    lens_columns  <= std_logic_vector(resize(mode_now.columns, 16));
+    lens_rows     <= stream_rows;
+    direct        <= '0';
+    place         <= "00";
+    restart       <= '0';
+    lag           <= to_unsigned(DELAY_LINES, COUNT_BITS);
+    sensor_errors <= (others => '0');
+  end generate no_sensor;
+
+  sensor_first : if SENSOR generate
+
+    front : entity work.sensor_front
+      generic map (
+        MOSAIC           => MOSAIC,
+        RED_PLACE        => RED_PLACE,
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        HEXAGONAL        => HEXAGONAL,
+        MAX_COLUMNS      => RAW_COLUMNS,
+        LINES            => LINES,
+        LENSES           => LENSES,
+        MOVES            => MOVES,
+        GAINS            => GAINS,
+        CHANNELS         => CHANNELS,
+        OUTPUTS          => OUTPUTS,
+        CORE_LINES       => DELAY_LINES
+      )
+      port map (
+        clk            => clk,
+        reset          => core_reset,
+        columns        => mode_now.columns,
+        rows           => mode_now.rows,
+        shown          => shown,
+        load_write     => load_write,
+        load_kind      => load_kind,
+        load_address   => load_address,
+        load_data      => load_data,
+        s_axis_tvalid  => raw_valid,
+        s_axis_tready  => raw_ready,
+        s_axis_tdata   => raw_data,
+        s_axis_tuser   => raw_user,
+        s_axis_tlast   => raw_last,
+        m_axis_tvalid  => lens_valid,
+        m_axis_tready  => lens_ready,
+        m_axis_tdata   => lens_data,
+        m_axis_tuser   => lens_user,
+        m_axis_tlast   => lens_last,
+        raster_columns => lens_columns,
+        raster_rows    => lens_rows,
+        direct         => direct,
+        place          => place,
+        lag            => lag,
+        restart        => restart,
+        error_flags    => sensor_errors,
+        error_clear    => '1'
+      );
+
+  end generate sensor_first;
+
+  -- Micro images go past the core.
+  core_valid     <= lens_valid and not direct;
+  lens_ready     <= refocused_take when direct = '1' else
+                    core_ready;
+  core_take      <= refocused_take and not direct;
+  refocused      <= lens_valid when direct = '1' else
+                    core_new;
+  refocused_data <= lens_data when direct = '1' else
+                    core_data;
+  refocused_user <= lens_user when direct = '1' else
+                    core_user;
+  refocused_dest <= place when SENSOR else
+                    core_dest;
+
   core : entity work.picture_core
     generic map (
       MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
@@ -171,6 +302,7 @@ begin
       INTERPOLATION_ORDER => INTERPOLATION_ORDER,
       HOLD                => HOLD,
       MAX_COLUMNS         => MAX_COLUMNS,
+      CHANNELS            => CHANNELS,
       EXACT               => EXACT,
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
@@ -185,24 +317,24 @@ begin
     port map (
       clk           => clk,
       reset         => core_reset,
-      columns       => columns,
-      rows          => stream_rows,
+      columns       => lens_columns,
+      rows          => lens_rows,
       picture_rows  => rows,
       slice         => slice,
       sweep         => sweep,
       sweep_frames  => sweep_frames,
       shown         => shown,
-      s_axis_tvalid => raw_valid,
-      s_axis_tready => raw_ready,
-      s_axis_tdata  => raw_data,
-      s_axis_tuser  => raw_user,
-      s_axis_tlast  => raw_last,
-      m_axis_tvalid => refocused,
-      m_axis_tready => refocused_take,
-      m_axis_tdata  => refocused_data,
-      m_axis_tuser  => refocused_user,
+      s_axis_tvalid => core_valid,
+      s_axis_tready => core_ready,
+      s_axis_tdata  => lens_data,
+      s_axis_tuser  => lens_user,
+      s_axis_tlast  => lens_last,
+      m_axis_tvalid => core_new,
+      m_axis_tready => core_take,
+      m_axis_tdata  => core_data,
+      m_axis_tuser  => core_user,
       m_axis_tid    => refocused_id,
-      m_axis_tdest  => refocused_dest,
+      m_axis_tdest  => core_dest,
       m_axis_tlast  => open,
       error_flags   => core_errors,
       error_clear   => '1'
@@ -210,33 +342,37 @@ begin
 
   to_video : entity work.stream_to_video
     generic map (
-      DELAY_LINES  => DELAY_LINES,
-      DELAY_PIXELS => DELAY_PIXELS
+      DELAY_PIXELS => DELAY_PIXELS,
+      WINDOW       => SENSOR
     )
     port map (
-      clk           => clk,
-      reset         => reset,
-      following     => followed,
-      timing        => mode,
-      column        => column,
-      row           => row,
-      s_axis_tvalid => refocused,
-      s_axis_tready => refocused_take,
-      s_axis_tdata  => refocused_data,
-      s_axis_tuser  => refocused_user,
-      active        => shown_active,
-      h_sync        => shown_h_sync,
-      v_sync        => shown_v_sync,
-      pixel         => shown_pixel,
-      running       => open,
-      underflow     => underflow
+      clk             => clk,
+      reset           => reset,
+      delay_lines     => lag,
+      picture_columns => lens_columns,
+      picture_rows    => lens_rows,
+      too_large       => unfit,
+      following       => followed,
+      timing          => mode,
+      column          => column,
+      row             => row,
+      s_axis_tvalid   => refocused,
+      s_axis_tready   => refocused_take,
+      s_axis_tdata    => refocused_data,
+      s_axis_tuser    => refocused_user,
+      active          => shown_active,
+      h_sync          => shown_h_sync,
+      v_sync          => shown_v_sync,
+      pixel           => shown_pixel,
+      running         => open,
+      underflow       => underflow
     );
 
   choose_output : process (clk) is
   begin
 
     if rising_edge(clk) then
-      -- In step with the pixels: stream_to_video has one register.
+      -- In step with the pixels: stream_to_video has one register behind them.
       if refocused = '1' and refocused_take = '1' and refocused_user = "1" then
         slice_taken <= refocused_id;
         shown_taken <= refocused_dest;
@@ -256,7 +392,7 @@ begin
         out_pixel  <= shown_pixel;
       end if;
       errors <= "0000";
-      if core_errors /= "00000" then
+      if core_errors /= "00000" or sensor_errors /= "000000" or (followed and unfit) = '1' then
         errors(3) <= '1';
       end if;
       errors(2) <= miss;

@@ -2,16 +2,18 @@
 -- Shows an AXI4-Stream of pixels under the timing of the video that it was made from.
 --
 -- A second raster generator repeats the input's timing, started once each frame when the input is
--- DELAY_LINES lines and DELAY_PIXELS pixels behind the beginning of its frame: so the output lags by
+-- delay_lines lines and DELAY_PIXELS pixels behind the beginning of its frame: so the output lags by
 -- the latency of what lies between, syncs and all, and no frame is stored. Where the generator is in
 -- step already, the start changes nothing. When the input is lost, the generator goes on by itself and
 -- shows black, so that a monitor need not search again.
 --
 -- Pixels are taken while the raster is active; in the blanking the stream waits. A frame
 -- that does not begin where it should (after a fault) is dropped up to the next start of frame.
+-- With WINDOW the stream's frames are smaller than the video's, and shown in the middle with black around them; one
+-- that is larger is dropped.
 --
--- Latency: 1 clock from the generator to the outputs. Throughput: one pixel each clock.
--- Equation: output position(t) = input position(t) - DELAY_LINES lines - DELAY_PIXELS - 2 pixels.
+-- Latency: 1 clock from the generator to the outputs, with WINDOW 2. Throughput: one pixel each clock.
+-- Equation: output position(t) = input position(t) - delay_lines lines - DELAY_PIXELS - 2 (3) pixels.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -22,13 +24,20 @@ use work.video_pkg.all;
 
 entity stream_to_video is
   generic (
-    -- Lines and pixels by which the output lags.
-    DELAY_LINES  : natural;
-    DELAY_PIXELS : natural
+    -- Pixels by which the output lags, besides the lines.
+    DELAY_PIXELS : natural;
+    -- Whether the picture has a size of its own.
+    WINDOW : boolean := false
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
+    -- Lines by which the output lags.
+    delay_lines : in    unsigned(COUNT_BITS - 1 downto 0);
+    -- With WINDOW, size of the picture; it does not fit the timing.
+    picture_columns : in    std_logic_vector(15 downto 0);
+    picture_rows    : in    std_logic_vector(15 downto 0);
+    too_large       : out   std_logic;
     -- From video_to_stream: whether there is a timing, which one, and the position of its pixel.
     following : in    std_logic;
     timing    : in    std_logic_vector(TIMING_BITS - 1 downto 0);
@@ -60,6 +69,16 @@ architecture rtl of stream_to_video is
   signal raster_first  : std_logic;
   signal raster_h      : std_logic;
   signal raster_v      : std_logic;
+  -- The same, in step with the pixels of the picture, and its first.
+  signal video_on      : std_logic;
+  signal video_active  : std_logic;
+  signal video_h       : std_logic;
+  signal video_v       : std_logic;
+  signal picture       : std_logic;
+  signal picture_first : std_logic;
+  signal drop          : std_logic;
+  signal x             : count_t;
+  signal y             : count_t;
   -- The frame on the screen is the frame of the stream.
   signal in_step   : std_logic := '0';
   signal take      : std_logic;
@@ -75,8 +94,8 @@ begin
       timing      => shown,
       start       => start,
       running     => raster_on,
-      column      => open,
-      row         => open,
+      column      => x,
+      row         => y,
       active      => raster_active,
       frame_first => raster_first,
       line_last   => open,
@@ -84,41 +103,111 @@ begin
       v_sync      => raster_v
     );
 
+  whole : if not WINDOW generate
+    too_large     <= '0';
+    drop          <= '0';
+    video_on      <= raster_on;
+    video_active  <= raster_active;
+    video_h       <= raster_h;
+    video_v       <= raster_v;
+    picture       <= raster_active;
+    picture_first <= raster_first;
+  end generate whole;
+
+  middle : if WINDOW generate
+
+    signal left    : count_t   := (others => '0');
+    signal top     : count_t   := (others => '0');
+    signal right   : count_t   := (others => '0');
+    signal bottom  : count_t   := (others => '0');
+    signal outside : std_logic := '1';
+
+  begin
+
+    too_large <= outside;
+    drop      <= outside;
+
+    place : process (clk) is
+
+      variable mode : timing_t;
+
+    begin
+
+      if rising_edge(clk) then
+        mode    := to_timing(timing);
+        outside <= '1';
+        if unsigned(picture_columns) <= mode.columns and unsigned(picture_rows) <= mode.rows and
+           unsigned(picture_rows) /= 0 then
+          outside <= '0';
+        end if;
+        left   <= shift_right(mode.columns - unsigned(picture_columns(COUNT_BITS - 1 downto 0)), 1);
+        top    <= shift_right(mode.rows - unsigned(picture_rows(COUNT_BITS - 1 downto 0)), 1);
+        right  <= left + unsigned(picture_columns(COUNT_BITS - 1 downto 0));
+        bottom <= top + unsigned(picture_rows(COUNT_BITS - 1 downto 0));
+
+        video_on      <= raster_on;
+        video_active  <= raster_active;
+        video_h       <= raster_h;
+        video_v       <= raster_v;
+        picture       <= '0';
+        picture_first <= '0';
+        if raster_active = '1' and outside = '0' and x >= left and x < right and y >= top and y < bottom then
+          picture <= '1';
+        end if;
+        if raster_active = '1' and outside = '0' and x = left and y = top then
+          picture_first <= '1';
+        end if;
+
+        if reset = '1' then
+          video_on      <= '0';
+          video_active  <= '0';
+          picture       <= '0';
+          picture_first <= '0';
+        end if;
+      end if;
+
+    end process place;
+
+  end generate middle;
+
   -- A start of frame waits for its place; anything else is taken there, or dropped.
-  begins        <= raster_first and s_axis_tvalid and s_axis_tuser(0);
-  take          <= begins or (raster_active and not raster_first and in_step and not s_axis_tuser(0));
-  s_axis_tready <= take or (not in_step and not s_axis_tuser(0));
+  begins        <= picture_first and connected and s_axis_tvalid and s_axis_tuser(0);
+  take          <= begins or (picture and not picture_first and in_step and not s_axis_tuser(0));
+  s_axis_tready <= take or (not in_step and not s_axis_tuser(0)) or drop;
 
   show : process (clk) is
   begin
 
     if rising_edge(clk) then
-      start     <= '0';
-      connected <= following;
-      if following = '1' and row = DELAY_LINES and column = DELAY_PIXELS then
-        start <= '1';
-        shown <= timing;
+      start <= '0';
+      if following = '0' then
+        connected <= '0';
+      elsif row = delay_lines and column = DELAY_PIXELS then
+        connected <= '1';
+        start     <= '1';
+        shown     <= timing;
       end if;
 
-      active    <= raster_active;
-      h_sync    <= raster_h and raster_on;
-      v_sync    <= raster_v and raster_on;
-      running   <= raster_on;
+      active    <= video_active;
+      h_sync    <= video_h and video_on;
+      v_sync    <= video_v and video_on;
+      running   <= video_on;
       pixel     <= (others => '0');
       underflow <= '0';
       if take = '1' and s_axis_tvalid = '1' then
         pixel <= s_axis_tdata;
-      elsif raster_active = '1' and (in_step = '1' or raster_first = '1') then
+      elsif picture = '1' and (in_step = '1' or picture_first = '1') then
         underflow <= connected;
       end if;
-      if raster_first = '1' then
+      if picture_first = '1' then
         in_step <= begins;
-      elsif raster_active = '1' and (s_axis_tvalid = '0' or s_axis_tuser(0) = '1') then
+      elsif picture = '1' and (s_axis_tvalid = '0' or s_axis_tuser(0) = '1') then
         in_step <= '0';
       end if;
 
       if reset = '1' then
         start     <= '0';
+        connected <= '0';
         in_step   <= '0';
         active    <= '0';
         running   <= '0';

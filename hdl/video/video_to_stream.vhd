@@ -9,7 +9,7 @@
 --
 -- A timing is followed if its lines have MAX_COLUMNS pixels at most, if its frames and lines are longer
 -- than the delay of the output (see stream_to_video), and if the vertical blanking is long enough; else
--- `unsupported` is set.
+-- `unsupported` is set. With ONLY_COLUMNS and ONLY_ROWS frames of this size alone are followed.
 --
 -- With ROW_MODULUS above 1 frames of the stream have as many lines as fit into a frame with its blanking, down to a
 -- multiple of ROW_MODULUS: behind the picture come black lines, for cores whose frames begin a multiple of lines apart.
@@ -35,11 +35,16 @@ entity video_to_stream is
     -- Lines of vertical blanking that the refocuser needs.
     BLANK_LINES : natural := 0;
     -- Of the lines of a frame of the stream; 1: the picture alone.
-    ROW_MODULUS : positive := 1
+    ROW_MODULUS : positive := 1;
+    -- The only size that is followed; 0: any.
+    ONLY_COLUMNS : natural := 0;
+    ONLY_ROWS    : natural := 0
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
+    -- Begin again with the next frame.
+    restart : in    std_logic;
     -- Incoming video: red in the low bits of pixel.
     active : in    std_logic;
     h_sync : in    std_logic;
@@ -115,7 +120,7 @@ begin
 
   -- Frame starts keep step with the pixels: frame_start with pixel_1, starts(0) with pixel_2; the
   -- generator is at the first pixel a clock behind `start`, with pixel_3 and starts(1).
-  start          <= starts(0) and stable and supported and not follow;
+  start          <= starts(0) and stable and supported and not follow and not restart;
   generate_reset <= reset or not (follow or start);
 
   raster : entity work.raster_generator
@@ -210,6 +215,9 @@ begin
          measured_mode.frame_lines - measured_mode.rows >= BLANK_LINES and padded = '1' then
         supported <= '1';
       end if;
+      if ONLY_COLUMNS /= 0 and (measured_mode.columns /= ONLY_COLUMNS or measured_mode.rows /= ONLY_ROWS) then
+        supported <= '0';
+      end if;
       unsupported <= stable and not supported;
 
       miss <= '0';
@@ -225,7 +233,7 @@ begin
             misses <= misses + 1;
           end if;
         end if;
-        if misses = MAX_MISSES or (stable = '1' and measured /= followed) then
+        if restart = '1' or misses = MAX_MISSES or (stable = '1' and measured /= followed) then
           follow <= '0';
         end if;
       end if;

@@ -44,6 +44,7 @@ class Line:
     async def reset(self) -> None:
         """Reset the board."""
         self.dut.line_in.value = 1
+        self.dut.busy.value = 0
         self.dut.reset.value = 1
         await ClockCycles(self.dut.clk, 4)
         self.dut.reset.value = 0
@@ -92,7 +93,7 @@ async def lines_and_their_answers(dut: Any) -> None:
     """Words, the question, wrong lines; all others go on to the command line."""
     line = Line(dut)
     await line.reset()
-    assert described(await line.ask("l ?"), where="board").lines == CASE["lines"]
+    assert described(await line.ask("l ?"), where="board").core.lines == CASE["lines"]
     assert await line.ask("l 2ABCDE0123456789") == "ok"
     assert await line.ask("l3 fffff FEDCBA9876") == "ok"
     assert line.words == [(2, 0xABCDE, 0x0123456789), (3, 0xFFFFF, 0xFEDCBA9876)]
@@ -111,6 +112,10 @@ async def lines_and_their_answers(dut: Any) -> None:
     assert await line.ask("s l2ABCDE0123456789") == "error"
     assert await line.ask("s 2") == "ok"
     assert await line.ask("?") == "slices=3"
+    # The resampler has not taken the word before.
+    dut.busy.value = 1
+    assert await line.ask("l 0000010000000006") == "error"
+    dut.busy.value = 0
     assert await line.ask("l 0000010000000007") == "ok"
     assert line.words[2:] == [(0, 1, 7)]
 

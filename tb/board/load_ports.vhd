@@ -17,6 +17,7 @@ entity load_ports is
     line_out     : out   std_logic;
     value        : out   std_logic_vector(7 downto 0);
     set_slice    : out   std_logic;
+    busy         : in    std_logic;
     load_write   : out   std_logic;
     load_kind    : out   std_logic_vector(1 downto 0);
     load_address : out   std_logic_vector(19 downto 0);
@@ -71,6 +72,7 @@ begin
       m_axis_tvalid => out_valid,
       m_axis_tready => out_ready,
       m_axis_tdata  => out_data,
+      busy          => busy,
       load_write    => load_write,
       load_kind     => load_kind,
       load_address  => load_address,

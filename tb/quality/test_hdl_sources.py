@@ -194,7 +194,7 @@ MAY_USE = {
     "depth": {"common", "core"},
     "resample": {"common", "core"},
     "tmds": {"common"},
-    "video": {"common", "core", "stack", "depth", "refocuser"},
+    "video": {"common", "core", "stack", "depth", "refocuser", "resample"},
     "selftest": {"common", "core", "refocuser"},
     "spartan6": {"common"},
     "ecp5": {"common"},

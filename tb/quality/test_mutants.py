@@ -55,6 +55,7 @@ def test_every_source_has_mutants_and_tests() -> None:
         "pixel_clock_select.vhd",
         "pll_settings_pkg.vhd",
         "screen_pkg.vhd",
+        "sensor_pkg.vhd",
         "serial_clocks.vhd",
         "status_pkg.vhd",
         "stored_product.vhd",

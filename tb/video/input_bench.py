@@ -245,6 +245,7 @@ class StreamTap:
         self.rng = random.Random(cocotb.RANDOM_SEED)
         self.stalls = 0.0
         self.taken: list[tuple[int, ...]] = []
+        dut.restart.value = 0
 
     async def play(self, signals: RasterSignals) -> None:
         """Send a signal; what comes out is added to `taken`."""

@@ -148,7 +148,7 @@ def test_units() -> None:
             ),
             Case("full_range_rgb", "video.colour_bench"),
             unit("video_to_stream", LIMITS, bench="input"),
-            unit("stream_to_video", {"DELAY_LINES": 1, "DELAY_PIXELS": 3}, lines=1, pixels=3),
+            unit("stream_to_video", {"DELAY_PIXELS": 3}, lines=1, pixels=3),
             unit(
                 "light_field_pattern",
                 {name.upper(): value for name, value in pattern.items()},

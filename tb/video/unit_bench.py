@@ -114,6 +114,8 @@ async def streams_with_faults_are_shown(dut: Any) -> None:
     # Beats that are left when one is not there in the clock in which it is wanted.
     gap = 0
     dut.timing.value = timing_vector(mode)
+    dut.delay_lines.value = case["lines"]
+    dut.picture_columns.value = dut.picture_rows.value = 0
 
     async def run(clocks: int) -> np.ndarray:
         """Active, syncs, pixel, running, underflow of some clocks."""

@@ -35,7 +35,8 @@ class Bench:
         self.tap = VideoTap(dut)
         self.errors: set[str] = set()
         self.slice = self.shown = 0
-        for name in ("pass_through", "slice", "sweep", "sweep_frames", "shown"):
+        chosen = ("pass_through", "slice", "sweep", "sweep_frames", "shown")
+        for name in (*chosen, "load_write", "load_kind", "load_address", "load_data"):
             getattr(dut, name).value = 0
         cocotb.start_soon(self._watch())
 

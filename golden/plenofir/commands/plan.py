@@ -151,7 +151,7 @@ def plan(scene: Scene, as_json: options.AsJson = False) -> None:
 def _calibration_for(plan: "Plan", calib: str) -> "list[Load]":
     """Words of a calibration for a scene's resampler."""
     from plenofir.camera.calibration import load_calibration
-    from plenofir.plan.board_load import calibration_loads
+    from plenofir.plan.board_load import BoardResampler, calibration_loads
 
     sensor, where = plan.sensor, options.typed("calib")
     if sensor is None or sensor.calibrated:
@@ -167,7 +167,7 @@ def _calibration_for(plan: "Plan", calib: str) -> "list[Load]":
             where=calib,
             expected=f"{sensor.columns} x {sensor.rows}, the sensor's",
         )
-    return calibration_loads(sensor.core, calibration, where=calib)
+    return calibration_loads(BoardResampler(sensor.core), calibration, where=calib)
 
 
 @app.command()

@@ -2,11 +2,13 @@
 """A calibration over the serial port, into a resampler behind ``hdl/board/load_port.vhd``.
 
 A line for each word of the load port, answered by "ok": the letter l, kind (1 hexadecimal digit),
-address (5), word (10). The line "l ?" is answered by what the resampler is.
+address (5), word (10). The line "l ?" is answered by what the resampler is, and, where its raster
+is shown on a screen, by what that takes.
 """
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from typing import Protocol
 
 from pydantic import ValidationError
@@ -15,7 +17,7 @@ from plenofir.camera.calibration import Calibration
 from plenofir.camera.resampling import Precision, grid_registers, tables_of
 from plenofir.errors import InputError
 from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
-from plenofir.plan.resampling import loads
+from plenofir.plan.resampling import loads, shown_lines
 
 QUESTION = "l ?"
 _DESCRIPTION = re.compile(r"resampler((?: [a-z_]+=\d+)+)")
@@ -31,12 +33,48 @@ class Port(Protocol):
         """Bytes up to a line's end, or what came until the port's time-out."""
 
 
-def description(core: ResamplerConfiguration) -> str:
+@dataclass(frozen=True)
+class Shown:
+    """How a raster is shown: in the middle of frames as large as the sensor's.
+
+    Attributes
+    ----------
+    rows
+        Of the raw frames.
+    raster
+        Longest line of the raster.
+    mosaic
+        1 if the sensor has a colour filter mosaic, else 0.
+    """
+
+    rows: int
+    raster: int
+    mosaic: int
+
+
+@dataclass(frozen=True)
+class BoardResampler:
+    """What a board says of its resampler.
+
+    Attributes
+    ----------
+    core
+        The resampler.
+    shown
+        What its screen takes; None if there is none.
+    """
+
+    core: ResamplerConfiguration
+    shown: Shown | None = None
+
+
+def description(core: ResamplerConfiguration, shown: Shown | None = None) -> str:
     """What a board answers to the question for its resampler: generic DESCRIPTION of load_port."""
-    return "resampler " + " ".join(f"{k}={int(v)}" for k, v in core.model_dump().items())
+    values = core.model_dump() | ({} if shown is None else vars(shown))
+    return "resampler " + " ".join(f"{k}={int(v)}" for k, v in values.items())
 
 
-def described(line: str, *, where: str) -> ResamplerConfiguration:
+def described(line: str, *, where: str) -> BoardResampler:
     """Resampler of a board's answer.
 
     Parameters
@@ -48,8 +86,8 @@ def described(line: str, *, where: str) -> ResamplerConfiguration:
 
     Returns
     -------
-    ResamplerConfiguration
-        Its generics.
+    BoardResampler
+        Its generics, and what its screen takes.
 
     Raises
     ------
@@ -65,10 +103,12 @@ def described(line: str, *, where: str) -> ResamplerConfiguration:
             name: bool(int(text)) if name in ("hexagonal", "moves", "gains") else int(text)
             for name, text in pairs.items()
         }
+        names = [field.name for field in fields(Shown)]
+        shown = Shown(**{n: values.pop(n) for n in names}) if names[0] in values else None
         if len(values) != len(ResamplerConfiguration.model_fields):
             raise ValueError
-        return ResamplerConfiguration.model_validate(values)
-    except (ValueError, ValidationError):
+        return BoardResampler(ResamplerConfiguration.model_validate(values), shown)
+    except (KeyError, ValueError, ValidationError):
         raise InputError(
             f"answers {line[:60]!r}" if line else "does not answer",
             where=where,
@@ -76,15 +116,13 @@ def described(line: str, *, where: str) -> ResamplerConfiguration:
         ) from None
 
 
-def calibration_loads(
-    core: ResamplerConfiguration, calibration: Calibration, *, where: str
-) -> list[Load]:
+def calibration_loads(board: BoardResampler, calibration: Calibration, *, where: str) -> list[Load]:
     """Words of a calibration for a resampler that is there.
 
     Parameters
     ----------
-    core
-        The resampler.
+    board
+        The resampler, and what its screen takes.
     calibration
         The calibration; vignetting is corrected if the resampler has gains.
     where
@@ -100,11 +138,28 @@ def calibration_loads(
     InputError
         If it is a calibration of another camera: size, layout, rotation.
     """
-    names = Precision.model_fields
+    core, shown, names = board.core, board.shown, Precision.model_fields
     precision = Precision(**{name: getattr(core, name) for name in names})
     registers, _ = grid_registers(calibration, core.micro_image_size, precision, where=where)
     tables = tables_of(calibration, registers, devignette=core.gains, where=where)
-    return loads(core, registers, tables, where=where)
+    words = loads(core, registers, tables, where=where)
+    if shown is None:
+        return words
+    if calibration.image_shape != (shown.rows, core.max_columns):
+        rows, columns = calibration.image_shape
+        raise InputError(
+            f"a calibration for {columns} x {rows} pixels",
+            where=where,
+            expected=f"{core.max_columns} x {shown.rows}, the sensor's",
+        )
+    lines = shown_lines(registers, tables, mosaic=bool(shown.mosaic), where=where)
+    limits = {"lines": (lines, core.lines), "raster": (registers.raster_shape[1], shown.raster)}
+    for name, (value, limit) in limits.items():
+        if value > limit:
+            what = "lines of the ring" if name == "lines" else "pixels in a line of the raster"
+            expected = f"at most {limit}, the board's"
+            raise InputError(f"{value} {what}", where=where, expected=expected)
+    return words
 
 
 def load_lines(words: Sequence[Load]) -> list[str]:
@@ -153,8 +208,8 @@ def load_board(
     """
     # An empty line ends what may have been left in the board.
     port.write(b"\r")
-    core = described(_ask(port, QUESTION), where=name)
-    lines = load_lines(calibration_loads(core, calibration, where=where))
+    board = described(_ask(port, QUESTION), where=name)
+    lines = load_lines(calibration_loads(board, calibration, where=where))
     for number, line in enumerate(lines):
         # The commit is the last word: what is cut off before takes no effect on the grid.
         if (answer := _ask(port, line)) != "ok":
@@ -167,4 +222,4 @@ def load_board(
             )
         if progress is not None:
             progress(number + 1, len(lines))
-    return core
+    return board.core

@@ -12,8 +12,9 @@ from plenofir.camera.resampling import (
     grid_registers,
     tables_of,
 )
-from plenofir.camera.resampling.lines import RingNeeds, reach, ring_needs
+from plenofir.camera.resampling.lines import RingNeeds, reach, ring_needs, ring_needs_shown
 from plenofir.errors import InputError
+from plenofir.fpga.board_sensor import sensor_delay_lines
 from plenofir.fpga.core.resampler import MAX_LINES, Load, ResamplerConfiguration
 
 
@@ -112,6 +113,42 @@ def resampling(
         gain_bits=bits.gain_bits,
     )
     return Resampling(core, registers, tables, accuracy, needs)
+
+
+def shown_lines(
+    registers: GridRegisters, tables: Tables, *, mosaic: bool, where: str = "calibration"
+) -> int:
+    """Lines of the ring for a raster that is shown under the timing of the raw frames.
+
+    Parameters
+    ----------
+    registers, tables
+        The calibration.
+    mosaic
+        Whether the sensor has a colour filter mosaic.
+    where
+        Name of the calibration for messages.
+
+    Returns
+    -------
+    int
+        An even number.
+
+    Raises
+    ------
+    InputError
+        If the raster is larger than the raw frame.
+    """
+    (height, width), (rows, columns) = registers.image_shape, registers.raster_shape
+    if rows > height or columns > width:
+        raise InputError(
+            f"a raster of {columns} x {rows} pixels",
+            where=where,
+            expected=f"at most {width} x {height}, the raw frame's: a smaller M",
+        )
+    delay = sensor_delay_lines(registers.micro_image_size, mosaic=mosaic)
+    lines = ring_needs_shown(registers, tables, delay_lines=delay)
+    return max(lines + lines % 2, 4)
 
 
 def _drift(registers: GridRegisters, tables: Tables) -> int:

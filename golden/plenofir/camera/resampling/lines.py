@@ -15,6 +15,8 @@ from plenofir.camera.resampling.resample import Tables
 
 _LATENCY = 48
 """Clocks, rounded up, until a line that is complete is seen, and until one is given up."""
+_LINES_TO_LEAVE = 2
+"""Lines of video until a line of the raster that is due has left the ring."""
 
 
 @dataclass(frozen=True)
@@ -110,3 +112,38 @@ def ring_needs(registers: GridRegisters, tables: Tables | None = None) -> RingNe
     # Behind the last line of a frame nothing is kept but the next frame.
     held = np.append(keeps, 2 * rows)[current]
     return RingNeeds(least, max(least, int((line - np.minimum(held, line)).max()) + 1))
+
+
+def ring_needs_shown(
+    registers: GridRegisters, tables: Tables | None = None, *, delay_lines: int
+) -> int:
+    """How many raw lines the ring must hold if the raster is shown under the raw frames' timing.
+
+    Line i is then taken at the raw line i + spare + `delay_lines`, spare the lines that the raster
+    has fewer than the raw frame: they are shown without gaps, and wait in the ring until then.
+
+    Parameters
+    ----------
+    registers
+        Where the lenses are.
+    tables
+        Their moves count.
+    delay_lines
+        Lines by which the raster is shown later than its last line could be at the soonest.
+
+    Returns
+    -------
+    int
+        The least number.
+    """
+    needed, kept = line_needs(registers, tables or Tables())
+    rows = registers.image_shape[0]
+    number = np.arange(len(needed))
+    due = number + rows - len(needed) + delay_lines
+    # Two frames without blanking between them. What was taken has left two lines later.
+    gone = np.concatenate([due, due + rows]) + _LINES_TO_LEAVE
+    keeps = np.append(np.concatenate([kept, kept + rows]), 2 * rows)
+    line = np.arange(2 * rows)
+    held = keeps[np.searchsorted(gone, line, side="right")]
+    least = int((needed - kept).max()) + 1
+    return max(least, int((line - np.minimum(held, line)).max()) + 1)

@@ -1,0 +1,98 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Brings words for the load port of a resampler into the pixel clock: first the calibration that is built in
+-- (sensor_pkg), if there is one, after each reset, then those of load_port. Without a pixel clock they wait.
+--
+-- Latency: that of bus_crossing. Throughput: a word in two round trips.
+-- Equation: load_word = CALIBRATION(0), CALIBRATION(1), ..., then port_word.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.sensor_pkg.all;
+
+entity load_crossing is
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- From load_port: kind (2 bits), address (20), data (40). Busy: the word before has not arrived.
+    port_write : in    std_logic;
+    port_word  : in    std_logic_vector(61 downto 0);
+    port_busy  : out   std_logic;
+    -- Toggle of the last word that has arrived, brought back from the pixel clock.
+    seen : in    std_logic;
+    -- In the pixel clock: the word; each change of the toggle is one.
+    pixel_clk   : in    std_logic;
+    load_word   : out   std_logic_vector(61 downto 0);
+    load_toggle : out   std_logic
+  );
+end entity load_crossing;
+
+architecture rtl of load_crossing is
+
+begin
+
+  no_sensor : if not WITH_SENSOR generate
+    port_busy   <= '0';
+    load_word   <= (others => '0');
+    load_toggle <= '0';
+  end generate no_sensor;
+
+  sensor : if WITH_SENSOR generate
+
+    constant WORDS : natural := CALIBRATION'length;
+
+    signal number    : natural range 0 to WORDS      := 0;
+    signal word      : std_logic_vector(61 downto 0) := (others => '0');
+    signal toggle    : std_logic                     := '0';
+    signal busy      : std_logic;
+    signal all_done  : std_logic;
+    signal to_pixels : std_logic_vector(62 downto 0);
+    signal arrived   : std_logic_vector(62 downto 0);
+
+  begin
+
+    busy      <= toggle xor seen;
+    all_done  <= '1' when number = WORDS or not CALIBRATED else
+                 '0';
+    port_busy <= busy or not all_done;
+    to_pixels <= toggle & word;
+
+    send : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        if all_done = '0' then
+          if busy = '0' then
+            word   <= CALIBRATION(number)(61 downto 0);
+            toggle <= not toggle;
+            number <= number + 1;
+          end if;
+        elsif port_write = '1' then
+          word   <= port_word;
+          toggle <= not toggle;
+        end if;
+        if reset = '1' then
+          number <= 0;
+        end if;
+      end if;
+
+    end process send;
+
+    crossing : entity work.bus_crossing
+      generic map (
+        WIDTH => 63
+      )
+      port map (
+        source_clk      => clk,
+        source          => to_pixels,
+        destination_clk => pixel_clk,
+        destination     => arrived
+      );
+
+    load_word   <= arrived(61 downto 0);
+    load_toggle <= arrived(62);
+
+  end generate sensor;
+
+end architecture rtl;

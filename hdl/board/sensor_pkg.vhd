@@ -1,0 +1,36 @@
+-- The sensor whose raw frames come in, if there is one; built by scripts/build_hdl.py
+-- from plenofir.fpga.board_sensor.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+package sensor_pkg is
+
+  -- As in refocus_video.
+  constant WITH_SENSOR    : boolean  := false;
+  constant SENSOR_COLUMNS : positive := 2;
+  constant SENSOR_ROWS    : positive := 2;
+  constant RASTER_COLUMNS : positive := 1;
+  constant PIXEL_CHANNELS : positive := 3;
+  constant MOSAIC         : boolean  := false;
+  constant RED_PLACE      : natural  := 0;
+  constant HEXAGONAL      : boolean  := false;
+  constant RING_LINES     : positive := 8;
+  constant LENSES         : positive := 2;
+  constant MOVES          : boolean  := false;
+  constant GAINS          : boolean  := false;
+
+  -- As in load_port.
+  constant RESAMPLER : string := "";
+
+  -- Whether a calibration is built in; its words: kind (4 bits), address, data (40).
+  constant CALIBRATED : boolean := false;
+
+  type words_t is array (natural range <>) of std_logic_vector(63 downto 0);
+
+  constant CALIBRATION : words_t(0 to 0) :=
+  (
+    0 => x"0000000000000000"
+  );
+
+end package sensor_pkg;

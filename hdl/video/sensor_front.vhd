@@ -1,0 +1,189 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- What stands in front of a core that is shown on a screen when a sensor's raw frames come in: sensor_raster, and how
+-- far the output lags.
+--
+-- The lines of the raster come out in the course of a whole raw frame, and are shown without gaps. So the first ones
+-- wait: line i goes on at raw line `spare` + sensor_delay_lines + i, spare the lines that the raster has fewer than the
+-- raw frame. Nothing counts them off: the output does not take a frame before its place comes, and what waits, waits in
+-- the ring of the resampler. In the middle of the frame the raster begins at line spare / 2, so the output lags by the
+-- rest, and by the lines of the core.
+--
+-- Another size of the raster, and micro images in the place of refocused ones, make another lag: then all begins again
+-- with the next frame. A calibration that is loaded keeps its effect.
+--
+-- Latency: see sensor_raster. Throughput: one pixel each clock.
+-- Equation: lag = spare - floor(spare / 2) + sensor_delay_lines + CORE_LINES (micro images: without CORE_LINES).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.picture_pkg.all;
+use work.video_pkg.all;
+
+entity sensor_front is
+  generic (
+    -- As in sensor_raster; RED_PLACE is its red_place as a number. Pixels have 8 bits.
+    MOSAIC           : boolean                     := false;
+    RED_PLACE        : natural range 0 to 3        := 0;
+    MICRO_IMAGE_SIZE : positive range 1 to 128;
+    HEXAGONAL        : boolean                     := false;
+    MAX_COLUMNS      : positive range 2 to 8192    := 2048;
+    LINES            : positive range 4 to 256     := 8;
+    LENSES           : positive range 2 to 1048576 := 2;
+    MOVES            : boolean                     := false;
+    GAINS            : boolean                     := false;
+    CHANNELS         : positive range 1 to 3       := 1;
+    -- As in picture_core: r and m.
+    OUTPUTS : string;
+    -- Lines of the core's delay.
+    CORE_LINES : natural
+  );
+  port (
+    clk : in    std_logic;
+    -- There is no timing that is followed.
+    reset : in    std_logic;
+    -- Size of the raw frame.
+    columns : in    count_t;
+    rows    : in    count_t;
+    -- As in picture_core.
+    shown : in    std_logic_vector(1 downto 0);
+    -- As in sensor_raster.
+    load_write   : in    std_logic;
+    load_kind    : in    std_logic_vector(1 downto 0);
+    load_address : in    std_logic_vector(19 downto 0);
+    load_data    : in    std_logic_vector(39 downto 0);
+    -- Raw frames: red in the low bits, which is all that a grey sensor or one with a mosaic has.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(23 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- Their raster.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(23 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- Its size; stable while frames are followed.
+    raster_columns : out   std_logic_vector(15 downto 0);
+    raster_rows    : out   std_logic_vector(15 downto 0);
+    -- It is shown as it is; the place of what is shown in OUTPUTS.
+    direct : out   std_logic;
+    place  : out   std_logic_vector(1 downto 0);
+    -- Lines by which the output lags.
+    lag : out   count_t;
+    -- All has to begin again.
+    restart : out   std_logic;
+    -- As in sensor_raster.
+    error_flags : out   std_logic_vector(5 downto 0);
+    error_clear : in    std_logic
+  );
+end entity sensor_front;
+
+architecture rtl of sensor_front is
+
+  constant KINDS     : kinds_t                      := output_kinds(OUTPUTS);
+  constant RED       : std_logic_vector(1 downto 0) := std_logic_vector(to_unsigned(RED_PLACE, 2));
+  constant OWN_LINES : positive                     := sensor_delay_lines(MICRO_IMAGE_SIZE, MOSAIC);
+
+  signal size_columns  : std_logic_vector(15 downto 0);
+  signal size_rows     : std_logic_vector(15 downto 0);
+  signal raster        : std_logic_vector(8 * CHANNELS - 1 downto 0);
+  signal place_wanted  : std_logic_vector(1 downto 0);
+  signal place_now     : std_logic_vector(1 downto 0)  := "00";
+  signal columns_now   : std_logic_vector(15 downto 0) := (others => '0');
+  signal rows_now      : std_logic_vector(15 downto 0) := (others => '0');
+  signal direct_now    : std_logic                     := '0';
+  signal frame_columns : std_logic_vector(15 downto 0);
+  signal frame_rows    : std_logic_vector(15 downto 0);
+
+begin
+
+  frame_columns <= std_logic_vector(resize(columns, 16));
+  frame_rows    <= std_logic_vector(resize(rows, 16));
+
+  sensor : entity work.sensor_raster
+    generic map (
+      MOSAIC           => MOSAIC,
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      HEXAGONAL        => HEXAGONAL,
+      MAX_COLUMNS      => MAX_COLUMNS,
+      LINES            => LINES,
+      LENSES           => LENSES,
+      MOVES            => MOVES,
+      GAINS            => GAINS,
+      CHANNELS         => CHANNELS,
+      PIXEL_BITS       => 8
+    )
+    port map (
+      clk            => clk,
+      reset          => reset,
+      columns        => frame_columns,
+      rows           => frame_rows,
+      red_place      => RED,
+      load_write     => load_write,
+      load_kind      => load_kind,
+      load_address   => load_address,
+      load_data      => load_data,
+      s_axis_tvalid  => s_axis_tvalid,
+      s_axis_tready  => s_axis_tready,
+      s_axis_tdata   => s_axis_tdata(choose(MOSAIC, 1, CHANNELS) * 8 - 1 downto 0),
+      s_axis_tuser   => s_axis_tuser,
+      s_axis_tlast   => s_axis_tlast,
+      m_axis_tvalid  => m_axis_tvalid,
+      m_axis_tready  => m_axis_tready,
+      m_axis_tdata   => raster,
+      m_axis_tuser   => m_axis_tuser,
+      m_axis_tlast   => m_axis_tlast,
+      raster_columns => size_columns,
+      raster_rows    => size_rows,
+      error_flags    => error_flags,
+      error_clear    => error_clear
+    );
+
+  all_channels : for i in 0 to 2 generate
+    m_axis_tdata(8 * i + 7 downto 8 * i) <= raster(8 * (i mod CHANNELS) + 7 downto 8 * (i mod CHANNELS));
+  end generate all_channels;
+
+  place_wanted <= shown when unsigned(shown) < OUTPUTS'length else
+                  "00";
+
+  raster_columns <= columns_now;
+  raster_rows    <= rows_now;
+  direct         <= direct_now;
+  place          <= place_now;
+
+  follow : process (clk) is
+
+    variable spare : count_t;
+
+  begin
+
+    if rising_edge(clk) then
+      restart <= '0';
+      if reset = '1' then
+        columns_now <= size_columns;
+        rows_now    <= size_rows;
+        place_now   <= place_wanted;
+      elsif size_columns /= columns_now or size_rows /= rows_now or place_wanted /= place_now then
+        restart <= '1';
+      end if;
+
+      direct_now <= '0';
+      if KINDS(to_integer(unsigned(place_now))) = 3 then
+        direct_now <= '1';
+      end if;
+
+      spare := rows - unsigned(rows_now(COUNT_BITS - 1 downto 0));
+      lag   <= spare - shift_right(spare, 1) + OWN_LINES + CORE_LINES;
+      if direct_now = '1' then
+        lag <= spare - shift_right(spare, 1) + OWN_LINES;
+      end if;
+    end if;
+
+  end process follow;
+
+end architecture rtl;

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sensors whose raw frames come as video: their cameras, and a resampler for some of them."""
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+from plenofir.camera.calibration import Calibration, calibration_of_grid
+from plenofir.camera.synthetic import regular_grid
+from plenofir.fpga.core.resampler import ResamplerConfiguration
+from plenofir.plan.resampling import resampling, shown_lines
+
+
+@dataclass(frozen=True)
+class ShownCamera:
+    """A camera whose sensor has as many rows and columns as a small video mode."""
+
+    pitch: float
+    rotation_degrees: float
+    layout: str = "rectangular"
+    shading: bool = False
+    shape: tuple[int, int] = (36, 64)
+
+    def model_dump(self) -> dict[str, Any]:
+        """As it goes into a case."""
+        return asdict(self)
+
+    @cached_property
+    def calibration(self) -> Calibration:
+        """Its calibration."""
+        grid = regular_grid(
+            self.shape,
+            self.pitch,
+            rotation_degrees=self.rotation_degrees,
+            layout=self.layout,  # type: ignore[arg-type]
+        )
+        found = calibration_of_grid(grid, self.shape)
+        if not self.shading:
+            return found
+        profile = tuple(tuple(1 - 0.1 * abs(k - 1) for k in range(3)) for _ in range(3))
+        changes = {"shading": (-0.1, 0.05, 0.0), "profile": profile, "dark_level": 3.0}
+        return found.model_copy(update=changes)
+
+
+def shown_chip(
+    m: int, cameras: list[ShownCamera], *, mosaic: bool, channels: int
+) -> ResamplerConfiguration:
+    """Resampler that takes all of the cameras."""
+    chips = [resampling(c.calibration, m, channels=channels, devignette=c.shading) for c in cameras]
+    lines = max(shown_lines(chip.registers, chip.tables, mosaic=mosaic) for chip in chips)
+    return chips[0].core.model_copy(
+        update={"lines": lines, "lenses": max(chip.core.lenses for chip in chips)}
+    )

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Raw frames of a sensor as video in, their raster, refocused, in the middle of the video out."""
+
+import pytest
+
+from plenofir.camera.resampling import BayerOrder, red_place
+from plenofir.fpga.board_sensor import SENSOR_OUTPUTS
+from plenofir_tb.runner import Case, run_case, run_cases
+from plenofir_tb.shown_sensor import ShownCamera, shown_chip
+from plenofir_tb.video import MODE_720, shrunken
+
+TINY = [
+    ShownCamera(3.4, 1.5, shape=(22, 40)),
+    # Another size of the raster, and the opposite rotation.
+    ShownCamera(4.1, -1.0, shape=(22, 40)),
+]
+SMALL = [ShownCamera(5.4, 0.7), ShownCamera(6.9, -1.0)]
+
+
+def case(
+    m: int,
+    shifts: tuple[int, ...],
+    cameras: list[ShownCamera],
+    *,
+    order: BayerOrder | None = None,
+    channels: int = 1,
+    fewer_lines: int = 0,
+    thorough: bool = False,
+    **options: int | bool | str,
+) -> Case:
+    rows, columns = cameras[0].shape
+    chip = shown_chip(m, cameras, mosaic=order is not None, channels=channels)
+    red = (0, 0) if order is None else red_place(order)
+    generics = {
+        "MICRO_IMAGE_SIZE": m,
+        "SHIFTS": " ".join(map(str, shifts)),
+        "OUTPUTS": SENSOR_OUTPUTS,
+        "MAX_COLUMNS": columns,
+        "CHANNELS": channels,
+        "SENSOR": True,
+        "RAW_COLUMNS": columns,
+        "RAW_ROWS": rows,
+        "MOSAIC": order is not None,
+        "RED_PLACE": 2 * red[0] + red[1],
+        "HEXAGONAL": chip.hexagonal,
+        "LINES": chip.lines - fewer_lines,
+        "LENSES": chip.lenses,
+        "MOVES": chip.moves,
+        "GAINS": chip.gains,
+        **options,
+    }
+    return Case(
+        "refocus_video",
+        "video.sensor_bench",
+        generics,
+        {
+            "m": m,
+            "shifts": shifts,
+            "cameras": [camera.model_dump() for camera in cameras],
+            "core": chip.model_dump(),
+            "order": order,
+            "fewer_lines": fewer_lines,
+            "mode": (MODE_720 if rows == MODE_720.v_active else shrunken("mini")).model_dump(),
+            "thorough": thorough,
+        },
+    )
+
+
+def test_raw_aligned_and_refocused() -> None:
+    run_cases([case(3, (2, -1), TINY)])
+
+
+@pytest.mark.slow
+def test_fewer_lines_are_too_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The number of lines is not larger than it has to be by more than its roundings.
+    monkeypatch.setenv("COCOTB_TEST_FILTER", "lines_that_lack")
+    run_cases([case(5, (2,), SMALL[:1], fewer_lines=4)])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["fir", "moving_sum"])
+@pytest.mark.parametrize(
+    ("m", "shifts", "cameras", "options"),
+    [
+        (5, (2, -1), SMALL, {"order": "grbg", "channels": 3}),
+        (4, (-2, 3), [ShownCamera(5.4, 0.7, "hexagonal-rows")], {"order": "bggr", "channels": 3}),
+        (4, (1,), [ShownCamera(5.0, -0.4, "hexagonal-rows", shading=True)], {}),
+        (8, (3,), [ShownCamera(8.3, 0.7), ShownCamera(8.9, 0.1)], {"channels": 3}),
+        (13, (4, -8), [ShownCamera(13.889, 0.7, shading=True)], {}),
+    ],
+)
+def test_cameras(
+    engine: str, m: int, shifts: tuple[int, ...], cameras: list[ShownCamera], options: dict
+) -> None:
+    what = case(m, shifts, cameras, thorough=True, ENGINE=engine, **options)
+    run_case(what.entity, what.bench, what.generics, what.case, long=True)
