@@ -118,9 +118,9 @@ package body picture_pkg is
   ) return boolean is
   begin
 
-    for i in outputs'range loop
+    for i in 0 to 3 loop
 
-      if outputs(i) = 'a' or outputs(i) = 'd' then
+      if output_kinds(outputs)(i) = 1 or output_kinds(outputs)(i) = 2 then
         return true;
       end if;
 

@@ -252,6 +252,7 @@ begin
       port map (
         clk            => clk,
         reset          => core_reset,
+        following      => followed,
         columns        => mode_now.columns,
         rows           => mode_now.rows,
         shown          => shown,

@@ -42,9 +42,10 @@ entity sensor_front is
     CORE_LINES : natural
   );
   port (
-    clk : in    std_logic;
-    -- There is no timing that is followed.
+    clk   : in    std_logic;
     reset : in    std_logic;
+    -- There is a timing.
+    following : in    std_logic;
     -- Size of the raw frame.
     columns : in    count_t;
     rows    : in    count_t;
@@ -164,7 +165,7 @@ begin
 
     if rising_edge(clk) then
       restart <= '0';
-      if reset = '1' then
+      if following = '0' then
         columns_now <= size_columns;
         rows_now    <= size_rows;
         place_now   <= place_wanted;

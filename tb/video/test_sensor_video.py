@@ -93,4 +93,4 @@ def test_cameras(
     engine: str, m: int, shifts: tuple[int, ...], cameras: list[ShownCamera], options: dict
 ) -> None:
     what = case(m, shifts, cameras, thorough=True, ENGINE=engine, **options)
-    run_case(what.entity, what.bench, what.generics, what.case, long=True)
+    run_case(what.top, what.bench, generics=what.generics, case=what.case, long=True)
