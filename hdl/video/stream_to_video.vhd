@@ -77,8 +77,10 @@ architecture rtl of stream_to_video is
   signal picture       : std_logic;
   signal picture_first : std_logic;
   signal drop          : std_logic;
-  signal x             : count_t;
-  signal y             : count_t;
+  -- With WINDOW: the raster is not where it is to be.
+  signal early : std_logic;
+  signal x     : count_t;
+  signal y     : count_t;
   -- The frame on the screen is the frame of the stream.
   signal in_step   : std_logic := '0';
   signal take      : std_logic;
@@ -104,6 +106,7 @@ begin
     );
 
   whole : if not WINDOW generate
+    early         <= '0';
     too_large     <= '0';
     drop          <= '0';
     video_on      <= raster_on;
@@ -124,6 +127,7 @@ begin
 
   begin
 
+    early     <= not connected;
     too_large <= outside;
     drop      <= outside;
 
@@ -171,7 +175,7 @@ begin
   end generate middle;
 
   -- A start of frame waits for its place; anything else is taken there, or dropped.
-  begins        <= picture_first and connected and s_axis_tvalid and s_axis_tuser(0);
+  begins        <= picture_first and not early and s_axis_tvalid and s_axis_tuser(0);
   take          <= begins or (picture and not picture_first and in_step and not s_axis_tuser(0));
   s_axis_tready <= take or (not in_step and not s_axis_tuser(0)) or drop;
 
@@ -179,10 +183,9 @@ begin
   begin
 
     if rising_edge(clk) then
-      start <= '0';
-      if following = '0' then
-        connected <= '0';
-      elsif row = delay_lines and column = DELAY_PIXELS then
+      start     <= '0';
+      connected <= following and not early;
+      if following = '1' and row = delay_lines and column = DELAY_PIXELS then
         connected <= '1';
         start     <= '1';
         shown     <= timing;

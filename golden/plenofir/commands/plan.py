@@ -167,7 +167,7 @@ def _calibration_for(plan: "Plan", calib: str) -> "list[Load]":
             where=calib,
             expected=f"{sensor.columns} x {sensor.rows}, the sensor's",
         )
-    return calibration_loads(BoardResampler(sensor.core), calibration, where=calib)
+    return calibration_loads(BoardResampler(sensor.core, sensor.shown), calibration, where=calib)
 
 
 @app.command()

@@ -9,6 +9,8 @@ SENSOR_PACKAGE = "sensor_pkg"
 """Name of the VHDL package."""
 SENSOR_OUTPUTS = "rm"
 """What a board with a sensor can show: the refocused slice and the micro images."""
+SENSOR_BLANK_LINES = 3
+"""Lines of vertical blanking that a sensor's frames need, as in ``hdl/video/refocus_video.vhd``."""
 _MARGIN, _MOSAIC_MARGIN = 5, 1
 
 

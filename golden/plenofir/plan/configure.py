@@ -8,12 +8,14 @@ from pathlib import Path
 from plenofir.files import publish
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import ise, nextpnr, top_level
+from plenofir.fpga.board_sensor import SENSOR_OUTPUTS, SENSOR_PACKAGE, sensor_package
 from plenofir.fpga.boards import Board, board_of
 from plenofir.fpga.core.resampler import Load
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import find_mode, range_limits
+from plenofir.fpga.screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.plan.board_load import load_lines
 from plenofir.plan.calibration_loader import LOADER, loader_text
 from plenofir.plan.planned import Plan
@@ -89,7 +91,8 @@ def clock_range_of(plan: Plan) -> int:
         One of the board's ranges.
     """
     assert plan.clock_mhz is not None
-    mode = find_mode(plan.columns, plan.rows, 1e6 * plan.clock_mhz / plan.frame_clocks)
+    size = plan if plan.sensor is None else plan.sensor
+    mode = find_mode(size.columns, size.rows, 1e6 * plan.clock_mhz / plan.frame_clocks)
     assert mode is not None
     return _board(plan).clock_range(mode)
 
@@ -186,13 +189,37 @@ def _core_top(plan: Plan) -> dict[str, str]:
     }
 
 
+def scene_generics(plan: Plan) -> dict[str, top_level.Value]:
+    """Generics of the board's top level for a scene.
+
+    Parameters
+    ----------
+    plan
+        The plan, with video in and out.
+
+    Returns
+    -------
+    dict
+        Generic to value; with a sensor the longest line is that of the raw frames.
+    """
+    core, top = plan.core, _board(plan).top
+    if plan.sensor is not None:
+        # Channels and the raster's lines stand in sensor_pkg.
+        size = {"channels": 3, "max_columns": plan.sensor.columns}
+        core = core.model_copy(update=size)
+    return top_level.board_generics(core, top)
+
+
 def _board_top(plan: Plan) -> dict[str, str]:
     """Top level with the scene's generics, its EDID, pins and clocks, XST's script of the board."""
     own = {}
     if plan.edid is not None:
         own[f"{EDID_PACKAGE}.vhd"] = edid_package(bytes.fromhex(plan.edid))
     board = _board(plan)
-    generics = top_level.board_generics(plan.core, board.top)
+    if plan.sensor is not None:
+        own[f"{SENSOR_PACKAGE}.vhd"] = sensor_package(plan.sensor.board_sensor())
+        own[f"{SCREEN_PACKAGE}.vhd"] = screen_package(Screen(outputs=SENSOR_OUTPUTS))
+    generics = scene_generics(plan)
     if board.flow == "nextpnr":
         clock_range = clock_range_of(plan)
         generics |= nextpnr.range_generics(clock_range)

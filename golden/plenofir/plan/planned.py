@@ -3,9 +3,11 @@
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from plenofir.camera.resampling import BayerOrder
+from plenofir.camera.resampling import BayerOrder, red_place
+from plenofir.fpga.board_sensor import BoardSensor
 from plenofir.fpga.core.configuration import CoreConfiguration, SliceEngineName
 from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
+from plenofir.plan.board_load import Shown, description
 from plenofir.plan.left_out import LeftOut
 
 
@@ -73,6 +75,8 @@ class PlannedSensor(BaseModel):
         Resources (estimate).
     loads
         Words for the load port, if a calibration is built in.
+    shown
+        What a board's screen takes; None without video in and out.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -87,6 +91,20 @@ class PlannedSensor(BaseModel):
     full_rate: bool
     needs: dict[str, int]
     loads: tuple[Load, ...] = Field(default=(), exclude=True)
+    shown: Shown | None = None
+
+    def board_sensor(self) -> BoardSensor:
+        """What the board's package says of it."""
+        assert self.shown is not None
+        return BoardSensor(
+            core=self.core,
+            red_place=None if self.mosaic is None else red_place(self.mosaic),
+            columns=self.columns,
+            rows=self.rows,
+            raster_columns=self.shown.raster,
+            description=description(self.core, self.shown),
+            loads=self.loads,
+        )
 
 
 class Plan(BaseModel):

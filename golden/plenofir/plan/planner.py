@@ -8,6 +8,7 @@ from math import inf
 from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.errors import InputError
+from plenofir.fpga.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration, SliceEngineName
 from plenofir.fpga.core.engine import SliceEngine
@@ -95,6 +96,7 @@ def _planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
         full_rate=chip.full_rate,
         needs=device.amounts(usage),
         loads=() if chip.calibrated is None else tuple(chip.calibrated.loads()),
+        shown=chip.shown,
     )
 
 
@@ -221,7 +223,7 @@ def _misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:
     frame = loaded.scene.frame
     if loaded.scene.build.path == "core" or frame.rate_hz is None:
         return ""
-    mode = find_mode(frame.columns, frame.rows, frame.rate_hz)
+    mode = find_mode(*loaded.video_size, frame.rate_hz)
     clocks, lines = core.band_steps(frame.columns), core.frame_lines(frame.rows)
     if mode is not None and clocks > mode.h_total:
         return f"lines of {clocks} clocks, the mode has {mode.h_total}"
@@ -342,7 +344,8 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
     if loaded.scene.build.path == "core":
         return None
     assert frame.rate_hz is not None
-    mode = find_mode(frame.columns, frame.rows, frame.rate_hz)
+    columns, rows = loaded.video_size
+    mode = find_mode(columns, rows, frame.rate_hz)
     board = board_of(loaded.scene.build.device)
     assert board is not None
     if mode not in board.modes:
@@ -350,21 +353,22 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
             f"{m.h_active} x {m.v_active} at {round(m.frame_rate)} Hz" for m in board.modes
         )
         raise InputError(
-            f"{frame.columns} x {frame.rows} at {frame.rate_hz:g} Hz is no mode of the "
-            f"{board.title}",
-            where=f"{loaded.path}: frame",
+            f"{columns} x {rows} at {frame.rate_hz:g} Hz is no mode of the {board.title}",
+            where=f"{loaded.path}: frame" if loaded.sensor is None else f"{loaded.path}: sensor",
             expected=f"one of {known}",
         )
     # As video_to_stream decides it.
     delay = core.video_delay_pixels
     blank_lines = core.engine.blank_lines(core)
-    if (
-        delay >= mode.h_total
-        or core.delay >= mode.v_total
-        or blank_lines > mode.v_total - frame.rows
-    ):
+    lines = core.delay
+    if (chip := loaded.sensor) is not None:
+        blank_lines = max(blank_lines, SENSOR_BLANK_LINES)
+        mosaic = chip.mosaic is not None
+        # The least raster is none at all.
+        lines += sensor_delay_lines(core.micro_image_size, mosaic=mosaic) + (rows + 1) // 2
+    if delay >= mode.h_total or lines >= mode.v_total or blank_lines > mode.v_total - rows:
         raise InputError(
-            f"a delay of {core.delay} lines and {delay} pixels exceeds the mode's "
+            f"a delay of {lines} lines and {delay} pixels exceeds the mode's "
             f"{mode.v_total} lines of {mode.h_total} pixels, or its blanking",
             where=f"{loaded.path}: depth",
             expected="a nearer to 1/M, or a larger mode",
@@ -425,6 +429,11 @@ def make_plan(loaded: LoadedScene) -> Plan:
     mode = _mode(loaded, core)
     clock_mhz, frame_clocks = _clock(loaded, core, mode)
     columns, rows = scene.frame.columns, scene.frame.rows
+    video_columns, video_rows = loaded.video_size
+    lag = 0
+    if mode is not None and (chip := loaded.sensor) is not None:
+        lag = sensor_delay_lines(m, mosaic=chip.mosaic is not None)
+        lag += (video_rows - rows + 1) // 2
     full = full_core(core)
     engines, reason = _engine_choice(loaded, core, device)
     engine, whole = slice_engine(core), slice_engine(full)
@@ -433,14 +442,16 @@ def make_plan(loaded: LoadedScene) -> Plan:
         path=scene.build.path,
         device=device.name,
         clock_mhz=clock_mhz,
-        blanking=None if mode is None else (mode.h_total - columns, mode.v_total - rows),
+        blanking=(
+            None if mode is None else (mode.h_total - video_columns, mode.v_total - video_rows)
+        ),
         frame_clocks=frame_clocks,
         latency_clocks=(
             core.latency_clocks(columns, rows)
             if mode is None
-            else core.video_latency_clocks(mode.h_total)
+            else core.video_latency_clocks(mode.h_total) + lag * mode.h_total
         ),
-        latency_lines=core.delay,
+        latency_lines=core.delay + lag,
         slices=tuple(_planned(shift, m, model) for shift in shifts),
         gaps_mm=tuple((low, None if high == inf else high) for low, high in gaps),
         core=core,

@@ -88,12 +88,7 @@ def resampling(
     needs = ring_needs(registers, tables)
     lines = max(needs.full_rate or needs.least + 2, 4)
     lines += lines % 2
-    if lines > MAX_LINES:
-        raise InputError(
-            f"a ring of {lines} lines for rows of lenses that drift by {_drift(registers, tables)}",
-            where=where,
-            expected=f"at most {MAX_LINES} lines: less rotation",
-        )
+    check_ring(lines, f"rows of lenses that drift by {_drift(registers, tables)}", where=where)
     rows, columns = registers.lenses
     bits = registers.precision
     table = tables.moves is not None or tables.lenses is not None
@@ -113,6 +108,16 @@ def resampling(
         gain_bits=bits.gain_bits,
     )
     return Resampling(core, registers, tables, accuracy, needs)
+
+
+def check_ring(lines: int, what: str, *, where: str) -> None:
+    """Refuse a ring of more than `MAX_LINES` lines, and say what it is for."""
+    if lines > MAX_LINES:
+        raise InputError(
+            f"a ring of {lines} lines for {what}",
+            where=where,
+            expected=f"at most {MAX_LINES} lines: less rotation, M nearer to the pitch",
+        )
 
 
 def shown_lines(

@@ -236,12 +236,13 @@ class Scene(_Part):
         if self.depth.slices is None and self.camera.model is None:
             raise ValueError("camera.model for a depth range, or depth.slices")
         if self.sensor is not None:
-            if self.build.path == "video":
-                raise ValueError('build.path "core" for a sensor')
+            if self.build.path == "video" and self.sensor.bits != 8:
+                raise ValueError('sensor.bits 8 for build.path "video"')
             if self.build.pixels_per_clock not in ("auto", 1):
                 raise ValueError("build.pixels_per_clock 1 for a sensor")
         if self.build.path == "video":
-            if self.frame.colour != "rgb" or self.frame.bits != 8:
+            colour = "rgb" if self.sensor is None else self.frame.colour
+            if self.frame.colour != colour or self.frame.bits != 8:
                 raise ValueError('frame.colour "rgb" with 8 bits for build.path "video"')
             if self.frame.rate_hz is None:
                 raise ValueError('frame.rate_hz for build.path "video"')
@@ -285,6 +286,12 @@ class LoadedScene(BaseModel):
     shifts: tuple[int, ...] | None
     edid: bytes | None = None
     sensor: SensorChip | None = None
+
+    @property
+    def video_size(self) -> tuple[int, int]:
+        """Columns and rows of the frames that come in: the sensor's, if there is one."""
+        size = self.scene.frame if self.sensor is None else self.sensor
+        return size.columns, size.rows
 
     def model(self) -> RayModel | None:
         """Ray model of the camera.
@@ -354,7 +361,9 @@ def load_scene(path: str | Path) -> LoadedScene:
         raise validation_error(error, where=str(file)) from None
     chip = None
     if scene.sensor is not None:
-        chip = sensor_chip(scene.sensor, scene.camera.micro_image_size, scene.frame.colour, file)
+        video = scene.build.path == "video"
+        m, colour = scene.camera.micro_image_size, scene.frame.colour
+        chip = sensor_chip(scene.sensor, m, colour, file, video=video)
         scene = scene.model_copy(update={"frame": _raster_frame(scene, chip, str(file))})
     camera = None
     if scene.camera.model is not None:

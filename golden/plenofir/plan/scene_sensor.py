@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sensor of a scene: raw frames, from which the chip itself makes the raster."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, cos, floor, radians, sqrt, tan
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,13 +13,17 @@ from plenofir.camera.calibration.shading import BORDER
 from plenofir.camera.resampling import BayerOrder
 from plenofir.camera.resampling.registers import ChipLayout
 from plenofir.errors import InputError
+from plenofir.fpga.board_sensor import sensor_delay_lines
 from plenofir.fpga.core.configuration import MAX_MICRO_IMAGE_SIZE
-from plenofir.fpga.core.resampler import MAX_LINES, ResamplerConfiguration
-from plenofir.plan.resampling import Resampling, resampling
+from plenofir.fpga.core.resampler import ResamplerConfiguration
+from plenofir.plan.board_load import Shown
+from plenofir.plan.resampling import Resampling, check_ring, resampling, shown_lines
 
 LARGEST_ROTATION_DEGREES = 30
 _LINES_OF_MOVES = 4
 """A lens is moved by up to two pixels to either side."""
+_PITCHES = 1.01
+"""Largest pitch beside the least one, unless a scene says it."""
 
 
 class SceneSensor(BaseModel):
@@ -37,6 +41,9 @@ class SceneSensor(BaseModel):
         Of the lenses, without a calibration: any that keeps these limits is loaded at run time.
     pitch_px
         Least distance of neighbouring lenses.
+    largest_pitch_px
+        Their largest distance; 1 % more if None. With video in and out the ring also holds what
+        the raster has fewer lines than the sensor.
     rotation_degrees
         Largest rotation to either side.
     distortion
@@ -54,17 +61,22 @@ class SceneSensor(BaseModel):
     calibration: Annotated[str, Field(min_length=1)] | None = None
     layout: ChipLayout | None = None
     pitch_px: Annotated[float, Field(ge=1, le=MAX_MICRO_IMAGE_SIZE)] | None = None
+    largest_pitch_px: Annotated[float, Field(ge=1, le=2 * MAX_MICRO_IMAGE_SIZE)] | None = None
     rotation_degrees: Annotated[float, Field(ge=0, le=LARGEST_ROTATION_DEGREES)] | None = None
     distortion: bool | None = None
     devignette: bool = False
 
     @model_validator(mode="after")
     def _calibration_or_limits(self) -> "SceneSensor":
-        limits = (self.layout, self.pitch_px, self.rotation_degrees, self.distortion)
+        pitches = self.pitch_px, self.largest_pitch_px
+        limits = (self.layout, *pitches, self.rotation_degrees, self.distortion)
         if self.calibration is not None and any(value is not None for value in limits):
             raise ValueError("calibration, or limits (pitch_px, rotation_degrees), not both")
         if self.calibration is None and None in (self.pitch_px, self.rotation_degrees):
             raise ValueError("calibration, or pitch_px and rotation_degrees")
+        least, largest = pitches
+        if least is not None and largest is not None and largest < least:
+            raise ValueError("largest_pitch_px of at least pitch_px")
         return self
 
 
@@ -86,6 +98,8 @@ class SensorChip:
         Whether a source without gaps is never refused.
     calibrated
         The calibration that is built in, or None.
+    shown
+        What a board's screen takes; None without video in and out.
     """
 
     core: ResamplerConfiguration
@@ -95,10 +109,16 @@ class SensorChip:
     raster: tuple[int, int]
     full_rate: bool
     calibrated: Resampling | None
+    shown: Shown | None = None
 
 
 def sensor_chip(
-    sensor: SceneSensor, micro_image_size: int, colour: Literal["grey", "rgb"], path: Path
+    sensor: SceneSensor,
+    micro_image_size: int,
+    colour: Literal["grey", "rgb"],
+    path: Path,
+    *,
+    video: bool = False,
 ) -> SensorChip:
     """Resampler for a scene's sensor.
 
@@ -112,6 +132,8 @@ def sensor_chip(
         Of what comes behind the mosaic.
     path
         The scene's file, for messages and for the calibration beside it.
+    video
+        Whether the raster is shown under the timing of the raw frames.
 
     Returns
     -------
@@ -129,11 +151,19 @@ def sensor_chip(
             "frame.colour 'grey'", where=f"{path}: sensor.mosaic", expected="frame.colour 'rgb'"
         )
     if sensor.calibration is not None:
-        return _calibrated(sensor, micro_image_size, channels, path)
-    return _limited(sensor, micro_image_size, channels, path)
+        chip = _calibrated(sensor, micro_image_size, channels, path, video=video)
+    else:
+        chip = _limited(sensor, micro_image_size, channels, path, video=video)
+    if not video:
+        return chip
+    return replace(
+        chip, shown=Shown(sensor.rows, chip.raster[1], 0 if sensor.mosaic is None else 1)
+    )
 
 
-def _calibrated(sensor: SceneSensor, m: int, channels: int, path: Path) -> SensorChip:
+def _calibrated(
+    sensor: SceneSensor, m: int, channels: int, path: Path, *, video: bool
+) -> SensorChip:
     assert sensor.calibration is not None
     where = f"{path}: sensor.calibration"
     calibration = load_calibration(path.parent / sensor.calibration)
@@ -152,8 +182,15 @@ def _calibrated(sensor: SceneSensor, m: int, channels: int, path: Path) -> Senso
         devignette=sensor.devignette,
         where=where,
     )
+    core = chip.core
+    if video:
+        mosaic = sensor.mosaic is not None
+        lines = shown_lines(chip.registers, chip.tables, mosaic=mosaic, where=where)
+        check_ring(lines, "a raster shown under the raw frames' timing", where=where)
+        core = core.model_copy(update={"lines": lines})
+        chip = replace(chip, core=core)
     return SensorChip(
-        core=chip.core,
+        core=core,
         mosaic=sensor.mosaic,
         columns=sensor.columns,
         rows=sensor.rows,
@@ -163,7 +200,7 @@ def _calibrated(sensor: SceneSensor, m: int, channels: int, path: Path) -> Senso
     )
 
 
-def _limited(sensor: SceneSensor, m: int, channels: int, path: Path) -> SensorChip:
+def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: bool) -> SensorChip:
     pitch, rotation = sensor.pitch_px, sensor.rotation_degrees
     assert pitch is not None
     assert rotation is not None
@@ -181,15 +218,22 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path) -> SensorCh
     if hexagonal:
         outputs = floor((lenses_across - 1.5) / (row_pitch / pitch)) + 1
     moves = sensor.distortion or False
-    lines = ceil(sensor.columns * tan(angle)) + m + 4 + _LINES_OF_MOVES * moves
+    drift = ceil(sensor.columns * tan(angle)) + _LINES_OF_MOVES * moves
+    lines = drift + m + 4
+    what = f"a rotation of {rotation:g} degrees"
+    if video:
+        # Lenses of the largest pitch whose rows lie in the image for certain.
+        largest = row_pitch / pitch * (sensor.largest_pitch_px or _PITCHES * pitch)
+        rows = m * max(floor((sensor.rows - 1 - drift) / largest), 0)
+        lines = max(sensor.rows - rows, drift + m) + m // 2 + 3
+        lines += sensor_delay_lines(m, mosaic=sensor.mosaic is not None)
+        what += ", pitches and a raster shown under the raw frames' timing"
     lines += lines % 2
-    if lines > MAX_LINES:
-        raise InputError(
-            f"a ring of {lines} lines for a rotation of {rotation:g} degrees",
-            where=f"{where}.rotation_degrees",
-            expected=f"at most {MAX_LINES} lines: less rotation",
-        )
+    check_ring(lines, what, where=f"{where}.rotation_degrees")
     raster = lenses_down * m, outputs * m
+    if video:
+        # A calibration whose raster is larger than the frame is refused.
+        raster = min(raster[0], sensor.rows // m * m), min(raster[1], sensor.columns // m * m)
     return SensorChip(
         core=ResamplerConfiguration(
             micro_image_size=m,

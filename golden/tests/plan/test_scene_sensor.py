@@ -15,6 +15,7 @@ from plenofir.camera.resampling.lines import ring_needs
 from plenofir.camera.synthetic import regular_grid
 from plenofir.errors import InputError
 from plenofir.plan import load_scene, make_plan
+from plenofir.plan.board_load import calibration_loads, described, description
 from plenofir.plan.configure import configure
 from plenofir.plan.resampling import check_fits, resampling
 from plenofir.plan.scene_sensor import SceneSensor, sensor_chip
@@ -162,7 +163,10 @@ def test_lytro_scene_takes_all_that_it_has() -> None:
         (LIMITS + '\nmosaic = "rggb"', 'colour = "grey"', "", "frame.colour 'grey'"),
         (LIMITS + '\nmosaic = "xggb"', "", "", "sensor.mosaic"),
         ("pitch_px = 4.0\nrotation_degrees = 0.0", "", "", "pitch_px = 4; expected 4 < pitch_px"),
-        (LIMITS, "", 'path = "video"', "build.path"),
+        (LIMITS, "", 'path = "video"', "frame.rate_hz for build.path"),
+        (LIMITS, "rate_hz = 60.0", 'path = "video"', "83 x 61 at 60 Hz is no mode of the Digilent"),
+        (LIMITS + "\nbits = 10", "rate_hz = 60.0", 'path = "video"', "sensor.bits 8 for"),
+        (LIMITS + "\nlargest_pitch_px = 5.3", "", "", "largest_pitch_px of at least pitch_px"),
         (LIMITS, "", "pixels_per_clock = 4", "build.pixels_per_clock 1 for a sensor"),
     ],
 )
@@ -181,3 +185,92 @@ def test_too_much_rotation_is_refused_by_its_lines(tmp_path: Path) -> None:
     sensor = SceneSensor(columns=8000, rows=100, pitch_px=9.0, rotation_degrees=3.0)
     with pytest.raises(InputError, match=r"a ring of 430 lines .* at most 256 lines"):
         sensor_chip(sensor, 5, "grey", tmp_path / "scene.toml")
+
+
+VIDEO = """
+name = "video"
+[camera]
+micro_image_size = 13
+[sensor]
+columns = {columns}
+rows = {rows}
+{sensor}
+[frame]
+rate_hz = 60.0
+[depth]
+slices = ["4/13"]
+[build]
+path = "video"
+"""
+PITCHES = "pitch_px = 13.85\nlargest_pitch_px = 13.95\nrotation_degrees = 0.7"
+
+
+def video_camera(pitch: float = 13.889, **moved: tuple[float, float]) -> Calibration:
+    shape = 480, 640
+    return calibration_of_grid(regular_grid(shape, pitch, rotation_degrees=0.7, **moved), shape)
+
+
+def test_sensor_with_video_in_and_out(tmp_path: Path) -> None:
+    path = tmp_path / "video.toml"
+    path.write_text(VIDEO.format(columns=640, rows=480, sensor=PITCHES))
+    plan = make_plan(load_scene(path))
+    sensor = plan.sensor
+    assert sensor is not None
+    assert sensor.shown is not None
+    assert (plan.core.channels, plan.blanking) == (1, (160, 45))
+    # The text that the board answers with says what it takes.
+    board = described(description(sensor.core, sensor.shown), where="board")
+    for pitch in (13.85, 13.889, 13.95):
+        for offset in ((0.0, 0.0), (6.9, 5.0), (-3.3, 2.1)):
+            words = calibration_loads(board, video_camera(pitch, offset=offset), where="calib")
+            assert len(words) == 16
+    wide = calibration_of_grid(regular_grid((481, 640), 13.889), (481, 640))
+    with pytest.raises(InputError, match="a calibration for 640 x 481 pixels; expected 640 x 480"):
+        calibration_loads(board, wide, where="calib")
+    with pytest.raises(
+        InputError, match=r"\d+ lines of the ring; expected at most \d+, the board's"
+    ):
+        calibration_loads(board, video_camera(17.9), where="calib")
+    configure(plan, tmp_path / "out")
+    package = (tmp_path / "out" / "sensor_pkg.vhd").read_text()
+    assert f"constant RING_LINES     : positive := {sensor.lines};" in package
+    assert "constant SENSOR_COLUMNS : positive := 640;" in package
+    assert "constant CALIBRATED : boolean := false;" in package
+    top = (tmp_path / "out" / "atlys_top.vhd").read_text()
+    assert "MAX_COLUMNS         : positive := 640;" in top
+    assert 'OUTPUTS          : string  := "rm"' in (tmp_path / "out" / "screen_pkg.vhd").read_text()
+    sources = (tmp_path / "out" / "sources.txt").read_text()
+    assert "sensor_front.vhd" in sources
+
+
+def test_calibration_is_built_into_a_board(tmp_path: Path) -> None:
+    video_camera().save(tmp_path / "calib.json")
+    path = tmp_path / "video.toml"
+    path.write_text(VIDEO.format(columns=640, rows=480, sensor='calibration = "calib.json"'))
+    plan = make_plan(load_scene(path))
+    sensor = plan.sensor
+    assert sensor is not None
+    assert sensor.calibrated
+    configure(plan, tmp_path / "out")
+    package = (tmp_path / "out" / "sensor_pkg.vhd").read_text()
+    assert "constant CALIBRATED : boolean := true;" in package
+    assert f"words_t(0 to {len(sensor.loads) - 1})" in package
+
+
+@pytest.mark.parametrize(
+    ("size", "sensor", "message"),
+    [
+        # Three channels of the ring of a mosaic; lines of the ring; a raster larger than the frame.
+        ((1280, 720), PITCHES + '\nmosaic = "rggb"', "does not fit the XC6SLX45: needs"),
+        ((640, 480), "pitch_px = 30.0\nrotation_degrees = 0.0", "a ring of 306 lines for a rot"),
+        ((640, 480), 'calibration = "tight.json"', "a raster of 637 x 481 pixels; expected at"),
+    ],
+)
+def test_too_large_for_a_board_is_refused_by_name(tmp_path, size, sensor, message) -> None:
+    video_camera(13.0).save(tmp_path / "tight.json")
+    path = tmp_path / "video.toml"
+    path.write_text(VIDEO.format(columns=size[0], rows=size[1], sensor=sensor))
+    with pytest.raises(InputError) as caught:
+        make_plan(load_scene(path))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
