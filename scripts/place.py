@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Places and routes for ECP5 and prints clock and resources: python scripts/place.py [scene.toml].
 
+A scene of a board with an ECP5: its bitstream, whose figures go into data/boards.json.
+
 Without a scene: all shipped scenes, cores and arrays, whose results go into data/ecp5.json and with
 `make docs` into docs/resources.md, and the self-test of the ULX3S board, whose bitstream goes to
 build/pnr/.
@@ -16,7 +18,7 @@ from plenofir import project
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
 from plenofir.files import publish_files
 from plenofir.fpga import hdl
-from plenofir.fpga.bitstream.nextpnr import NextpnrReport, build, save_builds
+from plenofir.fpga.bitstream.nextpnr import build, load_builds, save_builds
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -32,6 +34,7 @@ from plenofir.fpga.synthesis.self_test import TOP as SELF_TEST
 from plenofir.fpga.synthesis.self_test import self_test_generics
 from plenofir.plan.configure import clock_range_of
 from plenofir.plan.figures import Design, core_designs, grid_designs, is_ecp5_board
+from plenofir.plan.planned import Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_top import TOP
@@ -91,8 +94,12 @@ def run(arguments: list[str]) -> None:
     """Place what the arguments ask for."""
     check_tools()
     if arguments:
+        plan = make_plan(load_scene(arguments[0]))
+        if is_ecp5_board(plan):
+            record_build(plan)
+            return
         # The board's TMDS ends are Spartan-6 primitives: what can be placed here is the core.
-        plan = make_plan(load_scene(arguments[0])).model_copy(update={"path": "core"})
+        plan = plan.model_copy(update={"path": "core"})
         chosen = [Design(plan.scene, plan.core, TOP, plan)]
     else:
         chosen = [replace(d, name=d.name.removesuffix(" core")) for d in core_designs()]
@@ -113,22 +120,23 @@ def run(arguments: list[str]) -> None:
         print(f"bitstream: {out / SELF_TEST}.bit")
         results["ulx3s self-test"] = {"6": board.model_dump()}
         save(results)
-        save_builds(dict(sorted(board_scenes(out).items())))
+        save_builds({})
+        for plan in (make_plan(load_scene(file)) for file in scene_files()):
+            if is_ecp5_board(plan):
+                record_build(plan)
 
 
-def board_scenes(out: Path) -> dict[str, NextpnrReport]:
-    """Make the bitstreams of the shipped scenes of boards with an ECP5."""
-    builds = {}
-    for plan in (make_plan(load_scene(file)) for file in scene_files()):
-        board = board_of(plan.device)
-        if board is not None and is_ecp5_board(plan):
-            generics = board_generics(plan.core, board.top)
-            folder, clocks = out / plan.scene, clock_range_of(plan)
-            builds[plan.scene] = build(
-                board, plan.device, generics, clocks, folder, lambda *_: None
-            )
-            print(f"bitstream: {folder / 'plenofir.bit'}", flush=True)
-    return builds
+def record_build(plan: Plan) -> None:
+    """Make the bitstream of a board with an ECP5 and record its figures."""
+    board = board_of(plan.device)
+    assert board is not None
+    folder = project.root() / "build" / "pnr" / plan.scene
+    generics = board_generics(plan.core, board.top)
+    result = build(board, plan.device, generics, clock_range_of(plan), folder, lambda *_: None)
+    save_builds(dict(sorted({**load_builds(), plan.scene: result}.items())))
+    for clock in result.timing:
+        print(f"{plan.scene}: {clock.clock} {clock.reached_mhz} of {clock.wanted_mhz} MHz wanted")
+    print(f"bitstream: {folder / 'plenofir.bit'}", flush=True)
 
 
 def main() -> int:

@@ -44,12 +44,12 @@ entity atlys_top is
     PATTERN_V_FRONT  : positive := 10;
     PATTERN_V_SYNC   : positive := 2;
     PATTERN_V_BACK   : positive := 33;
-    -- Times in clocks of 100 MHz, but DATA_PATIENCE, 100 ms, in METER_WINDOW; a simulation shortens them.
+    -- Times in 10 ns, but DATA_PATIENCE, 100 ms, in METER_WINDOW; a simulation shortens them.
     METER_WINDOW  : positive := 16000;
     LOCK_TIMEOUT  : positive := 1000000;
     DATA_PATIENCE : positive := 625;
     BUTTON_STABLE : positive := 1000000;
-    BIT_CLOCKS    : positive := 868;
+    BIT_TIME      : positive := 868;
     DDC_QUARTER   : positive := 500;
     DDC_PAUSE     : positive := 200000000;
     -- Frames for each slice of a sweep by the switch: half a second.
@@ -163,7 +163,7 @@ begin
       LOCK_TIMEOUT  => LOCK_TIMEOUT,
       DATA_PATIENCE => DATA_PATIENCE,
       BUTTON_STABLE => BUTTON_STABLE,
-      BIT_CLOCKS    => BIT_CLOCKS,
+      BIT_TIME      => BIT_TIME,
       DDC_QUARTER   => DDC_QUARTER,
       DDC_PAUSE     => DDC_PAUSE,
       SWITCH_FRAMES => SWITCH_FRAMES

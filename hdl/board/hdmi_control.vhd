@@ -32,13 +32,15 @@ entity hdmi_control is
     -- 0: pixel clocks from 24 MHz on with two settings of the PLLs. Otherwise from 82 to 158 MHz divided by it, less
     -- than the ends of what a fixed PLL takes (80 and 160), and only such modes are offered. At most 74.3 MHz.
     CLOCK_RANGE : natural range 0 to 4 := 0;
-    -- Times in clocks of 100 MHz, see clock_meter, link_supervisor, debouncer, uart_receiver and
+    -- Frequency of clk.
+    CONTROL_MHZ : positive := 100;
+    -- Times in 10 ns, see clock_meter, link_supervisor, debouncer, uart_receiver and
     -- monitor_edid; DATA_PATIENCE is in windows of the meter.
     METER_WINDOW  : positive;
     LOCK_TIMEOUT  : positive;
     DATA_PATIENCE : positive;
     BUTTON_STABLE : positive;
-    BIT_CLOCKS    : positive;
+    BIT_TIME      : positive;
     DDC_QUARTER   : positive;
     DDC_PAUSE     : positive;
     -- Frames for each slice of a sweep by the switch.
@@ -107,6 +109,19 @@ architecture rtl of hdmi_control is
   constant ANY_FASTEST : positive := 743;
   constant SLOWEST     : positive := choose(CLOCK_RANGE = 0, ANY_SLOWEST, 820 / larger(CLOCK_RANGE, 1));
   constant FASTEST     : positive := choose(CLOCK_RANGE < 3, ANY_FASTEST, 1580 / larger(CLOCK_RANGE, 1));
+
+  -- Time that a line of the display data channel must be stable, in 10 ns.
+  constant LINE_FILTER : positive := 20;
+
+  -- Clocks of a time, which is a whole number of them.
+  function clocks_of (
+    hundredths_us : positive
+  ) return positive is
+  begin
+
+    return hundredths_us / 100 * CONTROL_MHZ + hundredths_us mod 100 * CONTROL_MHZ / 100;
+
+  end function clocks_of;
 
   -- Bits of the counters of restarts and of resets of hung delay lines.
   constant RARE_BITS : positive := 8;
@@ -178,7 +193,7 @@ begin
 
   meter : entity work.clock_meter
     generic map (
-      WINDOW => METER_WINDOW
+      WINDOW => clocks_of(METER_WINDOW)
     )
     port map (
       clk          => clk,
@@ -202,7 +217,7 @@ begin
   supervisor : entity work.link_supervisor
     generic map (
       COUNTS_10_MHZ => METER_WINDOW / 160,
-      TIMEOUT       => LOCK_TIMEOUT,
+      TIMEOUT       => clocks_of(LOCK_TIMEOUT),
       PATIENCE      => DATA_PATIENCE,
       SLOWEST       => SLOWEST,
       FASTEST       => FASTEST
@@ -243,8 +258,8 @@ begin
       DESCRIPTION   => RESAMPLER,
       STATUS        => STATUS_LINE,
       FIELDS        => STATUS_NUMBERS,
-      BIT_CLOCKS    => BIT_CLOCKS,
-      STABLE        => BUTTON_STABLE,
+      BIT_CLOCKS    => clocks_of(BIT_TIME),
+      STABLE        => clocks_of(BUTTON_STABLE),
       SWITCH_FRAMES => SWITCH_FRAMES
     )
     port map (
@@ -276,7 +291,7 @@ begin
 
   debounce_clear : entity work.debouncer
     generic map (
-      STABLE => BUTTON_STABLE
+      STABLE => clocks_of(BUTTON_STABLE)
     )
     port map (
       clk     => clk,
@@ -287,6 +302,7 @@ begin
 
   edid : entity work.i2c_rom_slave
     generic map (
+      FILTER      => clocks_of(LINE_FILTER),
       MAX_COLUMNS => MAX_COLUMNS,
       CLOCK_RANGE => CLOCK_RANGE
     )
@@ -301,8 +317,8 @@ begin
 
   monitor : entity work.monitor_edid
     generic map (
-      QUARTER => DDC_QUARTER,
-      PAUSE   => DDC_PAUSE
+      QUARTER => clocks_of(DDC_QUARTER),
+      PAUSE   => clocks_of(DDC_PAUSE)
     )
     port map (
       clk           => clk,
@@ -436,7 +452,7 @@ begin
 
   frames : entity work.frame_rate_meter
     generic map (
-      TICK => METER_WINDOW / 160
+      TICK => clocks_of(METER_WINDOW) / 160
     )
     port map (
       clk    => clk,

@@ -4,8 +4,8 @@
 -- Here is what belongs to the board and its family: pins (constraints/ulx3s.lpf), clocks, lanes.
 -- The rest, the same for any board, is in hdmi_control and hdmi_refocuser.
 --
--- Clocks: clk_100, made from the oscillator, runs the control. The pixel clock is the TMDS clock of the input, or for
--- the test pattern one made from the oscillator; a PLL makes it and five times it, at which lanes bring and take two
+-- Clocks: control_clk, made from the oscillator, runs the control. The pixel clock is the TMDS clock of the input, or
+-- for the test pattern one made from the oscillator; a PLL makes it and five times it, at which lanes bring and take two
 -- bits. The transmitter has the same clocks. Crossings are synchroniser, bus_crossing, reset_bridge, and the words of
 -- the lanes, which word_strobe keeps away from the edges.
 --
@@ -43,12 +43,14 @@ entity ulx3s_top is
     PATTERN_V_FRONT  : positive := 10;
     PATTERN_V_SYNC   : positive := 2;
     PATTERN_V_BACK   : positive := 33;
-    -- Times in clocks of 100 MHz, but DATA_PATIENCE, 100 ms, in METER_WINDOW; a simulation shortens them.
+    -- Frequency of the control's clock.
+    CONTROL_MHZ : positive := 50;
+    -- Times in 10 ns, but DATA_PATIENCE, 100 ms, in METER_WINDOW; a simulation shortens them.
     METER_WINDOW  : positive := 16000;
     LOCK_TIMEOUT  : positive := 1000000;
     DATA_PATIENCE : positive := 625;
     BUTTON_STABLE : positive := 1000000;
-    BIT_CLOCKS    : positive := 868;
+    BIT_TIME      : positive := 868;
     DDC_QUARTER   : positive := 500;
     DDC_PAUSE     : positive := 200000000;
     -- Frames for each slice of a sweep by the switch: half a second.
@@ -95,7 +97,7 @@ end entity ulx3s_top;
 architecture rtl of ulx3s_top is
 
   -- Clocks and resets.
-  signal clk_100       : std_logic;
+  signal control_clk   : std_logic;
   signal own_clk       : std_logic;
   signal own_ready     : std_logic;
   signal use_own       : std_logic;
@@ -143,17 +145,18 @@ begin
       SLICES        => slice_count(SHIFTS),
       MAX_COLUMNS   => MAX_COLUMNS,
       CLOCK_RANGE   => CLOCK_RANGE,
+      CONTROL_MHZ   => CONTROL_MHZ,
       METER_WINDOW  => METER_WINDOW,
       LOCK_TIMEOUT  => LOCK_TIMEOUT,
       DATA_PATIENCE => DATA_PATIENCE,
       BUTTON_STABLE => BUTTON_STABLE,
-      BIT_CLOCKS    => BIT_CLOCKS,
+      BIT_TIME      => BIT_TIME,
       DDC_QUARTER   => DDC_QUARTER,
       DDC_PAUSE     => DDC_PAUSE,
       SWITCH_FRAMES => SWITCH_FRAMES
     )
     port map (
-      clk             => clk_100,
+      clk             => control_clk,
       reset           => reset,
       tmds_clk        => in_clk,
       pixel_clk       => clk,
@@ -240,20 +243,21 @@ begin
 
   oscillator : entity work.oscillator_clocks
     generic map (
-      OWN_DIVIDE => OWN_DIVIDE
+      CONTROL_MHZ => CONTROL_MHZ,
+      OWN_DIVIDE  => OWN_DIVIDE
     )
     port map (
-      clk_25  => clk_25,
-      clk_100 => clk_100,
-      own_clk => own_clk,
-      locked  => own_ready
+      clk_25      => clk_25,
+      control_clk => control_clk,
+      own_clk     => own_clk,
+      locked      => own_ready
     );
 
   reset_request <= not reset_n or not own_ready;
 
   reset_of_control : entity work.reset_bridge
     port map (
-      clk     => clk_100,
+      clk     => control_clk,
       request => reset_request,
       reset   => reset
     );
@@ -311,7 +315,6 @@ begin
         clk_x5      => clk_x5,
         strobe      => strobe,
         reset       => pixel_reset,
-        reset_x5    => reset_x5,
         bits        => in_bits(10 * c + 9 downto 10 * c),
         tracking    => tracking(c),
         taps        => taps(TAP_BITS * c + TAP_BITS - 1 downto TAP_BITS * c),
@@ -327,7 +330,6 @@ begin
         word   => out_words(10 * c + 9 downto 10 * c),
         clk_x5 => clk_x5,
         strobe => strobe,
-        reset  => reset_x5,
         data   => out_data(c)
       );
 
@@ -338,7 +340,6 @@ begin
       word   => out_words(10 * CHANNELS + 9 downto 10 * CHANNELS),
       clk_x5 => clk_x5,
       strobe => strobe,
-      reset  => reset_x5,
       data   => out_clk
     );
 

@@ -25,9 +25,8 @@ entity ddr_input is
     clk    : in    std_logic;
     clk_x5 : in    std_logic;
     strobe : in    std_logic;
-    -- Resets in clk and in clk_x5.
-    reset    : in    std_logic;
-    reset_x5 : in    std_logic;
+    -- In clk.
+    reset : in    std_logic;
     -- Ten bits, in clk; bit 0 came first.
     bits : out   std_logic_vector(9 downto 0);
     -- The delay line, in clk: see phase_search.
@@ -75,7 +74,7 @@ begin
     port map (
       d    => delayed,
       sclk => clk_x5,
-      rst  => reset_x5,
+      rst  => '0',
       q0   => first,
       q1   => second
     );

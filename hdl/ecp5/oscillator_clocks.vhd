@@ -1,10 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
--- From a board's oscillator of 25 MHz the control's clock of 100 MHz and a pixel clock of the board's own.
+-- From a board's oscillator of 25 MHz the control's clock and a pixel clock of the board's own.
 --
 -- The VCO runs at 600 MHz.
 --
 -- Latency: the lock time. Throughput: not applicable.
--- Equation: f(clk_100) = 100 MHz, f(own_clk) = 600 MHz / OWN_DIVIDE.
+-- Equation: f(control_clk) = CONTROL_MHZ, f(own_clk) = 600 MHz / OWN_DIVIDE.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -14,6 +14,8 @@ use ecp5u.components.all;
 
 entity oscillator_clocks is
   generic (
+    -- A multiple of 25 that divides 600.
+    CONTROL_MHZ : positive := 50;
     -- 24: 25 MHz (640x480), 15: 40 MHz (800x600p60), 12: 50 MHz (800x600p72).
     OWN_DIVIDE : positive range 8 to 128 := 24
   );
@@ -21,26 +23,26 @@ entity oscillator_clocks is
     -- The oscillator.
     clk_25 : in    std_logic;
     -- The clocks made of it, and whether they run.
-    clk_100 : out   std_logic;
-    own_clk : out   std_logic;
-    locked  : out   std_logic
+    control_clk : out   std_logic;
+    own_clk     : out   std_logic;
+    locked      : out   std_logic
   );
 end entity oscillator_clocks;
 
 architecture rtl of oscillator_clocks is
 
-  signal made_100 : std_logic;
+  signal made_clk : std_logic;
 
 begin
 
-  clk_100 <= made_100;
+  control_clk <= made_clk;
 
   pll : component ehxplll
     generic map (
       CLKI_DIV        => 1,
-      CLKFB_DIV       => 4,
-      CLKOP_DIV       => 6,
-      CLKOP_CPHASE    => 5,
+      CLKFB_DIV       => CONTROL_MHZ / 25,
+      CLKOP_DIV       => 600 / CONTROL_MHZ,
+      CLKOP_CPHASE    => 600 / CONTROL_MHZ - 1,
       CLKOS_ENABLE    => "ENABLED",
       CLKOS_DIV       => OWN_DIVIDE,
       CLKOS_CPHASE    => OWN_DIVIDE - 1,
@@ -50,7 +52,7 @@ begin
     )
     port map (
       clki         => clk_25,
-      clkfb        => made_100,
+      clkfb        => made_clk,
       phasesel1    => '0',
       phasesel0    => '0',
       phasedir     => '0',
@@ -63,7 +65,7 @@ begin
       enclkos      => '0',
       enclkos2     => '0',
       enclkos3     => '0',
-      clkop        => made_100,
+      clkop        => made_clk,
       clkos        => own_clk,
       clkos2       => open,
       clkos3       => open,

@@ -117,7 +117,7 @@ begin
       DATA_PATIENCE => DATA_PATIENCE,
       CLOCK_RANGE   => CLOCK_RANGE,
       BUTTON_STABLE => 4,
-      BIT_CLOCKS    => BIT_CLOCKS,
+      BIT_TIME      => BIT_CLOCKS,
       DDC_QUARTER   => 50,
       DDC_PAUSE     => 20000,
       SWITCH_FRAMES => SWITCH_FRAMES

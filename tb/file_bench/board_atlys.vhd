@@ -31,7 +31,7 @@ entity board_under_test is
     LOCK_TIMEOUT        : positive;
     DATA_PATIENCE       : positive;
     BUTTON_STABLE       : positive;
-    BIT_CLOCKS          : positive;
+    BIT_TIME            : positive;
     DDC_QUARTER         : positive;
     DDC_PAUSE           : positive;
     SWITCH_FRAMES       : positive;
@@ -95,7 +95,7 @@ begin
       LOCK_TIMEOUT        => LOCK_TIMEOUT,
       DATA_PATIENCE       => DATA_PATIENCE,
       BUTTON_STABLE       => BUTTON_STABLE,
-      BIT_CLOCKS          => BIT_CLOCKS,
+      BIT_TIME            => BIT_TIME,
       DDC_QUARTER         => DDC_QUARTER,
       DDC_PAUSE           => DDC_PAUSE,
       SWITCH_FRAMES       => SWITCH_FRAMES,

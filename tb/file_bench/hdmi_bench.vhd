@@ -47,7 +47,7 @@ entity hdmi_bench is
     LOCK_TIMEOUT        : positive := 20000;
     DATA_PATIENCE       : positive := 625;
     BUTTON_STABLE       : positive := 10;
-    BIT_CLOCKS          : positive := 10;
+    BIT_TIME            : positive := 10;
     DDC_QUARTER         : positive := 25;
     DDC_PAUSE           : positive := 100;
     SWITCH_FRAMES       : positive := 1;
@@ -181,7 +181,7 @@ begin
       LOCK_TIMEOUT        => LOCK_TIMEOUT,
       DATA_PATIENCE       => DATA_PATIENCE,
       BUTTON_STABLE       => BUTTON_STABLE,
-      BIT_CLOCKS          => BIT_CLOCKS,
+      BIT_TIME            => BIT_TIME,
       DDC_QUARTER         => DDC_QUARTER,
       DDC_PAUSE           => DDC_PAUSE,
       SWITCH_FRAMES       => SWITCH_FRAMES,

@@ -60,8 +60,8 @@ def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
     assert (what.out / "refocused.fst").exists() == what.waves
 
 
-@pytest.mark.slow
 def test_sweep_through_the_ulx3s(tmp_path: Path) -> None:
+    # In short; the list of cases of the Atlys is the ULX3S's too (tb/hdmi, slow).
     raw = flower(25, 40)
     path = tmp_path / "raw.png"
     write_png(path, raw)

@@ -223,7 +223,7 @@ def _print_nextpnr(report: "nextpnr.NextpnrReport", out: str) -> None:
             "crossing",
             f"{crossing.crossing}: {crossing.reached_ns:g} ns of {crossing.wanted_ns:g} ns",
         )
-    print_line("seconds", f"{sum(report.seconds.values()):.0f}")
+    print_line("seconds", f"{sum(report.seconds.values()):.0f} of processor time")
     print_line("files", f"{out}/plenofir.bit, report.json, work/")
 
 

