@@ -5,6 +5,7 @@ import itertools
 
 import pytest
 
+from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
@@ -20,7 +21,7 @@ from plenofir.fpga.synthesis.comparison import (
 )
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, reciprocal_bits
 from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
-from plenofir.plan import DEVICES
+from plenofir.plan import DEVICES, load_scene, make_plan
 from plenofir.plan.figures import CORE, designs, load_figures, sensor_designs
 
 
@@ -44,6 +45,17 @@ def test_estimates_against_synthesis() -> None:
         assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name
         compared += 1
     assert compared >= 15
+
+
+def test_estimates_of_boards_with_an_ecp5_against_their_builds() -> None:
+    builds = load_builds()
+    assert "ulx3s-480p" in builds
+    for scene, build in builds.items():
+        core = make_plan(load_scene(scene)).core
+        usage = (estimate(core, "ecp5") + VIDEO_USAGES["ecp5"]).amounts("ecp5")
+        for name, estimated in usage.items():
+            margin = 0.1 if name in ("LUT4", "flip-flops") else 0
+            assert estimated == pytest.approx(build.utilisation[name][0], rel=margin), (scene, name)
 
 
 def test_estimates_of_both_engines_against_synthesis() -> None:

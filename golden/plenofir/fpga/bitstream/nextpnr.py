@@ -340,8 +340,6 @@ def synthesise_board(board: Board, netlist: Path) -> None:
             f"synth_ecp5 -no-rw-check -top {board.top} -json {netlist.name}",
         ],
         netlist.with_name("yosys.log"),
-        reads=[netlist.with_name(f"{board.top}.v")],
-        writes=[netlist.name],
     )
     use_output_registers(netlist)
     name_clocks(netlist)

@@ -25,7 +25,7 @@ _ECP5_FLIP_FLOPS = {"moving_sum": 1.4, "fir": 0.9}
 
 VIDEO_USAGES: dict[Family, Usage] = {
     "spartan6": Usage(lut=4100, flip_flops=3885, dsp=5),
-    "ecp5": Usage(lut=9000, flip_flops=4300, dsp=5),
+    "ecp5": Usage(lut=7600, flip_flops=4200, dsp=5),
 }
 """A board without its core, synthesised: receiver, transmitter, timing, control; no block RAM."""
 
