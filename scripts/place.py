@@ -32,7 +32,7 @@ from plenofir.fpga.synthesis.ecp5 import (
 )
 from plenofir.fpga.synthesis.self_test import TOP as SELF_TEST
 from plenofir.fpga.synthesis.self_test import self_test_generics
-from plenofir.plan.configure import clock_range_of
+from plenofir.plan.configure import board_packages, clock_range_of
 from plenofir.plan.figures import Design, core_designs, grid_designs, is_ecp5_board
 from plenofir.plan.planned import Plan
 from plenofir.plan.planner import make_plan
@@ -132,7 +132,10 @@ def record_build(plan: Plan) -> None:
     assert board is not None
     folder = project.root() / "build" / "pnr" / plan.scene
     generics = board_generics(plan.core, board.top)
-    result = build(board, plan.device, generics, clock_range_of(plan), folder, lambda *_: None)
+    result = build(
+        *(board, plan.device, generics, clock_range_of(plan), folder, lambda *_: None),
+        board_packages(plan),
+    )
     save_builds(dict(sorted({**load_builds(), plan.scene: result}.items())))
     for clock in result.timing:
         print(f"{plan.scene}: {clock.clock} {clock.reached_mhz} of {clock.wanted_mhz} MHz wanted")

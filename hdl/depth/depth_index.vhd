@@ -38,7 +38,7 @@ entity depth_index is
     PIXEL_BITS : positive range 1 to 16 := 8;
     -- Whether the pixel of a chosen slice goes beside.
     CHOSEN_TOO : boolean := false;
-    -- As in focal_stack.
+    -- As in focal_stack; false: frames may have lines below the picture, see picture_rows.
     FLUSH : boolean := true
   );
   port (
@@ -47,8 +47,8 @@ entity depth_index is
     -- Frame size, read with the first pixel of a frame.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- Lines of the picture, stable while it streams: those below it in a frame count as beyond its edge and do not
-    -- come out.
+    -- Without FLUSH: lines of the picture, stable while it streams; those below it in a frame count as beyond its edge
+    -- and do not come out.
     picture_rows : in    std_logic_vector(15 downto 0);
     -- As in slice_select, read with the first pixel of a frame; with CHOSEN_TOO alone.
     slice        : in    std_logic_vector(7 downto 0);
@@ -142,6 +142,7 @@ begin
       RADIUS           => RADIUS,
       CONFIDENCE       => CONFIDENCE,
       VOTE_RADIUS      => VOTE_RADIUS,
+      CROPPED          => not FLUSH,
       MAX_COLUMNS      => MAX_COLUMNS,
       CHANNELS         => CHANNELS,
       PIXEL_BITS       => PIXEL_BITS

@@ -31,6 +31,8 @@ entity sharpness_index is
     -- As in index_vote; without VOTE_RADIUS every micro image keeps its own slice.
     CONFIDENCE  : natural              := 0;
     VOTE_RADIUS : natural range 0 to 4 := 0;
+    -- Whether frames may have lines below the picture, see rows.
+    CROPPED : boolean := false;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
     -- 1 (grey) or 3 (RGB).
@@ -41,7 +43,7 @@ entity sharpness_index is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Lines of the picture: those below it are none.
+    -- Lines of the picture: those below it are none. With CROPPED alone.
     rows : in    std_logic_vector(15 downto 0);
     -- A token, and the slices of its pixel, the first in the low bits.
     token      : in    token_t;
@@ -158,7 +160,7 @@ begin
             next_line := (others => '0');
           end if;
           line_number  <= next_line;
-          in_picture   := token.image and to_logic(next_line < unsigned(rows));
+          in_picture   := token.image and to_logic(not CROPPED or next_line < unsigned(rows));
           inside_now   <= in_picture;
           column_phase <= 0;
           lens         <= (others => '0');
@@ -178,9 +180,9 @@ begin
           column_phase <= column_phase + 1;
         end if;
         token_1.image <= in_picture;
-        data          <= (others => '0');
-        if in_picture = '1' then
-          data <= token_data;
+        data          <= token_data;
+        if CROPPED and in_picture = '0' then
+          data <= (others => '0');
         end if;
       end if;
       if reset = '1' then

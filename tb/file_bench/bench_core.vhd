@@ -31,7 +31,9 @@ entity bench_core is
     SHARPENING          : string   := "";
     PIXELS_PER_CLOCK    : positive := 1;
     INPUT_LINES         : positive := 1;
-    RADIUS              : natural  := 1
+    RADIUS              : natural  := 1;
+    CONFIDENCE          : natural  := 0;
+    VOTE_RADIUS         : natural  := 0
   );
   port (
     clk     : in    std_logic;
@@ -177,6 +179,8 @@ begin
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
         SLICES           => slice_count(SHIFTS),
         RADIUS           => RADIUS,
+        CONFIDENCE       => CONFIDENCE,
+        VOTE_RADIUS      => VOTE_RADIUS,
         MAX_COLUMNS      => MAX_COLUMNS,
         CHANNELS         => CHANNELS,
         PIXEL_BITS       => PIXEL_BITS

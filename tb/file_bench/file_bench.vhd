@@ -45,6 +45,8 @@ entity file_bench is
     PIXELS_PER_CLOCK    : positive := 1;
     INPUT_LINES         : positive := 1;
     RADIUS              : natural  := 1;
+    CONFIDENCE          : natural  := 0;
+    VOTE_RADIUS         : natural  := 0;
     -- The frames in the file.
     COLUMNS       : positive := 1;
     ROWS          : positive := 1;
@@ -206,7 +208,9 @@ begin
       SHARPENING          => SHARPENING,
       PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
       INPUT_LINES         => INPUT_LINES,
-      RADIUS              => RADIUS
+      RADIUS              => RADIUS,
+      CONFIDENCE          => CONFIDENCE,
+      VOTE_RADIUS         => VOTE_RADIUS
     )
     port map (
       clk           => clk,

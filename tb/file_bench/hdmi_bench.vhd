@@ -15,6 +15,7 @@
 --   7 cable: 1 plugged, 0 open            8 skew of the clock lane in ps
 --   9 blanking for as many ns             10 faults of the delay lines, see model_faults
 --   11 an open clock input that oscillates for as many ns, at ever another rate
+--   12 a character to the serial port, BIT_TIME * 10 ns a bit, behind those before it; the words go on meanwhile
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -97,6 +98,7 @@ architecture test of hdmi_bench is
   end record to_board_t;
 
   signal to_board   : to_board_t;
+  signal serial     : std_logic := '1';
   signal clk_100    : std_logic := '0';
   signal running    : boolean   := true;
   signal in_clk_p   : std_logic := '0';
@@ -128,8 +130,8 @@ begin
 
   to_board.reset_n        <= '1' when AUTO_START else
                              reset_n;
-  to_board.uart_rx        <= '1' when AUTO_START else
-                             uart_rx;
+  to_board.uart_rx        <= serial when AUTO_START else
+                             uart_rx and serial;
   to_board.button_up      <= '0' when AUTO_START else
                              button_up;
   to_board.button_down    <= '0' when AUTO_START else
@@ -272,6 +274,12 @@ begin
 
     end procedure send;
 
+    -- When the serial line is free again.
+    variable free       : time := 0 fs;
+    variable until_free : time;
+
+    constant BIT_LASTS : time := BIT_TIME * 10 ns;
+
     variable waited  : time;
     variable started : time;
     variable half    : time;
@@ -367,6 +375,25 @@ begin
               end loop;
 
             end loop;
+
+          when 12 =>
+
+            until_free := 0 fs;
+
+            if free > now then
+              until_free := free - now;
+            end if;
+
+            serial <= transport '0' after until_free;
+
+            for i in 0 to 7 loop
+
+              serial <= transport bits(i) after until_free + (i + 1) * BIT_LASTS;
+
+            end loop;
+
+            serial <= transport '1' after until_free + 9 * BIT_LASTS;
+            free   := now + until_free + 10 * BIT_LASTS;
 
           when others =>
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A run through the whole board: serial TMDS bits in, refocused, serial TMDS bits out."""
 
+import itertools
 import subprocess
 import sys
 from pathlib import Path
@@ -13,11 +14,15 @@ from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.moving_sum import MovingSumEngine
+from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.hdmi.modes import HD720, VGA
+from plenofir.fpga.screen import Screen
 from plenofir.fpga.simulate.chain import check_chain, mode_for, range_of, run_chain
+from plenofir.fpga.simulate.report import ScreenReport
 from plenofir.fpga.simulate.run import FLOWER, Run, core_for_image, run
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image, write_png
+from plenofir.plan.scene_screen import scene_overlay, slice_colours
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.arithmetic import Arithmetic
 from plenofir_tb.runner import simulator_name
@@ -69,6 +74,57 @@ def test_sweep_through_the_ulx3s(tmp_path: Path) -> None:
     what = Run(raw=path, core=core, out=tmp_path / "out", chain="hdmi", board="ulx3s")
     report = run(what)
     assert (report.mismatches, report.board) == (0, "ulx3s")
+
+
+def run_screen(
+    folder: Path, screen: dict, size: tuple[int, int], m: int, shifts: tuple[int, ...], board: str
+) -> ScreenReport:
+    """Show all that a screen has through serial bits; it is told over the serial port."""
+    raw = flower(*size)
+    path = folder / "raw.png"
+    write_png(path, raw)
+    engine = StackEngine(input_lines=m)
+    core = core_for_image(path, "hdmi", micro_image_size=m, shifts=shifts, engine=engine)
+    colours = slice_colours(shifts)
+    shown = Screen(
+        **{"outputs": "rad", "colours": colours, **screen},
+        overlay=scene_overlay(shifts, m, None, colours),
+    )
+    what = Run(raw=path, core=core, out=folder / "out", chain="hdmi", board=board, screen=shown)
+    report = run(what)
+    assert isinstance(report, ScreenReport)
+    assert report.mismatches == 0
+    # Text and depth are there, and pictures differ.
+    pictures = [read_image(what.out / part.picture) for part in report.shown]
+    assert all((a != b).any() for a, b in itertools.combinations(pictures, 2))
+    return report
+
+
+def test_depth_and_its_text_through_serial_bits(tmp_path: Path) -> None:
+    report = run_screen(tmp_path, {"outputs": "d", "radius": 0}, (16, 24), 2, (0, 1), "atlys")
+    assert [(part.output, part.text) for part in report.shown] == [
+        ("depth", 0),
+        ("depth", 1),
+        ("depth", 2),
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("board", ["atlys", "ulx3s"])
+def test_all_outputs_through_serial_bits(tmp_path: Path, board: str) -> None:
+    screen = {"confidence": 1944, "vote_radius": 1}
+    report = run_screen(tmp_path, screen, (44, 66), 3, (-1, 0, 2), board)
+    assert len(report.slices) == 3
+    assert len(report.shown) == 6
+
+
+def test_picture_without_room_for_commands(tmp_path: Path) -> None:
+    core = CoreConfiguration(
+        micro_image_size=5, shifts=(0, 4), max_columns=80, channels=3, engine=StackEngine()
+    )
+    with pytest.raises(InputError, match="32 lines of delay: 0 are left") as error:
+        check_chain(core, 20, 80, Screen(outputs="rad", vote_radius=1))
+    assert error.value.where == "raw"
 
 
 def test_pixel_clock_that_the_board_cannot_take() -> None:

@@ -112,29 +112,31 @@ def build_with_nextpnr(
     from plenofir.fpga.bitstream import nextpnr, top_level
     from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
-    from plenofir.plan.configure import clock_range_of
+    from plenofir.plan.configure import board_packages, clock_range_of
 
-    values = {**top_level.default_generics(board.top), **generics}
-    core = top_level.configuration(values)
-    core.check_limits()
+    packages: dict[str, str] = {}
     clocks, part = 0, DEVICES[device]
-    usage = estimate(core, part.family)
-    if board.modes:
-        usage += VIDEO_USAGES[part.family]
-        # Without a scene: the slowest mode that has such lines.
-        fit = [mode for mode in board.modes if mode.h_active <= core.max_columns]
-        modes = fit or board.modes[:1]
-        widest = next(mode for mode in modes if mode.h_active == max(m.h_active for m in modes))
-        clocks = board.clock_range(widest) if plan is None else clock_range_of(plan)
-    if over := part.overflow(usage):
-        raise InputError(
-            f"does not fit the {device.upper()}: needs {'; '.join(over)}",
-            where=options.typed("micro_image") if plan is None else plan.scene,
-            expected="fewer slices or columns, or a smaller M",
-        )
-    edid = None if plan is None or plan.edid is None else bytes.fromhex(plan.edid)
+    if plan is not None:
+        clocks, packages = clock_range_of(plan), board_packages(plan)
+    else:
+        core = top_level.configuration({**top_level.default_generics(board.top), **generics})
+        core.check_limits()
+        usage = estimate(core, part.family)
+        if board.modes:
+            usage += VIDEO_USAGES[part.family]
+            # The slowest mode that has such lines.
+            fit = [mode for mode in board.modes if mode.h_active <= core.max_columns]
+            modes = fit or board.modes[:1]
+            widest = next(mode for mode in modes if mode.h_active == max(m.h_active for m in modes))
+            clocks = board.clock_range(widest)
+        if over := part.overflow(usage):
+            raise InputError(
+                f"does not fit the {device.upper()}: needs {'; '.join(over)}",
+                where=options.typed("micro_image"),
+                expected="fewer slices or columns, or a smaller M",
+            )
     with steps_bar("bitstream") as show:
-        return nextpnr.build(board, device, generics, clocks, out, show, edid)
+        return nextpnr.build(board, device, generics, clocks, out, show, packages)
 
 
 @app.command()
@@ -163,6 +165,7 @@ def build(
     from plenofir.fpga.bitstream import ise as tools
     from plenofir.fpga.bitstream import top_level
     from plenofir.fpga.hdmi.edid import describe_edid
+    from plenofir.plan.configure import board_packages
 
     given = {
         name: value
@@ -185,9 +188,10 @@ def build(
         _print_nextpnr(build_with_nextpnr(target, part, generics, plan, Path(out)), out)
         return
     edid = None if plan is None or plan.edid is None else bytes.fromhex(plan.edid)
+    packages = {} if plan is None else board_packages(plan)
     installation = tools.find_installation(ise)
     with steps_bar("bitstream") as show:
-        report = tools.build(installation, generics, Path(out), show, edid)
+        report = tools.build(installation, generics, Path(out), show, packages)
     if edid is not None:
         print_line("edid", describe_edid(edid))
     for site, (used, there) in report.utilisation.items():

@@ -63,11 +63,30 @@ def print_sensor(sensor: "PlannedSensor") -> None:
     print_line("resampler", f"takes {_amounts(needs)}")
 
 
+def print_screen(plan: "Plan") -> None:
+    """Print what a board shows besides the refocused slice."""
+    screen = plan.screen
+    if screen.needs_stack:
+        names = {"r": "refocused", "a": "all-in-focus", "d": "depth"}
+        print_line("output", ", ".join(names[letter] for letter in screen.outputs))
+        votes = f", votes within {screen.vote_radius}" if screen.vote_radius else ""
+        waiting = screen.index(plan.core).memory_bits[0]
+        print_line(
+            "index",
+            f"sharpness within {screen.radius} micro images{votes}; pixels wait in "
+            f"{waiting / 1024:.0f} Kbit",
+        )
+    if screen.overlay is not None and plan.screen_needs is not None:
+        takes = {name: amount for name, amount in plan.screen_needs.items() if amount}
+        print_line("text", f"takes {_amounts(takes)}")
+        for text in screen.overlay.texts:
+            print_line("", text)
+
+
 def print_plan(plan: "Plan") -> None:
     """Print a plan for a person."""
     from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.hdmi.edid import describe_edid
-    from plenofir.fpga.synthesis.estimate import slice_engine
 
     core = plan.core
     frame = f"{plan.columns} x {plan.rows}, {core.channels} x {core.pixel_bits} bit"
@@ -102,8 +121,9 @@ def print_plan(plan: "Plan") -> None:
         print_line("not covered", f"{_millimetres(low)} to {_millimetres(high)} mm")
     for note in plan.notes:
         print_line("note", note)
-    for name, text in slice_engine(core).describe(core, plan.rows):
+    for name, text in core.engine.describe(core, plan.rows):
         print_line(name, text)
+    print_screen(plan)
     if core.sharpens:
         print_line("sharpening", _sharpening(core))
     print_line("engine", f"{core.engine.kind}: {plan.engine_reason}")

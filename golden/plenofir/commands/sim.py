@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.fpga.core.engine import Engine
+    from plenofir.fpga.screen import Screen
     from plenofir.fpga.simulate.run import Run
     from plenofir.plan.sensor_run import Sensor
 
@@ -117,6 +118,7 @@ def sim(
         )
     settings = options.focus_settings(a or ["-3/5"], micro_image)
     shifts = options.shifts_of(settings, micro_image)
+    from plenofir.fpga.screen import Screen
     from plenofir.fpga.simulate.run import DEFAULT_RAW, Run
 
     def core_for(path: Path) -> "CoreConfiguration":
@@ -136,7 +138,9 @@ def sim(
             engine=_engine(engine, parallel_rows, any_rows=any_rows, pixels=pixels),
         )
 
-    def run_of(path: Path, core: "CoreConfiguration", folder: Path) -> Run:
+    def run_of(
+        path: Path, core: "CoreConfiguration", folder: Path, screen: "Screen | None" = None
+    ) -> Run:
         return Run(
             raw=path,
             core=core,
@@ -146,6 +150,7 @@ def sim(
             waves=waves,
             chain=chain,
             board=board,
+            screen=screen or Screen(),
         )
 
     if raw is not None and calib is not None:
@@ -157,15 +162,15 @@ def sim(
     path = raw or DEFAULT_RAW
     with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:
         if scene:
-            path, core = _of_scene(scene, raw, chain, Path(drawn))
+            path, core, screen = _of_scene(scene, raw, chain, Path(drawn))
+            _run(run_of(path, core, Path(out), screen))
         else:
-            core = core_for(path)
-        _run(run_of(path, core, Path(out)))
+            _run(run_of(path, core_for(path), Path(out)))
 
 
 def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Path) -> None:
     """Resample a capture in the VHDL, and refocus what comes out."""
-    from plenofir.fpga.simulate.run import report_summary
+    from plenofir.fpga.simulate.report import report_summary
     from plenofir.images import write_png
     from plenofir.plan.sensor_run import ALIGNED, run_raw, sensor_summary
 
@@ -198,8 +203,11 @@ def _engine(kind: str, parallel_rows: int, *, any_rows: bool, pixels: options.Pi
 
 def _of_scene(
     path: str, raw: Path | None, chain: options.Chain, drawn: Path
-) -> tuple[Path, "CoreConfiguration"]:
-    """Image and core of a scene; the flower made to measure, in a folder, if no image is given."""
+) -> tuple[Path, "CoreConfiguration", "Screen"]:
+    """Image, core and screen of a scene.
+
+    The flower made to measure, in a folder, if no image is given.
+    """
     from plenofir.fpga.simulate.run import scene_image
     from plenofir.images import write_png
     from plenofir.plan import load_scene, make_plan
@@ -209,13 +217,15 @@ def _of_scene(
         raw = drawn / f"{plan.scene}.png"
         write_png(raw, scene_image(plan.core, plan.rows))
     if chain == "core":
-        return raw, plan.core
+        return raw, plan.core, plan.screen
     # Video has its blanking.
-    return raw, plan.core.model_copy(update={"engine": plan.core.engine.for_video()})
+    core = plan.core.model_copy(update={"engine": plan.core.engine.for_video()})
+    return raw, core, plan.screen
 
 
 def _run(what: "Run") -> None:
-    from plenofir.fpga.simulate.run import report_summary, run
+    from plenofir.fpga.simulate.report import report_summary
+    from plenofir.fpga.simulate.run import run
 
     with kept_bars() as show:
         report = run(what, show)

@@ -13,6 +13,8 @@ from plenofir.errors import InputError
 
 GLYPH_COLUMNS, GLYPH_ROWS, RULER_ROWS, MARGIN = 8, 16, 8, 8
 ROWS = 2 * GLYPH_ROWS + RULER_ROWS
+OVERLAY_CLOCKS = 5
+"""Clocks from a pixel in to the same pixel out (overlay_pkg.OVERLAY_LATENCY)."""
 ERROR_TEXT = "  errors "
 ERROR_COLUMNS = len(ERROR_TEXT) + 2
 MAX_TEXT, MAX_LABEL, MAX_SLICES = 64, 16, 64
@@ -85,6 +87,13 @@ class Overlay:
         return max(self.text_columns + ERROR_COLUMNS, self.slices * self.label_columns)
 
     @property
+    def codes(self) -> int:
+        """Characters of all texts and labels, with that of the errors."""
+        return (
+            len(self.texts) * self.text_columns + self.slices * self.label_columns + ERROR_COLUMNS
+        )
+
+    @property
     def size(self) -> tuple[int, int]:
         """Least picture that it fits in, (rows, columns) in pixels."""
         return ROWS + 2 * MARGIN, self.columns * GLYPH_COLUMNS + 2 * MARGIN
@@ -148,14 +157,17 @@ class Overlay:
             text += f"{ERROR_TEXT}{errors:02d}"
         labels = "".join(label.ljust(self.label_columns) for label in self.labels)
         white = np.concatenate([self._line(line) for line in (text, labels)])
-        ruler = np.broadcast_to(self._ruler(shown, slice_), (RULER_ROWS, white.shape[1], 3))
+        # -1: the picture, darker.
+        drawn = np.full((ROWS, white.shape[1], 3), -1, np.int16)
+        drawn[: len(white)][white] = 255
+        drawn[len(white) :] = self._ruler(shown, slice_)
         out = picture.copy()
         first = picture.shape[0] - ROWS - MARGIN if bottom else MARGIN
-        box = out[first : first + ROWS, MARGIN : MARGIN + white.shape[1]]
+        box = out[max(first, 0) : max(first + ROWS, 0), MARGIN : MARGIN + white.shape[1]]
         rows, columns = box.shape[:2]
-        box[...] = box >> 2
-        box[: len(white)][white[:rows, :columns]] = 255
-        box[len(white) :] = ruler[: max(rows - len(white), 0), :columns]
+        above = max(-first, 0)
+        part = drawn[above : above + rows, :columns]
+        box[...] = np.where(part < 0, box >> 2, part)
         return out
 
     def _line(self, text: str) -> npt.NDArray[np.bool_]:

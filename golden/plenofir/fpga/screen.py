@@ -3,10 +3,15 @@
 
 from dataclasses import dataclass
 
-from plenofir.fpga.overlay import Overlay
+from plenofir.fpga.core.configuration import STREAM_CLOCKS, CoreConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.engine import Generics
+from plenofir.fpga.overlay import OVERLAY_CLOCKS, Overlay
 
 SCREEN_PACKAGE = "screen_pkg"
 """Name of the VHDL package."""
+# Clocks of the video path: video_to_stream 3, stream_to_video 1, the output's choice 1.
+_VIDEO_CLOCKS = 5
 # Digits of a string literal in a line.
 _DIGITS = 80
 
@@ -33,6 +38,110 @@ class Screen:
     vote_radius: int = 0
     colours: tuple[tuple[int, int, int], ...] = ()
     overlay: Overlay | None = None
+
+    @property
+    def needs_stack(self) -> bool:
+        """Whether all slices are computed at once, and judged."""
+        return bool(set(self.outputs) & {"a", "d"})
+
+    def index(self, core: CoreConfiguration) -> DepthIndexConfiguration:
+        """Depth index behind the focal stack.
+
+        Parameters
+        ----------
+        core
+            The focal stack.
+
+        Returns
+        -------
+        DepthIndexConfiguration
+            Its generics.
+        """
+        return DepthIndexConfiguration(
+            micro_image_size=core.micro_image_size,
+            slices=len(core.shifts),
+            radius=self.radius,
+            confidence=self.confidence,
+            vote_radius=self.vote_radius,
+            max_columns=core.max_columns,
+            channels=core.channels,
+            pixel_bits=core.pixel_bits,
+        )
+
+    def delay_lines(self, core: CoreConfiguration) -> int:
+        """Lines that a picture is behind its input (picture_delay_lines).
+
+        Parameters
+        ----------
+        core
+            The focal stack, or the core of the slice alone.
+
+        Returns
+        -------
+        int
+            Lines.
+        """
+        if not self.needs_stack:
+            return core.delay
+        # Lines of a frame with its blanking that are no multiple of M wait for the next one.
+        return core.delay + self.index(core).delay + core.micro_image_size - 1
+
+    def delay_pixels(self, core: CoreConfiguration) -> int:
+        """Pixels that it is behind, besides the lines (picture_delay_pixels).
+
+        Parameters
+        ----------
+        core
+            As in `delay_lines`.
+
+        Returns
+        -------
+        int
+            Pixels.
+        """
+        if not self.needs_stack:
+            return core.video_delay_pixels
+        return core.video_delay_pixels + STREAM_CLOCKS + self.index(core).index_latency
+
+    def latency_clocks(self, core: CoreConfiguration, line_length: int) -> int:
+        """Clocks from a pixel at the video path's input to the same place at its output.
+
+        Parameters
+        ----------
+        core
+            As in `delay_lines`.
+        line_length
+            Pixels of a line, blanking included.
+
+        Returns
+        -------
+        int
+            Clocks.
+        """
+        text = OVERLAY_CLOCKS if self.overlay else 0
+        return self.delay_lines(core) * line_length + self.delay_pixels(core) + _VIDEO_CLOCKS + text
+
+    def core_generics(self, core: CoreConfiguration) -> Generics:
+        """Generics of ``picture_core``.
+
+        Parameters
+        ----------
+        core
+            The focal stack.
+
+        Returns
+        -------
+        dict
+            Name to value.
+        """
+        stack = core.generics()
+        return {name: stack[name] for name in ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")} | {
+            "OUTPUTS": self.outputs,
+            "RADIUS": self.radius,
+            "CONFIDENCE": self.confidence,
+            "VOTE_RADIUS": self.vote_radius,
+            "COLOURS": "".join(bytes(colour).hex() for colour in self.colours),
+        }
 
 
 def _literal(value: str | int | bool) -> tuple[str, str]:

@@ -210,15 +210,34 @@ def scene_generics(plan: Plan) -> dict[str, top_level.Value]:
     return top_level.board_generics(core, top)
 
 
+def board_packages(plan: Plan) -> dict[str, str]:
+    """VHDL packages of a scene in place of its board's own.
+
+    Parameters
+    ----------
+    plan
+        The plan, with video in and out.
+
+    Returns
+    -------
+    dict
+        Name to text.
+    """
+    packages = {}
+    if plan.edid is not None:
+        packages[EDID_PACKAGE] = edid_package(bytes.fromhex(plan.edid))
+    if plan.sensor is not None:
+        packages[SENSOR_PACKAGE] = sensor_package(plan.sensor.board_sensor())
+        packages[SCREEN_PACKAGE] = screen_package(Screen(outputs=SENSOR_OUTPUTS))
+    elif plan.screen != Screen():
+        packages[SCREEN_PACKAGE] = screen_package(plan.screen)
+    return packages
+
+
 def _board_top(plan: Plan) -> dict[str, str]:
     """Top level with the scene's generics, its EDID, pins and clocks, XST's script of the board."""
-    own = {}
-    if plan.edid is not None:
-        own[f"{EDID_PACKAGE}.vhd"] = edid_package(bytes.fromhex(plan.edid))
+    own = {f"{name}.vhd": text for name, text in board_packages(plan).items()}
     board = _board(plan)
-    if plan.sensor is not None:
-        own[f"{SENSOR_PACKAGE}.vhd"] = sensor_package(plan.sensor.board_sensor())
-        own[f"{SCREEN_PACKAGE}.vhd"] = screen_package(Screen(outputs=SENSOR_OUTPUTS))
     generics = scene_generics(plan)
     if board.flow == "nextpnr":
         clock_range = clock_range_of(plan)

@@ -21,6 +21,7 @@ from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.resampler import ResamplerConfiguration
 from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.screen import Screen
 from plenofir.fpga.simulate.sensor_bench import sensor_generics
 from plenofir.fpga.synthesis.parts import left_out_in_turn
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
@@ -29,13 +30,17 @@ from plenofir.plan.left_out import full_core
 from plenofir.plan.planned import Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
+from plenofir.plan.scene_screen import scene_overlay, slice_colours
 from plenofir.refocus.arithmetic import StoredProductArithmetic
+from plenofir.refocus.sharpness import confidence_level
 
 FILE = project.DATA / "figures.json"
 CORE = "raster_refocuser"
 ARRAY = "fir_array"
 STACK = "focal_stack"
 INDEX = "depth_index"
+PICTURE = "picture_core"
+OVERLAY = "text_overlay"
 SENSOR = "sensor_raster"
 # GHDL 2.0 needs some kilobytes for each word of a memory: 20 GB for 24 Mbit.
 _MAX_LINE_BUFFER_BITS = 1 << 23
@@ -62,6 +67,8 @@ class Design:
     sensor, mosaic
         The resampler in front of a core, if it is that what is synthesised, and whether it is
         behind a mosaic.
+    screen
+        What a video path shows, if it is its core or its text that is synthesised.
     """
 
     name: str
@@ -72,6 +79,7 @@ class Design:
     index: DepthIndexConfiguration | None = None
     sensor: ResamplerConfiguration | None = None
     mosaic: bool = False
+    screen: Screen | None = None
 
     def synthesise(self, directory: Path) -> Netlist:
         """Synthesise it for Spartan-6.
@@ -93,6 +101,9 @@ class Design:
         generics = self.core.generics() if self.index is None else self.index.generics()
         if self.sensor is not None:
             generics = sensor_generics(self.sensor, mosaic=self.mosaic)
+        if self.screen is not None:
+            text = self.screen.overlay
+            generics = text.generics() if text else self.screen.core_generics(self.core)
         return synthesise(hdl.hdl_sources(), self.top, generics, directory)
 
 
@@ -284,6 +295,42 @@ def stack_designs() -> Iterator[Design]:
         yield _stack(shifts, 5, channels, index=True)
 
 
+# Video cores that show depth: M, a', radius, radius of votes.
+_PICTURES = ((3, (-1, 2), 0, 0), (5, (-3, 0, 3), 1, 0), (3, (-2, -1, 0, 1, 2), 1, 1))
+_TEXT_SHIFTS = (0, 1, 2, 3, 4)
+
+
+def picture_designs() -> Iterator[Design]:
+    """Cores of video paths that show all in focus and depth, of 640 columns; a text over them.
+
+    Yields
+    ------
+    Design
+        Named after M, the slices and the votes.
+    """
+    for m, shifts, radius, vote_radius in _PICTURES:
+        core = CoreConfiguration(
+            micro_image_size=m,
+            shifts=shifts,
+            max_columns=640,
+            channels=3,
+            engine=StackEngine(input_lines=m),
+        )
+        screen = Screen(
+            outputs="rad",
+            radius=radius,
+            confidence=confidence_level(6, m, radius, 3) if vote_radius else 0,
+            vote_radius=vote_radius,
+            colours=slice_colours(shifts),
+        )
+        name = f"picture M={m} slices={len(shifts)} radius={radius} votes={vote_radius}"
+        yield Design(name, core, PICTURE, slow=True, screen=screen)
+    colours = slice_colours(_TEXT_SHIFTS)
+    text = scene_overlay(_TEXT_SHIFTS, 5, colours=colours)
+    none = CoreConfiguration(micro_image_size=1, shifts=(0,), max_columns=1)
+    yield Design("text of 5 slices", none, OVERLAY, slow=True, screen=Screen(overlay=text))
+
+
 # Generics that differ from a resampler for grey pixels, M = 5, 640 columns, 8 lines.
 _SENSORS: dict[str, dict[str, object]] = {
     "grey": {},
@@ -331,6 +378,7 @@ def designs() -> list[Design]:
         *grid_designs(),
         *left_out_designs(),
         *stack_designs(),
+        *picture_designs(),
         *sensor_designs(),
         *full_designs(),
     ]

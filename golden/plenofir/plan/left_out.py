@@ -6,10 +6,15 @@ from collections.abc import Iterator
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.resampler import ResamplerConfiguration
-from plenofir.fpga.devices import Device
+from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.devices import Device, Usage
+from plenofir.fpga.screen import Screen
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, slice_engine
+from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
+from plenofir.plan.scene_screen import scene_overlay
 from plenofir.plan.scene_sensor import SensorChip
 from plenofir.refocus import automatic_units
 from plenofir.refocus.arithmetic import ExactArithmetic
@@ -43,7 +48,7 @@ def automatic_sharpening(core: CoreConfiguration, shifts: tuple[int, ...]) -> tu
 
 def full_core(core: CoreConfiguration) -> CoreConfiguration:
     """Build that serves any scene of a camera: every a' from -M to M and the scene's, RGB."""
-    m = core.micro_image_size
+    m, engine = core.micro_image_size, core.engine
     low = min(-m * _FULL_RANGE, *core.shifts)
     high = max(m * _FULL_RANGE, *core.shifts)
     shifts = tuple(range(low, high + 1))
@@ -52,9 +57,17 @@ def full_core(core: CoreConfiguration) -> CoreConfiguration:
             "shifts": shifts,
             "sharpening": automatic_sharpening(core, shifts) if core.sharpens else (),
             "channels": _FULL_CHANNELS,
-            "engine": slice_engine(core).without_shortcuts(),
+            "engine": engine.without_shortcuts() if isinstance(engine, SliceEngine) else engine,
         }
     )
+
+
+def extent(core: CoreConfiguration) -> str:
+    """What of a core grows with its set of slices."""
+    engine = core.engine
+    if isinstance(engine, SliceEngine):
+        return f"{engine.extent(core)} {engine.UNIT}"
+    return f"{engine.lines(core)} lines of pixels"
 
 
 def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfiguration]]:
@@ -63,9 +76,9 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
     spare = len(full.shifts) - len(core.shifts)
     if spare > 0:
         whole = slice_engine(full)
-        extent = whole.extent(full)
+        size = whole.extent(full)
         yield (
-            f"{spare} of {len(full.shifts)} slices, {extent - engine.extent(core)} of {extent} "
+            f"{spare} of {len(full.shifts)} slices, {size - engine.extent(core)} of {size} "
             f"{engine.UNIT}",
             core.model_copy(
                 update={"shifts": full.shifts, "sharpening": full.sharpening, "engine": whole}
@@ -95,8 +108,46 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
         )
 
 
-def left_out(core: CoreConfiguration, path: str, device: Device) -> tuple[LeftOut, ...]:
+def _more(what: str, more: Usage, less: Usage, device: Device) -> LeftOut:
+    """Something left out: what it would take more."""
+    with_it, without = device.amounts(more), device.amounts(less)
+    saves = {name: n - without[name] for name, n in with_it.items() if n > without[name]}
+    return LeftOut(what=what, saves=saves)
+
+
+def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
+    """What a board could show besides, and does not."""
+    family = device.family
+    if shown.needs_stack:
+        full, taken = full_core(core), picture_usage(core, shown, family)
+        spare = len(full.shifts) - len(core.shifts)
+        if spare > 0:
+            lines = core.engine.lines(full) - core.engine.lines(core)
+            what = f"{spare} of {len(full.shifts)} slices, {lines} of {extent(full)}"
+            yield _more(what, picture_usage(full, shown, family), taken, device)
+    elif len(core.shifts) > 1 and core.micro_image_size > 1:
+        stack = core.model_copy(
+            update={
+                "engine": StackEngine(input_lines=core.micro_image_size),
+                "arithmetic": ExactArithmetic(),
+                "order": 0,
+            }
+        )
+        judged = Screen(outputs="rad")
+        more, less = picture_usage(stack, judged, family), estimate(core, family)
+        yield _more("all-in-focus and depth: focal stack, depth index", more, less, device)
+    if shown.overlay is None:
+        text = scene_overlay(core.shifts, core.micro_image_size)
+        yield _more("text over the picture", overlay_usage(text, family), Usage(), device)
+
+
+def left_out(
+    core: CoreConfiguration, path: str, device: Device, shown: Screen
+) -> tuple[LeftOut, ...]:
     """Everything that a core on a device, or the board around it, does without."""
+    on_screen = tuple(_screen_left_out(core, shown, device)) if path == "video" else ()
+    if shown.needs_stack:
+        return on_screen
     needs = device.amounts(estimate(core, device.family))
     found = []
     for what, other in _differences(core):
@@ -107,7 +158,7 @@ def left_out(core: CoreConfiguration, path: str, device: Device) -> tuple[LeftOu
         # The board, a Spartan-6, has a core of three channels.
         saves = {name: n for name, n in VIDEO_USAGES[device.family].amounts().items() if n}
         found.append(LeftOut(what="video timing, TMDS ends, the board's control", saves=saves))
-    return tuple(found)
+    return (*found, *on_screen)
 
 
 def _sensor_differences(

@@ -7,8 +7,12 @@ from plenofir.camera.resampling import BayerOrder, red_place
 from plenofir.fpga.board_sensor import BoardSensor
 from plenofir.fpga.core.configuration import CoreConfiguration, SliceEngineName
 from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
+from plenofir.fpga.devices import Device
+from plenofir.fpga.screen import Screen
+from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
 from plenofir.plan.board_load import Shown, description
 from plenofir.plan.left_out import LeftOut
+from plenofir.plan.scene_sensor import SensorChip
 
 
 class PlannedSlice(BaseModel):
@@ -107,6 +111,38 @@ class PlannedSensor(BaseModel):
         )
 
 
+def planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
+    """Plan what stands between a sensor and the core.
+
+    Parameters
+    ----------
+    chip
+        The sensor.
+    device
+        Device it must fit.
+
+    Returns
+    -------
+    PlannedSensor
+        With its resources.
+    """
+    usage = sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
+    core = chip.core
+    return PlannedSensor(
+        core=core,
+        mosaic=chip.mosaic,
+        columns=chip.columns,
+        rows=chip.rows,
+        calibrated=chip.calibrated is not None,
+        lines=core.lines,
+        ring_bits=core.lines * core.max_columns * core.channels * core.pixel_bits,
+        full_rate=chip.full_rate,
+        needs=device.amounts(usage),
+        loads=() if chip.calibrated is None else tuple(chip.calibrated.loads()),
+        shown=chip.shown,
+    )
+
+
 class Plan(BaseModel):
     """What is built for a scene.
 
@@ -125,8 +161,8 @@ class Plan(BaseModel):
     frame_clocks
         Clocks for each frame, blanking included.
     latency_clocks, latency_lines
-        Of the core: clocks from a frame's first pixel in to its first pixel out, and the lines
-        among them.
+        Clocks from a frame's first pixel in to its first pixel out, and the lines among them: of
+        the core, or of the video path.
     slices
         Slices from far to near.
     gaps_mm
@@ -153,6 +189,10 @@ class Plan(BaseModel):
         What the full build is.
     left_out
         What is not there, each with what it would take.
+    screen
+        What a board shows, and the text over it.
+    screen_needs
+        Resources that the text takes; None without one.
     edid
         In hexadecimal, the EDID that the board serves instead of its own; None for its own.
     sensor
@@ -188,6 +228,8 @@ class Plan(BaseModel):
     full_build: str
     available: dict[str, int]
     left_out: tuple[LeftOut, ...]
+    screen: Screen = Screen()
+    screen_needs: dict[str, int] | None = None
     edid: str | None = None
     sensor: PlannedSensor | None = None
     notes: tuple[str, ...] = ()

@@ -13,14 +13,16 @@ from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration, SliceEngineName
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.moving_sum import PIXELS_PER_CLOCK, MovingSumEngine
+from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
-from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, slice_engine
+from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
+from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
-from plenofir.plan.left_out import full_core, left_out, sensor_left_out
-from plenofir.plan.planned import EngineOption, Plan, PlannedSensor, PlannedSlice
+from plenofir.plan.left_out import extent, full_core, left_out, sensor_left_out
+from plenofir.plan.planned import EngineOption, Plan, PlannedSlice, planned_sensor
 from plenofir.plan.scene import LoadedScene
-from plenofir.plan.scene_sensor import SensorChip
+from plenofir.plan.scene_screen import screen_of
 from plenofir.refocus import interpolation_order, sharpening_units
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.shifts import shift_to_text
@@ -82,24 +84,6 @@ def _planned(shift: int, m: int, model: RayModel | None) -> PlannedSlice:
     )
 
 
-def _planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
-    usage = sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
-    core = chip.core
-    return PlannedSensor(
-        core=core,
-        mosaic=chip.mosaic,
-        columns=chip.columns,
-        rows=chip.rows,
-        calibrated=chip.calibrated is not None,
-        lines=core.lines,
-        ring_bits=core.lines * core.max_columns * core.channels * core.pixel_bits,
-        full_rate=chip.full_rate,
-        needs=device.amounts(usage),
-        loads=() if chip.calibrated is None else tuple(chip.calibrated.loads()),
-        shown=chip.shown,
-    )
-
-
 def _notes(model: RayModel | None) -> tuple[str, ...]:
     """What the camera's optics do to the slices."""
     if model is None:
@@ -131,6 +115,9 @@ def _candidates(
 ) -> Iterator[CoreConfiguration]:
     """Cores that do the job, in order of preference; those of one arithmetic, smallest first."""
     scene = loaded.scene
+    if loaded.shown.needs_stack:
+        yield _stack_core(loaded, shifts)
+        return
     wanted = scene.build.engine
     order = interpolation_order(scene.build.interpolation)
     m = scene.camera.micro_image_size
@@ -164,6 +151,19 @@ def _candidates(
         usages = {core: _needs(core, loaded, device) for core in cores}
         smallest = sorted(cores, key=lambda core: _size(usages[core]))
         yield from sorted(smallest, key=lambda core: _scarcest(usages[core], device)[0])
+
+
+def _stack_core(loaded: LoadedScene, shifts: tuple[int, ...]) -> CoreConfiguration:
+    """Core of a video path that shows more than the refocused slice, see picture_core.vhd."""
+    scene, m = loaded.scene, loaded.scene.camera.micro_image_size
+    return CoreConfiguration(
+        micro_image_size=m,
+        shifts=shifts,
+        max_columns=scene.frame.columns,
+        channels=scene.frame.channels,
+        pixel_bits=scene.frame.bits,
+        engine=StackEngine(input_lines=m),
+    )
 
 
 def _variants(
@@ -225,6 +225,8 @@ def _misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:
         return ""
     mode = find_mode(*loaded.video_size, frame.rate_hz)
     clocks, lines = core.band_steps(frame.columns), core.frame_lines(frame.rows)
+    if loaded.shown.needs_stack:
+        clocks = max(clocks, loaded.shown.index(core).band_steps(frame.columns))
     if mode is not None and clocks > mode.h_total:
         return f"lines of {clocks} clocks, the mode has {mode.h_total}"
     if mode is not None and lines > mode.v_total:
@@ -248,6 +250,10 @@ def _engine_choice(
     loaded: LoadedScene, core: CoreConfiguration, device: Device
 ) -> tuple[tuple[EngineOption, ...], str]:
     """Both engines with the arithmetic of the chosen core, and the reason in a line."""
+    if loaded.shown.needs_stack:
+        refused = "one slice at a time; expected all for what the screen shows"
+        engines = (EngineOption(engine=e, needs=None, refused=refused) for e in SLICE_ENGINES)
+        return tuple(engines), "all slices in one pass, for all-in-focus and depth"
     options, usages = [], dict[SliceEngineName, Usage | None]()
     for name, engine in SLICE_ENGINES.items():
         variants = [core] if core.engine.kind == name else _variants(loaded, core, engine, device)
@@ -282,21 +288,29 @@ def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
     family = [other for other in DEVICES.values() if other.family == device.family]
     larger = [other.name for other in family if not other.overflow(usage) and other != device]
     kind = {"spartan6": "Spartan-6", "ecp5": "ECP5"}[device.family]
+    others = "channels or columns, another arithmetic"
+    if loaded.shown.needs_stack:
+        others = 'columns or votes, screen.output = ["refocused"]'
     fits = f"build.device = {larger[0]!r}" if larger else f"no {kind} is large enough"
     return InputError(
         f"does not fit the {device.name.upper()}: needs {'; '.join(device.overflow(usage))}",
         where=str(loaded.path),
-        expected=f"fewer slices, channels or columns, another arithmetic, or {fits}",
+        expected=f"fewer slices, {others}, or {fits}",
     )
 
 
 def _needs(core: CoreConfiguration, loaded: LoadedScene, device: Device) -> Usage:
     """What a core takes, with the video path around it where there is one."""
-    usage = estimate(core, device.family)
+    shown = loaded.shown
+    if shown.needs_stack:
+        usage = picture_usage(core, shown, device.family)
+    else:
+        usage = estimate(core, device.family)
     if (chip := loaded.sensor) is not None:
         usage += sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
-    video = loaded.scene.build.path == "video"
-    return usage + VIDEO_USAGES[device.family] if video else usage
+    if loaded.scene.build.path == "video":
+        usage += VIDEO_USAGES[device.family] + overlay_usage(shown.overlay, device.family)
+    return usage
 
 
 def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> CoreConfiguration:
@@ -358,9 +372,8 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
             expected=f"one of {known}",
         )
     # As video_to_stream decides it.
-    delay = core.video_delay_pixels
+    delay, lines = loaded.shown.delay_pixels(core), loaded.shown.delay_lines(core)
     blank_lines = core.engine.blank_lines(core)
-    lines = core.delay
     if (chip := loaded.sensor) is not None:
         blank_lines = max(blank_lines, SENSOR_BLANK_LINES)
         mosaic = chip.mosaic is not None
@@ -425,6 +438,9 @@ def make_plan(loaded: LoadedScene) -> Plan:
     else:
         shifts = loaded.shifts
     device = DEVICES[scene.build.device]
+    size = scene.frame.rows, scene.frame.columns
+    shown = screen_of(scene.screen, shifts, m, model, size, where=str(loaded.path))
+    loaded = loaded.model_copy(update={"shown": shown})
     core = _choose(loaded, shifts, device)
     mode = _mode(loaded, core)
     clock_mhz, frame_clocks = _clock(loaded, core, mode)
@@ -436,7 +452,6 @@ def make_plan(loaded: LoadedScene) -> Plan:
         lag += (video_rows - rows + 1) // 2
     full = full_core(core)
     engines, reason = _engine_choice(loaded, core, device)
-    engine, whole = slice_engine(core), slice_engine(full)
     return Plan(
         scene=scene.name,
         path=scene.build.path,
@@ -449,16 +464,16 @@ def make_plan(loaded: LoadedScene) -> Plan:
         latency_clocks=(
             core.latency_clocks(columns, rows)
             if mode is None
-            else core.video_latency_clocks(mode.h_total) + lag * mode.h_total
+            else shown.latency_clocks(core, mode.h_total) + lag * mode.h_total
         ),
-        latency_lines=core.delay + lag,
+        latency_lines=shown.delay_lines(core) + lag,
         slices=tuple(_planned(shift, m, model) for shift in shifts),
         gaps_mm=tuple((low, None if high == inf else high) for low, high in gaps),
         core=core,
         columns=columns,
         rows=rows,
         taps=core.taps,
-        line_buffers=engine.lines(core),
+        line_buffers=core.engine.lines(core),
         line_buffer_bits=core.line_buffer_bits,
         engines=engines,
         engine_reason=reason,
@@ -466,14 +481,19 @@ def make_plan(loaded: LoadedScene) -> Plan:
         needs=device.amounts(_needs(core, loaded, device)),
         video_needs=(None if mode is None else device.amounts(VIDEO_USAGES[device.family])),
         full=device.amounts(_needs(full, loaded, device)),
-        full_build=f"{len(full.shifts)} slices, {full.channels} channels, "
-        f"{whole.extent(full)} {whole.UNIT}",
+        full_build=f"{len(full.shifts)} slices, {full.channels} channels, {extent(full)}",
         available=device.amounts(device.total),
         left_out=(
-            *left_out(core, scene.build.path, device),
+            *left_out(core, scene.build.path, device, shown),
             *sensor_left_out(loaded.sensor, device),
         ),
-        sensor=None if loaded.sensor is None else _planned_sensor(loaded.sensor, device),
+        screen=shown,
+        screen_needs=(
+            None
+            if shown.overlay is None
+            else device.amounts(overlay_usage(shown.overlay, device.family))
+        ),
+        sensor=None if loaded.sensor is None else planned_sensor(loaded.sensor, device),
         edid=None if loaded.edid is None else loaded.edid.hex(),
         notes=_notes(model),
     )

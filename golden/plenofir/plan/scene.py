@@ -23,6 +23,8 @@ from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS
 from plenofir.fpga.core.moving_sum import PixelsPerClock
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.edid import check_edid
+from plenofir.fpga.screen import Screen
+from plenofir.plan.scene_screen import SceneScreen
 from plenofir.plan.scene_sensor import SceneSensor, SensorChip, sensor_chip
 from plenofir.refocus.sharpening import check_sharpen, sharpening_units
 from plenofir.refocus.shifts import focus_to_shift
@@ -221,6 +223,8 @@ class Scene(_Part):
         Its parts.
     sensor
         What delivers raw frames, from which the chip makes the raster; None if the raster comes in.
+    screen
+        What a board shows; None: the refocused slice, without a text.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=40)]
@@ -230,6 +234,23 @@ class Scene(_Part):
     depth: SceneDepth
     build: SceneBuild = SceneBuild()
     sensor: SceneSensor | None = None
+    screen: SceneScreen | None = None
+
+    @model_validator(mode="after")
+    def _screen_is_a_boards(self) -> "Scene":
+        if self.screen is None:
+            return self
+        if self.build.path != "video":
+            raise ValueError('build.path "video" for screen')
+        if self.sensor is not None:
+            raise ValueError("no sensor for screen")
+        if self.screen.needs_stack:
+            for field, wanted in (("arithmetic", "exact"), ("interpolation", "nearest")):
+                if getattr(self.build, field) not in ("auto", wanted):
+                    raise ValueError(f'build.{field} "{wanted}" for screen.output')
+            if self.build.engine != "auto":
+                raise ValueError('build.engine "auto" for screen.output: all slices in one pass')
+        return self
 
     @model_validator(mode="after")
     def _parts_agree(self) -> "Scene":
@@ -276,6 +297,8 @@ class LoadedScene(BaseModel):
         The EDID it names, checked, or None.
     sensor
         What makes the raster of its sensor's raw frames, or None.
+    shown
+        What its board shows, once its slices are known.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
@@ -286,6 +309,7 @@ class LoadedScene(BaseModel):
     shifts: tuple[int, ...] | None
     edid: bytes | None = None
     sensor: SensorChip | None = None
+    shown: Screen = Screen()
 
     @property
     def video_size(self) -> tuple[int, int]:

@@ -13,7 +13,8 @@ from plenofir.camera.calibration import Calibration, decode, load_calibration
 from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place, resample
 from plenofir.files import check_folder, publish_files
 from plenofir.fpga.simulate.compare import compare_frames
-from plenofir.fpga.simulate.run import REPORT, Progress, Report, Run, run
+from plenofir.fpga.simulate.report import REPORT, Report
+from plenofir.fpga.simulate.run import Progress, Run, run
 from plenofir.fpga.simulate.sensor_bench import run_sensor
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import Picture, read_picture, write_png

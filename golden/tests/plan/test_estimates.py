@@ -20,9 +20,10 @@ from plenofir.fpga.synthesis.comparison import (
     widest,
 )
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, reciprocal_bits
+from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
 from plenofir.plan import DEVICES, load_scene, make_plan
-from plenofir.plan.figures import CORE, designs, load_figures, sensor_designs
+from plenofir.plan.figures import CORE, designs, load_figures, picture_designs, sensor_designs
 
 
 def test_estimates_against_synthesis() -> None:
@@ -77,6 +78,21 @@ def test_estimates_of_resamplers_against_synthesis() -> None:
         assert design.sensor is not None
         figures, usage = known[design.name], sensor_usage(design.sensor, mosaic=design.mosaic)
         assert 0 <= usage.block_rams - figures.usage.block_rams <= 2, design.name
+        assert usage.dsp == figures.dsp, design.name
+        assert usage.lut == pytest.approx(figures.lut, rel=0.15), design.name
+        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name
+
+
+def test_estimates_of_pictures_against_synthesis() -> None:
+    known = load_figures().figures["2.0.0"]
+    for design in picture_designs():
+        assert design.screen is not None
+        figures = known[design.name]
+        if design.screen.overlay is not None:
+            usage = overlay_usage(design.screen.overlay)
+        else:
+            usage = picture_usage(design.core, design.screen)
+        assert 0 <= usage.block_rams - figures.usage.block_rams <= 5, design.name
         assert usage.dsp == figures.dsp, design.name
         assert usage.lut == pytest.approx(figures.lut, rel=0.15), design.name
         assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name

@@ -42,7 +42,7 @@ from plenofir.fpga.bitstream.top_level import (
     top_source,
     top_with_generics,
 )
-from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
+from plenofir.fpga.screen import SCREEN_PACKAGE
 
 TOOLS = ("xst", "ngdbuild", "map", "par", "trce", "bitgen")
 OPTION_FILES = tuple(f"{tool}.opt" for tool in TOOLS)
@@ -286,7 +286,7 @@ def build(
     changed: Mapping[str, Value],
     out: Path,
     progress: Progress,
-    edid: bytes | None = None,
+    packages: Mapping[str, str] | None = None,
 ) -> BuildReport:
     """Build the bitstream.
 
@@ -300,8 +300,8 @@ def build(
         Folder for bitstream, reports and logs.
     progress
         Called with the tool's name, how many are done, and how many there are.
-    edid
-        EDID to serve instead of the board's own.
+    packages
+        VHDL packages in place of the board's own: name to text.
 
     Returns
     -------
@@ -316,7 +316,9 @@ def build(
     """
     generics = {**default_generics(), **changed}
     source = top_with_generics(changed)
-    check_fit(configuration(generics))
+    # A focal stack comes from a scene, whose plan has been checked.
+    if SCREEN_PACKAGE not in (packages or {}):
+        check_fit(configuration(generics))
     options = {tool: read_options(option_folder() / f"{tool}.opt") for tool in TOOLS}
     treated = treatments(warning_file())
     work = out / "work"
@@ -326,9 +328,9 @@ def build(
     top = work / f"{TOP}.vhd"
     top.write_text(source)
     replaced = {top_source(): top}
-    if edid is not None:
-        own = work / f"{EDID_PACKAGE}.vhd"
-        own.write_text(edid_package(edid))
+    for name, text in (packages or {}).items():
+        own = work / f"{name}.vhd"
+        own.write_text(text)
         replaced[top_source().with_name(own.name)] = own
     (work / f"{TOP}.prj").write_text("\n".join([*project_lines(replaced), ""]))
     (work / f"{TOP}.xst").write_text(xst_script(options["xst"]))

@@ -16,7 +16,6 @@ from plenofir.files import publish, remove_results
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import default_generics
 from plenofir.fpga.boards import Board
-from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
 from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, check_tools, ecp5_tool
 from plenofir.fpga.synthesis.output_registers import use_output_registers
@@ -352,7 +351,7 @@ def build(
     clock_range: int,
     out: Path,
     progress: Progress,
-    edid: bytes | None = None,
+    packages: Mapping[str, str] | None = None,
 ) -> NextpnrReport:
     """Build the bitstream of a board with an ECP5.
 
@@ -370,8 +369,8 @@ def build(
         Folder for bitstream, report and logs.
     progress
         Called with the tool's name, how many are done, and how many there are.
-    edid
-        EDID to serve instead of the board's own.
+    packages
+        VHDL packages in place of the board's own: name to text.
 
     Returns
     -------
@@ -395,9 +394,9 @@ def build(
     remove_results([out / "plenofir.bit", out / "report.json", work])
     work.mkdir(parents=True)
     sources = hdl.board_sources(board.name)
-    if edid is not None:
-        own = work / f"{EDID_PACKAGE}.vhd"
-        own.write_text(edid_package(edid))
+    for name, text in (packages or {}).items():
+        own = work / f"{name}.vhd"
+        own.write_text(text)
         sources = [own if source.name == own.name else source for source in sources]
     lpf = work / board.constraints.name
     pins = board.constraints.read_text() if board.constraints.is_file() else ""

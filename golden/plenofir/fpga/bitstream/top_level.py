@@ -13,12 +13,16 @@ from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.hdl_text import declarations
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 
 TOP = "atlys_top"
 
 Value = int | bool | str
+
+# Generics of a top level that a focal stack takes, too.
+_STACK_GENERICS = ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")
 
 
 def top_source(top: str = TOP) -> Path:
@@ -209,14 +213,25 @@ def board_generics(core: CoreConfiguration, top: str = TOP) -> dict[str, Value]:
         once, centred outputs).
     """
     known = default_generics(top)
+    if isinstance(core.engine, StackEngine):
+        stack = core.generics()
+        # The rest has no meaning then, see picture_core.
+        wanted = core.channels == 3 and core.pixel_bits == 8 and core.align == "centred"
+        if wanted and "PIXEL_BITS" not in known:
+            return {name: stack[name] for name in _STACK_GENERICS}
+        raise _no_such_refocuser(top)
     values = {name: value for name, value in core.generics().items() if name in known}
     if configuration({**known, **values}) != core:
-        raise InputError(
-            "the board has no such refocuser",
-            where=top,
-            expected="three channels of 8 bits, one row at once, centred outputs",
-        )
+        raise _no_such_refocuser(top)
     return values
+
+
+def _no_such_refocuser(top: str) -> InputError:
+    return InputError(
+        "the board has no such refocuser",
+        where=top,
+        expected="three channels of 8 bits, one row at once, centred outputs",
+    )
 
 
 def _configuration(values: Mapping[str, Value]) -> CoreConfiguration:

@@ -29,11 +29,9 @@ MAX_PRODUCT_ADDRESS_BITS = 16
 # divide_round.
 _DIVIDE_CLOCKS = 3
 # Input FIFO 3, sequencer 1, output FIFO 3 (refocus_pkg.STREAM_LATENCY).
-_STREAM_CLOCKS = 7
+STREAM_CLOCKS = 7
 # Tokens in the sequencer and the row gather.
 _SEQUENCER_GATHER = 4
-# video_to_stream 3, stream_to_video 1, the output's choice 1.
-_VIDEO_CLOCKS = 5
 
 SliceEngineName = Literal["fir", "moving_sum"]
 SLICE_ENGINES: dict[SliceEngineName, type[FirEngine] | type[MovingSumEngine]] = {
@@ -241,27 +239,12 @@ class CoreConfiguration(Raster):
         start = self._band_start(bands, columns, rows, frames)
         gather = 2 if self.parallel_rows > 1 else 0
         tokens = self.engine.row_tokens(self) + row
-        return start + tokens + self.array_clocks + _STREAM_CLOCKS + gather
+        return start + tokens + self.array_clocks + STREAM_CLOCKS + gather
 
     @property
     def video_delay_pixels(self) -> int:
         """Pixels that the video path is behind its input, besides lines (its DELAY_PIXELS)."""
-        return self.delay + self.array_clocks + _STREAM_CLOCKS
-
-    def video_latency_clocks(self, line_length: int) -> int:
-        """Clocks from a pixel at the video path's input to the same place at its output.
-
-        Parameters
-        ----------
-        line_length
-            Pixels of a line, blanking included.
-
-        Returns
-        -------
-        int
-            The delay in lines and in pixels, the pipeline, and 5 registers of the video path.
-        """
-        return self.delay * line_length + self.video_delay_pixels + _VIDEO_CLOCKS
+        return self.delay + self.array_clocks + STREAM_CLOCKS
 
     def _band_start(self, band: int, columns: int, rows: int, frames: int) -> int:
         """Clock at which the sequencer begins the line that completes a band.

@@ -60,13 +60,22 @@ class DepthIndexConfiguration(BaseModel):
         return 11 + self.radius + self.slices + votes
 
     @property
+    def lens_bits(self) -> int:
+        """Bits of the sum of a micro image (sharpness_pkg)."""
+        weight = 1 if self.channels == 1 else 4
+        return (weight * ((1 << self.pixel_bits) - 1) * self.micro_image_size**2).bit_length()
+
+    @property
+    def row_bits(self) -> int:
+        """Bits of the sharpness along a row (row_sharpness_bits)."""
+        return self.lens_bits + 2 + max(1, (2 * self.radius).bit_length())
+
+    @property
     def memory_bits(self) -> tuple[int, int]:
         """Bits of the lines in which the slices' pixels wait, and of all that is judged."""
         m, slices = self.micro_image_size, self.slices
         waiting = self.delay * self.max_columns * slices * self.channels * self.pixel_bits
-        largest = (1 if self.channels == 1 else 4) * ((1 << self.pixel_bits) - 1) * m * m
-        lens = largest.bit_length()
-        row = lens + 2 + max(1, (2 * self.radius).bit_length())
+        lens, row = self.lens_bits, self.row_bits
         index = max(1, (slices - 1).bit_length())
         lenses = -(-self.max_columns // m)
         votes = 2 * self.vote_radius * (index + 1) + index if self.vote_radius else 0

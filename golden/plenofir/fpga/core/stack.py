@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Engine of focal stacks (``hdl/stack``): all slices come out at once."""
 
+from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
@@ -39,8 +40,7 @@ class StackEngine(Engine):
 
     def history_bits(self, raster: Raster) -> int:
         """Bits of the pixels that the slices share."""
-        lines = sum(self.layout(raster).history_lines)
-        return lines * raster.max_columns * raster.channels * raster.words(0).data
+        return self.lines(raster) * raster.max_columns * raster.channels * raster.words(0).data
 
     def slice_bits(self, raster: Raster) -> int:
         """Bits that the slices keep for themselves: sums of each column."""
@@ -55,6 +55,19 @@ class StackEngine(Engine):
 
     def least_steps(self, raster: Raster) -> int:
         return max(super().least_steps(raster), raster.filter_delay + 1)
+
+    def lines(self, raster: Raster) -> int:
+        """Lines of pixels that each channel keeps."""
+        return sum(self.layout(raster).history_lines)
+
+    def describe(self, raster: Raster, rows: int) -> Iterator[tuple[str, str]]:
+        """Name and value of what a person is told."""
+        del rows
+        yield (
+            "stack",
+            f"all slices in one pass, {self.lines(raster)} lines of pixels for each channel "
+            f"({self.line_buffer_bits(raster) / 1024:.0f} Kbit in all)",
+        )
 
     def blank_lines(self, raster: Raster) -> int:
         return raster.micro_image_size - 1

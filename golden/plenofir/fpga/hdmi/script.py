@@ -28,6 +28,7 @@ class Code(IntEnum):
     WAIT = 9
     DELAY_FAULTS = 10
     OPEN_CLOCK = 11
+    SERIAL = 12
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,22 @@ def pixel_period(mode: VideoMode) -> Command:
         Its period.
     """
     return Command(Code.PERIOD, round(1e12 / mode.pixel_clock / _PERIOD_UNIT_FS))
+
+
+def typed(text: str) -> list[Command]:
+    """Commands that send a text to the serial port.
+
+    Parameters
+    ----------
+    text
+        ASCII, with the ends of its lines.
+
+    Returns
+    -------
+    list of Command
+        A character each.
+    """
+    return [Command(Code.SERIAL, ord(letter)) for letter in text]
 
 
 def write_script(path: Path, script: Sequence[Command | Packed]) -> None:

@@ -10,13 +10,16 @@ import numpy as np
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import BOARDS, Board
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SignalKind
-from plenofir.fpga.hdmi.link import LinkError, decode_frames, encode_frames
+from plenofir.fpga.hdmi.link import LinkError, Packed, decode_frames, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode, range_limits
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
+from plenofir.fpga.screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.fpga.simulate.file_bench import BenchResult
+from plenofir.fpga.simulate.shown import ShownFrame, shown_frames, told_before
 from plenofir.fpga.simulate.simulators import SimulationError, Simulator
 from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.refocus.operator import Image
@@ -30,6 +33,8 @@ FRAMES_TO_FOLLOW = 3
 _METER_WINDOW = 1600
 # Blanking that is sent first, in ns: clocks, word phases and sampling phases settle.
 _SETTLE_NS = 250_000
+# A character over the serial port of the bench.
+_LETTER_US = 1
 # Lines behind the last frame: what the link itself holds, and the beginning of the next frame.
 _LINES_BEHIND = 3
 
@@ -79,7 +84,9 @@ def mode_for(columns: int, rows: int) -> VideoMode:
     )
 
 
-def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> None:
+def check_chain(
+    configuration: CoreConfiguration, rows: int, columns: int, screen: Screen | None = None
+) -> None:
     """Refuse what the board's video path cannot carry.
 
     Parameters
@@ -88,12 +95,15 @@ def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> No
         The refocuser.
     rows, columns
         Size of the picture in pixels.
+    screen
+        What the board shows; the refocused slice alone if None.
 
     Raises
     ------
     InputError
         Naming the option or the size.
     """
+    screen = screen or Screen()
     if configuration.pixel_bits != 8:
         raise InputError(
             f"pixels of {configuration.pixel_bits} bits", where="raw", expected="8 bits for HDMI"
@@ -117,12 +127,26 @@ def check_chain(configuration: CoreConfiguration, rows: int, columns: int) -> No
             "True", where="any_rows", expected="False for HDMI: video has its blanking"
         )
     mode = mode_for(columns, rows)
-    if mode.v_total <= configuration.delay or mode.h_total <= configuration.delay + 32:
+    lines, pixels = screen.delay_lines(configuration), screen.delay_pixels(configuration)
+    if screen.needs_stack:
+        # Lines in which a depth index judges.
+        pixels = max(pixels, screen.index(configuration).band_steps(columns) - 1)
+    if mode.v_total <= lines or mode.h_total <= pixels:
         raise InputError(
-            f"a delay of {configuration.delay} lines in frames of {mode.v_total} lines of "
+            f"a delay of {lines} lines in frames of {mode.v_total} lines of "
             f"{mode.h_total} pixels, blanking included",
             where="shifts",
             expected="a delay shorter than a frame and, with the pipeline, than a line",
+        )
+    told = told_before(shown_frames(configuration, screen), screen)
+    letters = max((len(commands) for commands in told[1:]), default=0)
+    left = max(mode.v_total - lines - _LINES_BEHIND, 0)
+    if left * mode.h_total * 1000 < letters * _LETTER_US * mode.pixel_clock:
+        raise InputError(
+            f"{mode.v_total} lines of {mode.h_total} pixels, blanking included, and {lines} lines "
+            f"of delay: {left} are left to tell what the next frame shows",
+            where="raw",
+            expected="a picture of more lines",
         )
 
 
@@ -182,11 +206,13 @@ def run_chain(
     waves: Path | None = None,
     progress: Callable[[int], None] | None = None,
     board: str = "atlys",
+    screen: Screen | None = None,
+    told: tuple[ShownFrame, ...] | None = None,
 ) -> BenchResult:
     """Show a picture at the board's input and take what its output shows.
 
     The source shows the same picture all the time; with several shifts the board sweeps through
-    them, a frame for each.
+    them, a frame for each. With a screen it is told over its serial port what to show.
 
     Parameters
     ----------
@@ -204,11 +230,16 @@ def run_chain(
         Called with the number of pixels that came out so far, blanking counted in proportion.
     board
         Name of the board.
+    screen
+        What the board shows; the refocused slice alone if None.
+    told
+        Frames to show; those of `shown_frames` if None.
 
     Returns
     -------
     BenchResult
-        A frame for each slice; clocks are pixel clocks, the latency is known to one or two of them.
+        A frame for each slice, or each that was told; clocks are pixel clocks, the latency
+        is known to one or two of them.
 
     Raises
     ------
@@ -217,30 +248,49 @@ def run_chain(
     """
     rows, columns = raw.shape[:2]
     mode = mode_for(columns, rows)
+    screen = screen or Screen()
     slices = len(configuration.shifts)
     frame = encode_frames(mode, [raw.astype(np.uint8)])
-    behind = (configuration.delay + _LINES_BEHIND) * mode.h_total
-    words = np.concatenate([frame] * (FRAMES_TO_FOLLOW + slices) + [np.resize(frame, behind)])
+    lines = screen.delay_lines(configuration)
+    behind = (lines + _LINES_BEHIND) * mode.h_total
+    if told is None:
+        told = shown_frames(configuration, screen)
+    count = len(told) or slices
+    script: list[Command | Packed] = [*told_before(told, screen)[0]] if told else []
+    script.append(np.concatenate([frame] * FRAMES_TO_FOLLOW))
+    # What the next frame shows is told when this one has begun to come out.
+    begun = (lines + _LINES_BEHIND) * mode.h_total
+    for commands in told_before(told, screen)[1:]:
+        script += [frame[:begun], *commands, frame[begun:]]
+    script.append(np.concatenate([frame] * (1 if told else count)))
+    script.append(np.resize(frame, behind))
+    words = (FRAMES_TO_FOLLOW + count) * frame.size + behind
     directory.mkdir(parents=True, exist_ok=True)
     output = directory / "output.bin"
     write_script(
         directory / "input.bin",
-        [pixel_period(mode), Command(Code.CLOCK, 1), Command(Code.WAIT, _SETTLE_NS), words],
+        [pixel_period(mode), Command(Code.CLOCK, 1), Command(Code.WAIT, _SETTLE_NS), *script],
     )
+    sources = chain_sources(board)
+    if screen != Screen():
+        own = directory / f"{SCREEN_PACKAGE}.vhd"
+        own.write_text(screen_package(screen))
+        sources = [own if source.name == own.name else source for source in sources]
     generics = {
-        name: value
-        for name, value in configuration.generics().items()
-        if name not in ("CENTRED", "PARALLEL_ROWS", "CHANNELS", "PIXEL_BITS")
-    } | {"AUTO_START": True, "SWEEP": slices > 1, "METER_WINDOW": _METER_WINDOW}
+        **board_generics(configuration, BOARDS[board].top),
+        "AUTO_START": True,
+        "SWEEP": slices > 1 and not told,
+        "METER_WINDOW": _METER_WINDOW,
+    }
     generics["CLOCK_RANGE"] = range_of(BOARDS[board], mode)
     models = hdl.model_sources(BOARDS[board].library)
 
     def poll() -> None:
         if progress is not None and output.exists():
-            share = min(output.stat().st_size / (4 * words.size), 1)
+            share = min(output.stat().st_size / (4 * words), 1)
             progress(int(share * slices * rows * columns))
 
-    for command in simulator.build_commands(chain_sources(board), TOP, models=models):
+    for command in simulator.build_commands(sources, TOP, models=models):
         simulator.run(command, directory)
     started = time.perf_counter()
     simulator.run(
@@ -258,24 +308,24 @@ def run_chain(
 
     taken = np.fromfile(output, "<u4")
     # Both signals end at the same time; before the first frame followed there is only blanking.
-    sent_to_end = slices * frame.size + behind
-    shown_to_end = sent_to_end - configuration.delay * (mode.h_total + 1)
+    sent_to_end = count * frame.size + behind
+    shown_to_end = sent_to_end - lines * mode.h_total - configuration.delay
     try:
         frames = decode_frames(taken[-shown_to_end - mode.h_total :], from_start=True)
     except LinkError as error:
         raise SimulationError(f"no picture at the output: {error}") from None
     wanted = mode.model_copy(update={"name": "measured", "pixel_clock": 1})
-    if len(frames) != slices or any(shown.mode != wanted for shown in frames):
+    if len(frames) != count or any(shown.mode != wanted for shown in frames):
         found = ", ".join(
             f"{shown.mode.h_active} x {shown.mode.v_active} in "
             f"{shown.mode.h_total} x {shown.mode.v_total}"
             for shown in frames
         )
-        raise SimulationError(f"{slices} frames of {mode.name} expected, found: {found or 'none'}")
+        raise SimulationError(f"{count} frames of {mode.name} expected, found: {found or 'none'}")
     latency = sent_to_end - frames[0].to_end
     return BenchResult(
         frames=np.stack([shown.pixels for shown in frames]),
-        clocks=words.size,
+        clocks=words,
         input_clocks=slices * rows * columns,
         latency_clocks=latency,
         slices=tuple(range(slices)),

@@ -13,6 +13,7 @@ from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Engine, Generics, Scope
 from plenofir.fpga.core.stack import StackEngine
 from plenofir.fpga.simulate import verilator
@@ -95,9 +96,15 @@ def bench_sources() -> list[Path]:
     return [*core_sources(), project.root() / "tb" / "file_bench" / f"{TOP}.vhd"]
 
 
-def core_generics(core: CoreConfiguration, radius: int = 1) -> Generics:
-    """Generics of the entity `CORE`."""
-    return {**core.generics(), "ENGINE": core.engine.kind, "RADIUS": radius}
+def core_generics(
+    core: CoreConfiguration, index: DepthIndexConfiguration | None = None
+) -> Generics:
+    """Generics of the entity `CORE`, with those of the depth index behind a stack."""
+    values: Generics = {**core.generics(), "ENGINE": core.engine.kind}
+    if index is not None:
+        judged = index.generics()
+        values |= {name: judged[name] for name in ("RADIUS", "CONFIDENCE", "VOTE_RADIUS")}
+    return values
 
 
 def _read_counts(directory: Path, tokens: int) -> list[tuple[str, int]]:
@@ -124,7 +131,7 @@ def run_bench(
     frames: Image,
     directory: Path,
     *,
-    radius: int = 1,
+    index: DepthIndexConfiguration | None = None,
     sweep_frames: int = 0,
     stall_percent: int = 0,
     seed: int = 1,
@@ -146,8 +153,8 @@ def run_bench(
         Shape (frames, rows, columns) or (frames, rows, columns, channels).
     directory
         Empty directory for the library and the bench's files; made if it is missing.
-    radius
-        Of the depth index behind a stack, see `plenofir.refocus.sharpness.local_sharpness`.
+    index
+        Depth index behind a stack; None without one.
     sweep_frames
         Number of frames for each slice of a sweep; 0 uses the first slice throughout.
     stall_percent
@@ -193,7 +200,7 @@ def run_bench(
     # What stands behind a line's last pixel must not count.
     filled = np.pad(frames, behind, constant_values=(1 << core.pixel_bits) - 1)
     filled.astype("<i4").tofile(directory / "input.bin")
-    generics = core_generics(core, radius)
+    generics = core_generics(core, index)
     sizes = {
         "COLUMNS": columns,
         "ROWS": rows,
@@ -236,9 +243,9 @@ def run_bench(
     if found[:, :, columns:].any():
         raise SimulationError("what comes out behind a line's last pixel is not zero")
     found = found[:, :, :columns]
-    stacks = index = None
+    stacks = found_index = None
     if stack:
-        index = found[..., -1].astype(np.uint8)
+        found_index = found[..., -1].astype(np.uint8)
         shape = (count, rows, columns, len(core.shifts), *frames.shape[3:])
         pixels = np.fromfile(directory / "slices.bin", "<i4").reshape(shape)
         stacks = np.ascontiguousarray(np.moveaxis(pixels, 3, 1).astype(frames.dtype))
@@ -250,5 +257,5 @@ def run_bench(
         slices=tuple(value for name, value in pairs if name == "slice"),
         seconds=seconds,
         stacks=stacks,
-        index=index,
+        index=found_index,
     )

@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,14 +18,28 @@ from plenofir.fpga.boards import BOARDS, BoardName
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.screen import Screen
 from plenofir.fpga.simulate import chain
 from plenofir.fpga.simulate.compare import compare_frames, difference_picture
 from plenofir.fpga.simulate.file_bench import BenchResult, run_bench, wave_signals
+from plenofir.fpga.simulate.report import (
+    REPORT,
+    Chain,
+    Report,
+    ScreenReport,
+    SliceReport,
+    StackReport,
+)
+from plenofir.fpga.simulate.shown import (
+    bare_slices,
+    shown_frames,
+    shown_names,
+    write_shown,
+)
 from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
 from plenofir.fpga.simulate.waves import write_save_file
 from plenofir.images import read_image, write_png
 from plenofir.refocus import check_raw, error_against_operator, shift_to_name, shift_to_text
-from plenofir.refocus.arithmetic import Arithmetic
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpening import WEIGHT_UNITS
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, depth_index_picture
@@ -39,9 +53,6 @@ FLOWER_FOCUS = "-3/5"
 
 ALL_IN_FOCUS = "all_in_focus.png"
 DEPTH_INDEX = "depth_index.png"
-REPORT = "report.json"
-
-Chain = Literal["core", "hdmi"]
 
 Progress = Callable[[str, int, int], None]
 """Called with the step's name, what is done and what there is to do."""
@@ -70,6 +81,9 @@ class Run(BaseModel):
         bits.
     board
         The board of that chain.
+    screen
+        What it shows: besides the slices each output, with and without its text. Of the core of a
+        stack the depth index alone counts, instead of `radius`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -82,64 +96,7 @@ class Run(BaseModel):
     waves: bool = False
     chain: Chain = "core"
     board: BoardName = "atlys"
-
-
-class SliceReport(BaseModel):
-    """What ``report.json`` holds of each slice; docs/simulation.md explains the fields."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    a: str
-    shift: int
-    sharpening: str
-    pictures: tuple[str, ...]
-    mismatches: int
-    first_mismatch: str | None
-    largest_error: float
-    rms_error: float
-
-
-class Report(BaseModel):
-    """What ``report.json`` holds; docs/simulation.md explains the fields."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    raw: str
-    chain: Chain
-    board: BoardName | None
-    M: int
-    slices: tuple[SliceReport, ...]
-    columns: int
-    rows: int
-    channels: int
-    pixel_bits: int
-    engine: str
-    parallel_rows: int
-    pixels_per_clock: int
-    interpolation: int
-    pixels_compared: int
-    mismatches: int
-    clocks: int
-    clocks_per_pixel: float
-    latency_clocks: int | None
-    simulated_clocks_per_second: int
-    simulator: str
-    arithmetic: Arithmetic
-    error_bound: float
-    taps: int
-    line_buffer_bits: int
-
-
-class StackReport(Report):
-    """What ``report.json`` holds of a stack and its depth index besides."""
-
-    pictures: tuple[str, ...]
-    radius: int
-    micro_images_of_slice: tuple[int, ...]
-    history_bits: int
-    slice_bits: int
-    waiting_bits: int
-    sharpness_bits: int
+    screen: Screen = Screen()
 
 
 def picture_names(shift: int, micro_image_size: int, slices: int) -> tuple[str, ...]:
@@ -230,12 +187,13 @@ def _check_image(raw: Image, core: CoreConfiguration, where: str) -> None:
 
 
 def _depth_index(what: Run) -> DepthIndexConfiguration | None:
-    """Depth index behind a stack; None with other engines."""
+    """Depth index behind a stack; None with other engines, and where it is the board's."""
     core = what.core
     if not isinstance(core.engine, StackEngine):
         return None
+    boards = what.chain == "hdmi" and what.screen.needs_stack
     for field, used in (("waves", what.waves), ("chain", what.chain != "core")):
-        if used:
+        if used and not boards:
             raise InputError("a focal stack", where=field, expected="engine fir or moving_sum")
     if core.micro_image_size < 2:
         raise InputError(
@@ -243,6 +201,8 @@ def _depth_index(what: Run) -> DepthIndexConfiguration | None:
             where="micro_image_size",
             expected="2 or more for a depth index",
         )
+    if what.screen.needs_stack:
+        return None if boards else what.screen.index(core)
     return DepthIndexConfiguration(
         micro_image_size=core.micro_image_size,
         slices=len(core.shifts),
@@ -291,8 +251,8 @@ def run(what: Run, progress: Progress | None = None) -> Report:
     if what.chain == "hdmi":
         if raw.ndim == 2:
             raw = np.repeat(raw[:, :, np.newaxis], 3, axis=2)
-        chain.check_chain(core, *raw.shape[:2])
         rows, columns = raw.shape[:2]
+        chain.check_chain(core, rows, columns, what.screen)
         chain.range_of(BOARDS[what.board], chain.mode_for(columns, rows))
     _check_image(raw, core, str(what.raw))
     if depth is None:
@@ -300,7 +260,11 @@ def run(what: Run, progress: Progress | None = None) -> Report:
     else:
         # Two or more: even the only slice has its a in its name.
         pictures = [picture_names(shift, m, 2)[:1] for shift in shifts]
-    more = (ALL_IN_FOCUS, DEPTH_INDEX) if depth else ()
+    screen = what.screen if what.chain == "hdmi" else Screen()
+    frames_shown = shown_frames(core, screen)
+    if frames_shown:
+        pictures = pictures if bare_slices(screen, frames_shown) else []
+    more = (ALL_IN_FOCUS, DEPTH_INDEX) if depth else shown_names(core, screen)
     check_folder(what.out, "out", (*sum(pictures, ()), *more, REPORT))
     simulator = find_simulator(what.simulator)
     rows, columns = raw.shape[:2]
@@ -325,26 +289,30 @@ def run(what: Run, progress: Progress | None = None) -> Report:
         waves = results / "refocused.fst" if what.waves else None
         show(0)
         if what.chain == "hdmi":
-            result = chain.run_chain(simulator, core, raw, work / "bench", waves, show, what.board)
+            result = chain.run_chain(
+                *(simulator, core, raw, work / "bench", waves, show, what.board, screen)
+            )
         else:
             result = run_bench(
                 simulator,
                 core,
                 frames,
                 work / "bench",
-                radius=what.radius,
+                index=depth,
                 sweep_frames=1 if len(frames) > 1 else 0,
                 waves=waves,
                 progress=show,
             )
         show(pixels)
-        if depth is None and result.slices != tuple(range(len(shifts))):
+        if depth is None and not frames_shown and result.slices != tuple(range(len(shifts))):
             raise SimulationError(f"the core swept through the slices {result.slices}")
 
         slices = []
         refocused = result.frames if result.stacks is None else result.stacks[0]
+        if frames_shown:
+            refocused = result.frames[bare_slices(screen, frames_shown)]
         for shift, units, names, got, want in zip(
-            shifts, core.weights, pictures, refocused, golden, strict=True
+            *(shifts, core.weights, pictures, refocused, golden), strict=bool(pictures)
         ):
             comparison = compare_frames(got[np.newaxis], want[np.newaxis])
             error = error_against_operator(got, raw, m, shift=shift, order=core.order, units=units)
@@ -377,7 +345,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
             parallel_rows=core.parallel_rows,
             pixels_per_clock=core.pixels_per_clock,
             interpolation=core.order,
-            pixels_compared=rows * columns * len(shifts),
+            pixels_compared=rows * columns * len(slices),
             mismatches=sum(slice_.mismatches for slice_ in slices),
             clocks=result.clocks,
             clocks_per_pixel=round(result.input_clocks / pixels, 6),
@@ -391,6 +359,14 @@ def run(what: Run, progress: Progress | None = None) -> Report:
         )
         if depth is not None:
             report = _with_depth(report, core, depth, result, golden, results)
+        if frames_shown:
+            told = write_shown(core, screen, result.frames, golden, results)
+            more_pixels, wrong = rows * columns * len(told), sum(s.mismatches for s in told)
+            added = {
+                "pixels_compared": report.pixels_compared + more_pixels,
+                "mismatches": report.mismatches + wrong,
+            }
+            report = ScreenReport(**{**dict(report), **added}, shown=told)
         (results / REPORT).write_text(report.model_dump_json(indent=2) + "\n")
         if what.waves:
             hdmi = what.chain == "hdmi"
@@ -437,54 +413,3 @@ def _with_depth(
         waiting_bits=waiting,
         sharpness_bits=judged,
     )
-
-
-def _weights(report: Report) -> str:
-    """Weight of each slice's taps."""
-    return "b = " + " ".join(slice_.sharpening for slice_ in report.slices)
-
-
-def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, str]]:
-    """Name and value of each line that a person is told of a report."""
-    wrong = next((s for s in report.slices if s.mismatches), None)
-    agree = f"all {report.pixels_compared} pixels equal the golden model"
-    if report.mismatches:
-        first = f"first: a = {wrong.a}, {wrong.first_mismatch}" if wrong else "none in a slice"
-        agree = f"{report.mismatches} of {report.pixels_compared} pixels differ; {first}"
-    depth = f"{report.channels} x {report.pixel_bits} bit"
-    focus = " ".join(slice_.a for slice_ in report.slices)
-    order = f", interpolation of order {report.interpolation}" if report.interpolation else ""
-    largest = max(slice_.largest_error for slice_ in report.slices)
-    rms = max(slice_.rms_error for slice_ in report.slices)
-    latency = "" if report.latency_clocks is None else f", latency {report.latency_clocks}"
-    lines = [
-        ("image", f"{report.raw}, {report.columns} x {report.rows}, {depth}"),
-        ("focus", f"M = {report.M}, a = {focus}, {core.engine.summary(core)}{order}"),
-        *([("sharpening", _weights(report))] if core.sharpens else []),
-        ("arithmetic", report.arithmetic.kind),
-        *([("chain", f"{report.board}, serial TMDS bits in and out")] if report.board else []),
-        ("result", agree),
-        (
-            "error",
-            f"largest {largest:.4f}, RMS {rms:.4f} grey levels (bound {report.error_bound:.4f})",
-        ),
-        ("clocks", f"{report.clocks}, {report.clocks_per_pixel:g} for each pixel{latency}"),
-        (
-            "simulator",
-            f"{report.simulator}, {report.simulated_clocks_per_second} clocks a second",
-        ),
-    ]
-    pictures = [name for slice_ in report.slices for name in slice_.pictures]
-    if isinstance(report, StackReport):
-        for slice_, count in zip(report.slices, report.micro_images_of_slice, strict=True):
-            lines.append((f"a = {slice_.a}", f"sharpest in {count} micro images"))
-        parts = {
-            "shared": report.history_bits,
-            "of the slices": report.slice_bits,
-            "waiting": report.waiting_bits,
-            "judged": report.sharpness_bits,
-        }
-        kbit = ", ".join(f"{bits / 1024:.0f} {name}" for name, bits in parts.items())
-        lines.append(("memory", f"kbit: {kbit}"))
-        pictures += report.pictures
-    return [*lines, ("files", ", ".join([*pictures, REPORT]))]

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a run leaves in ``report.json``, and what a person is told of it."""
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from plenofir.fpga.boards import BoardName
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.simulate.shown import ShownReport
+from plenofir.refocus.arithmetic import Arithmetic
+
+REPORT = "report.json"
+
+Chain = Literal["core", "hdmi"]
+
+
+class SliceReport(BaseModel):
+    """What ``report.json`` holds of each slice; docs/simulation.md explains the fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    a: str
+    shift: int
+    sharpening: str
+    pictures: tuple[str, ...]
+    mismatches: int
+    first_mismatch: str | None
+    largest_error: float
+    rms_error: float
+
+
+class Report(BaseModel):
+    """What ``report.json`` holds; docs/simulation.md explains the fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    raw: str
+    chain: Chain
+    board: BoardName | None
+    M: int
+    slices: tuple[SliceReport, ...]
+    columns: int
+    rows: int
+    channels: int
+    pixel_bits: int
+    engine: str
+    parallel_rows: int
+    pixels_per_clock: int
+    interpolation: int
+    pixels_compared: int
+    mismatches: int
+    clocks: int
+    clocks_per_pixel: float
+    latency_clocks: int | None
+    simulated_clocks_per_second: int
+    simulator: str
+    arithmetic: Arithmetic
+    error_bound: float
+    taps: int
+    line_buffer_bits: int
+
+
+class ScreenReport(Report):
+    """What ``report.json`` holds of a board that shows more than its slices besides."""
+
+    shown: tuple[ShownReport, ...]
+
+
+class StackReport(Report):
+    """What ``report.json`` holds of a stack and its depth index besides."""
+
+    pictures: tuple[str, ...]
+    radius: int
+    micro_images_of_slice: tuple[int, ...]
+    history_bits: int
+    slice_bits: int
+    waiting_bits: int
+    sharpness_bits: int
+
+
+def _weights(report: Report) -> str:
+    """Weight of each slice's taps."""
+    return "b = " + " ".join(slice_.sharpening for slice_ in report.slices)
+
+
+def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, str]]:
+    """Name and value of each line that a person is told of a report."""
+    wrong = next((s for s in report.slices if s.mismatches), None)
+    agree = f"all {report.pixels_compared} pixels equal the golden model"
+    if report.mismatches:
+        first = f"first: a = {wrong.a}, {wrong.first_mismatch}" if wrong else "none in a slice"
+        of_screen = report.shown if isinstance(report, ScreenReport) and not wrong else ()
+        if other := next((s for s in of_screen if s.mismatches), None):
+            first = f"first: {other.picture}, {other.first_mismatch}"
+        agree = f"{report.mismatches} of {report.pixels_compared} pixels differ; {first}"
+    depth = f"{report.channels} x {report.pixel_bits} bit"
+    focus = " ".join(slice_.a for slice_ in report.slices)
+    order = f", interpolation of order {report.interpolation}" if report.interpolation else ""
+    largest = max((slice_.largest_error for slice_ in report.slices), default=0)
+    rms = max((slice_.rms_error for slice_ in report.slices), default=0)
+    latency = "" if report.latency_clocks is None else f", latency {report.latency_clocks}"
+    lines = [
+        ("image", f"{report.raw}, {report.columns} x {report.rows}, {depth}"),
+        ("focus", f"M = {report.M}, a = {focus}, {core.engine.summary(core)}{order}"),
+        *([("sharpening", _weights(report))] if core.sharpens else []),
+        ("arithmetic", report.arithmetic.kind),
+        *([("chain", f"{report.board}, serial TMDS bits in and out")] if report.board else []),
+        ("result", agree),
+        (
+            "error",
+            f"largest {largest:.4f}, RMS {rms:.4f} grey levels (bound {report.error_bound:.4f})",
+        ),
+        ("clocks", f"{report.clocks}, {report.clocks_per_pixel:g} for each pixel{latency}"),
+        (
+            "simulator",
+            f"{report.simulator}, {report.simulated_clocks_per_second} clocks a second",
+        ),
+    ]
+    pictures = [name for slice_ in report.slices for name in slice_.pictures]
+    if isinstance(report, ScreenReport):
+        pictures += [shown.picture for shown in report.shown]
+    if isinstance(report, StackReport):
+        for slice_, count in zip(report.slices, report.micro_images_of_slice, strict=True):
+            lines.append((f"a = {slice_.a}", f"sharpest in {count} micro images"))
+        parts = {
+            "shared": report.history_bits,
+            "of the slices": report.slice_bits,
+            "waiting": report.waiting_bits,
+            "judged": report.sharpness_bits,
+        }
+        kbit = ", ".join(f"{bits / 1024:.0f} {name}" for name, bits in parts.items())
+        lines.append(("memory", f"kbit: {kbit}"))
+        pictures += report.pictures
+    return [*lines, ("files", ", ".join([*pictures, REPORT]))]

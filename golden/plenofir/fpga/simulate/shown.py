@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a board shows in a run through serial bits, frame by frame, and what it ought to be."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict
+
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.hdmi.script import Command, typed
+from plenofir.fpga.overlay import Shown as Kind
+from plenofir.fpga.screen import Screen
+from plenofir.fpga.simulate.compare import compare_frames
+from plenofir.images import write_png
+from plenofir.refocus import shift_to_name
+from plenofir.refocus.operator import Image
+
+Place = Literal[0, 1, 2]
+"""Of the text: none, at the top, at the bottom."""
+# Of "ok" and the end of its line, and the time until it begins.
+_BLANKS = 6
+_KINDS: dict[str, Kind] = {"r": "refocused", "a": "all-in-focus", "d": "depth"}
+
+
+@dataclass(frozen=True)
+class ShownFrame:
+    """What a frame shows.
+
+    Attributes
+    ----------
+    output
+        Its place in the screen's outputs.
+    slice_
+        The slice.
+    text
+        Where the text is.
+    """
+
+    output: int
+    slice_: int
+    text: Place
+
+
+def told_before(frames: tuple[ShownFrame, ...], screen: Screen) -> list[list[Command]]:
+    """Commands that make a board show frames, in front of each those that change something.
+
+    Parameters
+    ----------
+    frames
+        The frames.
+    screen
+        What the board shows.
+
+    Returns
+    -------
+    list
+        Commands before each frame.
+    """
+    told, known = [], dict[str, int]()
+    for frame in frames:
+        wanted = {"s": frame.slice_, "o": frame.output}
+        if screen.overlay is not None:
+            wanted["h"] = frame.text
+        lines = [f"{letter} {n}" for letter, n in wanted.items() if known.get(letter) != n]
+        # What comes while the board answers is lost; blanks do not count.
+        told.append([command for line in lines for command in typed(f"{line}\n{_BLANKS * ' '}")])
+        known = wanted
+    return told
+
+
+class ShownReport(BaseModel):
+    """What ``report.json`` holds of each picture of a screen; docs/simulation.md explains it."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    output: str
+    text: Place
+    picture: str
+    mismatches: int
+    first_mismatch: str | None
+
+
+def shown_frames(core: CoreConfiguration, screen: Screen) -> tuple[ShownFrame, ...]:
+    """Frames of a run: all outputs without a text, the refocused one with each slice; then with it.
+
+    Parameters
+    ----------
+    core
+        The core.
+    screen
+        What the board shows; empty if that is a sweep through the slices.
+
+    Returns
+    -------
+    tuple of ShownFrame
+        In order.
+    """
+    if screen == Screen():
+        return ()
+    slices, outputs = range(len(core.shifts)), range(len(screen.outputs))
+    bare = [
+        ShownFrame(output, slice_, 0)
+        for output in outputs
+        for slice_ in (slices if screen.outputs[output] == "r" else slices[:1])
+    ]
+    bare.sort(key=lambda frame: screen.outputs[frame.output] != "r")
+    if screen.overlay is None:
+        return tuple(bare)
+    texts = [ShownFrame(output, slices[-1], 1) for output in outputs]
+    return (*bare, *texts, ShownFrame(0, 0, 2))
+
+
+def golden_frame(
+    core: CoreConfiguration, screen: Screen, frame: ShownFrame, slices: Image
+) -> npt.NDArray[np.uint8]:
+    """What a frame ought to show.
+
+    Parameters
+    ----------
+    core, screen, frame
+        The core, what its board shows, the frame.
+    slices
+        All slices by the golden model, shape (slices, rows, columns, 3).
+
+    Returns
+    -------
+    numpy.ndarray
+        Picture, uint8.
+    """
+    kind = _KINDS[screen.outputs[frame.output]]
+    picture: Image = slices[frame.slice_]
+    if kind != "refocused":
+        found = screen.index(core).golden(slices)
+        picture, m = found.image, core.micro_image_size
+        if kind == "depth":
+            index = found.index.repeat(m, 0).repeat(m, 1)
+            rows, columns = slices.shape[1:3]
+            picture = np.array(screen.colours, np.uint8)[index[:rows, :columns]]
+    drawn = picture.astype(np.uint8)
+    if screen.overlay is None or not frame.text:
+        return drawn
+    return screen.overlay.draw(drawn, kind, frame.slice_, bottom=frame.text == 2)
+
+
+def _name(core: CoreConfiguration, screen: Screen, frame: ShownFrame) -> str:
+    """File of a picture."""
+    letter = screen.outputs[frame.output]
+    name = _KINDS[letter].replace("-", "_")
+    if letter == "r":
+        name += f"_{shift_to_name(core.shifts[frame.slice_], core.micro_image_size)}"
+    return f"{name}{('', '_text', '_text_below')[frame.text]}.png"
+
+
+def shown_names(core: CoreConfiguration, screen: Screen) -> tuple[str, ...]:
+    """Files of a run's pictures besides those of the slices."""
+    frames = shown_frames(core, screen)
+    return tuple(_name(core, screen, frame) for frame in frames if _more(screen, frame))
+
+
+def _more(screen: Screen, frame: ShownFrame) -> bool:
+    """Whether it is more than a slice as it is."""
+    return bool(frame.text) or screen.outputs[frame.output] != "r"
+
+
+def bare_slices(screen: Screen, frames: tuple[ShownFrame, ...]) -> list[int]:
+    """Numbers of the frames that show a slice as it is."""
+    return [n for n, frame in enumerate(frames) if not _more(screen, frame)]
+
+
+def write_shown(
+    core: CoreConfiguration, screen: Screen, pictures: Image, slices: Image, folder: Path
+) -> tuple[ShownReport, ...]:
+    """Compare what a board showed besides its slices, and write it.
+
+    Parameters
+    ----------
+    core, screen
+        The core, and what its board shows.
+    pictures
+        A picture of each of the `shown_frames`.
+    slices
+        All slices by the golden model.
+    folder
+        For the pictures.
+
+    Returns
+    -------
+    tuple of ShownReport
+        One for each picture.
+    """
+    reports = []
+    for frame, picture in zip(shown_frames(core, screen), pictures, strict=True):
+        if not _more(screen, frame):
+            continue
+        want = golden_frame(core, screen, frame, slices)
+        compared = compare_frames(picture[np.newaxis], want[np.newaxis])
+        name = _name(core, screen, frame)
+        write_png(folder / name, picture)
+        reports.append(
+            ShownReport(
+                output=_KINDS[screen.outputs[frame.output]],
+                text=frame.text,
+                picture=name,
+                mismatches=compared.mismatches,
+                first_mismatch=compared.first,
+            )
+        )
+    return tuple(reports)

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a focal stack with its depth index and the text over the picture take, without any tool.
+
+Block RAM and multipliers follow the rules of Yosys, as those of the core do. Look-up tables and
+flip-flops are sums over the parts, with weights fitted to synthesised designs
+(`plenofir.plan.figures`, scripts/fit_estimate.py).
+"""
+
+from collections.abc import Iterator
+
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.memory import Memory, block_sizes
+from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.devices import Family, Usage
+from plenofir.fpga.overlay import Overlay
+from plenofir.fpga.screen import Screen
+from plenofir.fpga.synthesis.estimate import multipliers
+
+# Fitted by scripts/fit_estimate.py.
+LUT_WEIGHTS = {
+    "sum bits": 6.15,
+    "history bits": 1.84,
+    "slices": 283,
+    "index": 724,
+    "pixel bits": 3.55,
+    "judged bits": 14.6,
+    "vote bits": 35.8,
+}
+FLIP_FLOP_WEIGHTS = {
+    "stack": 266,
+    "sum bits": 17.5,
+    "history bits": 1.56,
+    "slices": 155,
+    "index": 400,
+    "pixel bits": 3.99,
+    "judged bits": 25.7,
+    "vote bits": 7.7,
+}
+# LUTs of four inputs for one of six, flip-flops for one on a Spartan-6, which has shift registers
+# in LUTs: the largest of the designs that were synthesised for both.
+_ECP5_LUT4 = 1.4
+_ECP5_FLIP_FLOPS = 1.7
+# text_overlay without its ROMs, the characters of few slices in LUTs.
+_TEXT = Usage(lut=230, flip_flops=150)
+
+
+def _bits(largest: int) -> int:
+    """Bits of a number from 0 to the largest (bits_for)."""
+    return max(largest.bit_length(), 1)
+
+
+def stack_memories(core: CoreConfiguration) -> Iterator[Memory]:
+    """Memories of the entity ``focal_stack``."""
+    engine = core.engine
+    assert isinstance(engine, StackEngine)
+    layout, pixel = engine.layout(core), core.channels * core.pixel_bits
+    sums = core.channels * core.words(0).sum
+    input_bits = _bits(engine.input_lines * core.max_columns + 1)
+    yield Memory("input FIFO", input_bits, pixel + 2, 1)
+    for lines in layout.history_lines:
+        if lines:
+            width = lines * pixel
+            yield Memory("lines of a phase", core.column_bits, width, 1, words=core.max_columns)
+    words = sum(layout.slice_words(slice_) for slice_ in range(len(core.shifts)))
+    for size in block_sizes(core.max_columns, sums):
+        yield Memory("sums", (size - 1).bit_length(), sums, words, words=size)
+    reach = layout.reach.bit_length()
+    row_pixels = core.channels * core.words(1).data
+    copies = len(core.shifts) * (1 + layout.pixels_leave)
+    yield Memory("pixels of a line", reach, row_pixels, copies)
+    under_way = 2 * (2 + core.array_clocks)
+    yield Memory("output FIFO", _bits(under_way - 1), len(core.shifts) * pixel + 3, 1)
+
+
+def index_memories(index: DepthIndexConfiguration, *, chosen_too: bool) -> Iterator[Memory]:
+    """Memories of the entity ``depth_index``."""
+    slices, pixel = index.slices, index.channels * index.pixel_bits
+    lenses = -(-index.max_columns // index.micro_image_size)
+    places, number = _bits(lenses - 1), _bits(slices - 1)
+
+    def of_lenses(name: str, width: int, copies: int = 1) -> Memory:
+        return Memory(name, places, width, copies, words=lenses)
+
+    yield of_lenses("sums of micro images", index.lens_bits, 2 * slices)
+    yield of_lenses("rows of micro images", 2 * index.lens_bits, slices)
+    if index.radius:
+        yield of_lenses("rows of sharpness", 2 * index.radius * index.row_bits, slices)
+    if index.vote_radius:
+        yield of_lenses("rows of votes", 2 * index.vote_radius * (number + 1))
+        yield of_lenses("slices above", number)
+    words = index.delay * index.max_columns
+    yield Memory("waiting pixels", _bits(words - 1), slices * pixel, 1, words=words)
+    yield of_lenses("slices found", number)
+    under_way = 2 * (2 + index.index_latency + 4)
+    out = (2 if chosen_too else 1) * pixel + 8 + 3 + (number if chosen_too else 0)
+    yield Memory("output FIFO", _bits(under_way - 1), out, 1)
+
+
+def picture_memories(core: CoreConfiguration, screen: Screen) -> list[Memory]:
+    """Memories of the entity ``picture_core`` with a focal stack."""
+    index = screen.index(core)
+    return [*stack_memories(core), *index_memories(index, chosen_too=True)]
+
+
+def stack_structure(core: CoreConfiguration) -> dict[str, int]:
+    """Parts of ``focal_stack`` that look-up tables and flip-flops go to."""
+    engine, pixel = core.engine, core.channels * core.pixel_bits
+    assert isinstance(engine, StackEngine)
+    sums = core.channels * core.words(0).sum
+    return {
+        "stack": 1,
+        "sum bits": len(core.shifts) * sums,
+        "history bits": engine.lines(core) * pixel,
+        "slices": len(core.shifts),
+    }
+
+
+def index_structure(index: DepthIndexConfiguration) -> dict[str, int]:
+    """Parts of ``depth_index`` that look-up tables and flip-flops go to."""
+    window = (2 * index.vote_radius + 1) ** 2
+    return {
+        "index": 1,
+        "pixel bits": index.slices * index.channels * index.pixel_bits,
+        "judged bits": (index.slices - 1) * index.row_bits,
+        "vote bits": index.slices * window.bit_length() if index.vote_radius else 0,
+    }
+
+
+def picture_structure(core: CoreConfiguration, screen: Screen) -> dict[str, int]:
+    """Parts of ``picture_core`` with a focal stack."""
+    return stack_structure(core) | index_structure(screen.index(core))
+
+
+def picture_usage(core: CoreConfiguration, screen: Screen, family: Family = "spartan6") -> Usage:
+    """Estimate what a focal stack and the depth index behind it take of a device.
+
+    Parameters
+    ----------
+    core
+        The focal stack.
+    screen
+        What is shown.
+    family
+        Family of the device.
+
+    Returns
+    -------
+    Usage
+        Multipliers as Yosys maps them, block RAM too on an ECP5, else or up to five more; LUTs and
+        flip-flops within 15 % on a Spartan-6, within a third on an ECP5.
+    """
+    parts, memories = picture_structure(core, screen), picture_memories(core, screen)
+    in_memories = sum((memory.usage for memory in memories), Usage())
+    usage = in_memories + Usage(
+        lut=round(sum(weight * parts[name] for name, weight in LUT_WEIGHTS.items())),
+        flip_flops=round(sum(weight * parts[name] for name, weight in FLIP_FLOP_WEIGHTS.items())),
+        dsp=len(core.shifts) * multipliers(core),
+    )
+    if family == "spartan6":
+        return usage
+    return Usage(
+        lut=round(_ECP5_LUT4 * usage.lut),
+        flip_flops=round(_ECP5_FLIP_FLOPS * usage.flip_flops),
+        ramb16=sum(memory.ecp5_blocks for memory in memories),
+        dsp=usage.dsp,
+    )
+
+
+def overlay_usage(overlay: Overlay | None, family: Family = "spartan6") -> Usage:
+    """Estimate what the text over the picture takes of a device.
+
+    Parameters
+    ----------
+    overlay
+        The text; None: nothing.
+    family
+        Family of the device.
+
+    Returns
+    -------
+    Usage
+        Block RAM exactly, LUTs and flip-flops as `picture_usage`.
+    """
+    if overlay is None:
+        return Usage()
+    # An ECP5 takes block RAM for ROMs where it would for RAMs.
+    rom = family == "spartan6"
+    characters = Memory("characters", _bits(overlay.codes - 1), 7, 1, rom=rom)
+    font = Memory("font", 11, 8, 1, rom=rom)
+    if family == "spartan6":
+        return _TEXT + font.usage + characters.usage
+    blocks = font.ecp5_blocks + characters.ecp5_blocks
+    return Usage(round(_ECP5_LUT4 * _TEXT.lut), round(2 * _TEXT.flip_flops), ramb16=blocks)

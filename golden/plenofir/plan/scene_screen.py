@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The screen of a scene: what a board shows besides the refocused slice, and the text over it."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf, isfinite, isnan
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from plenofir.camera.rays import RayModel
+from plenofir.camera.rays.distances import Distances, State
+from plenofir.errors import InputError
+from plenofir.fpga.overlay import Overlay
+from plenofir.fpga.screen import Screen
+from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, MAX_VOTE_RADIUS, confidence_level
+from plenofir.refocus.shifts import shift_to_text
+
+Output = Literal["refocused", "all-in-focus", "depth"]
+_LETTERS: dict[Output, str] = {"refocused": "r", "all-in-focus": "a", "depth": "d"}
+# From here on lengths are told in metres.
+_METRE_MM = 1000.0
+_GREY_LEVELS = 255
+
+
+class SceneScreen(BaseModel):
+    """What a board shows.
+
+    Attributes
+    ----------
+    output
+        Pictures that can be chosen while video runs, the first one after a reset: "refocused" (the
+        chosen slice), "all-in-focus", "depth" (false colours). All but the refocused slice alone
+        take a focal stack and its depth index.
+    overlay
+        Whether a line of text and a ruler of the slices are written over the picture.
+    radius
+        Sharpness is judged in a window of (2 radius + 1)^2 micro images.
+    confidence
+        Texture that a micro image has at least, in grey levels; those with less take their
+        neighbours' slice, see `plenofir.refocus.sharpness.confidence_level`.
+    vote_radius
+        Neighbours are those in a window of (2 vote_radius + 1)^2 micro images; 0: every micro image
+        keeps its own slice.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    output: Annotated[tuple[Output, ...], Field(min_length=1)] = ("refocused",)
+    overlay: bool = False
+    radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
+    confidence: Annotated[float, Field(ge=0, le=_GREY_LEVELS)] = 6.0
+    vote_radius: Annotated[int, Field(ge=0, le=MAX_VOTE_RADIUS)] = 1
+
+    @model_validator(mode="before")
+    @classmethod
+    def _list_to_tuple(cls, content: Any) -> Any:
+        # TOML has lists only, and strict validation takes no list for a tuple.
+        if isinstance(content, dict) and isinstance(content.get("output"), list):
+            return {**content, "output": tuple(content["output"])}
+        return content
+
+    @model_validator(mode="after")
+    def _each_output_once(self) -> Self:
+        if len(set(self.output)) < len(self.output):
+            raise ValueError("each output once")
+        judges = {"radius", "confidence", "vote_radius"} & self.model_fields_set
+        if judges and not self.needs_stack:
+            raise ValueError(f'output "all-in-focus" or "depth" for {min(judges)}')
+        return self
+
+    @property
+    def needs_stack(self) -> bool:
+        """Whether it takes a focal stack and its depth index."""
+        return self.output != ("refocused",)
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Distances of a slice in mm; inf at infinity, -inf beyond it, nan inside the lens."""
+
+    centre: float
+    near: float
+    far: float
+
+
+def _millimetres(distances: Distances) -> float:
+    state = distances.state()
+    if state is State.REAL:
+        return float(distances.mm)
+    return {State.INFINITY: inf, State.BEYOND_INFINITY: -inf}.get(state, float("nan"))
+
+
+def plane_of(model: RayModel, a: Fraction) -> Plane:
+    """Where a slice is in focus.
+
+    Parameters
+    ----------
+    model
+        The focused camera.
+    a
+        Focus setting.
+
+    Returns
+    -------
+    Plane
+        Distances from the micro lenses.
+    """
+    parts = (model.distance(float(a)), model.near_border(float(a)), model.far_border(float(a)))
+    return Plane(*(_millimetres(part) for part in parts))
+
+
+def _number(length: float) -> str:
+    """About three digits, two at least behind the point below 10."""
+    decimals = 3 if length < 0.1 else 2 if length < 10 else 1 if length < 100 else 0
+    return f"{length:.{decimals}f}"
+
+
+def _words(mm: float) -> str:
+    """What is said of a distance that is no number."""
+    return "inf" if mm == inf else "beyond inf" if mm == -inf else "in the lens"
+
+
+class Lengths:
+    """Lengths of a scene as texts, all in mm or all in m.
+
+    Parameters
+    ----------
+    planes
+        Its slices.
+    """
+
+    def __init__(self, planes: list[Plane]) -> None:
+        known = [mm for p in planes for mm in (p.centre, p.near, p.far) if isfinite(mm)]
+        self._unit, self._scale = "mm", 1.0
+        if max(known, default=0.0) >= _METRE_MM:
+            self._unit, self._scale = "m", _METRE_MM
+
+    def of(self, mm: float) -> str:
+        """A distance with its unit, or words."""
+        return f"{_number(mm / self._scale)} {self._unit}" if isfinite(mm) else _words(mm)
+
+    def between(self, near: float, far: float) -> str:
+        """A range; the unit once."""
+        if isfinite(far):
+            return f"{_number(near / self._scale)} to {self.of(far)}"
+        return f"{self.of(near)} to {self.of(abs(far))}"
+
+
+def _label(mm: float) -> str:
+    """A distance on the ruler, in mm."""
+    if isfinite(mm):
+        return f"{mm:.0f} mm" if mm >= 100 else f"{mm:.1f} mm"
+    return "> inf" if mm == -inf else _words(mm)
+
+
+def slice_colours(shifts: tuple[int, ...]) -> tuple[tuple[int, int, int], ...]:
+    """Colours of the slices in a picture of depth: viridis, evenly from far (dark) to near.
+
+    Parameters
+    ----------
+    shifts
+        a' of the slices in any order.
+
+    Returns
+    -------
+    tuple
+        Red, green, blue of each slice.
+    """
+    # matplotlib has the table, CC0 of its authors.
+    from matplotlib import colormaps
+
+    order = np.argsort(np.argsort(shifts))
+    places = order / max(len(shifts) - 1, 1)
+    table = np.round(255 * colormaps["viridis"](places)[:, :3]).astype(int)
+    return tuple((int(r), int(g), int(b)) for r, g, b in table)
+
+
+def scene_overlay(
+    shifts: tuple[int, ...],
+    micro_image_size: int,
+    model: RayModel | None = None,
+    colours: tuple[tuple[int, int, int], ...] = (),
+) -> Overlay:
+    """Texts and labels of slices.
+
+    Parameters
+    ----------
+    shifts
+        a' of the slices.
+    micro_image_size
+        M in pixels.
+    model
+        The focused camera, for distances; without it the texts name a alone.
+    colours
+        Of the slices, for depth.
+
+    Returns
+    -------
+    Overlay
+        The text.
+    """
+    names = [shift_to_text(shift, micro_image_size) for shift in shifts]
+    texts, labels, reach = [f"a = {name}" for name in names], names, ""
+    if model is not None:
+        planes = [plane_of(model, Fraction(shift, micro_image_size)) for shift in shifts]
+        lengths = Lengths(planes)
+        texts = [
+            f"{text}   {lengths.of(plane.centre)}   {lengths.between(plane.near, plane.far)}"
+            if isfinite(plane.near) and not isnan(plane.far)
+            else f"{text}   {lengths.of(plane.centre)}"
+            for text, plane in zip(texts, planes, strict=True)
+        ]
+        labels = [_label(plane.centre) for plane in planes]
+        near = [plane.near for plane in planes if isfinite(plane.near)]
+        far = [abs(plane.far) for plane in planes if not isnan(plane.far)]
+        if near and far:
+            reach = f"   {lengths.between(min(near), max(far))}"
+    more = (f"all in focus{reach}", f"depth{reach}", "input as it is")
+    return Overlay((*texts, *more), tuple(labels), colours)
+
+
+def screen_of(
+    part: SceneScreen | None,
+    shifts: tuple[int, ...],
+    micro_image_size: int,
+    model: RayModel | None,
+    size: tuple[int, int],
+    *,
+    where: str,
+) -> Screen:
+    """What a board shows for a scene.
+
+    Parameters
+    ----------
+    part
+        What the scene says of it; None: the refocused slice alone, without a text.
+    shifts
+        a' of its slices.
+    micro_image_size
+        M in pixels.
+    model
+        The focused camera, or None.
+    size
+        Rows and columns of the picture.
+    where
+        The scene's file, for messages.
+
+    Returns
+    -------
+    Screen
+        Outputs, colours, texts.
+
+    Raises
+    ------
+    InputError
+        If the slices cannot be told apart, or the text is larger than the picture.
+    """
+    if part is None:
+        return Screen()
+    if part.needs_stack and (len(shifts) < 2 or micro_image_size < 2):
+        raise InputError(
+            f"{len(shifts)} slice of M = {micro_image_size}",
+            where=f"{where}: screen.output",
+            expected="two slices or more and M of 2 or more for all-in-focus and depth",
+        )
+    colours = slice_colours(shifts) if "depth" in part.output else ()
+    overlay = None
+    if part.overlay:
+        overlay = scene_overlay(shifts, micro_image_size, model, colours)
+        if any(needed > there for needed, there in zip(overlay.size, size, strict=True)):
+            raise InputError(
+                f"a text of {overlay.size[1]} x {overlay.size[0]} pixels over a picture of "
+                f"{size[1]} x {size[0]}",
+                where=f"{where}: screen.overlay",
+                expected="fewer slices, or a larger frame",
+            )
+    outputs = "".join(_LETTERS[name] for name in part.output)
+    if not part.needs_stack:
+        return Screen(outputs=outputs, overlay=overlay)
+    confidence = confidence_level(part.confidence, micro_image_size, part.radius, channels=3)
+    return Screen(
+        outputs=outputs,
+        radius=part.radius,
+        confidence=confidence if part.vote_radius else 0,
+        vote_radius=part.vote_radius,
+        colours=colours,
+        overlay=overlay,
+    )
