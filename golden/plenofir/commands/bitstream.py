@@ -163,9 +163,8 @@ def build(
 ) -> None:
     """Build the bitstream of a board: the Atlys with Xilinx ISE 14.7, others with open tools."""
     from plenofir.fpga.bitstream import ise as tools
-    from plenofir.fpga.bitstream import top_level
     from plenofir.fpga.hdmi.edid import describe_edid
-    from plenofir.plan.configure import board_packages
+    from plenofir.plan.configure import board_packages, scene_generics
 
     given = {
         name: value
@@ -180,10 +179,7 @@ def build(
         )
     plan = None if scene is None else scene_plan(scene)
     target, part = chosen_board(board, device, plan)
-    if plan is None:
-        generics = board_generics(given)
-    else:
-        generics = top_level.board_generics(plan.core, target.top)
+    generics = board_generics(given) if plan is None else scene_generics(plan)
     if target.flow == "nextpnr":
         _print_nextpnr(build_with_nextpnr(target, part, generics, plan, Path(out)), out)
         return

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from plenofir.fpga.core.engine import Engine
     from plenofir.fpga.screen import Screen
     from plenofir.fpga.simulate.run import Run
+    from plenofir.fpga.simulate.sensor_chain import SensorFrame
     from plenofir.plan.sensor_run import Sensor
 
 app = typer.Typer()
@@ -139,7 +140,11 @@ def sim(
         )
 
     def run_of(
-        path: Path, core: "CoreConfiguration", folder: Path, screen: "Screen | None" = None
+        path: Path,
+        core: "CoreConfiguration",
+        folder: Path,
+        screen: "Screen | None" = None,
+        frame: "SensorFrame | None" = None,
     ) -> Run:
         return Run(
             raw=path,
@@ -151,13 +156,25 @@ def sim(
             chain=chain,
             board=board,
             screen=screen or Screen(),
+            sensor=frame,
         )
 
     if raw is not None and calib is not None:
         from plenofir.plan.sensor_run import load_sensor
 
         sensor = load_sensor(raw, calib, micro_image, bayer)
-        _run_raw(sensor, lambda path, folder: run_of(path, core_for(path), folder), Path(out))
+        if waves and chain == "hdmi":
+            raise InputError(
+                "is not for a sensor's frames over HDMI",
+                where=options.typed("waves"),
+                expected=f"none, or {options.typed('chain', 'core')}",
+            )
+        frame = sensor.board_frame if chain == "hdmi" else None
+        _run_raw(
+            sensor,
+            lambda path, folder: run_of(path, core_for(path), folder, frame=frame),
+            Path(out),
+        )
         return
     path = raw or DEFAULT_RAW
     with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:

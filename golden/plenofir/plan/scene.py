@@ -243,6 +243,8 @@ class Scene(_Part):
         if self.build.path != "video":
             raise ValueError('build.path "video" for screen')
         if self.sensor is not None:
+            raise ValueError("no screen with a sensor: it shows refocused and micro images")
+        if self.sensor is not None:
             raise ValueError("no sensor for screen")
         if self.screen.needs_stack:
             for field, wanted in (("arithmetic", "exact"), ("interpolation", "nearest")):

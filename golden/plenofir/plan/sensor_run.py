@@ -11,14 +11,18 @@ import numpy as np
 
 from plenofir.camera.calibration import Calibration, decode, load_calibration
 from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place, resample
+from plenofir.errors import InputError
 from plenofir.files import check_folder, publish_files
+from plenofir.fpga.board_sensor import BoardSensor
 from plenofir.fpga.simulate.compare import compare_frames
 from plenofir.fpga.simulate.report import REPORT, Report
 from plenofir.fpga.simulate.run import Progress, Run, run
 from plenofir.fpga.simulate.sensor_bench import run_sensor
+from plenofir.fpga.simulate.sensor_chain import SensorFrame
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import Picture, read_picture, write_png
-from plenofir.plan.resampling import Resampling, resampling
+from plenofir.plan.board_load import Shown, description
+from plenofir.plan.resampling import Resampling, check_ring, resampling, shown_lines
 from plenofir.refocus.operator import Image
 
 ALIGNED = "aligned.png"
@@ -51,6 +55,33 @@ class Sensor:
     calibration: Calibration
     bayer: BayerOrder | None
     chip: Resampling
+
+    @property
+    def board_frame(self) -> SensorFrame:
+        """The capture as it goes into a board that is built for it.
+
+        Raises
+        ------
+        InputError
+            If the capture has other than 8 bits, or its raster cannot be shown on a screen.
+        """
+        chip, where = self.chip, str(self.calib)
+        if self.capture.full_scale != 255:
+            raise InputError(
+                f"values up to {self.capture.full_scale}",
+                where=str(self.raw),
+                expected="8 bits for HDMI",
+            )
+        red = None if self.bayer is None else red_place(self.bayer)
+        lines = shown_lines(chip.registers, chip.tables, mosaic=red is not None, where=where)
+        check_ring(lines, "a raster shown under the raw frames' timing", where=where)
+        core = chip.core.model_copy(update={"lines": lines})
+        rows, columns = chip.registers.image_shape
+        raster = chip.registers.raster_shape[1]
+        shown = Shown(rows, raster, 0 if red is None else 1)
+        told = description(core, shown)
+        sensor = BoardSensor(core, red, columns, rows, raster, told, tuple(chip.loads()))
+        return SensorFrame(sensor, self.capture.pixels)
 
     def golden(self) -> Image:
         """Raster of micro images by the bit-true model."""
@@ -204,7 +235,8 @@ def run_raw(
         aligned = work / ALIGNED
         write_png(aligned, result.frames[0])
         results = work / "results"
-        report = run(make_run(aligned, results), progress)
+        what = make_run(aligned, results)
+        report = run(what, progress)
         write_png(results / ALIGNED, result.frames[0])
         decoded = decode(
             sensor.frame,
@@ -223,7 +255,7 @@ def run_raw(
             first_mismatch=comparison.first,
             clocks=result.clocks,
             clocks_per_raw_pixel=round(result.input_clocks / (raw.shape[0] * raw.shape[1]), 6),
-            lines=chip.core.lines,
+            lines=(chip.core if what.sensor is None else what.sensor.sensor.core).lines,
             lines_needed=chip.needs.least,
             lines_at_full_rate=chip.needs.full_rate,
             distortion_px=chip.accuracy.distortion_px,

@@ -167,6 +167,7 @@ def test_lytro_scene_takes_all_that_it_has() -> None:
         (LIMITS, "rate_hz = 60.0", 'path = "video"', "83 x 61 at 60 Hz is no mode of the Digilent"),
         (LIMITS + "\nbits = 10", "rate_hz = 60.0", 'path = "video"', "sensor.bits 8 for"),
         (LIMITS + "\nlargest_pitch_px = 5.3", "", "", "largest_pitch_px of at least pitch_px"),
+        (LIMITS, "", 'path = "video"\n[screen]\noverlay = true', "no screen with a sensor"),
         (LIMITS, "", "pixels_per_clock = 4", "build.pixels_per_clock 1 for a sensor"),
     ],
 )

@@ -30,13 +30,13 @@ FRAMES_TO_FOLLOW = 3
 """Whole frames that the video path measures before it follows."""
 
 # The clock meter's window, in 10 ns: a hundredth of the board's.
-_METER_WINDOW = 1600
+METER_WINDOW = 1600
 # Blanking that is sent first, in ns: clocks, word phases and sampling phases settle.
-_SETTLE_NS = 250_000
+SETTLE_NS = 250_000
 # A character over the serial port of the bench.
 _LETTER_US = 1
 # Lines behind the last frame: what the link itself holds, and the beginning of the next frame.
-_LINES_BEHIND = 3
+LINES_BEHIND = 3
 
 _BIT: SignalKind = "bit"
 _DOWNTO: SignalKind = "downto"
@@ -140,7 +140,7 @@ def check_chain(
         )
     told = told_before(shown_frames(configuration, screen), screen)
     letters = max((len(commands) for commands in told[1:]), default=0)
-    left = max(mode.v_total - lines - _LINES_BEHIND, 0)
+    left = max(mode.v_total - lines - LINES_BEHIND, 0)
     if left * mode.h_total * 1000 < letters * _LETTER_US * mode.pixel_clock:
         raise InputError(
             f"{mode.v_total} lines of {mode.h_total} pixels, blanking included, and {lines} lines "
@@ -252,14 +252,14 @@ def run_chain(
     slices = len(configuration.shifts)
     frame = encode_frames(mode, [raw.astype(np.uint8)])
     lines = screen.delay_lines(configuration)
-    behind = (lines + _LINES_BEHIND) * mode.h_total
+    behind = (lines + LINES_BEHIND) * mode.h_total
     if told is None:
         told = shown_frames(configuration, screen)
     count = len(told) or slices
     script: list[Command | Packed] = [*told_before(told, screen)[0]] if told else []
     script.append(np.concatenate([frame] * FRAMES_TO_FOLLOW))
     # What the next frame shows is told when this one has begun to come out.
-    begun = (lines + _LINES_BEHIND) * mode.h_total
+    begun = (lines + LINES_BEHIND) * mode.h_total
     for commands in told_before(told, screen)[1:]:
         script += [frame[:begun], *commands, frame[begun:]]
     script.append(np.concatenate([frame] * (1 if told else count)))
@@ -269,7 +269,7 @@ def run_chain(
     output = directory / "output.bin"
     write_script(
         directory / "input.bin",
-        [pixel_period(mode), Command(Code.CLOCK, 1), Command(Code.WAIT, _SETTLE_NS), *script],
+        [pixel_period(mode), Command(Code.CLOCK, 1), Command(Code.WAIT, SETTLE_NS), *script],
     )
     sources = chain_sources(board)
     if screen != Screen():
@@ -280,7 +280,7 @@ def run_chain(
         **board_generics(configuration, BOARDS[board].top),
         "AUTO_START": True,
         "SWEEP": slices > 1 and not told,
-        "METER_WINDOW": _METER_WINDOW,
+        "METER_WINDOW": METER_WINDOW,
     }
     generics["CLOCK_RANGE"] = range_of(BOARDS[board], mode)
     models = hdl.model_sources(BOARDS[board].library)

@@ -30,6 +30,11 @@ from plenofir.fpga.simulate.report import (
     SliceReport,
     StackReport,
 )
+from plenofir.fpga.simulate.sensor_chain import (
+    SensorFrame,
+    check_sensor_chain,
+    run_sensor_chain,
+)
 from plenofir.fpga.simulate.shown import (
     bare_slices,
     shown_frames,
@@ -84,9 +89,11 @@ class Run(BaseModel):
     screen
         What it shows: besides the slices each output, with and without its text. Of the core of a
         stack the depth index alone counts, instead of `radius`.
+    sensor
+        Raw frame of a sensor that goes into the board, which makes `raw` of it; None: `raw` does.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     raw: Path = DEFAULT_RAW
     core: CoreConfiguration
@@ -97,6 +104,7 @@ class Run(BaseModel):
     chain: Chain = "core"
     board: BoardName = "atlys"
     screen: Screen = Screen()
+    sensor: SensorFrame | None = None
 
 
 def picture_names(shift: int, micro_image_size: int, slices: int) -> tuple[str, ...]:
@@ -252,8 +260,11 @@ def run(what: Run, progress: Progress | None = None) -> Report:
         if raw.ndim == 2:
             raw = np.repeat(raw[:, :, np.newaxis], 3, axis=2)
         rows, columns = raw.shape[:2]
-        chain.check_chain(core, rows, columns, what.screen)
-        chain.range_of(BOARDS[what.board], chain.mode_for(columns, rows))
+        if what.sensor is not None:
+            check_sensor_chain(what.sensor, core, what.board)
+        else:
+            chain.check_chain(core, rows, columns, what.screen)
+            chain.range_of(BOARDS[what.board], chain.mode_for(columns, rows))
     _check_image(raw, core, str(what.raw))
     if depth is None:
         pictures = [picture_names(shift, m, len(shifts)) for shift in shifts]
@@ -288,7 +299,11 @@ def run(what: Run, progress: Progress | None = None) -> Report:
         tell("golden model", 1, 1)
         waves = results / "refocused.fst" if what.waves else None
         show(0)
-        if what.chain == "hdmi":
+        if what.sensor is not None:
+            result = run_sensor_chain(
+                simulator, core, what.sensor, (rows, columns), work / "bench", show, what.board
+            )
+        elif what.chain == "hdmi":
             result = chain.run_chain(
                 *(simulator, core, raw, work / "bench", waves, show, what.board, screen)
             )
