@@ -5,9 +5,9 @@
 -- The rest, the same for any board, is in hdmi_control and hdmi_refocuser.
 --
 -- Clocks: control_clk, made from the oscillator, runs the control. The pixel clock is the TMDS clock of the input, or
--- for the test pattern one made from the oscillator; a PLL makes it and five times it, at which lanes bring and take two
--- bits. The transmitter has the same clocks. Crossings are synchroniser, bus_crossing, reset_bridge, and the words of
--- the lanes, which word_strobe keeps away from the edges.
+-- for the test pattern one made from the oscillator; a PLL makes it and five times it, at which lanes bring and take
+-- two bits. The transmitter has the same clocks. Crossings are synchroniser, bus_crossing, reset_bridge, and the words
+-- of the lanes, which word_strobe keeps away from the edges.
 --
 -- Latency: see hdmi_refocuser. Throughput: one pixel each clock.
 -- Equation: out picture = refocus(in picture).
@@ -125,12 +125,13 @@ architecture rtl of ulx3s_top is
   signal state    : video_state_t;
 
   -- Lanes.
-  signal strobe    : std_logic;
-  signal in_bits   : std_logic_vector(10 * CHANNELS - 1 downto 0);
-  signal out_words : std_logic_vector(10 * CHANNELS + 9 downto 0);
-  signal tracking  : std_logic_vector(CHANNELS - 1 downto 0);
-  signal taps      : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
-  signal hung      : std_logic_vector(CHANNELS - 1 downto 0);
+  signal in_strobe  : std_logic;
+  signal out_strobe : std_logic;
+  signal in_bits    : std_logic_vector(10 * CHANNELS - 1 downto 0);
+  signal out_words  : std_logic_vector(10 * CHANNELS + 9 downto 0);
+  signal tracking   : std_logic_vector(CHANNELS - 1 downto 0);
+  signal taps       : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+  signal hung       : std_logic_vector(CHANNELS - 1 downto 0);
 
 begin
 
@@ -297,10 +298,11 @@ begin
 
   place : entity work.word_strobe
     port map (
-      clk    => clk,
-      clk_x5 => clk_x5,
-      reset  => reset_x5,
-      strobe => strobe
+      clk        => clk,
+      clk_x5     => clk_x5,
+      reset      => reset_x5,
+      in_strobe  => in_strobe,
+      out_strobe => out_strobe
     );
 
   channel : for c in 0 to CHANNELS - 1 generate
@@ -313,7 +315,7 @@ begin
         data        => in_data(c),
         clk         => clk,
         clk_x5      => clk_x5,
-        strobe      => strobe,
+        strobe      => in_strobe,
         reset       => pixel_reset,
         bits        => in_bits(10 * c + 9 downto 10 * c),
         tracking    => tracking(c),
@@ -329,7 +331,7 @@ begin
       port map (
         word   => out_words(10 * c + 9 downto 10 * c),
         clk_x5 => clk_x5,
-        strobe => strobe,
+        strobe => out_strobe,
         data   => out_data(c)
       );
 
@@ -339,7 +341,7 @@ begin
     port map (
       word   => out_words(10 * CHANNELS + 9 downto 10 * CHANNELS),
       clk_x5 => clk_x5,
-      strobe => strobe,
+      strobe => out_strobe,
       data   => out_clk
     );
 

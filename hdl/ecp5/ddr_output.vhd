@@ -3,7 +3,8 @@
 --
 -- The pins' complementary driver is the port's, by its I/O standard (constraints).
 --
--- Without the mark the lane is low, so the output register needs no reset: at clk_x5 that would be the slowest path.
+-- No register has a reset, which at clk_x5 would be the slowest path: without the mark the last word goes on, at
+-- first 0.
 --
 -- Latency: about 1 clock of clk. Throughput: ten bits each clock of clk.
 -- Equation: the bits of word, one each half clock of clk_x5.
@@ -38,7 +39,7 @@ begin
 
     if rising_edge(clk_x5) then
       mark <= strobe;
-      rest <= "00" & rest(9 downto 2);
+      rest <= rest(1 downto 0) & rest(9 downto 2);
       if mark = '1' then
         rest <= word;
       end if;

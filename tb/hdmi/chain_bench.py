@@ -225,8 +225,10 @@ async def faulty_delay_lines(dut: Any, seed: int, recovery_us: float) -> None:
     bench = Board(dut)
     await bench.link.reset()
     dut._log.info("seed of the faults: %d", seed)
-    during = encode_frames(MODE_720, bench.pictures(MODE_720, 8))
     frame_us = 1000 * MODE_720.h_total * MODE_720.v_total / MODE_720.pixel_clock
+    # Faults begin when the delays have been found.
+    settled = int(np.ceil(CASE["lock_us"] / frame_us))
+    during = encode_frames(MODE_720, bench.pictures(MODE_720, settled + 8))
     lost = bench.lost_frames(MODE_720) + int(np.ceil(recovery_us / frame_us))
     frames = bench.pictures(MODE_720, lost + 3)
     taken = await bench.link.play(

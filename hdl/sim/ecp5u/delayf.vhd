@@ -71,8 +71,9 @@ begin
 
   control : process is
 
-    variable random : natural := hash(delayf'path_name);
-    variable since  : time    := 0 fs;
+    variable random   : natural := hash(delayf'path_name);
+    variable since    : time    := 0 fs;
+    variable stubborn : boolean := false;
 
     procedure draw is
     begin
@@ -89,9 +90,14 @@ begin
       wait on loadn, move, delay_faults for GOOD;
     end if;
 
+    -- What was blocked stays so when there are no more faults.
+    if delay_faults /= 0 then
+      stubborn := delay_faults mod 2 = 1;
+    end if;
+
     if loadn'event and loadn = '0' then
       since := now;
-      if delay_faults mod 2 = 0 then
+      if not stubborn then
         blocked <= false;
       end if;
     elsif loadn'event and loadn = '1' and now - since >= LONG_ENOUGH then
