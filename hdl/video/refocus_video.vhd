@@ -234,6 +234,23 @@ begin
 
   sensor_first : if SENSOR generate
 
+    signal followed_before : std_logic := '0';
+    signal front_reset     : std_logic;
+
+  begin
+
+    -- Over before the next frame begins: what has no FIFO at its input takes its first pixel.
+    front_reset <= reset or (followed_before and not followed);
+
+    note_following : process (clk) is
+    begin
+
+      if rising_edge(clk) then
+        followed_before <= followed;
+      end if;
+
+    end process note_following;
+
     front : entity work.sensor_front
       generic map (
         MOSAIC           => MOSAIC,
@@ -251,7 +268,7 @@ begin
       )
       port map (
         clk            => clk,
-        reset          => core_reset,
+        reset          => front_reset,
         following      => followed,
         columns        => mode_now.columns,
         rows           => mode_now.rows,

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Raw frames of a sensor as video in, their raster, refocused, in the middle of the video out."""
 
+from pathlib import Path
+
 import pytest
 
 from plenofir.camera.resampling import BayerOrder, red_place
+from plenofir.fpga import hdl
 from plenofir.fpga.board_sensor import SENSOR_OUTPUTS
+from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, run_case, run_cases
 from plenofir_tb.shown_sensor import ShownCamera, shown_chip
 from plenofir_tb.video import MODE_720, shrunken
@@ -71,6 +75,11 @@ def test_raw_aligned_and_refocused() -> None:
 
 
 @pytest.mark.slow
+def test_mosaic() -> None:
+    run_cases([case(3, (2, -1), TINY, order="grbg", channels=3)])
+
+
+@pytest.mark.slow
 def test_fewer_lines_are_too_few(monkeypatch: pytest.MonkeyPatch) -> None:
     # The number of lines is not larger than it has to be by more than its roundings.
     monkeypatch.setenv("COCOTB_TEST_FILTER", "lines_that_lack")
@@ -94,3 +103,23 @@ def test_cameras(
 ) -> None:
     what = case(m, shifts, cameras, thorough=True, ENGINE=engine, **options)
     run_case(what.top, what.bench, generics=what.generics, case=what.case, long=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("file", "old", "new"),
+    [
+        ("sensor_front.vhd", "OWN_LINES + CORE_LINES;", "OWN_LINES;"),
+        ("sensor_front.vhd", "or place_wanted /= place_now then", "then"),
+        ("stream_to_video.vhd", "x < right and", "x <= right and"),
+        # A calibration that a reset takes back.
+        ("lens_rows.vhd", "        offered     <= '0';\n", "        half <= '0';\n"),
+    ],
+)
+def test_planted_fault_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, old: str, new: str
+) -> None:
+    sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
+    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
+    with pytest.raises(pytest.fail.Exception, match=FOUND):
+        run_cases([case(3, (2, -1), TINY)])
