@@ -121,7 +121,31 @@ def test_more_random_windows(number: int) -> None:
     ],
 )  # fmt: skip
 def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
+    run_planted(tmp_path, monkeypatch, file, old, new, {})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("total      <= total + column - columns(WINDOW);", "total <= total + column;"),
+        ("place_3(0) = '1' and same(i) = '1' and moved", "place_3(0) = '1' and moved"),
+        ("if unsigned(waiting) > most_votes(s - 1) then",
+         "if unsigned(waiting) >= most_votes(s - 1) then"),
+        ("elsif most_votes(SLICES - 1) /= 0 then", "elsif most_votes(SLICES - 1) > 1 then"),
+        ("elsif starts = '0' then", "elsif false then"),
+        ("LENGTH => MIDDLE_DELAY - 2", "LENGTH => MIDDLE_DELAY - 1"),
+        ("if middle_late(0) = '1' then", "if false then"),
+    ],
+)  # fmt: skip
+def test_planted_fault_in_votes_is_found(tmp_path, monkeypatch, old, new) -> None:
+    votes = {"vote_radius": 1, "confidence": 600, "max_columns": 41, "radius": 0}
+    run_planted(tmp_path, monkeypatch, "index_vote.vhd", old, new, votes)
+
+
+def run_planted(tmp_path, monkeypatch, file, old, new, options: dict[str, int]) -> None:
+    """Run with a fault, which must be noticed."""
     sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
     with pytest.raises(pytest.fail.Exception, match=FOUND):
-        run_indices({"micro_image_size": 2, "slices": 3, "radius": 1, "max_columns": 14})
+        run_indices({"micro_image_size": 2, "slices": 3, "radius": 1, "max_columns": 14, **options})
