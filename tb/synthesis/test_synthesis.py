@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from plenofir import project
-from plenofir.errors import InputError
+from plenofir.errors import InputError, ToolError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -19,6 +19,7 @@ from plenofir.fpga.synthesis.tools import (
     ghdl_version,
     plain_verilog,
     run_yosys,
+    with_defaults,
     write_verilog,
     yosys_version,
 )
@@ -270,13 +271,77 @@ def test_verilog_that_ghdl_leaves_unfinished() -> None:
     plain = plain_verilog(text)
     assert "0'b;" not in plain.replace("1'b0;", "")
     assert "4'bX" in plain
-    assert "default: n5_o <= 'bx;" in plain
     assert "memory[" not in plain
     assert "rom[0] = 2'b01;" in plain
     # A constant of more than 32 bits is no text.
     bits = "10" * 17
     assert plain_verilog(f'  mask <= "{bits}";') == f"  mask <= 34'b{bits};"
     assert plain_verilog('  .TEXT("11")') == '  .TEXT("11")'
+
+
+CASES = """
+  always @*
+    case (n4_o)
+      2'b10: n5_o <= n6_o;
+      2'b01: n5_o <= 1'b0;
+    endcase
+  always @*
+    case (n7_o)
+      2'b10: n8_o <= 4'b0001;
+      2'b01: n8_o <= 4'b0100;
+    endcase
+"""
+
+
+def cases_in_vhdl(first: str, second: str, name: str = "n8_o") -> str:
+    return f"""
+  with n4_o select n5_o <=
+    n6_o when "10",
+    '0' when "01",
+    {first} when others;
+  -- source.vhd:12:3
+  with n7_o select {name} <=
+    "0001" when "10",
+    "0100" when "01",
+    {second} when others;
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "defaults"),
+    [
+        ("'X'", '"1101"', ("1'bX", "4'b1101")),
+        ("n9_o", "word (7 downto 4)", ("n9_o", "word[7:4]")),
+        ("word (3)", '"XXXX"', ("word[3]", "4'bXXXX")),
+        ("'1'", "(3 downto 0 => 'X')", ("1'b1", "4'bXXXX")),
+    ],
+)
+def test_default_of_cases(first: str, second: str, defaults: tuple[str, str]) -> None:
+    text = with_defaults(CASES, cases_in_vhdl(first, second))
+    places = [text.index(f"default: n5_o <= {defaults[0]};"), text.index("case (n7_o)")]
+    assert places == sorted(places)
+    assert f"    default: n8_o <= {defaults[1]};\n    endcase" in text
+
+
+@pytest.mark.parametrize(
+    ("vhdl", "message"),
+    [
+        ("", "2 cases, its VHDL 0"),
+        (cases_in_vhdl("'0'", '"0000"', "n3_o"), "n3_o"),
+        (cases_in_vhdl("a & b", '"0000"'), "not understood: a & b"),
+    ],
+)
+def test_cases_that_differ(vhdl: str, message: str) -> None:
+    with pytest.raises(ToolError, match=message):
+        with_defaults(CASES, vhdl)
+
+
+def test_tmds_tables_as_verilog(tmp_path: Path) -> None:
+    """Tables whose last row is ``when others``: tokens of a channel, in Verilog as in VHDL."""
+    text = write_verilog(hdl.hdl_sources(), "tmds_decoder", {}, tmp_path).read_text()
+    tokens = re.search(r"3'b100: (n\d+_o) <= 2'b10;.*?endcase", text, re.S)
+    assert tokens is not None
+    assert f"default: {tokens[1]} <= 2'b11;" in tokens[0]
 
 
 def test_core_is_a_design() -> None:

@@ -74,28 +74,77 @@ def plain_verilog(text: str) -> str:
     """Verilog as all tools take it, from GHDL's.
 
     GHDL 2.0 prints constants of 0 bits (of a natural range 0 to 0), which no tool reads, and those
-    of more than 32 bits as texts, which are other numbers; leaves out the default of one-hot cases,
-    from which tools infer latches, and drives undriven bits with high impedance. Memories of zeros
-    need no initial values, which take Yosys most of its time: block RAM and Verilator begin with
-    zeros.
+    of more than 32 bits as texts, which are other numbers; and drives undriven bits with high
+    impedance. Memories of zeros need no initial values, which take Yosys most of its time: block
+    RAM and Verilator begin with zeros.
     """
     text = re.sub(r"^ *initial begin\n(?: *\w+\[\d+\] = \d+'b0+;\n)+ *end\n", "", text, flags=re.M)
     text = re.sub(r'"([01XZ]{33,})"', lambda bits: f"{len(bits[1])}'b{bits[1]}", text)
     text = re.sub(r"\b0'b(?:[XZxz]|(?![01]))", "1'b0", text)
     text = re.sub(r"'b[zZ](?=[,}])", "'bX", text)
 
-    def with_default(match: re.Match[str]) -> str:
+    return text
+
+
+_CASE = re.compile(r"^ *case \(.*?^ *endcase", re.S | re.M)
+_SELECT = re.compile(r"^ *with .*? select (\w+) <=\n.*?([^\n]*) when others;$", re.S | re.M)
+
+
+def with_defaults(verilog: str, vhdl: str) -> str:
+    """Verilog of GHDL with the default of each case.
+
+    GHDL 2.0 leaves out what a case with one-hot choices gives where none of them holds, the value
+    of ``when others``: tools infer latches. Its VHDL of the same design has it, in the same order.
+
+    Parameters
+    ----------
+    verilog, vhdl
+        Output of ``ghdl --synth`` with ``--out=verilog`` and ``--out=vhdl``.
+
+    Returns
+    -------
+    str
+        The Verilog, completed.
+
+    Raises
+    ------
+    ToolError
+        If both do not have the same cases, or a value is not understood.
+    """
+    defaults = _SELECT.findall(vhdl)
+    count = len(_CASE.findall(verilog))
+    if len(defaults) != count:
+        raise ToolError(f"GHDL's Verilog has {count} cases, its VHDL {len(defaults)}")
+    following = iter(defaults)
+
+    def completed(match: re.Match[str]) -> str:
         body = match.group(0)
-        if "default:" in body:
-            return body
+        name, value = next(following)
         target = re.search(r": (\w+) (<?=) ", body)
-        if target is None:
-            return body
+        if target is None or target.group(1) != name:
+            raise ToolError(f"GHDL's Verilog has another case where its VHDL has that of {name}")
         place = body.rindex("endcase")
-        default = f"  default: {target.group(1)} {target.group(2)} 'bx;\n    "
+        default = f"  default: {name} {target.group(2)} {_verilog_value(value.strip())};\n    "
         return body[:place] + default + body[place:]
 
-    return re.sub(r"^ *case \(.*?^ *endcase", with_default, text, flags=re.S | re.M)
+    return _CASE.sub(completed, verilog)
+
+
+def _verilog_value(vhdl: str) -> str:
+    """A constant, a signal or a part of one, in Verilog."""
+    bits = re.fullmatch(r"\"([01XZ]+)\"|'([01XZ])'", vhdl)
+    if bits:
+        text = bits[1] or bits[2]
+        return f"{len(text)}'b{text.replace('Z', 'X')}"
+    alike = re.fullmatch(r"\((\d+) downto 0 => '([01XZ])'\)", vhdl)
+    if alike:
+        width = int(alike[1]) + 1
+        return f"{width}'b{alike[2].replace('Z', 'X') * width}"
+    part = re.fullmatch(r"(\w+)(?: \((\d+)(?: downto (\d+))?\))?", vhdl)
+    if not part:
+        raise ToolError(f"GHDL's VHDL has a value that is not understood: {vhdl}")
+    name, high, low = part.groups()
+    return name if high is None else f"{name}[{high}{f':{low}' if low else ''}]"
 
 
 def write_verilog(
@@ -126,23 +175,25 @@ def write_verilog(
             directory / f"{primitives}.ghdl.log",
             environment=environment,
         )
-    run_tool(
-        [
-            "ghdl",
-            "--synth",
-            "--std=93",
-            "--out=verilog",
-            *library,
-            *overrides,
-            *(str(source.resolve()) for source in sources),
-            "-e",
-            top,
-        ],
-        directory / f"{top}.ghdl.log",
-        output=verilog,
-        environment=environment,
-    )
-    text = verilog.read_text()
+
+    def synthesised(form: str, output: Path) -> str:
+        run_tool(
+            [
+                *("ghdl", "--synth", "--std=93", f"--out={form}", *library, *overrides),
+                *(str(source.resolve()) for source in sources),
+                *("-e", top),
+            ],
+            directory / f"{top}.ghdl.log",
+            output=output,
+            environment=environment,
+        )
+        return output.read_text()
+
+    text = synthesised("verilog", verilog)
+    if any("default:" not in case for case in _CASE.findall(text)):
+        as_vhdl = directory / f"{top}.vhdl"
+        text = with_defaults(text, synthesised("vhdl", as_vhdl))
+        as_vhdl.unlink()
     if primitives:
         text = with_primitives(text, components, cell_declarations(primitives))
         # The library of components is of no use any more.
