@@ -33,7 +33,7 @@ def flower(rows: int, columns: int) -> np.ndarray:
     return read_image(FLOWER)[200 : 200 + rows, 100 : 100 + columns]
 
 
-@pytest.mark.drawn(1)
+@pytest.mark.drawn(2, "chain runs")
 @pytest.mark.parametrize("grey", [False, True])
 def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
     raw = flower(25, 40)
@@ -65,6 +65,7 @@ def test_sweep_through_serial_bits(tmp_path: Path, grey: bool) -> None:
     assert (what.out / "refocused.fst").exists() == what.waves
 
 
+@pytest.mark.drawn(2, "chain runs")
 def test_sweep_through_the_ulx3s(tmp_path: Path) -> None:
     # In short; the list of cases of the Atlys is the ULX3S's too (tb/hdmi, slow).
     raw = flower(25, 40)
@@ -100,6 +101,7 @@ def run_screen(
     return report
 
 
+@pytest.mark.drawn(2, "chain runs")
 def test_depth_and_its_text_through_serial_bits(tmp_path: Path) -> None:
     report = run_screen(tmp_path, {"outputs": "d", "radius": 0}, (16, 24), 2, (0, 1), "atlys")
     assert [(part.output, part.text) for part in report.shown] == [
