@@ -162,6 +162,18 @@ def test_benches_agree(tmp_path: Path, simulator: Simulator) -> None:
     assert results[0].input_clocks == results[1].input_clocks
 
 
+def index_of(core: CoreConfiguration, radius: int) -> DepthIndexConfiguration:
+    """The depth index behind a stack."""
+    return DepthIndexConfiguration(
+        micro_image_size=core.micro_image_size,
+        slices=len(core.shifts),
+        radius=radius,
+        max_columns=core.max_columns,
+        channels=core.channels,
+        pixel_bits=core.pixel_bits,
+    )
+
+
 def check_stack(
     tool: Simulator,
     core: CoreConfiguration,
@@ -173,14 +185,7 @@ def check_stack(
     """Compare all that comes out of a stack and its index; clocks of both ends."""
     m = core.micro_image_size
     raw = random_frames(core, 1, rows, core.max_columns)[0]
-    index_core = DepthIndexConfiguration(
-        micro_image_size=m,
-        slices=len(core.shifts),
-        radius=radius,
-        max_columns=core.max_columns,
-        channels=core.channels,
-        pixel_bits=core.pixel_bits,
-    )
+    index_core = index_of(core, radius)
     want_slices = core.golden(raw)
     want = index_core.golden(want_slices)
     assert want.index.min() < want.index.max()
@@ -189,7 +194,7 @@ def check_stack(
         core,
         raw[np.newaxis],
         directory,
-        radius=radius,
+        index=index_core,
         stall_percent=20,
         seed=9,
         verilog=verilog,
@@ -319,6 +324,6 @@ def test_netlist_of_stack_equals_golden_model(tmp_path: Path, simulator: Simulat
     core = CoreConfiguration(
         micro_image_size=2, shifts=(-1, 2), max_columns=9, engine=StackEngine()
     )
-    netlist = synthesise(core_sources(), CORE, core_generics(core, radius=0), tmp_path)
+    netlist = synthesise(core_sources(), CORE, core_generics(core, index_of(core, 0)), tmp_path)
     assert netlist.figures.usage.block_rams == 0
     check_stack(simulator, core, 0, 9, tmp_path / "bench", [netlist.verilog, cell_models()])

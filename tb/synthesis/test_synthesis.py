@@ -350,6 +350,8 @@ def test_core_is_a_design() -> None:
         "fir_array",
         "focal_stack",
         "depth_index",
+        "picture_core",
+        "text_overlay",
         "sensor_raster",
         "scene_top",
         BOARD,
