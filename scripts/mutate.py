@@ -109,6 +109,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("board/[bdiu]*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
     ("board/load_port*", ("tb/board/test_load_port.py",)),
     ("board/parallel*", (PARALLEL,)),
+    ("board/[rs]e*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
     ("board/hdmi_[cp]*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
     ("board/[fl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
     ("board/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),

@@ -123,20 +123,11 @@ architecture rtl of hdmi_control is
 
   end function clocks_of;
 
-  -- Bits of the counters of restarts and of resets of hung delay lines.
-  constant RARE_BITS : positive := 8;
-
-  -- What crosses from the pixel clock.
-  constant TAPS_AT     : positive := STATE_BITS;
-  constant TRACKING_AT : positive := TAPS_AT + TAP_BITS * CHANNELS;
-  constant HUNG_AT     : positive := TRACKING_AT + CHANNELS;
-  constant REPORT_BITS : positive := HUNG_AT + CHANNELS;
-
-  signal rate            : unsigned(11 downto 0)                   := (others => '0');
+  signal rate            : unsigned(11 downto 0) := (others => '0');
   signal rate_updated    : std_logic;
   signal lock_levels     : std_logic_vector(2 downto 0);
   signal locked_here     : std_logic_vector(2 downto 0);
-  signal own_level       : std_logic_vector(0 downto 0);
+  signal own_level       : std_logic;
   signal running         : std_logic;
   signal present         : std_logic;
   signal slice           : std_logic_vector(7 downto 0);
@@ -146,21 +137,17 @@ architecture rtl of hdmi_control is
   signal pattern         : std_logic;
   signal clear_command   : std_logic;
   signal clear_button    : std_logic;
-  signal clear_toggle    : std_logic_vector(0 downto 0)            := "0";
+  signal clear_toggle    : std_logic             := '0';
   signal edid_byte       : std_logic;
   signal edid_bytes      : std_logic_vector(14 downto 0);
   signal clear           : std_logic;
   signal clear_or_reset  : std_logic;
   signal restarted       : std_logic;
   signal restarts        : std_logic_vector(RARE_BITS - 1 downto 0);
-  signal report_now      : std_logic_vector(REPORT_BITS - 1 downto 0);
-  signal report_here     : std_logic_vector(REPORT_BITS - 1 downto 0);
   signal state_here      : video_state_t;
   signal taps_here       : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
   signal tracking_here   : std_logic_vector(CHANNELS - 1 downto 0);
-  signal hung_here       : std_logic_vector(CHANNELS - 1 downto 0);
-  signal hung_before     : std_logic_vector(CHANNELS - 1 downto 0) := (others => '0');
-  signal hung_now        : std_logic_vector(CHANNELS - 1 downto 0);
+  signal tracks_last     : std_logic_vector(CHANNELS - 1 downto 0);
   signal hung_counts     : std_logic_vector(RARE_BITS * CHANNELS - 1 downto 0);
   signal aligned         : std_logic_vector(CHANNELS - 1 downto 0);
   signal data_here       : std_logic;
@@ -176,15 +163,10 @@ architecture rtl of hdmi_control is
   signal status_values   : status_vector_t;
   signal picture_place   : std_logic_vector(1 downto 0);
   signal text_place      : std_logic_vector(1 downto 0);
-  signal settings_vector : std_logic_vector(21 downto 0);
-  signal pixel_settings  : std_logic_vector(21 downto 0);
-  signal pixel_pattern   : std_logic_vector(0 downto 0);
-  signal pixel_clear     : std_logic_vector(0 downto 0);
+  signal settings_here   : video_settings_t;
   signal port_busy       : std_logic;
   signal port_write      : std_logic;
   signal port_word       : std_logic_vector(61 downto 0);
-  signal load_word       : std_logic_vector(61 downto 0);
-  signal load_toggle     : std_logic;
 
 begin
 
@@ -229,7 +211,7 @@ begin
       own_ready       => locked_here(2),
       rate            => rate,
       rate_updated    => rate_updated,
-      use_own         => own_level(0),
+      use_own         => own_level,
       configure       => configure,
       high            => setting_high,
       configured      => configured,
@@ -243,7 +225,7 @@ begin
       present         => present
     );
 
-  use_own <= own_level(0);
+  use_own <= own_level;
   run     <= running;
 
   --------------------------------------------------------------------------------------------------
@@ -366,82 +348,53 @@ begin
   --------------------------------------------------------------------------------------------------
   -- To the video path.
 
-  settings_vector <= text_place & picture_place & pass_through & sweep & sweep_frames & slice;
-
-  settings_crossing : entity work.bus_crossing
-    generic map (
-      WIDTH => 22
-    )
-    port map (
-      source_clk      => clk,
-      source          => settings_vector,
-      destination_clk => pixel_clk,
-      destination     => pixel_settings
-    );
-
-  pattern_crossing : entity work.synchroniser
-    port map (
-      clk         => pixel_clk,
-      level       => own_level,
-      synchronous => pixel_pattern
-    );
-
-  clear_crossing : entity work.synchroniser
-    port map (
-      clk         => pixel_clk,
-      level       => clear_toggle,
-      synchronous => pixel_clear
-    );
-
-  settings <=
+  settings_here <=
   (
-    pass_through => pixel_settings(17),
-    slice        => pixel_settings(7 downto 0),
-    sweep        => pixel_settings(16),
-    sweep_frames => pixel_settings(15 downto 8),
-    shown        => pixel_settings(19 downto 18),
-    text_place   => pixel_settings(21 downto 20),
-    show_pattern => pixel_pattern(0),
-    clear_toggle => pixel_clear(0),
-    load_word    => load_word,
-    load_toggle  => load_toggle
+    pass_through => pass_through,
+    slice        => slice,
+    sweep        => sweep,
+    sweep_frames => sweep_frames,
+    shown        => picture_place,
+    text_place   => text_place,
+    show_pattern => own_level,
+    clear_toggle => clear_toggle,
+    load_word    => (others => '0'),
+    load_toggle  => '0'
   );
 
-  loads : entity work.load_crossing
+  settings_to_pixels : entity work.settings_crossing
     port map (
-      clk         => clk,
-      reset       => reset,
-      port_write  => port_write,
-      port_word   => port_word,
-      port_busy   => port_busy,
-      seen        => state_here.load_seen,
-      pixel_clk   => pixel_clk,
-      load_word   => load_word,
-      load_toggle => load_toggle
+      clk        => clk,
+      reset      => reset,
+      settings   => settings_here,
+      port_write => port_write,
+      port_word  => port_word,
+      port_busy  => port_busy,
+      seen       => state_here.load_seen,
+      pixel_clk  => pixel_clk,
+      arrived    => settings
     );
 
   --------------------------------------------------------------------------------------------------
   -- From the video path.
 
-  report_now <= hung_toggle & tracking & taps & to_vector(state);
-
-  report_crossing : entity work.bus_crossing
-    generic map (
-      WIDTH => REPORT_BITS
-    )
+  report_from_pixels : entity work.report_crossing
     port map (
-      source_clk      => pixel_clk,
-      source          => report_now,
-      destination_clk => clk,
-      destination     => report_here
+      pixel_clk   => pixel_clk,
+      state       => state,
+      tracking    => tracking,
+      taps        => taps,
+      hung_toggle => hung_toggle,
+      clk         => clk,
+      state_here  => state_here,
+      tracks_last => tracks_last,
+      taps_here   => taps_here,
+      clear       => clear_or_reset,
+      hung_counts => hung_counts
     );
 
-  state_here <= to_state(report_here(STATE_BITS - 1 downto 0));
-  taps_here  <= report_here(TRACKING_AT - 1 downto TAPS_AT);
-  hung_here  <= report_here(REPORT_BITS - 1 downto HUNG_AT);
-
   -- Without a pixel clock the last levels mean nothing.
-  tracking_here <= report_here(HUNG_AT - 1 downto TRACKING_AT) when running = '1' else
+  tracking_here <= tracks_last when running = '1' else
                    (others => '0');
   aligned       <= state_here.aligned when running = '1' else
                    (others => '0');
@@ -471,23 +424,6 @@ begin
       add   => restarted,
       count => restarts
     );
-
-  count_hung : for c in 0 to CHANNELS - 1 generate
-
-    hung_now(c) <= hung_here(c) xor hung_before(c);
-
-    resets : entity work.event_counter
-      generic map (
-        WIDTH => RARE_BITS
-      )
-      port map (
-        clk   => clk,
-        clear => clear_or_reset,
-        add   => hung_now(c),
-        count => hung_counts(RARE_BITS * c + RARE_BITS - 1 downto RARE_BITS * c)
-      );
-
-  end generate count_hung;
 
   --------------------------------------------------------------------------------------------------
   -- What is shown.
@@ -537,8 +473,6 @@ begin
   begin
 
     if rising_edge(clk) then
-      hung_before <= hung_here;
-
       led(0)          <= present;
       led(1)          <= following;
       led(4 downto 2) <= aligned;

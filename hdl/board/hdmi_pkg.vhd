@@ -15,10 +15,12 @@ package hdmi_pkg is
   constant WRONG_WORD : natural  := 4;
   constant ERRORS     : positive := 5;
 
-  -- Bits of the counters of such words, of packets with errors, and of the counters and positions of the delay lines.
+  -- Bits of the counters of such words, of packets with errors, of the positions of the delay lines, and of the
+  -- counters of restarts and of their hangs.
   constant WORD_ERROR_BITS   : positive := 12;
   constant PACKET_ERROR_BITS : positive := 8;
   constant TAP_BITS          : positive := 8;
+  constant RARE_BITS         : positive := 8;
 
   -- What the panel wants of the video path.
 

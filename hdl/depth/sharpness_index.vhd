@@ -86,20 +86,16 @@ architecture rtl of sharpness_index is
   type indices_t is array (natural range 0 to SLICES - 1) of index_t;
 
   -- A token, with the counts of its place.
-  signal active       : std_logic                                 := '0';
-  signal token_1      : token_t;
-  signal data         : std_logic_vector(STACK_BITS - 1 downto 0) := (others => '0');
-  signal column_phase : natural range 0 to M - 1                  := 0;
-  signal line_phase   : natural range 0 to M - 1                  := 0;
-  signal lens         : lens_t                                    := (others => '0');
-  signal lens_first   : std_logic;
-  signal lens_last    : std_logic;
-  signal row_first    : std_logic;
-  signal row_last     : std_logic;
-  signal line_number  : unsigned(15 downto 0)                     := (others => '0');
-  signal inside_now   : std_logic                                 := '0';
-  signal row_live     : std_logic                                 := '0';
-  signal row_starts   : std_logic                                 := '0';
+  signal active     : std_logic;
+  signal token_1    : token_t;
+  signal data       : std_logic_vector(STACK_BITS - 1 downto 0);
+  signal lens       : lens_t;
+  signal lens_first : std_logic;
+  signal lens_last  : std_logic;
+  signal row_first  : std_logic;
+  signal row_last   : std_logic;
+  signal row_live   : std_logic;
+  signal row_starts : std_logic;
 
   -- The scan.
   signal complete       : std_logic_vector(0 downto 0);
@@ -138,69 +134,30 @@ architecture rtl of sharpness_index is
 
 begin
 
-  --------------------------------------------------------------------------------------------------
-  -- Where a token lies in its micro image.
-
-  count : process (clk) is
-
-    variable next_phase : natural range 0 to M - 1;
-    variable next_line  : unsigned(15 downto 0);
-    variable in_picture : std_logic;
-
-  begin
-
-    if rising_edge(clk) then
-      active  <= token.strobe and token.pixel;
-      token_1 <= token;
-      if token.strobe = '1' and token.pixel = '1' then
-        in_picture := inside_now;
-        if token.line_first = '1' then
-          next_line := line_number + 1;
-          if token.frame_first = '1' then
-            next_line := (others => '0');
-          end if;
-          line_number  <= next_line;
-          in_picture   := token.image and to_logic(not CROPPED or next_line < unsigned(rows));
-          inside_now   <= in_picture;
-          column_phase <= 0;
-          lens         <= (others => '0');
-          next_phase   := 0;
-          if token.frame_first = '0' and line_phase < M - 1 then
-            next_phase := line_phase + 1;
-          end if;
-          line_phase <= next_phase;
-          if next_phase = 0 then
-            row_live   <= in_picture;
-            row_starts <= in_picture and token.frame_first;
-          end if;
-        elsif column_phase = M - 1 then
-          column_phase <= 0;
-          lens         <= lens + 1;
-        else
-          column_phase <= column_phase + 1;
-        end if;
-        token_1.image <= in_picture;
-        data          <= token_data;
-        if CROPPED and in_picture = '0' then
-          data <= (others => '0');
-        end if;
-      end if;
-      if reset = '1' then
-        active     <= '0';
-        line_phase <= 0;
-      end if;
-    end if;
-
-  end process count;
-
-  lens_first <= '1' when column_phase = 0 else
-                '0';
-  lens_last  <= '1' when column_phase = M - 1 or token_1.line_last = '1' else
-                '0';
-  row_first  <= '1' when line_phase = 0 else
-                '0';
-  row_last   <= '1' when line_phase = M - 1 else
-                '0';
+  place_token : entity work.lens_place
+    generic map (
+      MICRO_IMAGE_SIZE => M,
+      LENSES           => LENSES,
+      CROPPED          => CROPPED,
+      STACK_BITS       => STACK_BITS
+    )
+    port map (
+      clk        => clk,
+      reset      => reset,
+      rows       => rows,
+      token      => token,
+      token_data => token_data,
+      active     => active,
+      placed     => token_1,
+      data       => data,
+      lens       => lens,
+      lens_first => lens_first,
+      lens_last  => lens_last,
+      row_first  => row_first,
+      row_last   => row_last,
+      row_live   => row_live,
+      row_starts => row_starts
+    );
 
   --------------------------------------------------------------------------------------------------
   -- A scan over each complete row of micro images.

@@ -75,106 +75,9 @@ architecture rtl of text_overlay is
   constant CODE_BITS   : positive := bits_for(CODES - 1);
   constant FIELD_BITS  : positive := bits_for(SLICES);
 
-  subtype code_t is std_logic_vector(6 downto 0);
-
-  type codes_t is array (natural range 0 to 2 ** CODE_BITS - 1) of code_t;
-
-  type font_t is array (natural range 0 to 2047) of std_logic_vector(7 downto 0);
-
-  type digits_t is array (natural range 0 to 31) of code_t;
-
   type bases_t is array (natural range 0 to ENTRIES - 1) of unsigned(CODE_BITS - 1 downto 0);
 
   type colours_t is array (natural range 0 to SLICES - 1) of std_logic_vector(23 downto 0);
-
-  -- Number of a character's glyph.
-
-  function code_of (
-    text  : string;
-    place : natural
-  ) return std_logic_vector is
-  begin
-
-    return std_logic_vector(to_unsigned(character'pos(text(text'left + place)) - FIRST_GLYPH, 7));
-
-  end function code_of;
-
-  -- The ROMs, made at elaboration.
-
-  function make_codes return codes_t is
-
-    variable made : codes_t;
-
-  begin
-
-    made := (others => (others => '0'));
-
-    for i in 0 to LABEL_BASE - 1 loop
-
-      made(i) := code_of(TEXTS, i);
-
-    end loop;
-
-    for i in 0 to SLICES * LABEL_COLUMNS - 1 loop
-
-      made(LABEL_BASE + i) := code_of(LABELS, i);
-
-    end loop;
-
-    for i in 0 to ERROR_LETTERS - 1 loop
-
-      made(ERROR_BASE + i) := code_of(ERROR_TEXT, i);
-
-    end loop;
-
-    return made;
-
-  end function make_codes;
-
-  function make_font return font_t is
-
-    variable made : font_t;
-
-  begin
-
-    made := (others => (others => '0'));
-
-    for i in 0 to GLYPHS * GLYPH_ROWS - 1 loop
-
-      made(i) := hex_byte(FONT, 2 * i);
-
-    end loop;
-
-    return made;
-
-  end function make_font;
-
-  -- A digit of each number of errors: that of the tens, or of the ones.
-
-  function make_digits (
-    of_tens : boolean
-  ) return digits_t is
-
-    variable made  : digits_t;
-    variable digit : natural range 0 to 9;
-
-  begin
-
-    for i in 0 to 31 loop
-
-      digit := i mod 10;
-
-      if of_tens then
-        digit := i / 10;
-      end if;
-
-      made(i) := std_logic_vector(to_unsigned(character'pos('0') - FIRST_GLYPH + digit, 7));
-
-    end loop;
-
-    return made;
-
-  end function make_digits;
 
   function make_bases return bases_t is
 
@@ -214,22 +117,16 @@ architecture rtl of text_overlay is
 
   end function make_colours;
 
-  constant CODE_ROM : codes_t   := make_codes;
-  constant FONT_ROM : font_t    := make_font;
-  constant TENS_OF  : digits_t  := make_digits(true);
-  constant ONES_OF  : digits_t  := make_digits(false);
-  constant BASES    : bases_t   := make_bases;
-  constant TABLE    : colours_t := make_colours;
+  constant BASES : bases_t   := make_bases;
+  constant TABLE : colours_t := make_colours;
 
   -- Place of the pixel that comes: in the picture, in the overlay.
-  signal v_before : std_logic             := '0';
-  signal shown    : std_logic             := '0';
-  signal column   : unsigned(11 downto 0) := (others => '0');
-  signal over     : unsigned(11 downto 0) := (others => '0');
-  signal was      : std_logic             := '0';
-  signal tens     : code_t                := (others => '0');
-  signal ones     : code_t                := (others => '0');
-  signal wrong    : std_logic             := '0';
+  signal v_before : std_logic                    := '0';
+  signal shown    : std_logic                    := '0';
+  signal column   : unsigned(11 downto 0)        := (others => '0');
+  signal over     : unsigned(11 downto 0)        := (others => '0');
+  signal was      : std_logic                    := '0';
+  signal faults   : std_logic_vector(4 downto 0) := (others => '0');
 
   -- 1: place in the overlay.
   signal inside_1 : std_logic                            := '0';
@@ -251,21 +148,17 @@ architecture rtl of text_overlay is
   signal at_2     : unsigned(CODE_BITS - 1 downto 0) := (others => '0');
   signal field_2  : std_logic_vector(23 downto 0)    := (others => '0');
 
-  -- 3: its code; 4: its line; 5: its pixel.
+  -- 3 and 4: until its line of pixels is there; 5: its pixel.
   signal inside_3 : std_logic                     := '0';
   signal ruler_3  : std_logic                     := '0';
   signal blank_3  : std_logic                     := '0';
-  signal digit_3  : std_logic_vector(1 downto 0)  := "00";
   signal x_3      : unsigned(2 downto 0)          := (others => '0');
-  signal y_3      : unsigned(3 downto 0)          := (others => '0');
-  signal read_3   : code_t                        := (others => '0');
-  signal code_3   : code_t;
   signal field_3  : std_logic_vector(23 downto 0) := (others => '0');
   signal inside_4 : std_logic                     := '0';
   signal ruler_4  : std_logic                     := '0';
   signal blank_4  : std_logic                     := '0';
   signal x_4      : unsigned(2 downto 0)          := (others => '0');
-  signal line_4   : std_logic_vector(7 downto 0)  := (others => '0');
+  signal line_4   : std_logic_vector(7 downto 0);
   signal field_4  : std_logic_vector(23 downto 0) := (others => '0');
 
   signal video_in : std_logic_vector(26 downto 0);
@@ -302,9 +195,7 @@ begin
         -- The overlay's first line is line 0.
         over <= 0 - least;
 
-        wrong <= to_logic(unsigned(errors) /= 0);
-        tens  <= TENS_OF(to_integer(unsigned(errors)));
-        ones  <= ONES_OF(to_integer(unsigned(errors)));
+        faults <= errors;
       end if;
       if reset = '1' then
         shown <= '0';
@@ -383,7 +274,7 @@ begin
         at_2 <= BASES(entry) + resize(place_1, CODE_BITS);
       else
         at_2    <= to_unsigned(ERROR_BASE - TEXT_COLUMNS, CODE_BITS) + resize(place_1, CODE_BITS);
-        blank_2 <= not wrong or to_logic(place_1 >= TEXT_COLUMNS + ERROR_COLUMNS);
+        blank_2 <= to_logic(unsigned(faults) = 0) or to_logic(place_1 >= TEXT_COLUMNS + ERROR_COLUMNS);
         digit_2 <= to_logic(place_1 = TEXT_COLUMNS + ERROR_COLUMNS - 2) &
                    to_logic(place_1 = TEXT_COLUMNS + ERROR_COLUMNS - 1);
       end if;
@@ -413,29 +304,24 @@ begin
   end process find_character;
 
   --------------------------------------------------------------------------------------------------
-  -- 3, 4: memories with a register.
+  -- 3, 4
 
-  read_code : process (clk) is
-  begin
-
-    if rising_edge(clk) then
-      read_3 <= CODE_ROM(to_integer(at_2));
-    end if;
-
-  end process read_code;
-
-  code_3 <= tens when digit_3(1) = '1' else
-            ones when digit_3(0) = '1' else
-            read_3;
-
-  read_line : process (clk) is
-  begin
-
-    if rising_edge(clk) then
-      line_4 <= FONT_ROM(to_integer(unsigned(code_3) & y_3));
-    end if;
-
-  end process read_line;
+  lines : entity work.glyph_lines
+    generic map (
+      FONT        => FONT,
+      TEXTS       => TEXTS,
+      LABELS      => LABELS,
+      FIRST_LABEL => LABEL_BASE,
+      FIRST_ERROR => ERROR_BASE
+    )
+    port map (
+      clk    => clk,
+      errors => faults,
+      place  => at_2,
+      digit  => digit_2,
+      row    => y_2,
+      line   => line_4
+    );
 
   follow : process (clk) is
   begin
@@ -444,9 +330,7 @@ begin
       inside_3 <= inside_2;
       ruler_3  <= ruler_2;
       blank_3  <= blank_2;
-      digit_3  <= digit_2;
       x_3      <= x_2;
-      y_3      <= y_2;
       field_3  <= field_2;
       inside_4 <= inside_3;
       ruler_4  <= ruler_3;

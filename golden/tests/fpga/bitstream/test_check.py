@@ -145,7 +145,7 @@ def test_board_passes(tmp_path: Path) -> None:
         ),
         pytest.param(
             without("TS_receive_to_control"),
-            "control/report_crossing: no TIG from clk to clk_100",
+            "control/report_from_pixels/crossing: no TIG from clk to clk_100",
             id="bus",
         ),
         pytest.param(

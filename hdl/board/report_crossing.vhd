@@ -1,0 +1,92 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Brings what the video path and the delay lines report out of the pixel clock, and counts hung delay lines.
+--
+-- Latency: that of bus_crossing. Throughput: the latest report; a change of a toggle counts if it stays that long.
+-- Equation: hung_counts = changes of hung_toggle since clear; all others as they are.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.hdmi_pkg.all;
+use work.tmds_pkg.all;
+
+entity report_crossing is
+  port (
+    -- In pixel_clk: of the video path; of the delay lines, as in hdmi_control.
+    pixel_clk   : in    std_logic;
+    state       : in    video_state_t;
+    tracking    : in    std_logic_vector(CHANNELS - 1 downto 0);
+    taps        : in    std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+    hung_toggle : in    std_logic_vector(CHANNELS - 1 downto 0);
+    -- In clk: the last ones that have come.
+    clk         : in    std_logic;
+    state_here  : out   video_state_t;
+    tracks_last : out   std_logic_vector(CHANNELS - 1 downto 0);
+    taps_here   : out   std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+    -- How often each delay line hung since the counters were cleared.
+    clear       : in    std_logic;
+    hung_counts : out   std_logic_vector(RARE_BITS * CHANNELS - 1 downto 0)
+  );
+end entity report_crossing;
+
+architecture rtl of report_crossing is
+
+  constant TAPS_AT     : positive := STATE_BITS;
+  constant TRACKING_AT : positive := TAPS_AT + TAP_BITS * CHANNELS;
+  constant HUNG_AT     : positive := TRACKING_AT + CHANNELS;
+  constant REPORT_BITS : positive := HUNG_AT + CHANNELS;
+
+  signal report_now  : std_logic_vector(REPORT_BITS - 1 downto 0);
+  signal report_here : std_logic_vector(REPORT_BITS - 1 downto 0);
+  signal hung_here   : std_logic_vector(CHANNELS - 1 downto 0);
+  signal hung_now    : std_logic_vector(CHANNELS - 1 downto 0);
+  signal hung_before : std_logic_vector(CHANNELS - 1 downto 0) := (others => '0');
+
+begin
+
+  report_now <= hung_toggle & tracking & taps & to_vector(state);
+
+  crossing : entity work.bus_crossing
+    generic map (
+      WIDTH => REPORT_BITS
+    )
+    port map (
+      source_clk      => pixel_clk,
+      source          => report_now,
+      destination_clk => clk,
+      destination     => report_here
+    );
+
+  state_here  <= to_state(report_here(STATE_BITS - 1 downto 0));
+  taps_here   <= report_here(TRACKING_AT - 1 downto TAPS_AT);
+  tracks_last <= report_here(HUNG_AT - 1 downto TRACKING_AT);
+  hung_here   <= report_here(REPORT_BITS - 1 downto HUNG_AT);
+
+  watch : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      hung_before <= hung_here;
+    end if;
+
+  end process watch;
+
+  hung_now <= hung_here xor hung_before;
+
+  count_hung : for c in 0 to CHANNELS - 1 generate
+
+    resets : entity work.event_counter
+      generic map (
+        WIDTH => RARE_BITS
+      )
+      port map (
+        clk   => clk,
+        clear => clear,
+        add   => hung_now(c),
+        count => hung_counts(RARE_BITS * c + RARE_BITS - 1 downto RARE_BITS * c)
+      );
+
+  end generate count_hung;
+
+end architecture rtl;

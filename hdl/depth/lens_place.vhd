@@ -1,0 +1,128 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Where a pixel lies in its micro image, and whether that belongs to the picture.
+--
+-- Latency: 1 clock. Throughput: one token each clock.
+-- Equation: lens = column / M, lens_first, lens_last = (column mod M = 0, M - 1), row_first, row_last = (line mod M =
+--   0, M - 1), column and line counted from the first token of a line and of a frame.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.token_pkg.all;
+
+entity lens_place is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive range 2 to 128;
+    -- Micro images in the longest line.
+    LENSES : positive;
+    -- Whether frames may have lines below the picture, see rows.
+    CROPPED : boolean;
+    -- Width of a pixel in all slices.
+    STACK_BITS : positive
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Lines of the picture: those below it are none. With CROPPED alone.
+    rows : in    std_logic_vector(15 downto 0);
+    -- A token, and the slices of its pixel.
+    token      : in    token_t;
+    token_data : in    std_logic_vector(STACK_BITS - 1 downto 0);
+    -- Whether a pixel is here; its token, image only inside the picture; its slices, 0 below the picture.
+    active : out   std_logic;
+    placed : out   token_t;
+    data   : out   std_logic_vector(STACK_BITS - 1 downto 0);
+    -- Its micro image in the line; whether it is in that one's first or last column, first or last line.
+    lens       : out   unsigned(bits_for(LENSES - 1) - 1 downto 0);
+    lens_first : out   std_logic;
+    lens_last  : out   std_logic;
+    row_first  : out   std_logic;
+    row_last   : out   std_logic;
+    -- Whether its row of micro images is of the picture, and the first one.
+    row_live   : out   std_logic;
+    row_starts : out   std_logic
+  );
+end entity lens_place;
+
+architecture rtl of lens_place is
+
+  constant M : positive := MICRO_IMAGE_SIZE;
+
+  signal token_1      : token_t;
+  signal column_phase : natural range 0 to M - 1                    := 0;
+  signal line_phase   : natural range 0 to M - 1                    := 0;
+  signal lens_now     : unsigned(bits_for(LENSES - 1) - 1 downto 0) := (others => '0');
+  signal line_number  : unsigned(15 downto 0)                       := (others => '0');
+  signal inside_now   : std_logic                                   := '0';
+
+begin
+
+  count : process (clk) is
+
+    variable next_phase : natural range 0 to M - 1;
+    variable next_line  : unsigned(15 downto 0);
+    variable in_picture : std_logic;
+
+  begin
+
+    if rising_edge(clk) then
+      active  <= token.strobe and token.pixel;
+      token_1 <= token;
+      if token.strobe = '1' and token.pixel = '1' then
+        in_picture := inside_now;
+        if token.line_first = '1' then
+          next_line := line_number + 1;
+          if token.frame_first = '1' then
+            next_line := (others => '0');
+          end if;
+          line_number  <= next_line;
+          in_picture   := token.image and to_logic(not CROPPED or next_line < unsigned(rows));
+          inside_now   <= in_picture;
+          column_phase <= 0;
+          lens_now     <= (others => '0');
+          next_phase   := 0;
+          if token.frame_first = '0' and line_phase < M - 1 then
+            next_phase := line_phase + 1;
+          end if;
+          line_phase <= next_phase;
+          if next_phase = 0 then
+            row_live   <= in_picture;
+            row_starts <= in_picture and token.frame_first;
+          end if;
+        elsif column_phase = M - 1 then
+          column_phase <= 0;
+          lens_now     <= lens_now + 1;
+        else
+          column_phase <= column_phase + 1;
+        end if;
+        token_1.image <= in_picture;
+        data          <= token_data;
+        if CROPPED and in_picture = '0' then
+          data <= (others => '0');
+        end if;
+      end if;
+      if reset = '1' then
+        active     <= '0';
+        line_phase <= 0;
+      end if;
+    end if;
+
+  end process count;
+
+  lens_first <= '1' when column_phase = 0 else
+                '0';
+  lens_last  <= '1' when column_phase = M - 1 or token_1.line_last = '1' else
+                '0';
+  row_first  <= '1' when line_phase = 0 else
+                '0';
+  row_last   <= '1' when line_phase = M - 1 else
+                '0';
+
+  placed <= token_1;
+  lens   <= lens_now;
+
+end architecture rtl;
