@@ -5,7 +5,9 @@ import random
 from contextlib import suppress
 from typing import Any
 
+import cocotb
 import numpy as np
+from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge
 
 from plenofir.fpga.hdmi.link import RasterSignals, ReceivedFrame, raster_signals, split_frames
@@ -151,3 +153,58 @@ class VideoTap:
         flags = taken[:, :3].astype(bool)
         signals = RasterSignals(flags[:, 0], flags[:, 1], flags[:, 2], pixels.astype(np.uint8))
         return split_frames(signals, from_start=from_start)
+
+
+ERRORS = ("overflow", "underflow", "miss", "core")
+
+
+class VideoBench:
+    """Video source, ``refocus_video``, video sink.
+
+    Attributes
+    ----------
+    dut
+        The design; its clock runs, what chooses is 0.
+    rng, random
+        Of the simulation's seed.
+    tap
+        Drives video and takes what comes out.
+    errors
+        Names of the errors that were flagged so far.
+    """
+
+    def __init__(self, dut: Any) -> None:
+        self.dut = dut
+        self.rng = np.random.default_rng(cocotb.RANDOM_SEED)
+        self.random = random.Random(cocotb.RANDOM_SEED)
+        Clock(dut.clk, 10, "ns").start()
+        self.tap = VideoTap(dut)
+        self.errors: set[str] = set()
+        chosen = ("pass_through", "slice", "sweep", "sweep_frames", "shown")
+        for name in (*chosen, "load_write", "load_kind", "load_address", "load_data"):
+            getattr(dut, name).value = 0
+        cocotb.start_soon(self._watch())
+
+    async def _watch(self) -> None:
+        while True:
+            await FallingEdge(self.dut.clk)
+            if self.dut.errors.value.is_resolvable:
+                flags = int(self.dut.errors.value)
+                self.errors |= {name for i, name in enumerate(ERRORS) if flags >> i & 1}
+
+    async def reset(self) -> None:
+        """Reset the design."""
+        self.dut.reset.value = 1
+        for _ in range(3):
+            await FallingEdge(self.dut.clk)
+        self.dut.reset.value = 0
+
+    def pictures(self, mode: VideoMode, count: int) -> list[np.ndarray]:
+        """Random RGB pictures for a mode."""
+        shape = (count, mode.v_active, mode.h_active, 3)
+        return list(self.rng.integers(0, 256, shape, np.uint8))
+
+
+def part(signals: RasterSignals, begin: int, end: int | None = None) -> RasterSignals:
+    """Cut a piece out of a signal."""
+    return RasterSignals(*(values[begin:end] for values in vars(signals).values()))

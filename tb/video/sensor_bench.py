@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """cocotb tests of ``refocus_video`` with a sensor: every pixel of every frame that is shown."""
 
-import random
 from typing import Any
 
 import cocotb
 import numpy as np
-from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
 from plenofir.camera.resampling import (
@@ -23,48 +21,24 @@ from plenofir.plan.resampling import loads
 from plenofir.refocus import ExactArithmetic
 from plenofir_tb.case import read_case
 from plenofir_tb.shown_sensor import ShownCamera
-from plenofir_tb.video import VideoTap, measured
+from plenofir_tb.video import VideoBench, measured, part
 
 CASE = read_case()
 # Whole frames from a new signal to the first one that is shown.
 FRAMES_TO_FOLLOW = 3
-ERRORS = ("overflow", "underflow", "miss", "core")
 REFOCUSED, ALIGNED = 0, 1
 MODE = VideoMode.model_validate(CASE["mode"])
 SHAPE = (MODE.v_active, MODE.h_active)
 
 
-class Bench:
+class Bench(VideoBench):
     """Source of raw video, design, video sink."""
 
     def __init__(self, dut: Any) -> None:
-        self.dut = dut
-        self.rng = np.random.default_rng(cocotb.RANDOM_SEED)
-        self.random = random.Random(cocotb.RANDOM_SEED)
+        super().__init__(dut)
         self.core = ResamplerConfiguration.model_validate(CASE["core"])
         self.camera = 0
-        Clock(dut.clk, 10, "ns").start()
-        self.tap = VideoTap(dut)
-        self.errors: set[str] = set()
         self.place = REFOCUSED
-        chosen = ("pass_through", "slice", "sweep", "sweep_frames", "shown")
-        for name in (*chosen, "load_write", "load_kind", "load_address", "load_data"):
-            getattr(dut, name).value = 0
-        cocotb.start_soon(self._watch())
-
-    async def _watch(self) -> None:
-        while True:
-            await FallingEdge(self.dut.clk)
-            if self.dut.errors.value.is_resolvable:
-                flags = int(self.dut.errors.value)
-                self.errors |= {name for i, name in enumerate(ERRORS) if flags >> i & 1}
-
-    async def reset(self) -> None:
-        """Reset the design."""
-        self.dut.reset.value = 1
-        for _ in range(3):
-            await FallingEdge(self.dut.clk)
-        self.dut.reset.value = 0
 
     def chip(self) -> tuple[Any, Tables]:
         """Registers and tables of the camera."""
@@ -93,11 +67,6 @@ class Bench:
         self.dut.load_write.value = 0
         if self.random.random() < 0.3:
             await FallingEdge(self.dut.clk)
-
-    def pictures(self, mode: VideoMode, count: int) -> list[np.ndarray]:
-        """Random pictures for a mode; of a grey sensor nothing but red counts."""
-        shape = (count, mode.v_active, mode.h_active, 3)
-        return list(self.rng.integers(0, 256, shape, np.uint8))
 
     def golden(self, picture: np.ndarray) -> np.ndarray:
         """What the design must make of a picture."""
@@ -142,11 +111,6 @@ def differences(got: np.ndarray, want: np.ndarray) -> str:
     """Where a picture differs."""
     places = np.argwhere((got != want).any(axis=-1))
     return f"{len(places)} pixels differ, from {places[0]} to {places[-1]}"
-
-
-def part(signals: RasterSignals, begin: int, end: int | None = None) -> RasterSignals:
-    """Cut a piece out of a signal."""
-    return RasterSignals(*(values[begin:end] for values in vars(signals).values()))
 
 
 LOST = FRAMES_TO_FOLLOW + 1

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """cocotb tests of ``refocus_video``: video in, refocused video under the same timing out."""
 
-import random
 from typing import Any
 
 import cocotb
 import numpy as np
-from cocotb.clock import Clock
 from cocotb.triggers import FallingEdge
 
 from plenofir.fpga.hdmi.link import RasterSignals, raster_signals
@@ -15,49 +13,20 @@ from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.sharpness import depth_index
 from plenofir_tb.case import read_case
 from plenofir_tb.slices import SliceModel
-from plenofir_tb.video import VideoTap, measured, shrunken
+from plenofir_tb.video import VideoBench, measured, part, shrunken
 
 CASE = read_case()
 # Whole frames from a new signal to the first one that is refocused: two are measured.
 FRAMES_TO_FOLLOW = 3
 MINI_BLANK = shrunken("mini").h_total - shrunken("mini").h_active
-ERRORS = ("overflow", "underflow", "miss", "core")
 
 
-class Bench:
+class Bench(VideoBench):
     """Video source, design, video sink."""
 
     def __init__(self, dut: Any) -> None:
-        self.dut = dut
-        self.rng = np.random.default_rng(cocotb.RANDOM_SEED)
-        self.random = random.Random(cocotb.RANDOM_SEED)
-        Clock(dut.clk, 10, "ns").start()
-        self.tap = VideoTap(dut)
-        self.errors: set[str] = set()
+        super().__init__(dut)
         self.slice = self.shown = 0
-        chosen = ("pass_through", "slice", "sweep", "sweep_frames", "shown")
-        for name in (*chosen, "load_write", "load_kind", "load_address", "load_data"):
-            getattr(dut, name).value = 0
-        cocotb.start_soon(self._watch())
-
-    async def _watch(self) -> None:
-        while True:
-            await FallingEdge(self.dut.clk)
-            if self.dut.errors.value.is_resolvable:
-                flags = int(self.dut.errors.value)
-                self.errors |= {name for i, name in enumerate(ERRORS) if flags >> i & 1}
-
-    async def reset(self) -> None:
-        """Reset the design."""
-        self.dut.reset.value = 1
-        for _ in range(3):
-            await FallingEdge(self.dut.clk)
-        self.dut.reset.value = 0
-
-    def pictures(self, mode: VideoMode, count: int) -> list[np.ndarray]:
-        """Random pictures for a mode."""
-        shape = (count, mode.v_active, mode.h_active, 3)
-        return list(self.rng.integers(0, 256, shape, np.uint8))
 
     def golden(self, picture: np.ndarray) -> np.ndarray:
         """What the design must make of a picture."""
@@ -81,16 +50,6 @@ class Bench:
     async def play(self, mode: VideoMode, frames: list[np.ndarray]) -> None:
         """Send whole frames."""
         await self.tap.drive(raster_signals(mode, frames))
-
-
-def part(signals: RasterSignals, begin: int, end: int | None = None) -> RasterSignals:
-    """Cut a piece out of a signal."""
-    return RasterSignals(
-        signals.active[begin:end],
-        signals.h_sync[begin:end],
-        signals.v_sync[begin:end],
-        signals.pixels[begin:end],
-    )
 
 
 @cocotb.test()
