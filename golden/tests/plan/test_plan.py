@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 from in_process import plenofir
+from written_scenes import BASE, scene, write
 
 from plenofir.camera.rays import Cover, Slice, covering_slices
 from plenofir.camera.rays.camera import CAMERAS
 from plenofir.errors import InputError
 from plenofir.files import publish_files
 from plenofir.fpga import hdl
-from plenofir.fpga.hdmi.edid import make_edid
-from plenofir.fpga.hdmi.modes import HD720
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
 from plenofir.plan.configure import TOP, configure, needed_sources, package_text, top_text
@@ -23,36 +22,6 @@ from plenofir.plan.planned import Plan
 from plenofir.plan.planner import without_idle_slices
 from plenofir.plan.scene import scene_files
 from plenofir.refocus import StoredProductArithmetic, shift_to_text
-
-BASE = """
-name = "test"
-[camera]
-model = "f193-mla2"
-focus_mm = 5000.0
-micro_image_size = 5
-[frame]
-columns = 640
-rows = 480
-colour = "rgb"
-[depth]
-near_mm = 800.0
-far_mm = inf
-[build]
-"""
-
-
-def write(folder: Path, text: str) -> Path:
-    path = folder / "scene.toml"
-    path.write_text(text)
-    return path
-
-
-def scene(folder: Path, *changes: tuple[str, str], build: str = "") -> LoadedScene:
-    text = BASE + build
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    return load_scene(write(folder, text))
 
 
 @pytest.mark.parametrize("file", scene_files(), ids=lambda file: file.stem)
@@ -391,121 +360,6 @@ def test_bad_scenes(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert done.stdout == ""
     assert done.stderr.count("\n") == 1, done.stderr
     assert re.search(message, done.stderr), done.stderr
-
-
-RATE = ("rows = 480", "rows = 480\nrate_hz = 60.0")
-
-
-def test_video_path(tmp_path: Path) -> None:
-    core = make_plan(scene(tmp_path, RATE))
-    assert core.core.engine.kind == "moving_sum"
-    plan = make_plan(scene(tmp_path, RATE, build='path = "video"'))
-    assert plan.clock_mhz == 25.175
-    assert plan.blanking == (160, 45)
-    assert plan.frame_clocks == 800 * 525
-    # With nearest neighbours and exact sums: D lines, and D + 35 pixels, with taps 14 fewer.
-    assert plan.latency_clocks == plan.core.delay * 801 + 36
-    taps = make_plan(scene(tmp_path, RATE, build='path = "video"\nengine = "fir"'))
-    assert taps.latency_clocks == plan.latency_clocks - 15
-    assert plan.core == core.core
-    assert plan.video_needs is not None
-    assert core.video_needs is None
-    assert all(plan.needs[name] == n + plan.video_needs[name] for name, n in core.needs.items())
-    # What one has, the other leaves out.
-    texts = [part.what for part in core.left_out if "TMDS" in part.what]
-    assert len(texts) == 1
-    assert not any("TMDS" in part.what for part in plan.left_out)
-
-
-@pytest.mark.parametrize(
-    ("changes", "build", "message"),
-    [
-        (
-            [("rows = 480", "rows = 480\nrate_hz = 61.0")],
-            "",
-            "61 Hz is no mode of the Digilent Atlys",
-        ),
-        ([("rows = 480", "rows = 481\nrate_hz = 60.0")], "", "640 x 481 at 60 Hz is no mode"),
-        ([RATE, ('"rgb"', '"grey"')], "", 'frame.colour "rgb"'),
-        ([RATE], "parallel_rows = 2", "parallel_rows 1"),
-        ([RATE], 'device = "xc6slx9"', "xc6slx45 (Digilent Atlys)"),
-        ([RATE, ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-160"]')], "", "exceeds"),
-    ],
-)
-def test_video_paths_that_cannot_be(
-    tmp_path: Path, changes: list[tuple[str, str]], build: str, message: str
-) -> None:
-    with pytest.raises(InputError, match=re.escape(message)):
-        make_plan(scene(tmp_path, *changes, build=f'path = "video"\n{build}'))
-
-
-@pytest.mark.parametrize(
-    ("columns", "rows", "rate", "clock"),
-    [(1280, 720, 50, 74.25), (1280, 720, 60, 74.25), (1024, 768, 60, 65.0)],
-)
-def test_video_modes(tmp_path: Path, columns: int, rows: int, rate: int, clock: float) -> None:
-    size = ("columns = 640\nrows = 480", f"columns = {columns}\nrows = {rows}\nrate_hz = {rate}.0")
-    plan = make_plan(scene(tmp_path, size, build='path = "video"'))
-    assert plan.clock_mhz == clock
-    assert abs(clock * 1e6 / plan.frame_clocks - rate) < 0.01 * rate
-
-
-def test_own_edid(tmp_path: Path) -> None:
-    """It takes the place of the board's in the list of sources, and in nothing else."""
-    build = 'path = "video"\nedid = "own.bin"'
-    with pytest.raises(InputError, match=r"build.edid: .*own.bin cannot be read"):
-        scene(tmp_path, RATE, build=build)
-    (tmp_path / "own.bin").write_bytes(bytes(128))
-    with pytest.raises(InputError, match=r"build.edid: .*own.bin: begins with 00 00"):
-        scene(tmp_path, RATE, build=build)
-    own = make_edid((HD720,))
-    (tmp_path / "own.bin").write_bytes(own)
-    out = tmp_path / "out"
-    plan = make_plan(scene(tmp_path, RATE, build=build))
-    with_own, without = (
-        configure(part, out) for part in (plan, plan.model_copy(update={"edid": None}))
-    )
-    package = out / "edid_pkg.vhd"
-    assert with_own == [package if path.name == package.name else path for path in without]
-    assert package not in without
-    assert own[-16:].hex().upper() in package.read_text()
-
-
-def test_video_path_that_does_not_fit_is_refused_with_it(tmp_path: Path) -> None:
-    # All RAM is needed for 720p with M = 11; LUTs of the core and of the video path are counted.
-    changes = [("columns = 640", "columns = 1280"), ("rows = 480", "rows = 720\nrate_hz = 60.0")]
-    slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-2", "1/5", "2"]')
-    build = 'path = "video"\narithmetic = "exact"\nengine = "fir"'
-    with pytest.raises(InputError, match=r"XC6SLX45: needs \d+ of 116 block RAM"):
-        make_plan(scene(tmp_path, *changes, slices, build=build))
-
-
-def test_configure_of_the_board(tmp_path: Path) -> None:
-    plan = make_plan(scene(tmp_path, RATE, build='path = "video"'))
-    sources = configure(plan, tmp_path / "out")
-    names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {
-        "plan.json",
-        "atlys_top.prj",
-        "atlys_top.ucf",
-        "atlys_top.vhd",
-        "atlys_top.xst",
-        "sources.txt",
-        "xst",
-    }
-    # Everything that the board is built of, in order, and nothing else.
-    built_of = {source.stem for source in sources}
-    assert {"refocus_video", "tmds_receiver", "serial_clocks", "atlys_top"} <= built_of
-    assert not {"self_test", "scene_top", "scene_pkg"} & built_of
-    listed = hdl.board_sources()
-    order = [[path.stem for path in listed].index(source.stem) for source in sources]
-    assert order == sorted(order)
-    top = (tmp_path / "out" / "atlys_top.vhd").read_text()
-    assert f'SHIFTS              : string   := "{plan.core.generics()["SHIFTS"]}"' in top
-    assert re.search(r"MAX_COLUMNS +: positive := 640;", top)
-    assert re.search(r"EXACT +: boolean +:= true;", top)
-    script = (tmp_path / "out" / "atlys_top.xst").read_text()
-    assert "-ifn atlys_top.prj" in script
 
 
 def test_plan_as_json() -> None:
