@@ -84,7 +84,6 @@ begin
     )
     port map (
       clk           => clk,
-      reset         => reset,
       frame_valid   => in_frame_valid,
       line_valid    => in_line_valid,
       data          => in_data,

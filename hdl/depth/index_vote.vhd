@@ -350,9 +350,6 @@ begin
       elsif unsigned(place_final(LENS_BITS downto 1)) = 0 then
         result_index <= unsigned(middle_late(INDEX_BITS downto 1));
       end if;
-      if reset = '1' then
-        result_write <= '0';
-      end if;
     end if;
 
   end process take;

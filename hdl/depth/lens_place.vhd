@@ -106,8 +106,7 @@ begin
         end if;
       end if;
       if reset = '1' then
-        active     <= '0';
-        line_phase <= 0;
+        active <= '0';
       end if;
     end if;
 

@@ -205,8 +205,6 @@ begin
       if reset = '1' then
         scan_on <= '0';
         live    <= (others => '0');
-        inner_1 <= '0';
-        inner_2 <= '0';
       end if;
     end if;
 

@@ -87,11 +87,11 @@ architecture rtl of hexagonal_rows is
   signal left_lens    : number_t;
   signal right_lens   : number_t;
   signal starts_line  : std_logic                    := '1';
-  signal starts_frame : std_logic                    := '0';
+  signal starts_frame : std_logic;
   signal outputs_left : unsigned(15 downto 0)        := (others => '0');
   signal out_pixel    : pixel_index_t                := 0;
   signal line_index   : pixel_index_t                := 0;
-  signal row_odd      : std_logic                    := '0';
+  signal row_odd      : std_logic;
   signal outputs      : unsigned(15 downto 0)        := (others => '0');
   signal lenses       : unsigned(15 downto 0)        := (others => '0');
   signal place_even   : position_t                   := (others => '0');
@@ -224,8 +224,6 @@ begin
         place       <= (others => '0');
         starts_line <= '1';
         out_pixel   <= 0;
-        line_index  <= 0;
-        row_odd     <= '0';
         issued_tags <= (others => '0');
         room        <= to_unsigned(2 ** FIFO_BITS, FIFO_BITS + 1);
       end if;

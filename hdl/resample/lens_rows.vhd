@@ -341,10 +341,9 @@ begin
       end case;
 
       if reset = '1' then
-        state       <= idle;
-        offered     <= '0';
-        frame_taken <= '0';
-        fault       <= '0';
+        state   <= idle;
+        offered <= '0';
+        fault   <= '0';
       end if;
     end if;
 

@@ -110,11 +110,11 @@ architecture rtl of mosaic_engine is
 
   -- Of the line of the tokens: it is an image line; so was the one before, which was the first of its frame.
   signal image_line   : std_logic := '0';
-  signal before_image : std_logic := '0';
-  signal before_first : std_logic := '0';
-  signal first_line   : std_logic := '0';
-  signal before_even  : std_logic := '0';
-  signal line_even    : std_logic := '0';
+  signal before_image : std_logic;
+  signal before_first : std_logic;
+  signal first_line   : std_logic;
+  signal before_even  : std_logic;
+  signal line_even    : std_logic;
 
   -- The last two columns.
   signal centre : pixels_t;
@@ -292,7 +292,6 @@ begin
 
       if reset = '1' then
         image_line   <= '0';
-        before_image <= '0';
         centre.used  <= '0';
         valid_3      <= '0';
         valid_4      <= '0';

@@ -1,9 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Numbers the lines of the raw frames that go into the ring of lines, and tells when there is room for one more.
 --
--- Lines are numbered on and on. A line may be overwritten when the reader has said that it needs only lines from
--- `keep` on. A new frame waits, with the number of its first line, until the reader has finished the one before and
--- takes it; meanwhile its lines go into the ring as far as there is room.
+-- Lines are numbered on and on, over resets too. A line may be overwritten when the reader has said that it needs only
+-- lines from `keep` on. A new frame waits, with the number of its first line, until the reader has finished the one
+-- before and takes it; meanwhile its lines go into the ring as far as there is room.
 --
 -- Latency: 1 clock. Throughput: one pixel each clock.
 -- Equation: room = (number of the next pixel's line) - keep < LINES.
@@ -137,14 +137,7 @@ begin
       end if;
 
       if reset = '1' then
-        write_enable <= '0';
-        line_number  <= (others => '0');
-        slot         <= 0;
-        waits        <= '0';
-        done         <= (others => '0');
-        done_before  <= (others => '0');
-        room_this    <= '0';
-        room_next    <= '0';
+        waits <= '0';
       end if;
     end if;
 

@@ -1,7 +1,9 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Parallel video of a camera (frame valid, line valid, data with a pixel clock) as a stream.
 --
--- A pixel waits until it is known whether another one of its line follows. Lines outside of frames are left out.
+-- A pixel waits until it is known whether another one of its line follows. Lines outside of frames are left out. It
+-- follows the camera through resets: who begins to take pixels in the middle of a frame gets the rest of it without a
+-- first pixel.
 --
 -- Latency: 2 clocks; a pixel waits for the next one of its line, or for the end of the line.
 -- Throughput: one pixel each clock.
@@ -16,8 +18,7 @@ entity parallel_to_stream is
     WIDTH : positive
   );
   port (
-    clk   : in    std_logic;
-    reset : in    std_logic;
+    clk : in    std_logic;
     -- From the camera; line_valid marks pixels.
     frame_valid : in    std_logic;
     line_valid  : in    std_logic;
@@ -28,7 +29,7 @@ entity parallel_to_stream is
     m_axis_tdata  : out   std_logic_vector(WIDTH - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- A pixel was lost because it was not taken, for a clock.
+    -- A pixel is lost because it is not taken.
     lost : out   std_logic
   );
 end entity parallel_to_stream;
@@ -38,15 +39,16 @@ architecture rtl of parallel_to_stream is
   signal pixel_valid : std_logic                            := '0';
   signal pixel       : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
   signal pixel_first : std_logic                            := '0';
-  signal first       : std_logic                            := '1';
+  signal first       : std_logic;
   signal waiting     : std_logic                            := '0';
   signal held        : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
-  signal held_first  : std_logic                            := '0';
+  signal held_first  : std_logic;
   signal valid       : std_logic                            := '0';
 
 begin
 
   m_axis_tvalid <= valid;
+  lost          <= valid and not m_axis_tready;
 
   collect : process (clk) is
   begin
@@ -67,20 +69,11 @@ begin
         held_first <= pixel_first;
       end if;
 
-      lost         <= valid and not m_axis_tready;
       valid        <= waiting;
       m_axis_tdata <= held;
 
       m_axis_tuser(0) <= held_first;
       m_axis_tlast    <= not pixel_valid;
-
-      if reset = '1' then
-        pixel_valid <= '0';
-        first       <= '1';
-        waiting     <= '0';
-        valid       <= '0';
-        lost        <= '0';
-      end if;
     end if;
 
   end process collect;

@@ -126,8 +126,6 @@ begin
 
       if reset = '1' then
         lines       <= 0;
-        gap_left    <= GAP;
-        rows_left   <= 0;
         in_line     <= '0';
         in_frame    <= '0';
         pixel_valid <= '0';
