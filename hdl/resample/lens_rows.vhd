@@ -276,10 +276,7 @@ begin
           else
             needed <= smaller(bottom, bottom_line);
           end if;
-          kept <= smaller(oldest, last_kept);
-          if oldest < 0 or last_kept < 0 then
-            kept <= (others => '0');
-          end if;
+          kept  <= larger_place(smaller(oldest, last_kept), (others => '0'));
           state <= check;
 
         when check =>
