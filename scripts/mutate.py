@@ -67,6 +67,7 @@ CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
 OVERLAY = "tb/overlay/test_text_overlay.py"
 VIDEO = "tb/video/test_video.py"
 PARALLEL = "tb/video/test_parallel.py"
+LOADS = "tb/board/test_load_port.py"
 SENSOR_VIDEO = "tb/video/test_sensor_video.py -k raw_aligned"
 OF_VIDEO = (f"{VIDEO} -k units", f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video", CHAIN)
 # Tests behind the file bench for a source's mutants, the first pattern that fits; {} is its
@@ -104,10 +105,11 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("common/reset*", (CHAIN,)),
     ("video/sensor_front*", (SENSOR_VIDEO,)),
     ("board/[mt]*", ("tb/board/test_monitor.py", CHAIN)),
+    ("board/load_crossing*", (f"{LOADS} -k pixel_clock", CONTROL, CHAIN)),
+    ("board/load_port*", (f"{LOADS} -k load_port",)),
     ("board/i2c_reader*", ("tb/board/test_monitor.py", CHAIN)),
     ("board/c[lo]*", (f"{LINK} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
     ("board/[bdiu]*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
-    ("board/load_port*", ("tb/board/test_load_port.py",)),
     ("board/parallel*", (PARALLEL,)),
     ("board/[rs]e*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
     ("board/hdmi_[cp]*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),

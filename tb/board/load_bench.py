@@ -121,6 +121,42 @@ async def lines_and_their_answers(dut: Any) -> None:
 
 
 @cocotb.test()
+async def resets_in_lines(dut: Any) -> None:
+    """Behind a reset anywhere a line begins; no answer goes on, no word is written."""
+    line = Line(dut)
+    await line.reset()
+    for part in (b"s 1", b"l 2ABCDE01", b"l ?\r", b"s 2\r?\r", b"l 2ABCDE0123456789\r"):
+        await line.send(part)
+        await ClockCycles(dut.clk, 13 * BIT)
+        await line.reset()
+        await ClockCycles(dut.clk, 20 * BIT)
+        assert described(await line.ask("l ?"), where="board").core.lines == CASE["lines"], part
+    assert line.words == [(2, 0xABCDE, 0x0123456789)]
+    # The clock in which a word goes out, and resets around it.
+    write = 0
+    for place in (None, -1, 0, 1):
+        await line.send(b"l 2ABCDE0123456789")
+        line.words.clear()
+        sending = cocotb.start_soon(line.send(b"\r"))
+        if place is None:
+            while not int(dut.load_write.value):
+                await FallingEdge(dut.clk)
+                write += 1
+        else:
+            for _ in range(write - 1 + place):
+                await FallingEdge(dut.clk)
+            dut.reset.value = 1
+            await FallingEdge(dut.clk)
+            dut.reset.value = 0
+        await sending
+        await ClockCycles(dut.clk, 4 * BIT)
+        # The last reset comes behind the word.
+        assert len(line.words) == int(place in (None, 1)), f"reset {place} clocks from the word"
+        await line.reset()
+        await ClockCycles(dut.clk, 20 * BIT)
+
+
+@cocotb.test()
 async def calibration_through_a_pseudo_terminal(dut: Any) -> None:
     """The command ``plenofir board load``, as it talks to a board."""
     line = Line(dut)

@@ -3,13 +3,21 @@
 
 from pathlib import Path
 
+import pytest
+
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.synthetic import regular_grid
+from plenofir.fpga import hdl
 from plenofir.plan.board_load import description
 from plenofir.plan.resampling import resampling
+from plenofir_tb.faults import plant
 from plenofir_tb.runner import Case, run_cases
 
 SHAPE = (40, 50)
+NO_WORDS = """CALIBRATION : words_t(0 to 0) :=
+  (
+    0 => x"0000000000000000"
+  )"""
 
 
 def test_load_port(tmp_path: Path) -> None:
@@ -28,3 +36,20 @@ def test_load_port(tmp_path: Path) -> None:
     }
     generics = {"DESCRIPTION": text, "BIT_CLOCKS": 8}
     run_cases([Case("load_ports", "board.load_bench", generics, case)])
+
+
+def test_words_into_the_pixel_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a package as a scene with a sensor and a calibration has it."""
+    words = [f"{(kind << 60) + 0x0123456789ABCDE * kind:016X}" for kind in (3, 0, 1, 2)]
+    values = ", ".join(f'{n} => x"{word}"' for n, word in enumerate(words))
+    sources = hdl.hdl_sources()
+    for number, (old, new) in enumerate(
+        (
+            ("WITH_SENSOR    : boolean  := false", "WITH_SENSOR    : boolean  := true"),
+            ("CALIBRATED : boolean := false", "CALIBRATED : boolean := true"),
+            (NO_WORDS, f"CALIBRATION : words_t(0 to {len(words) - 1}) := ({values})"),
+        )
+    ):
+        sources = plant(tmp_path / str(number), sources, "sensor_pkg.vhd", old, new)
+    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
+    run_cases([Case("load_crossing", "board.crossing_bench", {}, {"words": words})])

@@ -14,7 +14,7 @@ from typing import Any
 import cocotb
 import numpy as np
 from cocotb.clock import Clock
-from cocotb.triggers import ClockCycles, RisingEdge
+from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
@@ -79,6 +79,9 @@ class Bench:
         self.set_size(columns, rows)
         await ClockCycles(self.dut.clk, clocks)
         self.dut.reset.value = 0
+        # Nothing may come of what was before.
+        await FallingEdge(self.dut.clk)
+        self.scoreboard.listening = True
         await ClockCycles(self.dut.clk, 3)
 
     def set_size(self, columns: int, rows: int) -> None:
@@ -165,8 +168,8 @@ class Bench:
             shown = [*ports, *offer] if str(dut.m_axis_tvalid.value) == "1" else ports
             clocks.append(tuple(str(port.value) for port in shown))
 
-    async def disturb(self, columns: int, rows: int) -> None:
-        """Send frames, most of them broken, up to anywhere."""
+    async def disturb(self, columns: int, rows: int, begin: int = 0) -> None:
+        """Send frames, most of them broken, up to anywhere, or `begin` clocks into a line."""
         self.stall("some", "some")
         if KIND == "raster_refocuser":
             self.dut.sweep_frames.value = self.rng.randrange(4)
@@ -182,9 +185,14 @@ class Bench:
                 self.rng.randint(1, len(beats)),
                 self.rng.choice([1, tokens, 4 * tokens]),
             )
-            if self.rng.random() < 0.5:
+            if begin or self.rng.random() < 0.5:
                 # The beginning of a line, which is somewhere inside when the reset comes.
-                sent, clocks = tokens * self.rng.randrange(rows) + 1, self.rng.randint(1, 12)
+                sent = tokens * self.rng.randrange(rows) + 1
+                clocks = begin or self.rng.randint(1, 12)
+            elif self.rng.random() < 0.5:
+                # Lines that are on their way out.
+                sent = len(beats)
+                clocks = self.rng.randint(1, self.core.latency_clocks(columns, rows, frames=1))
             await self.source.send(beats[:sent])
             await ClockCycles(self.dut.clk, clocks)
 
@@ -435,16 +443,17 @@ async def broken_frames(dut: Any) -> None:
         assert not bench.errors()
 
 
-@cocotb.test(skip=not read_case()["thorough"])
+@cocotb.test(skip=not (read_case()["thorough"] or "resets" in read_case()))
 async def reset_begins_anew(dut: Any) -> None:
     """A clock of reset anywhere, behind whatever came: then clock for clock as a new core."""
     bench = Bench(dut)
-    columns, rows = bench.random_size(full_rate=True)
+    resets = read_case().get("resets", 2)
+    longest = bench.core.max_columns if resets > 2 else 0
+    columns, rows = bench.random_size(full_rate=True, columns=longest)
     frames = [bench.frame("random", columns, rows) for _ in range(2)]
     new: list[tuple[str, ...]] = []
-    for clocks_of_reset in (20, 1, 1):
-        await bench.reset(columns, rows, clocks_of_reset)
-        bench.scoreboard.listening = True
+    for number in range(resets + 1):
+        await bench.reset(columns, rows, 1 if number else 20)
         bench.stall("none", "none")
         model = SliceModel(len(bench.core.shifts) if KIND == "raster_refocuser" else 1)
         if KIND == "raster_refocuser":
@@ -464,7 +473,7 @@ async def reset_begins_anew(dut: Any) -> None:
         assert clocks == (new or clocks)
         new = clocks
         bench.scoreboard.listening = False
-        await bench.disturb(columns, rows)
+        await bench.disturb(columns, rows, number // 2 if number % 2 and resets > 2 else 0)
 
 
 @cocotb.test(skip=not read_case()["thorough"])

@@ -11,8 +11,9 @@ from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
-def run_indices(*cases: dict) -> None:
-    """Run the raster core's bench on the sharpness of stacks, side by side."""
+def run_indices(*cases: dict, resets: int = 0) -> None:
+    """Run the raster core's bench on the sharpness of stacks, side by side; or many resets."""
+    tests = {"thorough": False, "resets": resets} if resets else {"thorough": True}
     cores = [DepthIndexConfiguration.model_validate(options) for options in cases]
     run_cases(
         [
@@ -20,7 +21,7 @@ def run_indices(*cases: dict) -> None:
                 "depth_index",
                 "core.raster_bench",
                 core.generics(),
-                {"core": core.model_dump(mode="json"), "thorough": True, "kind": "depth_index"},
+                {"core": core.model_dump(mode="json"), "kind": "depth_index", **tests},
             )
             for core in cores
         ]
@@ -61,6 +62,11 @@ def test_index_and_picture() -> None:
         # Lines shorter than the window.
         {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
     )
+
+
+def test_resets() -> None:
+    votes = {"vote_radius": 1, "confidence": 600, "radius": 0}
+    run_indices({"micro_image_size": 2, "slices": 3, "max_columns": 28, **votes}, resets=24)
 
 
 @pytest.mark.slow

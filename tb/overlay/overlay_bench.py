@@ -11,7 +11,7 @@ from cocotb.triggers import FallingEdge
 
 from plenofir.fpga.hdmi.link import raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.overlay import Overlay
+from plenofir.fpga.overlay import OVERLAY_CLOCKS, Overlay
 from plenofir_tb.case import read_case
 from plenofir_tb.video import VideoTap, measured
 
@@ -70,3 +70,44 @@ async def texts_over_pictures(dut: Any) -> None:
         assert frame.mode == measured(mode)
         assert np.array_equal(frame.pixels, want), f"frame {number}"
     assert len(got) >= len(frames) - 1
+
+
+@cocotb.test()
+async def resets_end_the_text(dut: Any) -> None:
+    """No pixel in the clock behind a reset; up to the next frame the picture as it is."""
+    case = read_case()
+    rng, pick = np.random.default_rng(cocotb.RANDOM_SEED), random.Random(cocotb.RANDOM_SEED)
+    mode = VideoMode.model_validate(case["mode"])
+    Clock(dut.clk, 10, "ns").start()
+    tap = VideoTap(dut)
+    for name in ("bottom", "slice", "kind", "raw", "errors"):
+        getattr(dut, name).value = 0
+    dut.show.value = 1
+    dut.rows.value = mode.v_active
+    dut.reset.value = 0
+    picture = rng.integers(0, 256, (mode.v_active, mode.h_active, 3), np.uint8)
+    signals = raster_signals(mode, [picture] * 3)
+
+    async def drive(begin: int, end: int) -> None:
+        await tap.drive(type(signals)(*(part[begin:end] for part in vars(signals).values())))
+
+    total = mode.h_total * mode.v_total
+    place = total + pick.randrange(12, 20) * mode.h_total + mode.h_active // 2
+    await drive(0, place)
+    got = np.array(tap.taken[-total:])
+    sent = signals.pixels.astype(int) @ (1, 256, 65536)
+    shown = got[OVERLAY_CLOCKS - 1 :, 3] != sent[place - total : place - OVERLAY_CLOCKS + 1]
+    assert np.any(shown & signals.active[place - total : place - OVERLAY_CLOCKS + 1])
+    dut.reset.value = 1
+    await drive(place, place + 1)
+    assert not tap.taken[-1][0]
+    dut.reset.value = 0
+    tap.taken = []
+    # Up to the lines behind the picture; what was on its way may still be text.
+    end = total + mode.v_active * mode.h_total
+    await drive(place + 1, end)
+    got = np.array(tap.taken)[2 * OVERLAY_CLOCKS :]
+    begin = place + 1 + OVERLAY_CLOCKS + 1
+    active = signals.active[begin : begin + len(got)].astype(bool)
+    assert np.array_equal(got[:, 0], active)
+    assert np.array_equal(got[active, 3], sent[begin : begin + len(got)][active])

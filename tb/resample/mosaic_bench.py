@@ -9,7 +9,7 @@ from typing import Any
 import cocotb
 import numpy as np
 from cocotb.clock import Clock
-from cocotb.triggers import ClockCycles
+from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
 
 from plenofir.camera.resampling import BAYER_ORDERS, interpolate_mosaic, red_place
 from plenofir_tb.axi_video import (
@@ -104,6 +104,32 @@ async def frames(dut: Any) -> None:
         assert not bench.errors()
         if number == 0 and min(bench.shape) > 3:
             assert bench.source.refused_clocks - refused <= bench.shape[1]
+
+
+@cocotb.test()
+async def frames_behind_resets(dut: Any) -> None:
+    """A clock of reset anywhere in a frame: the next frames are right, and nothing else comes."""
+    bench = Bench(dut)
+    rng = bench.rng
+    await bench.begin()
+    for number in range(16):
+        if number:
+            bench.scoreboard.listening = False
+            frame = make_frame("random", *bench.shape, 1, BITS, rng)
+            await bench.source.send(frame_beats(frame, BITS)[: rng.randint(1, frame.size)])
+            await ClockCycles(dut.clk, rng.randint(1, 12))
+            dut.reset.value = 1
+            await RisingEdge(dut.clk)
+            dut.reset.value = 0
+            await FallingEdge(dut.clk)
+            bench.scoreboard.listening = True
+        bench.stall(*[("none", "none"), ("some", "some"), ("none", "many")][number % 3])
+        for _ in range(2):
+            frame = make_frame("random", *bench.shape, 1, BITS, rng)
+            bench.scoreboard.expect(bench.golden(frame))
+            bench.source.append(frame_beats(frame, BITS))
+        await bench.drain()
+        assert not bench.errors()
 
 
 @cocotb.test()

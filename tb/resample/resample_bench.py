@@ -9,7 +9,7 @@ from typing import Any
 import cocotb
 import numpy as np
 from cocotb.clock import Clock
-from cocotb.triggers import ClockCycles, RisingEdge
+from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
 
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.resampling import GridRegisters, Precision, Tables, grid_registers, resample
@@ -150,6 +150,14 @@ class Bench:
         dut.reset.value = 0
         await ClockCycles(dut.clk, 16)
 
+    async def reset_once(self) -> None:
+        """Reset for a clock, and compare what comes from then on."""
+        self.dut.reset.value = 1
+        await RisingEdge(self.dut.clk)
+        self.dut.reset.value = 0
+        await FallingEdge(self.dut.clk)
+        self.scoreboard.listening = True
+
     async def load(self, words: list[Load]) -> None:
         """Write words through the load port."""
         dut = self.dut
@@ -256,6 +264,38 @@ async def lenses_at_the_borders(dut: Any) -> None:
     assert not bench.errors()
 
 
+@cocotb.test()
+async def frames_behind_resets(dut: Any) -> None:
+    """A clock of reset anywhere in a frame: the next frames are right; what was loaded stays."""
+    bench = Bench(dut)
+    rng = bench.rng
+    await bench.reset()
+    await bench.use(*min((bench.camera() for _ in range(8)), key=lambda c: c[0].image_shape))
+    shape = bench.registers.image_shape
+    for number in range(9 if THOROUGH else 6):
+        bench.stall(*[("none", "none"), ("none", "many"), ("some", "some")][number % 3])
+        for _ in range(2):
+            bench.send_frame(bench.frame("random"))
+        await bench.drain()
+        assert not bench.errors()
+        bench.scoreboard.listening = False
+        beats = frame_beats(bench.frame("random"), bench.core.pixel_bits)
+        if number % 2:
+            # A line of a pixel raises flags.
+            beats[0] = Beat(0, True, True)
+        await bench.source.send(beats[: rng.randint(len(beats) // 3, len(beats))])
+        if number == 3:
+            # No frame has used it yet.
+            await bench.use(*bench.camera(shape=shape))
+        await ClockCycles(dut.clk, rng.randint(1, 30))
+        await bench.reset_once()
+        assert not bench.errors()
+    for _ in range(2):
+        bench.send_frame(bench.frame("random"))
+    await bench.drain()
+    assert not bench.errors()
+
+
 @cocotb.test(
     skip=not THOROUGH or read_case()["core"]["moves"] or read_case()["core"]["gains"],
 )
@@ -325,9 +365,9 @@ async def broken_frames(dut: Any) -> None:
     assert not bench.errors()
 
 
-@cocotb.test(skip=not THOROUGH or read_case()["core"]["lines"] > 16)
+@cocotb.test(skip=read_case()["core"]["lines"] > 16)
 async def grid_that_needs_too_many_lines(dut: Any) -> None:
-    """It gives a flag, no hang; the next calibration is resampled."""
+    """It gives a flag, no hang; a reset ends it, also one just then; the next one is resampled."""
     bench = Bench(dut)
     await bench.reset()
     registers, tables = bench.camera()
@@ -339,11 +379,27 @@ async def grid_that_needs_too_many_lines(dut: Any) -> None:
     dut.rows.value, dut.columns.value = registers.image_shape
     await bench.load(loads(roomy, registers, tables)[-16:])
     bench.stall("none", "none")
-    bench.scoreboard.listening = False
-    await bench.source.send(frame_beats(bench.frame("random"), bench.core.pixel_bits))
+    beats = frame_beats(bench.frame("random"), bench.core.pixel_bits)
+    # Until the flag is up; then resets in the clocks around.
+    clocks = 0
+    for place in (200, 2, 1, 0, -1):
+        bench.scoreboard.listening = False
+        await bench.source.send(beats[:3])
+        if place == 200:
+            while not bench.errors():
+                await RisingEdge(dut.clk)
+                clocks += 1
+                assert clocks < place
+            await ClockCycles(dut.clk, 20)
+            assert bench.errors() == {"grid"}
+        else:
+            await ClockCycles(dut.clk, clocks - place)
+        await bench.reset_once()
+        await ClockCycles(dut.clk, 20)
+        assert not bench.errors()
+    await bench.source.send(beats)
     await ClockCycles(dut.clk, 200)
     assert bench.errors() == {"grid"}
-    bench.scoreboard.listening = True
     dut.error_clear.value = 1
     await ClockCycles(dut.clk, 2)
     dut.error_clear.value = 0

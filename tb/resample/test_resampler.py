@@ -23,17 +23,18 @@ def mosaic(columns: int, bits: int) -> Case:
     return Case("colour_mosaic", "resample.mosaic_bench", generics, case)
 
 
+# Lines of as many pixels as numbers of columns have values, and of one more.
 SMALL = (
     {
         "micro_image_size": 3,
-        "max_columns": 20,
+        "max_columns": 17,
         "lines": 8,
         "channels": 3,
         "moves": True,
         "gains": True,
         "lenses": 160,
     },
-    {"micro_image_size": 3, "max_columns": 22, "lines": 8, "hexagonal": True},
+    {"micro_image_size": 3, "max_columns": 32, "lines": 8, "hexagonal": True},
 )
 
 

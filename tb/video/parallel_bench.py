@@ -7,7 +7,7 @@ from typing import Any
 import cocotb
 import numpy as np
 from cocotb.clock import Clock
-from cocotb.triggers import FallingEdge
+from cocotb.triggers import ClockCycles, FallingEdge
 
 from plenofir.refocus import ExactArithmetic
 from plenofir_tb.case import read_case
@@ -85,6 +85,41 @@ async def frames_are_refocused(dut: Any) -> None:
     assert len(camera.frames) == len(want)
     for got, golden in zip(camera.frames, want, strict=True):
         assert [len(line) for line in got] == [shape[1]] * shape[0]
+        assert np.array_equal(np.array(got), golden)
+
+
+@cocotb.test()
+async def resets_in_frames(dut: Any) -> None:
+    """The rest of a frame is left out without an error; the next frame is whole."""
+    Clock(dut.clk, 10, "ns").start()
+    camera = Camera(dut)
+    for name in ("in_frame_valid", "in_line_valid", "in_data", "slice"):
+        getattr(dut, name).value = 0
+    pixels = np.random.default_rng(cocotb.RANDOM_SEED)
+    shape = (CASE["rows"], CASE["columns"])
+    line = shape[1] + CASE["blank_pixels"]
+    before = 0
+
+    async def pulse(clocks: int) -> None:
+        nonlocal before
+        await ClockCycles(dut.clk, clocks)
+        dut.reset_n.value = 0
+        await ClockCycles(dut.clk, 4)
+        before = len(camera.frames)
+        dut.reset_n.value = 1
+
+    await pulse(4)
+    await camera.clocks(20)
+    for _ in range(4):
+        picture = pixels.integers(0, 1 << CASE["pixel_bits"], shape, np.uint16)
+        cocotb.start_soon(pulse(camera.rng.randrange(line, shape[0] * line)))
+        await camera.send(picture)
+        assert len(camera.frames) == before, "a frame of the rest of one"
+        await camera.send(picture)
+        await camera.clocks(40 * sum(shape))
+        assert not int(dut.error.value)
+        (got,) = camera.frames[before:]
+        golden = ExactArithmetic().refocus(picture, CASE["m"], shift=CASE["shifts"][0])
         assert np.array_equal(np.array(got), golden)
 
 
