@@ -5,7 +5,7 @@
 -- kept then: a word that changes with the clock behind the mark keeps two or three clocks of clk_x5 away from each
 -- edge of clk, whichever side of an edge the bit was caught at.
 --
--- Latency: about 10 clocks of clk_x5 after reset. Throughput: a mark each clock of clk.
+-- Latency: about 10 clocks of clk_x5 after reset, 20 for the lanes out. Throughput: a mark each clock of clk.
 -- Equation: both strobes have the period of clk, at the same place.
 
 library ieee;
@@ -19,7 +19,7 @@ entity word_strobe is
     -- In clk_x5.
     reset : in    std_logic;
     -- In clk_x5, a clock ahead of the mark, for the lanes in; for those out, which lie elsewhere on the device, by way
-    -- of registers in between.
+    -- of two words of registers: a hop across half of the device takes longer than a clock.
     in_strobe  : out   std_logic;
     out_strobe : out   std_logic
   );
@@ -31,14 +31,14 @@ architecture rtl of word_strobe is
   signal seen    : std_logic_vector(2 downto 0) := "000";
   signal places  : std_logic_vector(4 downto 0) := "00000";
   signal started : std_logic                    := '0';
-  signal way     : std_logic_vector(4 downto 0) := "00000";
+  signal way     : std_logic_vector(9 downto 0) := (others => '0');
 
 begin
 
   -- An edge of clk is in places(0) three clocks behind it, or two. What is loaded with the mark, two clocks behind
   -- places(3), changes three clocks behind an edge, or two.
   in_strobe  <= places(3);
-  out_strobe <= way(4);
+  out_strobe <= way(9);
 
   toggle : process (clk) is
   begin
@@ -55,7 +55,7 @@ begin
     if rising_edge(clk_x5) then
       seen   <= seen(1 downto 0) & even;
       places <= places(3 downto 0) & places(4);
-      way    <= way(3 downto 0) & places(3);
+      way    <= way(8 downto 0) & places(3);
       if started = '0' then
         places(0) <= seen(2) xor seen(1);
         started   <= seen(2) xor seen(1);
