@@ -46,7 +46,7 @@ WAVE_SIGNALS = tuple(
         (_BIT, "clk run path/reset path/link_locked path/link_error"),
         (_DOWNTO, "path/link_aligned"),
         (_BIT, "path/video_active path/video_h_sync path/video_v_sync"),
-        (_DOWNTO, "path/video_pixel control/pixel_settings"),
+        (_DOWNTO, "path/video_pixel control/settings_to_pixels/pixel_together"),
         (_BIT, "path/following path/shown_active path/shown_h_sync path/shown_v_sync"),
         (_DOWNTO, "path/shown_pixel path/video_errors"),
     )
