@@ -57,8 +57,8 @@ architecture rtl of phase_search is
   subtype tap_t is natural range 0 to TAPS_THERE - 1;
 
   -- load: to the first tap; go: up to the wanted tap; settled: until the words are of this tap; look: for runs;
-  -- follow: the search is over.
-  type state_t is (load, go, settled, look, follow);
+  -- decide: the last tap has been tried; follow: the search is over.
+  type state_t is (load, go, settled, look, decide, follow);
 
   signal state    : state_t                    := load;
   signal clocks   : natural range 0 to TIMEOUT := 0;
@@ -226,6 +226,22 @@ begin
             end if;
           end if;
 
+        when decide =>
+
+          -- A clock behind the last tap, whose interval may be the longest.
+          clocks    <= 0;
+          state     <= load;
+          wanted    <= 0;
+          final     <= '0';
+          inside    <= '0';
+          once_more <= '0';
+          if best_length /= 0 and (from_start = '1' or once_more = '1') then
+            wanted <= best_begun + best_length / 2;
+            final  <= '1';
+          elsif best_length /= 0 then
+            once_more <= '1';
+          end if;
+
         when follow =>
 
           if run_now = '1' then
@@ -241,23 +257,16 @@ begin
 
       if done then
         clocks <= 0;
-        if state = look and tap + STEP_TAPS < TAPS_THERE then
-          wanted <= tap + STEP_TAPS;
-          state  <= go;
-        else
+        if state = follow then
           state  <= load;
           wanted <= 0;
           final  <= '0';
           inside <= '0';
-          if state = look then
-            once_more <= '0';
-            if best_length /= 0 and (from_start = '1' or once_more = '1') then
-              wanted <= best_begun + best_length / 2;
-              final  <= '1';
-            elsif best_length /= 0 then
-              once_more <= '1';
-            end if;
-          end if;
+        elsif tap + STEP_TAPS < TAPS_THERE then
+          wanted <= tap + STEP_TAPS;
+          state  <= go;
+        else
+          state <= decide;
         end if;
       end if;
 

@@ -143,3 +143,25 @@ async def the_middle_is_found(dut: Any) -> None:
         channel.silent = False
         await bench.clocks(80 * look, until=1)
         bench.check()
+
+
+@for_entity("phase_search")
+async def every_place_of_a_bit(dut: Any) -> None:
+    """Wherever the delays begin and end in a bit, one search is enough and its delay stays."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    Clock(dut.clk, 10, "ns").start()
+    bit_taps = CASE["bit_taps"][0]
+    for late in range(0, bit_taps, CASE["late_step"]):
+        channel = Channel(rng, bit_taps, 0)
+        channel.late = late
+        bench = Bench(dut, channel)
+        dut.reset.value = 1
+        await bench.clocks(5)
+        channel.tap = 0
+        dut.reset.value = 0
+        hung = int(dut.hung_toggle.value)
+        await bench.clocks(40 * (2 * CASE["timeout"] + 100), until=1)
+        bench.check()
+        await bench.clocks(3 * (BLANK + ACTIVE))
+        assert int(dut.tracking.value), f"late by {late} taps: the delay was given up"
+        assert int(dut.hung_toggle.value) == hung

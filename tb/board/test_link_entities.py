@@ -45,19 +45,19 @@ def test_many_hung_delay_lines() -> None:
     run_unit("phase_detector_control", **PHASE, faults=2000)
 
 
-def run_search(bit_taps: list[int]) -> None:
-    case = {"entity": "phase_search", "timeout": 150, "bit_taps": bit_taps}
+def run_search(bit_taps: list[int], late_step: int) -> None:
+    case = {"entity": "phase_search", "timeout": 150, "bit_taps": bit_taps, "late_step": late_step}
     run_case("phase_search", "board.search_bench", generics={"TIMEOUT": 150}, case=case)
 
 
 def test_phase_search() -> None:
     # From 720p60 (1347 ps, 25 ps a tap) to longer than the delay line.
-    run_search([54, 160])
+    run_search([54, 160], 4)
 
 
 @pytest.mark.slow
 def test_phase_search_of_many_bits() -> None:
-    run_search([*range(50, 180, 10)])
+    run_search([*range(50, 180, 10)], 1)
 
 
 def test_hdmi_control() -> None:
