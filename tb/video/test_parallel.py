@@ -18,3 +18,9 @@ def test_parallel_top(bits: int) -> None:
         **{"ROWS": rows, "PIXEL_BITS": bits, "ENGINE": "moving_sum"},
     }
     run_cases([Case("parallel_top", "video.parallel_bench", generics, case)])
+
+
+def test_stream_to_parallel() -> None:
+    case = {"rows": 4, "columns": 9}
+    generics = {"WIDTH": 8, "MAX_COLUMNS": 9, "ROWS": 4}
+    run_cases([Case("stream_to_parallel", "video.sender_bench", generics, case)])
