@@ -125,7 +125,7 @@ async def resets_in_lines(dut: Any) -> None:
     """Behind a reset anywhere a line begins; no answer goes on, no word is written."""
     line = Line(dut)
     await line.reset()
-    for part in (b"s 1", b"l 2ABCDE01", b"l ?\r", b"s 2\r?\r", b"l 2ABCDE0123456789\r"):
+    for part in (b"s 1", b"l 2ABCDE01", b"l ?\r", b"s 2\r", b"l 2ABCDE0123456789\r"):
         await line.send(part)
         await ClockCycles(dut.clk, 13 * BIT)
         await line.reset()
