@@ -58,6 +58,9 @@ end entity index_vote;
 
 architecture rtl of index_vote is
 
+  -- Of a sum with the confidence, which may be more than any sharpness.
+  constant ENOUGH_BITS : positive := larger(SHARPNESS_BITS, bits_for(CONFIDENCE)) + 1;
+
   constant LENS_BITS  : positive := bits_for(LENSES - 1);
   constant INDEX_BITS : positive := bits_for(SLICES - 1);
   constant WINDOW     : positive := 2 * VOTE_RADIUS + 1;
@@ -105,14 +108,14 @@ begin
 
   judge : process (clk) is
 
-    variable enough : unsigned(SHARPNESS_BITS downto 0);
+    variable enough : unsigned(ENOUGH_BITS - 1 downto 0);
 
   begin
 
     if rising_edge(clk) then
-      enough := resize(least, SHARPNESS_BITS + 1) + to_unsigned(CONFIDENCE, SHARPNESS_BITS + 1);
+      enough := resize(least, ENOUGH_BITS) + to_unsigned(CONFIDENCE, ENOUGH_BITS);
 
-      entry_1 <= std_logic_vector(index) & (live and to_logic(resize(most, SHARPNESS_BITS + 1) >= enough));
+      entry_1 <= std_logic_vector(index) & (live and to_logic(most >= enough));
     end if;
 
   end process judge;

@@ -59,6 +59,15 @@ def test_index_and_picture() -> None:
             "confidence": 30000,
             "vote_radius": 2,
         },
+        # A confidence that nothing reaches, beyond all sharpness.
+        {
+            "micro_image_size": 2,
+            "slices": 2,
+            "max_columns": 28,
+            "radius": 0,
+            "confidence": 131072,
+            "vote_radius": 3,
+        },
         # Lines shorter than the window.
         {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
     )
