@@ -125,7 +125,7 @@ begin
   in_bank   <= written(1) & to_unsigned(in_pixel, PIXEL_ADDR);
 
   -- Out: the lens to the left of the micro image, and the one to the right.
-  left_lens  <= line_base + resize(shift_right(place, FRACTION_BITS), number_t'length);
+  left_lens  <= line_base + place(FRACTION_BITS + number_t'length - 1 downto FRACTION_BITS);
   right_lens <= left_lens + 1;
   issue      <= '1' when starts_line = '0' and written - left_lens >= 2 and room /= 0 else
                 '0';

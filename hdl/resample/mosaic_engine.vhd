@@ -291,11 +291,13 @@ begin
       end if;
 
       if reset = '1' then
-        image_line   <= '0';
-        centre.used  <= '0';
-        valid_3      <= '0';
-        valid_4      <= '0';
-        result.valid <= '0';
+        token_1.strobe <= '0';
+        token_2.strobe <= '0';
+        image_line     <= '0';
+        centre.used    <= '0';
+        valid_3        <= '0';
+        valid_4        <= '0';
+        result.valid   <= '0';
       end if;
     end if;
 

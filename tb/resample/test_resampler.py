@@ -23,7 +23,8 @@ def mosaic(columns: int, bits: int) -> Case:
     return Case("colour_mosaic", "resample.mosaic_bench", generics, case)
 
 
-# Lines of as many pixels as numbers of columns have values, and of one more.
+# Lines of as many pixels as numbers of columns have values, and of one more; rows of more lenses than
+# the numbers of lenses have values.
 SMALL = (
     {
         "micro_image_size": 3,
@@ -34,7 +35,7 @@ SMALL = (
         "gains": True,
         "lenses": 160,
     },
-    {"micro_image_size": 3, "max_columns": 32, "lines": 8, "hexagonal": True},
+    {"micro_image_size": 2, "max_columns": 64, "lines": 8, "hexagonal": True},
 )
 
 
