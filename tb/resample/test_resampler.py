@@ -23,8 +23,8 @@ def mosaic(columns: int, bits: int) -> Case:
     return Case("colour_mosaic", "resample.mosaic_bench", generics, case)
 
 
-# Lines of as many pixels as numbers of columns have values, and of one more; rows of more lenses than
-# the numbers of lenses have values.
+# Lines of as many pixels as numbers of columns have values, and of one more; rows of more lenses
+# than the numbers of lenses have values.
 SMALL = (
     {
         "micro_image_size": 3,

@@ -28,8 +28,6 @@ SCENES = [file for file in scene_files() if load_scene(file).sensor is None]
 @pytest.mark.parametrize("file", SCENES, ids=lambda file: file.stem)
 def test_scenes_reach_their_clock(file: Path) -> None:
     plan = make_plan(load_scene(file))
-    if plan.scene == "ulx3s-depth" and plan.scene not in BUILDS:
-        pytest.xfail("its routing has not ended: make pnr SCENE=scenes/ulx3s-depth.toml")
     if is_ecp5_board(plan):
         timing = {clock["clock"]: clock for clock in BUILDS[plan.scene]["timing"]}
         assert timing["clk"]["reached_mhz"] >= plan.clock_mhz
