@@ -17,8 +17,9 @@ _MULTIPLEXER_COST = 0.5
 _RAMB8_WIDTHS = {8: 36, 9: 18, 10: 9, 11: 4, 12: 2, 13: 1}
 _RAMB16_WIDTHS = {9: 36, 10: 18, 11: 9, 12: 4, 13: 2, 14: 1}
 # ECP5: a DP16KD, which has the same words; 16 words of 4 bits in LUTs (brams_16kd.txt,
-# lutrams_trellis.txt).
+# lutrams_trellis.txt); a bit of a ROM in logic 1/16 (memory_libmap, what it takes by itself).
 _DP16KD_COST = 128
+_ECP5_ROM_BITS_FOR_A_COST = 16
 _DPR16X4_COST = 4
 
 
@@ -61,7 +62,7 @@ class Memory:
         blocks = self._blocks(_RAMB16_WIDTHS, _DP16KD_COST, half=False)
         options = [(cost, usage.ramb16) for cost, usage in blocks]
         if self.rom:
-            options.append((self.width * self._words / _ROM_BITS_FOR_A_COST, 0))
+            options.append((self.width * self._words / _ECP5_ROM_BITS_FOR_A_COST, 0))
         else:
             banks = -(-self._words // 16)
             cost = _DPR16X4_COST * banks * -(-self.width // 4)

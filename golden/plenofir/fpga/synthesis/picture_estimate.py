@@ -184,10 +184,8 @@ def overlay_usage(overlay: Overlay | None, family: Family = "spartan6") -> Usage
     """
     if overlay is None:
         return Usage()
-    # An ECP5 takes block RAM for ROMs where it would for RAMs.
-    rom = family == "spartan6"
-    characters = Memory("characters", _bits(overlay.codes - 1), 7, 1, rom=rom)
-    font = Memory("font", 11, 8, 1, rom=rom)
+    characters = Memory("characters", _bits(overlay.codes - 1), 7, 1, rom=True)
+    font = Memory("font", 11, 8, 1, rom=True)
     if family == "spartan6":
         return _TEXT + font.usage + characters.usage
     blocks = font.ecp5_blocks + characters.ecp5_blocks
