@@ -4,7 +4,8 @@
 -- Each row has a FIFO. They are read line by line, from the first row of a band to the last. A row without an image
 -- line leaves one word that says so. It is passed over at the end of the line before it.
 --
--- Latency: 2 clocks from a pixel to its offer when its turn has come. Throughput: one pixel each clock.
+-- Latency: 2 clocks from a pixel to its offer when its turn has come. Throughput: one pixel each clock, behind a stall
+--   of the sink, too.
 -- Equation: the n-th line out is the n-th image line of the bands, counted row by row.
 
 library ieee;
@@ -53,8 +54,10 @@ architecture rtl of row_scatter is
   -- Without parallel rows a line leaves as it comes, and a row without an image line leaves nothing. With parallel
   -- rows a line waits for those of the rows before it, which may lag by a token each. Behind a last band that is not
   -- full, the next band comes before the lines of the full band before it have left.
-  constant LINE_WORDS   : natural  := choose(PARALLEL_ROWS = 1, 0, 2 * MAX_COLUMNS + PARALLEL_ROWS);
-  constant CAPACITY     : positive := LINE_WORDS + 2 * UNDER_WAY;
+  constant LINE_WORDS : natural := choose(PARALLEL_ROWS = 1, 0, 2 * MAX_COLUMNS + PARALLEL_ROWS);
+  -- Behind a stall the words that are left when credit comes back last until new ones are on offer, UNDER_WAY + 3 clocks
+  -- later: UNDER_WAY + 1 in the memory, two in the FIFO's registers.
+  constant CAPACITY     : positive := LINE_WORDS + 2 * (UNDER_WAY + 1);
   constant ADDRESS_BITS : positive := bits_for(CAPACITY - 1);
   constant CREDIT_LEVEL : positive := 2 ** ADDRESS_BITS - UNDER_WAY;
 

@@ -49,8 +49,8 @@ class Bench:
         self.rows: int = CASE["parallel_rows"]
         self.under_way: int = CASE["under_way"]
         self.line_words = 2 * CASE["max_columns"] + self.rows if self.rows > 1 else 0
-        # A power of two that holds the words of lines and twice those under way.
-        self.words = 1 << (self.line_words + 2 * self.under_way - 1).bit_length()
+        # A power of two that holds the words of lines and twice one more than those under way.
+        self.words = 1 << (self.line_words + 2 * self.under_way + 1).bit_length()
         self.wanted: deque[tuple[int, int, int, int]] = deque()
         # Tokens that the engine has for each row, and those that come from it, by clocks.
         self.todo: list[deque[Word | None]] = []
@@ -191,4 +191,29 @@ async def words_that_wait(dut: Any) -> None:
     for _ in range(columns * sum(bands[:whole])):
         assert int(dut.m_axis_tvalid.value)
         await bench.step(send=False, take=True)
+    await bench.drain()
+
+
+@cocotb.test()
+async def a_stall_costs_nothing(dut: Any) -> None:
+    """Behind any stall of the sink words leave each clock, as long as the engine has some."""
+    bench = Bench(dut)
+    dut.in_valid.value = dut.in_skip.value = 0
+    await bench.reset(3)
+    columns = CASE["max_columns"]
+
+    async def step(*, take: bool) -> None:
+        if len(bench.todo[0]) < 2 * columns:
+            bench.add_band(columns, bench.rows, first=False, slice_=0)
+        await bench.step(send=True, take=take)
+
+    # Until a band is in.
+    for _ in range(bench.under_way + columns + bench.rows + 4):
+        await step(take=False)
+    for _ in range(5):
+        for _ in range(bench.rng.choice([1, bench.under_way, 2 * bench.words])):
+            await step(take=False)
+        for clock in range(2 * bench.rows * bench.words):
+            assert int(dut.m_axis_tvalid.value), f"nothing {clock} clocks behind a stall"
+            await step(take=True)
     await bench.drain()

@@ -200,8 +200,13 @@ def test_bus_crossing() -> None:
 
 def test_row_scatter() -> None:
     cases = []
-    # Two whose memory is just as large as it must be, and one that needs a word more than half.
-    for rows, columns, under_way, slice_bits in [(1, 5, 8, 0), (2, 3, 4, 3), (3, 9, 6, 1)]:
+    # Two whose memory is just as large as it must be, two that need a few words more than half.
+    for rows, columns, under_way, slice_bits in [
+        (1, 5, 7, 0),
+        (1, 5, 8, 0),
+        (2, 3, 3, 3),
+        (3, 9, 5, 1),
+    ]:
         generics = {
             "PARALLEL_ROWS": rows,
             "MAX_COLUMNS": columns,

@@ -33,7 +33,8 @@ def run_video(
         else {}
     )
     layout = CoreConfiguration(micro_image_size=m, shifts=shifts, max_columns=64)
-    delay_lines = layout.delay + ((radius + 3) * m - 1) * (outputs != "r")
+    vote_radius = options.get("VOTE_RADIUS", 0)
+    delay_lines = layout.delay + ((radius + vote_radius + 3) * m - 1) * (outputs != "r")
     run_case(
         "refocus_video",
         "video.video_bench",
@@ -49,11 +50,13 @@ def run_video(
             "shifts": shifts,
             "outputs": outputs,
             "radius": radius,
+            "confidence": options.get("CONFIDENCE", 0),
+            "vote_radius": vote_radius,
             "colours": colours,
             "delay_lines": delay_lines,
             "order": options.get("INTERPOLATION_ORDER", 0),
             "stored": not options.get("EXACT", True),
-            "max_columns": 64,
+            "max_columns": options.get("MAX_COLUMNS", 64),
             "mode": mode.model_dump(),
             "thorough": thorough,
         },
@@ -92,6 +95,14 @@ def test_blanking_of_stacks(
 ) -> None:
     mode = shrunken("stack", **{"v_active": 22, **changes})
     run_video(m, shifts, mode, outputs=outputs, radius=radius)
+
+
+@pytest.mark.slow
+def test_lines_longer_than_the_index_holds() -> None:
+    # With four slices 32 pixels are under way in the index: 64 words are too few behind a stall.
+    mode = shrunken("wide", h_active=80, v_active=16, v_back=5, h_back=30)
+    votes = {"VOTE_RADIUS": 1, "CONFIDENCE": 5400, "MAX_COLUMNS": 80}
+    run_video(2, (-1, 0, 1, 2), mode, outputs="rad", **votes)
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,9 @@ class Bench(VideoBench):
         if kind == "r":
             return arithmetic.refocus(picture, m, shift=shifts[self.slice], order=CASE["order"])
         stack = np.stack([arithmetic.refocus(picture, m, shift=shift) for shift in shifts])
-        found = depth_index(stack, m, CASE["radius"])
+        found = depth_index(
+            stack, m, CASE["radius"], confidence=CASE["confidence"], vote_radius=CASE["vote_radius"]
+        )
         if kind == "a":
             return found.image
         rows, columns = picture.shape[:2]

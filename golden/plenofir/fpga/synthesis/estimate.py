@@ -44,7 +44,7 @@ def memories(core: CoreConfiguration) -> tuple[Memory, ...]:
     input_words = core.line_tokens(core.max_columns) + 2 * n
     found.append(Memory("input FIFO", (input_words - 1).bit_length(), data_bits + 2, 1))
     under_way = 2 + 2 * (n > 1) + core.array_clocks
-    output_words = (2 * core.max_columns + n if n > 1 else 0) + 2 * under_way
+    output_words = (2 * core.max_columns + n if n > 1 else 0) + 2 * (under_way + 1)
     width = data_bits + 2 + core.slice_bits + 1
     found.append(Memory("output FIFO", (output_words - 1).bit_length(), width, n))
     if n > 1:

@@ -69,8 +69,8 @@ def stack_memories(core: CoreConfiguration) -> Iterator[Memory]:
     row_pixels = core.channels * core.words(1).data
     copies = len(core.shifts) * (1 + layout.pixels_leave)
     yield Memory("pixels of a line", reach, row_pixels, copies)
-    under_way = 2 * (2 + core.array_clocks)
-    yield Memory("output FIFO", _bits(under_way - 1), len(core.shifts) * pixel + 3, 1)
+    under_way = 2 + core.array_clocks
+    yield Memory("output FIFO", _bits(2 * under_way + 1), len(core.shifts) * pixel + 3, 1)
 
 
 def index_memories(index: DepthIndexConfiguration, *, chosen_too: bool) -> Iterator[Memory]:
@@ -92,9 +92,9 @@ def index_memories(index: DepthIndexConfiguration, *, chosen_too: bool) -> Itera
     words = index.delay * index.max_columns
     yield Memory("waiting pixels", _bits(words - 1), slices * pixel, 1, words=words)
     yield of_lenses("slices found", number)
-    under_way = 2 * (2 + index.index_latency + 4)
+    under_way = 2 + index.index_latency + 4
     out = (2 if chosen_too else 1) * pixel + 8 + 3 + (number if chosen_too else 0)
-    yield Memory("output FIFO", _bits(under_way - 1), out, 1)
+    yield Memory("output FIFO", _bits(2 * under_way + 1), out, 1)
 
 
 def picture_memories(core: CoreConfiguration, screen: Screen) -> list[Memory]:
