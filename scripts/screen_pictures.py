@@ -24,7 +24,7 @@ from plenofir.plan.scene_screen import SceneScreen, screen_of
 
 M, SHIFTS = 5, (-5, -3, 1, 5)
 CAMERA, FOCUS_MM = "f193-mla2", 1000.0
-ROWS, COLUMNS = slice(170, 290), slice(200, 480)
+ROWS, COLUMNS = slice(80, 260), slice(130, 530)
 BOARD = "ulx3s"
 NAMES = {
     ShownFrame(0, 2, 1): "screen-refocused",
@@ -39,7 +39,7 @@ def main() -> int:
     rows, columns = raw.shape[:2]
     part = SceneScreen(output=("refocused", "all-in-focus", "depth"), overlay=True)
     model = RayModel.focused(load_camera(CAMERA), FOCUS_MM, M)
-    screen = screen_of(part, SHIFTS, M, model, (rows, columns + 200), where="scene")
+    screen = screen_of(part, SHIFTS, M, model, (rows, columns), where="scene")
     core = CoreConfiguration(
         micro_image_size=M,
         shifts=SHIFTS,

@@ -55,8 +55,8 @@ architecture rtl of row_scatter is
   -- rows a line waits for those of the rows before it, which may lag by a token each. Behind a last band that is not
   -- full, the next band comes before the lines of the full band before it have left.
   constant LINE_WORDS : natural := choose(PARALLEL_ROWS = 1, 0, 2 * MAX_COLUMNS + PARALLEL_ROWS);
-  -- Behind a stall the words that are left when credit comes back last until new ones are on offer, UNDER_WAY + 3 clocks
-  -- later: UNDER_WAY + 1 in the memory, two in the FIFO's registers.
+  -- Behind a stall the words that are left when credit comes back last until new ones are on offer, UNDER_WAY + 3
+  -- clocks later: UNDER_WAY + 1 in the memory, two in the FIFO's registers.
   constant CAPACITY     : positive := LINE_WORDS + 2 * (UNDER_WAY + 1);
   constant ADDRESS_BITS : positive := bits_for(CAPACITY - 1);
   constant CREDIT_LEVEL : positive := 2 ** ADDRESS_BITS - UNDER_WAY;
