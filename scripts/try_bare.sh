@@ -45,6 +45,8 @@ inside() {
         unshare --mount --pid --fork --kill-child sh -euc '
             mount -t proc proc "$0/proc"
             mount -t tmpfs tmpfs "$0/dev/shm"
+            mount -t devpts -o newinstance,ptmxmode=0666 devpts "$0/dev/pts"
+            ln -sf pts/ptmx "$0/dev/ptmx"
             exec chroot "$0" sh -euc "$1"' "$1" "$2" </dev/null
 }
 

@@ -87,7 +87,14 @@ def plain_verilog(text: str) -> str:
 
 
 _CASE = re.compile(r"^ *case \(.*?^ *endcase", re.S | re.M)
+_CHOICE = re.compile(r"^ *(\d+)'b[01]+:", re.M)
 _SELECT = re.compile(r"^ *with .*? select (\w+) <=\n.*?([^\n]*) when others;$", re.S | re.M)
+
+
+def _is_complete(case: str) -> bool:
+    """Whether a case has a default, or a choice for each value."""
+    choices = _CHOICE.findall(case)
+    return "default:" in case or (bool(choices) and len(choices) == 1 << int(choices[0]))
 
 
 def with_defaults(verilog: str, vhdl: str) -> str:
@@ -95,6 +102,7 @@ def with_defaults(verilog: str, vhdl: str) -> str:
 
     GHDL 2.0 leaves out what a case with one-hot choices gives where none of them holds, the value
     of ``when others``: tools infer latches. Its VHDL of the same design has it, in the same order.
+    GHDL 5.0 has it in its Verilog; what is complete is left as it is.
 
     Parameters
     ----------
@@ -120,6 +128,8 @@ def with_defaults(verilog: str, vhdl: str) -> str:
     def completed(match: re.Match[str]) -> str:
         body = match.group(0)
         name, value = next(following)
+        if _is_complete(body):
+            return body
         target = re.search(r": (\w+) (<?=) ", body)
         if target is None or target.group(1) != name:
             raise ToolError(f"GHDL's Verilog has another case where its VHDL has that of {name}")
@@ -190,7 +200,7 @@ def write_verilog(
         return output.read_text()
 
     text = synthesised("verilog", verilog)
-    if any("default:" not in case for case in _CASE.findall(text)):
+    if not all(_is_complete(case) for case in _CASE.findall(text)):
         as_vhdl = directory / f"{top}.vhdl"
         text = with_defaults(text, synthesised("vhdl", as_vhdl))
         as_vhdl.unlink()
