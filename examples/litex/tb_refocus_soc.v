@@ -72,7 +72,7 @@ module tb_refocus_soc;
     input integer place;
     begin
       $display("FAIL: pixel %0d: %h, slice %0d; register %h", place, out_data, out_slice, value);
-      $finish;
+      $finish(0);
     end
   endtask
 
@@ -130,12 +130,12 @@ module tb_refocus_soc;
     access(`FRAMES_OUT, 0, 1'b0);
     if (value !== FRAMES) fail(found);
     $display("PASS: slice %0d by register, %0d x %0d pixels", SLICE, COLUMNS, ROWS);
-    $finish;
+    $finish(0);
   end
 
   initial begin
     #(400 * PIXELS + 100000) $display("FAIL: only %0d pixels came out", found);
-    $finish;
+    $finish(0);
   end
 
 endmodule

@@ -93,7 +93,7 @@ module tb_refocus_button;
       if (found == FRAMES * PIXELS) begin
         if (error_flags !== 5'd0) fail(frame, row, column);
         $display("PASS: %0d frames of %0d x %0d pixels, %0d slices", FRAMES, COLUMNS, ROWS, SLICES);
-        $finish;
+        $finish(0);
       end
     end
   end
@@ -105,13 +105,13 @@ module tb_refocus_button;
     begin
       $display("FAIL: frame %0d, row %0d, column %0d: %h, slice %0d, flags %b", frame, row, column, out_data,
                out_slice, error_flags);
-      $finish;
+      $finish(0);
     end
   endtask
 
   initial begin
     #(40 * FRAMES * PIXELS + 100000) $display("FAIL: only %0d pixels came out", found);
-    $finish;
+    $finish(0);
   end
 
 endmodule

@@ -35,7 +35,6 @@ def test_refocuser_in_ghdl(fusesoc) -> None:
     assert "PASS: 4 frames of 23 x 15 pixels" in found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("core", "passes"),
     [
@@ -47,7 +46,6 @@ def test_other_cores_in_ghdl(fusesoc, core: str, passes: str) -> None:
     assert passes in fusesoc("sim", core)
 
 
-@pytest.mark.slow
 def test_board_elaborates(fusesoc) -> None:
     found = fusesoc("elaborate", "plenofir:board:atlys")
     assert "--no-run" in found

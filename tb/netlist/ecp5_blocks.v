@@ -35,7 +35,7 @@ module EHXPLLL (
     period = 0;
     if (CLKI_DIV != 1 || OS_RATIO * CLKOS_DIV != CLKFB_DIV * CLKOP_DIV) begin
       $display("EHXPLLL: ratios that the model does not know");
-      $finish;
+      $finish(0);
     end
   end
 
@@ -284,7 +284,7 @@ module DP16KD (
     for (i = 0; i < 4; i = i + 1) {read_a[9 * i +: 9], read_b[9 * i +: 9], held_a[9 * i +: 9], held_b[9 * i +: 9]} = 0;
     if (DATA_WIDTH_A < 9 || DATA_WIDTH_B < 9 || CLKAMUX != "CLKA" || CLKBMUX != "CLKB") begin
       $display("DP16KD: a mode that the model does not know");
-      $finish;
+      $finish(0);
     end
   end
 

@@ -43,7 +43,7 @@ module netlist_bench;
       end
     $display("LEDs %b", led);
     $fclose(file);
-    $finish;
+    $finish(0);
   end
 
   always @(posedge out_clk) begin

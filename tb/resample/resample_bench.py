@@ -272,7 +272,7 @@ async def frames_behind_resets(dut: Any) -> None:
     await bench.reset()
     await bench.use(*min((bench.camera() for _ in range(8)), key=lambda c: c[0].image_shape))
     shape = bench.registers.image_shape
-    for number in range(9 if THOROUGH else 6):
+    for number in range(9 if THOROUGH else 4):
         bench.stall(*[("none", "none"), ("none", "many"), ("some", "some")][number % 3])
         for _ in range(2):
             bench.send_frame(bench.frame("random"))
