@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Places the core of the scene video-m11 with 1 to 16 pixels a clock, for data/pixels.json.
+"""Places the core of the scene video-m11 with 1 to 32 pixels a clock, for data/pixels.json.
 
 What the file has already is left as it is. Arguments: pixels a clock (all if there are none), which
 are then measured anew.
@@ -11,10 +11,11 @@ from pathlib import Path
 
 from plenofir.errors import EXIT_TOOL_FAILED, ToolError
 from plenofir.fpga import hdl
+from plenofir.fpga.core.moving_sum import PIXELS_PER_CLOCK
 from plenofir.fpga.synthesis.ecp5 import Placed, check_tools, make_netlist, place
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.figures import CORE
-from plenofir.studies.many_pixels import PLACED, package, scene_core
+from plenofir.studies.many_pixels import WITH_PINS, package, scene_core
 from plenofir.studies.placed_pixels import DEVICE, FILE, GRADE, SCENE, load_placed, save_placed
 
 
@@ -27,13 +28,19 @@ def main() -> int:
     check_tools()
     wanted = [int(text) for text in sys.argv[1:]]
     plan = make_plan(load_scene(SCENE))
-    for pixels in PLACED:
+    for pixels in PIXELS_PER_CLOCK:
         known = _known()
         if (pixels not in wanted) if wanted else (pixels in known):
             continue
         core = scene_core(plan, pixels)
         with tempfile.TemporaryDirectory() as folder:
-            netlist = make_netlist(hdl.hdl_sources(), CORE, core.generics(), Path(folder))
+            netlist = make_netlist(
+                hdl.hdl_sources(),
+                CORE,
+                core.generics(),
+                Path(folder),
+                behind_few_pins=pixels > WITH_PINS,
+            )
             try:
                 placed = place(netlist, speed_grade=GRADE, device=DEVICE, package=package(pixels))
             except ToolError as error:

@@ -25,8 +25,8 @@ from plenofir.studies.thesis_benchmark import (
 LARGE_PACKAGE = "CABGA756"
 # Pins of it (Lattice FPGA-DS-02012).
 _MOST_PINS = 365
-PLACED = tuple(pixels for pixels in PIXELS_PER_CLOCK if pixels <= 16)
-"""Pixels a clock that find pins."""
+WITH_PINS = 16
+"""Most pixels a clock that find pins; more are placed behind few of them (`few_pins`)."""
 
 
 def package(pixels: int) -> str:
@@ -187,10 +187,13 @@ def page() -> str:
         for row in found
     ]
     lines += table(heads, cells)
-    pins = 2 * PIXELS_PER_CLOCK[-1] * plan.core.channels * plan.core.pixel_bits
+    most = PIXELS_PER_CLOCK[-1]
+    bits = most * plan.core.channels * plan.core.pixel_bits
     lines += [
-        f"{PLACED[-1]} pixels a clock are the most that find pins: {PIXELS_PER_CLOCK[-1]} "
-        f"want {pins}, in and out, and the device's largest package has {_MOST_PINS}.",
+        f"{WITH_PINS} pixels a clock are the most that find pins: {most} want {2 * bits}, in and "
+        f"out, and the device's largest package has {_MOST_PINS}. So {most} were placed without "
+        f"pins of their own: pixels come over a shift register ({bits} of the flip-flops) and "
+        f"leave as their parity (about {-(-(bits - 1) // 3)} of the LUTs).",
         "",
     ]
     many = [row for row in found if row.pixels > 1]

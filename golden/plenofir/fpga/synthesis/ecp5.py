@@ -11,6 +11,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from plenofir.errors import InputError
+from plenofir.fpga.synthesis.few_pins import NAME, few_pins
 from plenofir.fpga.synthesis.output_registers import use_output_registers
 from plenofir.fpga.synthesis.tools import Generics, run_tool, run_yosys, write_verilog
 
@@ -68,9 +69,22 @@ def ecp5_tool(name: str) -> str:
     return shutil.which(name, path=str(Path(sys.executable).parent)) or name
 
 
-def make_netlist(sources: Sequence[Path], top: str, generics: Generics, directory: Path) -> Path:
-    """Synthesise a design for ECP5 in a folder; returns the netlist for nextpnr."""
+def make_netlist(
+    sources: Sequence[Path],
+    top: str,
+    generics: Generics,
+    directory: Path,
+    *,
+    behind_few_pins: bool = False,
+) -> Path:
+    """Synthesise a design for ECP5 in a folder; returns the netlist for nextpnr.
+
+    A design with more ports than a device has pins is put behind few of them (`few_pins`).
+    """
     verilog = write_verilog(sources, top, generics, directory)
+    if behind_few_pins:
+        verilog.write_text(f"{verilog.read_text()}\n{few_pins(verilog.read_text(), top)}")
+        top = NAME
     netlist = directory / f"{top}.json"
     # No memory of the core is read where it is written, so what such a read gives does not matter;
     # ECP5, unlike Spartan-6, would need logic for it.
