@@ -13,7 +13,6 @@ from cocotb.triggers import ClockCycles, FallingEdge
 from plenofir.fpga.hdmi.link import RasterSignals, ReceivedFrame, raster_signals, split_frames
 from plenofir.fpga.hdmi.modes import VideoMode
 
-MEASURED = {"name": "measured", "pixel_clock": 1}
 COUNT_BITS = 12
 """Bits of a count of ``video_pkg``."""
 
@@ -53,7 +52,7 @@ MODE_720 = shrunken(
 
 def measured(mode: VideoMode) -> VideoMode:
     """The mode as a sink measures it."""
-    return mode.model_copy(update=MEASURED)
+    return mode.as_measured()
 
 
 def timing_vector(mode: VideoMode) -> int:

@@ -61,6 +61,10 @@ class VideoMode(BaseModel):
         """Frames a second."""
         return 1000 * self.pixel_clock / (self.h_total * self.v_total)
 
+    def as_measured(self) -> "VideoMode":
+        """Make the mode that a sink finds: the timing alone, with a pixel clock of 1."""
+        return self.model_copy(update={"name": "measured", "pixel_clock": 1, "vic": 0})
+
 
 VGA = VideoMode(
     name="640x480p60",

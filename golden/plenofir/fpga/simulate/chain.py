@@ -314,7 +314,7 @@ def run_chain(
         frames = decode_frames(taken[-shown_to_end - mode.h_total :], from_start=True)
     except LinkError as error:
         raise SimulationError(f"no picture at the output: {error}") from None
-    wanted = mode.model_copy(update={"name": "measured", "pixel_clock": 1})
+    wanted = mode.as_measured()
     if len(frames) != count or any(shown.mode != wanted for shown in frames):
         found = ", ".join(
             f"{shown.mode.h_active} x {shown.mode.v_active} in "

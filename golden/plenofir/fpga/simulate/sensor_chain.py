@@ -179,7 +179,7 @@ def run_sensor_chain(
         shown = decode_frames(taken[-shown_to_end - mode.h_total :], from_start=True)
     except LinkError as error:
         raise SimulationError(f"no picture at the output: {error}") from None
-    wanted = mode.model_copy(update={"name": "measured", "pixel_clock": 1})
+    wanted = mode.as_measured()
     if len(shown) != slices or any(part.mode != wanted for part in shown):
         found = ", ".join(f"{part.mode.h_active} x {part.mode.v_active}" for part in shown)
         raise SimulationError(f"{slices} frames of {mode.name} expected, found: {found or 'none'}")

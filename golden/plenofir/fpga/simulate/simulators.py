@@ -18,6 +18,8 @@ SimulatorName = Literal["ghdl", "nvc", "verilator"]
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"
 # Vectors are undefined at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
 GHDL_RUN_OPTIONS = ("--ieee-asserts=disable-at-0", "--max-stack-alloc=0")
+# On a board the core's words are undefined until its link is locked: frames of warnings.
+_GHDL_BOARD_OPTIONS = ("--ieee-asserts=disable", *GHDL_RUN_OPTIONS[1:])
 # A board binds its vendor's components to models in another library, which VHDL-93 does not do by
 # itself: VHDL-2002 does (5.2.2), and the relaxed rules keep the shared variables of VHDL-93.
 _GHDL_STANDARD = {False: ["--std=93"], True: ["--std=02", "-frelaxed"]}
@@ -151,7 +153,7 @@ class Simulator:
                 options += [f"--include=:{name}" for name in names]
             standard = self.global_options(board=board)
             return ["nvc", *standard, "-e", *overrides, top, "-r", *options]
-        options = [*GHDL_RUN_OPTIONS]
+        options = [*(_GHDL_BOARD_OPTIONS if board else GHDL_RUN_OPTIONS)]
         if waves is not None:
             options.append(f"--{_GHDL_WAVE_OPTIONS[waves.suffix]}={waves}")
             if wave_signals:

@@ -91,7 +91,8 @@ def test_channel() -> None:
 def test_link(phases: tuple[int, int, int]) -> None:
     rng = np.random.default_rng(2)
     frames = list(rng.integers(0, 256, (4, 9, 20, 3), np.uint8))
-    packed = link.encode_frames(MINI, frames)
+    mode = MINI.model_copy(update={"vic": 1})
+    packed = link.encode_frames(mode, frames)
     late = np.zeros_like(packed)
     for channel, phase in enumerate(phases):
         bits = np.roll(link._bits(packed, channel), phase)
@@ -100,7 +101,7 @@ def test_link(phases: tuple[int, int, int]) -> None:
     assert len(got) == 2
     for i, frame in enumerate(got):
         assert np.array_equal(frame.pixels, frames[i + 1])
-        assert frame.mode == MINI.model_copy(update={"name": "measured", "pixel_clock": 1})
+        assert frame.mode == mode.as_measured()
 
 
 def test_no_picture_is_an_error() -> None:
