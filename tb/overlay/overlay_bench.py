@@ -41,7 +41,13 @@ async def texts_over_pictures(dut: Any) -> None:
     total = mode.h_total * mode.v_total
     signals = raster_signals(mode, frames)
     last = mode.h_total * mode.v_active + 10
-    settings = [(0, 1, 0, 0, 0), (1, 1, 0, 0, 0), (2, 2, 0, 1, 0), (1, 0, 0, 0, 31)]
+    settings = [
+        (0, 1, 0, 0, 0),
+        (1, 1, 0, 0, 0),
+        (0, 0, 0, 0, 0),
+        (2, 2, 0, 1, 0),
+        (1, 0, 0, 0, 31),
+    ]
     settings += [
         tuple(pick.randrange(n) for n in (overlay.slices + 1, 3, 2, 2, 32)) for _ in range(9)
     ]

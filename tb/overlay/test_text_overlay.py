@@ -32,18 +32,18 @@ def test_texts_rulers_and_errors() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("old", "new"),
+    ("file", "old", "new"),
     [
-        ("resize(field_1, 8) = unsigned(slice)", "resize(field_1, 8) >= unsigned(slice)"),
-        ("to_logic(over < OVERLAY_ROWS and", "to_logic(over <= OVERLAY_ROWS and"),
-        ("blank_2 <= not wrong or", "blank_2 <="),
-        ("within_1 = LABEL_COLUMNS - 1 and x_1", "within_1 = LABEL_COLUMNS - 2 and x_1"),
-        ("tens when digit_3(1) = '1'", "tens when digit_3(0) = '1'"),
-        ("(OVERLAY_ROWS + MARGIN)", "(OVERLAY_ROWS + MARGIN + 1)"),
+        ("text_overlay", "resize(field_1, 8) = unsigned", "resize(field_1, 8) >= unsigned"),
+        ("text_overlay", "to_logic(over < OVERLAY_ROWS and", "to_logic(over <= OVERLAY_ROWS and"),
+        ("text_overlay", "to_logic(unsigned(faults) = 0) or", ""),
+        ("text_overlay", "within_1 = LABEL_COLUMNS - 1 and", "within_1 = LABEL_COLUMNS - 2 and"),
+        ("text_overlay", "(OVERLAY_ROWS + MARGIN)", "(OVERLAY_ROWS + MARGIN + 1)"),
+        ("glyph_lines", "tens when digit_1(1) = '1'", "tens when digit_1(0) = '1'"),
     ],
 )
-def test_planted_fault_is_found(tmp_path, monkeypatch, old: str, new: str) -> None:
-    sources = plant(tmp_path, hdl.hdl_sources(), "text_overlay.vhd", old, new)
+def test_planted_fault_is_found(tmp_path, monkeypatch, file: str, old: str, new: str) -> None:
+    sources = plant(tmp_path, hdl.hdl_sources(), f"{file}.vhd", old, new)
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
     with pytest.raises(pytest.fail.Exception, match=FOUND):
         run_cases([WIDE])

@@ -194,7 +194,7 @@ def software(columns: int, rows: int, m: int, least_seconds: float = 2.0) -> Sof
     out = np.empty_like(raw)
     refocus(raw, m, Fraction(1, m), out=out, threads=1)
     begin, before, frames, best = time.perf_counter(), package_microjoules(), 0, np.inf
-    while time.perf_counter() - begin < least_seconds:
+    while not frames or time.perf_counter() - begin < least_seconds:
         start = time.process_time()
         refocus(raw, m, Fraction(1, m), out=out, threads=1)
         best = min(best, time.process_time() - start)
