@@ -34,6 +34,8 @@ def _capture(folder: Path, rng: np.random.Generator) -> None:
     for name, image in (("raw", taken.raw), ("white", taken.white), ("dark", dark)):
         imwrite(folder / f"{name}.tif", image)
         write_png(folder / f"{name}.png", image)
+    rows, columns = taken.raw.shape
+    (folder / "scene.toml").write_text(SCENE.format(columns, rows))
     write_png(folder / "capture.png", taken.raw)
     imwrite(folder / "white-reversed.tif", taken.white)
     star = np.full(taken.raw.shape, 3, np.uint8)
@@ -44,6 +46,21 @@ def _capture(folder: Path, rng: np.random.Generator) -> None:
     for name, radius in (("a", 0.16), ("b", 0.1), ("c", 0.16)):
         spots = white_image((110, 120), grid, form="spot", radius=radius)
         imwrite(folder / f"{name}.tif", spots)
+
+
+SCENE = """name = "own"
+[camera]
+micro_image_size = 11
+[sensor]
+columns = {}
+rows = {}
+pitch_px = 10.5
+rotation_degrees = 0.5
+distortion = true
+devignette = true
+[depth]
+slices = ["4/11"]
+"""
 
 
 def _lytro(folder: Path) -> None:

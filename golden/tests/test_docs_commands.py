@@ -45,6 +45,7 @@ NOT_RUN = {
     r"plenofir (synth|bitstream)": "minutes of Yosys, and ISE; tests of their own",
     r"make sim.*CHAIN=hdmi": "minutes; the tests of the board run it",
     r"make sim SCENE=": "frames of megapixels; the tests of scenes run smaller ones",
+    r"plenofir board load": "needs a board; tests of the load port type it to a simulated one",
     r"make sim RAW=golden/": "a whole capture; tests of captures and of stacks run smaller ones",
 }
 

@@ -2,12 +2,14 @@
 """Raw frames of a sensor as video in, their raster, refocused, in the middle of the video out."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from plenofir.camera.resampling import BayerOrder, red_place
 from plenofir.fpga import hdl
 from plenofir.fpga.board_sensor import SENSOR_OUTPUTS
+from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, run_case, run_cases
 from plenofir_tb.shown_sensor import ShownCamera, shown_chip
@@ -18,7 +20,15 @@ TINY = [
     # Another size of the raster, and the opposite rotation.
     ShownCamera(4.1, -1.0, shape=(22, 40)),
 ]
+# Lines longer than the FIFO behind the ring.
+WIDE = (36, 160)
 SMALL = [ShownCamera(5.4, 0.7), ShownCamera(6.9, -1.0)]
+
+
+def mode_of(rows: int, columns: int) -> VideoMode:
+    """A small mode for frames of this size."""
+    mode = MODE_720 if rows == MODE_720.v_active else shrunken("mini")
+    return mode.model_copy(update={"v_active": rows, "h_active": columns})
 
 
 def case(
@@ -29,6 +39,7 @@ def case(
     order: BayerOrder | None = None,
     channels: int = 1,
     fewer_lines: int = 0,
+    ring: bool = False,
     thorough: bool = False,
     **options: int | bool | str,
 ) -> Case:
@@ -64,7 +75,8 @@ def case(
             "core": chip.model_dump(),
             "order": order,
             "fewer_lines": fewer_lines,
-            "mode": (MODE_720 if rows == MODE_720.v_active else shrunken("mini")).model_dump(),
+            "ring": ring,
+            "mode": mode_of(rows, columns).model_dump(),
             "thorough": thorough,
         },
     )
@@ -80,10 +92,24 @@ def test_mosaic() -> None:
 
 
 @pytest.mark.slow
-def test_fewer_lines_are_too_few(monkeypatch: pytest.MonkeyPatch) -> None:
-    # The number of lines is not larger than it has to be by more than its roundings.
-    monkeypatch.setenv("COCOTB_TEST_FILTER", "lines_that_lack")
-    run_cases([case(5, (2,), SMALL[:1], fewer_lines=4)])
+@pytest.mark.parametrize("fewer_lines", [0, 4])
+@pytest.mark.parametrize(
+    ("m", "camera", "options"),
+    [
+        # The most lines are held inside a frame.
+        (5, ShownCamera(5.4, 0.7, shape=WIDE), {}),
+        (5, ShownCamera(6.9, -1.0, shape=WIDE), {}),
+        # The most at the beginning of a frame, beside the last ones of the frame before.
+        (8, ShownCamera(8.3, 0.7, shape=WIDE), {}),
+        (4, ShownCamera(5.4, -0.7, "hexagonal-rows", shape=WIDE), {"order": "rggb", "channels": 3}),
+    ],
+)
+def test_lines_of_the_ring(
+    m: int, camera: ShownCamera, options: dict[str, Any], fewer_lines: int
+) -> None:
+    # The number of lines is enough, and not larger than it has to be by more than its roundings:
+    # two lines of video to leave the ring, an even number, the FIFO behind it.
+    run_cases([case(m, (2,), [camera], fewer_lines=fewer_lines, ring=True, **options)])
 
 
 @pytest.mark.slow
@@ -113,7 +139,7 @@ def test_cameras(
         ("sensor_front.vhd", "or place_wanted /= place_now then", "then"),
         ("stream_to_video.vhd", "x < right and", "x <= right and"),
         # A calibration that a reset takes back.
-        ("lens_rows.vhd", "        offered     <= '0';\n", "        half <= '0';\n"),
+        ("lens_rows.vhd", "        offered <= '0';\n", "        half <= '0';\n"),
     ],
 )
 def test_planted_fault_is_found(

@@ -14,7 +14,7 @@ from plenofir.camera.resampling import (
 )
 from plenofir.camera.resampling.lines import RingNeeds, reach, ring_needs, ring_needs_shown
 from plenofir.errors import InputError
-from plenofir.fpga.board_sensor import sensor_delay_lines
+from plenofir.fpga.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
 from plenofir.fpga.core.resampler import MAX_LINES, Load, ResamplerConfiguration
 
 
@@ -152,7 +152,7 @@ def shown_lines(
             expected=f"at most {width} x {height}, the raw frame's: a smaller M",
         )
     delay = sensor_delay_lines(registers.micro_image_size, mosaic=mosaic)
-    lines = ring_needs_shown(registers, tables, delay_lines=delay)
+    lines = ring_needs_shown(registers, tables, delay_lines=delay, blank_lines=SENSOR_BLANK_LINES)
     return max(lines + lines % 2, 4)
 
 

@@ -16,7 +16,8 @@ from plenofir.camera.resampling.resample import Tables
 _LATENCY = 48
 """Clocks, rounded up, until a line that is complete is seen, and until one is given up."""
 _LINES_TO_LEAVE = 2
-"""Lines of video until a line of the raster that is due has left the ring."""
+"""Lines of video until a line of the raster that is due has left the ring: while it is shown its raw
+lines stay, and those of the last one until its last pixel is out, as late as the output lags."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,11 @@ def ring_needs(registers: GridRegisters, tables: Tables | None = None) -> RingNe
 
 
 def ring_needs_shown(
-    registers: GridRegisters, tables: Tables | None = None, *, delay_lines: int
+    registers: GridRegisters,
+    tables: Tables | None = None,
+    *,
+    delay_lines: int,
+    blank_lines: int,
 ) -> int:
     """How many raw lines the ring must hold if the raster is shown under the raw frames' timing.
 
@@ -130,6 +135,8 @@ def ring_needs_shown(
         Their moves count.
     delay_lines
         Lines by which the raster is shown later than its last line could be at the soonest.
+    blank_lines
+        Lines from one raw frame to the next, at least.
 
     Returns
     -------
@@ -140,10 +147,11 @@ def ring_needs_shown(
     rows = registers.image_shape[0]
     number = np.arange(len(needed))
     due = number + rows - len(needed) + delay_lines
-    # Two frames without blanking between them. What was taken has left two lines later.
-    gone = np.concatenate([due, due + rows]) + _LINES_TO_LEAVE
+    period = rows + blank_lines
+    # Two frames. What was taken has left two lines later.
+    gone = np.concatenate([due, due + period]) + _LINES_TO_LEAVE
     keeps = np.append(np.concatenate([kept, kept + rows]), 2 * rows)
     line = np.arange(2 * rows)
-    held = keeps[np.searchsorted(gone, line, side="right")]
+    held = keeps[np.searchsorted(gone, line + line // rows * blank_lines, side="right")]
     least = int((needed - kept).max()) + 1
     return max(least, int((line - np.minimum(held, line)).max()) + 1)
