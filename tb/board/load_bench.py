@@ -29,16 +29,19 @@ class Line:
     Parameters
     ----------
     dut
-        The entity ``load_ports``.
+        The entity ``load_ports``, or one with its serial line.
+    alone
+        Whether the words are ports, and nothing else drives the clock.
     """
 
-    def __init__(self, dut: Any) -> None:
+    def __init__(self, dut: Any, *, alone: bool = True) -> None:
         self.dut = dut
         self.words: list[tuple[int, int, int]] = []
         self.slices: list[int] = []
         self.answers = bytearray()
-        Clock(dut.clk, 10, "ns").start()
-        cocotb.start_soon(self._watch())
+        if alone:
+            Clock(dut.clk, 10, "ns").start()
+            cocotb.start_soon(self._watch())
         cocotb.start_soon(self._listen())
 
     async def reset(self) -> None:
@@ -86,6 +89,43 @@ class Line:
                 break
             await ClockCycles(self.dut.clk, 10 * BIT)
         return self.answers.decode().strip()
+
+
+class Terminal:
+    """A pseudo terminal whose other end is the board's serial line."""
+
+    def __init__(self, line: Line) -> None:
+        self.line = line
+        self.here, there = pty.openpty()
+        tty.setraw(there)
+        os.set_blocking(self.here, False)
+        self.path = os.ttyname(there)
+
+    async def load(self, calib: str) -> tuple[int, str, str]:
+        """Type ``plenofir board load``: its exit code, what it says and complains of."""
+        line, clk = self.line, self.line.dut.clk
+        command = [PLENOFIR, "board", "load", calib, "--port", self.path]
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as host:
+            while host.poll() is None:
+                try:
+                    data = os.read(self.here, 64)
+                except BlockingIOError:
+                    data = b""
+                await line.send(data)
+                if line.answers.endswith(b"\n"):
+                    os.write(self.here, bytes(line.answers))
+                    line.answers.clear()
+                elif data or line.answers:
+                    await ClockCycles(clk, 10 * BIT)
+                else:
+                    # Nothing happens on the line: time passes for the host, a little here.
+                    await ClockCycles(clk, BIT)
+                    time.sleep(0.005)
+            assert host.stdout is not None
+            assert host.stderr is not None
+            return host.returncode, host.stdout.read(), host.stderr.read()
 
 
 @cocotb.test()
@@ -161,34 +201,10 @@ async def calibration_through_a_pseudo_terminal(dut: Any) -> None:
     """The command ``plenofir board load``, as it talks to a board."""
     line = Line(dut)
     await line.reset()
-    here, there = pty.openpty()
-    tty.setraw(there)
-    os.set_blocking(here, False)
-    path = os.ttyname(there)
+    terminal = Terminal(line)
     for calib, code in ((CASE["other"], 2), (CASE["calib"], 0)):
-        command = [PLENOFIR, "board", "load", calib, "--port", path]
-        with subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        ) as host:
-            while host.poll() is None:
-                try:
-                    data = os.read(here, 64)
-                except BlockingIOError:
-                    data = b""
-                await line.send(data)
-                if line.answers.endswith(b"\n"):
-                    os.write(here, bytes(line.answers))
-                    line.answers.clear()
-                elif data or line.answers:
-                    await ClockCycles(dut.clk, 10 * BIT)
-                else:
-                    # Nothing happens on the line: time passes for the host, a little here.
-                    await ClockCycles(dut.clk, BIT)
-                    time.sleep(0.005)
-            assert host.stdout is not None
-            assert host.stderr is not None
-            out, err = host.stdout.read(), host.stderr.read()
-        assert host.returncode == code, err
+        returned, out, err = await terminal.load(calib)
+        assert returned == code, err
         if code:
             assert "hexagonal True; expected False" in err
             assert err.count("\n") == 1

@@ -8,10 +8,12 @@ import pytest
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga import hdl
-from plenofir.plan.board_load import description
+from plenofir.plan.board_load import Shown, description
 from plenofir.plan.resampling import resampling
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import Case, run_cases
+from plenofir_tb.shown_sensor import ShownCamera, shown_chip
+from plenofir_tb.video import MODE_720
 
 SHAPE = (40, 50)
 NO_WORDS = """CALIBRATION : words_t(0 to 0) :=
@@ -36,6 +38,42 @@ def test_load_port(tmp_path: Path) -> None:
     }
     generics = {"DESCRIPTION": text, "BIT_CLOCKS": 8}
     run_cases([Case("load_ports", "board.load_bench", generics, case)])
+
+
+@pytest.mark.slow
+def test_from_the_command_to_the_picture(tmp_path: Path) -> None:
+    """Two cameras for which the board is built, and one whose raster has more lines to wait."""
+    shape = (MODE_720.v_active, MODE_720.h_active)
+    fitting = [ShownCamera(3.4, 1.5, shape=shape), ShownCamera(3.5, -1.0, shape=shape)]
+    cameras = [*fitting, ShownCamera(4.6, -1.0, shape=shape)]
+    paths = [tmp_path / f"calib-{number}.json" for number in range(len(cameras))]
+    for path, camera in zip(paths, cameras, strict=True):
+        camera.calibration.save(path)
+    core = shown_chip(3, fitting, mosaic=False, channels=1)
+    text = description(core, Shown(shape[0], raster=shape[1], mosaic=0))
+    generics = {
+        "DESCRIPTION": text,
+        "BIT_CLOCKS": 8,
+        "MICRO_IMAGE_SIZE": 3,
+        "SHIFTS": "2",
+        "MAX_COLUMNS": shape[1],
+        "RAW_COLUMNS": shape[1],
+        "RAW_ROWS": shape[0],
+        "LINES": core.lines,
+    }
+    case = {
+        "bit_clocks": 8,
+        "calibrations": [str(path) for path in paths],
+        "m": 3,
+        "shifts": [2],
+        "cameras": [camera.model_dump() for camera in cameras],
+        "core": core.model_dump(),
+        "order": None,
+        "mode": MODE_720.model_dump(),
+        "thorough": False,
+        "ring": False,
+    }
+    run_cases([Case("load_picture", "board.picture_bench", generics, case)])
 
 
 def test_words_into_the_pixel_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

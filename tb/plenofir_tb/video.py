@@ -172,6 +172,9 @@ class VideoBench:
         Names of the errors that were flagged so far.
     """
 
+    LOADED_BY_PORT = True
+    """Whether the load port is among the design's ports."""
+
     def __init__(self, dut: Any) -> None:
         self.dut = dut
         self.rng = np.random.default_rng(cocotb.RANDOM_SEED)
@@ -180,7 +183,8 @@ class VideoBench:
         self.tap = VideoTap(dut)
         self.errors: set[str] = set()
         chosen = ("pass_through", "slice", "sweep", "sweep_frames", "shown")
-        for name in (*chosen, "load_write", "load_kind", "load_address", "load_data"):
+        load = ("load_write", "load_kind", "load_address", "load_data")
+        for name in (*chosen, *load) if self.LOADED_BY_PORT else chosen:
             getattr(dut, name).value = 0
         cocotb.start_soon(self._watch())
 
