@@ -91,6 +91,37 @@ def test_capture_becomes_a_picture(tmp_path: Path) -> None:
     assert report["sensor"]["pixels_compared"] == aligned.shape[0] * aligned.shape[1]
 
 
+@pytest.mark.slow
+def test_wide_hexagonal_mosaic_under_verilator(tmp_path: Path) -> None:
+    """Rows of lenses that are long: places in a row need all their bits."""
+    try:
+        find_simulator("verilator")
+    except InputError as error:
+        pytest.skip(str(error))
+    shape = (61, 503)
+    grid = regular_grid(shape, 8.3, rotation_degrees=0.6, layout="hexagonal-rows")
+    profile = tuple(tuple(1 - 0.1 * abs(k - 1) for k in range(3)) for _ in range(3))
+    changes = {"shading": (-0.1, 0.05, 0.0), "profile": profile, "dark_level": 3.0}
+    calibration = calibration_of_grid(grid, shape).model_copy(update=changes)
+    raw, calib, out = tmp_path / "raw.png", tmp_path / "calib.json", tmp_path / "out"
+    write_png(raw, capture(shape))
+    calibration.save(calib)
+    files = "--raw", str(raw), "--calib", str(calib), "--out", str(out)
+    options = "--micro-image", "7", "-a", "2/7", "-a", "-1/7", "--bayer", "bggr"
+    done = plenofir(*files, *options, "--engine", "moving_sum", "--simulator", "verilator")
+    assert done.returncode == 0, done.stderr
+    chip = resampling(calibration, 7, channels=3)
+    aligned = read_image(out / "aligned.png")
+    want = resample(interpolate_mosaic(capture(shape), "bggr"), chip.registers, chip.tables)
+    assert (aligned == want).all()
+    assert aligned.shape[1] > 400
+    report = json.loads((out / "report.json").read_text())
+    assert report["mismatches"] == report["sensor"]["mismatches"] == 0
+    for slice_ in report["slices"]:
+        picture = read_image(out / slice_["pictures"][0])
+        assert (picture == refocus(aligned, 7, slice_["a"])).all()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
