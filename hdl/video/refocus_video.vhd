@@ -272,6 +272,8 @@ begin
         following      => followed,
         columns        => mode_now.columns,
         rows           => mode_now.rows,
+        column         => column,
+        row            => row,
         shown          => shown,
         load_write     => load_write,
         load_kind      => load_kind,

@@ -4,9 +4,12 @@
 --
 -- The lines of the raster come out in the course of a whole raw frame, and are shown without gaps. So the first ones
 -- wait: line i goes on at raw line `spare` + sensor_delay_lines + i, spare the lines that the raster has fewer than the
--- raw frame. Nothing counts them off: the output does not take a frame before its place comes, and what waits, waits in
--- the ring of the resampler. In the middle of the frame the raster begins at line spare / 2, so the output lags by the
--- rest, and by the lines of the core.
+-- raw frame. What waits, waits in the ring of the resampler. In the middle of the frame the raster begins at line
+-- spare / 2, so the output lags by the rest, and by the lines of the core.
+--
+-- Micro images wait for the output, which does not take a frame before its place comes. A core would take the first
+-- lines of a frame sooner, and they would stand in the way of the zeros that push the last lines of the frame before
+-- out of it. So a frame goes on to a core when its first line is due: what is between two frames is blanking for it.
 --
 -- Another size of the raster, and micro images in the place of refocused ones, make another lag: then all begins again
 -- with the next frame. A calibration that is loaded keeps its effect.
@@ -49,6 +52,9 @@ entity sensor_front is
     -- Size of the raw frame.
     columns : in    count_t;
     rows    : in    count_t;
+    -- Position of the raw pixel that comes in, also in the blanking.
+    column : in    count_t;
+    row    : in    count_t;
     -- As in picture_core.
     shown : in    std_logic_vector(1 downto 0);
     -- As in sensor_raster.
@@ -100,6 +106,13 @@ architecture rtl of sensor_front is
   signal direct_now    : std_logic                     := '0';
   signal frame_columns : std_logic_vector(15 downto 0);
   signal frame_rows    : std_logic_vector(15 downto 0);
+  signal raster_valid  : std_logic;
+  signal raster_ready  : std_logic;
+  signal raster_user   : std_logic_vector(0 downto 0);
+  -- Where the first line of the raster is due; a frame may go on.
+  signal due  : count_t   := (others => '0');
+  signal turn : std_logic := '0';
+  signal goes : std_logic;
 
 begin
 
@@ -134,10 +147,10 @@ begin
       s_axis_tdata   => s_axis_tdata(choose(MOSAIC, 1, CHANNELS) * 8 - 1 downto 0),
       s_axis_tuser   => s_axis_tuser,
       s_axis_tlast   => s_axis_tlast,
-      m_axis_tvalid  => m_axis_tvalid,
-      m_axis_tready  => m_axis_tready,
+      m_axis_tvalid  => raster_valid,
+      m_axis_tready  => raster_ready,
       m_axis_tdata   => raster,
-      m_axis_tuser   => m_axis_tuser,
+      m_axis_tuser   => raster_user,
       m_axis_tlast   => m_axis_tlast,
       raster_columns => size_columns,
       raster_rows    => size_rows,
@@ -148,6 +161,11 @@ begin
   all_channels : for i in 0 to 2 generate
     m_axis_tdata(8 * i + 7 downto 8 * i) <= raster(8 * (i mod CHANNELS) + 7 downto 8 * (i mod CHANNELS));
   end generate all_channels;
+
+  goes          <= turn or direct_now or not raster_user(0);
+  m_axis_tvalid <= raster_valid and goes;
+  raster_ready  <= m_axis_tready and goes;
+  m_axis_tuser  <= raster_user;
 
   place_wanted <= shown when unsigned(shown) < OUTPUTS'length else
                   "00";
@@ -160,6 +178,7 @@ begin
   follow : process (clk) is
 
     variable spare : count_t;
+    variable first : count_t;
 
   begin
 
@@ -182,6 +201,23 @@ begin
       lag   <= spare - shift_right(spare, 1) + OWN_LINES + CORE_LINES;
       if direct_now = '1' then
         lag <= spare - shift_right(spare, 1) + OWN_LINES;
+      end if;
+
+      -- A raster of few lines: not behind the blanking.
+      first := spare + OWN_LINES;
+      due   <= rows;
+      if first < rows then
+        due <= first;
+      end if;
+
+      if raster_valid = '1' and raster_user(0) = '1' and m_axis_tready = '1' and goes = '1' then
+        turn <= '0';
+      end if;
+      if row = due and column = 0 then
+        turn <= '1';
+      end if;
+      if following = '0' then
+        turn <= '0';
       end if;
     end if;
 

@@ -16,8 +16,10 @@ from plenofir.camera.resampling.resample import Tables
 _LATENCY = 48
 """Clocks, rounded up, until a line that is complete is seen, and until one is given up."""
 _LINES_TO_LEAVE = 2
-"""Lines of video until a line of the raster that is due has left the ring: while it is shown its raw
-lines stay, and those of the last one until its last pixel is out, as late as the output lags."""
+"""Lines of video until a line of the raster that is due has left the ring.
+
+Its raw lines stay while it is shown, those of the last one until its last pixel is out.
+"""
 
 
 @dataclass(frozen=True)
