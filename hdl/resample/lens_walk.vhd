@@ -91,6 +91,12 @@ begin
     if rising_edge(clk) then
       valid <= '0';
 
+      -- In simulation a place that the next frame does not have is none of the memory: none is left behind.
+      if active = '0' then
+        position_y <= (others => '0');
+        position_x <= (others => '0');
+      end if;
+
       if active = '1' and credit = '1' then
         valid      <= '1';
         first      <= starts;
