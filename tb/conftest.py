@@ -11,6 +11,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 from plenofir_tb.drawn import drawn
+from plenofir_tb.faults import STALE, stale_faults
 
 # So that all workers finish together.
 LONGEST = (
@@ -52,6 +53,7 @@ def leave_out(items: list[pytest.Item]) -> list[pytest.Item]:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    config.stash[STALE] = stale_faults(items)
     left_out = leave_out(items)
     if left_out:
         items[:] = [item for item in items if item not in left_out]

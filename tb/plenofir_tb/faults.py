@@ -4,8 +4,45 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+import pytest
+
+from plenofir.fpga import hdl
+
 FOUND = r"(?m)^(AssertionError: |.*:error: bound check failure)"
 """Pattern of a failure for a wrong result, and not because something is missing or broken."""
+
+
+STALE = pytest.StashKey[list[str]]()
+"""Tests of this session whose planted fault is in no source any more."""
+
+
+def stale_faults(items: Iterable[pytest.Item]) -> list[str]:
+    """Find tests with a planted fault (a parameter ``old``) that can no longer be planted.
+
+    Parameters
+    ----------
+    items
+        Tests.
+
+    Returns
+    -------
+    list of str
+        Their names. Those without a parameter ``file`` plant it wherever it stands.
+    """
+    texts = {source.stem: source.read_text() for source in hdl.hdl_sources()}
+    stale = []
+    for item in items:
+        given = (
+            item.callspec.params
+            if isinstance(item, pytest.Function) and hasattr(item, "callspec")
+            else {}
+        )
+        if "old" in given:
+            stem = Path(given.get("file", "")).stem
+            within = texts.values() if stem == "" else [texts[stem]]
+            if sum(text.count(given["old"]) for text in within) != 1:
+                stale.append(item.nodeid)
+    return stale
 
 
 def plant(folder: Path, sources: Iterable[Path], file: str, old: str, new: str) -> list[Path]:

@@ -11,7 +11,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.images import read_image
-from plenofir_tb.faults import FOUND, plant
+from plenofir_tb.faults import FOUND, STALE, plant
 from plenofir_tb.runner import run_case
 
 CORE = CoreConfiguration(micro_image_size=3, shifts=(-2,), max_columns=20, channels=3)
@@ -102,3 +102,8 @@ def test_planted_fault_is_found(tmp_path, monkeypatch, core, file, old, new) -> 
         assert read_image(next(p for p in pictures if "diff" in p.name)).any()
     if core is CORE and file in ("switch_control.vhd", "divide_round.vhd"):
         assert pixel, message
+
+
+def test_every_planted_fault_can_be_planted(request: pytest.FixtureRequest) -> None:
+    # Most of the tests that plant them are long, so nobody sees at once that a source changed.
+    assert not request.config.stash[STALE]
