@@ -91,18 +91,17 @@ class Device:
         A package it comes in, with the slowest usual speed grade: part for the tools.
     family
         Its family.
-    single_mhz, many_mhz
-        Clocks that cores keep with one pixel a clock and with several, in the slowest grade. ECP5:
-        what placed designs reach at least, which tests hold. Spartan-6: what the board's build
-        asks for; none with several, as there is no open router that could tell.
+    clocks_mhz
+        Clocks that cores keep in the slowest grade: the most pixels a clock, and MHz. ECP5: what
+        placed designs reach at least, which tests hold. Spartan-6: what the board's build asks
+        for; none with several, as there is no open router that could tell.
     """
 
     name: str
     total: Usage = field(default_factory=Usage)
     package: str = "csg324"
     family: Family = "spartan6"
-    single_mhz: float = 74.25
-    many_mhz: float = 0
+    clocks_mhz: tuple[tuple[int, float], ...] = ((1, 74.25),)
 
     def clock_mhz(self, pixels_per_clock: int) -> float:
         """Clock that cores keep; 0 if it is not known.
@@ -117,7 +116,7 @@ class Device:
         float
             MHz.
         """
-        return self.single_mhz if pixels_per_clock == 1 else self.many_mhz
+        return next((mhz for most, mhz in self.clocks_mhz if pixels_per_clock <= most), 0)
 
     def amounts(self, usage: Usage) -> dict[str, int]:
         """Amount of each resource that a design takes, by the device's name for it.
@@ -161,7 +160,8 @@ def _device(name: str, lut: int, ramb16: int, dsp: int, package: str) -> Device:
 
 def _ecp5(name: str, lut: int, blocks: int, dsp: int) -> Device:
     total = Usage(lut=lut, flip_flops=lut, ramb16=blocks, dsp=dsp)
-    return Device(name, total, "cabga381", "ecp5", single_mhz=110, many_mhz=80)
+    clocks = ((1, 110), (16, 80), (32, 70))
+    return Device(name, total, "cabga381", "ecp5", clocks_mhz=clocks)
 
 
 SPARTAN6 = {

@@ -73,7 +73,10 @@ def sensor_multipliers(core: ResamplerConfiguration) -> int:
     factors = [core.pixel_bits, core.pixel_bits, core.pixel_bits + core.weight_bits]
     factors += [sample] * core.gains + [sample + _GAIN_INTEGER_BITS] * core.hexagonal
     each = sum(len(dsp_parts(bits)) for bits in factors)
-    return core.channels * each + core.gains * len(dsp_parts(gain))
+    # The size of the raster, M times the numbers of lenses; by a power of two it is a shift.
+    m = core.micro_image_size
+    size = 2 * (m & (m - 1) != 0)
+    return core.channels * each + core.gains * len(dsp_parts(gain)) + size
 
 
 def sensor_structure(core: ResamplerConfiguration, *, mosaic: bool) -> dict[str, int]:
