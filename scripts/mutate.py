@@ -69,7 +69,10 @@ VIDEO = "tb/video/test_video.py"
 PARALLEL = "tb/video/test_parallel.py"
 LOADS = "tb/board/test_load_port.py"
 SENSOR_VIDEO = "tb/video/test_sensor_video.py -k raw_aligned"
-OF_VIDEO = (f"{VIDEO} -k units", f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video", CHAIN)
+OF_VIDEO = (
+    *(f"{VIDEO} -k units", f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video"),
+    *(SENSOR_VIDEO, CHAIN),
+)
 # Tests behind the file bench for a source's mutants, the first pattern that fits; {} is its
 # entity.
 TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -91,7 +94,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ),
     ("refocuser/focal_stack*", (STACK,)),
     ("stack/*", (STACK,)),
-    ("depth/*", (INDEX, f"{INDEX} -m slow -k more_indices")),
+    ("depth/*", (INDEX, f"{INDEX} -m slow -k more_indices", f"{VIDEO} -k all_in_focus")),
     ("resample/sensor*", ("tb/simulate/test_sensor_run.py -m slow -k file_bench",)),
     (
         "resample/*",
