@@ -33,6 +33,11 @@ def environment() -> Iterator[None]:
     assert {name: os.environ.get(name) for name in _AT_START} == _AT_START
 
 
+def is_bench(item: pytest.Item) -> bool:
+    """Whether a test is one of the testbenches, and not of the golden model."""
+    return item.path.is_relative_to(Path(__file__).parent)
+
+
 def leave_out(items: list[pytest.Item]) -> list[pytest.Item]:
     """Items of tests marked ``drawn`` that this run does not take, see `plenofir_tb.drawn`."""
     groups: dict[str, list[str]] = {}
@@ -53,15 +58,13 @@ def leave_out(items: list[pytest.Item]) -> list[pytest.Item]:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    config.stash[STALE] = stale_faults(items)
+    config.stash[STALE] = stale_faults(item for item in items if is_bench(item))
     left_out = leave_out(items)
     if left_out:
         items[:] = [item for item in items if item not in left_out]
         config.hook.pytest_deselected(items=left_out)
 
     def is_short(item: pytest.Item) -> bool:
-        return not item.path.is_relative_to(Path(__file__).parent) or not any(
-            name in item.name for name in LONGEST
-        )
+        return not is_bench(item) or not any(name in item.name for name in LONGEST)
 
     items.sort(key=is_short)
