@@ -73,10 +73,7 @@ def sensor_multipliers(core: ResamplerConfiguration) -> int:
     factors = [core.pixel_bits, core.pixel_bits, core.pixel_bits + core.weight_bits]
     factors += [sample] * core.gains + [sample + _GAIN_INTEGER_BITS] * core.hexagonal
     each = sum(len(dsp_parts(bits)) for bits in factors)
-    # The size of the raster, M times the numbers of lenses; by a power of two it is a shift.
-    m = core.micro_image_size
-    size = 2 * (m & (m - 1) != 0)
-    return core.channels * each + core.gains * len(dsp_parts(gain)) + size
+    return core.channels * each + core.gains * len(dsp_parts(gain))
 
 
 def sensor_structure(core: ResamplerConfiguration, *, mosaic: bool) -> dict[str, int]:
@@ -122,7 +119,10 @@ def sensor_usage(
         dsp=sensor_multipliers(core),
     )
     if family == "spartan6":
-        return usage
+        # The size of the raster, M times the numbers of lenses: Yosys takes a multiplier for each,
+        # on an ECP5 it adds. By a power of two it is a shift.
+        m = core.micro_image_size
+        return usage + Usage(dsp=2 * (m & (m - 1) != 0))
     return Usage(
         lut=round(LUT4 * usage.lut),
         flip_flops=round(1.4 * usage.flip_flops),
