@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- From the serial line to the picture: receiver, load_port, transmitter, and the video path with a sensor whose
+-- From the serial line to the picture: the serial port of load_ports, and the video path with a sensor whose
 -- calibration comes over the line. While nothing is shown the pixel clock stands but for the words: the host does not
 -- wait for a simulation of the video path.
 
@@ -47,11 +47,6 @@ end entity load_picture;
 
 architecture test of load_picture is
 
-  signal in_valid     : std_logic;
-  signal out_valid    : std_logic;
-  signal out_ready    : std_logic;
-  signal in_data      : std_logic_vector(7 downto 0);
-  signal out_data     : std_logic_vector(7 downto 0);
   signal load_write   : std_logic;
   signal load_kind    : std_logic_vector(1 downto 0);
   signal load_address : std_logic_vector(19 downto 0);
@@ -81,53 +76,23 @@ begin
 
   end process cross;
 
-  receiver : entity work.uart_receiver
+  serial : entity work.load_ports
     generic map (
-      BIT_CLOCKS => BIT_CLOCKS
+      DESCRIPTION => DESCRIPTION,
+      BIT_CLOCKS  => BIT_CLOCKS
     )
     port map (
-      clk   => clk,
-      reset => reset,
-      line  => line_in,
-      data  => in_data,
-      valid => in_valid
-    );
-
-  port_of_the_resampler : entity work.load_port
-    generic map (
-      DESCRIPTION => DESCRIPTION
-    )
-    port map (
-      clk           => clk,
-      reset         => reset,
-      in_valid      => in_valid,
-      in_data       => in_data,
-      other_valid   => open,
-      other_data    => open,
-      s_axis_tvalid => '0',
-      s_axis_tready => open,
-      s_axis_tdata  => x"00",
-      m_axis_tvalid => out_valid,
-      m_axis_tready => out_ready,
-      m_axis_tdata  => out_data,
-      busy          => '0',
-      load_write    => load_write,
-      load_kind     => load_kind,
-      load_address  => load_address,
-      load_data     => load_data
-    );
-
-  transmitter : entity work.uart_transmitter
-    generic map (
-      BIT_CLOCKS => BIT_CLOCKS
-    )
-    port map (
-      clk           => clk,
-      reset         => reset,
-      s_axis_tvalid => out_valid,
-      s_axis_tready => out_ready,
-      s_axis_tdata  => out_data,
-      line          => line_out
+      clk          => clk,
+      reset        => reset,
+      line_in      => line_in,
+      line_out     => line_out,
+      value        => open,
+      set_slice    => open,
+      busy         => '0',
+      load_write   => load_write,
+      load_kind    => load_kind,
+      load_address => load_address,
+      load_data    => load_data
     );
 
   video : entity work.refocus_video

@@ -23,7 +23,7 @@ from plenofir_tb.board import Board, ask, signal
 from plenofir_tb.case import read_case
 from plenofir_tb.serial import SKEWS, last_frames
 from plenofir_tb.sources import LIMITED_YCBCR, MODE_HDMI, RGB, hdmi_source
-from plenofir_tb.video import MODE_720, measured
+from plenofir_tb.video import MODE_720
 
 CASE = read_case()
 
@@ -119,7 +119,7 @@ async def hdmi_and_dvi(dut: Any) -> None:
         # In the first lines of other colours nobody has told of them.
         if number != second:
             assert np.array_equal(frame.pixels, bench.golden(frames[number], info=info)), number
-        assert frame.mode == measured(MODE_HDMI)
+        assert frame.mode == MODE_HDMI.as_measured()
 
 
 @cocotb.test(skip=not CASE["thorough"])
@@ -186,7 +186,7 @@ async def data_lost_while_the_clock_runs(dut: Any) -> None:
     quiet = np.zeros(9 * MODE_720.h_total * MODE_720.v_total, np.uint32)
     black = last_frames(await bench.link.play([quiet]), MODE_720.h_total)
     assert black, "the monitor lost its signal"
-    assert all(frame.mode == measured(MODE_720) for frame in black)
+    assert all(frame.mode == MODE_720.as_measured() for frame in black)
     assert bench.led() & 0x1F == 0x01, f"LEDs {bench.led():08b}"
     await bench.relock(MODE_720, [])
 
@@ -276,7 +276,7 @@ async def spoilt_frames(bench: Board, mode: VideoMode, info: AviInfo | None) -> 
         words[at] ^= np.uint32(1 << bench.random.randrange(30))
         hit.add(at // total)
     got = last_frames(await bench.link.play([*signal(mode), words]), mode.h_total)
-    assert got[-1].mode == measured(mode)
+    assert got[-1].mode == mode.as_measured()
     # No frame is missing between the last one, which has not come out whole, and the first.
     begin = len(frames) - 2 - len(got) + 1
     assert begin <= lost

@@ -19,7 +19,7 @@ from plenofir_tb.board import Board, ask, signal
 from plenofir_tb.case import read_case
 from plenofir_tb.serial import last_frames
 from plenofir_tb.sources import LIMITED_YCBCR, MODE_HDMI, hdmi_source
-from plenofir_tb.video import MODE_720, light_field, measured
+from plenofir_tb.video import MODE_720, light_field
 
 
 @cocotb.test()
@@ -138,7 +138,7 @@ async def passed_through(dut: Any) -> None:
     assert len(got) >= 2
     for frame, want in zip(got[::-1], frames[-2::-1], strict=False):
         assert np.array_equal(frame.pixels, want)
-        assert frame.mode == measured(MODE_720)
+        assert frame.mode == MODE_720.as_measured()
 
 
 @cocotb.test()

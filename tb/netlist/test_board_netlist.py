@@ -23,7 +23,7 @@ from plenofir.fpga.synthesis.tools import cell_declarations, run_yosys, write_ve
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.configure import clock_range_of
 from plenofir_tb.serial import last_frames
-from plenofir_tb.video import MODE_720, measured
+from plenofir_tb.video import MODE_720
 
 BOARD = BOARDS["ulx3s"]
 SCENE = "ulx3s-480p"
@@ -102,5 +102,5 @@ def check_netlist(netlist: Path, plan: Plan) -> None:
     assert len(got) >= 3
     # The last frame has not come out as a whole.
     for shown, frame in zip(got[::-1], frames[-2:-5:-1], strict=False):
-        assert shown.mode == measured(MODE_720)
+        assert shown.mode == MODE_720.as_measured()
         assert np.array_equal(shown.pixels, plan.core.golden(frame)[0])

@@ -13,7 +13,7 @@ from plenofir.fpga.hdmi.link import raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.fpga.overlay import OVERLAY_CLOCKS, Overlay
 from plenofir_tb.case import read_case
-from plenofir_tb.video import VideoTap, measured
+from plenofir_tb.video import VideoTap
 
 KINDS = ("refocused", "all-in-focus", "depth")
 
@@ -73,7 +73,7 @@ async def texts_over_pictures(dut: Any) -> None:
     got = tap.frames(from_start=True)
     # The first frame came before any setting; of the last one the end is missing.
     for number, (frame, want) in enumerate(zip(got[1:], wanted, strict=False)):
-        assert frame.mode == measured(mode)
+        assert frame.mode == mode.as_measured()
         assert np.array_equal(frame.pixels, want), f"frame {number}"
     assert len(got) >= len(frames) - 1
 

@@ -17,7 +17,6 @@ from plenofir.refocus import ExactArithmetic
 from plenofir_tb.case import read_case
 from plenofir_tb.serial import SerialLink, last_frames
 from plenofir_tb.sources import RGB, hdmi_source
-from plenofir_tb.video import measured
 
 # What the documentation states: behind the time to lock (with the meter's window of this bench),
 # which is the board's, the frame under way and two whole ones go by.
@@ -78,7 +77,7 @@ class Board:
         taken = await self.link.play([*script, *signal(mode), source(mode, frames)])
         got = last_frames(taken, mode.h_total)
         assert got, "no picture"
-        assert got[-1].mode == measured(mode)
+        assert got[-1].mode == mode.as_measured()
         shown = [frame for frame in got if frame.pixels.any()]
         assert shown, "nothing but black"
         # Black frames come before the picture, never between.

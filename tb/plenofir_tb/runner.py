@@ -24,6 +24,7 @@ from cocotb_tools.runner import Nvc, Runner, get_runner
 from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.boards import BOARDS
+from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.simulate.chain import chain_sources
 from plenofir.fpga.simulate.simulators import (
     GHDL_RUN_OPTIONS,
@@ -92,8 +93,13 @@ def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: st
         for command in simulator.model_commands(hdl.model_sources(BOARDS[board].library)):
             simulator.run(command, work)
     # Entities with records at their ports have a bench in VHDL around them.
-    for name in sorted({case.top for case in cases}):
-        sources += (project.root() / "tb").rglob(f"{name}.vhd")
+    benches = {path.stem: path for path in (project.root() / "tb").rglob("*.vhd")}
+    own = [benches[name] for name in sorted({case.top for case in cases} & benches.keys())]
+    # A bench may hold another one.
+    held = {
+        benches[name] for bench in own for name in used_units(bench.read_text()) & benches.keys()
+    }
+    sources += [*sorted(held), *(bench for bench in own if bench not in held)]
     top = work / f"{TOP}.vhd"
     top.write_text(wrapper([(case.top, case.generics) for case in cases], sources))
     runner = _RelaxedNvc() if board and simulator.name == "nvc" else get_runner(simulator.name)

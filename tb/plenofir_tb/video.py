@@ -50,11 +50,6 @@ MODE_720 = shrunken(
 )
 
 
-def measured(mode: VideoMode) -> VideoMode:
-    """The mode as a sink measures it."""
-    return mode.as_measured()
-
-
 def timing_vector(mode: VideoMode) -> int:
     """A mode as a vector of ``video_pkg``."""
     h_sync, v_sync = mode.h_active + mode.h_front, mode.v_active + mode.v_front

@@ -22,7 +22,7 @@ from plenofir.plan.resampling import loads
 from plenofir.refocus import ExactArithmetic
 from plenofir_tb.case import read_case
 from plenofir_tb.shown_sensor import ShownCamera
-from plenofir_tb.video import VideoBench, measured, part
+from plenofir_tb.video import VideoBench, part
 
 CASE = read_case()
 # Whole frames from a new signal to the first one that is shown.
@@ -104,7 +104,7 @@ class Bench(VideoBench):
         got = self.tap.frames()
         for number in range(2, count + 2):
             frame = got[1 - number]
-            assert frame.mode == measured(mode)
+            assert frame.mode == mode.as_measured()
             want = self.golden(frames[-number])
             assert np.array_equal(frame.pixels, want), differences(frame.pixels, want)
         assert int(self.dut.out_shown.value) == self.place

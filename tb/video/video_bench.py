@@ -13,7 +13,7 @@ from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.sharpness import depth_index
 from plenofir_tb.case import read_case
 from plenofir_tb.slices import SliceModel
-from plenofir_tb.video import VideoBench, measured, part, shrunken
+from plenofir_tb.video import VideoBench, part, shrunken
 
 CASE = read_case()
 # Whole frames from a new signal to the first one that is refocused: two are measured.
@@ -69,7 +69,7 @@ async def every_frame_is_refocused(dut: Any) -> None:
     assert len(got) == len(frames) - FRAMES_TO_FOLLOW - 1
     for picture, frame in zip(frames[FRAMES_TO_FOLLOW:], got, strict=False):
         assert np.array_equal(frame.pixels, bench.golden(picture))
-        assert frame.mode == measured(mode)
+        assert frame.mode == mode.as_measured()
     assert not bench.errors
     assert int(dut.following.value)
     assert not int(dut.unsupported.value)
@@ -98,7 +98,7 @@ async def modes_change(dut: Any) -> None:
         got = bench.tap.frames()
         assert got, mode.name
         assert np.array_equal(got[0].pixels, bench.golden(frames[FRAMES_TO_FOLLOW + 1])), mode.name
-        assert got[0].mode == measured(mode)
+        assert got[0].mode == mode.as_measured()
         assert not bench.errors
 
 
@@ -131,7 +131,7 @@ async def bit_errors_stay_where_they_are(dut: Any) -> None:
     assert len(got) == len(frames) - FRAMES_TO_FOLLOW - 1
     for i, (picture, frame) in enumerate(zip(hit[FRAMES_TO_FOLLOW:], got, strict=False)):
         assert np.array_equal(frame.pixels, bench.golden(picture)), f"frame {i}"
-        assert frame.mode == measured(mode)
+        assert frame.mode == mode.as_measured()
 
 
 @cocotb.test(skip=not CASE["thorough"])
@@ -154,7 +154,7 @@ async def input_lost_and_back(dut: Any) -> None:
     black = bench.tap.frames()
     assert not int(dut.following.value)
     assert len(black) >= 3
-    assert all(frame.mode == measured(mode) for frame in black)
+    assert all(frame.mode == mode.as_measured() for frame in black)
     assert not black[-1].pixels.any()
     await bench.tap.drive(part(nothing, 0, bench.random.randrange(1, total)))
     bench.tap.taken = []
@@ -209,7 +209,7 @@ async def slices_change_between_frames(dut: Any) -> None:
     got = bench.tap.frames(from_start=True)
     for i, (want, frame) in enumerate(zip(wanted[-len(got) - 1 :], got, strict=False)):
         assert np.array_equal(frame.pixels, want[2]), f"frame {i}"
-        assert frame.mode == measured(mode)
+        assert frame.mode == mode.as_measured()
     assert len(got) == len(wanted) - 1
     assert tags[-len(wanted) :] == [(*want[:2], 0) for want in wanted]
     assert not bench.errors
@@ -247,7 +247,7 @@ async def passed_through(dut: Any) -> None:
         assert int(dut.unsupported.value) == long
         got = bench.tap.frames()
         assert np.array_equal(got[0].pixels, frames[3])
-        assert got[0].mode == measured(mode)
+        assert got[0].mode == mode.as_measured()
         assert not int(dut.following.value) or not long
     # A reset darkens the output at once, and for as long as it lasts.
     dut.pass_through.value = 1
