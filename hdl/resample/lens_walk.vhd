@@ -91,7 +91,7 @@ begin
     if rising_edge(clk) then
       valid <= '0';
 
-      -- In simulation a place that the next frame does not have is none of the memory: none is left behind.
+      -- The next frame may have fewer columns, and the memory is read at this place before its first pixel.
       if active = '0' then
         position_y <= (others => '0');
         position_x <= (others => '0');
