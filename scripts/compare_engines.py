@@ -64,7 +64,13 @@ def main() -> int:
     check_tools()
     for cell in chosen(list(placed_cells()), content.placed):
         with tempfile.TemporaryDirectory() as folder:
-            netlist = make_netlist(hdl.hdl_sources(), CORE, cell.core().generics(), Path(folder))
+            netlist = make_netlist(
+                hdl.hdl_sources(),
+                CORE,
+                cell.core().generics(),
+                Path(folder),
+                behind_few_pins=cell.pixels_per_clock > 1,
+            )
             placed = place(netlist)
         print(f"{cell.name}: {placed}", flush=True)
         content = content.model_copy(update={"placed": {**content.placed, cell.name: placed}})

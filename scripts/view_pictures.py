@@ -21,7 +21,7 @@ import psutil
 from PIL import Image as PillowImage
 from playwright.sync_api import sync_playwright
 
-from build_docs import between_marks
+from marks import between_marks
 from plenofir import project
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.images import encode_png, read_image

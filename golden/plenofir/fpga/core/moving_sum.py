@@ -56,30 +56,33 @@ class MovingSumEngine(SliceEngine):
         for stage in (0, 1)
         for kind, scope, names in _STAGE_WAVES
     )
-    # LUTs and flip-flops of each part (scripts/fit_estimate.py); lanes and banks as in the cores of
-    # M = 11, grey, and M = 5, RGB, with eight pixels a clock.
+    # LUTs and flip-flops of each part (scripts/fit_estimate.py); lanes and banks as in cores of
+    # two to 32 pixels a clock, M = 11, grey, and M = 5, RGB.
     LUT_WEIGHTS: ClassVar[dict[str, float]] = {
-        "core": 270,
-        "pixel bits": 9.4,
-        "control bits": 0.116,
-        "tables": 2.64,
-        "rings": 4.69,
-        "block bits": 0.618,
-        "joined bits": 1,
-        "lane bits": 6.7,
-        "banks": 50,
+        "core": 203,
+        "sum bits": 1.52,
+        "pixel bits": 7.14,
+        "control bits": 1.6,
+        "tables": 2.63,
+        "rings": 3.89,
+        "block bits": 0.954,
+        "held lines": 89.2,
+        "lane bits": 6.3,
+        "banks": 55,
     }
     FLIP_FLOP_WEIGHTS: ClassVar[dict[str, float]] = {
-        "core": 356,
-        "pixel bits": 11,
-        "control bits": 9.88,
-        "tables": 0.364,
-        "delays": 1.32,
-        "rings": 4.99,
-        "block bits": 1.75,
-        "joined bits": 1,
+        "core": 196,
+        "sum bits": 0.584,
+        "pixel bits": 12.1,
+        "control bits": 8.94,
+        "tables": 0.413,
+        "delays": 1.57,
+        "rings": 4.1,
+        "block bits": 1.73,
+        "address bits": 5.54,
+        "held lines": 90.5,
         "lane bits": 8,
-        "banks": 17,
+        "banks": 25,
     }
 
     def layout(self, raster: Raster, number: int = 0) -> SumLayout:
@@ -253,7 +256,7 @@ class MovingSumEngine(SliceEngine):
 
     def structure(self, raster: Raster) -> dict[str, int]:
         names = ("core", "sum bits", "pixel bits", "control bits", "tables", "delays", "rings")
-        more = ("skips", "block bits", "joined bits", "address bits", "lane bits", "banks")
+        more = ("held lines", "block bits", "address bits", "lane bits", "banks")
         counts = dict.fromkeys((*names, *more), 0)
         counts["core"] = 1
         counts["address bits"] = (raster.max_columns - 1).bit_length()
@@ -276,13 +279,10 @@ class MovingSumEngine(SliceEngine):
             if number in self._column_stages(raster) and raster.max_columns > 1:
                 ring = sum(layout.ring_lines).bit_length()
                 counts["rings"] += m * ring
+                # What writes them and finds them again; without a shift there are none.
+                counts["held lines"] += ring > 0
                 banks, bank_words = _banks(layout, raster.max_columns)
                 counts["block bits"] += banks * width * len(block_sizes(bank_words, width))
-                sum_bits = raster.channels * words.sum
-                parts = len(block_sizes(raster.max_columns, sum_bits))
-                counts["joined bits"] += layout.sum_words * sum_bits * (parts - 1)
-                if len(layout.shifts) > 1:
-                    counts["skips"] += m * ring * table_blocks
             if words.value:
                 counts["tables"] += raster.channels * rom_luts(words.value, words.data)
         return counts

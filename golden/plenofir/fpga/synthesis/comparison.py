@@ -18,6 +18,7 @@ from plenofir.fpga.core.configuration import (
     CoreConfiguration,
     SliceEngineName,
 )
+from plenofir.fpga.core.moving_sum import MovingSumEngine, PixelsPerClock
 from plenofir.fpga.devices import Device
 from plenofir.fpga.synthesis.ecp5 import Placed
 from plenofir.fpga.synthesis.estimate import estimate
@@ -29,6 +30,11 @@ COLUMNS = 1280
 ENGINES: tuple[SliceEngineName, ...] = tuple(SLICE_ENGINES)
 # Focus sets that are chosen from at run time: M, a' and channels.
 SETS = ((5, tuple(range(-5, 11)), 3), (11, tuple(range(-11, 12)), 1))
+# Several pixels a clock: M, a', channels, and P.
+LANES: tuple[tuple[int, tuple[int, ...], int, PixelsPerClock], ...] = (
+    (11, (2,), 1, 8),
+    (5, (2,), 3, 8),
+)
 # Cells with more look-up tables than this (estimate) are not synthesised: hours for each.
 _MOST_LUTS = 4000
 
@@ -47,12 +53,15 @@ class Cell:
         1 (grey) or 3 (RGB).
     engine
         Which engine.
+    pixels_per_clock
+        P of moving sums.
     """
 
     micro_image_size: int
     shifts: tuple[int, ...]
     channels: int
     engine: SliceEngineName
+    pixels_per_clock: PixelsPerClock = 1
 
     @property
     def name(self) -> str:
@@ -60,7 +69,8 @@ class Cell:
         first, last = self.shifts[0], self.shifts[-1]
         shown = f"{first}" if first == last else f"{first}..{last}"
         colour = "RGB" if self.channels == 3 else "grey"
-        return f"{self.engine} M={self.micro_image_size} a'={shown} {colour}"
+        at_once = f" P={self.pixels_per_clock}" if self.pixels_per_clock > 1 else ""
+        return f"{self.engine} M={self.micro_image_size} a'={shown} {colour}{at_once}"
 
     def core(self, columns: int = COLUMNS) -> CoreConfiguration:
         """Raster core of the cell.
@@ -75,12 +85,15 @@ class Cell:
         CoreConfiguration
             8 bit, exact arithmetic, nearest neighbour.
         """
+        engine = SLICE_ENGINES[self.engine]()
+        if self.pixels_per_clock > 1:
+            engine = MovingSumEngine(pixels_per_clock=self.pixels_per_clock)
         return CoreConfiguration(
             micro_image_size=self.micro_image_size,
             shifts=self.shifts,
             max_columns=columns,
             channels=self.channels,
-            engine=SLICE_ENGINES[self.engine](),
+            engine=engine,
         )
 
     def other(self, engine: SliceEngineName) -> "Cell":
@@ -138,7 +151,8 @@ def measured_cells() -> Iterator[Cell]:
     Yields
     ------
     Cell
-        Grey cells with few taps first, the sets last; none that would take hours.
+        Grey cells with few taps first, the sets and those of several pixels a clock last; none that
+        would take hours.
     """
     cells = [
         Cell(m, (shift,), channels, engine)
@@ -151,6 +165,19 @@ def measured_cells() -> Iterator[Cell]:
     small = [cell for cell in cells if estimate(cell.core()).lut <= _MOST_LUTS]
     yield from sorted(small, key=lambda cell: (cell.channels, cell.core().taps, cell.engine))
     yield from (Cell(*part, "moving_sum") for part in SETS)
+    yield from lane_cells()
+
+
+def lane_cells() -> Iterator[Cell]:
+    """Cells with several pixels a clock.
+
+    Yields
+    ------
+    Cell
+        Those of ``LANES``.
+    """
+    for m, shifts, channels, pixels in LANES:
+        yield Cell(m, shifts, channels, "moving_sum", pixels)
 
 
 def placed_cells() -> Iterator[Cell]:
