@@ -14,8 +14,8 @@ from plenofir.fpga import hdl
 
 sys.path.insert(0, str(project.root() / "scripts"))
 
+import mutant_tests
 import mutants
-import mutate
 
 SCRIPT = project.root() / "scripts" / "mutate.py"
 
@@ -64,7 +64,7 @@ def test_every_source_has_mutants_and_tests() -> None:
         "token_pkg.vhd",
     }
     assert names - files == without
-    for _, tests in mutate.TESTS:
+    for _, tests in mutant_tests.TESTS:
         for test in tests:
             file = next(word for word in test.split() if word.endswith(".py"))
             assert (project.root() / file).is_file()

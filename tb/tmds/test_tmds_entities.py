@@ -6,8 +6,8 @@ import pytest
 from plenofir_tb.runner import run_case
 
 
-def run_unit(entity: str, generics: dict, **case: object) -> None:
-    run_case(entity, "tmds.unit_bench", generics=generics, case={"entity": entity, **case})
+def run_unit(entity: str, generics: dict, bench: str = "unit", **case: object) -> None:
+    run_case(entity, f"tmds.{bench}_bench", generics=generics, case={"entity": entity, **case})
 
 
 @pytest.mark.parametrize(
@@ -18,12 +18,15 @@ def run_unit(entity: str, generics: dict, **case: object) -> None:
         "tmds_periods",
         "tmds_deskew",
         "info_frame_reader",
-        "gearbox_5_to_10",
-        "gearbox_10_to_5",
     ],
 )
 def test_unit(entity: str) -> None:
     run_unit(entity, {})
+
+
+@pytest.mark.parametrize("entity", ["gearbox_5_to_10", "gearbox_10_to_5"])
+def test_gearbox(entity: str) -> None:
+    run_unit(entity, {}, "rate")
 
 
 def test_tmds_word_align() -> None:
@@ -32,7 +35,7 @@ def test_tmds_word_align() -> None:
 
 def test_elastic_buffer() -> None:
     case = {"width": 8, "address_bits": 4}
-    run_unit("elastic_buffer", {name.upper(): n for name, n in case.items()}, **case)
+    run_unit("elastic_buffer", {name.upper(): n for name, n in case.items()}, "rate", **case)
 
 
 def test_tmds_receiver() -> None:

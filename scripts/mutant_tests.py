@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which testbenches the mutants of a source go through in `mutate.py`."""
+
+import fnmatch
+from pathlib import Path
+
+from mutants import Mutant
+from plenofir import project
+from plenofir.fpga import hdl
+
+RASTER = "tb/core/test_raster_refocuser.py"
+SUMS = "tb/moving_sum/test_moving_sum_engine.py"
+STACK = "tb/stack/test_focal_stack.py"
+INDEX = "tb/depth/test_depth_index.py"
+RESAMPLER = "tb/resample/test_resampler.py"
+SHARPENER = "tb/sharpen/test_lens_sharpener.py"
+BOARD = "tb/board/test_board_entities.py"
+LINK = "tb/board/test_link_entities.py"
+TMDS = "tb/tmds/test_tmds_entities.py"
+CHAIN = "tb/hdmi/test_chain.py"
+# Words in front of a file of tests are variables; here, which of the chain's tests run.
+CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
+OVERLAY = "tb/overlay/test_text_overlay.py"
+VIDEO = "tb/video/test_video.py"
+PARALLEL = "tb/video/test_parallel.py"
+LOADS = "tb/board/test_load_port.py"
+SENSOR_VIDEO = "tb/video/test_sensor_video.py -k raw_aligned"
+OF_VIDEO = (
+    *(f"{VIDEO} -k units", f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video"),
+    *(SENSOR_VIDEO, CHAIN),
+)
+# Tests behind the file bench for a source's mutants, the first pattern that fits; {} is its
+# entity.
+TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    (
+        "moving_sum/sum_lanes_pkg*",
+        ("tb/moving_sum/test_moving_sum_schedule.py", f"{SUMS} -k lanes"),
+    ),
+    ("moving_sum/*_pkg*", ("tb/moving_sum/test_moving_sum_schedule.py", f"{SUMS} -k sets_stalls")),
+    (
+        "moving_sum/moving_sum_control*",
+        (f"{SUMS} -k control", f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice"),
+    ),
+    ("moving_sum/lane_*", (f"{SUMS} -k lanes",)),
+    ("moving_sum/*_array*", (f"{SUMS} -k sets_stalls", f"{SUMS} -k lanes")),
+    ("moving_sum/[abrp]*_[besw]*", (f"{SUMS} -k lanes",)),
+    (
+        "moving_sum/*",
+        (f"{SUMS} -k sets_stalls", f"{SUMS} -k every_slice", f"{STACK} -k stalls_and_faults"),
+    ),
+    ("refocuser/focal_stack*", (STACK,)),
+    ("stack/*", (STACK,)),
+    ("depth/*", (INDEX, f"{INDEX} -m slow -k more_indices", f"{VIDEO} -k all_in_focus")),
+    ("resample/sensor*", ("tb/simulate/test_sensor_run.py -m slow -k file_bench",)),
+    (
+        "resample/*",
+        (f"{RESAMPLER} -k grids_and_mosaic", f"{RESAMPLER} -m slow -k registers_that_change"),
+    ),
+    ("sharpen/*", (f"{SHARPENER} -k sizes", "tb/core/test_sharpened.py")),
+    ("common/hex*", (OVERLAY, f"{VIDEO} -k all_in_focus")),
+    ("common/bus*", ("tb/core/test_units.py -k {}", CHAIN)),
+    ("common/event*", (f"{LINK} -k {{}}", CHAIN)),
+    ("common/[es]*", (f"{TMDS} -k {{}}", CHAIN)),
+    ("common/reset*", (CHAIN,)),
+    ("video/sensor_front*", (SENSOR_VIDEO,)),
+    ("board/[mt]*", ("tb/board/test_monitor.py", CHAIN)),
+    ("board/load_crossing*", (f"{LOADS} -k pixel_clock", CONTROL, CHAIN)),
+    ("board/load_port*", (f"{LOADS} -k load_port",)),
+    ("board/i2c_reader*", ("tb/board/test_monitor.py", CHAIN)),
+    ("board/c[lo]*", (f"{LINK} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
+    ("board/[bdiu]*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
+    ("board/parallel*", (PARALLEL,)),
+    ("board/[rs]e*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
+    ("board/hdmi_[cp]*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
+    ("board/[fl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
+    ("board/*", (f"{CHAIN} -k two_slices", CONTROL, CHAIN)),
+    ("tmds/tmds_pkg*", (TMDS, CHAIN)),
+    ("tmds/*", (f"{TMDS} -k {{}}", f"{TMDS} -k receiver", CHAIN)),
+    ("spartan6/p[hl]*", (f"{LINK} -k {{}}", CONTROL, CHAIN)),
+    ("spartan6/*", (CHAIN,)),
+    ("ecp5/phase*", (f"{LINK} -k phase_search", f"{CHAIN} -k ulx3s")),
+    ("ecp5/*", (f"{CHAIN} -k ulx3s",)),
+    ("overlay/*", (OVERLAY, CHAIN)),
+    ("video/*parallel*", (PARALLEL,)),
+    ("video/picture*", (f"{VIDEO} -k blanking", f"{VIDEO} -k all_in_focus", CHAIN)),
+    ("video/*", OF_VIDEO),
+    ("selftest/*", ("tb/selftest/test_self_test.py",)),
+    (
+        "*",
+        (
+            "tb/core/test_units.py -k {}",
+            f"{RASTER} -k stalls_gaps",
+            f"{RASTER} -k array_slices",
+            "tb/fir/test_fir_array.py",
+            f"{SUMS} -k sets_stalls",
+        ),
+    ),
+)
+# Of these the file bench simulates every line.
+IN_FILE_BENCH = ("core/*", "refocuser/raster*", "fir/*", "moving_sum/*", "common/*")
+
+
+def relative(source: Path) -> str:
+    """A source, relative to the folder of all sources."""
+    return str(source.relative_to(project.root() / "hdl"))
+
+
+def place_of(mutant: Mutant) -> str:
+    """Source of a mutant, relative to the folder of all sources."""
+    return relative(next(s for s in hdl.board_sources() if s.name == mutant.file))
+
+
+def tests_of(place: str) -> tuple[str, ...]:
+    """Files of tests that reach a source."""
+    return next(tests for pattern, tests in TESTS if fnmatch.fnmatch(place, pattern))
+
+
+def rounds_of(mutant: Mutant) -> tuple[str, ...]:
+    """What a mutant is put to, in turn: "bench", then files of tests."""
+    place = place_of(mutant)
+    benched = any(fnmatch.fnmatch(place, pattern) for pattern in IN_FILE_BENCH)
+    entity = Path(place).stem
+    return ("bench" if benched else "", *(test.replace("{}", entity) for test in tests_of(place)))

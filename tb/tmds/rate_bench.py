@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""cocotb tests of what stands between two clocks; each is for the entity it names."""
+
+import random
+from typing import Any
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import FallingEdge, Timer
+
+from plenofir_tb.case import read_case
+from plenofir_tb.entities import for_entity
+
+CASE = read_case()
+PERIOD = 10
+
+
+def bits_of(words: list[int], width: int) -> str:
+    """Bits in the order in which they are sent."""
+    return "".join(str(word >> i & 1) for word in words for i in range(width))
+
+
+async def two_clocks(dut: Any, halves: int) -> None:
+    """Drive both clocks, the rising edges of clk together with every other one of clk_x2."""
+    for _ in range(halves):
+        dut.clk.value = 1
+        dut.clk_x2.value = 1
+        await Timer(2, "ns")
+        dut.clk_x2.value = 0
+        await Timer(2, "ns")
+        dut.clk.value = 0
+        dut.clk_x2.value = 1
+        await Timer(2, "ns")
+        dut.clk_x2.value = 0
+        await Timer(2, "ns")
+
+
+@for_entity("gearbox_5_to_10")
+async def ten_bits_from_five(dut: Any) -> None:
+    """All bits come out in order."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    halves = [rng.randrange(32) for _ in range(400)]
+    cocotb.start_soon(two_clocks(dut, 220))
+    dut.half.value = 0
+    got = []
+
+    async def watch() -> None:
+        while True:
+            await FallingEdge(dut.clk)
+            if "U" not in str(dut.bits.value):
+                got.append(int(dut.bits.value))
+
+    cocotb.start_soon(watch())
+    for half in halves:
+        await FallingEdge(dut.clk_x2)
+        dut.half.value = half
+    for _ in range(6):
+        await FallingEdge(dut.clk_x2)
+    assert bits_of(halves, 5)[:1900] in bits_of(got, 10)
+
+
+@for_entity("gearbox_10_to_5")
+async def five_bits_from_ten(dut: Any) -> None:
+    """All bits come out in order."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    words = [rng.randrange(1024) for _ in range(200)]
+    cocotb.start_soon(two_clocks(dut, 220))
+    dut.bits.value = 0
+    got = []
+
+    async def watch() -> None:
+        while True:
+            await FallingEdge(dut.clk_x2)
+            if "U" not in str(dut.half.value):
+                got.append(int(dut.half.value))
+
+    cocotb.start_soon(watch())
+    for word in words:
+        await FallingEdge(dut.clk)
+        dut.bits.value = word
+    for _ in range(3):
+        await FallingEdge(dut.clk)
+    assert bits_of(words, 10) in bits_of(got, 5)
+
+
+@for_entity("elastic_buffer")
+async def words_cross_clocks(dut: Any) -> None:
+    """Words come in order and half the depth late, at any phase; a lost clock begins anew."""
+    rng = random.Random(cocotb.RANDOM_SEED)
+    words = 1 << CASE["width"]
+    half = 1 << (CASE["address_bits"] - 1)
+    sent = 0
+    writing = True
+
+    async def write() -> None:
+        nonlocal sent
+        while True:
+            dut.write_clk.value = 0
+            await Timer(PERIOD // 2, "ns")
+            if writing:
+                sent += 1
+                dut.write_word.value = sent % words
+                dut.write_clk.value = 1
+            await Timer(PERIOD // 2, "ns")
+
+    dut.write_reset.value = 1
+    dut.read_reset.value = 1
+    cocotb.start_soon(write())
+    for phase in (1, 2, 5, 9):
+        await Timer(phase, "ns")
+        clock = Clock(dut.read_clk, PERIOD, "ns")
+        clock.start()
+        writing = True
+        for _ in range(rng.randrange(8, 20)):
+            await FallingEdge(dut.read_clk)
+        # Nothing flows in a reset.
+        assert not int(dut.flowing.value)
+        dut.write_reset.value = 0
+        dut.read_reset.value = 0
+        for _ in range(4 * half):
+            await FallingEdge(dut.read_clk)
+            if int(dut.flowing.value):
+                break
+        assert int(dut.flowing.value)
+        # What was in the memory comes out first.
+        for _ in range(2 * half):
+            await FallingEdge(dut.read_clk)
+        late = {(sent - int(dut.read_word.value)) % words}
+        for _ in range(300):
+            await FallingEdge(dut.read_clk)
+            assert int(dut.flowing.value)
+            late.add((sent - int(dut.read_word.value)) % words)
+        # One number more or less where both clocks change at one time.
+        assert max(late) - min(late) <= 1, late
+        assert half - 1 <= min(late) <= max(late) <= half + 5, late
+        # The write clock stops until that is noticed: reading begins anew, half the depth behind.
+        writing = False
+        for _ in range(2 * half):
+            await FallingEdge(dut.read_clk)
+            if not int(dut.flowing.value):
+                break
+        assert not int(dut.flowing.value)
+        writing = True
+        for _ in range(4 * half):
+            await FallingEdge(dut.read_clk)
+        assert int(dut.flowing.value)
+        again = (sent - int(dut.read_word.value)) % words
+        assert half - 1 <= again <= half + 5, again
+        dut.read_reset.value = 1
+        await FallingEdge(dut.read_clk)
+        await FallingEdge(dut.read_clk)
+        assert not int(dut.flowing.value)
+        clock.stop()
