@@ -23,13 +23,20 @@ TINY = [
 # Lines longer than the FIFO behind the ring.
 WIDE = (36, 160)
 EVEN = (44, 72)
+# M, shifts, cameras.
+Plain = tuple[int, tuple[int, ...], list[ShownCamera]]
+SIMPLE: Plain = (3, (2, -1), TINY)
+# The core is more lines behind than there are between two frames of the raster, and these come more
+# and more slowly than they go out.
+FAR_BEHIND: Plain = (3, (50, -1), [ShownCamera(4.05, 0.3, shape=(140, 64))])
 SMALL = [ShownCamera(5.4, 0.7), ShownCamera(6.9, -1.0)]
 
 
-def mode_of(rows: int, columns: int) -> VideoMode:
-    """A small mode for frames of this size."""
+def mode_of(rows: int, columns: int, m: int) -> VideoMode:
+    """A small mode for frames of this size, with the blanking that moving sums need."""
     mode = MODE_720 if rows == MODE_720.v_active else shrunken("mini")
-    return mode.model_copy(update={"v_active": rows, "h_active": columns})
+    back = max(mode.v_back, m - 1 - mode.v_front - mode.v_sync)
+    return mode.model_copy(update={"v_active": rows, "h_active": columns, "v_back": back})
 
 
 def case(
@@ -77,19 +84,19 @@ def case(
             "order": order,
             "fewer_lines": fewer_lines,
             "ring": ring,
-            "mode": mode_of(rows, columns).model_dump(),
+            "mode": mode_of(rows, columns, m).model_dump(),
             "thorough": thorough,
         },
     )
 
 
 def test_raw_aligned_and_refocused() -> None:
-    run_cases([case(3, (2, -1), TINY)])
+    run_cases([case(*SIMPLE)])
 
 
 @pytest.mark.slow
 def test_mosaic() -> None:
-    run_cases([case(3, (2, -1), TINY, order="grbg", channels=3)])
+    run_cases([case(*SIMPLE, order="grbg", channels=3)])
 
 
 @pytest.mark.slow
@@ -133,20 +140,28 @@ def test_cameras(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("engine", ["fir", "moving_sum"])
+def test_core_far_behind(engine: str) -> None:
+    run_cases([case(*FAR_BEHIND, ENGINE=engine)])
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("file", "old", "new"),
+    ("what", "file", "old", "new"),
     [
-        ("sensor_front.vhd", "OWN_LINES + CORE_LINES;", "OWN_LINES;"),
-        ("sensor_front.vhd", "or place_wanted /= place_now then", "then"),
-        ("stream_to_video.vhd", "x < right and", "x <= right and"),
+        (SIMPLE, "sensor_front.vhd", "OWN_LINES + CORE_LINES;", "OWN_LINES;"),
+        (SIMPLE, "sensor_front.vhd", "or place_wanted /= place_now then", "then"),
+        (SIMPLE, "stream_to_video.vhd", "x < right and", "x <= right and"),
         # A calibration that a reset takes back.
-        ("lens_rows.vhd", "        offered <= '0';\n", "        half <= '0';\n"),
+        (SIMPLE, "lens_rows.vhd", "        offered <= '0';\n", "        half <= '0';\n"),
+        # Frames that do not wait for the one before.
+        (FAR_BEHIND, "sensor_front.vhd", "turn or direct_now or not raster_user(0);", "'1';"),
     ],
 )
 def test_planted_fault_is_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, old: str, new: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: Plain, file: str, old: str, new: str
 ) -> None:
     sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
     with pytest.raises(pytest.fail.Exception, match=FOUND):
-        run_cases([case(3, (2, -1), TINY)])
+        run_cases([case(*what)])
