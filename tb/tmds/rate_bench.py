@@ -2,7 +2,7 @@
 """cocotb tests of what stands between two clocks; each is for the entity it names."""
 
 import random
-from typing import Any
+from typing import Any, NamedTuple
 
 import cocotb
 from cocotb.clock import Clock
@@ -13,6 +13,17 @@ from plenofir_tb.entities import for_entity
 
 CASE = read_case()
 PERIOD = 10
+
+
+class Port(NamedTuple):
+    """A port of words, its clock and bits."""
+
+    name: str
+    clock: str
+    width: int
+
+
+HALF, WHOLE = Port("half", "clk_x2", 5), Port("bits", "clk", 10)
 
 
 def bits_of(words: list[int], width: int) -> str:
@@ -35,52 +46,38 @@ async def two_clocks(dut: Any, halves: int) -> None:
         await Timer(2, "ns")
 
 
-@for_entity("gearbox_5_to_10")
-async def ten_bits_from_five(dut: Any) -> None:
-    """All bits come out in order."""
+async def all_bits_in_order(dut: Any, source: Port, sink: Port) -> None:
+    """Random words go in; what comes out has all their bits in order."""
     rng = random.Random(cocotb.RANDOM_SEED)
-    halves = [rng.randrange(32) for _ in range(400)]
+    words = [rng.randrange(1 << source.width) for _ in range(2000 // source.width)]
     cocotb.start_soon(two_clocks(dut, 220))
-    dut.half.value = 0
+    given, taken = getattr(dut, source.name), getattr(dut, sink.name)
+    given.value = 0
     got = []
 
     async def watch() -> None:
         while True:
-            await FallingEdge(dut.clk)
-            if "U" not in str(dut.bits.value):
-                got.append(int(dut.bits.value))
+            await FallingEdge(getattr(dut, sink.clock))
+            if "U" not in str(taken.value):
+                got.append(int(taken.value))
 
     cocotb.start_soon(watch())
-    for half in halves:
-        await FallingEdge(dut.clk_x2)
-        dut.half.value = half
-    for _ in range(6):
-        await FallingEdge(dut.clk_x2)
-    assert bits_of(halves, 5)[:1900] in bits_of(got, 10)
+    for word in [*words, *[0] * (60 // source.width)]:
+        await FallingEdge(getattr(dut, source.clock))
+        given.value = word
+    assert bits_of(words, source.width) in bits_of(got, sink.width)
+
+
+@for_entity("gearbox_5_to_10")
+async def ten_bits_from_five(dut: Any) -> None:
+    """All bits come out in order."""
+    await all_bits_in_order(dut, HALF, WHOLE)
 
 
 @for_entity("gearbox_10_to_5")
 async def five_bits_from_ten(dut: Any) -> None:
     """All bits come out in order."""
-    rng = random.Random(cocotb.RANDOM_SEED)
-    words = [rng.randrange(1024) for _ in range(200)]
-    cocotb.start_soon(two_clocks(dut, 220))
-    dut.bits.value = 0
-    got = []
-
-    async def watch() -> None:
-        while True:
-            await FallingEdge(dut.clk_x2)
-            if "U" not in str(dut.half.value):
-                got.append(int(dut.half.value))
-
-    cocotb.start_soon(watch())
-    for word in words:
-        await FallingEdge(dut.clk)
-        dut.bits.value = word
-    for _ in range(3):
-        await FallingEdge(dut.clk)
-    assert bits_of(words, 10) in bits_of(got, 5)
+    await all_bits_in_order(dut, WHOLE, HALF)
 
 
 @for_entity("elastic_buffer")

@@ -18,7 +18,7 @@ from plenofir.fpga.core.configuration import (
     CoreConfiguration,
     SliceEngineName,
 )
-from plenofir.fpga.core.moving_sum import MovingSumEngine, PixelsPerClock
+from plenofir.fpga.core.moving_sum import PixelsPerClock
 from plenofir.fpga.devices import Device
 from plenofir.fpga.synthesis.ecp5 import Placed
 from plenofir.fpga.synthesis.estimate import estimate
@@ -85,15 +85,13 @@ class Cell:
         CoreConfiguration
             8 bit, exact arithmetic, nearest neighbour.
         """
-        engine = SLICE_ENGINES[self.engine]()
-        if self.pixels_per_clock > 1:
-            engine = MovingSumEngine(pixels_per_clock=self.pixels_per_clock)
+        more = {"pixels_per_clock": self.pixels_per_clock} if self.pixels_per_clock > 1 else {}
         return CoreConfiguration(
             micro_image_size=self.micro_image_size,
             shifts=self.shifts,
             max_columns=columns,
             channels=self.channels,
-            engine=engine,
+            engine=SLICE_ENGINES[self.engine].model_validate(more),
         )
 
     def other(self, engine: SliceEngineName) -> "Cell":
