@@ -23,6 +23,7 @@ from plenofir.images import read_image
 from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.studies import many_pixels, thesis_benchmark
 from plenofir.studies.errata import page_lines
+from plenofir.studies.ray_validation import rounding_sentences
 from plenofir.view import export, light_field_page
 from resource_tables import (
     board_builds,
@@ -106,12 +107,18 @@ def errata(text: str) -> str:
     return between_marks(text, "errata", "\n".join(page_lines()))
 
 
+def digits(text: str) -> str:
+    """Say in a page which printed digits of the thesis the ray model gives."""
+    return between_marks(text, "digits", rounding_sentences())
+
+
 def committed_pages() -> dict[Path, str]:
     """Make the pages that stand in the repository."""
     of_stacks, of_indices = stack_tables()
     written = {
         DOCS / "board.md": status_table,
         DOCS / "errata.md": errata,
+        DOCS / "ray-model.md": digits,
         DOCS / "golden-model.md": error_bounds,
         DOCS / "moving-sum.md": moving_sum_tables,
         DOCS / "fir-array.md": clock_table,
@@ -126,7 +133,10 @@ def committed_pages() -> dict[Path, str]:
         MEASURED / "array-clocks.md": measured(
             "Clocks of the filter array",
             "fir-array.md",
-            ("Simulated", clock_counts.table(clock_counts.SIMULATED).splitlines()),
+            (
+                "Small arrays: formulas, which a simulation of each row confirms",
+                clock_counts.table(clock_counts.SIMULATED).splitlines(),
+            ),
         ),
         MEASURED / "engines.md": measured(
             "Both engines, cell by cell", "moving-sum.md", ("Spartan-6, XC6SLX45", engine_table())

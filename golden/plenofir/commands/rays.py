@@ -45,12 +45,17 @@ def _note(text: str) -> None:
         typer.echo(f"note: {text}")
 
 
+def _number(value: float) -> str:
+    """Format with four decimals, or the leading digits where these are all that it has."""
+    return f"{value:.4f}" if abs(value) < 1e9 else f"{value:.12g}"
+
+
 def _cell(distances: "Distances") -> str:
     value = _number_or_none(distances)
     state = distances.state().value
     if value is None:
         return state
-    return f"{value:.4f}" if state == "real" else f"{value:.4f} ({state})"
+    return _number(value) if state == "real" else f"{_number(value)} ({state})"
 
 
 def _title(model: "RayModel") -> str:
@@ -138,7 +143,7 @@ def baseline(
         print_json({**content, "outermost_view": model.outermost_view, "vignetted": bool(note)})
         return
     names = ["gap", "baseline / mm", "at the exit pupil", "tilt / degrees", "entrance pupil / mm"]
-    cells = [str(gap), *(f"{content[k]:.4f}" for k in list(content)[1:])]
+    cells = [str(gap), *(_number(content[k]) for k in list(content)[1:])]
     print_table(names, [cells], title=_title(model))
     _note(note)
 
@@ -179,7 +184,10 @@ def depth(
         print_json({**content, "objects": objects})
         return
     cells = [
-        [f"{o['disparity']:g}", *(str(o["state"]) if o[k] is None else f"{o[k]:.4f}" for k in keys)]
+        [
+            f"{o['disparity']:g}",
+            *(_number(z) if isinstance(z, float) else str(o["state"]) for z in map(o.get, keys)),
+        ]
         for keys in (("depth_mm", "distance_mm"),)
         for o in objects
     ]

@@ -407,7 +407,8 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
         "pictures without numbers, measured, and derived where that can be. "
         "Energy has a report of its own, `plenofir report energy`.",
         "",
-        f"Measured on: {machine()}. Only times depend on that.",
+        f"Measured on: {machine()}. Times depend on that, and last digits of floating point "
+        "results.",
         "",
     ]
     lines += _noise_lines(folder, tell)

@@ -39,7 +39,7 @@ from plenofir.studies.ray_pictures import (
     meetings_picture,
 )
 from plenofir.studies.ray_stability import CASES, Outcome, _error, oracle_distance, oracle_extension
-from plenofir.studies.ray_validation import Check, all_checks
+from plenofir.studies.ray_validation import Check, all_checks, rounding_sentences
 from plenofir.studies.report_parts import table
 from plenofir.studies.thesis_tables import load_table
 
@@ -56,7 +56,7 @@ def _validation(checks: list[Check]) -> list[str]:
         "## The thesis's predictions",
         "",
         "Every prediction of the thesis's tables, computed anew. A number agrees if it rounds to "
-        "the printed digits.",
+        f"the printed digits. {rounding_sentences()}",
         "",
     ]
     rows = []

@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 
-from plenofir.studies.ray_validation import Check, all_checks
+from plenofir.studies.ray_validation import Check, all_checks, digits_of_rounding
 
 CHECKS = all_checks()
 
@@ -34,3 +34,9 @@ def test_nothing_is_missing() -> None:
         **dict.fromkeys(("5.11c", "5.12c"), 2),
     }
     assert sum(check.erratum is not None for check in CHECKS) == 25
+
+
+def test_digits_that_only_the_rounded_image_distances_give() -> None:
+    count, of, far = digits_of_rounding()
+    assert (count, of) == (54, 434)
+    assert 1e-5 < far < 2e-5

@@ -6,7 +6,6 @@ from collections.abc import Callable
 import numpy as np
 
 from plenofir.refocus.operator import gather_sums
-from plenofir.refocus.switches import FilterLayout, filter_lines
 from plenofir.studies.errata.entry import Erratum, Shown
 from plenofir.studies.thesis_tables import load_table
 
@@ -123,20 +122,14 @@ def _eq_6_5() -> Shown:
     )
 
 
-def _doubled_clock() -> Shown:
-    m, shift = 3, 2
-    x = _line(m)
-    layout = FilterLayout(m, (shift,), align="causal")
-    # One step of the filter is one pixel clock: every tap shifts and adds in it.
-    found = next(iter(filter_lines([x], layout)))
+def _share_of_the_picture() -> Shown:
+    side, before = 589, 3201
     return Shown(
-        f"The filter of Fig. 6.6, register by register with one shift and one addition in each "
-        f"clock, takes {len(x)} pixels in {len(x)} clocks, and its outputs are those of Eq. 6.1. "
-        "The VHDL core runs on the pixel clock alone; the doubled clock is that of the "
-        "serialisers.",
-        1,
-        _differing(found, _sums(x, m, shift)),
+        f"{before} / {side} is {before / side:.2f}: the sides are more than a sixth as long. One "
+        f"pixel in {before**2 / side**2:.1f} is left.",
+        side / before - 1 / 6,
         0,
+        1e-3,
     )
 
 
@@ -170,10 +163,10 @@ ERRATA = (
         _eq_6_5,
     ),
     Erratum(
-        "doubled-clock",
-        "Section 6.1.1, Figs. 6.3, 6.5, 6.7",
-        "to shift and to add takes the doubled pixel clock",
-        "both fit one pixel clock in the transposed form",
-        _doubled_clock,
+        "share-of-the-picture",
+        "Section 6.1.2, benchmark",
+        "a picture of 589 by 589 pixels is less than a sixth of one of 3201 by 3201",
+        "1 / 5.4 in each dimension, 1 / 29.5 of the pixels",
+        _share_of_the_picture,
     ),
 )

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Errata of chapter 3, the ray model."""
 
+from math import inf
+
 import numpy as np
 
 from plenofir.camera.rays import RayModel, image_side_distance
@@ -52,6 +54,43 @@ def _limits() -> Shown:
         printed=min(counts["left"], counts["right"]),
         holds=counts["missed"],
         limit=0,
+    )
+
+
+def _borders() -> Shown:
+    model = table_model("f193", "II", inf, 13)
+    camera, lens = model.camera, model.camera.main_lens
+    pitch, focal = camera.micro_lenses.pitch_mm, camera.micro_lenses.focal_length_mm
+    pixel, c, a, edge_lens = camera.sensor.pixel_pitch_mm, 6, 1, 6
+    row = next(
+        row for row in load_table("5.5").part().rows if row["d_f_m"] == inf and row["a"] == a
+    )
+
+    def line(view: int, lens_number: int, pixel_side: int, lens_side: int) -> tuple[float, float]:
+        """Slope and height of a ray (Eqs. 3.36 to 3.39)."""
+        s = lens_number * pitch
+        u = s * (1 + focal / model.exit_pupil_mm) + view * pixel + pixel_side * pixel / 2
+        return (s - u) / focal, s + lens_side * pitch / 2
+
+    def distance(first: tuple[int, int], second: tuple[int, int]) -> float:
+        """Where two rays meet, through the main lens (Eqs. 3.40 to 3.43)."""
+        one, other = line(-c, edge_lens, *first), line(c, edge_lens - a * 2 * c, *second)
+        image = model.image_distance_mm - (other[1] - one[1]) / (one[0] - other[0])
+        in_front = 1 / (1 / lens.focal_length_mm - 1 / image)
+        return model.image_distance_mm + lens.principal_plane_separation_mm + in_front
+
+    same = [distance((sign, sign), (sign, sign)) for sign in (-1, 1)]
+    # Inner rays: pixel borders towards the micro images' middles, outer edges of the micro lenses.
+    near, far = (distance((sign, sign), (-sign, -sign)) for sign in (1, -1))
+    want = (row["predicted_near_mm"], row["predicted_far_mm"])
+    return Shown(
+        f"f193, (II), infinity, a = 1: with one sign for both rays all four offsets are the same "
+        f"for both, so d- = d+ = {same[0]:.4f} mm = d_a and the depth of field is "
+        f"{abs(same[1] - same[0]):.4f} mm. With opposite signs the borders are {near:.4f} and "
+        f"{far:.4f} mm, as Table 5.5 prints them.",
+        max(abs(found - value) for found, value in zip(same, want, strict=True)),
+        max(abs(near - want[0]), abs(far - want[1])),
+        5e-5,
     )
 
 
@@ -143,6 +182,14 @@ ERRATA = (
         "[U, infinity) (3.40)",
         "the lines have no limits: the rays are extended as far as they need to meet",
         _limits,
+    ),
+    Erratum(
+        "borders",
+        "Eqs. 3.36 to 3.40, 3.44",
+        "the two rays of a depth of field border take the same sign: A+ meets B+, A- meets B-",
+        "opposite signs: the ray of one micro image's upper border meets that of the other one's "
+        "lower border, and the same for the micro lens edges",
+        _borders,
     ),
     Erratum(
         "exit-baseline",

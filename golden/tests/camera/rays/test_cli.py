@@ -104,6 +104,11 @@ def test_tables(arguments: tuple[str, ...]) -> None:
     assert "mm" in done.stdout
 
 
+def test_far_planes_show_the_digits_that_they_have() -> None:
+    done = plenofir("distance", "--camera", "f193-mla2", "--focus", "1e15", "--a", "0")
+    assert " 1e+15 " in done.stdout
+
+
 def test_plot(tmp_path: Path) -> None:
     path = tmp_path / "bench.png"
     options = ("--camera", "f193-mla2", "--focus", "3000", "--a", "0", "--a", "1", "--a", "-2")
