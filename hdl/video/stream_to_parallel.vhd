@@ -1,7 +1,10 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- A stream as parallel video: frame valid, line valid without gaps, data.
 --
--- A line goes out when all of it is there.
+-- A line goes out when all of it is there. A frame ends with ROWS lines, with the next start of frame, or when it has
+-- waited STALL clocks for a line, so that frames cut short stay apart; what comes behind its end and ahead of the next
+-- start of frame is left out. A line ends with tlast, with its pixel MAX_COLUMNS (what comes up to tlast is left out),
+-- or, as far as it came, with a start of frame.
 --
 -- Latency: a line and about 6 clocks. Throughput: one pixel each clock, less GAP clocks for each line.
 -- Equation: a pixel for each clock of line_valid, in the order of the stream.
@@ -21,7 +24,9 @@ entity stream_to_parallel is
     MAX_COLUMNS : positive range 2 to 8192;
     ROWS        : positive range 1 to 65535;
     -- Clocks without line_valid between two lines, at least.
-    GAP : positive range 2 to 255 := 4
+    GAP : positive range 2 to 255 := 4;
+    -- Clocks that a frame waits for the end of a line: at least as many as the stream takes for a line and its stalls.
+    STALL : positive range 2 to 1048575 := 65535
   );
   port (
     clk   : in    std_logic;
@@ -45,16 +50,23 @@ architecture rtl of stream_to_parallel is
   constant ADDRESS_BITS : positive := bits_for(2 * MAX_COLUMNS - 1);
   constant MOST_LINES   : positive := 2 ** ADDRESS_BITS;
 
-  signal word_in     : std_logic_vector(WIDTH + 1 downto 0);
-  signal word_out    : std_logic_vector(WIDTH + 1 downto 0);
-  signal ready       : std_logic;
-  signal offered     : std_logic;
-  signal taken       : std_logic;
-  signal line_in     : std_logic;
-  signal line_out    : std_logic;
+  signal word_in  : std_logic_vector(WIDTH + 1 downto 0);
+  signal word_out : std_logic_vector(WIDTH + 1 downto 0);
+  signal ready    : std_logic;
+  signal arrives  : std_logic;
+  signal stored   : std_logic;
+  signal ends     : std_logic;
+  signal offered  : std_logic;
+  signal cut      : std_logic;
+  signal taken    : std_logic;
+  signal line_out : std_logic;
+  -- Pixels of the line that comes in; lines whose end has come in; the line that goes out has begun.
+  signal columns_in  : natural range 0 to MAX_COLUMNS    := 0;
   signal lines       : natural range 0 to MOST_LINES + 2 := 0;
+  signal begun       : std_logic                         := '0';
   signal gap_left    : natural range 0 to GAP            := GAP;
   signal rows_left   : natural range 0 to ROWS           := 0;
+  signal patience    : natural range 0 to STALL          := 0;
   signal in_line     : std_logic                         := '0';
   signal in_frame    : std_logic                         := '0';
   signal pixel_valid : std_logic                         := '0';
@@ -65,7 +77,13 @@ begin
   line_valid    <= pixel_valid;
   s_axis_tready <= ready;
 
-  word_in <= s_axis_tlast & s_axis_tuser(0) & s_axis_tdata;
+  -- Behind the longest line pixels are taken, and not stored.
+  arrives <= s_axis_tvalid and ready;
+  stored  <= s_axis_tvalid when s_axis_tuser(0) = '1' or columns_in /= MAX_COLUMNS else
+             '0';
+  ends    <= '1' when s_axis_tlast = '1' or (s_axis_tuser(0) = '0' and columns_in = MAX_COLUMNS - 1) else
+             '0';
+  word_in <= ends & s_axis_tuser(0) & s_axis_tdata;
 
   fifo : entity work.axis_fifo
     generic map (
@@ -75,7 +93,7 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      s_axis_tvalid => s_axis_tvalid,
+      s_axis_tvalid => stored,
       s_axis_tready => ready,
       s_axis_tdata  => word_in,
       m_axis_tvalid => offered,
@@ -84,25 +102,52 @@ begin
       level         => open
     );
 
-  line_in  <= s_axis_tvalid and ready and s_axis_tlast;
-  line_out <= offered and taken and word_out(WIDTH + 1);
-  taken    <= in_line;
+  -- A start of frame that ends a line waits as the first word of its own.
+  cut      <= begun and word_out(WIDTH);
+  taken    <= in_line and not cut;
+  line_out <= in_line and offered and (cut or word_out(WIDTH + 1));
 
   send : process (clk) is
+
+    variable more : natural range 0 to 2;
+    variable less : natural range 0 to 1;
+
   begin
 
     if rising_edge(clk) then
-      if line_in = '1' and line_out = '0' then
-        lines <= lines + 1;
-      elsif line_in = '0' and line_out = '1' then
-        lines <= lines - 1;
+      more := 0;
+      less := 0;
+      if arrives = '1' then
+        if s_axis_tuser(0) = '1' then
+          if columns_in /= 0 and columns_in /= MAX_COLUMNS then
+            more := 1;
+          end if;
+          columns_in <= 1;
+        elsif columns_in /= MAX_COLUMNS then
+          columns_in <= columns_in + 1;
+        end if;
+        if s_axis_tlast = '1' then
+          columns_in <= 0;
+        end if;
+        if ends = '1' and stored = '1' then
+          more := more + 1;
+        end if;
       end if;
+      if line_out = '1' then
+        less := 1;
+      end if;
+      lines <= lines + more - less;
 
       pixel_valid <= '0';
+      patience    <= STALL;
       if in_line = '1' then
-        pixel_valid <= offered;
+        pixel_valid <= offered and taken and in_frame;
         data        <= word_out(WIDTH - 1 downto 0);
+        if offered = '1' then
+          begun <= '1';
+        end if;
         if line_out = '1' then
+          begun    <= '0';
           in_line  <= '0';
           gap_left <= GAP;
           if rows_left /= 0 then
@@ -115,17 +160,25 @@ begin
           in_frame <= '0';
         end if;
       elsif lines /= 0 and offered = '1' then
-        -- A frame begins a clock ahead of its first line.
-        if word_out(WIDTH) = '1' and (in_frame = '0' or rows_left /= ROWS) then
+        -- A frame begins a clock ahead of its first line, and a clock behind the one before.
+        if word_out(WIDTH) = '1' and in_frame = '0' then
           in_frame  <= '1';
           rows_left <= ROWS;
+        elsif word_out(WIDTH) = '1' and rows_left /= ROWS then
+          in_frame <= '0';
         else
           in_line <= '1';
         end if;
+      elsif patience = 0 then
+        in_frame <= '0';
+      else
+        patience <= patience - 1;
       end if;
 
       if reset = '1' then
+        columns_in  <= 0;
         lines       <= 0;
+        begun       <= '0';
         in_line     <= '0';
         in_frame    <= '0';
         pixel_valid <= '0';

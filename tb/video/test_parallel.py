@@ -21,6 +21,6 @@ def test_parallel_top(bits: int) -> None:
 
 
 def test_stream_to_parallel() -> None:
-    case = {"rows": 4, "columns": 9}
-    generics = {"WIDTH": 8, "MAX_COLUMNS": 9, "ROWS": 4}
+    case = {"rows": 4, "columns": 9, "stall": 100}
+    generics = {"WIDTH": 8, "MAX_COLUMNS": 9, "ROWS": 4, "STALL": 100}
     run_cases([Case("stream_to_parallel", "video.sender_bench", generics, case)])
