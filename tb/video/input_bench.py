@@ -11,6 +11,7 @@ from cocotb.triggers import ClockCycles, FallingEdge
 
 from plenofir.fpga.hdmi.link import RasterSignals, raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
+from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
 from plenofir_tb.video import (
     COUNT_BITS,
@@ -21,6 +22,7 @@ from plenofir_tb.video import (
     timing_vector,
 )
 
+CASE = read_case()
 # Of a timing's count, and the places of two of its counts.
 MOST = (1 << COUNT_BITS) - 1
 LINE_LENGTH, ROWS = 1, 4
@@ -245,6 +247,8 @@ class StreamTap:
         self.rng = random.Random(cocotb.RANDOM_SEED)
         self.stalls = 0.0
         self.taken: list[tuple[int, ...]] = []
+        # What was told with the first pixel of each frame.
+        self.rows: list[int] = []
         dut.restart.value = 0
 
     async def play(self, signals: RasterSignals) -> None:
@@ -261,6 +265,8 @@ class StreamTap:
             assert int(dut.overflow.value) == (valid and not int(dut.m_axis_tready.value))
             ports = (dut.m_axis_tdata, dut.m_axis_tuser, dut.m_axis_tlast)
             beat = tuple(int(port.value) if valid else 0 for port in ports)
+            if beat[1]:
+                self.rows.append(int(dut.stream_rows.value))
             self.taken.append((*beat, int(dut.following.value), int(dut.miss.value)))
 
     def pictures(self, mode: VideoMode, count: int) -> RasterSignals:
@@ -304,6 +310,39 @@ async def modes_at_the_limits(dut: Any) -> None:
         assert np.array_equal(got, (want if fits else 0 * want)[: len(got)]), mode
         if fits:
             assert int(dut.timing.value) == timing_vector(mode)
+
+
+@for_entity("more_rows")
+async def frames_reach_into_the_blanking(dut: Any) -> None:
+    """Black lines below the picture; how many lines, is right with the first pixel of a frame."""
+    Clock(dut.clk, 10, "ns").start()
+    tap = StreamTap(dut)
+    for name in ("active", "h_sync", "v_sync", "pixel"):
+        getattr(dut, name).value = 0
+    await reset(dut)
+    for mode in (
+        at_the_limits("two more"),
+        at_the_limits("none more", v_active=4, v_front=3, v_back=2),
+        at_the_limits("all of the blanking", v_active=5, v_front=2, v_back=2),
+    ):
+        rows = mode.v_total - mode.v_total % CASE["modulus"]
+        tap.taken.clear()
+        tap.rows.clear()
+        signals = tap.pictures(mode, 6)
+        await tap.play(signals)
+        # Three frames until a timing is followed; the last one is not out as a whole.
+        assert tap.rows[-3:] == [rows] * 3, mode
+        packed = signals.pixels.astype(int) @ (1, 256, 65536)
+        total = mode.h_total * mode.v_total
+        got = np.array(tap.taken)[2 + 3 * total :].reshape(-1)
+        want = packed[3 * total :][: len(got) // 5]
+        y, x = np.divmod(np.arange(len(want)), mode.h_total)
+        in_rows = y % mode.v_total < rows
+        first = (y % mode.v_total == 0) & (x == 0)
+        last = in_rows & (x == mode.h_active - 1)
+        assert np.array_equal(
+            got.reshape(-1, 5)[:, :3], np.stack([want * in_rows, first, last], axis=1)
+        ), mode
 
 
 @for_entity("video_to_stream")

@@ -159,7 +159,19 @@ def test_units() -> None:
             ),
             Case("full_range_rgb", "video.colour_bench"),
             unit("video_to_stream", LIMITS, bench="input"),
+            Case(
+                "video_to_stream",
+                "video.input_bench",
+                {**LIMITS, "ROW_MODULUS": 5},
+                {"entity": "more_rows", "modulus": 5},
+            ),
             unit("stream_to_video", {"DELAY_PIXELS": 3}, lines=1, pixels=3),
+            Case(
+                "stream_to_video",
+                "video.unit_bench",
+                {"DELAY_PIXELS": 3, "WINDOW": True},
+                {"entity": "window", "lines": 1, "pixels": 3},
+            ),
             unit(
                 "light_field_pattern",
                 {name.upper(): value for name, value in pattern.items()},

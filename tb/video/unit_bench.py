@@ -212,6 +212,53 @@ async def streams_with_faults_are_shown(dut: Any) -> None:
         await run(clocks)
 
 
+@for_entity("window")
+async def pictures_in_the_middle(dut: Any) -> None:
+    """With black around; one that does not fit is told and dropped, whatever it does."""
+    case = read_case()
+    rng = np.random.default_rng(cocotb.RANDOM_SEED)
+    mode = shrunken("shown", h_active=7, h_front=1, h_sync=2, h_back=2, v_active=5, v_back=2)
+    total = mode.h_total * mode.v_total
+    Clock(dut.clk, 10, "ns").start()
+    dut.timing.value = timing_vector(mode)
+    dut.delay_lines.value = case["lines"]
+    dut.following.value = 1
+    dut.s_axis_tvalid.value = 0
+    active = raster_signals(mode, [np.zeros((5, 7, 3), np.uint8)]).active
+    for columns, rows in ((4, 3), (7, 5), (8, 5), (1, 1), (7, 6), (4, 0), (8, 6), (3, 5)):
+        fits = columns <= 7 and 1 <= rows <= 5
+        dut.picture_columns.value, dut.picture_rows.value = columns, rows
+        await reset(dut)
+        beats: list[tuple[int, int]] = []
+        sent: list[list[int]] = []
+        shown = []
+        for position in range(4 * total + case["lines"] * mode.h_total + case["pixels"] + 3):
+            if not beats:
+                sent.append(rng.integers(1, 1 << 24, max(columns * rows, 1)).tolist())
+                beats = [(pixel, int(i == 0)) for i, pixel in enumerate(sent[-1])]
+            dut.row.value, dut.column.value = divmod(position % total, mode.h_total)
+            dut.s_axis_tvalid.value = 1
+            dut.s_axis_tdata.value, dut.s_axis_tuser.value = beats[0]
+            await RisingEdge(dut.clk)
+            assert int(dut.too_large.value) == (not fits), (columns, rows)
+            if int(dut.s_axis_tready.value):
+                beats.pop(0)
+            await FallingEdge(dut.clk)
+            assert not int(dut.underflow.value)
+            shown.append(int(dut.pixel.value))
+        got = np.array(shown[-4 * total :]).reshape(4, total)
+        assert not got[:, ~active].any()
+        for number, frame in enumerate(got[:, active]):
+            want = np.zeros((5, 7), int)
+            if fits:
+                picture = np.reshape(sent[number], (rows, columns))
+                top, left = (5 - rows) // 2, (7 - columns) // 2
+                want[top : top + rows, left : left + columns] = picture
+            assert np.array_equal(frame.reshape(5, 7), want), (columns, rows)
+        if not fits:
+            assert len(sent) * columns * max(rows, 1) > 4 * total, "a picture too large waits"
+
+
 @for_entity("mode_ports")
 async def timing_of_a_mode(dut: Any) -> None:
     """Every count of a mode that is given as in data sheets."""
