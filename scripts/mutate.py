@@ -55,10 +55,9 @@ def is_valid(sources: Sequence[Path], folder: Path) -> bool:
     bench = project.root() / "tb" / "file_bench"
     tops = [bench / "board_atlys.vhd", bench / "hdmi_bench.vhd"]
     try:
-        for command in simulator.model_commands(hdl.model_sources()):
-            simulator.run(command, folder)
-        files = [str(source) for source in (*sources, *tops)]
-        simulator.run(["ghdl", "-a", *simulator.global_options(board=True), *files], folder)
+        models = simulator.analysis(hdl.model_sources(), library="unisim", board=True)
+        simulator.run(models, folder)
+        simulator.run(simulator.analysis([*sources, *tops], board=True), folder)
     except SimulationError:
         return False
     return True

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Simple dual-port RAM: one write port, one read port, one clock.
 --
--- The only description of block RAM. Synthesis infers RAMB16BWER or RAMB8BWER from it, and simulation uses it too.
+-- The only description of block RAM: synthesis infers RAMB16BWER or RAMB8BWER from it.
 --
 -- Latency: read data are valid READ_LATENCY clocks after the address. 1: the RAM's own register; 2: also the output
 --   register behind it, which block RAM needs at high clocks.
@@ -39,6 +39,19 @@ end entity ram_simple_dual_port;
 
 architecture rtl of ram_simple_dual_port is
 
+  -- XST's template for block RAM has a signal (UG687; its other one, a shared variable, is no VHDL-2008). Simulators
+  -- keep a driver for each bit of a signal, which a memory of megabits cannot afford: they get a variable.
+  function is_simulation return boolean is
+  begin
+
+    -- synthesis translate_off
+    return true;
+    -- synthesis translate_on
+
+    return false;
+
+  end function is_simulation;
+
   -- The last address.
   function last_word return natural is
   begin
@@ -55,25 +68,50 @@ architecture rtl of ram_simple_dual_port is
 
   signal read_word : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
 
-  -- A shared variable, as in XST's templates for block RAM: simulators keep a driver for each bit
-  -- of a signal, which a memory of megabits cannot afford.
-  shared variable memory : memory_t := (others => (others => '0'));
-
 begin
 
-  access_memory : process (clk) is
+  synthesised : if not is_simulation generate
+
+    signal memory : memory_t := (others => (others => '0'));
+
   begin
 
-    if rising_edge(clk) then
-      if read_enable = '1' then
-        read_word <= memory(to_integer(read_address));
-      end if;
-      if write_enable = '1' then
-        memory(to_integer(write_address)) := write_data;
-      end if;
-    end if;
+    access_memory : process (clk) is
+    begin
 
-  end process access_memory;
+      if rising_edge(clk) then
+        if read_enable = '1' then
+          read_word <= memory(to_integer(read_address));
+        end if;
+        if write_enable = '1' then
+          memory(to_integer(write_address)) <= write_data;
+        end if;
+      end if;
+
+    end process access_memory;
+
+  end generate synthesised;
+
+  simulated : if is_simulation generate
+
+    access_memory : process (clk) is
+
+      variable memory : memory_t := (others => (others => '0'));
+
+    begin
+
+      if rising_edge(clk) then
+        if read_enable = '1' then
+          read_word <= memory(to_integer(read_address));
+        end if;
+        if write_enable = '1' then
+          memory(to_integer(write_address)) := write_data;
+        end if;
+      end if;
+
+    end process access_memory;
+
+  end generate simulated;
 
   no_output_register : if READ_LATENCY = 1 generate
     read_data <= read_word;

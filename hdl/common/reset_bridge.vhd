@@ -28,7 +28,7 @@ begin
 
   reset <= crossing_reset(3);
 
-  release : process (clk, request) is
+  shift_out : process (clk, request) is
   begin
 
     if request = '1' then
@@ -37,6 +37,6 @@ begin
       crossing_reset <= crossing_reset(2 downto 0) & '0';
     end if;
 
-  end process release;
+  end process shift_out;
 
 end architecture rtl;

@@ -19,7 +19,7 @@ from unittest import mock
 from xml.etree import ElementTree
 
 import pytest
-from cocotb_tools.runner import Nvc, Runner, get_runner
+from cocotb_tools.runner import Runner, get_runner
 
 from plenofir import project
 from plenofir.fpga import hdl
@@ -28,7 +28,6 @@ from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.simulate.chain import chain_sources
 from plenofir.fpga.simulate.simulators import (
     GHDL_RUN_OPTIONS,
-    NVC_RELAXED,
     Simulator,
     find_simulator,
 )
@@ -76,22 +75,14 @@ class Case:
         return f"{self.top}-{digest.hexdigest()[:10]}"
 
 
-class _RelaxedNvc(Nvc):
-    """NVC that takes the shared variables of VHDL-93 in a design of a later standard."""
-
-    def _build_command(self) -> list[list[str]]:
-        command = super()._build_command()[0]
-        place = command.index("-a") + 1
-        return [[*command[:place], *NVC_RELAXED, *command[place:]]]
-
-
 def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: str) -> Runner:
     """Analyse and elaborate in a new folder what the cases need."""
     sources = hdl.hdl_sources()
     if board:
         sources = chain_sources(board)[:-1]
-        for command in simulator.model_commands(hdl.model_sources(BOARDS[board].library)):
-            simulator.run(command, work)
+        library = BOARDS[board].library
+        models = hdl.model_sources(library)
+        simulator.run(simulator.analysis(models, library=library, board=True), work)
     # Entities with records at their ports have a bench in VHDL around them.
     benches = {path.stem: path for path in (project.root() / "tb").rglob("*.vhd")}
     own = [benches[name] for name in sorted({case.top for case in cases} & benches.keys())]
@@ -102,7 +93,7 @@ def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: st
     sources += [*sorted(held), *(bench for bench in own if bench not in held)]
     top = work / f"{TOP}.vhd"
     top.write_text(wrapper([(case.top, case.generics) for case in cases], sources))
-    runner = _RelaxedNvc() if board and simulator.name == "nvc" else get_runner(simulator.name)
+    runner = get_runner(simulator.name)
     runner.build(
         sources=[*sources, top],
         hdl_toplevel=TOP,

@@ -10,22 +10,21 @@ import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from plenofir.errors import InputError, ToolError
 
 SimulatorName = Literal["ghdl", "nvc", "verilator"]
+Standard = Literal["1993", "2008"]
+STANDARDS: tuple[Standard, ...] = get_args(Standard)
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"
 # Vectors are undefined at time 0; a ROM of 2^16 words exceeds GHDL's default stack.
 GHDL_RUN_OPTIONS = ("--ieee-asserts=disable-at-0", "--max-stack-alloc=0")
 # On a board the core's words are undefined until its link is locked: frames of warnings.
 _GHDL_BOARD_OPTIONS = ("--ieee-asserts=disable", *GHDL_RUN_OPTIONS[1:])
 # A board binds its vendor's components to models in another library, which VHDL-93 does not do by
-# itself: VHDL-2002 does (5.2.2), and the relaxed rules keep the shared variables of VHDL-93.
-_GHDL_STANDARD = {False: ["--std=93"], True: ["--std=02", "-frelaxed"]}
-_NVC_STANDARD = {False: ["--std=1993"], True: ["--std=2002", "-L."]}
-NVC_RELAXED = ("--relaxed",)
-"""What NVC's analysis of the board needs besides."""
+# itself: VHDL-2002 does (5.2.2).
+_BOARD_STANDARD = {"1993": "2002"}
 _GHDL_WAVE_OPTIONS = {".fst": "fst", ".vcd": "vcd", ".ghw": "wave"}
 _NVC_OLDEST = (1, 8)
 _POLL_SECONDS = 0.1
@@ -47,11 +46,14 @@ class Simulator:
         First line of what it says of itself.
     environment
         Variables that its commands need.
+    standard
+        Year of the VHDL that it is to read.
     """
 
     name: SimulatorName
     version: str
     environment: Mapping[str, str]
+    standard: Standard = "1993"
 
     def global_options(self, *, board: bool = False) -> list[str]:
         """Options that analysis, elaboration and run share.
@@ -66,26 +68,35 @@ class Simulator:
         list of str
             The standard, above all.
         """
-        return (_NVC_STANDARD if self.name == "nvc" else _GHDL_STANDARD)[board]
+        year = _BOARD_STANDARD.get(self.standard, self.standard) if board else self.standard
+        if self.name == "nvc":
+            return [f"--std={year}", "-L."]
+        return [f"--std={year[2:]}"]
 
-    def model_commands(self, models: Sequence[Path]) -> list[list[str]]:
-        """Commands that analyse the models of primitives into their library.
+    def analysis(
+        self, files: Sequence[Path], *, library: str = "work", board: bool = False
+    ) -> list[str]:
+        """Command that analyses VHDL into a library in the working directory.
 
         Parameters
         ----------
-        models
-            VHDL-93 files in order of analysis, in a folder named as the library.
+        files
+            In order of analysis.
+        library
+            Its name.
+        board
+            As in `global_options`.
 
         Returns
         -------
-        list of list of str
-            Commands.
+        list of str
+            The command.
         """
-        files = [str(model) for model in models]
-        options = [*self.global_options(board=True), f"--work={models[0].parent.name}"]
+        options = [*self.global_options(board=board), f"--work={library}"]
+        names = map(str, files)
         if self.name == "nvc":
-            return [["nvc", *options, "-a", *NVC_RELAXED, *files]]
-        return [["ghdl", "-a", *options, *files]]
+            return ["nvc", *options, "-a", *names]
+        return ["ghdl", "-a", *options, *names]
 
     def build_commands(
         self, sources: Sequence[Path], top: str, *, models: Sequence[Path] = ()
@@ -95,25 +106,28 @@ class Simulator:
         Parameters
         ----------
         sources
-            VHDL-93 files in order of analysis.
+            VHDL files in order of analysis.
         top
             Entity that will be run.
         models
-            Models of a vendor's primitives, if the sources instantiate them.
+            Models of a vendor's primitives, if the sources instantiate them, in a folder named as
+            their library.
 
         Returns
         -------
         list of list of str
             Commands.
         """
-        files = [str(source) for source in sources]
         board = bool(models)
         options = self.global_options(board=board)
-        commands = self.model_commands(models) if board else []
+        commands = []
+        if models:
+            commands.append(self.analysis(models, library=models[0].parent.name, board=True))
         if self.name == "nvc":
-            return [*commands, ["nvc", *options, "-a", *(NVC_RELAXED if board else ()), *files]]
+            return [*commands, self.analysis(sources, board=board)]
         # What the entity needs and no more.
-        return [*commands, ["ghdl", "-i", *options, *files], ["ghdl", "-m", *options, top]]
+        imports = ["ghdl", "-i", *options, *map(str, sources)]
+        return [*commands, imports, ["ghdl", "-m", *options, top]]
 
     def run_command(
         self,
