@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""FuseSoC's core files of the VHDL, from ``hdl/sources.txt``: each holds what its tops need."""
+"""FuseSoC's core files of the VHDL, from ``hdl/sources*.txt``: each holds what its tops need."""
 
 import tomllib
 from collections.abc import Iterable, Sequence
@@ -13,7 +13,7 @@ ROOT = project.root()
 
 HEAD = """\
 CAPI=2:
-# Built by scripts/build_hdl.py from hdl/sources.txt and scripts/core_files.py.
+# Built by scripts/build_hdl.py from hdl/sources*.txt and scripts/core_files.py.
 """
 
 CORE = """\

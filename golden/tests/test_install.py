@@ -115,7 +115,7 @@ def test_the_wheel_holds_what_commands_read(tmp_path: Path) -> None:
     needed = [
         *board_sources(),
         *model_sources(),
-        *(root / "hdl").rglob("sources.txt"),
+        *(root / "hdl").rglob("sources*.txt"),
         *(file for name in NAMED for file in (root / name).iterdir()),
     ]
     for file in needed:

@@ -19,7 +19,7 @@ class Board:
     Attributes
     ----------
     name
-        As users type it; its sources are listed under this name in ``hdl/sources.txt``.
+        As users type it; ``hdl/sources_NAME.txt`` lists its own sources.
     title
         What it is.
     devices

@@ -1,27 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The VHDL sources, in the order of analysis."""
 
-import re
 from pathlib import Path
 
 from plenofir.files import input_file
 from plenofir.project import root
 
-_BOARD_MARK = re.compile(r"# Board (\w+),")
-_PORTABLE = ""
 
-
-def _listed(folder: Path) -> dict[str, list[Path]]:
-    """What a folder's ``sources.txt`` lists: sources of no board (no name), then each board's."""
-    parts: dict[str, list[Path]] = {_PORTABLE: []}
-    board = _PORTABLE
-    for line in input_file(folder / "sources.txt").read_text().splitlines():
-        if mark := _BOARD_MARK.match(line):
-            board = mark[1]
-            parts[board] = []
-        elif line and not line.startswith("#"):
-            parts[board].append(input_file(folder / line))
-    return parts
+def _listed(path: str) -> list[Path]:
+    """What a list below ``hdl`` names, each beside it."""
+    found = input_file(root() / "hdl" / path)
+    return [input_file(found.parent / line) for line in found.read_text().splitlines()]
 
 
 def hdl_sources() -> list[Path]:
@@ -30,9 +19,9 @@ def hdl_sources() -> list[Path]:
     Returns
     -------
     list of Path
-        What ``hdl/sources.txt`` lists before the boards' sources.
+        What ``hdl/sources.txt`` lists.
     """
-    return _listed(root() / "hdl")[_PORTABLE]
+    return _listed("sources.txt")
 
 
 def board_sources(board: str = "atlys") -> list[Path]:
@@ -46,10 +35,11 @@ def board_sources(board: str = "atlys") -> list[Path]:
     Returns
     -------
     list of Path
-        The sources of no board, then its own if it has any: they need a vendor's library.
+        The sources of no board, then what ``hdl/sources_NAME.txt`` lists if there is one: they need
+        a vendor's library.
     """
-    parts = _listed(root() / "hdl")
-    return parts[_PORTABLE] + parts.get(board, [])
+    own = f"sources_{board}.txt"
+    return hdl_sources() + (_listed(own) if (root() / "hdl" / own).exists() else [])
 
 
 def all_sources() -> list[Path]:
@@ -58,9 +48,10 @@ def all_sources() -> list[Path]:
     Returns
     -------
     list of Path
-        What ``hdl/sources.txt`` lists.
+        Those of no board, then those of each.
     """
-    return [source for part in _listed(root() / "hdl").values() for source in part]
+    lists = sorted(path.name for path in (root() / "hdl").glob("sources_*.txt"))
+    return hdl_sources() + [source for own in lists for source in _listed(own)]
 
 
 def model_sources(library: str = "unisim") -> list[Path]:
@@ -76,4 +67,4 @@ def model_sources(library: str = "unisim") -> list[Path]:
     list of Path
         What ``sources.txt`` of their folder below ``hdl/sim`` lists.
     """
-    return _listed(root() / "hdl" / "sim" / library)[_PORTABLE]
+    return _listed(f"sim/{library}/sources.txt")

@@ -42,7 +42,7 @@ def top_source(top: str = TOP) -> Path:
 
 
 def project_lines(replaced: Mapping[Path, Path] | None = None) -> list[str]:
-    """Lines of ISE's project file, in the order of ``hdl/sources.txt``.
+    """Lines of ISE's project file, in the order of analysis.
 
     Parameters
     ----------
