@@ -9,7 +9,7 @@ PLENOFIR := .venv/bin/plenofir --make
 PYTHON := .venv/bin/python
 PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help check dist site sim synth pnr mutants figures compare test test-full golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
+.PHONY: help check dist site sim synth pnr mutants figures compare test test-full hunt golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -51,6 +51,9 @@ test-full: venv simulator test-tools libpython lint bitstream-check ## All of th
 
 check: venv simulator lint ## For the edit loop: style, types, quick tests of the golden model, a small frame through each engine
 	@$(PYTEST) -q -m quick
+
+hunt: venv simulator libpython ## Random streams, well-formed and broken, into every entity with a stream, for MINUTES: SEED= MINUTES= ENTITY= JOBS=; CASE= repeats one
+	@$(PYTHON) tb/hunt/hunt.py --jobs $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES)) $(if $(ENTITY),--entity "$(ENTITY)") $(if $(CASE),--case $(CASE))
 
 golden: venv ## Golden-model tests alone (no simulator needed)
 	@$(PYTEST) golden

@@ -1,0 +1,322 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Streams of video through a core: what `raster_refocuser`, `focal_stack`, `depth_index` share."""
+
+import random
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from hunt.bench import Bench
+from hunt.references.frames import Frames
+from hunt.references.raster_refocuser import Slices
+from hunt.streams import Beat, FaultError, Sink, Source, damage, difference, frame_beats, stalls
+
+Words = list[list[int]]
+Picture = Callable[[np.ndarray, dict[str, Any], int], Words]
+
+
+def pack(picture: np.ndarray, bits: int, pixels: int = 1) -> Words:
+    """Words of a picture (rows, columns, channels): neighbouring pixels together, zeros behind."""
+    rows, columns, channels = picture.shape
+    tokens = -(-columns // pixels)
+    whole = np.zeros((rows, tokens * pixels, channels), dtype=object)
+    whole[:, :columns] = picture
+    lanes = whole.reshape(rows, tokens, pixels * channels)
+    words = sum(lanes[:, :, n] << (n * bits) for n in range(pixels * channels))
+    return [[int(word) for word in line] for line in words]
+
+
+def unpack(words: Words, columns: int, channels: int, bits: int, pixels: int = 1) -> np.ndarray:
+    """The picture (rows, columns, channels) of words."""
+    packed = np.array(words, dtype=object)
+    lanes = [(packed >> (n * bits)) & ((1 << bits) - 1) for n in range(pixels * channels)]
+    whole = np.stack(lanes, axis=-1).reshape(len(words), -1, channels)
+    return whole[:, :columns].astype(np.int64)
+
+
+def draw_frame(rng: random.Random, rows: int, columns: int, channels: int, bits: int) -> np.ndarray:
+    """A picture: noise, black, white, few pixels, or a ramp."""
+    kind = rng.choice(["noise", "noise", "noise", "black", "white", "few", "ramp"])
+    draw = np.random.default_rng(rng.getrandbits(32))
+    white, shape = (1 << bits) - 1, (rows, columns, channels)
+    if kind == "ramp":
+        ramp = np.add.outer(np.arange(rows) * draw.integers(9), np.arange(columns))
+        return np.repeat(ramp[:, :, None], channels, axis=2) % (white + 1)
+    noise = draw.integers(0, white, shape, endpoint=True)
+    dots = noise * (draw.random(shape) < 0.05)
+    return {"noise": noise, "black": 0 * noise, "white": 0 * noise + white, "few": dots}[kind]
+
+
+class CoreHunt:
+    """Random segments of frames through a core; each segment has its own size of frame.
+
+    `picture` gives the words that must come out of a frame, `columns` and `rows` draw a size,
+    `slices` is the size of the set from which a frame chooses (0: it does not), `limit` bounds the
+    clocks in which the lines of a frame have to come out when nothing stalls.
+    """
+
+    def __init__(
+        self,
+        bench: Bench,
+        rng: random.Random,
+        picture: Picture,
+        *,
+        size: Callable[[random.Random], tuple[int, int]],
+        channels: int,
+        bits: int,
+        pixels: int,
+        slices: int,
+        limit: Callable[[int, int], int],
+        stable: tuple[str, ...] = (),
+    ) -> None:
+        self.bench, self.rng, self.g = bench, rng, bench.design["generics"]
+        self.picture, self.size, self.limit = picture, size, limit
+        self.channels, self.bits, self.pixels = channels, bits, pixels
+        self.stable = stable
+        if not bench.ports:
+            bench.add(Source(bench.dut, "s_axis"))
+            bench.add(Sink(bench.dut, "m_axis"))
+        self.source, self.sink = bench.ports[:2]
+        self.count = slices
+        self.slices = Slices(max(slices, 1))
+        self.frames = Frames()
+        self.checked = 0
+        self.columns = self.rows = 1
+        self.sweep: tuple[int, int, int] = (0, 0, 0)
+        # (clock, slice asked for) since the segment began, where it changes at any moment.
+        self.turns: list[tuple[int, int]] = []
+        # Number of the first frame of a segment, and of the starts that were taken before.
+        self.starts_before = 0
+
+    @property
+    def tokens(self) -> int:
+        """Beats of a line."""
+        return -(-self.columns // self.pixels)
+
+    def words(self) -> list[Beat]:
+        """Beats of a drawn frame; what stands behind a line's last pixel is of no account."""
+        frame = draw_frame(self.rng, self.rows, self.columns, self.channels, self.bits)
+        lines = pack(frame, self.bits, self.pixels)
+        used = ((self.columns - 1) % self.pixels + 1) * self.channels * self.bits
+        spare = self.pixels * self.channels * self.bits - used
+        for line in lines:
+            line[-1] |= self.rng.getrandbits(spare) << used if spare else 0
+        return frame_beats(lines)
+
+    def turn(self) -> None:
+        """Choose slices for a segment."""
+        rng = self.rng
+        self.turns = []
+        self.bench.ports[2:] = []
+        if not self.count:
+            return
+        asked = rng.choice([rng.randrange(self.count), rng.randrange(256)])
+        kind = rng.choice(["fixed", "sweep", "any moment"])
+        self.sweep = (asked, int(kind == "sweep"), rng.randrange(4))
+        self.bench.set(slice=asked, sweep=self.sweep[1], sweep_frames=self.sweep[2])
+        self.bench.counts[f"slices: {kind}"] += 1
+        if kind == "any moment":
+            self.turns = [(self.bench.clock, asked)]
+            self.bench.add(_Turner(self, rng.choice([3, 40, 400])))
+
+    def expected(self, number: int, at: int) -> list[Beat]:
+        """Beats that must come out of a frame; its slice is known from what came, beat `at`."""
+        columns = self.widths[number]
+        lines = self.frames.frames[number]
+        raw = unpack(lines, columns, self.channels, self.bits, self.pixels)
+        slice_ = 0
+        if self.count and number < len(self.chosen):
+            slice_ = self.chosen[number]
+        elif self.count:
+            asked, sweep, every = self.sweep
+            if self.turns:
+                asked = self.due(number, self.sink.received[at].tid)
+            slice_ = self.slices.next(asked, sweep, every)
+            self.chosen.append(slice_)
+        beats = frame_beats(self.picture(raw, self.g, slice_))
+        return [Beat(b.data, b.start, b.last, slice_) for b in beats]
+
+    def due(self, number: int, tid: int) -> int:
+        """A slice that was asked for between a frame's first pixel in and its first one out."""
+        begin, end = self.source.starts[number], self.sink.starts[number]
+        last = self.count - 1
+        due = {min(s, last) for clock, s in self.turns if begin < clock <= end}
+        due.add(next(min(s, last) for clock, s in reversed(self.turns) if clock <= begin))
+        if tid not in due:
+            raise FaultError(f"frame {number} has slice {tid}, asked for were {sorted(due)}")
+        return tid
+
+    def compare(self, *, whole: bool) -> None:
+        """Compare what came: all final frames if `whole`, else as far as it goes."""
+        got = self.sink.received
+        while self.checked < len(self.frames.frames):
+            number = self.checked
+            final = number < len(self.frames.frames) - 1 or not self.frames.is_open
+            if not final or self.at >= len(got):
+                break
+            want = self.expected(number, self.at)
+            part = got[self.at : self.at + len(want)]
+            if not whole:
+                want = want[: len(part)]
+            wrong = difference(part, want, -(-self.widths[number] // self.pixels))
+            if wrong:
+                raise FaultError(f"frame {number}, {self.widths[number]} columns: {wrong}")
+            if not whole and len(part) < len(self.frames.frames[number]) * self.tokens:
+                return
+            self.at += len(want)
+            self.checked += 1
+
+    def due_beats(self) -> int:
+        """Beats of all final frames."""
+        lines = [len(frame) for frame in self.frames.frames]
+        if self.frames.is_open:
+            lines = lines[:-1]
+        return sum(n * tokens for n, (tokens, _) in zip(lines, self.frames.sizes, strict=False))
+
+    async def come_out(self) -> None:
+        """Wait for all final frames, then compare them."""
+        limit = 20 * (self.limit(self.columns, self.rows) + 4 * self.source.taken + 400)
+        await self.bench.until(lambda: self.source.idle, 2 * limit, "the source is refused")
+        for _ in range(limit):
+            if len(self.sink.received) >= self.due_beats():
+                break
+            await self.bench.clocks()
+        else:
+            self.compare(whole=False)
+            came = len(self.sink.received)
+            raise FaultError(
+                f"{came} of {self.due_beats()} beats came, frame {self.checked} is missing"
+            )
+        self.compare(whole=True)
+
+    async def quiet(self) -> None:
+        """Nothing more comes, and flags tell the faults of the stream."""
+        frames = self.frames
+        await self.bench.until(
+            lambda: not (self.bench.number("error_flags") ^ frames.flags) & ~frames.loose,
+            self.limit(self.columns, self.rows) + 400,
+            f"error flags {frames.flags:05b}",
+        )
+        await self.bench.clocks(self.rng.choice([30, 300]))
+        if not self.frames.is_open and len(self.sink.received) != self.due_beats():
+            raise FaultError(f"{len(self.sink.received) - self.due_beats()} beats too many")
+        if (self.bench.number("error_flags") ^ frames.flags) & ~frames.loose:
+            raise FaultError(
+                f"flags {self.bench.number('error_flags'):05b}, want {frames.flags:05b}"
+            )
+        if self.rng.random() < 0.5 and self.source.idle:
+            self.bench.set(error_clear=1)
+            await self.bench.clocks()
+            self.bench.set(error_clear=0)
+            frames.flags = frames.loose = 0
+            await self.bench.clocks(2)
+            if self.bench.number("error_flags"):
+                raise FaultError("error_clear leaves flags")
+
+    def start_frames(self) -> Iterator[list[Beat | int]]:
+        """Frames of a segment, well-formed and broken, in chunks; pauses between and within."""
+        rng, counts = self.rng, self.bench.counts
+        broken = rng.choice([0, 0, 0.5, 1])
+        for _ in range(rng.randint(1, 3)):
+            beats = self.words()
+            if rng.random() < broken:
+                name, beats = damage(beats, self.tokens, rng)
+                counts[f"damage: {name}"] += 1
+            else:
+                counts["frames: well-formed"] += 1
+            items: list[Beat | int] = list(beats)
+            for _ in range(rng.choice([0, 0, 1, 4])):
+                longest = rng.choice([2, 2 * self.tokens, self.limit(self.columns, self.rows)])
+                items.insert(rng.randrange(len(items) + 1), rng.randint(1, longest))
+            yield items
+
+    async def run(self) -> None:
+        """One stream."""
+        bench, rng = self.bench, self.rng
+        self.widths: list[int] = []
+        self.chosen: list[int] = []
+        self.at = 0
+        bench.set(error_clear=0, columns=rng.getrandbits(16), rows=rng.getrandbits(16))
+        if self.count:
+            bench.set(slice=0, sweep=0, sweep_frames=0)
+        self.source.stalls, self.sink.stalls = stalls(rng), stalls(rng)
+        self.sink.shy = rng.random() < 0.1
+        await bench.reset(rng.choice([1, 1, 2, 9]))
+        torn = rng.random() < 0.25
+        segments = rng.randint(1, 4)
+        for segment in range(segments):
+            if rng.random() < 0.06:
+                await self.unsupported()
+            self.columns, self.rows = self.size(rng)
+            bench.set(columns=self.columns, rows=self.rows)
+            for name in self.stable:
+                bench.set(**{name: self.rows})
+            self.turn()
+            bench.counts["frames: another size"] += segment > 0
+            if torn and segment == segments - 1:
+                await self.tear()
+                return
+            for items in self.start_frames():
+                self.send(items)
+                if rng.random() < 0.2:
+                    bench.counts["silence until all is out"] += 1
+                    await self.come_out()
+            if self.frames.is_open:
+                self.send(list(self.words()))
+            await self.come_out()
+            if rng.random() < 0.3:
+                await self.quiet()
+        await self.quiet()
+
+    def send(self, items: list[Beat | int]) -> None:
+        """Queue beats, and what they stand for."""
+        self.source.send(items)
+        beats = [item for item in items if isinstance(item, Beat)]
+        self.frames.take(beats, self.tokens, self.rows)
+        self.widths += [self.columns] * (len(self.frames.frames) - len(self.widths))
+
+    async def unsupported(self) -> None:
+        """A frame of a size that the core does not take is dropped."""
+        bench, rng = self.bench, self.rng
+        self.columns, self.rows = self.size(rng)
+        beats = self.words()
+        most = self.g["MAX_COLUMNS"]
+        wrong = rng.choice([(0, self.rows), (most + 1, self.rows), (self.columns, 0)])
+        bench.set(columns=wrong[0], rows=wrong[1])
+        bench.counts["frames: unsupported size"] += 1
+        self.source.send(beats)
+        self.frames.take(beats, self.tokens, self.rows, supported=False)
+        starts = len(self.source.starts)
+        await self.come_out()
+        await self.quiet()
+        # The frame has no number.
+        del self.source.starts[starts:]
+
+    async def tear(self) -> None:
+        """End anywhere: the next stream begins with a reset."""
+        self.bench.counts["reset inside"] += 1
+        for items in self.start_frames():
+            self.send(items)
+        spent = self.rng.choice([5, self.limit(self.columns, self.rows), 3 * len(items)])
+        await self.bench.clocks(self.rng.randint(1, spent))
+        self.compare(whole=False)
+
+
+class _Turner:
+    """Changes the slice that is asked for at any moment."""
+
+    def __init__(self, hunt: CoreHunt, longest: int) -> None:
+        self.hunt, self.longest, self.wait = hunt, longest, 1
+
+    def restart(self) -> None:
+        self.wait = 1 << 30
+
+    def step(self, clock: int) -> None:
+        self.wait -= 1
+        if self.wait == 0:
+            rng = self.hunt.rng
+            self.wait = rng.randint(1, self.longest)
+            asked = rng.choice([rng.randrange(self.hunt.count), rng.randrange(256)])
+            self.hunt.turns.append((clock, asked))
+            self.hunt.bench.set(slice=asked)

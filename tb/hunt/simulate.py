@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Builds one design of a hunt and runs its streams in a simulator."""
+
+import importlib
+import json
+import random
+import re
+import shutil
+import subprocess
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cocotb_tools.runner import get_runner
+
+from hunt import VARIABLE
+from hunt.start_values import with_start_values
+from plenofir import project
+from plenofir.fpga import hdl
+from plenofir.fpga.hdl_text import used_units
+from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir_tb.runner import simulator_name
+from plenofir_tb.wrapper import TOP, wrapper
+
+FOLDER = project.root() / "build" / "hunt"
+STREAMS = 8
+"""Streams of a design."""
+Change = Callable[[list[Path], Path], list[Path]]
+
+
+@dataclass
+class Result:
+    """What a design did: its cases that ran, how often each kind of thing, and its fault."""
+
+    name: str
+    streams: int = 0
+    counts: Counter[str] = field(default_factory=Counter)
+    fault: str = ""
+
+
+def entities() -> list[str]:
+    """Names of the entities that have a hunt."""
+    return sorted(p.stem.removesuffix("_hunt") for p in Path(__file__).parent.glob("*_hunt.py"))
+
+
+def _closure(top: str) -> list[Path]:
+    """Sources that an entity needs, in order; a bench in VHDL comes last."""
+    sources = hdl.all_sources()
+    benches = {path.stem: path for path in (project.root() / "tb").rglob("*.vhd")}
+    by_name = {source.stem: source for source in sources} | {
+        name: path for name, path in benches.items() if name == top
+    }
+    needed, todo = set(), [top]
+    while todo:
+        name = todo.pop()
+        if name in by_name and name not in needed:
+            needed.add(name)
+            todo += used_units(by_name[name].read_text())
+    order = [source for source in sources if source.stem in needed]
+    return order + [benches[name] for name in [top] if name in benches]
+
+
+def run_design(
+    entity: str, number: int, *, streams: int = STREAMS, change: Change | None = None
+) -> Result:
+    """Run the design and the streams that a number stands for.
+
+    `change` copies the sources into a folder, changed.
+    """
+    module: Any = importlib.import_module(f"hunt.{entity}_hunt")
+    rng = random.Random(f"{entity} {number}")
+    design = module.draw(rng)
+    result = Result(f"{entity}-{number}")
+    scratch = FOLDER / f"{result.name}{'-changed' if change else ''}"
+    shutil.rmtree(scratch, ignore_errors=True)
+    scratch.mkdir(parents=True)
+    sources = _closure(module.ENTITY)
+    if change:
+        sources = change(sources, scratch / "changed")
+    verdicts = scratch / "verdicts"
+    order = {
+        "entity": entity,
+        "number": number,
+        "streams": streams,
+        "design": design,
+        "verdicts": str(verdicts),
+    }
+    (scratch / "order.json").write_text(json.dumps(order, indent=1))
+    # Numbers that start at odds with each other may leave their ranges before the reset, which
+    # ends a simulation and means nothing: then fewer are drawn.
+    shares = [1, 0.5, 0.25, 0.1, 0] if rng.random() < 0.5 else [0]
+    for share in shares:
+        used = sources
+        if share:
+            keep = getattr(module, "KEEP", ())
+            used = with_start_values(sources, scratch / "started", rng, share=share, keep=keep)
+        log = _simulate(module.ENTITY, design["generics"], used, order, scratch)
+        if verdicts.exists() or not re.search("bound check failure|out of bounds", log):
+            break
+    result.counts[f"designs: {share:.0%} of the start values drawn"] += 1
+    for line in verdicts.read_text().splitlines() if verdicts.exists() else []:
+        verdict = json.loads(line)
+        result.streams += 1
+        result.counts.update(verdict["counts"])
+        if verdict["fault"]:
+            result.fault = f"stream {verdict['stream']}: {verdict['fault']}"
+    if not result.fault and result.streams < streams:
+        told = [line for line in log.splitlines() if "rror" in line][:3] or log.splitlines()[-5:]
+        result.fault = f"stream {result.streams}: the simulation ended: {' | '.join(told)}"
+    if not result.fault:
+        shutil.rmtree(scratch)
+    return result
+
+
+def _simulate(
+    top: str, generics: dict[str, Any], sources: Sequence[Path], order: dict, scratch: Path
+) -> str:
+    """Analyse and run; what the tools said."""
+    name = simulator_name()
+    case = scratch / f"{TOP}.vhd"
+    case.write_text(wrapper([(top, generics)], sources))
+    simulator = find_simulator(name, brief=True)
+    runner = get_runner(name)
+    logs = [scratch / "build.log", scratch / "run.log"]
+    try:
+        runner.build(
+            sources=[*sources, case],
+            hdl_toplevel=TOP,
+            build_args=simulator.global_options(),
+            build_dir=scratch / "work",
+            log_file=logs[0],
+        )
+        runner.test(
+            test_module="hunt.bench",
+            hdl_toplevel=TOP,
+            hdl_toplevel_lang="vhdl",
+            build_dir=scratch / "work",
+            test_dir=scratch / "work",
+            test_args=simulator.global_options() if name == "ghdl" else [],
+            plusargs=["--ieee-asserts=disable", "--max-stack-alloc=0"] if name == "ghdl" else [],
+            seed=1,
+            extra_env={
+                VARIABLE: json.dumps(order),
+                "COCOTB_LOG_LEVEL": "WARNING",
+                "COCOTB_REWRITE_ASSERTION_FILES": "",
+                "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+            },
+            results_xml=str(scratch / "results.xml"),
+            log_file=logs[1],
+        )
+    except (RuntimeError, SystemExit, subprocess.CalledProcessError):
+        pass
+    return "\n".join(log.read_text(errors="replace") for log in logs if log.exists())

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sources whose registers and memories start with drawn values instead of the declared ones.
+
+VHDL has no option for that, so the declarations are rewritten: `signal x : t := v;` gets a value of
+its type. Constants, and what has no declared value (undefined in simulation), stay.
+"""
+
+import random
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+PACKAGE = Path(__file__).with_suffix(".vhd")
+_OBJECT = re.compile(r"^( *(?:signal|shared variable) +\w[\w, ]* *:)([^;:]*?):=([^;]*);", re.M)
+_TYPE = re.compile(r"^ *(?:sub)?type +(\w+) +is +(.*?);(?= *(?:--.*)?$)", re.M | re.S)
+_RECORD = re.compile(r"^ *type +(\w+) +is +record(.*?)end record", re.M | re.S)
+_VECTOR = re.compile(r"(std_logic_vector|std_ulogic_vector|unsigned|signed)\s*\((.*)\)", re.S)
+_NUMBER = re.compile(r"(natural|integer|positive)\s+range\s+(.*?)\s+to\s+(.*)", re.S)
+# An address from before the reset may lie beyond the memory, which only simulation minds.
+_ADDRESS = re.compile(r"\bmemory\(to_integer\((\w+)\)\)")
+
+
+def _types(text: str) -> dict[str, str]:
+    plain = re.sub(r"--.*", "", text)
+    found = {name: " ".join(meaning.split()) for name, meaning in _TYPE.findall(plain)}
+    return found | {name: f"record {' '.join(f.split())}" for name, f in _RECORD.findall(plain)}
+
+
+def _split_array(meaning: str) -> str:
+    """Type of the elements of `array (...) of T`; the range may hold brackets."""
+    depth = 0
+    for place, character in enumerate(meaning):
+        depth += {"(": 1, ")": -1}.get(character, 0)
+        if character == ")" and depth == 0:
+            return meaning[place + 1 :].strip().removeprefix("of").strip()
+    return ""
+
+
+class _Drawer:
+    """Draws expressions for the types that a source sees."""
+
+    def __init__(self, types: dict[str, str], rng: random.Random) -> None:
+        self.types, self.rng = types, rng
+
+    def value(self, kind: str) -> str:
+        """An expression of a type; empty if there is none for it."""
+        kind = " ".join(kind.split())
+        seed = self.rng.randrange(1 << 30)
+        if kind in ("std_logic", "std_ulogic"):
+            return f"'{seed & 1}'"
+        if kind == "boolean":
+            return ("false", "true")[seed & 1]
+        if vector := _VECTOR.fullmatch(kind):
+            return f"work.start_values.bits({seed}, {_length(vector[2])})"
+        if number := _NUMBER.fullmatch(kind):
+            return f"work.start_values.number({seed}, {number[2]}, {number[3]})"
+        name, _, constraint = kind.partition("(")
+        meaning = self.types.get(name.strip(), "")
+        if not meaning or (constraint and "<>" not in meaning):
+            return ""
+        if meaning.startswith("array"):
+            inner = self.value(_split_array(meaning))
+            return f"(others => {inner})" if inner else ""
+        if meaning.startswith("record"):
+            return self._record(meaning.removeprefix("record "))
+        if meaning.startswith("("):
+            return f"{name}'val({seed} mod ({name}'pos({name}'high) + 1))"
+        if _VECTOR.fullmatch(meaning):
+            return f"work.start_values.bits({seed}, {name}'length)"
+        if _NUMBER.fullmatch(meaning):
+            return f"work.start_values.number({seed}, {name}'low, {name}'high)"
+        return self.value(meaning)
+
+    def _record(self, fields: str) -> str:
+        values = []
+        for field in filter(None, (f.strip() for f in fields.split(";"))):
+            names, kind = field.split(":", 1)
+            for name in names.split(","):
+                inner = self.value(kind)
+                if not inner:
+                    return ""
+                values.append(f"{name.strip()} => {inner}")
+        return f"({', '.join(values)})"
+
+
+def _length(bounds: str) -> str:
+    if bounds.endswith("'range"):
+        return bounds.removesuffix("range") + "length"
+    high, down, low = bounds.partition(" downto ")
+    if down:
+        return f"({high}) - ({low}) + 1"
+    low, _, high = bounds.partition(" to ")
+    return f"({high}) - ({low}) + 1"
+
+
+def with_start_values(
+    sources: Iterable[Path],
+    folder: Path,
+    rng: random.Random,
+    *,
+    share: float = 1,
+    keep: Iterable[str] = (),
+) -> list[Path]:
+    """Copies of sources (in order), a share of the start values drawn; files in `keep` stay."""
+    texts = {source: source.read_text() for source in sources}
+    shared: dict[str, str] = {}
+    for source, text in texts.items():
+        if source.stem.endswith("_pkg"):
+            shared |= _types(text)
+    folder.mkdir(parents=True, exist_ok=True)
+    copies = [PACKAGE]
+    for source, text in texts.items():
+        drawer = _Drawer(shared | _types(text), rng)
+
+        def drawn(found: re.Match[str], drawer: _Drawer = drawer) -> str:
+            value = drawer.value(found[2]) if rng.random() < share else ""
+            return f"{found[1]}{found[2]}:= {value};" if value else found[0]
+
+        if source.name not in keep:
+            text = _OBJECT.sub(drawn, text)
+            text = _ADDRESS.sub(r"memory(to_integer(\1) mod memory'length)", text)
+        copies.append(folder / source.name)
+        copies[-1].write_text(text)
+    return copies
