@@ -7,8 +7,8 @@
 --   l KAAAAADDDDDDDDDD   write a word: kind, address, data, 16 hexadecimal digits
 --   l ?                  what resampler it is
 --
--- The answer is "ok", "error" (another character, more or fewer digits, a kind above 3, or a resampler that has not
--- taken the word before), or DESCRIPTION.
+-- The answer is "ok", "error" (another character, more or fewer digits, a second question mark, a kind above 3, or a
+-- resampler that has not taken the word before), or DESCRIPTION.
 --
 -- Latency: the length of the line. Throughput: one line at a time; what arrives during an answer is dropped.
 -- Equation: none.
@@ -116,6 +116,7 @@ architecture rtl of load_port is
   signal place     : natural range 1 to ANSWERS'length := 1;
   signal symbol    : character_t;
   signal ends      : std_logic;
+  signal blank     : std_logic;
 
 begin
 
@@ -126,6 +127,8 @@ begin
   s_axis_tready <= m_axis_tready and not answering;
   other_data    <= in_data;
   ends          <= '1' when in_data = code(CR) or in_data = code(LF) else
+                   '0';
+  blank         <= '1' when in_data = code(' ') else
                    '0';
   other_valid   <= in_valid and not own and not answering when in_data /= code('l') or begins = '0' else
                    '0';
@@ -155,7 +158,7 @@ begin
           end if;
         end if;
       elsif in_valid = '1' and other = '0' then
-        begins <= ends;
+        begins <= ends or (begins and blank);
         if own = '0' then
           if begins = '1' and in_data = code('l') then
             own   <= '1';
@@ -176,6 +179,7 @@ begin
           end if;
         elsif in_data = code('?') then
           asked <= '1';
+          wrong <= wrong or asked;
         elsif between(in_data, '0', '9') or between(in_data, 'a', 'f') or between(in_data, 'A', 'F') then
           if count = DIGITS then
             wrong <= '1';
@@ -187,7 +191,7 @@ begin
           if in_data(6) = '1' then
             word(3 downto 0) <= std_logic_vector(unsigned(in_data(3 downto 0)) + 9);
           end if;
-        elsif in_data /= code(' ') then
+        elsif blank = '0' then
           wrong <= '1';
         end if;
       end if;

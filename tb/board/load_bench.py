@@ -144,10 +144,15 @@ async def lines_and_their_answers(dut: Any) -> None:
         "l 2g00000000000000",
         "l",
         "l ?1",
+        "l ??",
         "lx",
     ):
         assert await line.ask(wrong) == "error", wrong
     assert len(line.words) == 2
+    # Blanks in front of a line, and lines of them, do not count.
+    assert await line.ask("  l2ABCDE 0123456789 ") == "ok"
+    assert await line.ask("  \r \r l ?") == CASE["description"]
+    assert line.words.pop() == (2, 0xABCDE, 0x0123456789)
     # An l inside a line is no word; the command line has its own answers.
     assert await line.ask("s l2ABCDE0123456789") == "error"
     assert await line.ask("s 2") == "ok"
