@@ -3,7 +3,8 @@
 --
 -- A memory holds for each column the pixels of the last two lines. A token of a line gives the window of the line
 -- before, so the last line comes out with the first one of the next frame, or with a flush line; the last pixel of a
--- line with the token behind it. At the borders pixels are mirrored at the first and the last one.
+-- line with the token behind it. At the borders pixels are mirrored at the first and the last one; a single line or
+-- column stands for its neighbours, too.
 --
 -- Latency: a line, a token and 5 clocks. Throughput: one pixel each clock.
 -- Equation: plenofir.camera.resampling.interpolate_mosaic.
@@ -233,6 +234,10 @@ begin
         right     := now;
         if ends_line = '1' then
           right := left;
+          if centre.first = '1' then
+            -- A line of one column.
+            right := centre;
+          end if;
         end if;
         left_3 <= left;
         if centre.first = '1' then

@@ -40,10 +40,13 @@ class Bench:
         self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=dut.reset)
         self.scoreboard = FrameScoreboard(dut, self.sink, BITS, Path(read_case()["pictures"]))
 
-    async def begin(self) -> None:
+    async def begin(self, columns: int | None = None) -> None:
         """Draw a size and an order; reset."""
         dut, rng = self.dut, self.rng
-        self.shape = rng.randint(2, 7), rng.choice([2, 3, 4, read_case()["max_columns"]])
+        self.shape = (
+            rng.randint(1, 7),
+            (columns or rng.choice([1, 2, 3, 4, read_case()["max_columns"]])),
+        )
         self.order = rng.choice(BAYER_ORDERS)
         line, column = red_place(self.order)
         dut.red_place.value = 2 * line + column
@@ -55,14 +58,15 @@ class Bench:
         await ClockCycles(dut.clk, 4)
 
     def golden(self, frame: Frame) -> Frame:
-        """Three channels of a frame; of a single line those of three equal ones."""
-        if len(frame) > 1:
-            return interpolate_mosaic(frame, self.order)
-        order = self.order
-        if len(frame) == 1:
-            # Its colours are from its own line alone: the other line of filters is not there.
-            return interpolate_mosaic(np.repeat(frame, 3, 0), order)[:1]
-        return frame
+        """Three channels of a frame; of a single line or column those of three equal ones."""
+        if not len(frame):
+            return frame
+        # The other line or column of filters is not there.
+        wide = frame
+        for axis in (0, 1):
+            if wide.shape[axis] == 1:
+                wide = np.repeat(wide, 3, axis)
+        return interpolate_mosaic(wide, self.order)[: len(frame), : frame.shape[1]]
 
     def stall(self, source: str, sink: str) -> None:
         """Choose the stall patterns of both sides."""
@@ -90,8 +94,8 @@ class Bench:
 async def frames(dut: Any) -> None:
     """Frames of several sizes in all orders, back to back, with gaps, with stalls."""
     bench = Bench(dut)
-    for number in range(6):
-        await bench.begin()
+    for number in range(8):
+        await bench.begin((None, 1)[number == 7])
         bench.stall(*[("none", "none"), ("some", "some"), ("none", "bursts")][number % 3])
         for _ in range(3):
             frame = make_frame("random", *bench.shape, 1, BITS, bench.rng)
