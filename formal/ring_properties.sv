@@ -33,7 +33,7 @@ module ring_properties #(
   localparam BORDERS = 3, REACH = 4, CHECK = 5, OFFER = 7;
 
   wire [31:0] raster_line_y, y;
-  wire [15:0] keep, base, line_index, gap, stride;
+  wire [15:0] keep, base, row_index, line_index, gap, stride;
   wire signed [15:0] last_line, top, bottom, oldest, last_kept, needed, kept;
   wire [479:0] registers;
   wire [3:0] state;
@@ -63,6 +63,7 @@ module ring_properties #(
       .line_valid(line_valid),
       .state(state),
       .y(y),
+      .row_index(row_index),
       .line_index(line_index),
       .gap(gap),
       .stride(stride),
@@ -87,6 +88,8 @@ module ring_properties #(
   wire signed [BITS-1:0] last = last_line;
   wire signed [BITS-1:0] least = $signed(gap);
   wire signed [BITS-1:0] most = $signed(stride);
+  wire signed [BITS-1:0] index = $signed({1'b0, line_index});
+  wire last_row = row_index + 16'd1 == registers[463:448];
   wire signed [BITS-1:0] lowest = bottom > -top ? bottom : -top;
   wire signed [BITS-1:0] apart = lens;
   wire signed [BITS-1:0] read_at = below ? line + apart + 1 : line + apart;
@@ -124,7 +127,8 @@ module ring_properties #(
     if (state >= REACH && state <= OFFER) begin
       assert (line_whole == first_whole + $signed({1'b0, line_index}));
       assert (top == line + up && bottom == line + 1 + down);
-      assert (oldest <= top && last_kept <= 2 * last - bottom);
+      assert (oldest == first + up + (index < least ? index : least));
+      assert (last_kept == 2 * last - (first + $signed(M) + down + (last_row ? 0 : most)));
     end
     if (state >= CHECK && state <= OFFER) begin
       assert (needed == (lowest < last ? lowest : last));

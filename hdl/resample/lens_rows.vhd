@@ -1,15 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Goes through the lines of the raster, line v of all lenses of a row of lenses after the other, and offers each as
--- soon as the raw lines that it needs are in.
---
--- It holds the registers of the grid. They are written into a memory of two halves; a commit makes the next frame use
--- what was written. At the beginning of a frame its half is copied, in REGISTER_COUNT clocks. What was written outlives
--- a reset.
+-- soon as the raw lines that it needs are in. At the beginning of a frame it copies the registers of its grid.
 --
 -- Line v of lens row t needs the raw lines from floor(y) + v + reach_up to floor(y) + v + reach_down + 1, mirrored at
 -- the borders, y the position of its first lens. From the first that this line or a later one needs on, raw lines are
--- kept. A grid that needs more lines than there are is given up, with a fault; so is the rest of a frame that was cut
--- short.
+-- kept. A frame is given up, with a fault, if its grid needs more lines than there are or has no lens, or if the frame
+-- has a single line or column, or more than 8192 lines. So is the rest of a frame that was cut short.
 --
 -- Latency: REGISTER_COUNT + 9 clocks from a frame that waits to the offer of its first line; 5 clocks from line to
 --   line.
@@ -28,6 +24,8 @@ entity lens_rows is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
+    -- Whether rows of lenses are interpolated to a rectangular raster.
+    HEXAGONAL : boolean := false;
     -- Lines that the ring holds.
     LINES : positive range 4 to 256;
     -- Fraction bits of positions.
@@ -66,12 +64,17 @@ entity lens_rows is
     -- Size of its raster; between frames that of the last one.
     raster_columns : out   std_logic_vector(15 downto 0);
     raster_rows    : out   std_logic_vector(15 downto 0);
-    -- For a clock: the grid needs more lines than there are, or has no lens.
+    -- For a clock: a frame was given up for its grid or its size, or a commit came before all registers.
     fault : out   std_logic
   );
 end entity lens_rows;
 
 architecture rtl of lens_rows is
+
+  -- Registers of a grid; lenses of a row, at least.
+  constant GRID_REGISTERS : positive := choose(HEXAGONAL, REGISTER_COUNT, REGISTER_BLACK + 1);
+  constant LEAST_LENSES   : positive := choose(HEXAGONAL, 2, 1);
+  constant MOST_LINES     : positive := 8192;
 
   -- idle: no frame. load: copies registers. start: the first row of lenses. borders, reach, check: which lines the next
   -- line of the raster needs. wait_lines: until they are in. offer: until it is taken. finish: until all is out.
@@ -79,14 +82,11 @@ architecture rtl of lens_rows is
 
   signal state : state_t := idle;
 
-  -- The half that frames use, the half of the frame that waits; a commit waits for a frame.
-  signal half        : std_logic            := '0';
-  signal committed   : std_logic            := '0';
-  signal load_count  : unsigned(4 downto 0) := (others => '0');
-  signal write_place : unsigned(4 downto 0);
-  signal read_place  : unsigned(4 downto 0);
-  signal word        : std_logic_vector(31 downto 0);
-  signal held        : registers_t          := (others => (others => '0'));
+  signal copy       : std_logic;
+  signal copied     : std_logic;
+  signal incomplete : std_logic;
+  signal held       : registers_t;
+  signal given_up   : std_logic := '0';
 
   -- Size of the frame that came in last.
   signal waiting_columns : place_t := (others => '0');
@@ -95,20 +95,30 @@ architecture rtl of lens_rows is
   signal columns_now : unsigned(15 downto 0) := (others => '0');
   signal rows_now    : unsigned(15 downto 0) := (others => '0');
 
-  signal base_now    : place_t    := (others => '0');
-  signal bottom_line : place_t    := (others => '0');
-  signal y           : position_t := (others => '0');
-  signal x           : position_t := (others => '0');
-  signal row_index   : place_t    := (others => '0');
-  signal row_odd     : std_logic  := '0';
-  signal row_lens    : lens_t     := (others => '0');
-  signal first_line  : std_logic  := '0';
+  -- The frame on work; it is one that can be resampled. No line has a single column, as the ring reads neighbours.
+  signal base_now    : place_t   := (others => '0');
+  signal bottom_line : place_t   := (others => '0');
+  signal last_place  : place_t   := to_signed(1, place_t'length);
+  signal size_fits   : std_logic := '0';
+  signal possible    : std_logic;
 
+  -- The next line of the raster: the row of lenses, the line in it, and where its first lens lies.
+  signal y            : position_t                                         := (others => '0');
+  signal x            : position_t                                         := (others => '0');
+  signal row_index    : place_t                                            := (others => '0');
+  signal row_odd      : std_logic                                          := '0';
+  signal row_lens     : lens_t                                             := (others => '0');
+  signal first_line   : std_logic                                          := '0';
   signal line_index   : natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1) := 0;
   signal line_profile : profile_t                                          := (others => '0');
+  signal row_ends     : std_logic;
+  signal last_row     : std_logic;
+
   -- Lines from a row of lenses to the next one, at least and at most.
-  signal gap       : place_t   := (others => '0');
-  signal stride    : place_t   := (others => '0');
+  signal gap    : place_t := (others => '0');
+  signal stride : place_t := (others => '0');
+
+  -- What the next line needs, by its lenses and mirrored; what is kept for it; what is kept now.
   signal top       : place_t   := (others => '0');
   signal bottom    : place_t   := (others => '0');
   signal oldest    : place_t   := (others => '0');
@@ -160,50 +170,63 @@ begin
   registers      <= held;
   base           <= base_now;
   last_line      <= bottom_line;
+  last_column    <= last_place;
   keep           <= keep_now;
   raster_columns <= std_logic_vector(columns_now);
   raster_rows    <= std_logic_vector(rows_now);
   line_valid     <= offered;
-  write_place    <= not half & load_address;
-  read_place     <= half & load_count(3 downto 0);
+  fault          <= given_up or incomplete;
 
-  follow : process (clk) is
+  copy     <= '1' when state = load else
+              '0';
+  possible <= '1' when size_fits = '1' and unsigned(held(REGISTER_LENSES)(15 downto 0)) /= 0 and
+                       unsigned(held(REGISTER_LENSES)(31 downto 16)) >= LEAST_LENSES else
+              '0';
+  row_ends <= '1' when line_index = MICRO_IMAGE_SIZE - 1 else
+              '0';
+  last_row <= '1' when row_index + 1 = signed(held(REGISTER_LENSES)(15 downto 0)) else
+              '0';
 
-    variable first_row  : place_t;
-    variable steps      : place_t;
-    variable bottom_row : place_t;
+  calibrations : entity work.lens_registers
+    generic map (
+      NEEDED => GRID_REGISTERS
+    )
+    port map (
+      clk          => clk,
+      load_write   => load_write,
+      load_address => load_address,
+      load_data    => load_data,
+      load_commit  => load_commit,
+      incomplete   => incomplete,
+      frame_start  => frame_start,
+      copy         => copy,
+      copied       => copied,
+      registers    => held
+    );
 
+  sequence : process (clk) is
   begin
 
     if rising_edge(clk) then
       frame_taken <= '0';
-      fault       <= '0';
+      given_up    <= '0';
       keep_none   <= '0';
 
-      if load_commit = '1' then
-        committed <= '1';
-      end if;
       if frame_start = '1' then
         waiting_columns <= signed(columns);
         waiting_rows    <= signed(rows);
-        if committed = '1' then
-          half      <= not half;
-          committed <= '0';
-        end if;
       end if;
-
-      first_row := whole(std_logic_vector(y));
 
       case state is
 
         when idle =>
 
-          load_count <= (others => '0');
           if frame_waits = '1' then
             base_now    <= frame_base;
             keep_now    <= frame_base;
             bottom_line <= waiting_rows - 1;
-            last_column <= waiting_columns - 1;
+            last_place  <= larger_place(waiting_columns - 1, to_signed(1, place_t'length));
+            size_fits   <= to_logic(waiting_columns > 1 and waiting_rows > 1 and waiting_rows <= MOST_LINES);
             state       <= load;
           else
             keep_none <= '1';
@@ -211,18 +234,7 @@ begin
 
         when load =>
 
-          -- The memory answers a clock later.
-          load_count <= load_count + 1;
-
-          for i in 0 to REGISTER_COUNT - 1 loop
-
-            if load_count = i + 1 then
-              held(i) <= word;
-            end if;
-
-          end loop;
-
-          if load_count = REGISTER_COUNT then
+          if copied = '1' then
             columns_now <= resize(unsigned(held(REGISTER_OUTPUTS)(15 downto 0)) * MICRO_IMAGE_SIZE, 16);
             rows_now    <= resize(unsigned(held(REGISTER_LENSES)(15 downto 0)) * MICRO_IMAGE_SIZE, 16);
             frame_taken <= '1';
@@ -231,60 +243,26 @@ begin
 
         when start =>
 
-          y            <= signed(held(REGISTER_ORIGIN_Y));
-          x            <= signed(held(REGISTER_ORIGIN_X));
-          row_index    <= (others => '0');
-          row_odd      <= '0';
-          row_lens     <= (others => '0');
-          first_line   <= '1';
-          line_index   <= 0;
-          line_profile <= (others => '0');
-          gap          <= smaller(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y)));
-          stride       <= larger_place(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y))) + 1;
-          state        <= borders;
-          if unsigned(held(REGISTER_LENSES)(15 downto 0)) = 0 or unsigned(held(REGISTER_LENSES)(31 downto 16)) = 0 then
-            fault <= '1';
-            state <= finish;
+          state <= borders;
+          if possible = '0' then
+            given_up <= '1';
+            state    <= finish;
           end if;
 
         when borders =>
-
-          top    <= first_row + line_index + signed(held(REGISTER_REACH)(15 downto 0));
-          bottom <= first_row + line_index + 1 + signed(held(REGISTER_REACH)(31 downto 16));
-          steps  := to_signed(line_index, place_t'length);
-          -- The next row of lenses may begin above the last line of this one.
-          oldest <= first_row + smaller(steps, gap) + signed(held(REGISTER_REACH)(15 downto 0));
-          -- What the last line of this row of lenses, or of the next one, needs, mirrored at the last raw line.
-          bottom_row := first_row + MICRO_IMAGE_SIZE + signed(held(REGISTER_REACH)(31 downto 16));
-          if row_index + 1 /= signed(held(REGISTER_LENSES)(15 downto 0)) then
-            bottom_row := bottom_row + stride;
-          end if;
-          last_kept <= shift_left(bottom_line, 1) - bottom_row;
-
-          raster_line.y       <= y + shift_left(to_signed(line_index, position_t'length), FRACTION_BITS);
-          raster_line.x       <= x;
-          raster_line.lens    <= row_lens;
-          raster_line.profile <= line_profile;
-          raster_line.first   <= first_line;
 
           state <= reach;
 
         when reach =>
 
-          if bottom < -top then
-            needed <= smaller(-top, bottom_line);
-          else
-            needed <= smaller(bottom, bottom_line);
-          end if;
-          kept  <= larger_place(smaller(oldest, last_kept), (others => '0'));
           state <= check;
 
         when check =>
 
           state <= wait_lines;
           if needed - kept >= LINES then
-            fault <= '1';
-            state <= finish;
+            given_up <= '1';
+            state    <= finish;
           end if;
 
         when wait_lines =>
@@ -303,29 +281,11 @@ begin
         when offer =>
 
           if line_taken = '1' then
-            keep_now   <= base_now + kept;
-            offered    <= '0';
-            first_line <= '0';
-            state      <= borders;
-            if line_index = MICRO_IMAGE_SIZE - 1 then
-              line_index   <= 0;
-              line_profile <= (others => '0');
-              row_index    <= row_index + 1;
-              row_odd      <= not row_odd;
-              row_lens     <= row_lens + resize(unsigned(held(REGISTER_LENSES)(31 downto 16)), lens_t'length);
-              if row_odd = '0' then
-                y <= y + signed(held(REGISTER_DOWN_EVEN_Y));
-                x <= x + signed(held(REGISTER_DOWN_EVEN_X));
-              else
-                y <= y + signed(held(REGISTER_DOWN_ODD_Y));
-                x <= x + signed(held(REGISTER_DOWN_ODD_X));
-              end if;
-              if row_index + 1 = signed(held(REGISTER_LENSES)(15 downto 0)) then
-                state <= finish;
-              end if;
-            else
-              line_index   <= line_index + 1;
-              line_profile <= line_profile + MICRO_IMAGE_SIZE;
+            keep_now <= base_now + kept;
+            offered  <= '0';
+            state    <= borders;
+            if row_ends = '1' and last_row = '1' then
+              state <= finish;
             end if;
           end if;
 
@@ -338,28 +298,95 @@ begin
       end case;
 
       if reset = '1' then
-        state   <= idle;
-        offered <= '0';
-        fault   <= '0';
+        state    <= idle;
+        offered  <= '0';
+        given_up <= '0';
       end if;
     end if;
 
-  end process follow;
+  end process sequence;
 
-  words : entity work.ram_simple_dual_port
-    generic map (
-      WIDTH        => 32,
-      ADDRESS_BITS => 5,
-      READ_LATENCY => 1
-    )
-    port map (
-      clk           => clk,
-      write_enable  => load_write,
-      write_address => write_place,
-      write_data    => load_data,
-      read_enable   => '1',
-      read_address  => read_place,
-      read_data     => word
-    );
+  -- From line to line, as each is taken.
+  step_lines : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if state = start then
+        y            <= signed(held(REGISTER_ORIGIN_Y));
+        x            <= signed(held(REGISTER_ORIGIN_X));
+        row_index    <= (others => '0');
+        row_odd      <= '0';
+        row_lens     <= (others => '0');
+        first_line   <= '1';
+        line_index   <= 0;
+        line_profile <= (others => '0');
+        gap          <= smaller(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y)));
+        stride       <= larger_place(whole(held(REGISTER_DOWN_EVEN_Y)), whole(held(REGISTER_DOWN_ODD_Y))) + 1;
+      elsif state = offer and line_taken = '1' then
+        first_line <= '0';
+        if row_ends = '1' then
+          line_index   <= 0;
+          line_profile <= (others => '0');
+          row_index    <= row_index + 1;
+          row_odd      <= not row_odd;
+          row_lens     <= row_lens + resize(unsigned(held(REGISTER_LENSES)(31 downto 16)), lens_t'length);
+          if row_odd = '0' then
+            y <= y + signed(held(REGISTER_DOWN_EVEN_Y));
+            x <= x + signed(held(REGISTER_DOWN_EVEN_X));
+          else
+            y <= y + signed(held(REGISTER_DOWN_ODD_Y));
+            x <= x + signed(held(REGISTER_DOWN_ODD_X));
+          end if;
+        else
+          line_index   <= line_index + 1;
+          line_profile <= line_profile + MICRO_IMAGE_SIZE;
+        end if;
+      end if;
+    end if;
+
+  end process step_lines;
+
+  -- The line, and the raw lines that it needs, 2 clocks later.
+  find_needs : process (clk) is
+
+    variable first_row  : place_t;
+    variable steps      : place_t;
+    variable reach_up   : place_t;
+    variable reach_down : place_t;
+    variable bottom_row : place_t;
+
+  begin
+
+    if rising_edge(clk) then
+      raster_line.y       <= y + shift_left(to_signed(line_index, position_t'length), FRACTION_BITS);
+      raster_line.x       <= x;
+      raster_line.lens    <= row_lens;
+      raster_line.profile <= line_profile;
+      raster_line.first   <= first_line;
+
+      first_row  := whole(std_logic_vector(y));
+      steps      := to_signed(line_index, place_t'length);
+      reach_up   := signed(held(REGISTER_REACH)(15 downto 0));
+      reach_down := signed(held(REGISTER_REACH)(31 downto 16));
+      top        <= first_row + steps + reach_up;
+      bottom     <= first_row + steps + 1 + reach_down;
+      -- The next row of lenses may begin above the last line of this one.
+      oldest <= first_row + smaller(steps, gap) + reach_up;
+      -- What the last line of this row of lenses, or of the next one, needs, mirrored at the last raw line.
+      bottom_row := first_row + MICRO_IMAGE_SIZE + reach_down;
+      if last_row = '0' then
+        bottom_row := bottom_row + stride;
+      end if;
+      last_kept <= shift_left(bottom_line, 1) - bottom_row;
+
+      if bottom < -top then
+        needed <= smaller(-top, bottom_line);
+      else
+        needed <= smaller(bottom, bottom_line);
+      end if;
+      kept <= larger_place(smaller(oldest, last_kept), (others => '0'));
+    end if;
+
+  end process find_needs;
 
 end architecture rtl;

@@ -6,7 +6,8 @@
 -- before and takes it; meanwhile its lines go into the ring as far as there is room.
 --
 -- Latency: 1 clock. Throughput: one pixel each clock.
--- Equation: room = (number of the next pixel's line) - keep < LINES.
+-- Equation: room = (number of the next pixel's line) - keep < LINES, keep the first line of a frame that waits if the
+--   reader needs no other.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -55,14 +56,22 @@ end entity raw_writer;
 architecture rtl of raw_writer is
 
   constant LAST_SLOT : natural := LINES / 2 - 1;
+  -- Clocks in which what was read for a line has left the ring.
+  constant KEEP_WAIT : positive := 12;
 
   signal line_number : place_t                                          := (others => '0');
   signal slot        : natural range 0 to LAST_SLOT                     := 0;
   signal column      : unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0) := (others => '0');
   signal waits       : std_logic                                        := '0';
+  signal frame_first : place_t                                          := (others => '0');
   signal done        : place_t                                          := (others => '0');
   signal done_before : place_t                                          := (others => '0');
   signal line_ends   : std_logic;
+  signal keep_word   : std_logic_vector(16 downto 0);
+  signal keep_late   : std_logic_vector(16 downto 0);
+  -- The first line that must stay, if any.
+  signal first_kept : place_t;
+  signal keeps_none : std_logic;
   -- Room for pixels of this line, and of the next.
   signal room_this : std_logic := '0';
   signal room_next : std_logic := '0';
@@ -72,9 +81,31 @@ begin
   line_ends   <= token.strobe and token.pixel and token.line_last;
   room        <= room_next when line_ends = '1' else
                  room_this;
+  frame_base  <= frame_first;
   frame_waits <= waits;
   lines_in    <= done_before when waits = '1' else
                  done;
+
+  keep_word <= std_logic_vector(keep) & not keep_none;
+
+  -- A reset makes it a reader that needs no line.
+  keep_delay : entity work.tag_delay
+    generic map (
+      WIDTH  => 17,
+      LENGTH => KEEP_WAIT
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => keep_word,
+      delayed => keep_late
+    );
+
+  -- While it has no frame, all lines of the one that waits stay.
+  first_kept <= signed(keep_late(16 downto 1)) when keep_late(0) = '1' else
+                frame_first;
+  keeps_none <= not (keep_late(0) or waits);
 
   follow : process (clk) is
 
@@ -104,7 +135,7 @@ begin
 
         if token.line_first = '1' and token.frame_first = '1' then
           waits       <= '1';
-          frame_base  <= line_number;
+          frame_first <= line_number;
           done_before <= done;
           done        <= (others => '0');
         end if;
@@ -129,10 +160,10 @@ begin
 
       room_this <= '0';
       room_next <= '0';
-      if keep_none = '1' or now - keep < LINES then
+      if keeps_none = '1' or now - first_kept < LINES then
         room_this <= '1';
       end if;
-      if keep_none = '1' or now + 1 - keep < LINES then
+      if keeps_none = '1' or now + 1 - first_kept < LINES then
         room_next <= '1';
       end if;
 

@@ -51,7 +51,7 @@ package resample_pkg is
   constant LOAD_KIND_REGISTER : std_logic_vector(1 downto 0) := "00";
   constant LOAD_KIND_LENS     : std_logic_vector(1 downto 0) := "01";
   constant LOAD_KIND_PROFILE  : std_logic_vector(1 downto 0) := "10";
-  -- The registers written so far take effect with the next frame.
+  -- The registers written so far, all of a grid, take effect with the next frame.
   constant LOAD_KIND_COMMIT : std_logic_vector(1 downto 0) := "11";
 
   -- A line of the raster.

@@ -7,10 +7,12 @@
 -- the ring holds rows * tan(angle) + 3 lines, and more where micro images are mirrored at the sensor's borders.
 --
 -- The output frame has a size of its own: M times the lenses. The registers of the grid and the tables are written
--- through the load port; the grid takes effect with the frame that follows a commit, the tables at once.
+-- through the load port; the grid takes effect with the frame that follows a commit, the tables at once. A load that
+-- is not committed changes no grid, and a newer one takes the place of one that no frame has used (lens_registers).
 --
 -- Faults of the stream are repaired as in frame_sequencer. Of a frame that is cut short the lines come out whose raw
--- lines were all there, whole. A grid that needs more lines than the ring has gives no lines, and a flag.
+-- lines were all there, whole. At a line of the raster that needs more raw lines than the ring has the frame ends, with
+-- a flag: the lines before it have come out.
 --
 -- Latency: from the last raw pixel that a line needs to its first pixel 27 clocks, of hexagonal grids 2 M + 8 more,
 --   when nothing stalls. State: LINES x MAX_COLUMNS pixels and the tables.
@@ -78,7 +80,8 @@ entity resampler is
     -- Size of the raster: of the frame on work, between frames that of the last one.
     raster_columns : out   std_logic_vector(15 downto 0);
     raster_rows    : out   std_logic_vector(15 downto 0);
-    -- 0 to 4 as in frame_sequencer, 5 the grid needs more lines than there are or has no lens. Set until error_clear.
+    -- 0 to 4 as in frame_sequencer. 5: the grid needs more lines than there are or has no lens, the frame is one line
+    -- or column or more than 8192 lines, or a commit came before all registers. Set until error_clear.
     error_flags : out   std_logic_vector(5 downto 0);
     error_clear : in    std_logic
   );
@@ -93,10 +96,8 @@ architecture rtl of resampler is
   constant VALUE_BITS  : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
   constant FIFO_BITS   : positive := 6;
   constant CREDIT      : positive := 2 ** FIFO_BITS;
-  -- Clocks in which what was read for a line has left the ring.
-  constant KEEP_WAIT : positive := 12;
-  constant IN_BITS   : positive := DATA_BITS + 2;
-  constant WORD_BITS : positive := choose(HEXAGONAL, CHANNELS * VALUE_BITS, DATA_BITS) + 2;
+  constant IN_BITS     : positive := DATA_BITS + 2;
+  constant WORD_BITS   : positive := choose(HEXAGONAL, CHANNELS * VALUE_BITS, DATA_BITS) + 2;
 
   signal input_word   : std_logic_vector(IN_BITS - 1 downto 0);
   signal stream_word  : std_logic_vector(IN_BITS - 1 downto 0);
@@ -127,9 +128,6 @@ architecture rtl of resampler is
   signal lines_in     : place_t;
   signal keep         : place_t;
   signal keep_none    : std_logic;
-  signal keep_word    : std_logic_vector(16 downto 0);
-  signal keep_late    : std_logic_vector(16 downto 0);
-  signal keep_line    : place_t;
 
   signal registers   : registers_t;
   signal base        : place_t;
@@ -162,6 +160,14 @@ architecture rtl of resampler is
   signal out_ready  : std_logic;
 
 begin
+
+  assert LINES mod 2 = 0
+    report "resampler: LINES is odd, expected an even number"
+    severity failure;
+
+  assert CHANNELS /= 2
+    report "resampler: CHANNELS is 2, expected 1 (grey) or 3 (RGB)"
+    severity failure;
 
   input_word <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
 
@@ -239,24 +245,8 @@ begin
       frame_base   => frame_base,
       frame_taken  => frame_taken,
       lines_in     => lines_in,
-      keep         => keep_line,
-      keep_none    => keep_late(0)
-    );
-
-  keep_word <= std_logic_vector(keep) & keep_none;
-  keep_line <= signed(keep_late(16 downto 1));
-
-  keep_delay : entity work.tag_delay
-    generic map (
-      WIDTH  => 17,
-      LENGTH => KEEP_WAIT
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => keep_word,
-      delayed => keep_late
+      keep         => keep,
+      keep_none    => keep_none
     );
 
   load_register <= load_write when load_kind = LOAD_KIND_REGISTER else
@@ -271,6 +261,7 @@ begin
   lines_of_lenses : entity work.lens_rows
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      HEXAGONAL        => HEXAGONAL,
       LINES            => LINES,
       FRACTION_BITS    => FRACTION_BITS
     )

@@ -58,8 +58,7 @@ entity sensor_raster is
     -- As in resampler.
     raster_columns : out   std_logic_vector(15 downto 0);
     raster_rows    : out   std_logic_vector(15 downto 0);
-    -- 0 to 4 as in frame_sequencer, of either part; 5 the grid needs more lines than there are or has no lens. Set
-    -- until error_clear.
+    -- As in resampler, 0 to 4 of either part. Set until error_clear.
     error_flags : out   std_logic_vector(5 downto 0);
     error_clear : in    std_logic
   );
@@ -67,15 +66,23 @@ end entity sensor_raster;
 
 architecture rtl of sensor_raster is
 
+  -- Behind the mosaic.
+  constant COLOURS : positive := choose(MOSAIC, 3, CHANNELS);
+
   signal raw_tvalid      : std_logic;
   signal raw_tready      : std_logic;
-  signal raw_tdata       : std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+  signal raw_tdata       : std_logic_vector(COLOURS * PIXEL_BITS - 1 downto 0);
+  signal raster          : std_logic_vector(COLOURS * PIXEL_BITS - 1 downto 0);
   signal raw_tuser       : std_logic_vector(0 downto 0);
   signal raw_tlast       : std_logic;
   signal mosaic_flags    : std_logic_vector(4 downto 0);
   signal resampler_flags : std_logic_vector(5 downto 0);
 
 begin
+
+  assert not MOSAIC or CHANNELS = 3
+    report "sensor_raster: MOSAIC requires CHANNELS = 3"
+    severity failure;
 
   plain : if not MOSAIC generate
     raw_tvalid    <= s_axis_tvalid;
@@ -124,7 +131,7 @@ begin
       LENSES           => LENSES,
       MOVES            => MOVES,
       GAINS            => GAINS,
-      CHANNELS         => CHANNELS,
+      CHANNELS         => COLOURS,
       PIXEL_BITS       => PIXEL_BITS,
       FRACTION_BITS    => FRACTION_BITS,
       WEIGHT_BITS      => WEIGHT_BITS,
@@ -147,7 +154,7 @@ begin
       s_axis_tlast   => raw_tlast,
       m_axis_tvalid  => m_axis_tvalid,
       m_axis_tready  => m_axis_tready,
-      m_axis_tdata   => m_axis_tdata,
+      m_axis_tdata   => raster,
       m_axis_tuser   => m_axis_tuser,
       m_axis_tlast   => m_axis_tlast,
       raster_columns => raster_columns,
@@ -155,6 +162,8 @@ begin
       error_flags    => resampler_flags,
       error_clear    => error_clear
     );
+
+  m_axis_tdata <= raster(CHANNELS * PIXEL_BITS - 1 downto 0);
 
   error_flags <= resampler_flags or ('0' & mosaic_flags);
 

@@ -211,6 +211,12 @@ class Bench:
         await ClockCycles(self.dut.clk, 100)
         self.scoreboard.result  # noqa: B018  (raises)
 
+    async def clear_errors(self) -> None:
+        """Clear the error flags."""
+        self.dut.error_clear.value = 1
+        await ClockCycles(self.dut.clk, 2)
+        self.dut.error_clear.value = 0
+
     def errors(self) -> set[str]:
         """Names of the error flags that are set."""
         flags = int(self.dut.error_flags.value)
@@ -357,9 +363,7 @@ async def broken_frames(dut: Any) -> None:
     await bench.source.send(beats)
     await bench.drain()
     assert bench.errors() == faults
-    dut.error_clear.value = 1
-    await ClockCycles(dut.clk, 2)
-    dut.error_clear.value = 0
+    await bench.clear_errors()
     bench.send_frame(bench.frame("random"))
     await bench.drain()
     assert not bench.errors()
@@ -403,9 +407,7 @@ async def grid_that_needs_too_many_lines(dut: Any) -> None:
     await bench.source.send(beats)
     await ClockCycles(dut.clk, 200)
     assert bench.errors() == {"grid"}
-    dut.error_clear.value = 1
-    await ClockCycles(dut.clk, 2)
-    dut.error_clear.value = 0
+    await bench.clear_errors()
     await bench.use(*bench.camera())
     for _ in range(2):
         bench.send_frame(bench.frame("random"))

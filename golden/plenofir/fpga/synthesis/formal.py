@@ -18,8 +18,8 @@ from plenofir.refocus.switches import FilterLayout
 
 # What carries the induction of a `RingProof`.
 _RING_SIGNALS = (
-    *("state", "y", "line_index", "gap", "stride", "top", "bottom", "oldest", "last_kept"),
-    *("needed", "kept"),
+    *("state", "y", "row_index", "line_index", "gap", "stride", "top", "bottom", "oldest"),
+    *("last_kept", "needed", "kept"),
 )
 # Yosys takes no negative parameters.
 _BIAS = 64

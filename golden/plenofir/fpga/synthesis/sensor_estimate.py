@@ -50,7 +50,7 @@ def sensor_memories(core: ResamplerConfiguration, *, mosaic: bool) -> Iterator[M
     words = core.lines // 2 * -(-core.max_columns // 2)
     for size in block_sizes(words, bits):
         yield Memory("ring of raw lines", (size - 1).bit_length(), bits, 4, words=size)
-    yield Memory("registers", 5, 32, 1)
+    yield Memory("registers", 6, 32, 1)
     width = core.gains * (core.gain_bits + _GAIN_INTEGER_BITS)
     width += core.moves * 2 * (core.weight_bits + 2)
     if width:

@@ -1,0 +1,164 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Takes calibrations from the load port, and gives each frame the registers of its own: those of the newest one that
+-- was committed before the frame began.
+--
+-- A memory of three banks holds the newest calibration, that of the frame that began last, and the words that are being
+-- written: they never touch what a frame has or will have. So a load that is broken off changes nothing, and one that
+-- is committed takes the place of one that no frame has had yet.
+--
+-- A commit without new words repeats the one before and changes nothing. One behind some words only is a fault, and
+-- waits for those that are missing. What was written outlives a reset.
+--
+-- Latency: REGISTER_COUNT + 1 clocks from copy to copied. Throughput: a word each clock.
+-- Equation: registers = the bank `used`, word by word, while copy = '1'.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.resample_pkg.all;
+
+entity lens_registers is
+  generic (
+    -- Registers of a calibration, from address 0 on.
+    NEEDED : positive range 1 to REGISTER_COUNT
+  );
+  port (
+    clk : in    std_logic;
+    -- Writes a register; commit: the registers are complete.
+    load_write   : in    std_logic;
+    load_address : in    unsigned(3 downto 0);
+    load_data    : in    std_logic_vector(31 downto 0);
+    load_commit  : in    std_logic;
+    -- For a clock: a commit without all registers.
+    incomplete : out   std_logic;
+    -- A frame begins to come in: it has what is committed by now.
+    frame_start : in    std_logic;
+    -- Copies the registers of the frame that began last, until they are copied; the frame before has left.
+    copy      : in    std_logic;
+    copied    : out   std_logic;
+    registers : out   registers_t
+  );
+end entity lens_registers;
+
+architecture rtl of lens_registers is
+
+  subtype bank_t is unsigned(1 downto 0);
+
+  subtype written_t is std_logic_vector(2 ** load_address'length - 1 downto 0);
+
+  -- The bank that is neither.
+  function other_than (
+    a : bank_t;
+    b : bank_t
+  ) return bank_t is
+  begin
+
+    if a /= 0 and b /= 0 then
+      return "00";
+    elsif a /= 1 and b /= 1 then
+      return "01";
+    end if;
+
+    return "10";
+
+  end function other_than;
+
+  signal newest      : bank_t                            := "00";
+  signal used        : bank_t                            := "00";
+  signal writing     : bank_t                            := "01";
+  signal written     : written_t                         := (others => '0');
+  signal count       : natural range 0 to REGISTER_COUNT := 0;
+  signal write_place : unsigned(5 downto 0);
+  signal read_place  : unsigned(5 downto 0);
+  signal word        : std_logic_vector(31 downto 0);
+  signal held        : registers_t                       := (others => (others => '0'));
+
+begin
+
+  write_place <= writing & load_address;
+  read_place  <= used & to_unsigned(count, load_address'length);
+  registers   <= held;
+  copied      <= '1' when count = REGISTER_COUNT else
+                 '0';
+
+  choose_banks : process (clk) is
+
+    variable used_now : bank_t;
+    variable missing  : std_logic;
+
+  begin
+
+    if rising_edge(clk) then
+      used_now := used;
+      if frame_start = '1' then
+        used_now := newest;
+      end if;
+      used <= used_now;
+
+      if load_write = '1' then
+        written(to_integer(load_address)) <= '1';
+      end if;
+
+      missing := '0';
+
+      for i in 0 to NEEDED - 1 loop
+
+        missing := missing or not written(i);
+
+      end loop;
+
+      incomplete <= '0';
+      if load_commit = '1' then
+        if missing = '0' then
+          newest  <= writing;
+          writing <= other_than(writing, used_now);
+          written <= (others => '0');
+        elsif unsigned(written) /= 0 then
+          incomplete <= '1';
+        end if;
+      end if;
+    end if;
+
+  end process choose_banks;
+
+  copy_words : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      -- The memory answers a clock later.
+      count <= 0;
+      if copy = '1' and count /= REGISTER_COUNT then
+        count <= count + 1;
+      end if;
+
+      for i in 0 to REGISTER_COUNT - 1 loop
+
+        if copy = '1' and count = i + 1 then
+          held(i) <= word;
+        end if;
+
+      end loop;
+
+    end if;
+
+  end process copy_words;
+
+  words : entity work.ram_simple_dual_port
+    generic map (
+      WIDTH        => 32,
+      ADDRESS_BITS => 6,
+      READ_LATENCY => 1
+    )
+    port map (
+      clk           => clk,
+      write_enable  => load_write,
+      write_address => write_place,
+      write_data    => load_data,
+      read_enable   => '1',
+      read_address  => read_place,
+      read_data     => word
+    );
+
+end architecture rtl;

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""cocotb tests of ``resampler``: loads that are pending, superseded, broken off, repeated."""
+
+from typing import Any
+
+import cocotb
+from cocotb.triggers import ClockCycles
+
+from plenofir.camera.resampling import GridRegisters, Tables, resample
+from plenofir.fpga.core.resampler import Load
+from plenofir.plan.resampling import loads
+from plenofir_tb.axi_video import frame_beats, pack_pixels
+from resample.resample_bench import Bench
+
+SHAPE = (18, 21)
+COMMIT = (3, 0, 0)
+Camera = tuple[GridRegisters, Tables]
+
+
+class LoadBench(Bench):
+    """A resampler, and calibrations for frames of one size."""
+
+    async def begin(self, count: int) -> list[Camera]:
+        """Draw calibrations, and reset."""
+        await self.reset()
+        self.stall("none", "none")
+        self.dut.rows.value, self.dut.columns.value = SHAPE
+        self.patience = 4000
+        cameras = [self.camera(shape=SHAPE) for _ in range(count)]
+        self.registers, self.tables = cameras[0]
+        return cameras
+
+    def words(self, camera: Camera) -> list[Load]:
+        """Registers of a calibration, without the commit."""
+        return loads(self.core, *camera)[:-1]
+
+    async def shows(self, camera: Camera) -> None:
+        """A frame comes out by a calibration."""
+        self.registers, self.tables = camera
+        self.send_frame(self.frame("random"))
+        await self.drain()
+        assert not self.errors()
+
+
+@cocotb.test()
+async def words_behind_a_pending_commit(dut: Any) -> None:
+    """What is written behind a commit shows in no frame before its own; none after is mixed."""
+    bench = LoadBench(dut)
+    for some in (1, 9, 15):
+        a, b = await bench.begin(2)
+        await bench.load([*bench.words(a), COMMIT, *bench.words(b)[:some]])
+        await bench.shows(a)
+        await bench.load([*bench.words(b)[some:]])
+        await bench.shows(a)
+        await bench.load([COMMIT])
+        await bench.shows(b)
+        await bench.shows(b)
+
+
+@cocotb.test()
+async def the_same_calibration_twice(dut: Any) -> None:
+    """The first frame comes during the second load."""
+    bench = LoadBench(dut)
+    (a,) = await bench.begin(1)
+    words = bench.words(a)
+    await bench.load([*words, COMMIT, *words[:7]])
+    await bench.shows(a)
+    await bench.load([*words[7:], COMMIT])
+    await bench.shows(a)
+    await bench.shows(a)
+
+
+@cocotb.test()
+async def newer_loads(dut: Any) -> None:
+    """The newest commit is used; a load broken off, and a second commit, change nothing."""
+    bench = LoadBench(dut)
+    a, b, c = await bench.begin(3)
+    await bench.load([*bench.words(a), COMMIT, *bench.words(b), COMMIT])
+    await bench.shows(b)
+    await bench.load([*bench.words(c)[:8]])
+    await bench.shows(b)
+    await bench.load(
+        [*bench.words(a), COMMIT, *bench.words(c)[:5], *bench.words(c), COMMIT, COMMIT]
+    )
+    await bench.shows(c)
+    await bench.load([COMMIT])
+    await bench.shows(c)
+    await bench.load([*bench.words(a)[:4], *bench.words(a)[5:], COMMIT])
+    await ClockCycles(dut.clk, 2)
+    assert bench.errors() == {"grid"}
+    await bench.clear_errors()
+    await bench.shows(c)
+    await bench.load([bench.words(a)[4], COMMIT])
+    await bench.shows(a)
+
+
+@cocotb.test()
+async def commits_around_the_start_of_a_frame(dut: Any) -> None:
+    """The frame has one calibration or the other, whole; the next one has the newer."""
+    bench = LoadBench(dut)
+    old, *others = await bench.begin(6)
+    await bench.load([*bench.words(old), COMMIT])
+    got: list[int] = []
+    bench.sink.add_callback(lambda beat: got.append(beat.data))
+    used = set()
+    for clocks, new in enumerate(others):
+        await bench.load(bench.words(new))
+        frame = bench.frame("random")
+        bench.scoreboard.listening = False
+        got.clear()
+        sending = cocotb.start_soon(bench.source.send(frame_beats(frame, bench.core.pixel_bits)))
+        await ClockCycles(dut.clk, clocks + 2)
+        await bench.load([COMMIT])
+        await sending
+        await ClockCycles(dut.clk, 400)
+        bits = bench.core.pixel_bits
+        rasters = [
+            pack_pixels(resample(frame, *camera, full_scale=(1 << bits) - 1), bits).ravel().tolist()
+            for camera in (old, new)
+        ]
+        assert got in rasters, f"commit {clocks + 2} clocks behind the first pixel"
+        used.add(rasters.index(got))
+        bench.scoreboard.listening = True
+        old = new
+        await bench.shows(new)
+    assert used == {0, 1}
