@@ -80,7 +80,7 @@ def test_formats_agree(good: Path, tmp_path: Path, suffix: str) -> None:
             "divide_round.vhd",
             "NUMERATOR_BITS) + HALF;",
             "NUMERATOR_BITS);",
-            "core.shell.result_data",
+            "core.result_data",
         ),
     ],
 )

@@ -38,7 +38,7 @@ def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
         ("downto", "core/shell/sequencer/", "column row slice_held"),
         ("downto", "core/shell/", "token_rows token_data"),
         *engine.waves,
-        ("downto", "core/shell/", "result_data"),
+        ("downto", "core/", "result_data"),
         ("downto", "core/shell/scatter/", "on_offer"),
         ("bit", "", "m_axis_tvalid m_axis_tready"),
         ("downto", "", "m_axis_tdata m_axis_tuser m_axis_tid"),
