@@ -39,6 +39,8 @@ INITIAL = re.compile(r" *signal (\w+) +: [^:;]*:=")
 SET = re.compile(r"^ *(\w+) *<=", re.M)
 # What each clock does: the lines right below the edge.
 CLOCKED = re.compile(r"^( *)if rising_edge\(\w+\) then\n(.*?)^\1end if;", re.S | re.M)
+# What simulation leaves out, with what chooses it.
+SYNTHESISED = re.compile(r"^  (synthesised) : if .*?^  end generate \1;", re.S | re.M)
 # A vector or an array, and its bounds up to what makes it longer.
 ELEMENTS = re.compile(
     r" *(?:signal (\w+) +: std_logic_vector|type (\w+) is array) ?\((?:[^()]|\([^()]*\))*[^()\s] $"
@@ -134,9 +136,16 @@ def mutants(sources: Sequence[Path]) -> Iterator[Mutant]:
             seen[code] += 1
             places.append(seen[code])
 
+        left_out = {
+            number
+            for block in SYNTHESISED.finditer(text)
+            for number in range(
+                text.count("\n", 0, block.start()), text.count("\n", 0, block.end())
+            )
+        }
         for number, line in enumerate(lines[first:], first):
             code = line.split("--")[0]
-            if SKIPPED.search(line):
+            if SKIPPED.search(line) or number in left_out:
                 continue
             for pattern, replacements in RULES:
                 for match in re.finditer(pattern, code):

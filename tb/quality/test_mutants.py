@@ -43,6 +43,17 @@ def test_explained_mutants_exist() -> None:
     assert mutants.explained() - keys == set()
 
 
+def test_what_simulation_leaves_out_is_not_changed() -> None:
+    memory = [m for m in mutants.mutants(hdl.hdl_sources()) if m.file == "ram_simple_dual_port.vhd"]
+    enables = [m for m in memory if "write_enable = " in m.old]
+    # Of two branches with this line the simulated one; once its =, once its '1'.
+    assert [(m.place, m.new.strip()) for m in enables] == [
+        (2, "if write_enable /= '1' then"),
+        (2, "if write_enable = '0' then"),
+    ]
+    assert not any("not is_simulation" in m.old for m in memory)
+
+
 def test_every_source_has_mutants_and_tests() -> None:
     files = {mutant.file for mutant in mutants.mutants(hdl.board_sources())}
     names = {source.name for source in hdl.board_sources()}
