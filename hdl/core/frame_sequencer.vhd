@@ -12,7 +12,7 @@
 --
 -- Faults of the stream raise error flags, and the tokens stay well formed. A line that ends early is filled up with
 -- zeros. The excess of a long line is dropped. A frame that starts early cuts the one before it short at a whole
--- line. Pixels between frames are dropped.
+-- line. Pixels between frames are dropped, and hold back nothing of the frame before.
 --
 -- Latency: 1 clock. Throughput: one token each clock while credit = '1'.
 -- Equation: the n-th pixel token of line l is pixel n of line l of the frame.
@@ -82,9 +82,8 @@ end entity frame_sequencer;
 
 architecture rtl of frame_sequencer is
 
-  -- accept: pixels of the stream; fill: zeros up to the end of a broken line; drop: the excess of
-  -- a long line; flush: a flush line.
-  type state_t is (accept, fill, drop, flush);
+  -- accept: pixels of the stream; fill: zeros up to the end of a broken line; flush: a flush line.
+  type state_t is (accept, fill, flush);
 
   -- What this clock sends to the stages.
   type send_t is (nothing, empty, stream_pixel, zero_pixel, flush_pixel);
@@ -99,12 +98,15 @@ architecture rtl of frame_sequencer is
   -- Of a column, and of MIN_STEPS to compare it with.
   constant COLUMN_BITS : positive := bits_for(larger(MAX_COLUMNS - 1, MIN_STEPS));
 
-  signal state        : state_t                            := accept;
+  signal state        : state_t   := accept;
   signal send         : send_t;
   signal take         : std_logic;
-  signal synchronised : std_logic                          := '0';
-  signal frame_open   : std_logic                          := '0';
-  signal column       : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
+  signal synchronised : std_logic := '0';
+  signal frame_open   : std_logic := '0';
+  -- Within the excess of a long line; what is on offer belongs to no frame.
+  signal excess : std_logic                          := '0';
+  signal stray  : std_logic;
+  signal column : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
   -- column = 0, column = last_column.
   signal at_first        : std_logic                                  := '1';
   signal at_last         : std_logic                                  := '0';
@@ -167,10 +169,14 @@ begin
   -- No frame may begin yet.
   frame_wait <= frame_short or frame_odd;
 
-  -- What to do with this clock; `take` takes the pixel on offer, `send` says what becomes of it.
-  decide : process (state, frame_open, at_first, s_axis_tvalid, s_axis_tuser, credit, drained, size_supported,
-                    bands_due, tokens_due, steps_due, band_row, band_wait, frame_wait, completes_band,
-                    completes_first) is
+  stray <= '1' when (s_axis_tuser = '0' and (frame_open = '0' or excess = '1')) or
+                    (s_axis_tuser = '1' and frame_open = '0' and size_supported = '0') else
+           '0';
+
+  -- What to do with this clock; `take` takes the pixel on offer, `send` says what becomes of it. A stray pixel is
+  -- dropped, and what has to be flushed is flushed as if there were none.
+  decide : process (state, frame_open, at_first, s_axis_tvalid, s_axis_tuser, stray, credit, drained, bands_due,
+                    tokens_due, steps_due, band_row, band_wait, frame_wait, completes_band, completes_first) is
   begin
 
     send         <= nothing;
@@ -178,6 +184,7 @@ begin
     starts_frame <= '0';
 
     if credit = '1' then
+      take <= s_axis_tvalid and stray;
 
       case state is
 
@@ -189,10 +196,6 @@ begin
 
           send <= flush_pixel;
 
-        when drop =>
-
-          take <= s_axis_tvalid and not s_axis_tuser;
-
         when accept =>
 
           if frame_open = '0' and band_row /= 0 then
@@ -202,35 +205,33 @@ begin
             else
               send <= flush_pixel;
             end if;
-          elsif s_axis_tvalid = '1' then
-            if frame_open = '1' then
-              -- A start of frame inside a frame waits for the end of the broken one.
-              if s_axis_tuser = '0' then
-                if band_wait = '1' and completes_band = '1' then
-                  send <= empty;
-                else
-                  take <= '1';
-                  send <= stream_pixel;
-                end if;
+          elsif s_axis_tvalid = '0' or stray = '1' then
+            if at_first = '1' then
+              if frame_open = '0' and (bands_due = '1' or frame_wait = '1') and band_wait = '0' and drained = '1' and
+                 (PARALLEL_ROWS = 1 or tokens_due = '0') then
+                send <= flush_pixel;
+              elsif tokens_due = '1' or steps_due = '1' then
+                send <= empty;
               end if;
-            elsif s_axis_tuser = '0' or size_supported = '0' then
-              take <= '1';
-            elsif band_wait = '1' and (completes_first = '1' or frame_wait = '1') then
-              send <= empty;
-            elsif frame_wait = '1' then
-              send <= flush_pixel;
-            else
-              take         <= '1';
-              send         <= stream_pixel;
-              starts_frame <= '1';
             end if;
-          elsif at_first = '1' then
-            if frame_open = '0' and (bands_due = '1' or frame_wait = '1') and band_wait = '0' and drained = '1' and
-               (PARALLEL_ROWS = 1 or tokens_due = '0') then
-              send <= flush_pixel;
-            elsif tokens_due = '1' or steps_due = '1' then
-              send <= empty;
+          elsif frame_open = '1' then
+            -- A start of frame inside a frame waits for the end of the broken one.
+            if s_axis_tuser = '0' then
+              if band_wait = '1' and completes_band = '1' then
+                send <= empty;
+              else
+                take <= '1';
+                send <= stream_pixel;
+              end if;
             end if;
+          elsif band_wait = '1' and (completes_first = '1' or frame_wait = '1') then
+            send <= empty;
+          elsif frame_wait = '1' then
+            send <= flush_pixel;
+          else
+            take         <= '1';
+            send         <= stream_pixel;
+            starts_frame <= '1';
           end if;
 
       end case;
@@ -397,19 +398,19 @@ begin
 
       -- Faults of the stream.
       if send = stream_pixel then
+        excess <= '0';
         if s_axis_tlast = '1' and line_ends = '0' then
           state                   <= fill;
           error_flags(LINE_EARLY) <= '1';
         elsif s_axis_tlast = '0' and line_ends = '1' then
-          state                  <= drop;
+          excess                 <= '1';
           error_flags(LINE_LATE) <= '1';
         end if;
       elsif credit = '1' and s_axis_tvalid = '1' then
-        if state = drop then
-          if s_axis_tuser = '1' or s_axis_tlast = '1' then
-            state <= accept;
-          end if;
-        elsif state = accept and frame_open = '1' and s_axis_tuser = '1' then
+        if s_axis_tuser = '1' or s_axis_tlast = '1' then
+          excess <= '0';
+        end if;
+        if state = accept and frame_open = '1' and s_axis_tuser = '1' then
           error_flags(FRAME_EARLY) <= '1';
           frame_open               <= '0';
           if at_first = '1' then
@@ -417,10 +418,10 @@ begin
           else
             state <= fill;
           end if;
-        elsif state = accept and take = '1' then
+        elsif take = '1' then
           if s_axis_tuser = '1' then
             error_flags(FRAME_SIZE) <= '1';
-          elsif synchronised = '1' then
+          elsif synchronised = '1' and excess = '0' then
             error_flags(FRAME_LATE) <= '1';
           end if;
         end if;
@@ -471,6 +472,7 @@ begin
         state           <= accept;
         synchronised    <= '0';
         frame_open      <= '0';
+        excess          <= '0';
         first_band      <= '0';
         column          <= (others => '0');
         at_first        <= '1';

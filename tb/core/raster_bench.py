@@ -443,6 +443,26 @@ async def broken_frames(dut: Any) -> None:
         assert not bench.errors()
 
 
+@cocotb.test(skip=not read_case()["thorough"])
+async def complete_frames_come_out(dut: Any) -> None:
+    """Behind a frame's last pixel its mark is missing, or stray pixels never end."""
+    bench = Bench(dut)
+    columns, rows = bench.random_size()
+    await bench.reset(columns, rows)
+    bench.stall("none", "none")
+    for behind in ("silence", "stray pixels"):
+        frame = bench.frame("random", columns, rows)
+        beats = bench.beats(frame)
+        if behind == "silence":
+            beats[-1] = replace(beats[-1], end_of_line=False)
+        else:
+            beats += [Beat(1, False, True)] * 3 * bench.patience
+        bench.scoreboard.expect(bench.golden(frame))
+        bench.source.append(beats)
+        await bench.drain()
+    assert bench.errors() == {"line late", "frame late"}
+
+
 @cocotb.test(skip=not (read_case()["thorough"] or "resets" in read_case()))
 async def reset_begins_anew(dut: Any) -> None:
     """A clock of reset anywhere, behind whatever came: then clock for clock as a new core."""
