@@ -107,4 +107,5 @@ async def stream(bench: Any, rng: random.Random) -> None:
         pixels=g["PIXELS_PER_CLOCK"],
         slices=len(g["SHIFTS"].split()),
         limit=limit,
+        held=held,
     ).run()

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hunt of `depth_index`, without and with votes."""
+
+import random
+from typing import Any
+
+from hunt.references.depth_index import words
+
+ENTITY = "depth_index"
+FAULTS = [
+    ("sharpness_index.vhd", "if value > most(s - 1) then", "if value >= most(s - 1) then"),
+    ("index_vote.vhd", "elsif most_votes(SLICES - 1) /= 0 then",
+     "elsif most_votes(SLICES - 1) > 1 then"),
+]  # fmt: skip
+
+
+def draw(rng: random.Random) -> dict[str, Any]:
+    """Draw generics."""
+    m = rng.choice([2, 2, 3, 4, 5])
+    slices, radius, vote_radius = rng.randint(1, 4), rng.randint(0, 2), rng.choice([0, 0, 1, 2, 4])
+    channels, bits = rng.choice([1, 1, 3]), rng.randint(1, 12)
+    scale = m * m * ((1 << bits) - 1)
+    generics = {
+        "MICRO_IMAGE_SIZE": m,
+        "SLICES": slices,
+        "RADIUS": radius,
+        "CONFIDENCE": rng.choice([0, 1, scale, rng.randint(0, 4 * scale), 1 << 30]),
+        "VOTE_RADIUS": vote_radius,
+        "MAX_COLUMNS": rng.randint(1, 5 * m + 2),
+        "CHANNELS": channels,
+        "PIXEL_BITS": bits,
+        "CHOSEN_TOO": rng.random() < 0.4,
+    }
+    return {"generics": generics}
+
+
+async def stream(bench: Any, rng: random.Random) -> None:
+    """One stream."""
+    from hunt.cores import CoreHunt
+
+    g = bench.design["generics"]
+    m = g["MICRO_IMAGE_SIZE"]
+    held = (g["RADIUS"] + g["VOTE_RADIUS"] + 3) * m
+    # The clocks of a scan with its votes.
+    scan = 40 + 4 * (g["SLICES"] + g["RADIUS"] + g["VOTE_RADIUS"])
+
+    def limit(columns: int, rows: int) -> int:
+        return (rows + 2 * held) * (columns + scan) + 300
+
+    def size(rng: random.Random) -> tuple[int, int]:
+        most = g["MAX_COLUMNS"]
+        rows = rng.choice([rng.randint(1, 3), rng.randint(1, 3 * m), m, 2 * m, 4 * m])
+        return rng.choice([rng.randint(1, most), most]), rows
+
+    await CoreHunt(
+        bench,
+        rng,
+        words,
+        size=size,
+        channels=g["SLICES"] * g["CHANNELS"],
+        bits=g["PIXEL_BITS"],
+        pixels=1,
+        slices=g["SLICES"] if g["CHOSEN_TOO"] else 0,
+        limit=limit,
+        held=held,
+        stable=("picture_rows",),
+    ).run()

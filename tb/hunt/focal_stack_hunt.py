@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hunt of `focal_stack`."""
+
+import random
+from typing import Any
+
+import numpy as np
+
+from hunt.raster_refocuser_hunt import delay
+from hunt.references.focal_stack import stack
+
+ENTITY = "focal_stack"
+FAULTS = [
+    ("focal_stack.vhd", "KEEP_MODULUS   => true", "KEEP_MODULUS   => false"),
+    ("column_sum.vhd", "SLICE, phase) + later", "0, phase) + later"),
+]
+
+
+def draw(rng: random.Random) -> dict[str, Any]:
+    """Draw generics."""
+    m = rng.choice([1, 2, 2, 3, 3, 4, 5])
+    shifts = [rng.randint(-m - 1, m + 2) for _ in range(rng.choice([1, 2, 2, 3, 4]))]
+    generics = {
+        "MICRO_IMAGE_SIZE": m,
+        "SHIFTS": " ".join(map(str, shifts)),
+        "CENTRED": rng.random() < 0.8,
+        "MAX_COLUMNS": rng.randint(1, 3 * m + 8),
+        "CHANNELS": rng.choice([1, 1, 3]),
+        "PIXEL_BITS": rng.randint(1, 16),
+        "INPUT_LINES": rng.choice([1, m]),
+        "FLUSH": rng.random() < 0.8,
+    }
+    return {"generics": generics}
+
+
+def _words(raw: np.ndarray, g: dict[str, Any], slice_: int) -> list[list[int]]:
+    from hunt.cores import pack
+
+    return pack(stack(raw, g), g["PIXEL_BITS"])
+
+
+async def stream(bench: Any, rng: random.Random) -> None:
+    """One stream."""
+    from hunt.cores import CoreHunt
+
+    g = bench.design["generics"]
+    m = g["MICRO_IMAGE_SIZE"]
+    held = delay({**g, "INTERPOLATION_ORDER": 0}) + 2 * m
+
+    def limit(columns: int, rows: int) -> int:
+        return (rows + 2 * held) * (columns + held + 16) + 300
+
+    def size(rng: random.Random) -> tuple[int, int]:
+        most = g["MAX_COLUMNS"]
+        rows = rng.choice([rng.randint(1, 3), rng.randint(1, 2 * m + 4), m, 2 * m])
+        return rng.choice([rng.randint(1, most), most]), rows
+
+    await CoreHunt(
+        bench,
+        rng,
+        _words,
+        size=size,
+        channels=g["CHANNELS"],
+        bits=g["PIXEL_BITS"],
+        pixels=1,
+        slices=0,
+        limit=limit,
+        held=held,
+        flush=g["FLUSH"],
+    ).run()
