@@ -204,7 +204,7 @@ begin
       registers    => held
     );
 
-  sequence : process (clk) is
+  follow_load : process (clk) is
   begin
 
     if rising_edge(clk) then
@@ -304,7 +304,7 @@ begin
       end if;
     end if;
 
-  end process sequence;
+  end process follow_load;
 
   -- From line to line, as each is taken.
   step_lines : process (clk) is
