@@ -17,8 +17,8 @@ entity i2c_reader is
   generic (
     -- Address of the device.
     DEVICE : std_logic_vector(6 downto 0) := "1010000";
-    -- Clocks in a quarter of a bit; 500 are 50 kHz with clk of 100 MHz.
-    QUARTER : positive := 500;
+    -- Clocks in a quarter of a bit; 500 are 50 kHz with clk of 100 MHz. A level takes 3 clocks to come in.
+    QUARTER : positive range 3 to 65535 := 500;
     -- Clocks that the clock line may stay low after it was let go.
     STRETCH : positive := 3000000
   );

@@ -51,7 +51,7 @@ begin
     if rising_edge(clk) then
       valid <= '0';
       if busy = '0' then
-        clocks <= BIT_CLOCKS / 2;
+        clocks <= BIT_CLOCKS / 2 - 1;
         bits   <= 0;
         if arrived(0) = '0' then
           rested <= '1';

@@ -27,7 +27,7 @@ package overlay_pkg is
   constant FIRST_GLYPH : natural  := 32;
   constant GLYPHS      : positive := 95;
 
-  -- Characters of the widest line.
+  -- Characters of the widest line; those that the longest picture, of 4095 columns, has room for.
   function overlay_columns (
     slices        : positive;
     text_columns  : positive;
@@ -43,7 +43,14 @@ package body overlay_pkg is
     text_columns  : positive;
     label_columns : positive
   ) return positive is
+
+    constant MOST : positive := (4095 - MARGIN) / GLYPH_COLUMNS + 1;
+
   begin
+
+    if slices * label_columns > MOST then
+      return MOST;
+    end if;
 
     return larger(text_columns + ERROR_COLUMNS, slices * label_columns);
 
