@@ -25,33 +25,33 @@ use work.tmds_pkg.all;
 entity atlys_top is
   generic (
     -- As in raster_refocuser.
-    MICRO_IMAGE_SIZE    : positive := 5;
-    SHIFTS              : string   := "-3";
-    INTERPOLATION_ORDER : natural  := 0;
-    HOLD                : boolean  := false;
-    MAX_COLUMNS         : positive := 1280;
-    EXACT               : boolean  := false;
-    FRACTION_BITS       : natural  := 4;
-    GUARD_BITS          : natural  := 2;
-    BROADCAST_TAPS      : natural  := 0;
-    ENGINE              : string   := "fir";
+    MICRO_IMAGE_SIZE    : positive range 1 to 128  := 5;
+    SHIFTS              : string                   := "-3";
+    INTERPOLATION_ORDER : natural range 0 to 3     := 0;
+    HOLD                : boolean                  := false;
+    MAX_COLUMNS         : positive range 1 to 8192 := 1280;
+    EXACT               : boolean                  := false;
+    FRACTION_BITS       : natural range 0 to 12    := 4;
+    GUARD_BITS          : natural range 0 to 12    := 2;
+    BROADCAST_TAPS      : natural                  := 0;
+    ENGINE              : string                   := "fir";
     -- Test pattern: 640x480p60.
-    PATTERN_H_ACTIVE : positive := 640;
-    PATTERN_H_FRONT  : positive := 16;
-    PATTERN_H_SYNC   : positive := 96;
-    PATTERN_H_BACK   : positive := 48;
-    PATTERN_V_ACTIVE : positive := 480;
-    PATTERN_V_FRONT  : positive := 10;
-    PATTERN_V_SYNC   : positive := 2;
-    PATTERN_V_BACK   : positive := 33;
+    PATTERN_H_ACTIVE : positive range 3 to 4095 := 640;
+    PATTERN_H_FRONT  : positive range 1 to 4095 := 16;
+    PATTERN_H_SYNC   : positive range 1 to 4095 := 96;
+    PATTERN_H_BACK   : positive range 1 to 4095 := 48;
+    PATTERN_V_ACTIVE : positive range 1 to 4095 := 480;
+    PATTERN_V_FRONT  : positive range 1 to 4095 := 10;
+    PATTERN_V_SYNC   : positive range 1 to 4095 := 2;
+    PATTERN_V_BACK   : positive range 1 to 4095 := 33;
     -- Times in 10 ns, but DATA_PATIENCE, 100 ms, in METER_WINDOW; a simulation shortens them.
-    METER_WINDOW  : positive := 16000;
-    LOCK_TIMEOUT  : positive := 1000000;
-    DATA_PATIENCE : positive := 625;
-    BUTTON_STABLE : positive := 1000000;
-    BIT_TIME      : positive := 868;
-    DDC_QUARTER   : positive := 500;
-    DDC_PAUSE     : positive := 200000000;
+    METER_WINDOW  : positive range 1 to 200000000 := 16000;
+    LOCK_TIMEOUT  : positive range 1 to 200000000 := 1000000;
+    DATA_PATIENCE : positive                      := 625;
+    BUTTON_STABLE : positive range 1 to 200000000 := 1000000;
+    BIT_TIME      : positive range 1 to 200000000 := 868;
+    DDC_QUARTER   : positive range 1 to 200000000 := 500;
+    DDC_PAUSE     : positive range 1 to 200000000 := 200000000;
     -- Frames for each slice of a sweep by the switch: half a second.
     SWITCH_FRAMES : positive range 1 to 255 := 30;
     -- Words without control tokens after which a channel is lost.
@@ -92,6 +92,8 @@ entity atlys_top is
 end entity atlys_top;
 
 architecture rtl of atlys_top is
+
+  constant REFUSED : boolean := not takes_shifts("atlys_top", SHIFTS, MAX_COLUMNS);
 
   signal reset_request   : std_logic;
   signal reset           : std_logic;

@@ -29,9 +29,9 @@ entity board_control is
     FIRST_SLICE : natural := 0;
     -- The status line: each # stands for the next number.
     STATUS : string;
-    FIELDS : positive;
+    FIELDS : positive range 1 to 256;
     -- Clocks in a bit of the serial port.
-    BIT_CLOCKS : positive := 868;
+    BIT_CLOCKS : positive range 4 to 65535 := 868;
     -- Clocks that a button must be stable.
     STABLE : positive := 1000000;
     -- Frames for each slice of a sweep by the switch: half a second.
@@ -73,6 +73,8 @@ entity board_control is
 end entity board_control;
 
 architecture rtl of board_control is
+
+  constant REFUSED : boolean := not takes(FIRST_SLICE < SLICES, "board_control: FIRST_SLICE must be below SLICES");
 
   constant LAST : natural := SLICES - 1;
 

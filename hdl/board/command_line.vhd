@@ -20,11 +20,14 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.math_pkg.all;
+
 entity command_line is
   generic (
     -- The status: each # stands for the next number.
     STATUS : string;
-    FIELDS : positive
+    FIELDS : positive range 1 to 256
   );
   port (
     clk   : in    std_logic;
@@ -58,6 +61,32 @@ entity command_line is
 end entity command_line;
 
 architecture rtl of command_line is
+
+  -- Numbers that the status has a place for.
+  function places_in (
+    text : string
+  ) return natural is
+
+    variable places : natural;
+
+  begin
+
+    places := 0;
+
+    for i in text'range loop
+
+      if text(i) = '#' then
+        places := places + 1;
+      end if;
+
+    end loop;
+
+    return places;
+
+  end function places_in;
+
+  constant REFUSED : boolean := not takes(places_in(STATUS) = FIELDS,
+                                          "command_line: STATUS must have FIELDS times a #");
 
   constant LINE_END : string := CR & LF;
   constant ANSWERS  : string := "ok" & LINE_END & "error" & LINE_END & STATUS & LINE_END;

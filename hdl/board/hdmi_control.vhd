@@ -28,21 +28,21 @@ entity hdmi_control is
     -- Number of slices of the refocuser.
     SLICES : positive range 1 to 256;
     -- Longest line in pixels: longer modes are not offered.
-    MAX_COLUMNS : positive;
+    MAX_COLUMNS : positive range 1 to 8192;
     -- 0: pixel clocks from 24 MHz on with two settings of the PLLs. Otherwise from 82 to 158 MHz divided by it, less
     -- than the ends of what a fixed PLL takes (80 and 160), and only such modes are offered. At most 74.3 MHz.
     CLOCK_RANGE : natural range 0 to 4 := 0;
     -- Frequency of clk.
-    CONTROL_MHZ : positive := 100;
+    CONTROL_MHZ : positive range 5 to 1000 := 100;
     -- Times in 10 ns, see clock_meter, link_supervisor, debouncer, uart_receiver and
     -- monitor_edid; DATA_PATIENCE is in windows of the meter.
-    METER_WINDOW  : positive;
-    LOCK_TIMEOUT  : positive;
+    METER_WINDOW  : positive range 1 to 200000000;
+    LOCK_TIMEOUT  : positive range 1 to 200000000;
     DATA_PATIENCE : positive;
-    BUTTON_STABLE : positive;
-    BIT_TIME      : positive;
-    DDC_QUARTER   : positive;
-    DDC_PAUSE     : positive;
+    BUTTON_STABLE : positive range 1 to 200000000;
+    BIT_TIME      : positive range 1 to 200000000;
+    DDC_QUARTER   : positive range 1 to 200000000;
+    DDC_PAUSE     : positive range 1 to 200000000;
     -- Frames for each slice of a sweep by the switch.
     SWITCH_FRAMES : positive range 1 to 255
   );
@@ -122,6 +122,14 @@ architecture rtl of hdmi_control is
     return hundredths_us / 100 * CONTROL_MHZ + hundredths_us mod 100 * CONTROL_MHZ / 100;
 
   end function clocks_of;
+
+  constant NO_METER  : boolean := not takes(METER_WINDOW >= 160 and clocks_of(METER_WINDOW) >= 160,
+                                            "hdmi_control: METER_WINDOW is below 1.6 us or 160 clocks");
+  constant NO_SERIAL : boolean := not takes(clocks_of(BIT_TIME) >= 4 and clocks_of(BIT_TIME) < 65536,
+                                            "hdmi_control: BIT_TIME is not 4 to 65535 clocks of CONTROL_MHZ");
+  constant NO_TIMES  : boolean := not takes(clocks_of(LOCK_TIMEOUT) > 0 and clocks_of(BUTTON_STABLE) > 0 and
+                                            clocks_of(DDC_QUARTER) > 0 and clocks_of(DDC_PAUSE) > 0,
+                                            "hdmi_control: LOCK_TIMEOUT, BUTTON_STABLE or DDC_QUARTER is no clock");
 
   signal rate            : unsigned(11 downto 0) := (others => '0');
   signal rate_updated    : std_logic;

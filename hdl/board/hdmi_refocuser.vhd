@@ -25,25 +25,25 @@ use work.video_pkg.all;
 entity hdmi_refocuser is
   generic (
     -- As in raster_refocuser.
-    MICRO_IMAGE_SIZE    : positive;
+    MICRO_IMAGE_SIZE    : positive range 1 to 128;
     SHIFTS              : string;
-    INTERPOLATION_ORDER : natural;
+    INTERPOLATION_ORDER : natural range 0 to 3;
     HOLD                : boolean;
-    MAX_COLUMNS         : positive;
+    MAX_COLUMNS         : positive range 1 to 8192;
     EXACT               : boolean;
-    FRACTION_BITS       : natural;
-    GUARD_BITS          : natural;
+    FRACTION_BITS       : natural range 0 to 12;
+    GUARD_BITS          : natural range 0 to 12;
     BROADCAST_TAPS      : natural;
     ENGINE              : string;
     -- Timing of the test pattern, see mode_timing.
-    PATTERN_H_ACTIVE : positive;
-    PATTERN_H_FRONT  : positive;
-    PATTERN_H_SYNC   : positive;
-    PATTERN_H_BACK   : positive;
-    PATTERN_V_ACTIVE : positive;
-    PATTERN_V_FRONT  : positive;
-    PATTERN_V_SYNC   : positive;
-    PATTERN_V_BACK   : positive;
+    PATTERN_H_ACTIVE : positive range 3 to 4095;
+    PATTERN_H_FRONT  : positive range 1 to 4095;
+    PATTERN_H_SYNC   : positive range 1 to 4095;
+    PATTERN_H_BACK   : positive range 1 to 4095;
+    PATTERN_V_ACTIVE : positive range 1 to 4095;
+    PATTERN_V_FRONT  : positive range 1 to 4095;
+    PATTERN_V_SYNC   : positive range 1 to 4095;
+    PATTERN_V_BACK   : positive range 1 to 4095;
     -- Words without control tokens after which a channel is lost.
     ALIGN_TIMEOUT : positive
   );
@@ -66,6 +66,15 @@ entity hdmi_refocuser is
 end entity hdmi_refocuser;
 
 architecture rtl of hdmi_refocuser is
+
+  constant H_TOTAL : positive := PATTERN_H_ACTIVE + PATTERN_H_FRONT + PATTERN_H_SYNC + PATTERN_H_BACK;
+  constant V_TOTAL : positive := PATTERN_V_ACTIVE + PATTERN_V_FRONT + PATTERN_V_SYNC + PATTERN_V_BACK;
+
+  constant REFUSED      : boolean := not takes_shifts("hdmi_refocuser", SHIFTS, MAX_COLUMNS);
+  constant NO_H_COUNTER : boolean := not takes(H_TOTAL <= 4095,
+                                               "hdmi_refocuser: PATTERN_H_ACTIVE and its blanking exceed 4095 pixels");
+  constant NO_V_COUNTER : boolean := not takes(V_TOTAL <= 4095,
+                                               "hdmi_refocuser: PATTERN_V_ACTIVE and its blanking exceed 4095 lines");
 
   constant SLICES : positive := slice_count(SHIFTS);
 

@@ -14,17 +14,17 @@ use ieee.numeric_std.all;
 entity parallel_top is
   generic (
     -- As in raster_refocuser.
-    MICRO_IMAGE_SIZE    : positive               := 5;
-    SHIFTS              : string                 := "-3";
-    INTERPOLATION_ORDER : natural                := 0;
-    HOLD                : boolean                := false;
-    MAX_COLUMNS         : positive               := 640;
-    EXACT               : boolean                := true;
-    FRACTION_BITS       : natural                := 0;
-    GUARD_BITS          : natural                := 0;
-    BROADCAST_TAPS      : natural                := 0;
-    ENGINE              : string                 := "moving_sum";
-    PIXEL_BITS          : positive range 8 to 12 := 10;
+    MICRO_IMAGE_SIZE    : positive range 1 to 128  := 5;
+    SHIFTS              : string                   := "-3";
+    INTERPOLATION_ORDER : natural range 0 to 3     := 0;
+    HOLD                : boolean                  := false;
+    MAX_COLUMNS         : positive range 2 to 8192 := 640;
+    EXACT               : boolean                  := true;
+    FRACTION_BITS       : natural range 0 to 12    := 0;
+    GUARD_BITS          : natural range 0 to 12    := 0;
+    BROADCAST_TAPS      : natural                  := 0;
+    ENGINE              : string                   := "moving_sum";
+    PIXEL_BITS          : positive range 8 to 12   := 10;
     -- Lines of a frame; each has MAX_COLUMNS pixels.
     ROWS : positive range 1 to 65535 := 480
   );

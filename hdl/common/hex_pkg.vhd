@@ -6,6 +6,11 @@ use ieee.std_logic_1164.all;
 
 package hex_pkg is
 
+  -- Whether a text has no other characters than 0 to 9 and a to f.
+  function is_hex (
+    text : string
+  ) return boolean;
+
   -- The byte at a place of a text, counted in digits from 0; digits above 9 in lower case.
   function hex_byte (
     text  : string;
@@ -15,6 +20,29 @@ package hex_pkg is
 end package hex_pkg;
 
 package body hex_pkg is
+
+  function is_hex (
+    text : string
+  ) return boolean is
+
+    variable code : natural;
+
+  begin
+
+    for i in text'range loop
+
+      code := character'pos(text(i));
+
+      if code < character'pos('0') or code > character'pos('f') or
+         (code > character'pos('9') and code < character'pos('a')) then
+        return false;
+      end if;
+
+    end loop;
+
+    return true;
+
+  end function is_hex;
 
   function nibble (
     digit : character

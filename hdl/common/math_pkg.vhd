@@ -7,6 +7,13 @@ use ieee.std_logic_1164.all;
 
 package math_pkg is
 
+  -- Stops elaboration with a message if a condition does not hold; else true. What an entity cannot be built for is
+  -- refused so, by a constant in front of all that is computed from its generics.
+  function takes (
+    condition : boolean;
+    message   : string
+  ) return boolean;
+
   -- Bits of an unsigned number that holds 0 to max_value.
   function bits_for (
     max_value : natural
@@ -50,6 +57,20 @@ package math_pkg is
 end package math_pkg;
 
 package body math_pkg is
+
+  function takes (
+    condition : boolean;
+    message   : string
+  ) return boolean is
+  begin
+
+    assert condition
+      report message
+      severity failure;
+
+    return condition;
+
+  end function takes;
 
   function bits_for (
     max_value : natural
@@ -118,7 +139,11 @@ package body math_pkg is
   ) return natural is
   begin
 
-    return (value + divisor - 1) / divisor;
+    if value = 0 then
+      return 0;
+    end if;
+
+    return (value - 1) / divisor + 1;
 
   end function divide_up;
 

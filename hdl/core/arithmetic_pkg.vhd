@@ -21,8 +21,19 @@ package arithmetic_pkg is
     pixel_bits       : positive;
     fraction_bits    : natural;
     guard_bits       : natural;
-    passes           : positive;
+    passes           : positive range 1 to 4;
   end record arithmetic_t;
+
+  -- Whether exact sums of all passes, and what rounds them, are integers of 31 bits.
+  function sums_fit (
+    arithmetic : arithmetic_t
+  ) return boolean;
+
+  -- Stops elaboration, by a message that begins with a name, if the arithmetic cannot be built; else true.
+  function takes_arithmetic (
+    name       : string;
+    arithmetic : arithmetic_t
+  ) return boolean;
 
   -- Width of a value in front of a pass, numbered from 0 (behind the one before it).
   function value_bits (
@@ -61,6 +72,55 @@ package arithmetic_pkg is
 end package arithmetic_pkg;
 
 package body arithmetic_pkg is
+
+  function sums_fit (
+    arithmetic : arithmetic_t
+  ) return boolean is
+
+    variable room : natural;
+
+  begin
+
+    -- 2**pixel_bits * M**(2 * passes) < 2**31, by dividing: no number exceeds an integer.
+    room := integer'high / 2 ** arithmetic.pixel_bits;
+
+    for i in 1 to 2 * arithmetic.passes loop
+
+      room := room / arithmetic.micro_image_size;
+
+    end loop;
+
+    return room > 0;
+
+  end function sums_fit;
+
+  function takes_arithmetic (
+    name       : string;
+    arithmetic : arithmetic_t
+  ) return boolean is
+  begin
+
+    assert not arithmetic.exact or sums_fit(arithmetic)
+      report name & ": exact sums of MICRO_IMAGE_SIZE, PIXEL_BITS and INTERPOLATION_ORDER take more than 31 bits: " &
+             "take smaller ones, or EXACT => false"
+      severity failure;
+
+    assert arithmetic.exact or arithmetic.guard_bits <= arithmetic.fraction_bits
+      report name & ": GUARD_BITS exceeds FRACTION_BITS"
+      severity failure;
+
+    assert arithmetic.exact or arithmetic.pixel_bits + arithmetic.guard_bits <= 16
+      report name & ": PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
+      severity failure;
+
+    assert arithmetic.exact or
+           scaled_quotient(2 ** arithmetic.pixel_bits - 1, arithmetic.fraction_bits, arithmetic.micro_image_size) > 0
+      report name & ": all stored products are 0: take more FRACTION_BITS, or a smaller MICRO_IMAGE_SIZE"
+      severity failure;
+
+    return true;
+
+  end function takes_arithmetic;
 
   function value_bits (
     arithmetic : arithmetic_t;

@@ -19,6 +19,37 @@ use work.math_pkg.all;
 
 package refocus_pkg is
 
+  -- What an engine can be built for: the largest a' to either side, slices of a set, the longest line, and the bits
+  -- that its column memories keep.
+  constant MOST_SHIFT     : positive := 4096;
+  constant MOST_SLICES    : positive := 256;
+  constant MOST_COLUMNS   : positive := 8192;
+  constant MOST_LINE_BITS : positive := 2 ** 26;
+
+  -- Whether a text is a set of whole decimal numbers from least to most, with blanks in between; it may be empty.
+  function is_set (
+    text  : string;
+    least : integer;
+    most  : integer
+  ) return boolean;
+
+  -- Stops elaboration, by a message that begins with a name, if SHIFTS or the longest line is none to build an engine
+  -- for; else true. A check comes before all that is computed from what it checks, so a constant takes its result.
+  function takes_shifts (
+    name        : string;
+    shifts      : string;
+    max_columns : positive
+  ) return boolean;
+
+  -- The same if column memories of words of all lanes, with so many bits for each word and so many besides, are larger
+  -- than MOST_LINE_BITS.
+  function takes_line_bits (
+    name  : string;
+    words : natural;
+    bits  : natural;
+    more  : natural
+  ) return boolean;
+
   -- Number of shifts in a set.
   function slice_count (
     shifts : string
@@ -77,6 +108,118 @@ package refocus_pkg is
 end package refocus_pkg;
 
 package body refocus_pkg is
+
+  function is_set (
+    text  : string;
+    least : integer;
+    most  : integer
+  ) return boolean is
+
+    variable inside    : boolean;
+    variable digits    : boolean;
+    variable negative  : boolean;
+    variable digit     : integer;
+    variable magnitude : natural;
+
+  begin
+
+    inside    := false;
+    digits    := true;
+    negative  := false;
+    magnitude := 0;
+
+    for i in text'range loop
+
+      digit := character'pos(text(i)) - character'pos('0');
+
+      if text(i) = ' ' then
+        -- A sign alone is no number.
+        if not digits then
+          return false;
+        end if;
+        inside := false;
+      elsif text(i) = '-' then
+        if inside then
+          return false;
+        end if;
+        inside    := true;
+        digits    := false;
+        negative  := true;
+        magnitude := 0;
+      elsif digit >= 0 and digit <= 9 then
+        if not inside then
+          inside    := true;
+          negative  := false;
+          magnitude := 0;
+        end if;
+        digits    := true;
+        magnitude := 10 * magnitude + digit;
+        -- With each digit, so that no number exceeds an integer.
+        if (negative and -magnitude < least) or (not negative and magnitude > most) then
+          return false;
+        end if;
+      else
+        return false;
+      end if;
+
+    end loop;
+
+    return digits;
+
+  end function is_set;
+
+  function takes_shifts (
+    name        : string;
+    shifts      : string;
+    max_columns : positive
+  ) return boolean is
+  begin
+
+    assert is_set(shifts, -MOST_SHIFT, MOST_SHIFT)
+      report name & ": SHIFTS """ & shifts & """ must be whole numbers from -4096 to 4096 with blanks in between"
+      severity failure;
+
+    assert slice_count(shifts) >= 1 and slice_count(shifts) <= MOST_SLICES
+      report name & ": SHIFTS """ & shifts & """ must name 1 to 256 slices"
+      severity failure;
+
+    assert max_columns <= MOST_COLUMNS
+      report name & ": MAX_COLUMNS must be at most 8192"
+      severity failure;
+
+    return true;
+
+  end function takes_shifts;
+
+  function takes_line_bits (
+    name  : string;
+    words : natural;
+    bits  : natural;
+    more  : natural
+  ) return boolean is
+
+    variable left : integer;
+
+  begin
+
+    left := MOST_LINE_BITS;
+
+    if words > 0 then
+      if bits > MOST_LINE_BITS / words then
+        left := -1;
+      else
+        left := MOST_LINE_BITS - words * bits;
+      end if;
+    end if;
+
+    assert more <= left
+      report name & ": SHIFTS, MICRO_IMAGE_SIZE and MAX_COLUMNS need more than 64 Mbit of column memories: " &
+             "take fewer columns, or shifts nearer to 1"
+      severity failure;
+
+    return true;
+
+  end function takes_line_bits;
 
   function slice_count (
     shifts : string

@@ -28,8 +28,8 @@ entity depth_index is
     -- Sharpness is judged in a window of (2 RADIUS + 1) x (2 RADIUS + 1) micro images.
     RADIUS : natural range 0 to 8 := 1;
     -- As in index_vote; without VOTE_RADIUS every micro image keeps its own slice.
-    CONFIDENCE  : natural              := 0;
-    VOTE_RADIUS : natural range 0 to 4 := 0;
+    CONFIDENCE  : natural range 0 to 1073741823 := 0;
+    VOTE_RADIUS : natural range 0 to 4          := 0;
     -- Longest line in pixels.
     MAX_COLUMNS : positive range 1 to 8192 := 2048;
     -- 1 (grey) or 3 (RGB).
@@ -75,6 +75,9 @@ entity depth_index is
 end entity depth_index;
 
 architecture rtl of depth_index is
+
+  constant REFUSED : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
+                                                MAX_COLUMNS, CHANNELS, PIXEL_BITS);
 
   constant STACK_BITS : positive := SLICES * CHANNELS * PIXEL_BITS;
   constant DATA_BITS  : positive := CHANNELS * PIXEL_BITS;

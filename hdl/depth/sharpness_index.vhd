@@ -29,8 +29,8 @@ entity sharpness_index is
     -- Micro images from the middle of the window to its edge.
     RADIUS : natural range 0 to 8 := 1;
     -- As in index_vote; without VOTE_RADIUS every micro image keeps its own slice.
-    CONFIDENCE  : natural              := 0;
-    VOTE_RADIUS : natural range 0 to 4 := 0;
+    CONFIDENCE  : natural range 0 to 1073741823 := 0;
+    VOTE_RADIUS : natural range 0 to 4          := 0;
     -- Whether frames may have lines below the picture, see rows.
     CROPPED : boolean := false;
     -- Longest line in pixels.
@@ -59,6 +59,9 @@ entity sharpness_index is
 end entity sharpness_index;
 
 architecture rtl of sharpness_index is
+
+  constant REFUSED : boolean := not takes_index("sharpness_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
+                                                MAX_COLUMNS, CHANNELS, PIXEL_BITS);
 
   constant M          : positive := MICRO_IMAGE_SIZE;
   constant LENSES     : positive := lens_count(MAX_COLUMNS, M);

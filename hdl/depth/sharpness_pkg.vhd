@@ -6,8 +6,21 @@
 
 library work;
 use work.math_pkg.all;
+use work.refocus_pkg.all;
 
 package sharpness_pkg is
+
+  -- Stops elaboration, by a message that begins with a name, if the index cannot be built; else true.
+  function takes_index (
+    name             : string;
+    micro_image_size : positive;
+    slices           : positive;
+    radius           : natural;
+    vote_radius      : natural;
+    max_columns      : positive;
+    channels         : positive;
+    pixel_bits       : positive
+  ) return boolean;
 
   -- Micro images of a line.
   function lens_count (
@@ -75,6 +88,46 @@ end package sharpness_pkg;
 
 package body sharpness_pkg is
 
+  function takes_index (
+    name             : string;
+    micro_image_size : positive;
+    slices           : positive;
+    radius           : natural;
+    vote_radius      : natural;
+    max_columns      : positive;
+    channels         : positive;
+    pixel_bits       : positive
+  ) return boolean is
+
+    variable lens_word : natural;
+    variable stack     : natural;
+
+  begin
+
+    assert channels /= 2
+      report name & ": CHANNELS must be 1 or 3, of which there is a luma"
+      severity failure;
+
+    assert max_columns <= MOST_COLUMNS
+      report name & ": MAX_COLUMNS must be at most 8192"
+      severity failure;
+
+    -- Of all slices: lines of pixels that wait; of a micro image what judges it.
+    stack     := slices * channels * pixel_bits * sharpness_delay(micro_image_size, radius, vote_radius);
+    lens_word := slices * (4 * lens_bits(micro_image_size, channels, pixel_bits) +
+                           2 * radius * row_sharpness_bits(micro_image_size, channels, pixel_bits, radius)) +
+                 (2 * vote_radius + 1) * (bits_for(slices - 1) + 1);
+
+    assert stack <= MOST_LINE_BITS / max_columns and
+           lens_word <= MOST_LINE_BITS / lens_count(max_columns, micro_image_size)
+      report name & ": SLICES, MICRO_IMAGE_SIZE and MAX_COLUMNS need more than 64 Mbit of memory: " &
+             "take fewer columns or slices"
+      severity failure;
+
+    return true;
+
+  end function takes_index;
+
   function lens_count (
     columns          : positive;
     micro_image_size : positive
@@ -92,7 +145,8 @@ package body sharpness_pkg is
   ) return positive is
   begin
 
-    return bits_for(choose(channels = 1, 1, 4) * (2 ** pixel_bits - 1) * micro_image_size * micro_image_size);
+    -- Two bits more are four times as much: the sums of the widest pixels are no integers.
+    return bits_for((2 ** pixel_bits - 1) * micro_image_size * micro_image_size) + choose(channels = 1, 0, 2);
 
   end function lens_bits;
 

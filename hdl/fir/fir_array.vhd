@@ -51,7 +51,7 @@ entity fir_array is
     -- As in raster_refocuser.
     HOLD : boolean := false;
     -- N: rows that are filtered at once.
-    PARALLEL_ROWS : positive := 1;
+    PARALLEL_ROWS : positive range 1 to 64 := 1;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
     -- 1 (grey) or 3 (RGB).
@@ -87,15 +87,20 @@ end entity fir_array;
 
 architecture rtl of fir_array is
 
+  -- Passes are numbered from 0, rows first, then columns.
+  constant PASSES     : positive     := INTERPOLATION_ORDER + 1;
+  constant ARITHMETIC : arithmetic_t := (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS, PASSES);
+  constant REFUSED    : boolean      := not (takes_shifts("fir_array", SHIFTS, MAX_COLUMNS) and
+                                             takes_arithmetic("fir_array", ARITHMETIC) and
+                                             takes_sharpening("fir_array", SHARPENING, SHIFTS, EXACT, PARALLEL_ROWS) and
+                                             takes_filters("fir_array", ARITHMETIC, SHIFTS, CENTRED, HOLD,
+                                                            PARALLEL_ROWS, MAX_COLUMNS, CHANNELS, SHARPENING));
+
   constant STORED     : boolean  := not EXACT;
-  constant PASSES     : positive := INTERPOLATION_ORDER + 1;
   constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
   -- Filters that work in step in a row stage, and streams of a column module.
   constant ROW_LANES : positive := PARALLEL_ROWS * CHANNELS;
   constant DEPTH     : positive := divide_up(MAX_COLUMNS, PARALLEL_ROWS);
-
-  -- Passes are numbered from 0, rows first, then columns.
-  constant ARITHMETIC : arithmetic_t := (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS, PASSES);
 
   constant ROW_SUM_BITS    : positive := value_bits(ARITHMETIC, PASSES);
   constant RESULT_SUM_BITS : positive := value_bits(ARITHMETIC, 2 * PASSES);
@@ -160,18 +165,6 @@ architecture rtl of fir_array is
   signal sums   : std_logic_vector(ROW_LANES * RESULT_SUM_BITS - 1 downto 0);
 
 begin
-
-  assert not HOLD or can_hold(MICRO_IMAGE_SIZE, SHIFTS, CENTRED)
-    report "fir_array: HOLD needs outputs that are equal throughout a micro image"
-    severity failure;
-
-  assert EXACT or PIXEL_BITS + GUARD_BITS <= 16
-    report "fir_array: PIXEL_BITS + GUARD_BITS exceeds the 16 address bits of a stored product"
-    severity failure;
-
-  assert PARALLEL_ROWS = 1 or not sharpens(SHARPENING)
-    report "fir_array: SHARPENING needs PARALLEL_ROWS = 1"
-    severity failure;
 
   -- Row modules: every token is a step.
   row_strobe(0)                                  <= token.strobe;

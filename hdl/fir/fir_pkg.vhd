@@ -20,8 +20,27 @@ use ieee.std_logic_1164.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
+use work.sharpen_pkg.all;
 
 package fir_pkg is
+
+  -- The most taps of all filters of a dimension, and the most rows at once.
+  constant MOST_TAPS          : positive := 512;
+  constant MOST_PARALLEL_ROWS : positive := 64;
+
+  -- Stops elaboration, by a message that begins with a name, if the filters cannot be built; else true.
+  function takes_filters (
+    name          : string;
+    arithmetic    : arithmetic_t;
+    shifts        : string;
+    centred       : boolean;
+    hold          : boolean;
+    parallel_rows : positive;
+    max_columns   : positive;
+    channels      : positive;
+    sharpening    : string
+  ) return boolean;
 
   -- Number of taps that the slice with the most needs.
   function tap_count (
@@ -160,6 +179,79 @@ package body fir_pkg is
     return equal;
 
   end function can_hold;
+
+  -- Bits that a column stage keeps of a column of a channel: partial sums. The last tap of a filter that holds nothing
+  -- needs none.
+  function kept_bits (
+    arithmetic : arithmetic_t;
+    shifts     : string;
+    centred    : boolean;
+    hold       : boolean;
+    stage      : natural
+  ) return natural is
+
+    constant M : positive := arithmetic.micro_image_size;
+
+  begin
+
+    return (tap_count(M, shifts, centred, hold) - choose(hold, 0, 1)) *
+           bits_for(M * product_max(arithmetic, arithmetic.passes + stage));
+
+  end function kept_bits;
+
+  function takes_filters (
+    name          : string;
+    arithmetic    : arithmetic_t;
+    shifts        : string;
+    centred       : boolean;
+    hold          : boolean;
+    parallel_rows : positive;
+    max_columns   : positive;
+    channels      : positive;
+    sharpening    : string
+  ) return boolean is
+
+    constant M : positive := arithmetic.micro_image_size;
+
+    variable depth : positive;
+    variable words : natural;
+    variable bits  : natural;
+
+  begin
+
+    assert parallel_rows <= MOST_PARALLEL_ROWS
+      report name & ": PARALLEL_ROWS must be at most 64"
+      severity failure;
+
+    assert not hold or can_hold(M, shifts, centred)
+      report name & ": HOLD needs outputs that are equal throughout a micro image: SHIFTS that are multiples of " &
+             "MICRO_IMAGE_SIZE, even ones if that is even"
+      severity failure;
+
+    assert tap_count(M, shifts, centred, hold) + (arithmetic.passes - 1) * tap_count(M, "1", centred, false) <=
+           MOST_TAPS
+      report name & ": MICRO_IMAGE_SIZE and SHIFTS """ & shifts & """ need more than 512 taps"
+      severity failure;
+
+    depth := divide_up(max_columns, parallel_rows);
+    words := 0;
+    bits  := kept_bits(arithmetic, shifts, centred, hold, 0);
+
+    if depth > 1 then
+      words := channels * parallel_rows * 2 ** bits_for(depth - 1);
+    end if;
+
+    for i in 1 to arithmetic.passes - 1 loop
+
+      bits := bits + kept_bits(arithmetic, "1", centred, false, i);
+
+    end loop;
+
+    return takes_line_bits(name, words, bits,
+                           sharpen_line_bits(sharpening, M, channels * max_columns,
+                                             bits_for(product_max(arithmetic, 2 * arithmetic.passes))));
+
+  end function takes_filters;
 
   function min_line_steps (
     parallel_rows : positive;

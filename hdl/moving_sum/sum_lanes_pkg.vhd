@@ -18,8 +18,26 @@ use work.math_pkg.all;
 use work.refocus_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
+use work.arithmetic_pkg.all;
+use work.sharpen_pkg.all;
 
 package sum_lanes_pkg is
+
+  -- The most tokens of several pixels by which a row stage delays.
+  constant MOST_LANE_DELAY : positive := 4096;
+
+  -- Stops elaboration, by a message that begins with a name, if the moving sums cannot be built; else true.
+  function takes_sums (
+    name        : string;
+    arithmetic  : arithmetic_t;
+    shifts      : string;
+    centred     : boolean;
+    any_rows    : boolean;
+    pixels      : positive;
+    max_columns : positive;
+    channels    : positive;
+    sharpening  : string
+  ) return boolean;
 
   -- Tokens of a line of so many pixels.
   function line_tokens (
@@ -152,6 +170,83 @@ package body sum_lanes_pkg is
     return (value - value mod divisor) / divisor;
 
   end function floor_divided;
+
+  -- Bits that a column stage keeps of a column of a channel: pixels, running and first sums, and held ones.
+  function kept_bits (
+    arithmetic : arithmetic_t;
+    shifts     : string;
+    centred    : boolean;
+    any_rows   : boolean;
+    stage      : natural
+  ) return natural is
+
+    constant M : positive := arithmetic.micro_image_size;
+
+    variable lines : natural;
+    variable sums  : positive;
+
+  begin
+
+    lines := bank_lines(M, shifts, centred, any_rows, M) * choose(pixels_leave(M, shifts), 2, 1);
+    sums  := 2 + choose(holds_outputs(M, shifts), 1, 0) + choose(begins_within_group(M, shifts, centred), 1, 0);
+
+    return lines * bits_for(product_max(arithmetic, stage)) + sums * bits_for(M * product_max(arithmetic, stage));
+
+  end function kept_bits;
+
+  function takes_sums (
+    name        : string;
+    arithmetic  : arithmetic_t;
+    shifts      : string;
+    centred     : boolean;
+    any_rows    : boolean;
+    pixels      : positive;
+    max_columns : positive;
+    channels    : positive;
+    sharpening  : string
+  ) return boolean is
+
+    constant M : positive := arithmetic.micro_image_size;
+
+    variable first : natural;
+    variable words : positive;
+    variable bits  : natural;
+
+  begin
+
+    assert pixels <= 32 and 2 ** bits_for(larger(pixels - 1, 1)) = larger(pixels, 2)
+      report name & ": PIXELS_PER_CLOCK must be 1, 2, 4, 8, 16 or 32"
+      severity failure;
+
+    assert pixels = 1 or arithmetic.exact
+      report name & ": PIXELS_PER_CLOCK above 1 needs EXACT"
+      severity failure;
+
+    assert pixels = 1 or lane_delay(M, shifts, centred, pixels) <= MOST_LANE_DELAY
+      report name & ": SHIFTS """ & shifts & """ delay rows by more than 4096 tokens of PIXELS_PER_CLOCK pixels"
+      severity failure;
+
+    -- With exact sums columns come first.
+    first := choose(arithmetic.exact, 0, arithmetic.passes);
+    words := channels * pixels * line_tokens(max_columns, pixels);
+    bits  := 0;
+
+    if max_columns > 1 then
+      bits := kept_bits(arithmetic, shifts, centred, any_rows, first);
+
+      for i in 1 to arithmetic.passes - 1 loop
+
+        bits := bits + kept_bits(arithmetic, "1", centred, any_rows, first + i);
+
+      end loop;
+
+    end if;
+
+    return takes_line_bits(name, words, bits,
+                           sharpen_line_bits(sharpening, M, words,
+                                             bits_for(product_max(arithmetic, 2 * arithmetic.passes))));
+
+  end function takes_sums;
 
   function line_tokens (
     columns : positive;

@@ -195,6 +195,20 @@ package body sum_schedule_pkg is
 
   end function entering_phase;
 
+  -- Age at which pixels of a phase enter, without the output delay.
+  function own_entering_age (
+    micro_image_size : positive;
+    shift            : integer;
+    centred          : boolean;
+    phase            : natural
+  ) return integer is
+  begin
+
+    return phase * (shift - 1) + place_in_group(micro_image_size, shift, phase) + 1 -
+           centre_offset(micro_image_size, shift, centred) - group_size(micro_image_size, shift);
+
+  end function own_entering_age;
+
   function entering_age (
     micro_image_size : positive;
     shifts           : string;
@@ -202,16 +216,10 @@ package body sum_schedule_pkg is
     slice            : natural;
     phase            : natural
   ) return natural is
-
-    variable shift : integer;
-
   begin
 
-    shift := slice_shift(shifts, slice);
-
-    return output_delay(micro_image_size, shifts, centred) - centre_offset(micro_image_size, shift, centred) -
-           group_size(micro_image_size, shift) + 1 + phase * (shift - 1) +
-           place_in_group(micro_image_size, shift, phase);
+    return output_delay(micro_image_size, shifts, centred) +
+           own_entering_age(micro_image_size, slice_shift(shifts, slice), centred, phase);
 
   end function entering_age;
 
@@ -222,15 +230,17 @@ package body sum_schedule_pkg is
     phase            : natural
   ) return natural is
 
+    variable delay  : natural;
     variable oldest : natural;
 
   begin
 
+    delay  := output_delay(micro_image_size, shifts, centred);
     oldest := 0;
 
     for i in 0 to slice_count(shifts) - 1 loop
 
-      oldest := larger(oldest, entering_age(micro_image_size, shifts, centred, i, phase));
+      oldest := larger(oldest, delay + own_entering_age(micro_image_size, slice_shift(shifts, i), centred, phase));
 
     end loop;
 

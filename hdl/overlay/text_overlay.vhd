@@ -66,6 +66,33 @@ end entity text_overlay;
 
 architecture rtl of text_overlay is
 
+  -- Whether a text has characters of the font alone.
+  function has_glyphs (
+    text : string
+  ) return boolean is
+  begin
+
+    for i in text'range loop
+
+      if character'pos(text(i)) < FIRST_GLYPH or character'pos(text(i)) >= FIRST_GLYPH + GLYPHS then
+        return false;
+      end if;
+
+    end loop;
+
+    return true;
+
+  end function has_glyphs;
+
+  constant NO_FONT    : boolean := not takes(FONT'length = 2 * GLYPHS * GLYPH_ROWS and is_hex(FONT),
+                                             "text_overlay: FONT must be 95 x 16 lines of two digits, 0 to 9, a to f");
+  constant NO_TEXTS   : boolean := not takes(TEXTS'length = (SLICES + 3) * TEXT_COLUMNS and has_glyphs(TEXTS),
+                                             "text_overlay: TEXTS must be SLICES + 3 times TEXT_COLUMNS letters");
+  constant NO_LABELS  : boolean := not takes(LABELS'length = SLICES * LABEL_COLUMNS and has_glyphs(LABELS),
+                                             "text_overlay: LABELS must be SLICES times LABEL_COLUMNS letters");
+  constant NO_COLOURS : boolean := not takes((COLOURS'length = 0 or COLOURS'length = 6 * SLICES) and is_hex(COLOURS),
+                                             "text_overlay: COLOURS must be six digits, 0 to 9, a to f, a slice");
+
   constant ENTRIES     : positive := SLICES + 3;
   constant COLUMNS     : positive := overlay_columns(SLICES, TEXT_COLUMNS, LABEL_COLUMNS);
   constant COLUMN_BITS : positive := bits_for(COLUMNS);

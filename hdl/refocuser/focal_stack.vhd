@@ -40,7 +40,7 @@ entity focal_stack is
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
     -- Lines that the input FIFO holds.
-    INPUT_LINES : positive := 1;
+    INPUT_LINES : positive range 1 to 128 := 1;
     -- Whether the core pushes the rest of a frame out when nothing follows; else the next frame does.
     FLUSH : boolean := true
   );
@@ -70,6 +70,9 @@ end entity focal_stack;
 
 architecture rtl of focal_stack is
 
+  constant REFUSED : boolean := not takes_stack("focal_stack", MICRO_IMAGE_SIZE, SHIFTS, CENTRED, MAX_COLUMNS, CHANNELS,
+                                                PIXEL_BITS);
+
   constant DELAY : natural := output_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
   constant IN_BITS  : positive := CHANNELS * PIXEL_BITS;
@@ -81,10 +84,6 @@ architecture rtl of focal_stack is
   signal result_data : std_logic_vector(OUT_BITS - 1 downto 0);
 
 begin
-
-  assert slice_count(SHIFTS) >= 1
-    report "focal_stack: SHIFTS names no slice"
-    severity failure;
 
   shell : entity work.stream_shell
     generic map (

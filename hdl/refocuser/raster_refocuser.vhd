@@ -27,6 +27,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
 use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
 use work.token_pkg.all;
@@ -46,7 +47,7 @@ entity raster_refocuser is
     -- For sets of integer a: M taps less, and each output held for a micro image.
     HOLD : boolean := false;
     -- Rows that are filtered at once.
-    PARALLEL_ROWS : positive := 1;
+    PARALLEL_ROWS : positive range 1 to 64 := 1;
     -- Moving sums with exact arithmetic only: neighbouring pixels of a line that come together, 1, 2, 4, 8, 16 or 32.
     PIXELS_PER_CLOCK : positive range 1 to 32 := 1;
     -- Longest line in pixels; line buffers and input FIFO hold as many.
@@ -103,6 +104,14 @@ end entity raster_refocuser;
 
 architecture rtl of raster_refocuser is
 
+  constant ARITHMETIC : arithmetic_t :=
+  (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS,
+    INTERPOLATION_ORDER + 1
+  );
+  constant REFUSED    : boolean      := not takes_refocuser("raster_refocuser", ARITHMETIC, SHIFTS, CENTRED, HOLD,
+                                                            PARALLEL_ROWS, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
+                                                            ENGINE, ANY_ROWS, SHARPENING);
+
   constant MOVING_SUM : boolean  := same_text(ENGINE, "moving_sum");
   constant SUM_DELAY  : natural  := total_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER);
   constant DELAY      : natural  := SUM_DELAY + sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE);
@@ -123,42 +132,6 @@ architecture rtl of raster_refocuser is
   signal line_end    : std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
 
 begin
-
-  assert MOVING_SUM or same_text(ENGINE, "fir")
-    report "raster_refocuser: unknown ENGINE " & ENGINE & ", expected fir or moving_sum"
-    severity failure;
-
-  assert MOVING_SUM or not ANY_ROWS
-    report "raster_refocuser: ANY_ROWS requires the engine moving_sum"
-    severity failure;
-
-  assert not MOVING_SUM or PARALLEL_ROWS = 1
-    report "raster_refocuser: PARALLEL_ROWS above 1 requires the engine fir"
-    severity failure;
-
-  assert PIXELS_PER_CLOCK = 1 or (MOVING_SUM and EXACT)
-    report "raster_refocuser: PIXELS_PER_CLOCK above 1 requires the engine moving_sum and exact arithmetic"
-    severity failure;
-
-  assert PIXELS_PER_CLOCK = 1 or 2 ** bits_for(PIXELS_PER_CLOCK - 1) = PIXELS_PER_CLOCK
-    report "raster_refocuser: PIXELS_PER_CLOCK is no power of two"
-    severity failure;
-
-  assert slice_count(SHIFTS) >= 1
-    report "raster_refocuser: SHIFTS names no slice"
-    severity failure;
-
-  assert EXACT or GUARD_BITS <= FRACTION_BITS
-    report "raster_refocuser: GUARD_BITS exceeds FRACTION_BITS"
-    severity failure;
-
-  assert not sharpens(SHARPENING) or (EXACT and PARALLEL_ROWS = 1)
-    report "raster_refocuser: SHARPENING needs EXACT and PARALLEL_ROWS = 1"
-    severity failure;
-
-  assert not sharpens(SHARPENING) or slice_count(SHARPENING) = slice_count(SHIFTS)
-    report "raster_refocuser: SHARPENING names a weight for each slice of SHIFTS"
-    severity failure;
 
   shell : entity work.stream_shell
     generic map (

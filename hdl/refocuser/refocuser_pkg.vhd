@@ -7,10 +7,29 @@ use ieee.std_logic_1164.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
+use work.sharpen_pkg.all;
 use work.fir_pkg.all;
 use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
 
 package refocuser_pkg is
+
+  -- Stops elaboration, by a message that begins with a name, if a raster_refocuser cannot be built; else true.
+  function takes_refocuser (
+    name          : string;
+    arithmetic    : arithmetic_t;
+    shifts        : string;
+    centred       : boolean;
+    hold          : boolean;
+    parallel_rows : positive;
+    pixels        : positive;
+    max_columns   : positive;
+    channels      : positive;
+    engine        : string;
+    any_rows      : boolean;
+    sharpening    : string
+  ) return boolean;
 
   -- Clocks from a token at an engine's input ("fir", "moving_sum") to its result.
   function engine_latency (
@@ -32,6 +51,54 @@ package refocuser_pkg is
 end package refocuser_pkg;
 
 package body refocuser_pkg is
+
+  function takes_refocuser (
+    name          : string;
+    arithmetic    : arithmetic_t;
+    shifts        : string;
+    centred       : boolean;
+    hold          : boolean;
+    parallel_rows : positive;
+    pixels        : positive;
+    max_columns   : positive;
+    channels      : positive;
+    engine        : string;
+    any_rows      : boolean;
+    sharpening    : string
+  ) return boolean is
+
+    variable fits : boolean;
+
+  begin
+
+    assert same_text(engine, "fir") or same_text(engine, "moving_sum")
+      report name & ": unknown ENGINE " & engine & ", expected fir or moving_sum"
+      severity failure;
+
+    assert same_text(engine, "moving_sum") or not any_rows
+      report name & ": ANY_ROWS needs the ENGINE moving_sum"
+      severity failure;
+
+    assert same_text(engine, "moving_sum") or pixels = 1
+      report name & ": PIXELS_PER_CLOCK above 1 needs the ENGINE moving_sum"
+      severity failure;
+
+    assert same_text(engine, "fir") or parallel_rows = 1
+      report name & ": PARALLEL_ROWS above 1 needs the ENGINE fir"
+      severity failure;
+
+    fits := takes_shifts(name, shifts, max_columns) and takes_arithmetic(name, arithmetic) and
+            takes_sharpening(name, sharpening, shifts, arithmetic.exact, parallel_rows);
+
+    if same_text(engine, "moving_sum") then
+      return fits and takes_sums(name, arithmetic, shifts, centred, any_rows, pixels, max_columns, channels,
+                                 sharpening);
+    end if;
+
+    return fits and takes_filters(name, arithmetic, shifts, centred, hold, parallel_rows, max_columns, channels,
+                                  sharpening);
+
+  end function takes_refocuser;
 
   function engine_latency (
     engine         : string;

@@ -89,6 +89,9 @@ end entity resampler;
 
 architecture rtl of resampler is
 
+  constant ODD_LINES    : boolean := not takes(LINES mod 2 = 0, "resampler: LINES is odd, expected an even number");
+  constant TWO_CHANNELS : boolean := not takes(CHANNELS /= 2, "resampler: CHANNELS is 2, expected 1 (grey) or 3 (RGB)");
+
   constant DATA_BITS   : positive := CHANNELS * PIXEL_BITS;
   constant COLUMN_BITS : positive := bits_for(MAX_COLUMNS - 1);
   constant POSITION    : positive := 16 + WEIGHT_BITS;
@@ -160,14 +163,6 @@ architecture rtl of resampler is
   signal out_ready  : std_logic;
 
 begin
-
-  assert LINES mod 2 = 0
-    report "resampler: LINES is odd, expected an even number"
-    severity failure;
-
-  assert CHANNELS /= 2
-    report "resampler: CHANNELS is 2, expected 1 (grey) or 3 (RGB)"
-    severity failure;
 
   input_word <= s_axis_tuser & s_axis_tlast & s_axis_tdata;
 

@@ -66,6 +66,8 @@ end entity sensor_raster;
 
 architecture rtl of sensor_raster is
 
+  constant REFUSED : boolean := not takes(not MOSAIC or CHANNELS = 3, "sensor_raster: MOSAIC requires CHANNELS = 3");
+
   -- Behind the mosaic.
   constant COLOURS : positive := choose(MOSAIC, 3, CHANNELS);
 
@@ -79,10 +81,6 @@ architecture rtl of sensor_raster is
   signal resampler_flags : std_logic_vector(5 downto 0);
 
 begin
-
-  assert not MOSAIC or CHANNELS = 3
-    report "sensor_raster: MOSAIC requires CHANNELS = 3"
-    severity failure;
 
   plain : if not MOSAIC generate
     raw_tvalid    <= s_axis_tvalid;

@@ -16,7 +16,7 @@ use ieee.numeric_std.all;
 entity self_test is
   generic (
     -- As in raster_refocuser.
-    MICRO_IMAGE_SIZE : positive := 5;
+    MICRO_IMAGE_SIZE : positive range 1 to 128 := 5;
     -- As in raster_refocuser; a single one.
     SHIFTS : string := "-3";
     -- As in raster_refocuser.
@@ -28,7 +28,7 @@ entity self_test is
     -- As in raster_refocuser.
     GUARD_BITS : natural range 0 to 12 := 0;
     -- Frame size.
-    COLUMNS : positive range 2 to 65535 := 640;
+    COLUMNS : positive range 2 to 8192 := 640;
     -- Frame size.
     ROWS : positive range 2 to 65535 := 480;
     -- Upper and lower half of the signature of a refocused frame.
@@ -36,7 +36,7 @@ entity self_test is
     -- As above.
     EXPECTED_LOW : natural range 0 to 65535 := 0;
     -- Frames for each change of blink, as a power of two.
-    BLINK_BITS : positive := 5
+    BLINK_BITS : positive range 1 to 31 := 5
   );
   port (
     clk   : in    std_logic;

@@ -15,6 +15,23 @@ use work.refocus_pkg.all;
 
 package sharpen_pkg is
 
+  -- Stops elaboration, by a message that begins with a name, if SHARPENING cannot be built for these slices; else true.
+  function takes_sharpening (
+    name          : string;
+    sharpening    : string;
+    shifts        : string;
+    exact         : boolean;
+    parallel_rows : positive
+  ) return boolean;
+
+  -- Bits of the lines of sums that all lanes keep.
+  function sharpen_line_bits (
+    sharpening       : string;
+    micro_image_size : positive;
+    words            : positive;
+    sum_bits         : positive
+  ) return natural;
+
   -- Whether a slice has a weight above 0.
   function sharpens (
     sharpening : string
@@ -73,6 +90,51 @@ package body sharpen_pkg is
 
   -- Weights are whole numbers of 1 / 2**UNIT_BITS.
   constant UNIT_BITS : positive := 6;
+
+  -- Of 1 / 4.
+  constant LARGEST_WEIGHT : positive := 16;
+
+  function takes_sharpening (
+    name          : string;
+    sharpening    : string;
+    shifts        : string;
+    exact         : boolean;
+    parallel_rows : positive
+  ) return boolean is
+  begin
+
+    assert is_set(sharpening, 0, LARGEST_WEIGHT)
+      report name & ": SHARPENING """ & sharpening & """ must be whole numbers from 0 to 16 with blanks in between"
+      severity failure;
+
+    assert slice_count(sharpening) = 0 or slice_count(sharpening) = slice_count(shifts)
+      report name & ": SHARPENING """ & sharpening & """ must have a weight for each slice of SHIFTS, or none"
+      severity failure;
+
+    assert not sharpens(sharpening) or (exact and parallel_rows = 1)
+      report name & ": SHARPENING needs EXACT and PARALLEL_ROWS = 1"
+      severity failure;
+
+    return true;
+
+  end function takes_sharpening;
+
+  function sharpen_line_bits (
+    sharpening       : string;
+    micro_image_size : positive;
+    words            : positive;
+    sum_bits         : positive
+  ) return natural is
+  begin
+
+    if not sharpens(sharpening) then
+      return 0;
+    end if;
+
+    -- A word has two lines.
+    return micro_image_size * words * 2 * sum_bits;
+
+  end function sharpen_line_bits;
 
   function sharpens (
     sharpening : string

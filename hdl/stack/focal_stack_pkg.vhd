@@ -11,10 +11,22 @@ use ieee.std_logic_1164.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
 use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 
 package focal_stack_pkg is
+
+  -- Stops elaboration, by a message that begins with a name, if the stack cannot be built; else true.
+  function takes_stack (
+    name             : string;
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    max_columns      : positive;
+    channels         : positive;
+    pixel_bits       : positive
+  ) return boolean;
 
   -- Place, among the lines of its phase, of the pixel that enters the sum of a slice: 0 is the newest in
   -- memory, -1 the line that is just coming in. The pixel that leaves lies one place further.
@@ -73,6 +85,46 @@ package focal_stack_pkg is
 end package focal_stack_pkg;
 
 package body focal_stack_pkg is
+
+  function takes_stack (
+    name             : string;
+    micro_image_size : positive;
+    shifts           : string;
+    centred          : boolean;
+    max_columns      : positive;
+    channels         : positive;
+    pixel_bits       : positive
+  ) return boolean is
+
+    constant ARITHMETIC : arithmetic_t := (true, micro_image_size, pixel_bits, 0, 0, 1);
+
+    variable fits : boolean;
+    variable sums : natural;
+    variable bits : natural;
+
+  begin
+
+    fits := takes_shifts(name, shifts, max_columns) and takes_arithmetic(name, ARITHMETIC);
+    sums := 0;
+    bits := 0;
+
+    -- Pixels for all slices; of each slice running and first sums, and held ones.
+    if max_columns > 1 then
+
+      for i in 0 to slice_count(shifts) - 1 loop
+
+        sums := sums + 2 + choose(group_size(micro_image_size, slice_shift(shifts, i)) > 1, 1, 0) +
+                choose(begins_group(micro_image_size, shifts, centred, i, 0), 0, 1);
+
+      end loop;
+
+      bits := history_base(micro_image_size, shifts, centred, micro_image_size) * pixel_bits +
+              sums * column_sum_bits(micro_image_size, pixel_bits);
+    end if;
+
+    return fits and takes_line_bits(name, channels * max_columns, bits, 0);
+
+  end function takes_stack;
 
   function history_place (
     micro_image_size : positive;

@@ -49,6 +49,9 @@ end entity stack_array;
 
 architecture rtl of stack_array is
 
+  constant REFUSED : boolean := not takes_stack("stack_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED, MAX_COLUMNS, CHANNELS,
+                                                PIXEL_BITS);
+
   constant M          : positive := MICRO_IMAGE_SIZE;
   constant SLICES     : positive := slice_count(SHIFTS);
   constant SLICE_BITS : positive := bits_for(SLICES - 1);

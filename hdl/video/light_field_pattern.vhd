@@ -20,16 +20,16 @@ use work.video_pkg.all;
 entity light_field_pattern is
   generic (
     -- M: pixels a micro image in each dimension.
-    MICRO_IMAGE_SIZE : positive;
+    MICRO_IMAGE_SIZE : positive range 1 to 128;
     -- a' of the bands.
-    LEFT_SHIFT   : integer;
-    MIDDLE_SHIFT : integer;
-    RIGHT_SHIFT  : integer;
+    LEFT_SHIFT   : integer range -4096 to 4096;
+    MIDDLE_SHIFT : integer range -4096 to 4096;
+    RIGHT_SHIFT  : integer range -4096 to 4096;
     -- Columns where the second and the third band begin.
     MIDDLE_BEGIN : positive;
     RIGHT_BEGIN  : positive;
     -- A cell of the chequers has 2**CELL pixels.
-    CELL : natural := 3
+    CELL : natural range 0 to 11 := 3
   );
   port (
     clk   : in    std_logic;

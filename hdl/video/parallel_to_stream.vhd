@@ -15,7 +15,7 @@ use ieee.std_logic_1164.all;
 entity parallel_to_stream is
   generic (
     -- Bits of a pixel.
-    WIDTH : positive
+    WIDTH : positive range 1 to 1024
   );
   port (
     clk : in    std_logic;

@@ -16,30 +16,31 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
+use work.arithmetic_pkg.all;
 use work.refocus_pkg.all;
 use work.picture_pkg.all;
 
 entity picture_core is
   generic (
     -- As in raster_refocuser; of a focal stack only M, the slices and the longest line count.
-    MICRO_IMAGE_SIZE    : positive;
+    MICRO_IMAGE_SIZE    : positive range 1 to 128;
     SHIFTS              : string;
-    INTERPOLATION_ORDER : natural := 0;
-    HOLD                : boolean := false;
-    MAX_COLUMNS         : positive;
+    INTERPOLATION_ORDER : natural range 0 to 3 := 0;
+    HOLD                : boolean              := false;
+    MAX_COLUMNS         : positive range 1 to 8192;
     -- 1: the pixels are grey, all channels the same; with outputs in focus everywhere, or depth, always 3.
     CHANNELS       : positive range 1 to 3 := 3;
     EXACT          : boolean               := true;
-    FRACTION_BITS  : natural               := 8;
-    GUARD_BITS     : natural               := 2;
+    FRACTION_BITS  : natural range 0 to 12 := 8;
+    GUARD_BITS     : natural range 0 to 12 := 2;
     BROADCAST_TAPS : natural               := 0;
     ENGINE         : string                := "fir";
     -- What can be shown, see picture_pkg.
     OUTPUTS : string := "r";
     -- As in depth_index.
-    RADIUS      : natural := 1;
-    CONFIDENCE  : natural := 0;
-    VOTE_RADIUS : natural := 0;
+    RADIUS      : natural range 0 to 8          := 1;
+    CONFIDENCE  : natural range 0 to 1073741823 := 0;
+    VOTE_RADIUS : natural range 0 to 4          := 0;
     -- A colour for each slice, six hexadecimal digits (red, green, blue), if depth can be shown.
     COLOURS : string := ""
   );
@@ -78,6 +79,14 @@ entity picture_core is
 end entity picture_core;
 
 architecture rtl of picture_core is
+
+  constant ARITHMETIC : arithmetic_t :=
+  (EXACT, MICRO_IMAGE_SIZE, 8, FRACTION_BITS, GUARD_BITS,
+    INTERPOLATION_ORDER + 1
+  );
+  constant REFUSED    : boolean      := not takes_picture("picture_core", ARITHMETIC, SHIFTS, HOLD, MAX_COLUMNS,
+                                                          CHANNELS, BROADCAST_TAPS, ENGINE, OUTPUTS, RADIUS,
+                                                          VOTE_RADIUS, COLOURS);
 
   constant SLICES : positive := slice_count(SHIFTS);
 

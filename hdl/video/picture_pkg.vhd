@@ -11,9 +11,11 @@ library work;
 use work.hex_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
 use work.focal_stack_pkg.all;
 use work.sharpness_pkg.all;
 use work.refocuser_pkg.all;
+use work.video_pkg.all;
 
 package picture_pkg is
 
@@ -24,6 +26,29 @@ package picture_pkg is
   function output_kinds (
     outputs : string
   ) return kinds_t;
+
+  -- Stops elaboration, by a message that begins with a name, if no picture can be made so; else true. arithmetic: that
+  -- of the refocused slice alone.
+  function takes_picture (
+    name           : string;
+    arithmetic     : arithmetic_t;
+    shifts         : string;
+    hold           : boolean;
+    max_columns    : positive;
+    channels       : positive;
+    broadcast_taps : natural;
+    engine         : string;
+    outputs        : string;
+    radius         : natural;
+    vote_radius    : natural;
+    colours        : string
+  ) return boolean;
+
+  -- Whether a letter is among the outputs.
+  function has_output (
+    outputs : string;
+    letter  : character
+  ) return boolean;
 
   -- Whether these outputs need a focal stack and its depth index: those that are in focus everywhere, or depth.
   function needs_stack (
@@ -112,6 +137,116 @@ package body picture_pkg is
     return made;
 
   end function output_kinds;
+
+  function has_output (
+    outputs : string;
+    letter  : character
+  ) return boolean is
+  begin
+
+    for i in 0 to 3 loop
+
+      if i < outputs'length then
+        if outputs(outputs'left + i) = letter then
+          return true;
+        end if;
+      end if;
+
+    end loop;
+
+    return false;
+
+  end function has_output;
+
+  -- Whether there are letters, not too many, and no other ones.
+  function are_outputs (
+    outputs : string
+  ) return boolean is
+
+    variable known : natural;
+
+  begin
+
+    known := 0;
+
+    for i in 0 to 3 loop
+
+      if i < outputs'length then
+
+        case outputs(outputs'left + i) is
+
+          when 'r' | 'a' | 'd' | 'm' =>
+
+            known := known + 1;
+
+          when others =>
+
+            null;
+
+        end case;
+
+      end if;
+
+    end loop;
+
+    return known > 0 and known = outputs'length;
+
+  end function are_outputs;
+
+  function takes_picture (
+    name           : string;
+    arithmetic     : arithmetic_t;
+    shifts         : string;
+    hold           : boolean;
+    max_columns    : positive;
+    channels       : positive;
+    broadcast_taps : natural;
+    engine         : string;
+    outputs        : string;
+    radius         : natural;
+    vote_radius    : natural;
+    colours        : string
+  ) return boolean is
+
+    constant M : positive := arithmetic.micro_image_size;
+
+    variable fits : boolean;
+
+  begin
+
+    assert are_outputs(outputs)
+      report name & ": OUTPUTS """ & outputs & """ must be 1 to 4 of the letters r, a, d, m"
+      severity failure;
+
+    assert channels /= 2
+      report name & ": CHANNELS must be 1 or 3"
+      severity failure;
+
+    if needs_stack(outputs) then
+      assert M >= 2
+        report name & ": OUTPUTS a and d need a MICRO_IMAGE_SIZE above 1"
+        severity failure;
+
+      fits := takes_stack(name, M, shifts, true, max_columns, 3, 8) and
+              takes_index(name, M, slice_count(shifts), radius, vote_radius, max_columns, 3, 8);
+
+      assert is_hex(colours) and
+             (colours'length = 6 * slice_count(shifts) or (colours'length = 0 and not has_output(outputs, 'd')))
+        report name & ": COLOURS """ & colours & """ must be six digits, 0 to 9 and a to f, for each slice of SHIFTS"
+        severity failure;
+    else
+      fits := takes_refocuser(name, arithmetic, shifts, true, hold, 1, 1, max_columns, channels, engine, false, "");
+    end if;
+
+    assert picture_delay_lines(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius) < 2 ** COUNT_BITS and
+           picture_delay_pixels(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius, engine,
+                                not arithmetic.exact, broadcast_taps, max_columns) < 2 ** COUNT_BITS
+      report name & ": SHIFTS """ & shifts & """ delay the picture by more than a frame's 4095 lines and pixels"
+      severity failure;
+
+    return fits;
+
+  end function takes_picture;
 
   function needs_stack (
     outputs : string

@@ -29,32 +29,33 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
+use work.arithmetic_pkg.all;
 use work.picture_pkg.all;
 use work.video_pkg.all;
 
 entity refocus_video is
   generic (
     -- As in picture_core.
-    MICRO_IMAGE_SIZE    : positive;
+    MICRO_IMAGE_SIZE    : positive range 1 to 128;
     SHIFTS              : string;
-    INTERPOLATION_ORDER : natural               := 0;
-    HOLD                : boolean               := false;
-    MAX_COLUMNS         : positive;
-    EXACT               : boolean               := true;
-    FRACTION_BITS       : natural               := 8;
-    GUARD_BITS          : natural               := 2;
-    BROADCAST_TAPS      : natural               := 0;
-    ENGINE              : string                := "fir";
-    CHANNELS            : positive range 1 to 3 := 3;
-    OUTPUTS             : string                := "r";
-    RADIUS              : natural               := 1;
-    CONFIDENCE          : natural               := 0;
-    VOTE_RADIUS         : natural               := 0;
-    COLOURS             : string                := "";
+    INTERPOLATION_ORDER : natural range 0 to 3          := 0;
+    HOLD                : boolean                       := false;
+    MAX_COLUMNS         : positive range 1 to 8192;
+    EXACT               : boolean                       := true;
+    FRACTION_BITS       : natural range 0 to 12         := 8;
+    GUARD_BITS          : natural range 0 to 12         := 2;
+    BROADCAST_TAPS      : natural                       := 0;
+    ENGINE              : string                        := "fir";
+    CHANNELS            : positive range 1 to 3         := 3;
+    OUTPUTS             : string                        := "r";
+    RADIUS              : natural range 0 to 8          := 1;
+    CONFIDENCE          : natural range 0 to 1073741823 := 0;
+    VOTE_RADIUS         : natural range 0 to 4          := 0;
+    COLOURS             : string                        := "";
     -- Whether raw frames of a sensor come in, and their size; MAX_COLUMNS is then that of the raster.
-    SENSOR      : boolean  := false;
-    RAW_COLUMNS : positive := 2;
-    RAW_ROWS    : positive := 2;
+    SENSOR      : boolean                  := false;
+    RAW_COLUMNS : positive range 2 to 4095 := 2;
+    RAW_ROWS    : positive range 1 to 4095 := 2;
     -- As in sensor_raster; RED_PLACE: line (2) and column (1) of the mosaic's first red pixel.
     MOSAIC    : boolean                     := false;
     RED_PLACE : natural range 0 to 3        := 0;
@@ -109,6 +110,18 @@ end entity refocus_video;
 
 architecture rtl of refocus_video is
 
+  constant ARITHMETIC : arithmetic_t :=
+  (EXACT, MICRO_IMAGE_SIZE, 8, FRACTION_BITS, GUARD_BITS,
+    INTERPOLATION_ORDER + 1
+  );
+  constant REFUSED    : boolean      := not takes_picture("refocus_video", ARITHMETIC, SHIFTS, HOLD, MAX_COLUMNS,
+                                                          CHANNELS, BROADCAST_TAPS, ENGINE, OUTPUTS, RADIUS,
+                                                          VOTE_RADIUS, COLOURS);
+  constant SENSORLESS : boolean      := not takes(SENSOR or not has_output(OUTPUTS, 'm'),
+                                                  "refocus_video: OUTPUTS of the letter m need SENSOR");
+  constant STACKED    : boolean      := not takes(not (SENSOR and needs_stack(OUTPUTS)),
+                                                  "refocus_video: SENSOR needs OUTPUTS of the letters r and m");
+
   constant MOVING_SUM : boolean := same_text(ENGINE, "moving_sum");
 
   constant DELAY_LINES  : natural := picture_delay_lines(OUTPUTS, MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER,
@@ -120,6 +133,9 @@ architecture rtl of refocus_video is
   -- The largest lag.
   constant LAG_LINES : natural := DELAY_LINES +
                                   choose(SENSOR, sensor_delay_lines(MICRO_IMAGE_SIZE, MOSAIC) + (RAW_ROWS + 1) / 2, 0);
+
+  constant TOO_LATE : boolean := not takes(LAG_LINES < 2 ** COUNT_BITS,
+                                           "refocus_video: SHIFTS and RAW_ROWS need a lag of more than 4095 lines");
 
   -- Blanking: what the core needs behind a frame; between frames of a sensor some lines.
   constant CORE_BLANK : natural := choose(MOVING_SUM or needs_stack(OUTPUTS), MICRO_IMAGE_SIZE - 1, 0);

@@ -19,7 +19,7 @@ use work.math_pkg.all;
 entity stream_to_parallel is
   generic (
     -- Bits of a pixel.
-    WIDTH : positive;
+    WIDTH : positive range 1 to 1024;
     -- Longest line in pixels, and lines of a frame.
     MAX_COLUMNS : positive range 2 to 8192;
     ROWS        : positive range 1 to 65535;

@@ -2,15 +2,11 @@
 """Resampler and colour mosaic in VHDL, against their bit-true models."""
 
 import random
-import shutil
-import subprocess
-from pathlib import Path
 
 import pytest
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.resampler import ResamplerConfiguration
-from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
@@ -53,33 +49,6 @@ def test_loads_and_few_pixels() -> None:
         "narrow_bench": {"micro_image_size": 1, "max_columns": 3, "lines": 4},
     }
     run_cases([resampler(o, thorough=False, bench=bench) for bench, o in benches.items()])
-
-
-@pytest.mark.parametrize(
-    ("entity", "generics", "message"),
-    [
-        ("resampler", {"LINES": 7}, "resampler: LINES is odd"),
-        ("resampler", {"CHANNELS": 2}, "resampler: CHANNELS is 2"),
-        ("sensor_raster", {"MOSAIC": "true"}, "sensor_raster: MOSAIC requires CHANNELS = 3"),
-    ],
-)
-@pytest.mark.parametrize("name", ["ghdl", "nvc"])
-def test_refused_generics(tmp_path: Path, name, entity, generics, message) -> None:
-    if shutil.which(name) is None:
-        pytest.skip(f"no {name}")
-    given = [f"-g{key}={value}" for key, value in {"MICRO_IMAGE_SIZE": 2, **generics}.items()]
-    simulator = find_simulator(name)
-    for command in simulator.build_commands(hdl.hdl_sources(), entity):
-        simulator.run(command, tmp_path)
-    elaborate = {
-        "ghdl": ["ghdl", "-r", "--std=93", entity, *given, "--stop-time=1ns"],
-        "nvc": ["nvc", "--std=1993", "-e", *given, entity, "-r", "--stop-time=1ns"],
-    }
-    done = subprocess.run(
-        elaborate[name], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode != 0
-    assert message in done.stdout + done.stderr
 
 
 @pytest.mark.slow

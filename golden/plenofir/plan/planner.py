@@ -234,10 +234,17 @@ def _misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:
     return ""
 
 
+def _check_limits(loaded: LoadedScene, core: CoreConfiguration) -> None:
+    """Refuse what cannot be built, the depth index behind a stack too."""
+    core.check_limits()
+    if loaded.shown.needs_stack:
+        loaded.shown.index(core).check_limits()
+
+
 def _refused(loaded: LoadedScene, core: CoreConfiguration) -> str:
     """Why a core cannot be used; empty if it can."""
     try:
-        core.check_limits()
+        _check_limits(loaded, core)
     except InputError as error:
         return f"{error.what}; expected {error.expected}"
     wanted = loaded.scene.build.pixels_per_clock
@@ -320,7 +327,7 @@ def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> Cor
     too_slow: InputError | None = None
     for core in _candidates(loaded, shifts, device):
         try:
-            core.check_limits()
+            _check_limits(loaded, core)
         except InputError as error:
             refused = error
             continue

@@ -247,6 +247,8 @@ class Scene(_Part):
         if self.sensor is not None:
             raise ValueError("no sensor for screen")
         if self.screen.needs_stack:
+            if self.camera.micro_image_size < 2:
+                raise ValueError("camera.micro_image_size of 2 or more for screen.output")
             for field, wanted in (("arithmetic", "exact"), ("interpolation", "nearest")):
                 if getattr(self.build, field) not in ("auto", wanted):
                     raise ValueError(f'build.{field} "{wanted}" for screen.output')

@@ -11,6 +11,7 @@ from plenofir.errors import InputError
 from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP as PARTIAL_SUM_LOOP
 from plenofir.fpga.core.engine import Generics, Raster
 from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS as MAX_LINE_BUFFER_BITS
 from plenofir.fpga.core.moving_sum import MovingSumEngine
 from plenofir.fpga.core.sharpener import SHARPENER_CLOCKS, check_sharpener, sharpener_bits
 from plenofir.fpga.core.stack import StackEngine
@@ -23,7 +24,6 @@ MAX_SHIFT = 4096
 MAX_SLICES = 256
 MAX_COLUMNS = 8192
 MAX_ROWS = 65535
-MAX_LINE_BUFFER_BITS = 1 << 26
 MAX_PRODUCT_ADDRESS_BITS = 16
 
 # divide_round.
@@ -368,6 +368,14 @@ class CoreConfiguration(Raster):
                     "arithmetic",
                     f"at most 2^{MAX_PRODUCT_ADDRESS_BITS} words: fewer guard bits, "
                     "or exact arithmetic",
+                )
+            white = ((1 << self.pixel_bits) - 1) << self.arithmetic.fraction_bits
+            if 2 * white < m:
+                raise InputError(
+                    f"stored products that are all 0 (M = {m}, {self.pixel_bits} bit pixels, "
+                    f"{self.arithmetic.fraction_bits} fraction bits)",
+                    where="arithmetic",
+                    expected="more fraction bits, or exact arithmetic",
                 )
         if self.line_buffer_bits > MAX_LINE_BUFFER_BITS:
             raise refuse(

@@ -5,7 +5,9 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from plenofir.errors import InputError
 from plenofir.fpga.core.engine import Generics
+from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import (
     MAX_CONFIDENCE,
@@ -39,12 +41,12 @@ class DepthIndexConfiguration(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    micro_image_size: Annotated[int, Field(ge=2)]
+    micro_image_size: Annotated[int, Field(ge=2, le=128)]
     slices: Annotated[int, Field(ge=1, le=256)]
     radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
     confidence: Annotated[int, Field(ge=0, le=MAX_CONFIDENCE)] = 0
     vote_radius: Annotated[int, Field(ge=0, le=MAX_VOTE_RADIUS)] = 0
-    max_columns: Annotated[int, Field(ge=1)]
+    max_columns: Annotated[int, Field(ge=1, le=8192)]
     channels: Annotated[int, Field(ge=1, le=3)] = 1
     pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
 
@@ -80,6 +82,24 @@ class DepthIndexConfiguration(BaseModel):
         lenses = -(-self.max_columns // m)
         votes = 2 * self.vote_radius * (index + 1) + index if self.vote_radius else 0
         return waiting, lenses * (slices * (4 * lens + 2 * self.radius * row) + index + votes)
+
+    def check_limits(self) -> None:
+        """Refuse what the entity refuses.
+
+        Raises
+        ------
+        InputError
+            Naming the field.
+        """
+        if self.channels == 2:
+            raise InputError("2 channels", where="channels", expected="1 or 3, which have a luma")
+        if max(self.memory_bits) > MAX_LINE_BUFFER_BITS:
+            raise InputError(
+                f"{max(self.memory_bits) / 2**20:.1f} Mbit for the depth index of {self.slices} "
+                f"slices (M = {self.micro_image_size}, {self.max_columns} columns)",
+                where="slices",
+                expected=f"at most {MAX_LINE_BUFFER_BITS >> 20} Mbit: fewer slices or columns",
+            )
 
     def band_steps(self, columns: int) -> int:
         """Clocks from the beginning of a line to that of the next one at the earliest.

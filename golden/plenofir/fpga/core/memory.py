@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from plenofir.fpga.devices import Usage
 
+MAX_LINE_BUFFER_BITS = 1 << 26
+"""Bits of column memories, or of a depth index, that the VHDL takes (refocus_pkg)."""
+
 # Yosys takes the memory with the lowest cost: a RAMB8BWER 65, a RAMB16BWER 129, a group of four
 # LUTs as RAM 8, a bit of a ROM in logic 1/64 (brams_xc3sda.txt, lutrams_xc5v.txt, memory_libmap).
 _RAMB8_COST = 65

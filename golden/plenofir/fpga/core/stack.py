@@ -24,7 +24,7 @@ class StackEngine(Engine):
     """
 
     kind: Literal["stack"] = "stack"
-    input_lines: Annotated[int, Field(ge=1)] = 1
+    input_lines: Annotated[int, Field(ge=1, le=128)] = 1
 
     ENTITY: ClassVar[str] = "focal_stack"
 

@@ -209,16 +209,11 @@ def _depth_index(what: Run) -> DepthIndexConfiguration | None:
             where="micro_image_size",
             expected="2 or more for a depth index",
         )
-    if what.screen.needs_stack:
-        return None if boards else what.screen.index(core)
-    return DepthIndexConfiguration(
-        micro_image_size=core.micro_image_size,
-        slices=len(core.shifts),
-        radius=what.radius,
-        max_columns=core.max_columns,
-        channels=core.channels,
-        pixel_bits=core.pixel_bits,
-    )
+    core.check_limits()
+    screen = what.screen if what.screen.needs_stack else Screen(radius=what.radius)
+    index = screen.index(core)
+    index.check_limits()
+    return None if boards else index
 
 
 def run(what: Run, progress: Progress | None = None) -> Report:

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Entities elaborated by themselves: whether generics are refused, and in which words."""
+
+import os
+import random
+import re
+import subprocess
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from plenofir.fpga import hdl
+from plenofir.fpga.hdl_text import declarations
+from plenofir.fpga.simulate.simulators import find_simulator, generic_text
+
+Generics = Mapping[str, int | bool | str]
+_REFUSED = re.compile(r"(?:\(assertion failure\)|\*\* Failure: \(init\)): (.*)")
+_INTEGER = re.compile(r"(positive|natural|integer)(?: range (-?\d+) to (-?\d+))?")
+# Memories of some megabits take more than its own 16 MB.
+_NVC = ("nvc", "--std=1993", "-H", "1g", "-e", "--jit", "--no-save")
+_LARGEST = 2**31 - 1
+
+
+class Elaborator:
+    """A library of all sources that need no vendor's, in a folder, and what else is given."""
+
+    def __init__(self, simulator: str, folder: Path, *more: Path) -> None:
+        self._folder = folder
+        self._nvc = simulator == "nvc"
+        self._environment = {**os.environ, **find_simulator(simulator, brief=True).environment}
+        self.analyse(*hdl.hdl_sources(), *more)
+
+    def analyse(self, *sources: Path) -> None:
+        """Add sources to the library."""
+        command = ["nvc", "--std=1993", "-a"] if self._nvc else ["ghdl", "-a", "--std=93"]
+        done = self._run([*command, *map(str, sources)])
+        assert done.returncode == 0, done.stdout + done.stderr
+
+    def _run(self, command: Sequence[str]) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            command,
+            cwd=self._folder,
+            env=self._environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    def refusal(self, entity: str, generics: Generics) -> str:
+        """The message that refuses it; empty if it elaborates. Any other end fails."""
+        values = [f"-g{name}={generic_text(value)}" for name, value in generics.items()]
+        if self._nvc:
+            command = [*_NVC, *values, entity]
+        else:
+            command = ["ghdl", "--elab-run", "--std=93", entity, *values]
+            command += ["--no-run", "--max-stack-alloc=0"]
+        done = self._run(command)
+        if done.returncode == 0:
+            return ""
+        text = done.stdout + done.stderr
+        found = _REFUSED.search(text)
+        assert found, f"{entity} {dict(generics)}\n{text}"
+        return found[1]
+
+    def refusals(self, cases: Sequence[tuple[str, Generics]]) -> list[str]:
+        """Those of many cases, some at a time."""
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            return list(pool.map(lambda case: self.refusal(*case), cases))
+
+    def printed(self, entity: str) -> str:
+        """What a bench reports as it runs."""
+        if self._nvc:
+            done = self._run([*_NVC, entity, "-r"])
+        else:
+            done = self._run(["ghdl", "--elab-run", "--std=93", entity])
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout + done.stderr
+
+
+def declared(entity: str) -> dict[str, str]:
+    """Generics of an entity and their types."""
+    (path,) = (path for path in hdl.all_sources() if path.stem == entity)
+    return {g.name: g.type_name for g in declarations(path.read_text(), "generic")}
+
+
+def _ends(kind: str) -> tuple[int, int]:
+    found = _INTEGER.fullmatch(kind)
+    assert found, kind
+    low = int(found[2]) if found[2] else int(found[1] == "positive")
+    return low, int(found[3]) if found[3] else _LARGEST
+
+
+def may_be(kind: str, value: int | bool | str) -> bool:
+    """Whether a generic of a type may have a value."""
+    if isinstance(value, int) and _INTEGER.fullmatch(kind):
+        low, high = _ends(kind)
+        return low <= value <= high
+    return kind == {bool: "boolean", str: "string"}.get(type(value))
+
+
+def draw_integer(rng: random.Random, kind: str) -> int:
+    """A value of a declared range: its ends often, else rather a small one."""
+    low, high = _ends(kind)
+    small = min(high, low + int(2 ** rng.uniform(0, 7)))
+    return rng.choice([low, high, small, small, small, rng.randint(low, min(high, low + 9999))])

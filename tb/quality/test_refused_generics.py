@@ -1,0 +1,418 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What cannot be built is refused by an assertion that names it, and Python refuses the same."""
+
+import random
+import re
+import time
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from plenofir.errors import InputError
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.moving_sum import PIXELS_PER_CLOCK, MovingSumEngine
+from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir_tb.refusals import Elaborator, Generics, declared, draw_integer, may_be
+
+CORE = {"MICRO_IMAGE_SIZE": 5, "SHIFTS": "-3", "MAX_COLUMNS": 64}
+ARRAYS = ("raster_refocuser", "fir_array", "moving_sum_array")
+STACKS = ("focal_stack", "stack_array")
+INDICES = ("depth_index", "sharpness_index")
+NO_SETS = ["2, 0", "2 x", "-", "2 -", "3-", "--2", "+2", "1.5", "99999999999", "-4097", "4097", " "]
+NO_SETS += ["1 " * 257]
+
+WIDE = {"PIXEL_BITS": 16, "INTERPOLATION_ORDER": 1, "MICRO_IMAGE_SIZE": 14}
+ALL_ZERO = {"EXACT": False, "PIXEL_BITS": 1, "MICRO_IMAGE_SIZE": 3}
+DEPTH = {"MICRO_IMAGE_SIZE": 5, "SLICES": 3, "MAX_COLUMNS": 64}
+PICTURE = CORE | {"SHIFTS": "-3 0", "OUTPUTS": "rad", "COLOURS": "00ff00" * 2}
+TEXTS = {
+    "SLICES": 2,
+    "FONT": "0" * 3040,
+    "TEXTS": "a" * 15,
+    "TEXT_COLUMNS": 3,
+    "LABELS": "b" * 4,
+    "LABEL_COLUMNS": 2,
+}
+VIDEO = CORE | {"SENSOR": True, "RAW_COLUMNS": 64, "RAW_ROWS": 48, "OUTPUTS": "rm"}
+PATTERN = {
+    f"PATTERN_{axis}_{part}": 8 for axis in "HV" for part in ("ACTIVE", "FRONT", "SYNC", "BACK")
+}
+BOARD = CORE | PATTERN | {"INTERPOLATION_ORDER": 0, "HOLD": False, "EXACT": True, "ENGINE": "fir"}
+BOARD |= {"FRACTION_BITS": 0, "GUARD_BITS": 0, "BROADCAST_TAPS": 0, "ALIGN_TIMEOUT": 8192}
+
+# Entity, generics that it takes, what is put in their place, the generic that the message names.
+Case = tuple[str, Generics, Generics, str]
+REFUSED: list[Case] = [
+    *((entity, CORE, {"SHIFTS": text}, "SHIFTS") for entity in ARRAYS for text in NO_SETS[:3]),
+    *(("raster_refocuser", CORE, {"SHIFTS": text}, "SHIFTS") for text in NO_SETS[3:]),
+    *((entity, CORE, {"SHIFTS": text}, "SHIFTS") for entity in STACKS for text in NO_SETS[:2]),
+    ("hdmi_refocuser", BOARD, {"SHIFTS": "2, 0"}, "SHIFTS"),
+    ("parallel_top", CORE, {"SHIFTS": "2 x"}, "SHIFTS"),
+    ("self_test", {"SHIFTS": "-3"}, {"SHIFTS": "2 x"}, "SHIFTS"),
+    *(
+        (
+            entity,
+            CORE,
+            {"PIXEL_BITS": 16, "INTERPOLATION_ORDER": 1, "MICRO_IMAGE_SIZE": 14},
+            "ORDER",
+        )
+        for entity in ARRAYS
+    ),
+    *((entity, CORE, {"MICRO_IMAGE_SIZE": 128, "SHIFTS": "4096"}, "SHIFTS") for entity in ARRAYS),
+    *((entity, CORE, {"MICRO_IMAGE_SIZE": 128, "SHIFTS": "4096"}, "SHIFTS") for entity in STACKS),
+    *((entity, CORE, {"EXACT": False, "GUARD_BITS": 1}, "GUARD_BITS") for entity in ARRAYS),
+    *((entity, CORE, ALL_ZERO, "FRACTION_BITS") for entity in ARRAYS),
+    *(
+        (
+            entity,
+            CORE,
+            {"EXACT": False, "GUARD_BITS": 9, "FRACTION_BITS": 9, "PIXEL_BITS": 8},
+            "PIXEL_BITS",
+        )
+        for entity in ARRAYS
+    ),
+    *(
+        (entity, CORE, {"SHARPENING": text}, "SHARPENING")
+        for entity in ARRAYS
+        for text in ("17", "-1", "4 4", "x")
+    ),
+    *((entity, CORE, {"SHARPENING": "4", "EXACT": False}, "SHARPENING") for entity in ARRAYS),
+    *(
+        (entity, CORE, {"SHARPENING": "4", "PARALLEL_ROWS": 2}, "SHARPENING")
+        for entity in ARRAYS[:2]
+    ),
+    *((entity, CORE, {"HOLD": True}, "HOLD") for entity in ARRAYS[:2]),
+    ("moving_sum_array", CORE, {"PIXELS_PER_CLOCK": 3}, "PIXELS_PER_CLOCK"),
+    ("moving_sum_array", CORE, {"PIXELS_PER_CLOCK": 2, "EXACT": False}, "PIXELS_PER_CLOCK"),
+    ("raster_refocuser", CORE, {"PIXELS_PER_CLOCK": 2}, "PIXELS_PER_CLOCK"),
+    ("raster_refocuser", CORE, {"ENGINE": "x"}, "ENGINE"),
+    ("raster_refocuser", CORE, {"ANY_ROWS": True}, "ANY_ROWS"),
+    ("raster_refocuser", CORE, {"ENGINE": "moving_sum", "PARALLEL_ROWS": 2}, "PARALLEL_ROWS"),
+    ("fir_array", CORE, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
+    ("stack_array", CORE, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
+    *(
+        (entity, DEPTH, {"CHANNELS": 2}, "CHANNELS")
+        for entity in ("depth_index", "sharpness_index")
+    ),
+    ("depth_index", DEPTH, {"SLICES": 256, "MAX_COLUMNS": 8192}, "SLICES"),
+    ("sharpness_index", DEPTH, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
+    ("picture_core", PICTURE, {"OUTPUTS": "rx"}, "OUTPUTS"),
+    ("picture_core", PICTURE, {"OUTPUTS": "rrrrr"}, "OUTPUTS"),
+    ("picture_core", PICTURE, {"COLOURS": "00ff00"}, "COLOURS"),
+    ("picture_core", PICTURE, {"COLOURS": "00FF00" * 2}, "COLOURS"),
+    ("picture_core", PICTURE, {"CHANNELS": 2}, "CHANNELS"),
+    ("picture_core", PICTURE, {"MICRO_IMAGE_SIZE": 1}, "MICRO_IMAGE_SIZE"),
+    ("picture_core", PICTURE, {"SHIFTS": "2 x"}, "SHIFTS"),
+    ("picture_core", PICTURE, {"OUTPUTS": "r", "ENGINE": "x"}, "ENGINE"),
+    ("refocus_video", VIDEO, {"SHIFTS": "2, 0"}, "SHIFTS"),
+    ("refocus_video", VIDEO, {"ENGINE": "moving_sum", "SHIFTS": "-3000"}, "SHIFTS"),
+    ("refocus_video", VIDEO, {"OUTPUTS": "a"}, "OUTPUTS"),
+    ("refocus_video", VIDEO, {"SENSOR": False}, "OUTPUTS"),
+    ("refocus_video", VIDEO, {"CHANNELS": 1, "MOSAIC": True}, "MOSAIC"),
+    (
+        "sensor_raster",
+        {"MICRO_IMAGE_SIZE": 5, "CHANNELS": 3},
+        {"MOSAIC": True, "CHANNELS": 1},
+        "MOSAIC",
+    ),
+    ("text_overlay", TEXTS, {"FONT": "0" * 3038}, "FONT"),
+    ("text_overlay", TEXTS, {"TEXTS": "a" * 14}, "TEXTS"),
+    ("text_overlay", TEXTS, {"LABELS": "bbb"}, "LABELS"),
+    ("text_overlay", TEXTS, {"COLOURS": "00ff00"}, "COLOURS"),
+    ("command_line", {"STATUS": "a # b #", "FIELDS": 2}, {"FIELDS": 1}, "FIELDS"),
+    ("board_control", {"SLICES": 2, "STATUS": "#", "FIELDS": 1}, {"FIRST_SLICE": 2}, "FIRST_SLICE"),
+    ("hdmi_refocuser", BOARD, {"PATTERN_H_BACK": 4095}, "PATTERN_H_ACTIVE"),
+    ("hdmi_refocuser", BOARD, {"PATTERN_V_BACK": 4095}, "PATTERN_V_ACTIVE"),
+]
+
+
+@pytest.fixture(scope="module", params=["ghdl", "nvc"])
+def elaborator(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Elaborator:
+    """A library of all sources, and what decides about cores without building them."""
+    try:
+        find_simulator(request.param)
+    except InputError as error:
+        pytest.skip(str(error))
+    folder = tmp_path_factory.mktemp(request.param)
+    return Elaborator(request.param, folder, Path(__file__).parent / "verdicts.vhd")
+
+
+def seeded(given: int | None = None) -> random.Random:
+    seed = time.time_ns() % 10**9 if given is None else given
+    print(f"seed {seed}")
+    return random.Random(seed)
+
+
+@pytest.mark.parametrize("count", [24, pytest.param(len(REFUSED), marks=pytest.mark.slow)])
+def test_each_is_named(elaborator: Elaborator, count: int) -> None:
+    """Each of them alone keeps its entity from being built, and the message says which it is."""
+    taken = seeded().sample(REFUSED, count)
+    built = {entity: base for entity, base, _, _ in taken}
+    assert elaborator.refusals(list(built.items())) == [""] * len(built)
+    messages = elaborator.refusals([(entity, {**base, **more}) for entity, base, more, _ in taken])
+    for (entity, _, more, name), message in zip(taken, messages, strict=True):
+        assert re.match(r"\w+: ", message), message
+        assert name in message, (entity, more, message)
+        if name == "SHIFTS" and "MICRO_IMAGE_SIZE" not in message:
+            assert f'"{more["SHIFTS"]}"' in message, message
+
+
+def draw_core(rng: random.Random) -> CoreConfiguration | None:
+    """A core about the limits; None if its fields alone are refused, as GUARD_BITS above F."""
+    m = min(128, int(2 ** rng.uniform(0, 7.2)))
+    reach = rng.choice([3, 8, 40, 600 // m + 2, 4200])
+    shifts = tuple(rng.randint(-reach, reach) for _ in range(rng.choice([1, 1, 2, 5])))
+    engine = rng.choice(
+        [
+            FirEngine(hold=rng.random() < 0.3, parallel_rows=rng.choice([1, 1, 2, 63, 64, 65])),
+            MovingSumEngine(
+                any_rows=rng.random() < 0.5, pixels_per_clock=rng.choice(PIXELS_PER_CLOCK)
+            ),
+            StackEngine(),
+        ]
+    )
+    stack = isinstance(engine, StackEngine)
+    arithmetic = ExactArithmetic()
+    if rng.random() < 0.3 and not stack:
+        fraction = rng.randint(0, 12)
+        arithmetic = StoredProductArithmetic(
+            fraction_bits=fraction, guard_bits=rng.randint(0, fraction)
+        )
+    if isinstance(engine, FirEngine) and engine.hold and rng.random() < 0.7:
+        shifts = tuple(m * rng.randint(-2, 2) for _ in shifts)
+    sharpening = ()
+    if rng.random() < 0.2 and not stack:
+        sharpening = tuple(rng.choice([0, 3, 16]) for _ in shifts)
+    return CoreConfiguration(
+        micro_image_size=m,
+        shifts=shifts,
+        max_columns=rng.choice([1, 2, 64, 640, 4096, 8192]),
+        channels=rng.choice([1, 3]),
+        pixel_bits=rng.choice([1, 8, 10, 12, 16]),
+        arithmetic=arithmetic,
+        align=rng.choice(["centred", "causal"]),
+        order=0 if stack else rng.choice([0, 0, 1, 2, 3]),
+        sharpening=sharpening,
+        engine=engine,
+    )
+
+
+def draw_index(rng: random.Random) -> DepthIndexConfiguration:
+    return DepthIndexConfiguration(
+        micro_image_size=rng.randint(2, 128),
+        slices=int(2 ** rng.uniform(0, 8)),
+        radius=rng.randint(0, 8),
+        vote_radius=rng.randint(0, 4),
+        max_columns=int(2 ** rng.uniform(0, 13)),
+        channels=rng.choice([1, 3, 3, 2]),
+        pixel_bits=rng.randint(1, 16),
+    )
+
+
+def is_refused(core: CoreConfiguration | DepthIndexConfiguration) -> bool:
+    try:
+        core.check_limits()
+    except InputError:
+        return True
+    return False
+
+
+def agree(elaborator: Elaborator, rng: random.Random, count: int) -> None:
+    cores = [draw_core(rng) for _ in range(3 * count)] + [draw_index(rng) for _ in range(count)]
+    entities = {"raster_refocuser": "core_verdict", "focal_stack": "stack_verdict"}
+    cases = [
+        (
+            "index_verdict"
+            if isinstance(core, DepthIndexConfiguration)
+            else entities[core.engine.ENTITY],
+            core.generics(),
+        )
+        for core in cores
+    ]
+    wrong = [
+        f"{core!r}: Python {is_refused(core)}, VHDL {message!r}"
+        for core, message in zip(cores, elaborator.refusals(cases), strict=True)
+        if is_refused(core) != bool(message)
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("count", [10, pytest.param(150, marks=pytest.mark.slow)])
+def test_python_refuses_the_same_cores(elaborator: Elaborator, count: int) -> None:
+    agree(elaborator, seeded(), count)
+
+
+def bits(largest: int) -> int:
+    return max(largest.bit_length(), 1)
+
+
+def width_cases(rng: random.Random, count: int) -> list[tuple[str, str]]:
+    """Expressions of the packages' functions, and what they are in whole numbers of any size."""
+    cases = []
+    for _ in range(count):
+        m, wide = rng.choice([1, 2, 91, 127, 128, rng.randint(1, 128)]), rng.randint(1, 16)
+        for channels, weight in ((1, 1), (3, 4)):
+            lens = bits(weight * (2**wide - 1) * m * m)
+            cases.append((f"lens_bits({m}, {channels}, {wide})", str(lens)))
+            radius = rng.randint(0, 8)
+            # Of a Laplacian, |4 a - b - c - d - e|, two bits more; then sums of 2 r + 1.
+            row = lens + 2 + bits(2 * radius)
+            name = f"sharpness_bits({m}, {channels}, {wide}, {radius})"
+            cases.append((name, str(row + bits(2 * radius))))
+        passes, stage = rng.randint(1, 4), rng.randint(0, 8)
+        exact = f"(true, {m}, {wide}, 0, 0, {passes})"
+        fits = 2**wide * m ** (2 * passes) < 2**31
+        cases.append((f"sums_fit({exact})", str(fits).lower()))
+        if fits:
+            stage = min(stage, 2 * passes)
+            largest = (2**wide - 1) * m**stage
+            cases.append((f"product_max({exact}, {stage})", str(largest)))
+            cases.append((f"value_bits({exact}, {stage})", str(bits(largest))))
+            cases.append((f"final_divisor({exact})", str(m ** (2 * passes))))
+            total = (2**wide - 1) * m ** (2 * passes)
+            units = rng.randint(1, 16)
+            share = Fraction(units, 64)
+            fraction = max(share.denominator.bit_length() - 1, 2)
+            # Behind the taps of columns: signed, from -2 b to 1 + 4 b times the sum, at most.
+            span = int(total * (1 + 4 * share) * 2**fraction)
+            name = f"tapped_bits({total}, {chr(34)}{units}{chr(34)}) > {span.bit_length()}"
+            cases.append((name, "true"))
+        guard = rng.randint(0, min(12, 16 - wide))
+        scale = rng.randint(guard, 12)
+        stored = f"(false, {m}, {wide}, {scale}, {guard}, {passes})"
+        if 2 * (2**wide - 1) * 2**scale < m:
+            # All products are 0.
+            continue
+        number = rng.randint(0, 2 * passes - 1)
+        value = 2 ** (wide + (guard if number else 0)) - 1
+        product = Fraction(value * 2 ** (scale - (guard if number else 0)), m)
+        rounded = int(product + Fraction(1, 2))
+        cases.append((f"product_max({stored}, {number})", str(rounded)))
+    return cases
+
+
+def text_cases(rng: random.Random, count: int) -> list[tuple[str, str]]:
+    """Texts that are sets of whole numbers, or nearly."""
+    texts = [*NO_SETS[:-1], "-0", "007", "4096 -4096", "  1  -2 ", "1-2"]
+    for _ in range(count):
+        parts = [str(rng.randint(-5000, 5000)) for _ in range(rng.randint(0, 4))]
+        text = " ".join(parts)
+        if rng.random() < 0.6:
+            place = rng.randint(0, len(text))
+            text = text[:place] + rng.choice(" -+,0x9.") + text[place:]
+        texts.append(text)
+    cases = []
+    for text in texts:
+        numbers = text.split()
+        is_set = all(
+            re.fullmatch("-?[0-9]+", number) and abs(int(number)) <= 4096 for number in numbers
+        )
+        quoted = f"{chr(34)}{text}{chr(34)}"
+        cases.append((f"is_set({quoted}, -4096, 4096)", str(is_set).lower()))
+        if is_set and numbers:
+            index = rng.randrange(len(numbers))
+            cases.append((f"slice_shift({quoted}, {index})", str(int(numbers[index]))))
+        cases.append((f"slice_count({quoted})", str(len(numbers))))
+    return cases
+
+
+def test_widths_and_texts(elaborator: Elaborator, tmp_path: Path) -> None:
+    """What the packages compute of generics is what whole numbers of any size give."""
+    rng = seeded()
+    cases = [*width_cases(rng, 60), *text_cases(rng, 150)]
+    used = ("refocus", "arithmetic", "sharpen", "sharpness")
+    kinds = ["boolean" if value in ("true", "false") else "integer" for _, value in cases]
+    lines = [
+        *("library work;", *(f"use work.{name}_pkg.all;" for name in used)),
+        *("entity computed is", "end entity;", "architecture bench of computed is", "begin"),
+        *("process is", "begin"),
+        *(
+            f'report "<{number}=" & {kind}\'image({expression}) & ">";'
+            for number, ((expression, _), kind) in enumerate(zip(cases, kinds, strict=True))
+        ),
+        *("wait;", "end process;", "end architecture;"),
+    ]
+    bench = tmp_path / "computed.vhd"
+    bench.write_text("\n".join(lines))
+    elaborator.analyse(bench)
+    found = dict(re.findall(r"<(\d+)=([\w-]+)>", elaborator.printed("computed")))
+    assert len(found) == len(cases)
+    wrong = [
+        f"{expression}: {found[str(number)]}, expected {value}"
+        for number, (expression, value) in enumerate(cases)
+        if found[str(number)] != value
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+SETS = ("-3", "0", "1", "2 5", "-1 0 1", "10 -10 5", "300", "4096", "-4096", "2 x")
+CHOICES: dict[str, tuple[int | str | bool, ...]] = {
+    "SHIFTS": SETS,
+    "SHARPENING": (" ", " ", "4", "0 4", "4 4 4", "x", "17"),
+    "ENGINE": ("fir", "moving_sum", "moving_sum"),
+    "OUTPUTS": ("r", "r", "rm", "rad", "x"),
+    "COLOURS": (" ", "00ff00", "00ff00" * 2, "00ff00" * 3),
+    "FONT": ("0" * 3040, "f" * 3040, "0"),
+    "TEXTS": tuple("a" * n * m for n in (4, 5, 8) for m in (1, 2, 8)),
+    "LABELS": tuple("a" * n * m for n in (1, 2, 5) for m in (2, 3, 16)),
+    "STATUS": ("#", "a # b #", "x"),
+    "DESCRIPTION": ("x", "resampler 5"),
+    # What is refused most, seldom.
+    "PARALLEL_ROWS": (1, 1, 1, 1, 2, 5, 64),
+    "PIXELS_PER_CLOCK": (1, 1, 1, 1, 2, 8, 32, 31),
+    "ANY_ROWS": (False, False, False, True),
+    "CHANNELS": (1, 3, 3, 2),
+    "EXACT": (True, True, False),
+    "INTERPOLATION_ORDER": (0, 0, 0, 1, 3),
+    "PIXEL_BITS": (8, 8, 10, 16, 1),
+    "HOLD": (False, False, True),
+    "GUARD_BITS": (0, 0, 1, 2, 12),
+}
+HUNTED = [
+    *ARRAYS,
+    *STACKS,
+    *INDICES,
+    *("picture_core", "refocus_video", "sensor_front", "sensor_raster", "resampler"),
+    *("colour_mosaic", "parallel_to_stream", "stream_to_parallel", "parallel_top", "self_test"),
+    *("text_overlay", "load_port", "command_line", "board_control", "hdmi_refocuser"),
+    *("video_to_stream", "stream_to_video", "light_field_pattern", "hdmi_control"),
+]
+
+
+def hunt(elaborator: Elaborator, entity: str, rng: random.Random, count: int) -> None:
+    """Values within the declared ranges: the entity elaborates, or a message names a generic."""
+    kinds = declared(entity)
+    cases = []
+    for _ in range(count):
+        drawn: dict[str, int | bool | str] = {}
+        for name, kind in kinds.items():
+            choices = [value for value in CHOICES.get(name, ()) if may_be(kind, value)]
+            if choices:
+                drawn[name] = rng.choice(choices)
+            elif kind == "boolean":
+                drawn[name] = rng.random() < 0.5
+            else:
+                drawn[name] = draw_integer(rng, kind)
+        cases.append((entity, drawn))
+    for (_, values), message in zip(cases, elaborator.refusals(cases), strict=True):
+        named = set(re.findall(r"\b[A-Z_]{4,}\b", message))
+        assert not message or named, (message, values)
+
+
+@pytest.mark.drawn(3)
+@pytest.mark.parametrize("entity", HUNTED)
+def test_drawn_generics_are_built_or_named(elaborator: Elaborator, entity: str) -> None:
+    hunt(elaborator, entity, seeded(), 6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("entity", HUNTED)
+def test_many_drawn_generics_are_built_or_named(elaborator: Elaborator, entity: str) -> None:
+    hunt(elaborator, entity, seeded(), 60)

@@ -1,0 +1,91 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Entities with the generics of the tops that refuse what these refuse, and build nothing.
+
+library work;
+use work.arithmetic_pkg.all;
+use work.refocuser_pkg.all;
+
+entity core_verdict is
+  generic (
+    MICRO_IMAGE_SIZE    : natural := 1;
+    INTERPOLATION_ORDER : natural := 1;
+    PARALLEL_ROWS       : natural := 1;
+    PIXELS_PER_CLOCK    : natural := 1;
+    MAX_COLUMNS         : natural := 1;
+    CHANNELS            : natural := 1;
+    PIXEL_BITS          : natural := 1;
+    FRACTION_BITS       : natural := 1;
+    GUARD_BITS          : natural := 1;
+    BROADCAST_TAPS      : natural := 1;
+    SHIFTS              : string  := "";
+    SHARPENING          : string  := "";
+    ENGINE              : string  := "fir";
+    CENTRED             : boolean := false;
+    HOLD                : boolean := false;
+    EXACT               : boolean := false;
+    ANY_ROWS            : boolean := false
+  );
+end entity core_verdict;
+
+architecture rtl of core_verdict is
+
+  constant ARITHMETIC : arithmetic_t :=
+  (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS,
+    INTERPOLATION_ORDER + 1
+  );
+  constant REFUSED    : boolean      := not takes_refocuser("raster_refocuser", ARITHMETIC, SHIFTS, CENTRED, HOLD,
+                                                            PARALLEL_ROWS, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
+                                                            ENGINE, ANY_ROWS, SHARPENING);
+
+begin
+
+end architecture rtl;
+
+library work;
+use work.focal_stack_pkg.all;
+
+entity stack_verdict is
+  generic (
+    MICRO_IMAGE_SIZE : natural := 1;
+    MAX_COLUMNS      : natural := 1;
+    CHANNELS         : natural := 1;
+    PIXEL_BITS       : natural := 1;
+    INPUT_LINES      : natural := 1;
+    SHIFTS           : string;
+    CENTRED          : boolean
+  );
+end entity stack_verdict;
+
+architecture rtl of stack_verdict is
+
+  constant REFUSED : boolean := not takes_stack("focal_stack", MICRO_IMAGE_SIZE, SHIFTS, CENTRED, MAX_COLUMNS, CHANNELS,
+                                                PIXEL_BITS);
+
+begin
+
+end architecture rtl;
+
+library work;
+use work.sharpness_pkg.all;
+
+entity index_verdict is
+  generic (
+    MICRO_IMAGE_SIZE : natural;
+    MAX_COLUMNS      : natural;
+    CHANNELS         : natural;
+    PIXEL_BITS       : natural;
+    SLICES           : natural;
+    RADIUS           : natural;
+    CONFIDENCE       : natural;
+    VOTE_RADIUS      : natural
+  );
+end entity index_verdict;
+
+architecture rtl of index_verdict is
+
+  constant REFUSED : boolean := not takes_index("depth_index", MICRO_IMAGE_SIZE, SLICES, RADIUS, VOTE_RADIUS,
+                                                MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+
+begin
+
+end architecture rtl;
