@@ -148,6 +148,9 @@ begin
       end if;
       token_now <= token_late;
       lens_now  <= unsigned(token_now(DATA_LOW - 1 downto LENS_LOW));
+      if reset = '1' then
+        ring_line <= (others => '0');
+      end if;
     end if;
 
   end process find_word;

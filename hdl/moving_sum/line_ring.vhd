@@ -38,7 +38,8 @@ entity line_ring is
     WIDTH : positive
   );
   port (
-    clk : in    std_logic;
+    clk   : in    std_logic;
+    reset : in    std_logic;
     -- A line begins; its phase, whether it is the first of a frame, whether it belongs to the frame.
     step_1  : in    std_logic;
     phase_1 : in    natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
@@ -381,6 +382,14 @@ begin
       enter_bank_6 <= enter_bank_5;
       enter_bank_7 <= enter_bank_6;
       enter_bank_8 <= enter_bank_7;
+
+      if reset = '1' then
+        step_2      <= '0';
+        step_3      <= '0';
+        write_place <= (others => 0);
+        frame_place <= (others => 0);
+        enter_place <= (others => 0);
+      end if;
     end if;
 
   end process find_lines;

@@ -317,6 +317,7 @@ begin
       )
       port map (
         clk           => clk,
+        reset         => reset,
         step_1        => step_1,
         phase_1       => phase_1,
         first_1       => first_1,
