@@ -16,8 +16,14 @@ _TYPE = re.compile(r"^ *(?:sub)?type +(\w+) +is +(.*?);(?= *(?:--.*)?$)", re.M |
 _RECORD = re.compile(r"^ *type +(\w+) +is +record(.*?)end record", re.M | re.S)
 _VECTOR = re.compile(r"(std_logic_vector|std_ulogic_vector|unsigned|signed)\s*\((.*)\)", re.S)
 _NUMBER = re.compile(r"(natural|integer|positive)\s+range\s+(.*?)\s+to\s+(.*)", re.S)
-# An address from before the reset may lie beyond the memory, which only simulation minds.
-_ADDRESS = re.compile(r"\bmemory\(to_integer\((\w+)\)\)")
+# An address from before the reset may lie beyond a memory or a table, which only simulation minds.
+_ADDRESSES = (
+    (r"\bmemory\(to_integer\((\w+)\)\)", r"memory(to_integer(\1) mod memory'length)"),
+    (
+        r"ADDRESS_OF\(BASE_OF\(phase\) \+ place / BANKS\)",
+        "ADDRESS_OF((BASE_OF(phase) + place / BANKS) mod ADDRESS_OF'length)",
+    ),
+)
 
 
 def _types(text: str) -> dict[str, str]:
@@ -118,7 +124,8 @@ def with_start_values(
 
         if source.name not in keep:
             text = _OBJECT.sub(drawn, text)
-            text = _ADDRESS.sub(r"memory(to_integer(\1) mod memory'length)", text)
+            for old, new in _ADDRESSES:
+                text = re.sub(old, new, text)
         copies.append(folder / source.name)
         copies[-1].write_text(text)
     return copies

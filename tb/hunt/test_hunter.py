@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A short draw of the hunt; and that it notices faults."""
+
+import ast
+import os
+import random
+import re
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+from unittest import mock
+
+import pytest
+
+from hunt.simulate import entities, run_design
+from hunt.start_values import with_start_values
+from plenofir.fpga import hdl
+from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir_tb.faults import plant
+from plenofir_tb.runner import draw_seed, simulator_name
+
+HERE = Path(__file__).parent
+FAULTS = [
+    (entity, *fault)
+    for entity in entities()
+    for fault in import_module(f"hunt.{entity}_hunt").FAULTS
+]
+
+
+@pytest.fixture(autouse=True)
+def simulator():
+    with mock.patch.dict(os.environ, find_simulator(simulator_name(), brief=True).environment):
+        yield
+
+
+@pytest.mark.parametrize("entity", entities())
+def test_short_draw(entity: str) -> None:
+    seed = draw_seed()
+    number = random.Random(f"{seed} {entity}").randrange(10**6)
+    print(f"SEED={seed}")
+    result = run_design(entity, number, streams=3)
+    assert not result.fault, f"make hunt CASE={result.name}: {result.fault}"
+    assert result.streams == 3
+
+
+@pytest.mark.drawn(2)
+@pytest.mark.parametrize(("entity", "file", "old", "new"), FAULTS)
+def test_planted_fault_is_found(entity: str, file: str, old: str, new: str) -> None:
+    for number in range(40):
+        result = run_design(
+            entity,
+            number,
+            streams=4,
+            change=lambda sources, folder: plant(folder, sources, file, old, new),
+        )
+        if result.fault:
+            # It was found by what came out, and not because it does not build.
+            assert re.search(r"clock \d+|bound check|out of bounds", result.fault), result.fault
+            return
+    pytest.fail("not noticed")
+
+
+def test_the_command_names_the_case_that_failed(tmp_path: Path) -> None:
+    def hunt(*options: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, HERE / "hunt.py", *options]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
+    refused = hunt("--case", "raster-7")
+    assert refused.returncode == 2
+    assert "no hunt of raster" in refused.stdout
+    short = hunt("--minutes", "0.01", "--seed", "1", "--jobs", "1", "--entity", "focal_stack")
+    assert short.returncode == 0
+    assert re.search(r"focal_stack: 8 cases on 1 designs, 0 failed", short.stdout)
+
+
+def test_references_import_numpy_alone() -> None:
+    """Nothing of plenofir, so that nobody's misreading is on both sides."""
+    for source in (HERE / "references").glob("*.py"):
+        for node in ast.walk(ast.parse(source.read_text())):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            names += [str(node.module)] if isinstance(node, ast.ImportFrom) else []
+            for name in names:
+                assert name.split(".")[0] == "numpy" or name.startswith(
+                    ("hunt.references", "collections", "dataclasses", "math")
+                ), f"{source.name} imports {name}"
+
+
+def test_start_values_reach_nearly_all_registers(tmp_path: Path) -> None:
+    """Of all declared start values, but those of types of no known size."""
+    sources = hdl.hdl_sources()
+    copies = with_start_values(sources, tmp_path, random.Random(1))[1:]
+    declared = changed = 0
+    for source, copy in zip(sources, copies, strict=True):
+        pattern = r"^ *(?:signal|shared variable) [^;]*:=[^;]*;"
+        before = re.findall(pattern, source.read_text(), re.M)
+        after = re.findall(pattern, copy.read_text(), re.M)
+        declared += len(before)
+        changed += sum("start_values" in a or a != b for a, b in zip(before, after, strict=True))
+    assert declared > 500
+    # Single bits keep their value half of the time.
+    assert changed > 0.6 * declared
