@@ -13,12 +13,16 @@ No sum can overflow: `plenofir.refocus.fast.plan` derives its width from M, orde
 """
 
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numba
 import numpy as np
 import numpy.typing as npt
 
+from plenofir.refocus import vectors
+from plenofir.refocus.kept_code import KeptCode
 from plenofir.refocus.vectors import (
     LINE_BYTES,
     TILE_BYTES,
@@ -31,16 +35,19 @@ from plenofir.refocus.vectors import (
 PIECE_SAMPLES = 480
 """Samples of a line that are summed, divided and written in one go."""
 
+# Their functions become part of the code of others.
+_SHARED = (Path(__file__), Path(vectors.__file__))
+
 Work = TypeVar("Work", bound=Callable[..., Any])
 Integers = npt.NDArray[Any]
 
 
 def compiled(work: Work) -> Work:
     """Compile for this machine at the first call; kept on disk where that is possible."""
-    try:
-        return cast("Work", numba.njit(cache=True, nogil=True)(work))
-    except RuntimeError:  # no folder that numba could write to
-        return cast("Work", numba.njit(nogil=True)(work))
+    dispatcher: Any = numba.njit(nogil=True)(work)
+    with suppress(RuntimeError, OSError):  # no folder that could be written
+        dispatcher._cache = KeptCode(work, _SHARED)
+    return cast("Work", dispatcher)
 
 
 class Axis(NamedTuple):

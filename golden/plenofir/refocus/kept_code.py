@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compiled code on disk: a file that is damaged, cut off or stale counts as none.
+
+numba's own files hold no checksum, and know the function's own source alone: a file that is cut off
+ends every call from then on, a bit that has flipped is run, and inlined functions of other modules
+stay as they were. Here each variant is one file that begins with a hash of all that it depends on.
+"""
+
+import pickle
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from hashlib import sha256
+from inspect import getfile
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import llvmlite
+import numba
+from numba.core.caching import FunctionCache
+from numba.core.serialize import dumps
+
+_HASH_BYTES = 32
+
+
+class _Files:
+    """The variants of a function."""
+
+    def __init__(self, folder: Path, name: str, made_from: bytes) -> None:
+        self._folder, self._name, self._made_from = folder, name, made_from
+
+    def _path(self, key: bytes) -> Path:
+        return self._folder / f"{self._name}.{sha256(key).hexdigest()[:16]}.code"
+
+    def _hash(self, key: bytes, content: bytes) -> bytes:
+        whole = sha256(self._made_from)
+        whole.update(b"%d " % len(key) + key + content)
+        return whole.digest()
+
+    def load(self, key: Any) -> Any:
+        """What was saved, None if there is nothing that can be used."""
+        name = repr(key).encode()
+        try:
+            found = self._path(name).read_bytes()
+        except OSError:
+            return None
+        content = found[_HASH_BYTES:]
+        return pickle.loads(content) if found[:_HASH_BYTES] == self._hash(name, content) else None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep a variant; raises OSError, and then there is what was there before."""
+        name, content = repr(key).encode(), dumps(data)  # type: ignore[no-untyped-call]
+        path = self._path(name)
+        whole = path.with_suffix(f".{uuid4().hex}")
+        try:
+            whole.write_bytes(self._hash(name, content) + content)
+            whole.replace(path)
+        except OSError:
+            with suppress(OSError):
+                whole.unlink()
+            raise
+
+
+class KeptCode(FunctionCache):
+    """Cache of a function's compiled variants, for a dispatcher of numba.
+
+    Raises RuntimeError where there is no folder that could be written.
+    """
+
+    def __init__(self, function: Callable[..., Any], sources: Iterable[Path] = ()) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        versions = f"{numba.__version__} {llvmlite.__version__}"
+        files = [Path(getfile(function)), *sources]
+        made_from = versions.encode() + b"".join(sha256(f.read_bytes()).digest() for f in files)
+        self._cache_file: Any = _Files(Path(self.cache_path), self._impl.filename_base, made_from)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Save it, or go on without (a full disk)."""
+        with suppress(OSError):
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compiled code on disk that cannot be used is made anew, and never run."""
+
+import importlib.util
+import os
+import resource
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plenofir.refocus import kernels
+
+SOURCE = """
+from plenofir.refocus.kernels import compiled, _add
+
+@compiled
+def twice(values):
+    _add(values, values)
+"""
+
+
+@pytest.fixture
+def twice(tmp_path: Path, monkeypatch) -> Callable[[], list[int]]:
+    """Load the function anew, from disk as far as it is kept there, and call it."""
+    path = tmp_path / "of_a_test.py"
+    path.write_text(SOURCE)
+
+    def call() -> list[int]:
+        spec = importlib.util.spec_from_file_location("of_a_test", path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        values = np.arange(5, dtype=np.uint8)
+        module.twice(values)
+        call.loaded = bool(module.twice.stats.cache_hits)
+        return values.tolist()
+
+    return call
+
+
+def kept(folder: Path) -> list[Path]:
+    return [path for path in (folder / "__pycache__").iterdir() if path.suffix != ".pyc"]
+
+
+def flipped(part: int, content: bytes) -> bytes:
+    at = len(content) * part // 8
+    return content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
+
+
+DAMAGES: dict[str, Callable[[bytes], bytes]] = {
+    "empty": lambda content: b"",
+    "cut off": lambda content: content[: len(content) // 2],
+    "short": lambda content: content[:20],
+    "longer": lambda content: content + b"x",
+    "of another version": lambda content: bytes(32) + content[32:],
+    **{f"flipped at {part}/8": partial(flipped, part) for part in range(8)},
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_damaged_files(tmp_path: Path, twice, damage) -> None:
+    assert twice() == [0, 2, 4, 6, 8]
+    assert twice() == [0, 2, 4, 6, 8]
+    assert twice.loaded
+    for path in kept(tmp_path):
+        path.write_bytes(damage(path.read_bytes()))
+    assert twice() == [0, 2, 4, 6, 8]
+    assert not twice.loaded
+    assert twice() == [0, 2, 4, 6, 8]
+    assert twice.loaded
+
+
+def test_no_room_and_no_permission(tmp_path: Path, twice) -> None:
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, old[1]))
+    try:
+        assert twice() == [0, 2, 4, 6, 8]
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
+    assert not [path for path in kept(tmp_path) if path.stat().st_size]
+    assert twice() == [0, 2, 4, 6, 8]
+    # A folder, and nothing that can be read, in a file's place.
+    for path in kept(tmp_path):
+        path.unlink()
+        path.mkdir()
+    assert twice() == [0, 2, 4, 6, 8]
+    os.chmod(tmp_path / "__pycache__", 0)
+    assert twice() == [0, 2, 4, 6, 8]
+    os.chmod(tmp_path / "__pycache__", 0o700)
+
+
+def test_other_sources(tmp_path: Path, twice, monkeypatch) -> None:
+    """Code is made anew when a module changes whose functions are inlined into it."""
+    shared = tmp_path / "shared.py"
+    shared.write_text("1")
+    monkeypatch.setattr(kernels, "_SHARED", (shared,))
+    for text, loaded in (("1", False), ("1", True), ("2", False), ("2", True)):
+        shared.write_text(text)
+        assert twice() == [0, 2, 4, 6, 8]
+        assert twice.loaded == loaded
