@@ -11,6 +11,8 @@ import io
 import logging
 import zlib
 from collections.abc import Callable
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +21,10 @@ import numpy.typing as npt
 
 from plenofir.errors import InputError
 from plenofir.files import input_file, write_file
+
+# What they say of a file that they read is not printed.
+for _library in ("imagecodecs", "netpbmfile", "tifffile"):
+    logging.getLogger(_library).addHandler(logging.NullHandler())
 
 Image = npt.NDArray[np.integer]
 """Shape (rows, columns[, channels])."""
@@ -69,7 +75,6 @@ def _tiff(data: bytes) -> tuple[Any, int]:
     from imagecodecs import lzw_decode
     from tifffile import COMPRESSION, PHOTOMETRIC, TiffFile
 
-    logging.getLogger("tifffile").addHandler(logging.NullHandler())
     with TiffFile(io.BytesIO(data)) as file:
         page: Any = file.pages[0]
         if len(file.pages) > 1:
@@ -104,10 +109,9 @@ def _netpbm(data: bytes) -> tuple[Any, int]:
     return image, largest
 
 
-def _pillow(data: bytes) -> tuple[Any, int]:
-    from PIL import Image as PillowImage
-
-    with PillowImage.open(io.BytesIO(data)) as image:
+def _pillow(plugin: str, data: bytes) -> tuple[Any, int]:
+    # Not PIL.Image.open, which takes more than 179 million pixels for an attack.
+    with getattr(import_module(f"PIL.{plugin}Plugin"), f"{plugin}File")(io.BytesIO(data)) as image:
         image.load()
         if image.mode not in ("L", "RGB"):
             raise InputError(f"pixels of mode {image.mode}", where="", expected=_EXPECTED)
@@ -120,8 +124,8 @@ _READERS: tuple[tuple[bytes, Callable[[bytes], tuple[Any, int]]], ...] = (
     (b"MM\0*", _tiff),
     (b"II+\0", _tiff),
     (b"MM\0+", _tiff),
-    (b"\xff\xd8\xff", _pillow),
-    (b"BM", _pillow),
+    (b"\xff\xd8\xff", partial(_pillow, "JpegImage")),
+    (b"BM", partial(_pillow, "BmpImage")),
     *((b"P%d" % kind, _netpbm) for kind in (2, 3, 5, 6)),
 )
 

@@ -4,6 +4,9 @@
 import io
 import random
 import struct
+import subprocess
+import sys
+import warnings
 import zlib
 from pathlib import Path
 
@@ -180,6 +183,25 @@ def test_lzw_strips_of_a_wrong_length_are_refused(tmp_path: Path) -> None:
 )
 def test_refused_by_name(tmp_path: Path, data: bytes, match: str) -> None:
     refuses(tmp_path / "image", data, match)
+
+
+@pytest.mark.parametrize("case", ["bmp", "jpeg"])
+@pytest.mark.parametrize("limit", [400, 900])
+def test_pictures_of_any_size(tmp_path: Path, monkeypatch, case: str, limit: int) -> None:
+    """Pillow warns of pictures above a limit of its own, and refuses those above twice that."""
+    monkeypatch.setattr(PillowImage, "MAX_IMAGE_PIXELS", limit)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        test_formats(tmp_path, case)
+
+
+def test_what_decoders_say_is_not_printed(tmp_path: Path) -> None:
+    """A whole PNG with an odd time stamp: libpng warns of it."""
+    path = tmp_path / "image.png"
+    path.write_bytes(with_chunk(encode_png(GREY), b"tIME", bytes(7)))
+    read = f"from plenofir.images import *; read_image(Path({str(path)!r}))"
+    done = subprocess.run([sys.executable, "-c", read], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
 def test_what_is_no_file(tmp_path: Path) -> None:
