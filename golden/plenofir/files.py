@@ -43,6 +43,11 @@ def inputs_kept() -> Iterator[None]:
         _inputs.reset(before)
 
 
+def as_text(name: str | Path) -> str:
+    """A file's name for a report or a page; bytes that are no text are escaped."""
+    return os.fsencode(name).decode(errors="backslashreplace")
+
+
 def input_file(path: Path) -> Path:
     """Note a file that is about to be read: what is written later is made from it."""
     known = _inputs.get()

@@ -126,12 +126,13 @@ def explained(error: BaseException) -> tuple[int, str]:
         case ToolError():
             kind = "simulation failed: " if type(error).__name__ == "SimulationError" else ""
             return EXIT_TOOL_FAILED, f"{kind}{error}"
+        # The reader has seen enough; Rich makes an exit of it.
+        case BrokenPipeError() | SystemExit(__context__=BrokenPipeError()):
+            return 128 + signal.SIGPIPE, ""
         case SystemExit(code=int(code)):
             return code, ""
         case KeyboardInterrupt():
             return 128 + signal.SIGINT, "interrupted"
-        case BrokenPipeError():  # The reader has seen enough.
-            return 128 + signal.SIGPIPE, ""
         case MemoryError():
             what = f"not enough memory ({error})" if str(error) else "not enough memory"
             known = InputError(what, where="the machine", expected="smaller images or ranges")

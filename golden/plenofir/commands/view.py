@@ -14,7 +14,7 @@ from plenofir.commands import options
 from plenofir.commands.console import progress_bar
 from plenofir.commands.results import check_file
 from plenofir.errors import InputError
-from plenofir.files import write_file
+from plenofir.files import as_text, write_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -147,7 +147,7 @@ class _Settings:
             picture.pixels,
             m,
             full_scale=picture.full_scale,
-            title=path.name,
+            title=as_text(path.name),
             search=search,
             model=model,
             progress=show,
@@ -175,7 +175,7 @@ class _Settings:
         folder = Path(source)
         frames = folder_frames(folder, rate) if folder.is_dir() else video_frames(source)
         live = Live(frames, prepare, m, source)
-        return live_page(live, title=folder.name, search=search, model=model)
+        return live_page(live, title=as_text(folder.name), search=search, model=model)
 
     def _checked(self, m: int | None) -> "tuple[int, tuple[float, float], RayModel | None]":
         """M, the range of focus settings, the camera."""

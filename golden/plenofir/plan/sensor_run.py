@@ -12,7 +12,7 @@ import numpy as np
 from plenofir.camera.calibration import Calibration, decode, load_calibration
 from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place, resample
 from plenofir.errors import InputError
-from plenofir.files import check_folder, publish_files
+from plenofir.files import as_text, check_folder, publish_files
 from plenofir.fpga.board_sensor import BoardSensor
 from plenofir.fpga.simulate.compare import compare_frames
 from plenofir.fpga.simulate.report import REPORT, Report
@@ -246,7 +246,7 @@ def run_raw(
         )
         apart = golden.astype(np.int64) - decoded
         sensor_report = SensorReport(
-            calib=sensor.calib.name,
+            calib=as_text(sensor.calib.name),
             bayer=sensor.bayer,
             columns=golden.shape[1],
             rows=golden.shape[0],

@@ -25,7 +25,7 @@ from typing import Any, Literal, NamedTuple
 from uuid import uuid4
 
 from plenofir.errors import InputError
-from plenofir.files import cannot_write, write_flushed
+from plenofir.files import as_text, cannot_write, write_flushed
 from plenofir.images import encode_png, read_image
 from plenofir.refocus import (
     Sharpen,
@@ -197,10 +197,12 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
 def _client(scheduler: str, workers: int) -> Iterator[Any]:
     """Client of a Dask cluster: one of its own on this machine, or one that runs already."""
     try:
-        from distributed import Client, LocalCluster
-    except ImportError:
+        import cryptography  # noqa: F401  (of Security.temporary)
+        import dask
+        from distributed import Client, LocalCluster, Security
+    except ImportError as error:
         raise InputError(
-            "the package distributed is not installed",
+            f"the package {error.name} is not installed",
             where="batch",
             expected="pip install 'plenofir[batch]'",
         ) from None
@@ -209,16 +211,24 @@ def _client(scheduler: str, workers: int) -> Iterator[Any]:
         # threads, unless the first of them starts multiprocessing's tracker, which resets these.
         resource_tracker.ensure_running()
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        # Who reaches a port of these processes runs code as their user: all of them want a
+        # certificate that only this run has. HTTP servers cannot be left out: they have no pages.
+        routes: dict[str, list[str]] = {
+            f"distributed.{role}.http.routes": [] for role in ("scheduler", "worker")
+        }
         try:
-            cluster = LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,
-                # Any port that is free, for other runs on this machine.
-                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
-                silence_logs=50,
-            )
+            with dask.config.set(routes):
+                cluster = LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    security=Security.temporary(),
+                    dashboard_address=None,
+                    # Any port that is free, for other runs on this machine.
+                    scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
+                    worker_dashboard_address=None,
+                    silence_logs=50,
+                )
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         with cluster, Client(cluster) as client:
@@ -226,6 +236,12 @@ def _client(scheduler: str, workers: int) -> Iterator[Any]:
         return
     try:
         client = Client(scheduler, timeout=10)
+    except TypeError:
+        raise InputError(
+            "needs certificates",
+            where=scheduler,
+            expected="Dask's configuration distributed.comm.tls with a CA, a certificate and a key",
+        ) from None
     except (OSError, TimeoutError, ValueError):
         raise InputError(
             "no scheduler answers", where=scheduler, expected="the address of a Dask scheduler"
@@ -257,7 +273,8 @@ def _mark(source: Path, settings: Settings) -> str:
         identity = f"{status.st_size} {status.st_mtime_ns}"
     except OSError:
         identity = "missing"
-    return sha256(f"{settings.signature()} {source.absolute()} {identity}".encode()).hexdigest()
+    text = f"{settings.signature()} {source.absolute()} {identity}"
+    return sha256(os.fsencode(text)).hexdigest()
 
 
 def _made(
@@ -371,8 +388,11 @@ def run_batch(
             entry = record.entries.get(marks[number])
             return (
                 entry is not None
-                and tuple(entry.results) == names[number]
-                and all(content.is_in(out / name) for name, content in entry.results.items())
+                and [*entry.results] == [*map(as_text, names[number])]
+                and all(
+                    content.is_in(out / name)
+                    for name, content in zip(names[number], entry.results.values(), strict=True)
+                )
             )
 
         with ThreadPoolExecutor(processors()) as pool:
@@ -399,9 +419,9 @@ def run_batch(
                     contents = [content for _, content in made.results]
                     record.add(
                         Entry(
-                            source=str(sources[number]),
+                            source=as_text(sources[number]),
                             mark=marks[number],
-                            results=dict(zip(names[number], contents, strict=True)),
+                            results=dict(zip(map(as_text, names[number]), contents, strict=True)),
                         )
                     )
                     note(number, "done")

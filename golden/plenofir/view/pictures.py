@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from plenofir.errors import InputError
-from plenofir.files import input_file
+from plenofir.files import as_text, input_file
 from plenofir.images import read_image
 from plenofir.view.page import Page, Part, Wanted
 
@@ -43,7 +43,7 @@ def pictures_page(folder: Path, title: str = "") -> Page:
     InputError
         If there are less than two pictures, or one cannot be read.
     """
-    files = {path.name: path for path in sorted(folder.glob("*.png"), key=_order)}
+    files = {as_text(path.name): path for path in sorted(folder.glob("*.png"), key=_order)}
     if len(files) < 2:
         raise InputError(f"{len(files)} pictures", where=str(folder), expected=_EXPECTED)
     deep = [name for name, path in files.items() if read_image(path).dtype.itemsize > 1]
@@ -54,7 +54,7 @@ def pictures_page(folder: Path, title: str = "") -> Page:
     def part(path: Path) -> Callable[[Wanted], Part]:
         return lambda _: Part(input_file(path).read_bytes(), "image/png")
 
-    field = {"title": title or str(folder), "pictures": list(files), "notes": notes}
+    field = {"title": title or as_text(folder), "pictures": list(files), "notes": notes}
     parts = {name: part(path) for name, path in files.items()}
     return Page(
         "pictures.html",

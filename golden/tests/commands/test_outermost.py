@@ -69,10 +69,12 @@ def test_standard_output_that_is_full(arguments: tuple[str, ...]) -> None:
     assert done.stderr.count("\n") == 1
 
 
-def test_a_reader_that_has_seen_enough() -> None:
+@pytest.mark.parametrize("command", ["cameras", "--help"])
+def test_a_reader_that_has_seen_enough(command: str) -> None:
+    """Before a line, and before what Rich prints: tables and help."""
     read, write = os.pipe()
     os.close(read)
-    done = run("cameras", stdout=write)
+    done = run(command, stdout=write)
     os.close(write)
     assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, "")
 

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many frames: order, names, going on, failed frames, and what can go wrong with the folder."""
 
+import asyncio
 import errno
+import os
 import resource
 import shutil
 import sys
 from contextlib import nullcontext
 from fractions import Fraction
 from pathlib import Path
+from urllib.error import HTTPError
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -252,6 +256,46 @@ def test_a_scheduler_that_runs_already(frames, monkeypatch, capfd):
     assert np.array_equal(read_image(frames / "batch" / "frame_10_a2_5.png"), want)
 
 
+def test_nobody_else_reaches_the_processes(tmp_path):
+    """Whoever could talk to one of them would run code as its user."""
+    from distributed import Security
+    from distributed.core import connect
+
+    async def reached(address: str, **options: object) -> bool:
+        try:
+            comm = await connect(address, timeout=2, **options)
+        except (OSError, RuntimeError):
+            return False
+        comm.abort()
+        return True
+
+    with batch._client("local", 1) as client:
+        info = client.scheduler_info()
+        (worker, facts), *_ = info["workers"].items()
+        assert client.submit(os.getpid).result() != os.getpid()
+        for address in (info["address"], worker, facts["nanny"]):
+            place = address.partition("://")[2]
+            stranger = Security.temporary().get_connection_args("client")
+            assert not asyncio.run(reached(f"tcp://{place}")), address
+            assert not asyncio.run(reached(f"tls://{place}", **stranger)), address
+        ports = [info["services"]["dashboard"], *facts["services"].values()]
+        for port in ports:
+            for path in ("info/main/workers.html", "json/counts.json", "metrics"):
+                with pytest.raises(HTTPError, match="404"):
+                    urlopen(f"http://127.0.0.1:{port}/{path}", timeout=5)
+
+
+def test_names_that_are_no_text(frames, here):
+    name = os.fsdecode(b"\xff.png")
+    (frames / "in" / "frame_1.png").rename(frames / "in" / name)
+    sources, out = find_frames([str(frames / "in" / "*.png")]), frames / "out"
+    for state in ("done", "kept"):
+        assert {frame.state for frame in run_batch(sources, SETTINGS, out)} == {state}
+    check_results(sources, out)
+    (out / os.fsdecode(b"\xff_a1.png")).write_bytes(b"")
+    assert [f.state for f in run_batch(sources, SETTINGS, out)].count("done") == 1
+
+
 def test_refusals(frames):
     sources = find_frames([str(frames / "in" / "*.png")])
     linked = frames / "linked"
@@ -285,6 +329,10 @@ def test_refusals(frames):
             f"--workers: 99999999999; expected 1 to {4 * processors()}",
         ),
         (("-M", "5", "-a", "1", "--scheduler", "x"), "--scheduler: 'x'"),
+        (
+            ("-M", "5", "-a", "1", "--scheduler", "tls://127.0.0.1:9"),
+            "tls://127.0.0.1:9: needs certificates; expected Dask's",
+        ),
         (("-M", "5", "-a", "1", "--out", "in/frame_1.png"), "in/frame_1.png/batch.jsonl: cannot"),
     ],
 )

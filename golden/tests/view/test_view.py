@@ -3,6 +3,7 @@
 
 import http.client
 import json
+import os
 import re
 import socket
 import threading
@@ -123,6 +124,22 @@ def test_only_what_was_named_is_served_and_only_to_who_has_the_address() -> None
             assert asked(address, f"{where.path}views?bin={binning}").status == 400, binning
         assert asked(address, where.path, "elsewhere.example").status == 403
         assert asked(address, where.path, f"localhost:{where.port}").status == 200
+
+
+def test_names_that_are_no_text(tmp_path: Path) -> None:
+    folder = tmp_path / os.fsdecode(b"\xfe")
+    folder.mkdir()
+    for name in (b"\xff.png", b"b.png"):
+        write_png(folder / os.fsdecode(name), RAW)
+    page = pictures_page(folder)
+    assert r"\xff.png" in page.field["pictures"]
+    with served(page) as address:
+        part = asked(address, f"{urlsplit(address).path}%5Cxff.png")
+        assert part.body == encode_png(RAW)  # type: ignore[attr-defined]
+    for shown in (folder, folder / os.fsdecode(b"\xff.png")):
+        options = () if shown == folder else ("-M", "5")
+        done = plenofir("view", str(shown), *options, "--export", str(tmp_path / "x.html"))
+        assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_what_cannot_be_viewed_is_refused_in_one_line(tmp_path: Path) -> None:

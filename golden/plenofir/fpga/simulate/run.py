@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir import project
 from plenofir.errors import InputError
-from plenofir.files import check_folder, publish_files
+from plenofir.files import as_text, check_folder, publish_files
 from plenofir.fpga.boards import BOARDS, BoardName
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
@@ -342,7 +342,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
             for name, picture in zip(names, three, strict=False):
                 write_png(results / name, picture)
         report = Report(
-            raw=what.raw.name,
+            raw=as_text(what.raw.name),
             chain=what.chain,
             board=what.board if what.chain == "hdmi" else None,
             M=m,
