@@ -8,6 +8,7 @@ a file that the command has read (`inputs_kept`, `input_file`).
 
 import contextlib
 import errno
+import json
 import os
 import shutil
 import tempfile
@@ -210,6 +211,44 @@ def publish(files: Mapping[str, bytes | str], out: Path) -> None:
     with Results(out) as results:
         for name, content in files.items():
             results.write(name, content)
+
+
+def _of_earlier_run(report: Path) -> set[str]:
+    """Names of the files that a report lists, of those in its folder."""
+    try:
+        names = json.loads(report.read_bytes())["files"]
+        if isinstance(names, list):
+            return {name for name in names if name == Path(name).name} - {"", ".", ".."}
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        pass
+    return set()
+
+
+def publish_run(folder: Path, out: Path, report: str) -> None:
+    """Copy the files of a run into another folder, in the place of all of an earlier run.
+
+    Parameters
+    ----------
+    folder
+        The files, the report among them, a JSON object. It gets a list of them all, ``files``.
+    out
+        Folder; what the report there lists and this run has not goes. Other files stay, and so do
+        those that the command has read.
+    report
+        Name of the report.
+
+    Raises
+    ------
+    InputError
+        If they cannot be written, or an old one cannot be removed.
+    """
+    names = sorted(file.name for file in folder.iterdir() if file.is_file())
+    content = json.loads((folder / report).read_bytes()) | {"files": names}
+    (folder / report).write_text(json.dumps(content, indent=2) + "\n")
+    old = {out / name for name in _of_earlier_run(out / report).difference(names)}
+    read = {path.resolve() for path in _inputs.get() or ()}
+    remove_results(path for path in old if path.is_file() and path.resolve() not in read)
+    publish_files(folder, out)
 
 
 def publish_files(folder: Path, out: Path) -> None:

@@ -2,6 +2,7 @@
 """Results appear whole or not at all, whatever fails."""
 
 import errno
+import json
 import os
 import resource
 import signal
@@ -15,7 +16,14 @@ from pathlib import Path
 import pytest
 
 from plenofir.errors import InputError
-from plenofir.files import Results, check_folder, publish, publish_files, write_file
+from plenofir.files import (
+    Results,
+    check_folder,
+    publish,
+    publish_files,
+    publish_run,
+    write_file,
+)
 
 pytestmark = pytest.mark.quick
 
@@ -121,3 +129,24 @@ def test_killed_at_any_moment_a_file_is_old_or_new(tmp_path: Path) -> None:
         run.wait()
         content = path.read_bytes()
         assert content == content[:1] * 300000
+
+
+def test_a_run_takes_the_place_of_an_earlier_one(tmp_path: Path) -> None:
+    """What its report lists goes; names that lie elsewhere, folders and other files stay."""
+    work, out = tmp_path / "work", tmp_path / "out"
+    for folder in (work, out, out / "folder"):
+        folder.mkdir()
+    elsewhere = tmp_path / "elsewhere"
+    for path in (elsewhere, out / "old", out / "own", out / "same", work / "new", work / "same"):
+        path.write_text(path.parent.name)
+    names = ["old", "same", "folder", "report", "gone", "", ".", "..", "../elsewhere", 5]
+    for listed in (names[:-1], names, "old", None):
+        (out / "old").write_text("")
+        (out / "report").write_text(json.dumps({"files": listed}))
+        (work / "report").write_text("{}")
+        publish_run(work, out, "report")
+        assert (out / "old").exists() == (listed != names[:-1])
+        assert elsewhere.exists()
+        assert (out / "own").read_text() == "out"
+        assert (out / "same").read_text() == "work"
+        assert json.loads((out / "report").read_text()) == {"files": ["new", "report", "same"]}

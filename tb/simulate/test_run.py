@@ -55,6 +55,30 @@ def test_file_bench_equals_golden_model(tmp_path: Path, arithmetic, stall_percen
         assert result.latency_clocks == core.latency_clocks(47)
 
 
+def test_a_second_run_leaves_nothing_of_the_first(tmp_path: Path) -> None:
+    raw = random_image((20, 25))
+    write_png(tmp_path / "raw.png", raw)
+    out = tmp_path / "out"
+
+    def files(*arguments: str) -> set[str]:
+        done = plenofir("-M", "5", "--out", str(out), *arguments)
+        assert done.returncode == 0, done.stderr
+        found = {file.name for file in out.iterdir()}
+        assert found == {*json.loads((out / "report.json").read_text())["files"], "own.png"}
+        return found
+
+    out.mkdir()
+    write_png(out / "own.png", raw)
+    assert len(files("--raw", str(tmp_path / "raw.png"), "-a", "0 1")) == 8
+    # Of the first run itself: it is not taken away from under the second.
+    kept = out / "golden_1.png"
+    done = plenofir("-M", "5", "-a", "0", "--out", str(out), "--raw", str(kept))
+    assert done.returncode == 0, done.stderr
+    kept.unlink()
+    left = ["diff.png", "golden.png", "own.png", "refocused.png", "report.json"]
+    assert sorted(file.name for file in out.iterdir()) == left
+
+
 @pytest.mark.parametrize(
     ("shape", "dtype", "m", "a"),
     [

@@ -12,7 +12,7 @@ import numpy as np
 from plenofir.camera.calibration import Calibration, decode, load_calibration
 from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place, resample
 from plenofir.errors import InputError
-from plenofir.files import as_text, check_folder, publish_files
+from plenofir.files import as_text, check_folder, publish_run
 from plenofir.fpga.board_sensor import BoardSensor
 from plenofir.fpga.simulate.compare import compare_frames
 from plenofir.fpga.simulate.report import REPORT, Report
@@ -265,10 +265,10 @@ def run_raw(
             decode_rms=float(np.sqrt(np.mean(apart**2.0))),
         )
         content = json.loads((results / REPORT).read_text())
-        content["raw"] = sensor.raw.name
+        content["raw"] = as_text(sensor.raw.name)
         content["sensor"] = vars(sensor_report)
         (results / REPORT).write_text(json.dumps(content, indent=2) + "\n")
-        publish_files(results, out)
+        publish_run(results, out, REPORT)
     return report, sensor_report
 
 

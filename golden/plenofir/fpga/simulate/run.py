@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir import project
 from plenofir.errors import InputError
-from plenofir.files import as_text, check_folder, publish_files
+from plenofir.files import as_text, check_folder, publish_run
 from plenofir.fpga.boards import BOARDS, BoardName
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
@@ -383,7 +383,7 @@ def run(what: Run, progress: Progress | None = None) -> Report:
             shown = chain.WAVE_SIGNALS if hdmi else wave_signals(core.engine)
             write_save_file(results / "refocused.gtkw", results / "refocused.fst", shown)
             (results / "refocused.opt").unlink(missing_ok=True)
-        publish_files(results, what.out)
+        publish_run(results, what.out, REPORT)
     return report
 
 
