@@ -25,6 +25,8 @@ from plenofir.refocus.vectors import LINE_BYTES
 _BLOCK_BYTES = 6600
 # Lines of sums in a block; the first of them costs M line additions, the others two.
 _BLOCK_LINES = 64
+# A thread's sums need this many bytes at most, or this part of the frame, whichever is more.
+_LEAST_MEMORY, _SHARE_OF_FRAME = 12 << 20, 64
 # Below this many samples a second thread is not worth its start.
 _SAMPLES_FOR_A_THREAD = 1 << 19
 
@@ -102,8 +104,9 @@ def plan(
     return work, np.empty(0, chosen.kind)
 
 
-def _blocks(work: Plan, sample_bytes: int, frame_bytes: int, threads: int) -> npt.NDArray[np.int64]:
+def _blocks(work: Plan, sample_bytes: int, most: int, threads: int) -> npt.NDArray[np.int64]:
     """Divide the output into blocks, shape (blocks, 4); see `refocus_blocks`."""
+    # `most`: bytes of sums in a block.
     m, rows, columns = work.micro_image_size, work.rows, work.columns
     together = LINE_BYTES // sample_bytes
     # Input pixels on both sides of a block's columns that it takes, too.
@@ -114,9 +117,11 @@ def _blocks(work: Plan, sample_bytes: int, frame_bytes: int, threads: int) -> np
     parts = max(1, round(columns.outputs * stride / pixels))
     width = -(-columns.outputs // parts)
     lines = max(_BLOCK_LINES, 4 * m)
-    # All threads together need less memory than half a frame.
-    taken = min(columns.length, width * stride + beside) * work.channels * sample_bytes * threads
-    lines = max(together, min(lines, frame_bytes // 2 // max(taken, 1)))
+    taken = min(columns.length, width * stride + beside) * work.channels * sample_bytes
+    if work.order > 0:
+        # Lines above and below, and both before and after interpolation.
+        most, taken = most - 2 * work.order * (m - 1) * taken, 2 * taken
+    lines = max(together, min(lines, most // max(taken, 1)))
     # With one value a micro image, no line of sums builds on the one above.
     if work.common == m:
         lines = together
@@ -269,7 +274,8 @@ def fast_refocus(
     count = processors() if threads is None else threads
     samples = image.size * (work.step // work.rows.scale) ** 2
     count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))
-    blocks = _blocks(work, like.itemsize, raw.nbytes, count)
+    most = max(_LEAST_MEMORY, raw.nbytes // _SHARE_OF_FRAME)
+    blocks = _blocks(work, like.itemsize, most, count)
     _share_out(lambda chunk: refocus_blocks(x, flat, work, chunk, like), blocks, count)
     if wide:
         image[...] = flat.reshape(shape)

@@ -117,6 +117,19 @@ def _first_pixels(plan: Plan) -> Integers:
 
 
 @compiled
+def _terms(plan: Plan, p: int, low: int, high: int) -> tuple[int, int]:
+    """First and last + 1 term u of S[p] whose pixel may be one of `low` to `high`."""
+    m, shift = plan.micro_image_size, plan.shift
+    # It is less than m away from p - u a'.
+    below, above = p - high - m, p - low + m
+    if shift > 0:
+        return max(0, below // shift), min(m, above // shift + 1)
+    if shift < 0:
+        return max(0, -above // -shift), min(m, -below // -shift + 1)
+    return 0, m
+
+
+@compiled
 def _column_sums(
     x: Integers, sums: Integers, plan: Plan, first: Integers, t: int, low: int, high: int
 ) -> None:
@@ -135,7 +148,8 @@ def _column_sums(
         u = first[p % m]
         if number == 0 or (common == m and u >= 0):
             line[:] = 0
-            for v in range(m):
+            v0, v1 = _terms(plan, p, 0, rows)
+            for v in range(v0, v1):
                 row = m * ((p - v * shift) // m) + v
                 if 0 <= row < rows:
                     _add(line, x[row, low:high])
@@ -187,66 +201,76 @@ def _transpose(source: Integers, lines: int, width: int, target: Integers) -> No
 
 
 @compiled
+def _moves(plan: Plan, first: Integers, pixel: int) -> Integers:
+    """How far from a pixel's own place that is which enters at each phase, and the next of them."""
+    return -first * (plan.shift - 1) * pixel
+
+
+@compiled
 def _row_sums(
     words: Integers,
     sums: Integers,
     plan: Plan,
-    first: Integers,
+    moves: Integers,
     start: int,
     origin: int,
+    whole: bool,
+    goes_on: bool,
 ) -> None:
     """Sums along several lines at once, outputs `start`, `start` + 1, ..."""
     # `words`: column sums of the pixels from `origin` on, 0 where there is no pixel; flat, shape
-    # (pixels, channels, lines), as are the results in `sums`.
+    # (pixels, channels, lines), as are the results in `sums`, behind the sum before
+    # them, from which it `goes_on`. Words are the `whole` reach of the outputs, or else the pixels
+    # that there are and M on both sides.
     m, shift, common, channels = plan.micro_image_size, plan.shift, plan.common, plan.channels
     lines = LINE_BYTES // words.itemsize
     # Elements of a pixel.
     pixel = channels * lines
-    outputs = sums.size // pixel
+    outputs = sums.size // pixel - 1
     base, scale, step_pixels = plan.columns.base + start, plan.columns.scale, plan.step
-    t = base // scale
+    t = (base - 1 if goes_on else base) // scale
     p = step_pixels * t
-    sums[:pixel] = 0
-    for u in range(m):
-        k = m * ((p - u * shift) // m) + u - origin
-        _add(sums[:pixel], words[k * pixel : (k + 1) * pixel])
-    # Output 0 may be amidst a run of equal ones.
+    if not goes_on:
+        sums[:pixel] = 0
+        pixels = words.size // pixel
+        u0, u1 = _terms(plan, p, origin, origin + pixels)
+        for u in range(u0, u1):
+            k = m * ((p - u * shift) // m) + u - origin
+            if 0 <= k < pixels:
+                _add(sums[:pixel], words[k * pixel : (k + 1) * pixel])
+    # Output 0 may be amidst a run of equal ones, or behind its end.
     left = min(scale * (t + 1) - base, outputs)
-    for k in range(1, left):
+    for k in range(1, left + 1):
         _copy(sums[k * pixel : (k + 1) * pixel], sums[:pixel])
-    # How far from a pixel's own place that is which enters at each phase, and the next of them.
-    moves = np.empty(m, np.int64)
-    for phase in range(m):
-        moves[phase] = -first[phase] * (shift - 1) * pixel
     across = m // common * (shift - 1) * pixel
     behind = m * pixel
     done = left
     phase = (p + step_pixels) % m
     place = (p + step_pixels - origin) * pixel
-    while common == 1 and done < outputs:
+    while whole and common == 1 and done < outputs:
         run = min(m - phase, outputs - done)
-        target = done * pixel
+        target = (done + 1) * pixel
         for c in range(0, pixel, lines):
             running_sum(sums, target + c, pixel, words, place + c, moves, phase, run, pixel, behind)
         place += run * pixel
         done += run
         phase = 0
     while done < outputs:
-        target = done * pixel
-        if first[phase] >= 0:
-            for c in range(0, pixel, lines):
-                back = pixel
-                for n in range(common):
-                    enters = place + c - n * across
+        target = (done + 1) * pixel
+        back = pixel
+        for n in range(common if phase % common == 0 else 0):
+            enters = place - n * across
+            if whole or behind <= enters + moves[phase] < words.size:
+                for c in range(0, pixel, lines):
                     running_sum(
-                        sums, target + c, back, words, enters, moves, phase, 1, pixel, behind
+                        sums, target + c, back, words, enters + c, moves, phase, 1, pixel, behind
                     )
-                    back = 0
-        else:
+                back = 0
+        if back > 0:
             _copy(sums[target : target + pixel], sums[target - pixel : target])
         until = min(done + scale, outputs)
         for k in range(done + 1, until):
-            _copy(sums[k * pixel : (k + 1) * pixel], sums[target : target + pixel])
+            _copy(sums[(k + 1) * pixel : (k + 2) * pixel], sums[target : target + pixel])
         done = until
         place += step_pixels * pixel
         phase += step_pixels
@@ -321,6 +345,8 @@ class Extent(NamedTuple):
     # those of them that the image has
     low: int
     high: int
+    # whether they are all, or those of the image and M on both sides: most of them lie outside
+    whole: bool
     # number of the first line of sums, and how many there are, up to a whole number of vectors
     first_line: int
     lines: int
@@ -341,12 +367,15 @@ def _extent(plan: Plan, block: Integers, vector_lines: int) -> Extent:
     end = plan.step * ((right - 1 + columns.base) // columns.scale) + 1 + max(0, reach)
     low = min(columns.length, max(0, origin))
     high = max(low, min(columns.length, end))
+    whole = end - origin <= 2 * (high - low + 2 * m)
+    if not whole:
+        origin, end = low - m, high + m
     first_line = (top + rows.base) // rows.scale
     count = (bottom - 1 + rows.base) // rows.scale + 1 - first_line
     # Whole vectors, from the first line that is wanted on.
     skipped = block[0] - top
     lines = skipped + -(-(count - skipped) // vector_lines) * vector_lines
-    return Extent(top, bottom, left, right, origin, end, low, high, first_line, lines)
+    return Extent(top, bottom, left, right, origin, end, low, high, whole, first_line, lines)
 
 
 @compiled
@@ -361,6 +390,7 @@ def refocus_blocks(
     lines = LINE_BYTES // like.itemsize
     pixel = channels * lines
     first = _first_pixels(plan)
+    moves = _moves(plan, first, pixel)
     # Memory for the largest block.
     most_sums, most_words, most_totals = 0, 0, 0
     for block in range(blocks.shape[0]):
@@ -374,7 +404,7 @@ def refocus_blocks(
     all_sums = np.empty(most_sums, like.dtype)
     all_others = np.empty(most_sums if order > 0 else 0, like.dtype)
     all_words = np.empty(most_words, like.dtype)
-    all_totals = np.empty(most_totals, like.dtype)
+    all_totals = np.empty(pixel + most_totals, like.dtype)
     other_totals = np.empty(most_totals if order > 0 else 0, like.dtype)
     values = np.empty(most_totals, out.dtype)
     picture = np.empty(most_totals, out.dtype)
@@ -403,14 +433,16 @@ def refocus_blocks(
         words[(high - origin) * pixel :] = 0
         there = words[(low - origin) * pixel : (high - origin) * pixel]
         piece = right - left if order > 0 else min(right - left, PIECE_SAMPLES // channels)
-        totals, others = all_totals[: piece * pixel], other_totals
-        if order > 0:
-            others = other_totals[: piece * pixel]
         for number in range(begin, stop, lines):
             _transpose(sums[number : number + lines].reshape(-1), lines, width, there)
             for start in range(left, right, piece):
                 outputs = min(piece, right - start)
-                _row_sums(words, totals[: outputs * pixel], plan, first, start, origin)
+                goes_on = start > left
+                if goes_on:
+                    _copy(all_totals[:pixel], all_totals[piece * pixel : (piece + 1) * pixel])
+                totals = all_totals[: (outputs + 1) * pixel]
+                _row_sums(words, totals, plan, moves, start, origin, extent.whole, goes_on)
+                totals, others = totals[pixel:], other_totals[: outputs * pixel]
                 for _ in range(order):
                     _box_rows(totals, others, pixel, m, plan.box_offset)
                     totals, others = others, totals

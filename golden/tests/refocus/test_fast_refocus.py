@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fast refocuser against the reference, to the bit."""
 
+import subprocess
+import sys
 from fractions import Fraction
 
 import numpy as np
@@ -133,3 +135,41 @@ def test_bad_options(options, message):
         refocus(raw, 5, **{"a": 1, **options})
     with pytest.raises(InputError, match=r"^out: overlaps"):
         refocus(raw, 5, 1, out=raw)
+
+
+@given(st.integers(2, 41), st.integers(-300, 300), st.integers(0, 1), aligns, st.integers(1, 3))
+def test_most_of_what_is_reached_lies_outside(m, shift, order, align, threads):
+    raw = random_image((m + 33, m + 58), np.uint8)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", 99)
+        patch.setattr(fast, "_LEAST_MEMORY", 1 << 12)
+        a = Fraction(shift, m)
+        image = refocus(raw, m, a, align=align, interpolation=order, threads=threads)
+    want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)
+    assert np.array_equal(image, want)
+
+
+@pytest.mark.parametrize(("m", "shift"), [(1601, 4804), (1601, 1), (1600, 1700)])
+def test_memory_does_not_grow_with_the_reach(m, shift):
+    """Peak of the process's memory, in a process of its own."""
+    code = f"""
+import numpy as np
+from fractions import Fraction
+from pathlib import Path
+from plenofir.refocus import refocus
+
+def mega_bytes(name):
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return int(next(line for line in lines if line.startswith(name)).split()[1]) / 1024
+
+raw = np.random.default_rng(0).integers(0, 65536, (2500, 2500), np.uint16)
+out = np.empty_like(raw)
+small = np.zeros((1700, 1700), np.uint16)
+refocus(small, {m}, 0, threads=1)
+Path("/proc/self/clear_refs").write_text("5")
+before = mega_bytes("VmRSS") + out.nbytes / 2**20
+refocus(raw, {m}, Fraction({shift}, {m}), out=out, threads=1)
+print(mega_bytes("VmHWM") - before)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert float(done.stdout) < 17
