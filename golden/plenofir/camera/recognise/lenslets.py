@@ -20,7 +20,7 @@ from plenofir.camera.recognise.match import Match, match_capture
 from plenofir.errors import InputError
 
 _CANDIDATES = 4
-_LEAST_AGREEMENT, _SURE = 0.7, 0.9
+_LEAST_AGREEMENT, SURE = 0.7, 0.9
 _SMALLEST_PITCH = 2.8
 _FEWEST_LENSES = 5
 # Parts of the picture that the pitch of repetition is compared between, and what is the same.
@@ -98,7 +98,7 @@ def find_lenslets(grey: Image32, guesses: list[Lattice] | None = None) -> Lensle
         match = match_capture(grey, start)
         if match.seen and max(match.agreement, match.smoothness) >= _LEAST_AGREEMENT:
             found.append(Lenslets(match, lattice.score))
-            if match.agreement > _SURE:
+            if match.agreement > SURE:
                 break
     return max(found, key=lambda one: one.evidence * one.match.strength, default=None)
 
@@ -109,8 +109,8 @@ class Repetition:
 
     Attributes
     ----------
-    smallest, largest
-        Pitch in pixels: side of a square as large as the lattice's cell.
+    smallest, middle, largest
+        Pitch in pixels: side of a square as large as the lattice's cell; the middle is the median.
     parts
         Parts of the picture that repeat, of 5.
     score
@@ -118,6 +118,7 @@ class Repetition:
     """
 
     smallest: float
+    middle: float
     largest: float
     parts: int
     score: float
@@ -134,6 +135,14 @@ class Repetition:
         Content repeats at the pitch less its parallax between lenses, which changes with depth.
         """
         return (self.largest - self.smallest) / self.largest < _SAME_PITCH
+
+    def of_lenses(self, grid: Grid) -> bool:
+        """Whether it is that of a grid: parts differ as what is in them disturbs them, both ways.
+
+        What lenses see with parallax repeats at other pitches than theirs all over.
+        """
+        side = float(np.sqrt(abs(np.linalg.det(np.array(grid.vectors)))))
+        return abs(self.middle / side - 1) < _SAME_PITCH
 
 
 def repetition(grey: Image32) -> Repetition | None:
@@ -167,7 +176,7 @@ def repetition(grey: Image32) -> Repetition | None:
     middle = float(np.median(pitches))
     near = [pitch for pitch in pitches if 0.75 * middle < pitch < 1.33 * middle]
     score = float(np.median([score for _, score in found]))
-    return Repetition(min(near), max(near), len(near), score)
+    return Repetition(min(near), float(np.median(near)), max(near), len(near), score)
 
 
 def unevenness_of_neighbours(grey: Image32, grid: Grid) -> float:

@@ -11,6 +11,7 @@ from plenofir.camera.calibration.frames import grey as grey_levels
 from plenofir.camera.calibration.inspection import WhiteInspection, inspect_white
 from plenofir.camera.calibration.lattice import Lattice, lattices
 from plenofir.camera.recognise.lenslets import (
+    SURE,
     Lenslets,
     find_lenslets,
     repetition,
@@ -123,7 +124,8 @@ def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> 
             return white
     seen = repetition(levels)
     if found is not None and found.match.strength > _LEAST_STRENGTH:
-        if seen is None or seen.even or not seen.all_over:
+        known = found.match.agreement > SURE and seen is not None and seen.of_lenses(found.grid)
+        if seen is None or seen.even or not seen.all_over or known:
             return _capture(found, size, name)
         return _focused(seen.smallest, seen.largest, found.match.agreement, size, name)
     if seen is not None and seen.all_over and not seen.even:
@@ -216,7 +218,8 @@ def _capture(found: Lenslets, size: tuple[str, str], name: str) -> Recognition:
         f"rotated by {found.rotation_degrees:.2f} degrees, all over the picture (agreement "
         f"{found.evidence:.2f}, contrast {100 * found.match.strength:.0f} %)"
     )
-    m = max(3, int((found.pitch - 1) // 2 * 2 + 1))
+    # Pixels half way to the next lens have light of both.
+    m = max(3, int((found.pitch - 2) // 2 * 2 + 1))
     advice = (
         "plenofir calibrate WHITE_IMAGE --out calib.json",
         f"plenofir decode {name} --calib calib.json -M {m} --out aligned.png",
