@@ -151,9 +151,13 @@ def print_plan(plan: "Plan") -> None:
         video = {name: amount for name, amount in plan.video_needs.items() if amount}
         print_line("video", f"takes {_amounts(video)} of it")
     print_line("full build", plan.full_build)
+    above = {name: n - plan.full[name] for name, n in plan.needs.items() if n > plan.full[name]}
+    if above:
+        print_line("", f"takes {_amounts(above)} less than this scene")
     for part_left_out in plan.left_out:
-        saves = _amounts(part_left_out.saves)
-        print_line("left out", f"{part_left_out.what}{f': saves {saves}' if saves else ''}")
+        saves, costs = _amounts(part_left_out.saves), _amounts(part_left_out.costs)
+        told = [f"saves {saves}"] * bool(saves) + [f"costs {costs}"] * bool(costs)
+        print_line("left out", ": ".join([part_left_out.what, "; ".join(told)][: 1 + bool(told)]))
 
 
 @app.command()

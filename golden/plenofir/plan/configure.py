@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Project files of a scene: constants, a top level with nothing else in it, and lists for tools."""
+"""Project files of a scene: constants, a top level with its core, and lists for tools."""
 
 import os
 from collections.abc import Sequence

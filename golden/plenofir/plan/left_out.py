@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a full build has and a scene does not need."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from pydantic import BaseModel, ConfigDict
 
@@ -33,12 +33,22 @@ class LeftOut(BaseModel):
         What it is.
     saves
         Resources that it would take on top of the plan: the device's name to the amount.
+    costs
+        Resources that the plan takes more for doing without it, likewise.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     what: str
     saves: dict[str, int]
+    costs: dict[str, int]
+
+
+def _left_out(what: str, more: Mapping[str, int], less: Mapping[str, int]) -> LeftOut:
+    """Something left out, of which there would be `more`."""
+    saves = {name: n - less[name] for name, n in more.items() if n > less[name]}
+    costs = {name: less[name] - n for name, n in more.items() if n < less[name]}
+    return LeftOut(what=what, saves=saves, costs=costs)
 
 
 def automatic_sharpening(core: CoreConfiguration, shifts: tuple[int, ...]) -> tuple[int, ...]:
@@ -110,9 +120,7 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
 
 def _more(what: str, more: Usage, less: Usage, device: Device) -> LeftOut:
     """Something left out: what it would take more."""
-    with_it, without = device.amounts(more), device.amounts(less)
-    saves = {name: n - without[name] for name, n in with_it.items() if n > without[name]}
-    return LeftOut(what=what, saves=saves)
+    return _left_out(what, device.amounts(more), device.amounts(less))
 
 
 def _screen_left_out(core: CoreConfiguration, shown: Screen, device: Device) -> Iterator[LeftOut]:
@@ -151,13 +159,12 @@ def left_out(
     needs = device.amounts(estimate(core, device.family))
     found = []
     for what, other in _differences(core):
-        amounts = device.amounts(estimate(other, device.family))
-        saves = {name: amounts[name] - needs[name] for name in needs if amounts[name] > needs[name]}
-        found.append(LeftOut(what=what, saves=saves))
+        found.append(_left_out(what, device.amounts(estimate(other, device.family)), needs))
     if path == "core" and device.family == "spartan6":
         # The board, a Spartan-6, has a core of three channels.
         saves = {name: n for name, n in VIDEO_USAGES[device.family].amounts().items() if n}
-        found.append(LeftOut(what="video timing, TMDS ends, the board's control", saves=saves))
+        what = "video timing, TMDS ends, the board's control"
+        found.append(LeftOut(what=what, saves=saves, costs={}))
     return (*found, *on_screen)
 
 
@@ -189,5 +196,4 @@ def sensor_left_out(chip: SensorChip | None, device: Device) -> Iterator[LeftOut
     known = device.amounts(needs)
     for what, core, mosaic in _sensor_differences(chip):
         amounts = device.amounts(sensor_usage(core, mosaic=mosaic, family=device.family))
-        saves = {name: amounts[name] - known[name] for name in known if amounts[name] > known[name]}
-        yield LeftOut(what=what, saves=saves)
+        yield _left_out(what, amounts, known)

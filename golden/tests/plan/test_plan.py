@@ -12,6 +12,7 @@ from written_scenes import BASE, scene, write
 
 from plenofir.camera.rays import Cover, Slice, covering_slices
 from plenofir.camera.rays.camera import CAMERAS
+from plenofir.commands.plan import print_plan
 from plenofir.errors import InputError
 from plenofir.files import publish_files
 from plenofir.fpga import hdl
@@ -418,3 +419,19 @@ def test_cover_needs_its_greedy_choice() -> None:
     cover = covering_slices(model, 500.0, float("inf"))
     again = without_idle_slices(cover, 500.0, float("inf"))
     assert again.slices == cover.slices
+
+
+def test_what_leaving_out_costs_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """Few slices need a switch between them; the whole grid does not."""
+    plan = make_plan(load_scene("rgb-480p"))
+    for part in plan.left_out:
+        assert not set(part.saves) & set(part.costs)
+    more = {name: n - plan.full[name] for name, n in plan.needs.items() if n > plan.full[name]}
+    slices = plan.left_out[0]
+    assert "slices" in slices.what
+    assert more == {name: slices.costs[name] for name in more} != {}
+    print_plan(plan)
+    text = ", ".join(f"{n} {name}" for name, n in more.items())
+    printed = capsys.readouterr().out
+    assert f"takes {text} less than this scene" in printed
+    assert f"; costs {text}" in printed
