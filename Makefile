@@ -9,7 +9,7 @@ PLENOFIR := .venv/bin/plenofir --make
 PYTHON := .venv/bin/python
 PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help check dist site sim synth pnr mutants figures compare test test-full hunt golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
+.PHONY: help check dist site sim synth pnr mutants coverage figures compare test test-full hunt golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -29,6 +29,9 @@ pnr: venv ## Place and route for ECP5 with nextpnr: SCENE=; clock, resources, a 
 mutants: venv libpython ## Change the VHDL in 120 ways; fails if a change that nothing notices is not explained
 	@scripts/setup.sh ghdl
 	@$(PYTHON) scripts/mutate.py
+
+coverage: venv test-tools libpython ## Statements and branches of the VHDL, lines of the package that the tests reach: FULL=1 (the long ones too) JOBS=
+	@JOBS=$(JOBS) $(PYTHON) scripts/measure_coverage.py $(if $(FULL),--full)
 
 figures: venv ## Write what `make test` wants of the synthesis anew (20 minutes; what was synthesised before is in build/yosys): JOBS=
 	@scripts/setup.sh ghdl

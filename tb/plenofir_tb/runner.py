@@ -29,6 +29,7 @@ from plenofir.fpga.simulate.chain import chain_sources
 from plenofir.fpga.simulate.simulators import (
     GHDL_RUN_OPTIONS,
     Simulator,
+    coverage_options,
     find_simulator,
 )
 from plenofir_tb.case import CASES_VARIABLE
@@ -142,6 +143,7 @@ def _simulate(
                 hdl_toplevel_lang="vhdl",
                 build_dir=work,
                 test_dir=work,
+                elab_args=coverage_options(simulator.name),
                 test_args=options_of_run,
                 plusargs=options,
                 seed=seed,

@@ -45,6 +45,7 @@ def raw(*shape: int) -> np.ndarray:
     return np.random.default_rng(8).integers(0, 256, shape, np.uint8)
 
 
+@pytest.mark.quick
 @pytest.mark.parametrize("standard", STANDARDS)
 @pytest.mark.parametrize("board", BOARD_NAMES)
 def test_all_sources_are_both(

@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import subprocess
+import uuid
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -166,7 +167,8 @@ class Simulator:
                 options = [f"--wave={waves}", f"--format={waves.suffix[1:]}"]
                 options += [f"--include=:{name}" for name in names]
             standard = self.global_options(board=board)
-            return ["nvc", *standard, "-e", *overrides, top, "-r", *options]
+            covered = coverage_options(self.name)
+            return ["nvc", *standard, "-e", *covered, *overrides, top, "-r", *options]
         options = [*(_GHDL_BOARD_OPTIONS if board else GHDL_RUN_OPTIONS)]
         if waves is not None:
             options.append(f"--{_GHDL_WAVE_OPTIONS[waves.suffix]}={waves}")
@@ -224,6 +226,25 @@ class Simulator:
                 f"{' '.join(command[:2])} failed with status {process.returncode}:\n"
                 + "\n".join(tail)
             )
+
+
+def coverage_options(simulator: SimulatorName) -> list[str]:
+    """Options of an elaboration that counts the statements and branches of its run.
+
+    Parameters
+    ----------
+    simulator
+        Which one; NVC counts, into a database of its own in the folder ``NVC_COVERAGE``.
+
+    Returns
+    -------
+    list of str
+        None without such a variable.
+    """
+    folder = os.environ.get("NVC_COVERAGE")
+    if simulator != "nvc" or not folder:
+        return []
+    return ["--cover=statement,branch", f"--cover-file={Path(folder) / uuid.uuid4().hex}.ncdb"]
 
 
 def generic_text(value: int | bool | str) -> str:
