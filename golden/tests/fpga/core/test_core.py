@@ -10,6 +10,7 @@ from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core import configuration as core
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP
 from plenofir.fpga.core.fir import FirEngine
 from plenofir.refocus import MAX_INTERPOLATION_ORDER, StoredProductArithmetic
@@ -64,6 +65,24 @@ def test_wide_stored_products_are_refused():
     )
     with pytest.raises(InputError, match=r"2\^18 words"):
         configuration.check_limits()
+
+
+def test_stored_products_that_are_all_zero_are_refused():
+    stored = StoredProductArithmetic(fraction_bits=1, guard_bits=0)
+    configuration = CoreConfiguration(
+        micro_image_size=5, shifts=(1,), max_columns=64, pixel_bits=1, arithmetic=stored
+    )
+    with pytest.raises(InputError, match="all 0"):
+        configuration.check_limits()
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"), [({"channels": 2}, "luma"), ({"max_columns": 8192}, "Mbit")]
+)
+def test_limits_of_the_depth_index_are_named(fields, message):
+    index = {"micro_image_size": 99, "slices": 256, "max_columns": 64, **fields}
+    with pytest.raises(InputError, match=message):
+        DepthIndexConfiguration(**index).check_limits()
 
 
 def test_vhdl_declares_the_same_limits():
