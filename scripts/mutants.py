@@ -169,6 +169,12 @@ def chosen(every: Sequence[Mutant], seed: int, count: int) -> list[Mutant]:
     return sorted(every, key=order)[:count]
 
 
+def is_explained(mutant: Mutant, known: set[Key]) -> bool:
+    """Whether a mutant's key is known, or that of its line left out: other values tell no more."""
+    file, old, _, place = mutant.key
+    return mutant.key in known or (file, old, "", place) in known
+
+
 def explained() -> set[Key]:
     """Keys of the mutants in the tables of docs/mutants.md."""
     found = set()

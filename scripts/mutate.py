@@ -6,10 +6,12 @@ Usage: python scripts/mutate.py [--seeds N ...] [--count N] [--only FILE]
 
 A mutant is one change of one operator, constant, switch bit or reset in one source. It is simulated
 until something fails: first a few small cores in the file bench against the golden model, then the
-testbenches that reach its source, short ones first. A mutant that does not analyse is not counted.
+testbenches that reach its source, short ones first. One that nothing notices is compared with the
+sources as circuits. A mutant that does not analyse is not counted, one that is proved to be equal
+is counted apart.
 Which mutants are taken depends on a hash of their text, so that a change of the sources leaves most
 of them as they were. mutants.py makes them, mutant_bench.py has the small cores, mutant_tests.py
-says which testbenches reach a source.
+says which testbenches reach a source, mutant_proof.py proves that circuits are equal.
 
 Survivors must be explained in docs/mutants.md; exit code 1 if one is not.
 """
@@ -36,8 +38,9 @@ from unittest import mock
 import pytest
 
 from mutant_bench import bench_notices
+from mutant_proof import proved_circuits
 from mutant_tests import CHAIN, relative, rounds_of
-from mutants import Key, Mutant, chosen, explained, mutants, write_mutant
+from mutants import Key, Mutant, chosen, explained, is_explained, mutants, write_mutant
 from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
@@ -127,7 +130,10 @@ def tests_notice(folder: Path, test: str) -> str:
 
 
 def outcome(mutant: Mutant | None, number: int, folder: Path) -> str:
-    """What a round makes of a mutant: "invalid", what notices the change, or nothing."""
+    """What a round makes of a mutant: "invalid", what notices the change, "equal", or nothing."""
+    if mutant is not None and number == len(rounds_of(mutant)):
+        circuits = proved_circuits(mutant, folder)
+        return f"equal: {circuits} circuits" if circuits else ""
     sources = write_mutant(mutant, hdl.board_sources(), folder / "hdl")
     if number == 0 and not is_valid(sources, folder / "analysis"):
         return "invalid"
@@ -175,8 +181,8 @@ def main() -> int:
         with tempfile.TemporaryDirectory(dir=work, prefix="mutant-") as name:
             return outcome(mutant, number, Path(name))
 
-    if run(None, 0):
-        print("the sources themselves fail the suite", file=sys.stderr)
+    if found := run(None, 0):
+        print(f"the sources themselves fail the suite: {found}", file=sys.stderr)
         return 1
     sources = [
         source
@@ -205,13 +211,13 @@ def main() -> int:
         ]
         arguments.out.write_text(json.dumps(results, indent=1) + "\n")
 
-    # All mutants go through the short tests before any goes through the long ones.
-    for number in range(max(len(rounds_of(mutant)) for mutant in taken)):
+    # All mutants go through the short tests before any goes through the long ones, and proofs last.
+    for number in range(1 + max(len(rounds_of(mutant)) for mutant in taken)):
         waiting = []
         for mutant in taken:
             rounds, found = done.get(mutant.key, (0, ""))
             # What is known to be noticed by nothing is only seen to be valid.
-            last = number >= len(rounds_of(mutant)) or (number > 0 and mutant.key in known)
+            last = number > len(rounds_of(mutant)) or (number > 0 and is_explained(mutant, known))
             if not (found or number < rounds or last):
                 waiting.append(mutant)
         with ThreadPoolExecutor(arguments.jobs) as pool:
@@ -229,7 +235,7 @@ def main() -> int:
             except BaseException:
                 pool.shutdown(wait=False, cancel_futures=True)
                 raise
-    unexplained = [m for m in taken if not done[m.key][1] and m.key not in known]
+    unexplained = [m for m in taken if not (done[m.key][1] or is_explained(m, known))]
     for mutant in unexplained:
         print(
             f"survives: {mutant.file}:{mutant.line} ({mutant.place}): "
@@ -237,15 +243,16 @@ def main() -> int:
         )
     for name, sample in samples.items():
         outcomes = [done[mutant.key][1] for mutant in sample]
-        counted = sum(found != "invalid" for found in outcomes)
+        equal = sum(found.startswith("equal") for found in outcomes)
         survivors = [m for m, found in zip(sample, outcomes, strict=True) if not found]
-        killed = counted - len(survivors)
-        unknown = sum(mutant.key not in known for mutant in survivors)
-        share = 100 * killed / max(counted, 1)
+        unknown = sum(not is_explained(mutant, known) for mutant in survivors)
+        invalid = outcomes.count("invalid")
+        killed = len(sample) - invalid - equal - len(survivors)
+        share = 100 * killed / max(killed + unknown, 1)
         print(
-            f"{name}: {killed} of {counted} mutants killed ({share:.1f} %), "
-            f"{len(survivors)} survive, {unknown} of them not explained in docs/mutants.md; "
-            f"{outcomes.count('invalid')} not valid VHDL"
+            f"{name}: {killed} of {killed + unknown} mutants killed ({share:.1f} %); besides "
+            f"{equal} equal by proof, {len(survivors) - unknown} that docs/mutants.md explains, "
+            f"{invalid} that are not valid VHDL"
         )
     print(f"{len(every)} possible; {time.perf_counter() - started:.0f} s")
     return 1 if unexplained else 0

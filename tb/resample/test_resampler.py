@@ -35,7 +35,15 @@ SMALL = (
         "gains": True,
         "lenses": 160,
     },
-    {"micro_image_size": 2, "max_columns": 64, "lines": 8, "hexagonal": True},
+    {
+        "micro_image_size": 2,
+        "max_columns": 64,
+        "lines": 8,
+        "hexagonal": True,
+        # Values that are white only once they are rounded.
+        "gains": True,
+        "lenses": 600,
+    },
 )
 
 

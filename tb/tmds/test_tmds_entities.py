@@ -16,12 +16,15 @@ def run_unit(entity: str, generics: dict, bench: str = "unit", **case: object) -
         "tmds_encoder",
         "tmds_decoder",
         "tmds_periods",
-        "tmds_deskew",
         "info_frame_reader",
     ],
 )
 def test_unit(entity: str) -> None:
     run_unit(entity, {})
+
+
+def test_tmds_deskew() -> None:
+    run_unit("tmds_deskew", {"TIMEOUT": 400}, timeout=400)
 
 
 @pytest.mark.parametrize("entity", ["gearbox_5_to_10", "gearbox_10_to_5"])

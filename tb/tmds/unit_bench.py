@@ -318,6 +318,18 @@ async def every_skew(dut: Any) -> None:
         # Lines 5 and 6 of all channels lie side by side.
         starts = [find(out, words[5 * 74 : 7 * 74]) for out, words in zip(got, lines, strict=True)]
         assert len(set(starts)) == 1, f"skew {skew}: lines begin at {starts}"
+    # Without lines it stays locked for as long as it may, less what has passed since the last one.
+    dut.words.value = dut.tokens.value = 0
+    held = 0
+    while int(dut.locked.value) and held <= CASE["timeout"]:
+        await FallingEdge(dut.clk)
+        held += 1
+    assert CASE["timeout"] - 74 <= held <= CASE["timeout"]
+    for now in zip(*(some_lines(rng, 3, 50, 24) for _ in range(3)), strict=True):
+        dut.words.value = now[0] | now[1] << 10 | now[2] << 20
+        dut.tokens.value = sum((w in tmds.TOKENS) << c for c, w in enumerate(now))
+        await FallingEdge(dut.clk)
+    assert int(dut.locked.value)
     dut.aligned.value = 5
     await FallingEdge(dut.clk)
     await FallingEdge(dut.clk)

@@ -240,15 +240,20 @@ class RingProof:
             raise ToolError(f"{self.name}: not proved:\n{log.read_text()[-500:]}")
 
 
-def _check(directory: Path, name: str, commands: str, wanted: str) -> None:
-    """Let ABC check the properties of ``proof.aig``."""
+def abc_program() -> Path:
+    """ABC, as the installed Yosys brings it."""
     yosys_version()
     package = importlib.util.find_spec("pyosys")
     assert package is not None
     assert package.origin is not None
+    return Path(package.origin).parent / "yosys-abc"
+
+
+def _check(directory: Path, name: str, commands: str, wanted: str) -> None:
+    """Let ABC check the properties of ``proof.aig``."""
     done = subprocess.run(
         [
-            str(Path(package.origin).parent / "yosys-abc"),
+            str(abc_program()),
             "-c",
             f"read_aiger proof.aig; fold; strash; {commands}",
         ],
