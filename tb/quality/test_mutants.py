@@ -14,6 +14,7 @@ from plenofir.fpga import hdl
 
 sys.path.insert(0, str(project.root() / "scripts"))
 
+import mutant_proof
 import mutant_tests
 import mutants
 
@@ -129,3 +130,29 @@ def test_sample_stays_where_sources_change() -> None:
     rest = [mutant for mutant in every if mutant.file != "fir_array.vhd"]
     without = {mutant.key for mutant in mutants.chosen(rest, 1, 120)}
     assert {key for key in sample if key[0] != "fir_array.vhd"} <= without
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "equal"),
+    [
+        # Each tap has a copy of the input of its own.
+        ("BROADCAST_TAPS > TAPS,", "BROADCAST_TAPS < TAPS,", True),
+        ("w <= TAPS - 1 - DELAY", "w < TAPS - 1 - DELAY", False),
+        # Nothing drives it.
+        ("step_now    <= step;", "", False),
+    ],
+)
+def test_equal_circuits_are_told_apart(tmp_path: Path, old: str, new: str, equal: bool) -> None:
+    source = next(path for path in hdl.hdl_sources() if path.name == "switched_fir.vhd")
+    lines = source.read_text().splitlines()
+    # The last one: there are latches of the input.
+    number = max(number for number, line in enumerate(lines) if old in line)
+    changed = lines[number].replace(old, new)
+    mutant = mutants.Mutant(source.name, number + 1, lines[number], changed, 1)
+    generics = {"TAPS": 3, "DELAY": 1, "DEPTH": 1, "HOLD": False}
+    generics |= {"DATA_MAX": 1, "SUM_MAX": 3, "BROADCAST_TAPS": 2}
+    made = mutant_proof.circuit("switched_fir", generics)
+    before = mutant_proof.synthesised(None, made, tmp_path / "before")
+    after = mutant_proof.synthesised(mutant, made, tmp_path / "after")
+    assert before["switched_fir"] != after["switched_fir"] or not equal
+    assert mutant_proof.Comparison(before, after, tmp_path).equal("switched_fir") == equal
