@@ -25,6 +25,7 @@ VIDEO = "tb/video/test_video.py"
 PARALLEL = "tb/video/test_parallel.py"
 LOADS = "tb/board/test_load_port.py"
 SENSOR_VIDEO = "tb/video/test_sensor_video.py -k raw_aligned"
+SENSOR_WAITS = "tb/video/test_sensor_video.py -m slow -k core_far_behind[fir]"
 OF_VIDEO = (
     *(f"{VIDEO} -k units", f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video"),
     *(SENSOR_VIDEO, CHAIN),
@@ -62,7 +63,7 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("common/event*", (f"{LINK} -k {{}}", CHAIN)),
     ("common/[es]*", (f"{TMDS} -k {{}}", CHAIN)),
     ("common/reset*", (CHAIN,)),
-    ("video/sensor_front*", (SENSOR_VIDEO,)),
+    ("video/sensor_front*", (SENSOR_VIDEO, SENSOR_WAITS)),
     ("board/[mt]*", ("tb/board/test_monitor.py", CHAIN)),
     ("board/load_crossing*", (f"{LOADS} -k pixel_clock", CONTROL, CHAIN)),
     ("board/load_port*", (f"{LOADS} -k load_port",)),

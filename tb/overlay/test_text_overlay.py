@@ -11,7 +11,9 @@ from plenofir_tb.video import shrunken
 
 
 def case(texts: tuple[str, ...], labels: tuple[str, ...], columns: int, rows: int = 50) -> Case:
-    colours = tuple(((40 * i + 9) % 256, 200 - 30 * i, 70 * i % 256) for i in range(len(labels)))
+    colours = tuple(
+        ((40 * i + 9) % 256, (200 - 30 * i) % 256, 70 * i % 256) for i in range(len(labels))
+    )
     overlay = Overlay(texts, labels, colours)
     mode = shrunken("overlay", h_active=columns, v_active=rows)
     return Case(
@@ -27,7 +29,10 @@ WIDE = case(("a = 0", "a = 4/5  1.02 m", "all", "depth~", "input"), ("1.02 m", "
 
 def test_texts_rulers_and_errors() -> None:
     # The second one is cut at the right edge, and as high as the picture.
-    run_cases([WIDE, case(("a", "b", "c", "d", "e", "f"), ("1", "23", "4"), 70, 48)])
+    cut = case(("a", "b", "c", "d", "e", "f"), ("1", "23", "4"), 70, 48)
+    # Labels that no line of a picture has room for.
+    many = case(tuple("x" for _ in range(67)), tuple(f"{n:7}" for n in range(64)), 30, 44)
+    run_cases([WIDE, cut, many])
 
 
 @pytest.mark.slow
