@@ -208,6 +208,9 @@ async def calibration_through_a_pseudo_terminal(dut: Any) -> None:
     await line.reset()
     terminal = Terminal(line)
     for calib, code in ((CASE["other"], 2), (CASE["calib"], 0)):
+        # A line that was broken off.
+        await line.send(b"l 0000")
+        line.answers.clear()
         returned, out, err = await terminal.load(calib)
         assert returned == code, err
         if code:

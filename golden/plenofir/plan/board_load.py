@@ -206,9 +206,13 @@ def load_board(
         If the board does not answer, has no resampler, or one that cannot take the calibration.
         Then nothing was written.
     """
-    # An empty line ends what may have been left in the board.
+    # An empty line ends what may have been left in the board; a board that answers to that does not
+    # hear the question.
     port.write(b"\r")
-    board = described(_ask(port, QUESTION), where=name)
+    answer = _ask(port, QUESTION)
+    if answer and not _DESCRIPTION.fullmatch(answer):
+        answer = _ask(port, QUESTION)
+    board = described(answer, where=name)
     lines = load_lines(calibration_loads(board, calibration, where=where))
     for number, line in enumerate(lines):
         # The commit is the last word: what is cut off before takes no effect on the grid.
