@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hunt of `resampler`: all generics, grids of all kinds, loads at any moment."""
+
+import random
+from typing import Any
+
+ENTITY = "resampler"
+FAULTS = [
+    ("lens_registers.vhd", "writing <= other_than(writing, used_now);", "null;"),
+    ("lens_registers.vhd", "used_now := newest;", "used_now := writing;"),
+    ("lens_registers.vhd", "missing := missing or not written(i);", "null;"),
+    ("raw_window.vhd", "mirrored(line_now + 1, last_line)", "mirrored(line_now, last_line)"),
+    ("hexagonal_rows.vhd", "row_odd    <= not row_odd;", "row_odd    <= row_odd;"),
+]
+
+
+def draw_generics(rng: random.Random) -> dict[str, Any]:
+    """Draw generics of a resampler."""
+    m = rng.choice([1, 2, 2, 3, 3, 4, 5])
+    gains, moves = rng.random() < 0.3, rng.random() < 0.3
+    return {
+        "MICRO_IMAGE_SIZE": m,
+        "HEXAGONAL": rng.random() < 0.35,
+        "MAX_COLUMNS": rng.randint(2, 4 * m + 10),
+        "LINES": 2 * rng.choice([2, rng.randint(2, 12), rng.randint(m + 2, m + 8)]),
+        "LENSES": rng.choice([40, 64, 100]) if moves or gains else 2,
+        "MOVES": moves,
+        "GAINS": gains,
+        "CHANNELS": rng.choice([1, 1, 3]),
+        "PIXEL_BITS": rng.randint(1, 16),
+        "FRACTION_BITS": rng.randint(8, 17),
+        "WEIGHT_BITS": rng.randint(2, 8),
+        "GUARD_BITS": rng.randint(1, 3),
+        "GAIN_BITS": rng.randint(4, 14),
+    }
+
+
+def draw(rng: random.Random) -> dict[str, Any]:
+    """Draw a design."""
+    return {"generics": draw_generics(rng)}
+
+
+async def stream(bench: Any, rng: random.Random) -> None:
+    """One stream."""
+    from hunt.sensors import SensorHunt
+
+    await SensorHunt(bench, rng).run()

@@ -1,0 +1,493 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Frames of a sensor and calibrations for it: what `resampler` and `sensor_raster` share."""
+
+import random
+from collections import deque
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hunt.bench import Bench
+from hunt.cores import draw_frame, pack, unpack
+from hunt.references.colour_mosaic import colours
+from hunt.references.frames import Frames
+from hunt.references.resampler import first_lines, lines_needed, raster, words
+from hunt.streams import Beat, FaultError, Sink, Source, damage, difference, frame_beats, stalls
+
+Grid = dict[str, Any]
+Word = tuple[int, int, int]
+COMMIT: Word = (3, 0, 0)
+GRID_FLAG = 32
+MORE = "more"
+
+
+def draw_grid(rng: random.Random, g: dict[str, Any], rows: int, columns: int) -> Grid | None:
+    """A grid whose lenses have their middles inside the frame; None if it comes out otherwise."""
+    m, one, hexagonal = g["MICRO_IMAGE_SIZE"], 1 << g["FRACTION_BITS"], g["HEXAGONAL"]
+
+    def fixed(value: float) -> int:
+        return round(value * one)
+
+    pitch_y, pitch_x = (max(m + rng.choice([0, rng.uniform(-0.9, 2)]), 1) for _ in range(2))
+    tilt = rng.choice([0, rng.uniform(-0.3, 0.3), rng.uniform(-1.2, 1.2)])
+    lean = rng.choice([0, rng.uniform(-0.5, 0.5)])
+    origin = [rng.uniform(-m / 2, 1.5) for _ in range(2)]
+    if tilt < 0:
+        origin[0] += -tilt * rng.uniform(0, columns / pitch_x)
+    half = [rng.choice([1, -1]) * pitch_x / 2 * hexagonal, tilt / 2 * hexagonal]
+    most_rows = int((rows - m / 2 - origin[0]) / pitch_y) + 1
+    most_lenses = int((columns - m / 2 - origin[1]) / pitch_x) + 1
+    if most_rows < 1 or most_lenses < 1 + hexagonal:
+        return None
+    grid: Grid = {
+        "lenses": (rng.choice([most_rows, rng.randint(1, most_rows)]), most_lenses),
+        "origin": tuple(map(fixed, origin)),
+        "right": (fixed(tilt), fixed(pitch_x)),
+        "down": tuple(
+            (fixed(pitch_y + sign * half[1]), fixed(lean + sign * half[0])) for sign in (1, -1)
+        ),
+        "black": rng.choice([0, 0, rng.getrandbits(g["PIXEL_BITS"] + g["GUARD_BITS"])]) // 4,
+        "outputs": most_lenses,
+        "place": (0, 0),
+        "step": 0,
+    }
+    count, lenses = grid["lenses"]
+    draw = np.random.default_rng(rng.getrandbits(32))
+    if g["MOVES"]:
+        most = 1 << g["WEIGHT_BITS"]
+        grid["moves"] = draw.integers(-most, most, (count, lenses, 2), endpoint=True)
+    if g["GAINS"]:
+        most = 1 << g["GAIN_BITS"]
+        spread = rng.choice([2, 16])
+        grid["gains"] = draw.integers(0, spread * most, (count, lenses))
+        grid["profile"] = draw.integers(0, rng.choice([2, 16]) * most, (m, m))
+        if count * lenses > g["LENSES"]:
+            return None
+    if g["MOVES"] and count * lenses > g["LENSES"]:
+        return None
+    if hexagonal and not _place(grid, rng, one):
+        return None
+    places = first_lines(grid, g)[0] >> g["WEIGHT_BITS"]
+    for axis, size in enumerate((rows, columns)):
+        first, last = int(places[..., axis].min()), int(places[..., axis].max())
+        if first < -(m // 2) - 1 or last + m // 2 > size:
+            return None
+        if first < 1 - size or last + m > 2 * (size - 1):
+            return None
+    return grid
+
+
+def _place(grid: Grid, rng: random.Random, one: int) -> bool:
+    """Draw places between lenses, of all lenses of a row."""
+    lenses = grid["lenses"][1]
+    grid["step"] = rng.randint(one * 2 // 3, one * 6 // 5)
+    grid["place"] = tuple(rng.randrange(one) for _ in range(2))
+    grid["outputs"] = ((lenses - 1) * one - 1 - max(grid["place"])) // grid["step"] + 1
+    return grid["outputs"] >= 1
+
+
+class Loader:
+    """The load port: words, with clocks of silence between them, at any moment.
+
+    What was written outlives resets and streams. `commits` are (clock, grid) of those that took
+    effect.
+    """
+
+    def __init__(self, bench: Bench, source: Source) -> None:
+        self.bench, self.source = bench, source
+        self.needed = 15 if bench.design["generics"]["HEXAGONAL"] else 12
+        self.queue: deque[Word | int] = deque()
+        self.shown: Word | None = None
+        self.written: dict[int, int] = {}
+        self.grids: dict[tuple[int, ...], Grid] = {}
+        self.commits: list[tuple[int, Grid]] = []
+        self.incomplete = 0
+        # Clocks at which beats were taken.
+        self.taken: list[int] = []
+        self.silence = 0
+        bench.set(load_write=0, load_kind=0, load_address=0, load_data=0)
+
+    def restart(self) -> None:
+        """A reset changes nothing; beats are counted anew."""
+        self.taken = []
+
+    def step(self, clock: int) -> None:
+        """A clock."""
+        self.taken += [clock] * (self.source.taken - len(self.taken))
+        if self.shown:
+            self._took(self.shown, clock)
+            self.shown = None
+            self.bench.set(load_write=0)
+        if self.silence:
+            self.silence -= 1
+        elif self.queue:
+            item = self.queue.popleft()
+            if isinstance(item, int):
+                self.silence = item
+                return
+            kind, address, word = self.shown = item
+            self.bench.set(load_write=1, load_kind=kind, load_address=address, load_data=word)
+
+    def _took(self, word: Word, clock: int) -> None:
+        if word[0] == 0:
+            self.written[word[1]] = word[2]
+        elif word[0] == 3 and self.written:
+            if any(n not in self.written for n in range(self.needed)):
+                self.incomplete += 1
+                return
+            registers = tuple(self.written[n] for n in range(self.needed))
+            self.commits.append((clock, self.grids[registers]))
+            self.written = {}
+
+    def words(self, grid: Grid) -> list[Word]:
+        """Words of the registers of a grid; those of the tables come before."""
+        tables, registers = words(grid, self.bench.design["generics"])
+        self.grids[tuple(word[2] for word in registers[: self.needed])] = grid
+        return tables + registers
+
+    @property
+    def idle(self) -> bool:
+        """Whether all words were taken."""
+        return not (self.queue or self.shown or self.silence)
+
+
+class SensorHunt:
+    """Segments of frames, each with its own size; loads between and during them."""
+
+    def __init__(self, bench: Bench, rng: random.Random, *, mosaic: bool = False) -> None:
+        self.bench, self.rng, self.g, self.mosaic = bench, rng, bench.design["generics"], mosaic
+        if not bench.ports:
+            source = bench.add(Source(bench.dut, "s_axis"))
+            bench.add(Sink(bench.dut, "m_axis"))
+            bench.add(Loader(bench, source))
+        self.source, self.sink, self.loader = bench.ports
+        self.frames = Frames()
+        self.begins: list[int] = []
+        self.shapes: list[tuple[int, int]] = []
+        # Clocks at which frames were all out.
+        self.ends: list[int] = []
+        self.sent = 0
+        # Number of the first frame that is refused for its size or its grid.
+        self.refused_from = 1 << 30
+        self.rasters: dict[tuple[int, int, int], tuple[int, int, list[Beat]]] = {}
+        self.red = rng.randrange(4)
+        # Words of the load on its way, behind the last commit.
+        self.partial = bool(self.loader.written)
+
+    # Grids.
+
+    def grid(self, *, tall: bool = False) -> Grid | None:
+        """Draw a grid for the size of frame that the ring holds, or one that needs more."""
+        for _ in range(40):
+            grid = draw_grid(self.rng, self.g, self.rows, self.columns)
+            if grid:
+                lines = grid["lenses"][0] * self.g["MICRO_IMAGE_SIZE"]
+                least, most = self.limits(grid, self.rows)
+                if (most < lines) if tall else (least == lines):
+                    return grid
+        return None
+
+    def limits(self, grid: Grid, lines: int) -> tuple[int, int]:
+        """Lines of the raster that come out of a frame with `lines` raw lines: at least, at most.
+
+        Less than what the ring holds may be too much for the entity: it counts rows of lenses as
+        if they were farther apart by rounding.
+        """
+        needed, oldest = lines_needed(grid, self.g, self.rows)
+        first, second = (down[0] >> self.g["FRACTION_BITS"] for down in grid["down"])
+        spare = 4 + abs(first - second)
+        ring = self.g["LINES"]
+        there = needed < lines
+        least = there & (needed - np.maximum(oldest - spare, 0) < ring)
+        most = there & (needed - oldest < ring)
+        return tuple(int(np.logical_and.accumulate(n).sum()) for n in (least, most))
+
+    def load(self, grid: Grid, kind: str = "whole") -> None:
+        """Queue a load."""
+        rng, loader = self.rng, self.loader
+        every = loader.words(grid)
+        if rng.random() < 0.3:
+            rng.shuffle(every)
+        if kind == "broken off":
+            registers = [word for word in every if word[0] == 0]
+            items = registers[: rng.randint(1, len(registers))]
+        elif kind == "missing register":
+            one = rng.randrange(loader.needed)
+            at = next(n for n, word in enumerate(every) if word[:2] == (0, one))
+            items = [*every[:at], *every[at + 1 :], COMMIT, every[at], COMMIT]
+        else:
+            items = [*every, COMMIT] * (1 + (kind == "twice"))
+            items += [COMMIT] * (kind == "second commit")
+        self.partial = kind == "broken off"
+        self.bench.counts[f"load: {kind}"] += 1
+        longest = rng.choice([0, 0, 3, 30])
+        for item in items:
+            loader.queue.append(item)
+            if longest:
+                loader.queue.append(rng.randint(0, longest))
+
+    def some_loads(self) -> None:
+        """Queue loads for the frames of this segment, to be taken at any moment."""
+        rng = self.rng
+        tables = self.g["MOVES"] or self.g["GAINS"]
+        for _ in range(rng.choice([0, 0, 1, 2, 4])):
+            grid = self.grid()
+            if grid is None:
+                return
+            self.loader.queue.append(rng.choice([0, 10, rng.randint(0, 600)]))
+            # Tables are there once: only a load that stops before it changes nothing.
+            kinds = ["broken off"]
+            if not tables:
+                kinds += ["whole", "whole", "twice", "second commit"]
+                kinds += [] if self.partial else ["missing register"]
+            self.load(grid, rng.choice(kinds))
+
+    # Frames.
+
+    def send(self, items: list[Beat | int]) -> None:
+        """Queue beats, and what they stand for."""
+        self.source.send(items)
+        for item in items:
+            if isinstance(item, Beat):
+                before = len(self.frames.frames)
+                self.frames.take([item], self.columns, self.rows)
+                if len(self.frames.frames) > before:
+                    self.begins.append(self.sent)
+                    self.shapes.append((self.rows, self.columns))
+                self.sent += 1
+
+    def beats(self) -> list[Beat]:
+        """Beats of a drawn frame."""
+        channels = 1 if self.mosaic else self.g["CHANNELS"]
+        bits = self.g["PIXEL_BITS"]
+        return frame_beats(
+            pack(draw_frame(self.rng, self.rows, self.columns, channels, bits), bits)
+        )
+
+    def segment(self) -> Iterator[list[Beat | int]]:
+        """Frames, well-formed and broken, with pauses."""
+        rng, counts = self.rng, self.bench.counts
+        broken = rng.choice([0, 0, 0.5, 1])
+        for _ in range(rng.randint(1, 3)):
+            beats = self.beats()
+            if rng.random() < broken:
+                name, beats = damage(beats, self.columns, rng)
+                counts[f"damage: {name}"] += 1
+            else:
+                counts["frames: well-formed"] += 1
+            items: list[Beat | int] = list(beats)
+            for _ in range(rng.choice([0, 0, 1, 4])):
+                items.insert(rng.randrange(len(items) + 1), rng.randint(1, 4 * self.columns + 20))
+            yield items
+
+    # What has to come out.
+
+    def candidates(self, number: int) -> list[int]:
+        """Numbers of the commits that a frame may have: there is a FIFO in front of it."""
+        begin, commits = self.begins[number], self.loader.commits
+        taken = self.loader.taken
+        at = taken[begin] if begin < len(taken) else self.bench.clock
+        behind = begin + 40 + self.mosaic * (3 * self.shapes[number][1] + 60)
+        until = taken[behind] if behind < len(taken) else self.bench.clock
+        until = min([until, *self.ends[number : number + 1]])
+        sure = max((n for n, (clock, _) in enumerate(commits) if clock <= at), default=-1)
+        return [n for n in range(len(commits)) if n == sure or at < commits[n][0] <= until]
+
+    def expected(self, number: int, commit: int) -> tuple[int, int, list[Beat]]:
+        """Lines that come out of a frame at least, beats of a line, beats that come at most."""
+        lines, (rows, columns) = self.frames.frames[number], self.shapes[number]
+        key = (number, commit, len(lines))
+        if key not in self.rasters:
+            grid, g = self.loader.commits[commit][1], self.g
+            channels, bits = (1 if self.mosaic else g["CHANNELS"]), g["PIXEL_BITS"]
+            least, most = self.limits(grid, len(lines)) if min(rows, columns) > 1 else (0, 0)
+            beats: list[Beat] = []
+            if most:
+                raw = unpack(lines, columns, channels, bits)
+                if self.mosaic:
+                    raw = colours(raw[:, :, 0], *divmod(self.red, 2))
+                whole = np.zeros((rows, columns, raw.shape[2]), np.int64)
+                whole[: len(raw)] = raw
+                beats = frame_beats(pack(raster(whole, grid, g)[:most], bits))
+            width = grid["outputs"] * g["MICRO_IMAGE_SIZE"]
+            self.rasters[key] = least, width, beats
+        return self.rasters[key]
+
+    def outcome(self, number: int = 0, at: int = 0, floor: int = 0) -> str:
+        """Empty: all that has to come out did; MORE: not yet all; or what is wrong."""
+        got = self.sink.received
+        frames = self.frames
+        final = len(frames.frames) - frames.is_open
+        if number == len(frames.frames):
+            return "" if at == len(got) else f"{len(got) - at} beats too many"
+        results = []
+        for commit in self.candidates(number):
+            if commit < floor:
+                continue
+            least, width, want = self.expected(number, commit)
+            end = next(
+                (n for n in range(at + 1, min(at + len(want), len(got))) if got[n].start),
+                min(at + len(want), len(got)),
+            )
+            part = got[at:end]
+            if number == final:
+                # The open frame.
+                results.append(difference(part, want[: len(part)], width) if at < len(got) else "")
+                if at + len(part) < len(got) and not results[-1]:
+                    results[-1] = "beats too many of a frame that is open"
+                continue
+            wrong = difference(part, want[: len(part)], width)
+            if not wrong and end == len(got) and self.mosaic and frames.is_open:
+                # The mosaic holds lines back until the open frame goes on.
+                results.append("")
+                continue
+            if not wrong and (len(part) < least * width or len(part) % width):
+                wrong = MORE if end == len(got) else f"cut at beat {len(part)}"
+            if wrong:
+                results.append(wrong if wrong == MORE else f"frame {number}, {wrong}")
+            else:
+                results.append(self.outcome(number + 1, end, commit))
+        if "" in results:
+            return ""
+        if MORE in results:
+            return MORE
+        return results[0] if results else f"frame {number} has no calibration"
+
+    async def come_out(self) -> None:
+        """Wait for all final frames."""
+        limit = 40 * (self.columns + 20) * (self.rows + 20)
+        await self.bench.until(lambda: self.source.idle, 5 * limit, "the source is refused")
+        seen, quiet = -1, 0
+        while quiet < limit:
+            if len(self.sink.received) != seen:
+                seen, quiet = len(self.sink.received), 0
+                result = self.outcome()
+                if not result:
+                    return
+                if result != MORE:
+                    raise FaultError(result)
+            await self.bench.clocks(16)
+            quiet += 16
+        raise FaultError(f"{seen} beats came and no more; {len(self.frames.frames)} frames")
+
+    async def quiet(self) -> None:
+        """Nothing more comes; flags tell the faults of the stream and of the calibrations."""
+        bench, rng, frames = self.bench, self.rng, self.frames
+        await bench.until(lambda: self.loader.idle, 10**5, "the load")
+        await bench.clocks(rng.choice([150, 400]))
+        wrong = self.outcome()
+        if wrong:
+            raise FaultError(wrong)
+        refused = [len(f) for f in frames.frames[self.refused_from :]]
+        if max(refused, default=0) == self.rows or self.loader.incomplete:
+            frames.flags |= GRID_FLAG
+        elif refused:
+            # Cut short, perhaps in front of the first line that cannot be.
+            frames.loose |= GRID_FLAG
+        want = frames.flags
+        flags = bench.number("error_flags")
+        if (flags ^ want) & ~frames.loose:
+            raise FaultError(f"flags {flags:06b}, want {want:06b}")
+        if frames.frames and not frames.is_open:
+            last = len(frames.frames) - 1
+            sizes = {
+                (n["lenses"][0] * self.g["MICRO_IMAGE_SIZE"],
+                 n["outputs"] * self.g["MICRO_IMAGE_SIZE"])
+                for n in (self.loader.commits[c][1] for c in self.candidates(last))
+            }  # fmt: skip
+            size = bench.number("raster_rows"), bench.number("raster_columns")
+            if size not in sizes:
+                raise FaultError(f"size of the raster {size}, want one of {sizes}")
+        if rng.random() < 0.5:
+            bench.set(error_clear=1)
+            await bench.clocks()
+            bench.set(error_clear=0)
+            frames.flags = frames.loose = self.loader.incomplete = 0
+            self.refused_from = len(frames.frames)
+            await bench.clocks(2)
+            if bench.number("error_flags"):
+                raise FaultError("error_clear leaves flags")
+
+    # A stream.
+
+    def size(self) -> Grid:
+        """Draw the size of a segment's frames; a grid for it."""
+        rng, m, most = self.rng, self.g["MICRO_IMAGE_SIZE"], self.g["MAX_COLUMNS"]
+        while True:
+            self.rows = rng.choice([rng.randint(2, 3 * m + 6), rng.randint(2, 26), 2])
+            self.columns = rng.choice([most, most, rng.randint(2, most)])
+            if grid := self.grid():
+                return grid
+
+    async def run(self) -> None:
+        """One stream."""
+        bench, rng, loader = self.bench, self.rng, self.loader
+        bench.set(error_clear=0)
+        if "MOSAIC" in self.g:
+            bench.set(red_place=self.red)
+        self.source.stalls, self.sink.stalls = stalls(rng), stalls(rng)
+        self.sink.shy = rng.random() < 0.1
+        loader.queue.clear()
+        loader.silence = 0
+        await bench.reset(rng.choice([1, 1, 2, 9]))
+        loader.incomplete = 0
+        torn = rng.random() < 0.25
+        segments = rng.randint(1, 3)
+        for segment in range(segments):
+            grid = self.size()
+            kind = rng.choice(["fitting"] * 6 + ["tall", "single"])
+            tall = self.grid(tall=True) if kind == "tall" else None
+            bench.set(columns=self.columns, rows=self.rows)
+            bench.counts["frames: another size"] += segment > 0
+            self.load(tall or grid)
+            await bench.until(lambda: loader.idle, 10**5, "the load")
+            await bench.clocks(2)
+            if tall:
+                bench.counts["frames: more lines than the ring"] += 1
+                self.refused_from = len(self.frames.frames)
+            elif kind == "single":
+                self.single()
+            else:
+                self.some_loads()
+            if torn and segment == segments - 1 and kind == "fitting":
+                await self.tear()
+                return
+            for items in self.segment():
+                self.send(items)
+                if rng.random() < 0.2:
+                    bench.counts["silence until all is out"] += 1
+                    await self.come_out()
+            if self.frames.is_open:
+                self.send(list(self.beats()))
+            await self.come_out()
+            if kind != "fitting" or rng.random() < 0.3 or segment == segments - 1:
+                await self.quiet()
+            self.refused_from = 1 << 30
+            self.ends += [bench.clock] * (len(self.begins) - len(self.ends))
+            loader.queue.clear()
+            loader.silence = 0
+            await bench.until(lambda: loader.idle, 9, "the load")
+            self.partial = bool(loader.written)
+
+    def single(self) -> None:
+        """Frames of a single line or column."""
+        rows, columns = self.rows, self.columns
+        self.rows, self.columns = self.rng.choice([(1, columns), (rows, 1), (1, 1)])
+        self.bench.set(columns=self.columns, rows=self.rows)
+        self.bench.counts["frames: a single line or column"] += 1
+        self.refused_from = len(self.frames.frames)
+
+    async def tear(self) -> None:
+        """End anywhere: the next stream begins with a reset."""
+        self.bench.counts["reset inside"] += 1
+        for items in self.segment():
+            self.send(items)
+        await self.bench.clocks(self.rng.randint(1, 3 * self.columns * self.rows + 60))
+        result = self.outcome_so_far()
+        if result not in ("", MORE):
+            raise FaultError(result)
+
+    def outcome_so_far(self) -> str:
+        """As `outcome`, of frames that were not all sent yet."""
+        return self.outcome() if self.source.idle else ""
