@@ -117,6 +117,8 @@ class Hunt:
     ) -> list[int]:
         """Clocks of what was sent that are not what came so much later."""
         wrong = []
+        # A wrong tenth bit makes another token, which counts up to the next one.
+        token_hit = False
         for n in range(begin, len(sent) - late):
             *signal, errors, locked = got[n + late]
             if n in hits:
@@ -127,9 +129,10 @@ class Hunt:
             if n in hits:
                 want[3] |= 0xFF0000 >> 8 * hits[n]
                 signal[3] = signal[3] if want[0] else want[3]
-                if hits[n] == 0 and not want[0]:
-                    # A wrong tenth bit makes another token.
-                    signal[1:3] = want[1:3]
+            if not want[0]:
+                token_hit = hits.get(n) == 0
+            if token_hit:
+                signal[1:3] = want[1:3]
             if signal != want or errors or not locked:
                 wrong.append(n)
         return wrong
