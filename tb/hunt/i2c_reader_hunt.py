@@ -175,7 +175,8 @@ class Hunt:
             await bench.clocks(rng.randint(1, 100 * 4 * self.quarter) if late else 1)
             was_over, bus.stuck[name] = bus.ended is not None, True
             ended = await self.end()
-            if not was_over and (name == "scl" or not late) and ended != (0, 1):
+            # All bytes may be there when it is the stop that cannot be sent.
+            if not was_over and (name == "scl" or not late) and not ended[1]:
                 raise FaultError(f"a line that stays low ends a read with {ended}")
             bus.stuck[name] = False
         elif kind == "in the middle":

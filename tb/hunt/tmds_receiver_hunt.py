@@ -10,8 +10,7 @@ from hunt.streams import FaultError
 
 ENTITY = "tmds_receiver"
 FAULTS = [
-    ("tmds_deskew.vhd", "constant BEFORE_MARK : positive := 4;",
-     "constant BEFORE_MARK : positive := 1;"),
+    ("tmds_word_align.vhd", "phase    <= run_phase;", "phase    <= 0;"),
     ("tmds_periods.vhd", 'active_1 = "000" or active_1 = "001" or', 'active_1 = "000" or'),
 ]  # fmt: skip
 LATENCIES = range(2, 60)
