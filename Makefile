@@ -9,7 +9,7 @@ PLENOFIR := .venv/bin/plenofir --make
 PYTHON := .venv/bin/python
 PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
-.PHONY: help check dist site sim synth pnr mutants coverage figures compare test test-full hunt golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
+.PHONY: help check dist site sim synth pnr mutants mutants-python coverage figures compare test test-full hunt golden lint docs waves bench bitstream bitstream-check venv simulator test-tools libpython clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
@@ -32,6 +32,10 @@ mutants: venv libpython ## Change the VHDL in 120 ways; fails if a change that n
 
 coverage: venv test-tools libpython ## Statements and branches of the VHDL, lines of the package that the tests reach: FULL=1 (the long ones too) JOBS=
 	@JOBS=$(JOBS) $(PYTHON) scripts/measure_coverage.py $(if $(FULL),--full)
+
+mutants-python: venv ## Change golden model, ray model and calibration in many ways, as mutants does the VHDL: ROOM= SEED= COUNT=
+	@scripts/setup.sh mutants
+	@nice $(PYTHON) scripts/mutate_python.py --room $(or $(ROOM),golden rays calibration) --seed $(or $(SEED),0) --count $(or $(COUNT),120)
 
 figures: venv ## Write what `make test` wants of the synthesis anew (20 minutes; what was synthesised before is in build/yosys): JOBS=
 	@scripts/setup.sh ghdl

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | tests
+# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | mutants | tests
 #
 #   venv         creates .venv with the pinned Python packages and the command plenofir
 #   ghdl         makes sure that a GHDL simulator is installed
@@ -8,6 +8,7 @@
 #   pnr          installs place and route for ECP5
 #   site         installs what builds the documentation as a site
 #   compiler     makes sure that there is a C++ compiler, which Verilator needs
+#   mutants      installs what changes the Python
 #   tests        makes sure of what the tests want besides: other people's tools from the package index
 #                (scripts/requirements-tests.txt), a C++ compiler, Icarus Verilog, Debian's decoder of monitors'
 #                EDID (a second opinion on ours), the GHDL that need not compile beside the fast one, and
@@ -89,6 +90,10 @@ setup_site() {
     install_pinned site "what builds the site"
 }
 
+setup_mutants() {
+    install_pinned mutants "what changes the Python"
+}
+
 setup_compiler() {
     command -v g++ >/dev/null 2>&1 && command -v perl >/dev/null 2>&1 || install_packages "A C++ compiler" g++ make perl
 }
@@ -127,6 +132,7 @@ libpython) setup_libpython ;;
 pnr) setup_pnr ;;
 site) setup_site ;;
 compiler) setup_compiler ;;
+mutants) setup_mutants ;;
 tests) setup_tests ;;
-*) fail "usage: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | tests" ;;
+*) fail "usage: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | mutants | tests" ;;
 esac
