@@ -100,6 +100,12 @@ def wanted(case: Case, frames: np.ndarray) -> np.ndarray:
     )
 
 
+def pixels_of(case: Case) -> int:
+    """Pixels that come out; lines are filled up to whole tokens."""
+    line = case.core.line_tokens(case.columns) * case.core.pixels_per_clock
+    return line * case.rows * case.frames
+
+
 def refuse_excess(pixels: int, received: int) -> None:
     """End the simulation of a core that does not stop giving pixels."""
     if received > pixels:
@@ -124,7 +130,7 @@ def bench_notices(sources: Sequence[Path], folder: Path) -> str:
     for number, case in enumerate(CASES):
         frames = frames_of(case)
         sweep = 1 if len(case.core.shifts) > 1 else 0
-        limit = partial(refuse_excess, case.columns * case.rows * case.frames)
+        limit = partial(refuse_excess, pixels_of(case))
         for stalls in (0, STALLS):
             try:
                 result = file_bench.run_bench(

@@ -14,6 +14,7 @@ from plenofir.fpga import hdl
 
 sys.path.insert(0, str(project.root() / "scripts"))
 
+import mutant_bench
 import mutant_proof
 import mutant_tests
 import mutants
@@ -156,3 +157,9 @@ def test_equal_circuits_are_told_apart(tmp_path: Path, old: str, new: str, equal
     after = mutant_proof.synthesised(mutant, made, tmp_path / "after")
     assert before["switched_fir"] != after["switched_fir"] or not equal
     assert mutant_proof.Comparison(before, after, tmp_path).equal("switched_fir") == equal
+
+
+def test_filled_up_lines_are_no_excess() -> None:
+    case = next(case for case in mutant_bench.CASES if case.core.pixels_per_clock == 4)
+    assert (case.columns, case.rows, case.frames) == (22, 9, 4)
+    assert mutant_bench.pixels_of(case) == 24 * 9 * 4
