@@ -203,7 +203,7 @@ class CoreHunt:
             self.limit(self.columns, self.rows) + 400,
             f"error flags {frames.flags:05b}",
         )
-        await self.bench.clocks(self.rng.choice([30, 300]))
+        await self.bench.clocks(self.rng.choice([30, 30, 300]))
         too_many = len(self.sink.received) - self.due_beats()
         if self.flush and not self.frames.is_open and too_many:
             raise FaultError(f"{too_many} beats too many")
@@ -232,8 +232,9 @@ class CoreHunt:
             else:
                 counts["frames: well-formed"] += 1
             items: list[Beat | int] = list(beats)
-            for _ in range(rng.choice([0, 0, 1, 4])):
-                longest = rng.choice([2, 2 * self.tokens, self.limit(self.columns, self.rows)])
+            for _ in range(rng.choice([0, 0, 1, 3])):
+                whole = self.limit(self.columns, self.rows) if rng.random() < 0.2 else 2
+                longest = rng.choice([2, 2 * self.tokens, whole])
                 items.insert(rng.randrange(len(items) + 1), rng.randint(1, longest))
             yield items
 
@@ -250,7 +251,7 @@ class CoreHunt:
         self.sink.shy = rng.random() < 0.1
         await bench.reset(rng.choice([1, 1, 2, 9]))
         torn = rng.random() < 0.25
-        segments = rng.randint(1, 4) if self.flush else 1
+        segments = rng.choice([1, 2, 2, 3]) if self.flush else 1
         for segment in range(segments):
             if self.flush and rng.random() < 0.06:
                 await self.unsupported()

@@ -9,8 +9,10 @@ from hunt.references.depth_index import words
 ENTITY = "depth_index"
 FAULTS = [
     ("sharpness_index.vhd", "if value > most(s - 1) then", "if value >= most(s - 1) then"),
-    ("index_vote.vhd", "elsif most_votes(SLICES - 1) /= 0 then",
-     "elsif most_votes(SLICES - 1) > 1 then"),
+    # The reset that was missing.
+    ("sharpest_pixels.vhd", "if reset = '1' then\n        ring_line",
+     "if false then\n        ring_line"),
+    ("index_vote.vhd", "if middle_late(0) = '1' then", "if false then", 13),
 ]  # fmt: skip
 
 
@@ -24,7 +26,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
         "MICRO_IMAGE_SIZE": m,
         "SLICES": slices,
         "RADIUS": radius,
-        "CONFIDENCE": rng.choice([0, 1, scale, rng.randint(0, 4 * scale), 1 << 30]),
+        "CONFIDENCE": rng.choice([0, 1, scale, rng.randint(0, 4 * scale), (1 << 30) - 1]),
         "VOTE_RADIUS": vote_radius,
         "MAX_COLUMNS": rng.randint(1, 5 * m + 2),
         "CHANNELS": channels,

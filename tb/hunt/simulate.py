@@ -25,7 +25,7 @@ from plenofir_tb.runner import simulator_name
 from plenofir_tb.wrapper import TOP, wrapper
 
 FOLDER = project.root() / "build" / "hunt"
-STREAMS = 8
+STREAMS = 12
 """Streams of a design."""
 Change = Callable[[list[Path], Path], list[Path]]
 

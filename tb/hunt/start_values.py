@@ -23,6 +23,8 @@ _ADDRESSES = (
         r"ADDRESS_OF\(BASE_OF\(phase\) \+ place / BANKS\)",
         "ADDRESS_OF((BASE_OF(phase) + place / BANKS) mod ADDRESS_OF'length)",
     ),
+    # So may a partial sum in a memory beyond the largest one.
+    (r"sums\(w\) := (to_integer\(.*\));", r"sums(w) := \1 mod (partial_sum_t'high + 1);"),
 )
 
 
