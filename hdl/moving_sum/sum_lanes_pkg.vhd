@@ -226,21 +226,21 @@ package body sum_lanes_pkg is
       report name & ": SHIFTS """ & shifts & """ delay rows by more than 4096 tokens of PIXELS_PER_CLOCK pixels"
       severity failure;
 
+    -- The sums of a column come back from memory, which a line of one pixel leaves no clock for.
+    assert max_columns > 1
+      report name & ": MAX_COLUMNS must be at least 2 with the ENGINE moving_sum"
+      severity failure;
+
     -- With exact sums columns come first.
     first := choose(arithmetic.exact, 0, arithmetic.passes);
     words := channels * pixels * line_tokens(max_columns, pixels);
-    bits  := 0;
+    bits  := kept_bits(arithmetic, shifts, centred, any_rows, first);
 
-    if max_columns > 1 then
-      bits := kept_bits(arithmetic, shifts, centred, any_rows, first);
+    for i in 1 to arithmetic.passes - 1 loop
 
-      for i in 1 to arithmetic.passes - 1 loop
+      bits := bits + kept_bits(arithmetic, "1", centred, any_rows, first + i);
 
-        bits := bits + kept_bits(arithmetic, "1", centred, any_rows, first + i);
-
-      end loop;
-
-    end if;
+    end loop;
 
     return takes_line_bits(name, words, bits,
                            sharpen_line_bits(sharpening, M, words,

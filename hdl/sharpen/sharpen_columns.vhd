@@ -238,6 +238,10 @@ begin
 
       end loop;
 
+      -- A place beyond the memory would never come back into it.
+      if reset = '1' then
+        next_line <= (others => '0');
+      end if;
     end if;
 
   end process find_address;

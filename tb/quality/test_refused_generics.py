@@ -93,6 +93,7 @@ REFUSED: list[Case] = [
     ("raster_refocuser", CORE, {"ENGINE": "x"}, "ENGINE"),
     ("raster_refocuser", CORE, {"ANY_ROWS": True}, "ANY_ROWS"),
     ("raster_refocuser", CORE, {"ENGINE": "moving_sum", "PARALLEL_ROWS": 2}, "PARALLEL_ROWS"),
+    ("raster_refocuser", CORE, {"ENGINE": "moving_sum", "MAX_COLUMNS": 1}, "MAX_COLUMNS"),
     ("fir_array", CORE, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
     ("stack_array", CORE, {"MAX_COLUMNS": 8193}, "MAX_COLUMNS"),
     *(

@@ -153,7 +153,7 @@ def top_with_generics(values: Mapping[str, Value], top: str = TOP) -> str:
         else:
             literal = str(value).lower()
         text, found = re.subn(
-            rf"^(    {name}\s*: \w+\s*:= )(\"[^\"]*\"|[^;\n]+)",
+            rf"^(    {name}\s*: \w+(?: range \d+ to \d+)?\s*:= )(\"[^\"]*\"|[^;\n]+)",
             rf"\g<1>{literal}",
             text,
             flags=re.M,

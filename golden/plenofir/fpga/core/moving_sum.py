@@ -135,8 +135,6 @@ class MovingSumEngine(SliceEngine):
         return range(raster.passes) if raster.exact else range(raster.passes, 2 * raster.passes)
 
     def line_buffer_bits(self, raster: Raster) -> int:
-        if raster.max_columns == 1:
-            return 0
         bits = 0
         for number in self._column_stages(raster):
             layout, words = self.layout(raster, number), raster.words(number)
@@ -169,6 +167,10 @@ class MovingSumEngine(SliceEngine):
         return values
 
     def check(self, raster: Raster) -> None:
+        if raster.max_columns < 2:
+            raise InputError(
+                "lines of one pixel", where="max_columns", expected="at least 2 with moving sums"
+            )
         if self.pixels_per_clock > 1 and not raster.exact:
             raise InputError(
                 f"stored products with {self.pixels_per_clock} pixels a clock",
@@ -199,8 +201,6 @@ class MovingSumEngine(SliceEngine):
         return sum(self.layout(raster).ring_lines)
 
     def lines(self, raster: Raster) -> int:
-        if raster.max_columns == 1:
-            return 0
         return sum(sum(self.layout(raster, n).ring_lines) for n in range(raster.passes))
 
     def describe(self, raster: Raster, rows: int) -> Iterator[tuple[str, str]]:
@@ -275,7 +275,7 @@ class MovingSumEngine(SliceEngine):
             counts["control bits"] += age_bits
             counts["tables"] += table_blocks * (3 * age_bits + 4 + 2)
             counts["delays"] += layout.delay
-            if number in self._column_stages(raster) and raster.max_columns > 1:
+            if number in self._column_stages(raster):
                 ring = sum(layout.ring_lines).bit_length()
                 counts["rings"] += m * ring
                 # What writes them and finds them again; without a shift there are none.
