@@ -6,7 +6,7 @@ from scipy import ndimage
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.fit import Fit, fit_grid
-from plenofir.camera.calibration.frames import clipped_share, grey, white_signal
+from plenofir.camera.calibration.frames import clipped_level, clipped_share, grey, white_signal
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
 from plenofir.camera.calibration.record import PROFILE_REACH, Calibration
 from plenofir.camera.calibration.shading import lens_indices, shading_at, within
@@ -41,7 +41,7 @@ def calibrate(
         Arrangement of the micro lenses, None to find out.
     order
         Order of the grid's polynomial: 1 without distortion, 2 with tilt, 3 with distortion. None
-        for the lowest that describes the white image.
+        for what the lenses bear out.
     full_scale
         Grey level at which the white image's pixels clip, as `plenofir.images.Picture` has it. None
         if it is not known: 255, 65535, or that of 10, 12 or 14 bits if no pixel is brighter.
@@ -61,7 +61,8 @@ def calibrate(
     """
     signal = white_signal(white, dark, where=where, dark_where=dark_where, full_scale=full_scale)
     try:
-        fit = fit_grid(signal, layout=layout, order=order)
+        clipped = clipped_level(white, signal, full_scale)
+        fit = fit_grid(signal, layout=layout, order=order, clipped=clipped)
     except InputError as error:
         raise InputError(error.what, where=where, expected=error.expected) from None
     t, s = np.indices(fit.shape)

@@ -3,6 +3,7 @@
 
 import numpy as np
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from plenofir.camera.calibration.grid import (
     Floats,
@@ -23,6 +24,11 @@ _EVEN_CLASSES = 0.4
 # contrast (root mean square, less what noise does) are overlaps of larger ones.
 _UNLIKE = 0.06
 _ALIKE_SAMPLES, _ALIKE_LENSES, _FEWEST_ALIKE = 25, 60, 4
+# Outliers are alike if they are neighbours (in pitches), in one direction (cosine) and of a size
+# (ratio), as bright as usual within a share, and off by a share of a pitch; this share of all is
+# too many.
+_NEIGHBOUR, _ALONG, _OF_A_SIZE, _USUAL, _MATTERS = 1.3, 0.9, 2.0, 0.1, 0.01
+_MOST_ALIKE = 0.04
 # Of so few pixels a micro image has no form to compare.
 _FORMLESS = 4.0
 # A second spot is at least this many pitches from the first.
@@ -120,3 +126,30 @@ def check_alike(fitter: GrowingFit, t: Indices, s: Indices, centres: Floats) -> 
     """Refuse a grid of overlaps: they repeat like micro images, but do not all look alike."""
     if unlikeness(fitter, t, s, centres) > _UNLIKE:
         raise no_grid("micro images overlap: those of every second row differ")
+
+
+def check_outliers(fitter: GrowingFit) -> None:
+    """Refuse a grid with outliers that are no single lenses: neighbours that are off alike."""
+    away = fitter.measured - fitter.grid.positions(fitter.fitted)
+    distance = np.linalg.norm(away, axis=1)
+    level = fitter.core(fitter.measured)
+    usual = float(np.median(level))
+    pitch = max(reduced_lengths(fitter.grid))
+    bright = np.abs(level / usual - 1) < _USUAL
+    out = np.nonzero((fitter.weights == 0) & (distance > _MATTERS * pitch) & bright)[0]
+    if len(out) < _FEWEST_ALIKE:
+        return
+    near = cKDTree(fitter.measured[out]).query_pairs(_NEIGHBOUR * pitch, output_type="ndarray")
+    unit = away[out] / distance[out, np.newaxis]
+    longer = np.max(distance[out][near], axis=1, initial=0.0)
+    shorter = np.min(distance[out][near], axis=1, initial=np.inf)
+    together = ((unit[near[:, 0]] * unit[near[:, 1]]).sum(axis=1) > _ALONG) & (
+        longer < _OF_A_SIZE * shorter
+    )
+    alike = np.unique(near[together])
+    if len(alike) > max(_FEWEST_ALIKE, _MOST_ALIKE * len(fitter.weights)):
+        off = float(np.median(distance[out][alike]))
+        raise no_grid(
+            f"{len(alike)} micro images off by {off:.2f} pixels together: bent in a way that the "
+            "others do not tell"
+        )

@@ -7,12 +7,18 @@ from typing import get_args
 import numpy as np
 from scipy import ndimage
 
+from plenofir.camera.calibration.bending import BENT, EVEN, MODELS
 from plenofir.camera.calibration.centroids import (
     Image32,
     core_brightness,
     reach,
 )
-from plenofir.camera.calibration.checks import cell_margin, check_alike, check_classes
+from plenofir.camera.calibration.checks import (
+    cell_margin,
+    check_alike,
+    check_classes,
+    check_outliers,
+)
 from plenofir.camera.calibration.evidence import Evidence
 from plenofir.camera.calibration.grid import (
     Flags,
@@ -30,7 +36,6 @@ from plenofir.camera.calibration.growing import (
     primitive_vectors,
 )
 from plenofir.camera.calibration.lattice import (
-    Lattice,
     guess,
     lattices,
     layout_misfits,
@@ -59,10 +64,14 @@ _SETTLED, _RESTLESS = 0.01, 0.1
 _MOST_ROUNDS = 10
 _FEWEST_LENSES = 14
 _LARGEST_MISSING = 0.45
-_LARGEST_CENTRE_ERROR = 0.12
+_LARGEST_CENTRE_ERROR, _LARGEST_OF_BENT = 0.19, 0.12
+# Light that falls off and dirt add to it.
+_LARGEST_CLAIM = 0.25
 # So many standard errors of the standard error of centres are added to it, before it is compared.
 _SURE = 1.0
 _SMALLEST_CELL_MARGIN = 0.4
+# By how much outliers (their share times this) make the variance of centres larger.
+_HARMED = 8.0
 _CANDIDATES = 4
 # Lattices with less than this share of the highest score are not tried.
 _LIKELY = 0.5
@@ -105,7 +114,13 @@ class Fit:
     evidence: Evidence
 
 
-def fit_grid(image: Image32, *, layout: Layout | None = None, order: int | None = None) -> Fit:
+def fit_grid(
+    image: Image32,
+    *,
+    layout: Layout | None = None,
+    order: int | None = None,
+    clipped: float | None = None,
+) -> Fit:
     """Find the grid of a white image and fit it to all its micro images.
 
     The grid starts in the middle from the shifts that repeat the image and grows: lenses around
@@ -120,7 +135,9 @@ def fit_grid(image: Image32, *, layout: Layout | None = None, order: int | None 
     layout
         Arrangement of the micro lenses, None to find out.
     order
-        Order of the grid's polynomial, None for the lowest that describes it.
+        Order of the grid's polynomial, None for what its lenses bear out.
+    clipped
+        Level at which many pixels clip, None if there are few.
 
     Returns
     -------
@@ -141,7 +158,8 @@ def fit_grid(image: Image32, *, layout: Layout | None = None, order: int | None 
     for lattice in likely[:_CANDIDATES]:
         others = [other.score for other in found if other is not lattice]
         try:
-            return _fit(image, lattice, max(others, default=0.0), layout, order)
+            fitter = GrowingFit(image, guess(image, lattice.vectors, layout), clipped)
+            return _fit(fitter, lattice.score, max(others, default=0.0), layout, order)
         except InputError as error:
             first = first or error
         except np.linalg.LinAlgError:
@@ -150,34 +168,40 @@ def fit_grid(image: Image32, *, layout: Layout | None = None, order: int | None 
 
 
 def _fit(
-    image: Image32, lattice: Lattice, next_score: float, layout: Layout | None, order: int | None
+    fitter: GrowingFit, score: float, next_score: float, layout: Layout | None, order: int | None
 ) -> Fit:
     """Fit one lattice; refuse it if too little speaks for it."""
-    fitter = GrowingFit(image, guess(image, lattice.vectors, layout))
-    largest = max(image.shape) / 2
+    largest = max(fitter.shape) / 2
     pitch = max(extents(fitter.grid))
     radius = _FIRST_RADIUS * pitch
-    fitter.refine(min(radius, largest), 1, 3)
+    fitter.refine(min(radius, largest), 3, (EVEN,))
     while radius < largest:
         radius *= _GROWTH
-        fitter.refine(min(radius, largest), 1 if radius < 10 * pitch else 2, 1)
+        fitter.refine(min(radius, largest), 1, (BENT,))
     for n in range(_MOST_ROUNDS):
         t, s, before = fitter.whole_lenses(largest)
         fitter.flatten()
-        fitter.refine(largest, order, 2, last=n > 0)
+        fitter.refine(largest, 2, MODELS, order, last=n > 0)
         moved = float(np.abs(fitter.grid.centres(t, s) - before).max())
         if n and moved < _SETTLED:
             break
     if moved > _RESTLESS:
-        raise no_grid(f"centres uncertain by {moved:.2f} pixels (between rounds of the fit)")
+        of_order = "" if order is None else f"no regular grid of order {order}: "
+        raise no_grid(
+            f"{of_order}centres uncertain by {moved:.2f} pixels (between rounds of the fit)"
+        )
     fitter.fit_pixels()
     used = int((fitter.weights > 0).sum())
-    if fitter.scatter > _LARGEST_SCATTER * pitch or used < _FEWEST_USED * len(fitter.weights):
+    if fitter.scatter > _LARGEST_SCATTER * pitch:
         raise no_grid(
             f"no regular grid (micro images of {pitch:.1f} pixels off by {fitter.scatter:.2f})"
         )
+    if used < _FEWEST_USED * len(fitter.weights):
+        raise no_grid(f"{used} of {len(fitter.weights)} micro images on a regular grid")
     if used < _FEWEST_LENSES:
         raise no_grid(f"{used} regular micro images only")
+    if order is None:
+        check_outliers(fitter)
     t, s, centres = fitter.whole_lenses(largest)
     few = enough(len(t))
     t, s, centres = t[few], s[few], centres[few]
@@ -199,32 +223,51 @@ def _fit(
         missing_share=0.0,
         scatter_share=fitter.scatter / pitch,
         centre_error_px=0.0,
-        periodicity=lattice.score,
+        periodicity=score,
         next_periodicity=next_score,
         layout_margin=misfits[1] - misfits[0],
         cell_margin=margin,
-        order_gains_px=fitter.order_gains,
+        order_gains_px=fitter.bent.gains,
+        untried_orders=fitter.bent.untried,
         pitch_error_px=_pitch_error(fitter),
     )
     fit = _finish(fitter, used, evidence)
     inside = ~np.isnan(fit.brightness)
     t, s = np.nonzero(inside)
     points = (fit.grid.lattice(t, s) - fit.grid.middle) / fit.grid.scale
-    terms = polynomial_terms(points, fit.grid.order)
-    spread = np.einsum("ni,aij,nj->an", terms, fitter.covariance, terms)
-    error = float(np.sqrt(spread.max()))
-    # Few lenses leave the standard error uncertain too. Bent grids go astray beyond the lenses that
-    # they were fitted to: they have to be surer.
-    freedom = 2 * max(1.0, float(fitter.weights.sum()) - terms.shape[1])
-    surely = error * (1 + _SURE / np.sqrt(2 * freedom))
-    if surely > _LARGEST_CENTRE_ERROR / (1 if fit.grid.order == 1 else 2):
-        raise no_grid(f"centres uncertain by {surely:.2f} pixels (standard error)")
+    terms = polynomial_terms(points, fitter.bent.covariance_order)
+    # `fit.grid` counts from the top left.
+    first = np.rint(np.array(fitter.grid.middle) - fit.grid.middle).astype(np.int64)
+    centres = fit.grid.centres(t, s)
+    shared = (fitter.shared_errors(t + first[0], s + first[1], centres) ** 2).sum(axis=1)
+    spreads = [
+        np.einsum("ni,aiaj,nj->n", terms, covariance, terms)
+        for covariance in (fitter.covariance, fitter.own)
+    ]
+    error, alone = (float(np.sqrt(spread.max())) for spread in spreads)
+    # Beside lenses that are missing or dirty others are off by less than makes outliers.
+    harmed = 1 + _HARMED * float((fitter.weights == 0).mean())
+    claimed = float(np.sqrt((shared + harmed * spreads[0]).max()))
+    # Few lenses leave the standard error uncertain too.
+    freedom = max(1.0, 2 * float((fitter.weights > 0).sum()) - len(fitter.bent.factors))
+    sure = 1 + _SURE / np.sqrt(2 * freedom)
+    # Bent grids go astray beyond the lenses that they were fitted to: they have to be surer.
+    largest_error = _LARGEST_CENTRE_ERROR if fit.grid.order == 1 else _LARGEST_OF_BENT
+    if alone * sure > largest_error:
+        raise no_grid(f"centres uncertain by {alone * sure:.2f} pixels (standard error)")
+    if order is None and error * sure > largest_error:
+        raise no_grid(
+            f"{used} micro images cannot tell the distortion: centres uncertain by "
+            f"{error * sure:.2f} pixels (standard error)"
+        )
+    if order is None and claimed > _LARGEST_CLAIM:
+        raise no_grid(f"centres uncertain by {claimed:.2f} pixels (light and changes of the pitch)")
     lit = ndimage.binary_closing(np.pad(fit.present, 2), np.ones((3, 3)))[2:-2, 2:-2] & inside
     missing = 1 - float(fit.present[lit].mean()) if lit.any() else 1.0
     if missing > _LARGEST_MISSING:
         raise no_grid(f"{100 * missing:.0f} % of the micro images missing")
-    sure = evidence.model_copy(update={"missing_share": missing, "centre_error_px": error})
-    return replace(fit, evidence=sure)
+    known = evidence.model_copy(update={"missing_share": missing, "centre_error_px": claimed})
+    return replace(fit, evidence=known)
 
 
 def _pitch_error(fitter: GrowingFit) -> float:
@@ -233,8 +276,8 @@ def _pitch_error(fitter: GrowingFit) -> float:
     (down_y, down_x), (right_y, right_x) = vectors
     # How the area of a cell changes with the vectors' parts along y and along x.
     slopes = np.array([[right_x, -down_x], [-right_y, down_y]])
-    linear = fitter.covariance[:, 1:3, 1:3] / fitter.grid.scale**2
-    variance = float(np.einsum("ai,aij,aj->", slopes, linear, slopes))
+    linear = fitter.covariance[:, 1:3, :, 1:3] / fitter.grid.scale**2
+    variance = float(np.einsum("ai,aibj,bj->", slopes, linear, slopes))
     area = abs(float(np.linalg.det(vectors)))
     return float(fitter.grid.lens_pitch * np.sqrt(max(variance, 0.0)) / (2 * area))
 

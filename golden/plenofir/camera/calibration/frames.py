@@ -4,13 +4,15 @@
 import numpy as np
 
 from plenofir.camera.calibration.centroids import Image32
-from plenofir.camera.calibration.grid import Floats
+from plenofir.camera.calibration.grid import Flags, Floats
 from plenofir.errors import InputError
 from plenofir.refocus.operator import Image
 
 _LUMINANCE = np.array([0.2125, 0.7154, 0.0721], dtype=np.float32)
 _DARKEST_LEVELS = 16
 _CLIPPED_SHARE = 0.5
+# From this share on clipped pixels change the form of micro images; percentile of their signal.
+_MANY_CLIPPED, _LOWEST_CLIPPED = 0.002, 5
 _SMALLEST = 12
 _FULL_SCALES = {(1 << bits) - 1 for bits in (10, 12, 14)}
 
@@ -34,15 +36,28 @@ def check_same_size(image: Image, shape: tuple[int, ...], where: str, other: str
         )
 
 
-def clipped_share(image: Image, full_scale: int | None = None) -> float:
-    """Share of pixels at full scale."""
+def _at_full(image: Image, full_scale: int | None) -> Flags:
+    """Pixels at full scale."""
     highest = int(np.iinfo(image.dtype).max)
     if full_scale is None or full_scale == highest:
         # Pixels of 10 to 14 bits in words of 16 clip at a full scale that their file does not tell.
         largest = int(image.max())
         full_scale = largest if largest in _FULL_SCALES else highest
     at_full = image >= full_scale
-    return float((at_full.any(axis=2) if image.ndim == 3 else at_full).mean())
+    return np.asarray(at_full.any(axis=2) if image.ndim == 3 else at_full)
+
+
+def clipped_share(image: Image, full_scale: int | None = None) -> float:
+    """Share of pixels at full scale."""
+    return float(_at_full(image, full_scale).mean())
+
+
+def clipped_level(white: Image, signal: Image32, full_scale: int | None = None) -> float | None:
+    """Signal of a white image's pixels at full scale; None if there are few of them."""
+    at_full = _at_full(white, full_scale)
+    if at_full.mean() < _MANY_CLIPPED:
+        return None
+    return float(np.percentile(signal[at_full], _LOWEST_CLIPPED))
 
 
 def white_signal(

@@ -8,7 +8,7 @@ Lens (t, s), row and column, has the lattice coordinates
     hexagonal-columns    (t + ((s + stagger) mod 2) / 2, s)
 
 and its centre is a polynomial of low order in them. Order 1 is pitch, rotation and offset (with
-different pitches and shear allowed for); orders 2 and 3 take up tilt and distortion.
+different pitches and shear allowed for); higher orders take up tilt and distortion.
 """
 
 from typing import Annotated, Literal
@@ -22,7 +22,7 @@ Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
-MAX_ORDER = 3
+MAX_ORDER = 5
 _LARGEST_NUMBER = 1e9
 
 
@@ -57,7 +57,7 @@ class Grid(BaseModel):
     layout, stagger
         See `lattice_coordinates`.
     order
-        Order of the polynomial, 1 to 3.
+        Order of the polynomial, 1 to 5.
     middle
         Lattice coordinates that the polynomial is centred on.
     scale

@@ -4,6 +4,7 @@
 import numpy as np
 from scipy import ndimage
 
+from plenofir.camera.calibration.bending import MODELS, BentFit, Frame, Lenses, Model
 from plenofir.camera.calibration.centroids import (
     CORE_HALF_WIDTH,
     Image32,
@@ -15,7 +16,6 @@ from plenofir.camera.calibration.centroids import (
     windowed_moments,
 )
 from plenofir.camera.calibration.grid import (
-    MAX_ORDER,
     Flags,
     Floats,
     Grid,
@@ -27,7 +27,6 @@ from plenofir.camera.calibration.lattice import (
     no_grid,
     reduced,
 )
-from plenofir.camera.calibration.moire import pulled_fit
 from plenofir.camera.calibration.pixels import pixel_fit
 from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
@@ -38,10 +37,7 @@ from plenofir.camera.calibration.shading import (
     unit_positions,
 )
 
-_ORDER_LENSES = 4000
 _SLOPE_LENSES = 8000
-# Distortion of less than this many pixels (root mean square) is not modelled.
-_SMALLEST_DISTORTION = 0.015
 SHADING_ORDER = 4
 DARK = 0.02
 _SMALLEST_PITCH = 2.8
@@ -53,7 +49,6 @@ _DARKEST_SHADING = 0.03
 _HALF_WEIGHT = 0.15
 # A lens beside this many unlit ones is at the border of the image circle, which cuts it off.
 _UNLIT_NEIGHBOURS = 3
-_CHANCE = 4.5
 _LEAST_FIT = 9
 _SMOOTH = 0.06
 _ENOUGH_LENSES = 12000
@@ -65,15 +60,21 @@ _ALIKE_PLACES = 0.3
 # Smallest scatter (in pitches) that large micro images are given: a missing neighbour moves them
 # a little, which makes no outliers of them.
 _LARGE_FLOOR = 5e-4
-# Pixels and micro images have a moire, which grows as the pitch gets smaller (square pixels).
-_MOIRE = 0.12
 _PROBE = 0.18
 # Lenses whose brightness varies less than this say nothing about the level without light.
 _EVEN_LIGHT = 0.15
-# Distortion of less than this share of a pitch is not modelled either.
-_DISTORTION_SHARE = 0.001
 _WEAKEST_RESPONSE = 0.02
 _BAND = 32
+_EVEN_BELOW, _TOLD_BELOW = 0.85, 0.95
+_FEWEST_ROUND = 25
+# Shares of what the light's slope and changes of the pitch do to centroids that stay in them; the
+# slope's part goes with the variance of micro images in their window, in pitches. Large ones are
+# matched by their borders, which it moves less.
+_MATCHED = 0.1
+_UNSURE_LIGHT, _UNSURE_CLIPPED, _UNSURE_BENT, _SPREAD = 0.01, 0.25, 0.02, 0.2
+_FEWEST_TOLD, _LEAST_TOLD = 20, 0.15
+# Windows are not made smaller than by this share where distortion makes cells smaller.
+_SMALLEST_CELL = 0.8
 # Response of the small window, as a share of what spots would give it, for an even middle.
 _EVEN_MIDDLE = 0.6
 
@@ -111,8 +112,10 @@ def repeat_edges(image: Image32, margin: int) -> None:
 class GrowingFit:
     """State of the growing fit."""
 
-    def __init__(self, image: Image32, grid: Grid) -> None:
+    def __init__(self, image: Image32, grid: Grid, clipped: float | None = None) -> None:
         self.image = image
+        # Level at which many pixels clip.
+        self.clipped = clipped
         self.shape = image.shape[0], image.shape[1]
         self.grid = grid
         self.shading: Floats | None = None
@@ -120,9 +123,11 @@ class GrowingFit:
         self.scatter = 0.0
         self.weights: Floats = np.empty(0)
         self.fitted: Floats = np.empty((0, 2))
-        self.unit = 1.0
+        self.measured: Floats = np.empty((0, 2))
+        self._fit: BentFit | None = None
+        # Of the grid's coefficients, and what it would be if the grid's model were sure.
         self.covariance: Floats = np.empty(0)
-        self.order_gains: tuple[float, ...] = ()
+        self.own: Floats = np.empty(0)
         # Standard errors of the grid's size along y and x, as shares, that come of inner slopes.
         self.stretch: Floats = np.zeros(2)
         # Windows of lenses at the border reach beyond it, where the edge pixels are repeated.
@@ -132,6 +137,25 @@ class GrowingFit:
         self._listed_for = grid
         self._listed: dict[tuple[tuple[float, ...], ...], tuple[Indices, Indices, Floats]] = {}
         self.padded = self.raw
+
+    @property
+    def bent(self) -> BentFit:
+        """The latest fit."""
+        if self._fit is None:
+            raise no_grid("no grid of micro images")
+        return self._fit
+
+    def windows(self) -> tuple[float, float]:
+        """Pitch along y and x for windows, which fit the smallest cell of the image."""
+        down, right = extents(self.grid)
+        if self.grid.order > 1:
+            end = np.array(self.shape) - 1.0
+            corners = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]) * end
+            cells = np.abs(np.linalg.det(self.grid.jacobian(self.grid.inverse(corners))))
+            share = float(np.sqrt(cells.min() / abs(np.linalg.det(self.grid.vectors))))
+            share = min(1.0, max(_SMALLEST_CELL, share))
+            down, right = share * down, share * right
+        return down, right
 
     def lenses(self, radius: float, margin: float) -> tuple[Indices, Indices, Floats]:
         """Lenses in the box of a radius around the middle, and margin inside the image."""
@@ -165,7 +189,7 @@ class GrowingFit:
 
     def measure(self, centres: Floats) -> Floats:
         """Centroids around expected centres, in pixels."""
-        pitch = extents(self.grid)
+        pitch = self.windows()
         places = centres + self.margin
         moments = windowed_moments(self.padded, places, pitch)
         factors = response(self.padded, places, pitch)
@@ -192,7 +216,7 @@ class GrowingFit:
         # shows in a small window over the middle, which does not reach the borders. It points away
         # from the axis, so the slope along y grows with y only, and along x with x. Spots have no
         # even middle: for them it is not known.
-        pitch = extents(self.grid)
+        pitch = self.windows()
         few = np.random.default_rng(2).permutation(len(centres))[:_SLOPE_LENSES]
         places = centres[few] + self.margin
         core = windowed_moments(self.padded, places, pitch, CORE_HALF_WIDTH)
@@ -237,7 +261,15 @@ class GrowingFit:
         inner = lit & (unlit < _UNLIT_NEIGHBOURS - 0.5)
         return np.asarray(inner if inner.sum() >= max(25, 0.4 * lit.sum()) else lit)
 
-    def refine(self, radius: float, order: int | None, rounds: int, *, last: bool = False) -> None:
+    def refine(
+        self,
+        radius: float,
+        rounds: int,
+        models: tuple[Model, ...] = MODELS,
+        order: int | None = None,
+        *,
+        last: bool = False,
+    ) -> None:
         """Measure and fit the lenses within a radius: of many, all if it is the last time."""
         lit_before: tuple[Indices, Indices, Flags] | None = None
         for n in range(rounds):
@@ -260,7 +292,7 @@ class GrowingFit:
                 raise no_grid(f"{len(t)} whole micro images only")
             large = self.shading is not None and min(extents(self.grid)) > _LARGE_PITCH
             measured = (
-                centres + matched_offsets(self.padded, centres + self.margin, extents(self.grid))
+                centres + matched_offsets(self.padded, centres + self.margin, self.windows())
                 if large
                 else self.measure(centres)
             )
@@ -274,20 +306,29 @@ class GrowingFit:
                 light = shading_at(self.shading, centres, self.shape)
                 light = light / light.max()
                 prior = light**2 / (light**2 + _HALF_WEIGHT**2)
-            self.unit = scale
             # Only the borders of large micro images count, which are at all places between pixels.
-            pulled = max(pitch) if self.shading is not None and not large else None
-            self.order_gains = ()
-            chosen = order or self.best_order(points, measured, floor, prior, pulled)
-            fit = pulled_fit(polynomial_terms(points, chosen), measured, floor, prior, pulled)
-            self.weights, self.scatter, self.covariance = fit.weights, fit.scatter, fit.covariance
-            if self.shading is not None and not large:
-                self.covariance = fit.covariance + self.stretched(fit.coefficients)
-            self.fitted = lattice
+            lenses = Lenses(
+                frame=self.frame(),
+                points=points,
+                lattice=lattice,
+                values=measured,
+                prior=prior,
+                floor=floor,
+                pitch=max(pitch),
+                pulled=self.shading is not None and not large,
+                scale=(scale, middle),
+            )
+            self._fit = fit = lenses.fit(models, order)
+            self.weights, self.scatter = fit.weights, fit.scatter
+            self.covariance, self.own = fit.covariance, fit.own
+            if lenses.pulled:
+                stretched = self.stretched(fit.coefficients, fit.covariance.shape[1])
+                self.covariance, self.own = fit.covariance + stretched, fit.own + stretched
+            self.fitted, self.measured = lattice, measured
             self.grid = Grid(
                 layout=self.grid.layout,
                 stagger=self.grid.stagger,
-                order=chosen,
+                order=fit.order,
                 middle=tuple(middle),
                 scale=scale,
                 coefficients=tuple(map(tuple, fit.coefficients)),
@@ -296,13 +337,23 @@ class GrowingFit:
                 size = min(reduced_lengths(self.grid))
                 raise no_grid(f"micro images of {size:.1f} pixels, too small")
 
-    def stretched(self, coefficients: Floats) -> Floats:
+    def frame(self) -> Frame:
+        """The even grid that this one is like in the middle of the image."""
+        middle = (np.array(self.shape) - 1) / 2
+        origin = self.grid.inverse(middle)
+        return Frame(self.grid.jacobian(origin), origin, middle, float(np.hypot(*middle)))
+
+    def stretched(self, coefficients: Floats, count: int) -> Floats:
         """Covariance of a grid that may be stretched from the middle of the image."""
         # An error of the inner slope moves all centroids, the farther out the more: the scatter of
         # centroids does not show it.
-        moves = coefficients * self.stretch
+        moves = np.zeros((count, 2))
+        moves[: len(coefficients)] = coefficients * self.stretch
         moves[0] -= (np.array(self.shape) - 1) / 2 * self.stretch
-        return np.asarray(np.einsum("ia,ja->aij", moves, moves))
+        result = np.zeros((2, count, 2, count))
+        for axis in (0, 1):
+            result[axis, :, axis] = np.outer(moves[:, axis], moves[:, axis])
+        return result
 
     def fit_pixels(self) -> None:
         """Fit the grid to the pixels themselves, where their pull looks like another grid."""
@@ -312,56 +363,25 @@ class GrowingFit:
         turns = np.exp(2j * np.pi * grid.positions(self.fitted))
         if np.abs(turns.mean(axis=0)).max() < _ALIKE_PLACES:
             return
-        first = np.array(grid.coefficients)
-        first[0] += self.margin
-        fit = pixel_fit(
+        terms = polynomial_terms((self.fitted - grid.middle) / grid.scale, grid.order)
+        found = pixel_fit(
             self.padded,
             self.margin,
             primitive_vectors(grid),
-            polynomial_terms((self.fitted - grid.middle) / grid.scale, grid.order),
-            first,
+            terms @ self.bent.fixed + self.margin,
+            np.einsum("nt,tap->nap", terms, self.bent.basis),
+            self.bent.factors,
             self.weights,
             square=grid.layout == "rectangular",
         )
-        self.covariance = fit.covariance
-        fit.coefficients[0] -= self.margin
-        self.grid = grid.model_copy(update={"coefficients": tuple(map(tuple, fit.coefficients))})
-
-    def best_order(
-        self, points: Floats, values: Floats, floor: float, prior: Floats, pulled: float | None
-    ) -> int:
-        """Lowest order that predicts lenses left out of the fit as well as any higher one."""
-        # Each half of the lenses (drawn at random, always the same) is predicted from the other. A
-        # higher order must be better by more than chance (standard errors) and by more than
-        # sampling does to centroids: pixels and micro images have a moire.
-        drawn = np.random.default_rng(1).permutation(len(points))[:_ORDER_LENSES]
-        points, values, prior = points[drawn], values[drawn], prior[drawn]
-        half = np.arange(len(drawn)) % 2 == 0
-        best, least = 1, np.zeros(len(points))
-        sides = np.ptp(points, axis=0) * self.unit
-        pitch = max(extents(self.grid))
-        smallest = max(_SMALLEST_DISTORTION, _DISTORTION_SHARE * pitch, _MOIRE / pitch)
-        for order in range(1, MAX_ORDER + 1):
-            if 4 * len(exponents(order)) > half.sum() or (order > 1 and min(sides) < 3 * order):
-                break
-            terms = polynomial_terms(points, order)
-            squares = np.empty(len(values))
-            for part in (half, ~half):
-                fit = pulled_fit(terms[part], values[part], floor, prior[part], pulled)
-                left = values[~part] - fit.centroids(terms[~part])
-                squares[~part] = (left**2).sum(axis=1) * prior[~part]
-            # Outliers say nothing about the order.
-            squares = np.minimum(squares, np.percentile(squares, 90))
-            if order == 1:
-                least = squares
-                continue
-            gain = least - squares
-            mean = float(gain.mean())
-            self.order_gains += (float(np.copysign(np.sqrt(abs(mean)), mean)),)
-            chance = _CHANCE * gain.std() / np.sqrt(len(gain))
-            if mean > max(chance, smallest**2):
-                best, least = order, squares
-        return best
+        coefficients = self.bent.fixed + self.bent.basis @ found.factors
+        count = terms.shape[1]
+        own = np.einsum("iap,pq,jbq->aibj", self.bent.basis, found.covariance, self.bent.basis)
+        doubt = self.covariance - self.own
+        self.own = np.zeros_like(doubt)
+        self.own[:, :count, :, :count] = own
+        self.covariance = self.own + doubt
+        self.grid = grid.model_copy(update={"coefficients": tuple(map(tuple, coefficients))})
 
     def flatten(self) -> None:
         """Fit the smooth part of the brightness, and divide the image by it."""
@@ -381,24 +401,71 @@ class GrowingFit:
         lit = level > DARK * np.percentile(level, 95)
         if not lit.any():
             raise no_grid("micro images no brighter than the gaps between them")
+        if self.clipped is not None:
+            # Clipped ones do not tell the light.
+            told = lit & (level < _TOLD_BELOW * (self.clipped - base))
+            lit = told if told.sum() > max(_FEWEST_TOLD, _LEAST_TOLD * lit.sum()) else lit
         terms_of = unit_positions(places[lit], self.shape)
         # Probes around a middle tell the slope besides the level.
         count = lit.sum() * (3 / 5 if spread.any() else 1)
         order = next((n for n in range(SHADING_ORDER, 0, -1) if count >= 4 * n * n + 1), 0)
+        # Fewer lenses tell the term of order 4 that a round falling off of the light has.
+        rounded = 1 < order < SHADING_ORDER and count >= _FEWEST_ROUND
         light = level[lit] / np.percentile(level, 95)
         prior = light**2 / (light**2 + _HALF_WEIGHT**2)
-        terms = polynomial_terms(terms_of, order)
+        terms = polynomial_terms(terms_of, 2 if rounded else order)
+        if rounded:
+            order = SHADING_ORDER
+            squares = (terms_of**2) @ self.round_light()
+            terms = np.concatenate([terms, squares[:, np.newaxis] ** 2], axis=1)
         smooth = terms.shape[1]
         if spread.any():
             terms = np.concatenate([terms, spread[lit, np.newaxis]], axis=1)
         coefficients, _, _ = robust_fit(terms, np.log(level[lit])[:, np.newaxis], 1e-3, prior)
-        self.shading = coefficients[:smooth, 0]
+        found = coefficients[:smooth, 0]
+        if rounded:
+            y, x = self.round_light()
+            fourth = {(4, 0): y * y, (2, 2): 2 * x * y, (0, 4): x * x}
+            found = np.concatenate([found[:-1], np.zeros(len(exponents(order)) - smooth + 1)])
+            for power, part in fourth.items():
+                found[exponents(order).index(power)] = part * coefficients[smooth - 1, 0]
+        self.shading = found
         table = np.zeros((order + 1, order + 1))
         for value, (m, n) in zip(self.shading, exponents(order), strict=True):
             table[m, n] = value
-        top = float(np.max(terms[:, :smooth] @ self.shading))
+        top = float(np.max(terms[:, :smooth] @ coefficients[:smooth, 0]))
         table[0, 0] -= top
         self.divide(np.float32(base), table.astype(np.float32))
+
+    def round_light(self) -> Floats:
+        """Square of the distance from the middle is the product of these and squared unit ones."""
+        half = (np.array(self.shape) - 1.0) ** 2
+        return np.asarray(half / half.sum())
+
+    def shared_errors(self, t: Indices, s: Indices, centres: Floats) -> Floats:
+        """Errors of centres that the scatter does not show, (y, x) in pixels."""
+        # The slope of the light moves centroids, and what is divided out of it is not sure.
+        if self.shading is None:
+            return np.zeros_like(centres)
+        steps = np.eye(2) * 0.5
+        slopes = np.stack(
+            [
+                np.log(shading_at(self.shading, centres + step, self.shape))
+                - np.log(shading_at(self.shading, centres - step, self.shape))
+                for step in steps
+            ],
+            axis=-1,
+        )
+        unsure = _UNSURE_LIGHT if self.clipped is None else _UNSURE_CLIPPED
+        if min(extents(self.grid)) > _LARGE_PITCH:
+            unsure *= _MATCHED
+        moved = unsure * slopes * (_SPREAD * np.array(extents(self.grid))) ** 2
+        # Where the pitch changes, neighbours reach into windows from one side.
+        lattice, bent = self.grid.lattice(t, s), np.zeros_like(centres)
+        for step in np.eye(2):
+            ends = self.grid.positions(lattice + step) + self.grid.positions(lattice - step)
+            bent += ends - 2 * centres
+        return np.asarray(np.hypot(moved, _UNSURE_BENT * bent))
 
     def divide(self, base: np.float32, table: Image32) -> None:
         """Divide the image above its base by light whose logarithm is a polynomial of y, x."""
@@ -417,6 +484,10 @@ class GrowingFit:
             np.clip(shade, np.float32(np.log(_DARKEST_SHADING)), np.float32(0), out=shade)
             np.exp(shade, out=shade)
             np.divide(self.image[band] - base, shade, out=inner[band])
+        if self.clipped is not None:
+            # Clipped micro images are even; divided by the light they would lean to one side. Cut
+            # off below, all are even, those that are not clipped too.
+            np.minimum(inner, np.float32(_EVEN_BELOW * (self.clipped - base)), out=inner)
         repeat_edges(self.padded, self.margin)
 
     def smooth(self) -> Image32:

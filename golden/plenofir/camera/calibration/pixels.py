@@ -40,12 +40,9 @@ _MOST_ROWS = 30_000
 
 @dataclass(frozen=True)
 class PixelFit:
-    """Polynomial of a grid fitted to pixels.
+    """Factors of a grid's terms fitted to pixels, and their covariance."""
 
-    `covariance` is that of the coefficients for y and for x, shape (2, terms, terms).
-    """
-
-    coefficients: Floats
+    factors: Floats
     covariance: Floats
 
 
@@ -91,17 +88,18 @@ def pixel_fit(
     image: Image32,
     margin: int,
     vectors: Floats,
+    places: Floats,
     terms: Floats,
-    coefficients: Floats,
+    factors: Floats,
     weights: Floats,
     *,
     square: bool,
 ) -> PixelFit:
-    """Fit the polynomial of a grid to the pixels around its lenses.
+    """Fit a grid to the pixels around its lenses.
 
-    The image has a margin that does not count, other than in the positions that the `coefficients`
-    give. `vectors` are those of neighbouring lenses in the middle, shape (2, 2); `terms` are the
-    polynomial's at the lenses, shape (n, terms); `weights` say how much a lens counts.
+    The image has a margin that does not count, other than in `places`. `vectors` are those of
+    neighbouring lenses in the middle, shape (2, 2). Lenses are at `places`, shape (n, 2), plus the
+    product of `terms`, shape (n, 2, factors), and the factors; `weights` say how much each counts.
     """
     inverse = np.linalg.inv(vectors)
     k, classes, usual = _waves(vectors, square=square)
@@ -112,20 +110,19 @@ def pixel_fit(
     shape = image.shape[0] - 2 * margin, image.shape[1] - 2 * margin
     counting = np.random.default_rng(5).permutation(np.nonzero(weights > 0)[0])
     lenses = counting[: _MOST_ROWS // len(steps) ** 2]
-    terms, weights = terms[lenses], weights[lenses]
-    count = terms.shape[1]
-    ends = np.cumsum([0, count, count, 1 + classes.shape[1], len(exponents(_LIGHT_ORDER)) - 1])
-    down, right, spot, light = (slice(*part) for part in pairwise(ends))
-    # Parameters: the grid's coefficients for y and x, a_k (of k = 0 first), the light's (1 first).
+    places, terms, weights = places[lenses], terms[lenses], weights[lenses]
+    ends = np.cumsum([0, len(factors), 1 + classes.shape[1], len(exponents(_LIGHT_ORDER)) - 1])
+    grid, spot, light = (slice(*part) for part in pairwise(ends))
+    # Parameters: the grid's factors, a_k (of k = 0 first), the light's (1 first).
     found = np.zeros(ends[-1])
-    found[down], found[right] = coefficients.T
+    found[grid] = factors
     known = np.zeros(len(found))
     block = max(1, _ROWS // len(steps) ** 2)
     for n in range(_STEPS + 1):
         matrix = np.zeros((len(found), len(found)))
         scores = np.zeros((len(lenses), len(found)))
         noise = total = 0.0
-        centres = np.stack([terms @ found[down], terms @ found[right]], axis=-1)
+        centres = places + terms @ found[grid]
         for start in range(0, len(lenses), block):
             part = slice(start, start + block)
             corner = np.rint(centres[part]).astype(np.int64)
@@ -147,8 +144,7 @@ def pixel_fit(
             level = 1 + bends @ found[light]
             columns = np.concatenate(
                 [
-                    (slopes[..., :1] * level[..., np.newaxis]) * terms[part, np.newaxis],
-                    (slopes[..., 1:] * level[..., np.newaxis]) * terms[part, np.newaxis],
+                    (slopes * level[..., np.newaxis]) @ terms[part],
                     waves * level[..., np.newaxis],
                     bends * model[..., np.newaxis],
                 ],
@@ -171,12 +167,9 @@ def pixel_fit(
         uncertainty = np.linalg.inv(matrix + np.diag(known))
         step = uncertainty @ (sums - known * found)
         found += step
-        if max(np.abs(step[down]).max(), np.abs(step[right]).max()) < _SMALL_STEP:
+        if np.abs(step[grid]).max() < _SMALL_STEP:
             break
     # By the scatter of what single lenses say, with what is known of the details.
     spread = scores.T @ scores + noise / total * np.diag(known)
     covariance = uncertainty @ spread @ uncertainty
-    return PixelFit(
-        np.stack([found[down], found[right]], axis=-1),
-        np.stack([covariance[down, down], covariance[right, right]]),
-    )
+    return PixelFit(found[grid], covariance[grid, grid])

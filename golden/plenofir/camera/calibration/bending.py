@@ -1,0 +1,531 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How a grid is bent by a tilted array and a distorting lens, and which model its lenses bear out.
+
+Few lenses cannot tell all terms of a polynomial of order 3, but they can tell the few terms that a
+camera has. With z a lens's place in an even grid from the middle of the image, in half diagonals, a
+complex number, centres are sums of terms z^a conj(z)^b with real factors:
+
+    even        1, i, z, iz, conj(z), i conj(z)     offset, pitch, rotation, shear
+    radial      z |z|^2                             distortion, r' = r + k r^3
+    tilt        z Re(z), z Im(z)                    perspective
+    axis        |z|^2, i |z|^2                      distortion about another point
+    quadratic, cubic                                all that is left of orders 2 and 3
+    high        z |z|^4, z |z|^2 Re(z), z |z|^2 Im(z)
+    quintic                                         all that is left of orders 4 and 5
+
+Perspective and distortion are exact where orders 2 and 3 are not tried in full: a camera's
+terms of higher order follow from tilt and distortion (`_beyond`).
+
+Each factor has a normal distribution that is known beforehand (of the even ones nothing is), so a
+model has a likelihood that pays for its terms. The most likely one is taken. What the others say of
+a centre, each as likely as it is, goes into its standard error: lenses too few or too noisy to tell
+models apart leave centres uncertain.
+
+Lenses that do not fit the richest model that can be tried are outliers. A model with fewer terms
+makes no outliers, so lenses at the border that it misses tell against it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.camera.calibration.grid import Floats, Indices, exponents, polynomial_terms
+from plenofir.camera.calibration.moire import USUAL, waves
+
+Complexes = npt.NDArray[np.complex128]
+_Term = dict[tuple[int, int], complex]
+
+# Tukey's biweight: residuals beyond this many (robust) standard deviations do not count.
+_TUKEY = 6.0
+_FIRST_ROUNDS, _ROUNDS = 6, 20
+_SETTLED = 1e-3
+# Models are compared by so many lenses, drawn at random (always the same).
+_COMPARED = 4000
+# Centroids err together by so much, in pixels: at least, by the pitch, and by its reciprocal.
+_COMMON = (0.0004, 0.00003, 0.003)
+# So much of the scatter moves centroids together, where models are compared.
+_TOGETHER = 0.2
+# Logarithm of how much more likely an even grid is beforehand than one of another model.
+_EVEN_ODDS = 3.0
+# What is less than this many pixels is left out; a tilt is not larger than this.
+_NOTHING, _LARGEST_TILT = 1e-4, 0.1
+# Lenses and rows of them that it takes to try all terms of an order.
+_NEEDED = {2: (24, 4), 3: (40, 6), 4: (80, 8), 5: (160, 12)}
+
+
+def _both(a: int, b: int) -> list[_Term]:
+    return [{(a, b): 1.0}, {(a, b): 1j}]
+
+
+def _tilt(times: int) -> list[_Term]:
+    """Terms z Re(z) and z Im(z), times a power of |z|^2."""
+    high, low = (2 + times, times), (1 + times, 1 + times)
+    return [{high: 0.5, low: 0.5}, {high: -0.5j, low: 0.5j}]
+
+
+# Terms of each group, and the standard deviations of their factors in half diagonals.
+_GROUPS: dict[str, tuple[list[_Term], float]] = {
+    "even": ([*_both(0, 0), *_both(1, 0), *_both(0, 1)], np.inf),
+    "radial": ([{(2, 1): 1.0}], 0.02),
+    "tilt": (_tilt(0), 0.03),
+    "axis": (_both(1, 1), 0.005),
+    "quadratic": (_both(0, 2), 0.005),
+    "cubic": ([{(2, 1): 1j}, *_both(3, 0), *_both(1, 2), *_both(0, 3)], 0.005),
+    "high": ([{(3, 2): 1.0}, *_tilt(1)], 0.003),
+    "quintic": (
+        [
+            *(term for a in (4, 3, 1, 0) for term in _both(a, 4 - a)),
+            {(3, 2): 1j},
+            *(term for a in (5, 4, 2, 1, 0) for term in _both(a, 5 - a)),
+        ],
+        0.002,
+    ),
+}
+_PLANE = ("even", "tilt", "axis", "quadratic")
+
+
+@dataclass(frozen=True)
+class Model:
+    """Groups of terms, and the order of the polynomial that they make."""
+
+    groups: tuple[str, ...]
+    order: int
+
+    @property
+    def perspective(self) -> bool:
+        """Whether its terms of higher order follow from its tilt."""
+        return "tilt" in self.groups and "quadratic" not in self.groups
+
+    @property
+    def needs(self) -> tuple[int, ...]:
+        """Orders all of whose terms have to be tried for it."""
+        found = {"quadratic": 2, "cubic": 3, "high": 4, "quintic": 5}
+        return tuple(found[name] for name in self.groups if name in found)
+
+
+EVEN = Model(("even",), 1)
+BENT = Model(("even", "tilt", "radial"), 3)
+FULL = {
+    1: EVEN,
+    2: Model(_PLANE, 2),
+    3: Model((*_PLANE, "radial", "cubic"), 3),
+    5: Model((*_PLANE, "radial", "cubic", "high", "quintic"), 5),
+}
+"""Models that have all terms of an order."""
+_LENS = Model(("even", "tilt", "axis", "radial"), 3)
+_HIGH = Model((*_LENS.groups, "high"), 5)
+MODELS = (
+    EVEN,
+    Model(("even", "radial"), 3),
+    Model(("even", "tilt"), 2),
+    BENT,
+    _LENS,
+    FULL[2],
+    FULL[3],
+    _HIGH,
+    Model((*FULL[3].groups, "high"), 5),
+    FULL[5],
+)
+_ORDER = max(model.order for model in MODELS)
+_ALL = tuple(_GROUPS)
+
+
+@cache
+def _places(groups: tuple[str, ...]) -> npt.NDArray[np.int64]:
+    """Where the terms of some groups are among all of them."""
+    ends = np.cumsum([0, *(len(_GROUPS[name][0]) for name in _ALL)])
+    parts = [np.arange(ends[_ALL.index(n)], ends[_ALL.index(n) + 1]) for n in groups]
+    return np.sort(np.concatenate(parts))
+
+
+_TERMS = [term for name in _ALL for term in _GROUPS[name][0]]
+_SPREADS = np.concatenate([np.full(len(terms), spread) for terms, spread in _GROUPS.values()])
+
+
+def _columns(z: Complexes, groups: tuple[str, ...]) -> Complexes:
+    """Terms of some groups at places z, shape (places, terms)."""
+    powers = [np.ones_like(z)]
+    for _ in range(_ORDER):
+        powers.append(powers[-1] * z)
+    result = np.empty((len(z), len(_places(groups))), dtype=np.complex128)
+    for column, n in enumerate(_places(groups)):
+        result[:, column] = sum(
+            factor * powers[a] * powers[b].conj() for (a, b), factor in _TERMS[n].items()
+        )
+    return result
+
+
+def _beyond(z: Complexes, tilt: Floats, bend: float) -> Complexes:
+    """What a tilt and a distortion add beyond their first order, in half diagonals.
+
+    It is z / (1 - s), s = tilt . z, distorted, up to the fifth order.
+    """
+    s = z.real * tilt[0] + z.imag * tilt[1]
+    return np.asarray(z * (s**2 + s**3 + s**4 + bend * np.abs(z) ** 2 * (3 * s + 6 * s**2)))
+
+
+@dataclass(frozen=True)
+class Frame:
+    """An even grid in the middle of an image: what places z are counted in.
+
+    `vectors` are its steps along rows and columns in pixels, `origin` the lattice coordinates at
+    `middle` (y, x), and `half` the half diagonal in pixels.
+    """
+
+    vectors: Floats
+    origin: Floats
+    middle: Floats
+    half: float
+
+    def places(self, lattice: Floats) -> Complexes:
+        """Places z of lattice coordinates."""
+        away = (lattice - self.origin) @ self.vectors / self.half
+        return away[..., 0] + 1j * away[..., 1]
+
+
+@dataclass(frozen=True)
+class _Robust:
+    """A model fitted robustly, and the linear system that it is about its solution."""
+
+    factors: Floats  # of the terms in pixels, then the strengths of the pull
+    tukey: Floats  # weight of each lens, its prior left out
+    scatter: float
+    design: Floats  # shape (2 lenses, factors)
+    target: Floats  # shape (2 lenses,)
+
+
+@dataclass(frozen=True)
+class BentFit:
+    """The model that lenses bear out.
+
+    Attributes
+    ----------
+    order
+        Of the polynomial in `Lenses.points`.
+    basis
+        What each of the model's factors adds to its coefficients, shape (coefficients, 2, factors).
+    factors
+        Of the model's terms, in pixels.
+    fixed
+        What coefficients are without factors.
+    weights
+        Robust weights of the lenses; of many, 0 for those that were not looked at.
+    scatter
+        Robust standard deviation of the lenses from the model in pixels.
+    covariance
+        Of the coefficients of a polynomial of order `covariance_order`, for y and x: shape
+        (2, coefficients, 2, coefficients). It takes in what less likely models say.
+    own
+        The same of the model alone, were it the true one.
+    gains
+        For the orders 2 and 3, by how many pixels (root mean square) they predict lenses left out
+        of the fit better than the best lower order, negative if worse.
+    untried
+        Orders whose terms could not all be tried, for want of lenses.
+    """
+
+    order: int
+    basis: Floats
+    factors: Floats
+    fixed: Floats
+    weights: Floats
+    scatter: float
+    covariance: Floats
+    own: Floats
+    covariance_order: int
+    gains: tuple[float, ...]
+    untried: tuple[int, ...]
+
+    @property
+    def coefficients(self) -> Floats:
+        """Of the polynomial, for y and x: shape (coefficients, 2)."""
+        return np.asarray(self.fixed + self.basis @ self.factors)
+
+
+@dataclass(frozen=True)
+class Lenses:
+    """Lenses that models are fitted to.
+
+    Attributes
+    ----------
+    frame
+        An even grid near them.
+    points, lattice, values
+        Arguments of the polynomial, lattice coordinates, and measured centres (y, x) in pixels, all
+        of shape (n, 2).
+    scale
+        Lattice coordinates are points times this, plus that.
+    prior
+        How much each counts.
+    floor
+        Least scatter in pixels that makes outliers.
+    pitch
+        In pixels.
+    pulled
+        Whether pixels pull centroids.
+    """
+
+    frame: Frame
+    points: Floats
+    lattice: Floats
+    values: Floats
+    prior: Floats
+    floor: float
+    pitch: float
+    pulled: bool
+    scale: tuple[float, Floats]
+
+    def tried(self, order: int) -> bool:
+        """Whether there are lenses enough to try all terms of an order."""
+        lenses, rows = _NEEDED[order]
+        sides = [len(np.unique(np.floor(line))) for line in self.lattice.T]
+        return len(self.points) >= lenses and min(sides) >= rows
+
+    def _known(self, groups: tuple[str, ...]) -> Floats:
+        """What is known of factors beforehand: the reciprocals of their variances."""
+        known = 1 / (_SPREADS[_places(groups)] * self.frame.half) ** 2
+        pulls = (self.pitch / USUAL) ** 2 if self.pulled else np.empty(0)
+        return np.concatenate([known, pulls])
+
+    def _part(self, lenses: Indices) -> "Lenses":
+        return replace(
+            self,
+            points=self.points[lenses],
+            lattice=self.lattice[lenses],
+            values=self.values[lenses],
+            prior=self.prior[lenses],
+        )
+
+    def _lens(self, groups: tuple[str, ...], factors: Floats) -> tuple[Floats, float]:
+        """Tilt and distortion that the factors of some groups tell."""
+        whole = np.zeros(len(_TERMS))
+        whole[_places(groups)] = factors[: len(_places(groups))] / self.frame.half
+        tilt, radial = whole[_places(("tilt",))], whole[_places(("radial",))]
+        return np.clip(tilt, -_LARGEST_TILT, _LARGEST_TILT), float(radial[0])
+
+    def _robust(self, groups: tuple[str, ...], *, perspective: bool) -> _Robust:
+        """Fit all terms of some groups, outliers left out."""
+        columns = _columns(self.frame.places(self.lattice), groups)
+        size = columns.shape[1]
+        terms = np.stack([columns.real, columns.imag], axis=1).reshape(-1, size)
+        measured = values = (self.values - self.frame.middle).ravel()
+        shift = np.tile(self.frame.middle, len(self.values))
+        known = self._known(groups)
+        factors = np.zeros(len(known))
+        design, target = np.hstack([terms, np.zeros((len(terms), len(known) - size))]), values
+        tukey, scatter = np.ones(len(self.values)), 1.0
+        for n in range(_FIRST_ROUNDS + _ROUNDS):
+            rows = (self.prior * tukey).repeat(2)[:, np.newaxis] * design
+            gram = rows.T @ design
+            system = gram + scatter**2 * np.diag(known)
+            factors = np.linalg.lstsq(system, rows.T @ target, rcond=None)[0]
+            if perspective:
+                values = measured - self._more(self._lens(groups, factors))
+                target = values
+            if self.pulled:
+                centres = terms @ factors[:size]
+                pulls, slopes = waves(centres + shift + measured - values)
+                left = values - centres - pulls @ factors[size:]
+                design = np.concatenate(
+                    [terms * (1 + slopes @ factors[size:])[:, np.newaxis], pulls], axis=1
+                )
+                target = left + design @ factors
+            away = (target - design @ factors).reshape(-1, 2) * np.sqrt(self.prior)[:, np.newaxis]
+            freedom = float(np.trace(np.linalg.lstsq(system, gram, rcond=None)[0]))
+            scatter = self._scatter(away, freedom)
+            distance = np.linalg.norm(away, axis=1)
+            if n < _FIRST_ROUNDS:
+                # The sum of distances instead of that of squares: it has one minimum.
+                new = scatter / np.maximum(distance, scatter)
+            else:
+                share = distance / (_TUKEY * scatter)
+                new = np.where(share < 1, (1 - share**2) ** 2, 0.0)
+            change = float(np.abs(new - tukey).max())
+            tukey = new
+            if n >= _FIRST_ROUNDS and change < _SETTLED:
+                break
+        return _Robust(factors, tukey, scatter, design, target)
+
+    def _scatter(self, away: Floats, freedom: float) -> float:
+        """Robust standard deviation of residuals."""
+        spread = 1.4826 * float(np.median(np.abs(away)))
+        return max(spread * sqrt(away.size / max(1.0, away.size - freedom)), self.floor)
+
+    def fit(self, models: tuple[Model, ...] = MODELS, order: int | None = None) -> BentFit:
+        """Fit the most likely of some models, or that with all terms of an order."""
+        few = self
+        drawn: Indices | slice = slice(None)
+        if len(self.points) > _COMPARED:
+            drawn = np.random.default_rng(1).permutation(len(self.points))[:_COMPARED]
+            few = self._part(drawn)
+        given = None if order is None else FULL[order]
+        models = tuple(m for m in models if all(map(few.tried, m.needs)) or m is given)
+        groups = tuple(n for n in _GROUPS if any(n in m.groups for m in models))
+        exact = BENT in models and FULL[3] not in models
+        rich = few._robust(groups, perspective=exact)
+        lens = few._lens(groups, rich.factors)
+        more = few._more(lens)
+        plain = rich.target + more if exact else rich.target
+        compared = _Compared(few, rich, groups, plain, more)
+        fits = [compared.solve(model) for model in models]
+        chances = np.exp(np.array([f.evidence for f in fits]) - max(f.evidence for f in fits))
+        chances /= chances.sum()
+        allowed = [n for n, m in enumerate(models) if given in (None, m)]
+        best = max(allowed, key=lambda n: chances[n])
+        model, chosen = models[best], fits[best]
+        # What other models say of the factors, each as likely as it is.
+        away = np.stack([f.factors - chosen.factors for f in fits])
+        others = np.einsum("m,mi,mj->ij", chances, away, away)
+        others += np.einsum("m,mij->ij", chances, np.stack([f.covariance for f in fits]))
+        others -= chosen.covariance
+        part = np.searchsorted(_places(groups), _places(model.groups))
+        weights = np.zeros(len(self.points))
+        weights[drawn] = few.prior * rich.tukey
+        factors, own = chosen.factors[part], chosen.covariance
+        residuals = compared.left(model, chosen).reshape(-1, 2)
+        scatter = self._scatter(residuals * np.sqrt(few.prior)[:, np.newaxis], len(part))
+        if few is not self:
+            every = self._robust(model.groups, perspective=model.perspective)
+            lens = self._lens(model.groups, every.factors)
+            weights, scatter = self.prior * every.tukey, every.scatter
+            factors = every.factors[: len(part)]
+            share = float((few.prior * rich.tukey).sum() / weights.sum())
+            noise = compared.noise * share + compared.common
+            own = own * noise / (compared.noise + compared.common)
+        made = model.order
+        if model.perspective and np.abs(more).max() > _NOTHING:
+            made = _ORDER
+        fixed = np.zeros((len(exponents(made)), 2))
+        if model.perspective:
+            fixed = self._polynomial(lambda z: self.frame.half * _beyond(z, *lens), made)
+        fixed[0] += self.frame.middle
+        basis = self._polynomial(lambda z: _columns(z, model.groups), made)
+        top = max(made, *(m.order for m in models))
+        turn = self._polynomial(lambda z: _columns(z, groups), top)
+        size = turn.shape[-1]
+        own, whole = (
+            np.einsum("iap,pq,jbq->aibj", turn, c[:size, :size], turn) for c in (own, own + others)
+        )
+        return BentFit(
+            order=made,
+            basis=basis,
+            factors=factors,
+            fixed=fixed,
+            weights=weights,
+            scatter=scatter,
+            covariance=whole,
+            own=own,
+            covariance_order=top,
+            gains=compared.gains(models, fits) if order is None else (),
+            untried=tuple(n for n in (2, 3) if n in FULL and not few.tried(n)),
+        )
+
+    def _more(self, lens: tuple[Floats, float]) -> Floats:
+        """What a tilt and a distortion add to centres beyond their first order, in pixels."""
+        more = self.frame.half * _beyond(self.frame.places(self.lattice), *lens)
+        return np.stack([more.real, more.imag], axis=1).ravel()
+
+    def _polynomial(self, of: Callable[[Complexes], Complexes], order: int) -> Floats:
+        """Coefficients of the polynomials in `points` that functions of places are."""
+        steps = np.linspace(-1, 1, order + 2)
+        samples = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+        scale, middle = self.scale
+        values = of(self.frame.places(samples * scale + middle))
+        solve = np.linalg.pinv(polynomial_terms(samples, order))
+        return np.stack([solve @ values.real, solve @ values.imag], axis=1)
+
+
+class _Solved(NamedTuple):
+    """Logarithm of a model's evidence, its factors among all of them, and their covariance."""
+
+    evidence: float
+    factors: Floats
+    covariance: Floats
+
+
+class _Compared:
+    """Models compared by the same lenses, with the weights that the richest gave them."""
+
+    def __init__(
+        self, lenses: Lenses, rich: _Robust, groups: tuple[str, ...], plain: Floats, more: Floats
+    ) -> None:
+        self.lenses, self.rich, self.groups = lenses, rich, groups
+        self.plain, self.more = plain, more
+        self.weights = (lenses.prior * rich.tukey).repeat(2)
+        rows = self.weights[:, np.newaxis] * rich.design
+        self.gram = rows.T @ rich.design
+        # Of models that have no more than their terms, and of those that have.
+        targets = plain, plain - more
+        self.rights = [rows.T @ target for target in targets]
+        self.squares = [float(self.weights @ target**2) for target in targets]
+        self.known = lenses._known(groups)
+        squares = float(self.weights @ (rich.target - rich.design @ rich.factors) ** 2)
+        self.noise = rich.scatter**2
+        for _ in range(2):
+            system = self.gram + self.noise * np.diag(self.known)
+            freedom = float(np.trace(np.linalg.lstsq(system, self.gram, rcond=None)[0]))
+            count = 2 * float(rich.tukey.sum())
+            self.noise = max(squares / max(1.0, count - freedom), lenses.floor**2)
+        # Errors that lenses share do not average out.
+        common = max(_COMMON[0], _COMMON[1] * lenses.pitch, _COMMON[2] / lenses.pitch)
+        self.common = common**2 * float(self.weights.sum() / 2)
+
+    def part(self, model: Model) -> Indices:
+        """Where a model's factors are among all of them, the pull's strengths too."""
+        places = _places(self.groups)
+        pulls = np.arange(len(places), len(self.gram))
+        return np.concatenate([np.searchsorted(places, _places(model.groups)), pulls])
+
+    def solve(self, model: Model) -> _Solved:
+        """Fit a model."""
+        part = self.part(model)
+        gram, known = self.gram[np.ix_(part, part)], self.known[part]
+        right = self.rights[model.perspective][part]
+        # What moves centroids together grows with their scatter: it is no distortion.
+        noise = self.noise * (1 + _TOGETHER**2 * float(self.weights.sum() / 2)) + self.common
+        system = gram / noise + np.diag(known)
+        evidence = 0.5 * (
+            np.log(known[known > 0]).sum()
+            - np.linalg.slogdet(system)[1]
+            + right @ np.linalg.solve(system, right) / noise**2
+            - self.squares[model.perspective] / noise
+        ) + (_EVEN_ODDS if model is EVEN else 0.0)
+        noise = self.noise + self.common
+        inverse = np.linalg.inv(gram / noise + np.diag(known))
+        factors, covariance = np.zeros(len(self.gram)), np.zeros_like(self.gram)
+        factors[part] = inverse @ right / noise
+        covariance[np.ix_(part, part)] = inverse
+        return _Solved(float(evidence), factors, covariance)
+
+    def left(self, model: Model, solved: _Solved) -> Floats:
+        """Residuals of a model."""
+        target = self.plain - self.more if model.perspective else self.plain
+        return target - self.rich.design @ solved.factors
+
+    def gains(self, models: tuple[Model, ...], fits: list[_Solved]) -> tuple[float, ...]:
+        """By how many pixels each order predicts lenses left out better than any lower one."""
+        result: list[float] = []
+        least = None
+        for order in (1, 2, 3):
+            own = [n for n, m in enumerate(models) if m.order == order]
+            if not own:
+                break
+            place = max(own, key=lambda n: fits[n].evidence)
+            best = fits[place]
+            design = self.rich.design
+            share = np.einsum("np,pq,nq->n", design, best.covariance, design) * self.weights
+            share /= self.noise + self.common
+            left = self.left(models[place], best) / np.maximum(1 - share, 0.05)
+            squares = (left**2 * self.weights).reshape(-1, 2).sum(axis=1)
+            if least is None:
+                least = squares
+                continue
+            mean = float((least - squares).mean())
+            result.append(float(np.copysign(sqrt(abs(mean)), mean)))
+            least = squares if mean > 0 else least
+        return tuple(result)

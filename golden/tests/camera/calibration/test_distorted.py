@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Calibration through a lens that distorts: it is right, or it knows that it is not."""
+
+import os
+import random
+
+import numpy as np
+import pytest
+from distorted_white import (
+    DistortedWhite,
+    distorted_centres,
+    distorted_white,
+    ideal_white,
+    spots,
+    tried_distorted,
+    tried_many,
+)
+
+from plenofir.camera.calibration import calibrate
+from plenofir.errors import InputError
+
+_CHEAP = 12
+
+
+@pytest.mark.parametrize(
+    ("shape", "pitch", "options"),
+    [
+        ((114, 343), 14.3, {"bend": -0.02}),
+        ((343, 114), 14.3, {"bend": 0.02}),
+        ((270, 360), 30.0, {"bend": -0.02}),
+        ((99, 343), 14.3, {"bend": 0.01, "kind": "hexagonal-rows"}),
+        ((100, 100), 14.3, {"bend": 0.02}),
+        ((114, 343), 14.3, {"bend": 0.015, "tilt": (0.02, -0.03)}),
+    ],
+)
+def test_distortion_of_few_lenses(shape, pitch, options) -> None:
+    """Radial distortion is cubic: order 2 gains nothing, and of few lenses order 3 is not told."""
+    white = ideal_white(shape, pitch, **options)
+    found = calibrate(white.image)
+    worst = white.errors(found.centres).max()
+    assert worst < 0.05, white.name
+    assert found.evidence.centre_error_px > worst / 3
+
+
+def test_tilt_and_distortion_are_exact() -> None:
+    """Terms beyond order 3 follow from tilt and distortion: without them 0.06 pixels."""
+    white = ideal_white((280, 300), 10.2, bend=-0.02, tilt=(0.03, 0.03))
+    assert white.errors(calibrate(white.image).centres).max() < 0.02
+
+
+def test_orders_that_few_lenses_do_not_tell() -> None:
+    few = calibrate(ideal_white((90, 90), 14.3).image).evidence
+    assert few.untried_orders == (3,)
+    assert "of order 3 only tilt and radial distortion were tried" in few.lines()[-1]
+    assert calibrate(ideal_white((160, 160), 14.3).image).evidence.untried_orders == ()
+
+
+def test_lenses_at_the_border_that_tell_of_more() -> None:
+    """The lenses of a side are off by half a pixel, more than a lens does to them alone."""
+    shape, pitch = (240, 240), 14.3
+    centres = distorted_centres(shape, pitch)
+    centres[centres[:, 0] > 205] += (0.5, 0.0)
+    image = np.rint(50000 * np.clip(spots(shape, centres, 0.42 * pitch, 0.7), 0, 1))
+    white = DistortedWhite(image.astype(np.uint16), centres, 0, (16, 16), 0.0, pitch, "", "")
+    try:
+        found = calibrate(white.image)
+    except InputError as error:
+        assert "together" in error.what or "uncertain" in error.what  # noqa: PT017
+        return
+    worst = white.errors(found.centres).max()
+    assert found.evidence.centre_error_px > worst / 3
+
+
+def test_clipped_micro_images() -> None:
+    """Clipped in the middle of the image, not at its borders: divided by the light they lean."""
+    shape, pitch = (140, 150), 9.8
+    centres = distorted_centres(shape, pitch, bend=0.01, rotation_degrees=1.0)
+    light = np.clip(spots(shape, centres, 0.42 * pitch, 0.7), 0, 1)
+    y, x = np.indices(shape)
+    light *= 1 - 0.5 * ((y - 69.5) ** 2 + (x - 74.5) ** 2) / (69.5**2 + 74.5**2)
+    image = np.clip(np.rint(light * 1.25 * 65535), 0, 65535).astype(np.uint16)
+    white = DistortedWhite(image, centres, 0, (14, 15), 0.01, pitch, "", "")
+    found = calibrate(image)
+    assert found.clipped_share > 0.1
+    assert white.errors(found.centres).max() < 0.06
+
+
+def test_drawn_distorted_white_images() -> None:
+    """A draw: the number that `make test` prints chooses it."""
+    drawn = os.environ.get("DRAWN") or "0"
+    first = random.Random(f"{drawn} distorted").randrange(10**6)
+    print(f"seeds from {first}")
+    results = [tried_distorted(distorted_white(first + n, 20_000)) for n in range(_CHEAP)]
+    assert not [r.name for r in results if r.wrong]
+    enough = [r for r in results if r.enough]
+    assert sum(r.accepted for r in enough) >= len(enough) - 2
+
+
+@pytest.mark.slow
+def test_many_distorted_white_images(capsys) -> None:
+    """1,000 white images; a table of them by class."""
+    results, lines = tried_many(range(1000), 60_000)
+    with capsys.disabled():
+        print(*lines, sep="\n")
+    assert not [r.name for r in results if r.wrong]
+    enough = [r for r in results if r.enough]
+    assert sum(r.accepted for r in enough) >= 0.9 * len(enough)
