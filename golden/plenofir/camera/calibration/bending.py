@@ -49,9 +49,9 @@ _COMPARED = 4000
 # Centroids err together by so much, in pixels: at least, by the pitch, and by its reciprocal.
 _COMMON = (0.0004, 0.00003, 0.003)
 # So much of the scatter moves centroids together, where models are compared.
-_TOGETHER = 0.2
+_TOGETHER = 0.12
 # Logarithm of how much more likely an even grid is beforehand than one of another model.
-_EVEN_ODDS = 3.0
+_EVEN_ODDS = 4.0
 # What is less than this many pixels is left out; a tilt is not larger than this.
 _NOTHING, _LARGEST_TILT = 1e-4, 0.1
 # Lenses and rows of them that it takes to try all terms of an order.
