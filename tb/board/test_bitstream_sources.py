@@ -49,7 +49,7 @@ def test_generics_out_of_range(sources: list[Path], tmp_path: Path) -> None:
     top.write_text(top_with_generics({"GUARD_BITS": 9}))
     problems, counts = elaborate([*sources[:-1], top], tmp_path)
     assert len(problems) == 1
-    assert "error:" in problems[0]
+    assert "GUARD_BITS exceeds FRACTION_BITS" in problems[0]
     assert not counts
 
 

@@ -18,7 +18,15 @@ from plenofir.refocus.sum_lanes import LaneLayout
 from plenofir_tb.runner import draw_seed, simulator_name
 
 TOP = "moving_sum_schedule"
-PACKAGES = ("math_pkg", "refocus_pkg", "sum_schedule_pkg", "moving_sum_pkg", "sum_lanes_pkg")
+PACKAGES = (
+    "math_pkg",
+    "refocus_pkg",
+    "arithmetic_pkg",
+    "sharpen_pkg",
+    "sum_schedule_pkg",
+    "moving_sum_pkg",
+    "sum_lanes_pkg",
+)
 LANES = (2, 8, 32)
 
 

@@ -134,7 +134,7 @@ def test_sample_stays_where_sources_change() -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "equal"),
+    ("text", "becomes", "equal"),
     [
         # Each tap has a copy of the input of its own.
         ("BROADCAST_TAPS > TAPS,", "BROADCAST_TAPS < TAPS,", True),
@@ -143,12 +143,14 @@ def test_sample_stays_where_sources_change() -> None:
         ("step_now    <= step;", "", False),
     ],
 )
-def test_equal_circuits_are_told_apart(tmp_path: Path, old: str, new: str, equal: bool) -> None:
+def test_equal_circuits_are_told_apart(
+    tmp_path: Path, text: str, becomes: str, equal: bool
+) -> None:
     source = next(path for path in hdl.hdl_sources() if path.name == "switched_fir.vhd")
     lines = source.read_text().splitlines()
     # The last one: there are latches of the input.
-    number = max(number for number, line in enumerate(lines) if old in line)
-    changed = lines[number].replace(old, new)
+    number = max(number for number, line in enumerate(lines) if text in line)
+    changed = lines[number].replace(text, becomes)
     mutant = mutants.Mutant(source.name, number + 1, lines[number], changed, 1)
     generics = {"TAPS": 3, "DELAY": 1, "DEPTH": 1, "HOLD": False}
     generics |= {"DATA_MAX": 1, "SUM_MAX": 3, "BROADCAST_TAPS": 2}

@@ -122,8 +122,9 @@ def test_configure_of_the_board(tmp_path: Path) -> None:
     order = [[path.stem for path in listed].index(source.stem) for source in sources]
     assert order == sorted(order)
     top = (tmp_path / "out" / "atlys_top.vhd").read_text()
-    assert f'SHIFTS              : string   := "{plan.core.generics()["SHIFTS"]}"' in top
-    assert re.search(r"MAX_COLUMNS +: positive := 640;", top)
+    shifts = plan.core.generics()["SHIFTS"]
+    assert re.search(rf'SHIFTS +: string +:= "{shifts}";', top)
+    assert re.search(r"MAX_COLUMNS +: positive range 1 to 8192 +:= 640;", top)
     assert re.search(r"EXACT +: boolean +:= true;", top)
     script = (tmp_path / "out" / "atlys_top.xst").read_text()
     assert "-ifn atlys_top.prj" in script
