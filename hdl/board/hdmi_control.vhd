@@ -116,7 +116,7 @@ architecture rtl of hdmi_control is
   -- Clocks of a time, which is a whole number of them.
   function clocks_of (
     hundredths_us : positive
-  ) return positive is
+  ) return natural is
   begin
 
     return hundredths_us / 100 * CONTROL_MHZ + hundredths_us mod 100 * CONTROL_MHZ / 100;
@@ -128,8 +128,10 @@ architecture rtl of hdmi_control is
   constant NO_SERIAL : boolean := not takes(clocks_of(BIT_TIME) >= 4 and clocks_of(BIT_TIME) < 65536,
                                             "hdmi_control: BIT_TIME is not 4 to 65535 clocks of CONTROL_MHZ");
   constant NO_TIMES  : boolean := not takes(clocks_of(LOCK_TIMEOUT) > 0 and clocks_of(BUTTON_STABLE) > 0 and
-                                            clocks_of(DDC_QUARTER) > 0 and clocks_of(DDC_PAUSE) > 0,
-                                            "hdmi_control: LOCK_TIMEOUT, BUTTON_STABLE or DDC_QUARTER is no clock");
+                                            clocks_of(DDC_PAUSE) > 0,
+                                            "hdmi_control: LOCK_TIMEOUT, BUTTON_STABLE or DDC_PAUSE is no clock");
+  constant NO_DDC    : boolean := not takes(clocks_of(DDC_QUARTER) >= 3 and clocks_of(DDC_QUARTER) < 65536,
+                                            "hdmi_control: DDC_QUARTER is not 3 to 65535 clocks of CONTROL_MHZ");
 
   signal rate            : unsigned(11 downto 0) := (others => '0');
   signal rate_updated    : std_logic;

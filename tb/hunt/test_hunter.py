@@ -18,7 +18,7 @@ from hunt.start_values import with_start_values
 from plenofir.fpga import hdl
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir_tb.faults import plant
-from plenofir_tb.runner import draw_seed, simulator_name
+from plenofir_tb.runner import simulator_name
 
 HERE = Path(__file__).parent
 FAULTS = [
@@ -37,7 +37,8 @@ def simulator():
 
 @pytest.mark.parametrize("entity", entities())
 def test_short_draw(entity: str) -> None:
-    seed = draw_seed()
+    # `make hunt` draws; the same short run each time tells whose change it was that broke it.
+    seed = int(os.environ.get("SEED") or 1)
     number = random.Random(f"{seed} {entity}").randrange(10**6)
     print(f"SEED={seed}")
     result = run_design(entity, number, streams=3)
@@ -45,7 +46,7 @@ def test_short_draw(entity: str) -> None:
     assert result.streams == 3
 
 
-@pytest.mark.drawn(2)
+@pytest.mark.slow
 @pytest.mark.parametrize(("entity", "file", "old", "new", "first"), FAULTS)
 def test_planted_fault_is_found(entity: str, file: str, old: str, new: str, first: int) -> None:
     for number in range(first, first + 30):
