@@ -98,9 +98,8 @@ package moving_sum_pkg is
 
   -- Clocks from a token at the moving sum array's input to its output.
   function sum_array_latency (
-    stored      : boolean;
-    order       : natural;
-    max_columns : positive
+    stored : boolean;
+    order  : natural
   ) return positive;
 
 end package moving_sum_pkg;
@@ -246,13 +245,13 @@ package body moving_sum_pkg is
   end function sum_stage_latency;
 
   function sum_array_latency (
-    stored      : boolean;
-    order       : natural;
-    max_columns : positive
+    stored : boolean;
+    order  : natural
   ) return positive is
   begin
 
-    return (order + 1) * (sum_stage_latency(stored, 1) + sum_stage_latency(stored, max_columns)) +
+    -- A stage for rows and one for columns.
+    return (order + 1) * (sum_stage_latency(stored, 1) + sum_stage_latency(stored, 2)) +
            choose(stored, 0, DIVIDE_LATENCY);
 
   end function sum_array_latency;

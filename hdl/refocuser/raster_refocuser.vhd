@@ -146,7 +146,7 @@ begin
       ROW_DELAY      => ROW_DELAY,
       COLUMN_DELAY   => DELAY,
       ENGINE_LATENCY => choose(PIXELS_PER_CLOCK = 1,
-                               engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS, MAX_COLUMNS),
+                               engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS),
                                sum_lanes_latency(MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER, PIXELS_PER_CLOCK)) +
                         sharpen_latency(SHARPENING),
       MIN_STEPS      => larger(engine_line_steps(ENGINE, SUM_TOKENS, PARALLEL_ROWS, TOKENS),

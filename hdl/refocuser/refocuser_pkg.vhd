@@ -36,8 +36,7 @@ package refocuser_pkg is
     engine         : string;
     stored         : boolean;
     order          : natural;
-    broadcast_taps : natural;
-    max_columns    : positive
+    broadcast_taps : natural
   ) return positive;
 
   -- The shortest line in tokens that an engine ("fir", "moving_sum", "stack") takes without a pause.
@@ -104,13 +103,12 @@ package body refocuser_pkg is
     engine         : string;
     stored         : boolean;
     order          : natural;
-    broadcast_taps : natural;
-    max_columns    : positive
+    broadcast_taps : natural
   ) return positive is
   begin
 
     if same_text(engine, "moving_sum") then
-      return sum_array_latency(stored, order, max_columns);
+      return sum_array_latency(stored, order);
     end if;
 
     return array_latency(stored, broadcast_taps, order);

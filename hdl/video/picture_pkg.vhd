@@ -75,8 +75,7 @@ package picture_pkg is
     vote_radius      : natural;
     engine           : string;
     stored           : boolean;
-    broadcast_taps   : natural;
-    max_columns      : positive
+    broadcast_taps   : natural
   ) return natural;
 
   -- Lines from a sensor's first raw line to the first line of its raster, beyond those that the raster has fewer: the
@@ -240,7 +239,7 @@ package body picture_pkg is
 
     assert picture_delay_lines(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius) < 2 ** COUNT_BITS and
            picture_delay_pixels(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius, engine,
-                                not arithmetic.exact, broadcast_taps, max_columns) < 2 ** COUNT_BITS
+                                not arithmetic.exact, broadcast_taps) < 2 ** COUNT_BITS
       report name & ": SHIFTS """ & shifts & """ delay the picture by more than a frame's 4095 lines and pixels"
       severity failure;
 
@@ -294,8 +293,7 @@ package body picture_pkg is
     vote_radius      : natural;
     engine           : string;
     stored           : boolean;
-    broadcast_taps   : natural;
-    max_columns      : positive
+    broadcast_taps   : natural
   ) return natural is
   begin
 
@@ -305,7 +303,7 @@ package body picture_pkg is
     end if;
 
     return total_delay(micro_image_size, shifts, true, order) + STREAM_LATENCY +
-           engine_latency(engine, stored, order, broadcast_taps, max_columns);
+           engine_latency(engine, stored, order, broadcast_taps);
 
   end function picture_delay_pixels;
 

@@ -127,8 +127,7 @@ architecture rtl of refocus_video is
   constant DELAY_LINES  : natural := picture_delay_lines(OUTPUTS, MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER,
                                                          RADIUS, VOTE_RADIUS);
   constant DELAY_PIXELS : natural := picture_delay_pixels(OUTPUTS, MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER,
-                                                          RADIUS, VOTE_RADIUS, ENGINE, not EXACT, BROADCAST_TAPS,
-                                                          MAX_COLUMNS);
+                                                          RADIUS, VOTE_RADIUS, ENGINE, not EXACT, BROADCAST_TAPS);
 
   -- The largest lag.
   constant LAG_LINES : natural := DELAY_LINES +

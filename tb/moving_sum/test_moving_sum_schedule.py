@@ -72,7 +72,6 @@ def schedule(m: int, shifts: tuple[int, ...], align: Align) -> Iterator[tuple[st
         for order in (0, 1):
             clocks = core(order=order, **arithmetic).array_clocks
             yield f"sum_array_latency {stored:d} {order}", clocks
-        yield f"of_a_column {stored:d}", core(max_columns=1, **arithmetic).array_clocks
     for p in LANES:
         lanes = LaneLayout(layout, p)
         wide = {"engine": MovingSumEngine(pixels_per_clock=p)}

@@ -121,7 +121,7 @@ class MovingSumEngine(SliceEngine):
 
     def pass_clocks(self, raster: Raster) -> int:
         # The memory of lines (ram_blocks) takes a clock more than that of a line's last pixels.
-        return 2 * _STAGE_CLOCKS + (self._words(raster) > 1)
+        return 2 * _STAGE_CLOCKS + 1
 
     def stages_clocks(self, raster: Raster) -> int:
         clocks = super().stages_clocks(raster)
@@ -143,8 +143,7 @@ class MovingSumEngine(SliceEngine):
 
     def least_steps(self, raster: Raster) -> int:
         # The same column comes again behind the loop of its sums.
-        loop = self._words(raster) > 1 or raster.sharpens
-        return max(PARTIAL_SUM_LOOP if loop else 1, self._filter_tokens(raster) + 1)
+        return max(PARTIAL_SUM_LOOP, self._filter_tokens(raster) + 1)
 
     def blank_lines(self, raster: Raster) -> int:
         return raster.micro_image_size - 1
