@@ -34,8 +34,6 @@ PACKAGES = {
     "plenofir.camera.rays": "The ray model",
     "plenofir.camera.resampling": "Resampling as the VHDL does it",
     "plenofir.camera.synthetic": "A synthetic camera",
-    "plenofir.fpga.core": "Configurations of the cores",
-    "plenofir.fpga.simulate": "Simulation",
     "plenofir.plan": "From a scene to a core",
     "plenofir.images": "Reading and writing images",
     "plenofir.errors": "Errors",

@@ -21,15 +21,7 @@ STALLS = 25
 
 @dataclass(frozen=True)
 class Case:
-    """One run of the suite.
-
-    Attributes
-    ----------
-    core
-        Generics.
-    columns, rows, frames
-        What goes through it.
-    """
+    """One run of the suite."""
 
     core: CoreConfiguration
     columns: int

@@ -220,17 +220,7 @@ def _prove(name: str, before: str, after: str, place: Path) -> bool:
 def proved_circuits(mutant: Mutant, folder: Path) -> int:
     """Number of circuits of its tests that hold a mutant's source, if all are proved to be equal.
 
-    Parameters
-    ----------
-    mutant
-        The change.
-    folder
-        Empty folder for all files.
-
-    Returns
-    -------
-    int
-        How many; 0 if one differs or is not proved.
+    0 if one differs or is not proved.
     """
     circuits = dict.fromkeys(made for test in rounds_of(mutant) for made in circuits_of(test))
     entity = Path(mutant.file).stem

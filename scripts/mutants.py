@@ -56,23 +56,13 @@ Key = tuple[str, str, str, int]
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change.
-
-    Attributes
-    ----------
-    file, line
-        Where it is.
-    old, new
-        The line before and after.
-    place
-        Number of the line among those of its file with the same text, from 1.
-    """
+    """One change."""
 
     file: str
     line: int
-    old: str
-    new: str
-    place: int
+    old: str  # the line before
+    new: str  # the line after
+    place: int  # among the lines of its file with the same text, from 1
 
     @property
     def key(self) -> Key:
@@ -85,17 +75,8 @@ def is_idle(text: str, code: str, place: int, changed: str) -> bool:
 
     Either it is the first value of a signal that a reset sets as a whole, or that every clock sets
     from other signals: all tests begin with a reset of some clocks, and so does the board. Or a
-    vector or an array gets longer at its end: where lengths no
-    longer fit, VHDL refuses it; elsewhere nothing drives or reads what is new.
-
-    Parameters
-    ----------
-    text
-        The source.
-    code, place
-        The line before, and where in it the change is.
-    changed
-        The line after.
+    vector or an array gets longer at its end: where lengths no longer fit, VHDL refuses it;
+    elsewhere nothing drives or reads what is new. The change is at `place` in the line `code`.
     """
     initial = INITIAL.match(code)
     if initial and place >= initial.end():

@@ -44,10 +44,7 @@ def _stream(name: str, bits: int) -> tuple[object, ...]:
 class RefocusSoC(SoCMini):
     """A refocuser between two streams, its registers on a Wishbone bus.
 
-    Parameters
-    ----------
-    folder
-        What ``plenofir configure --verilog`` wrote.
+    `folder` is what ``plenofir configure --verilog`` wrote.
     """
 
     def __init__(self, folder: str | Path) -> None:

@@ -126,13 +126,7 @@ def write_flushed(path: Path, content: bytes | memoryview | str) -> None:
 
 
 class Results:
-    """Files that appear in a folder all together, when the block ends without an error.
-
-    Attributes
-    ----------
-    folder
-        Where they appear; made where it is missing.
-    """
+    """Files that appear in a folder (made if missing) all together, when the block ends well."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -144,20 +138,7 @@ class Results:
         return Path(self._staging.name) / name
 
     def write(self, name: str, content: bytes | memoryview | str) -> None:
-        """Write a file and flush it to the disk.
-
-        Parameters
-        ----------
-        name
-            Name in the folder.
-        content
-            What it holds; text in UTF-8.
-
-        Raises
-        ------
-        InputError
-            If it cannot be written.
-        """
+        """Write a file and flush it to the disk."""
         try:
             write_flushed(self.path(name), content)
         except OSError as error:
@@ -194,20 +175,7 @@ class Results:
 
 
 def publish(files: Mapping[str, bytes | str], out: Path) -> None:
-    """Write files into a folder, all or none, see `Results`.
-
-    Parameters
-    ----------
-    files
-        Name to content.
-    out
-        Folder; made where it is missing.
-
-    Raises
-    ------
-    InputError
-        If they cannot be written.
-    """
+    """Write files (name to content) into a folder, all or none, see `Results`."""
     with Results(out) as results:
         for name, content in files.items():
             results.write(name, content)
@@ -227,20 +195,9 @@ def _of_earlier_run(report: Path) -> set[str]:
 def publish_run(folder: Path, out: Path, report: str) -> None:
     """Copy the files of a run into another folder, in the place of all of an earlier run.
 
-    Parameters
-    ----------
-    folder
-        The files, the report among them, a JSON object. It gets a list of them all, ``files``.
-    out
-        Folder; what the report there lists and this run has not goes. Other files stay, and so do
-        those that the command has read.
-    report
-        Name of the report.
-
-    Raises
-    ------
-    InputError
-        If they cannot be written, or an old one cannot be removed.
+    The report, a JSON object among the files, gets a list of them all, ``files``. What the report
+    in `out` lists and this run has not goes. Other files stay, and so do those that the command
+    has read.
     """
     names = sorted(file.name for file in folder.iterdir() if file.is_file())
     content = json.loads((folder / report).read_bytes()) | {"files": names}

@@ -22,15 +22,7 @@ def in_checkout() -> bool:
 def root() -> Path:
     """Folder of ``hdl``, ``scenes``, ``constraints``, ``scripts/ise`` and ``tb/file_bench``.
 
-    Returns
-    -------
-    Path
-        The repository, or the copy that a wheel installs.
-
-    Raises
-    ------
-    InputError
-        If neither is there.
+    The repository, or the copy that a wheel installs.
     """
     if in_checkout():
         return _CHECKOUT

@@ -39,13 +39,7 @@ def port(dut: Any, name: str) -> Any:
 
 
 class Control:
-    """The control with ideal PLLs, a source's clock, and a serial port.
-
-    Parameters
-    ----------
-    dut
-        The entity ``hdmi_control_bench``.
-    """
+    """``hdmi_control_bench`` with ideal PLLs, a source's clock, and a serial port."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

@@ -14,25 +14,10 @@ DEVICE = 0x50
 class EdidDevice:
     """A device at 0x50 on two open-drain lines, whose master has ``scl_low`` and ``sda_low``.
 
-    Parameters
-    ----------
-    dut
-        Master with ``scl``, ``sda``, ``scl_low``, ``sda_low``.
-    rng
-        Source of randomness.
-
-    Attributes
-    ----------
-    content
-        What it sends; behind the end 0xFF. None: it does not answer.
-    stretch_ns
-        How long it may hold the clock line, at random bits.
-    scl_stuck, sda_stuck
-        The lines are held low, by whatever; `update` after a change.
-    silent_after
-        Bytes after which it lets go of the data line for ever.
-    refuse
-        Number of the byte of a transfer that it does not acknowledge; the first one is 0.
+    It sends `content` and then 0xFF; with None it does not answer. It may hold the clock line for
+    up to `stretch_ns` at random bits, lets go of the data line for ever after `silent_after`
+    bytes, and does not acknowledge byte `refuse` of a transfer (0: the first one). `scl_stuck` and
+    `sda_stuck` hold the lines low; `update` after a change.
     """
 
     def __init__(self, dut: Any, rng: random.Random) -> None:

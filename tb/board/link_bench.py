@@ -17,13 +17,7 @@ CASE = read_case()
 
 
 class Plls:
-    """Settings and locks as the supervisor sees them.
-
-    Parameters
-    ----------
-    dut
-        The supervisor.
-    """
+    """Settings and locks as the supervisor sees them."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

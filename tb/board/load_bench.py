@@ -24,14 +24,9 @@ PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 
 
 class Line:
-    """Serial line of the board, and the words that leave its load port.
+    """Serial line of ``load_ports`` or another entity, and the words that leave its load port.
 
-    Parameters
-    ----------
-    dut
-        The entity ``load_ports``, or one with its serial line.
-    alone
-        Whether the words are ports, and nothing else drives the clock.
+    `alone`: the words are ports, and nothing else drives the clock.
     """
 
     def __init__(self, dut: Any, *, alone: bool = True) -> None:

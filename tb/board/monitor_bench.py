@@ -121,13 +121,7 @@ HD1080 = HD720.model_copy(
 
 
 class Reads:
-    """The entity with a device at its lines, read by read.
-
-    Parameters
-    ----------
-    dut
-        The entity.
-    """
+    """The entity with a device at its lines, read by read."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

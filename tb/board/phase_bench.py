@@ -17,15 +17,9 @@ CASE = read_case()
 class DelayLine:
     """BUSY of a delay line, which may hang, not react, or take its time.
 
-    Attributes
-    ----------
-    fault
-        "hangs": the next calibration never ends; "ignores": nothing is done, not even that;
-        empty: it works.
-    heals
-        Whether a reset of the delay ends either.
-    clocks
-        Until a calibration begins, and how long it lasts.
+    The `fault` "hangs" is a calibration that never ends; with "ignores" nothing is done, not even
+    that. `heals`: a reset of the delay ends either. `clocks` are those until a calibration begins,
+    and how long it lasts.
     """
 
     def __init__(self) -> None:
@@ -54,13 +48,7 @@ class DelayLine:
 
 
 class Channel:
-    """Both delay lines of a channel, and what the control may never do.
-
-    Parameters
-    ----------
-    dut
-        The control.
-    """
+    """Both delay lines of a channel, and what the control may never do."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

@@ -20,20 +20,10 @@ BLANK, ACTIVE = 24, 40
 
 
 class Channel:
-    """Bits of a channel as they are sampled behind the delay line.
+    """Bits of a channel as they are sampled behind the delay line, which is at `tap`.
 
-    Attributes
-    ----------
-    bit_taps
-        Taps in a bit.
-    unsure
-        Taps at each end of a bit where the neighbour may be taken instead.
-    late
-        Taps by which the bits come too late.
-    silent
-        Whether nothing comes.
-    tap
-        Where the delay line is.
+    A bit has `bit_taps` taps; at `unsure` taps at each of its ends the neighbour may be taken
+    instead. The bits come `late` taps too late, or not at all (`silent`).
     """
 
     def __init__(self, rng: random.Random, bit_taps: int, unsure: int) -> None:

@@ -16,15 +16,7 @@ CASE = read_case()
 
 
 class I2cMaster:
-    """A master on the data channel: open-drain lines, with ringing on the edges.
-
-    Parameters
-    ----------
-    dut
-        Slave with ``scl``, ``sda``, ``sda_low``.
-    rng
-        Source of randomness.
-    """
+    """A master on ``scl``, ``sda``, ``sda_low``: open-drain lines, with ringing on the edges."""
 
     def __init__(self, dut: Any, rng: random.Random) -> None:
         self.dut = dut
@@ -195,13 +187,7 @@ async def bouncing_contact(dut: Any) -> None:
 
 
 class Panel:
-    """The board's buttons, switches and serial port.
-
-    Parameters
-    ----------
-    dut
-        The control.
-    """
+    """The board's buttons, switches and serial port."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

@@ -41,13 +41,7 @@ KIND = read_case().get("kind", "raster_refocuser")
 
 
 class Bench:
-    """Source, core, sink and scoreboard.
-
-    Parameters
-    ----------
-    dut
-        The core.
-    """
+    """Source, core, sink and scoreboard."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

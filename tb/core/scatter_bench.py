@@ -35,13 +35,7 @@ Token = list[Word | None]
 
 
 class Bench:
-    """An engine, the entity, and a sink.
-
-    Parameters
-    ----------
-    dut
-        The entity.
-    """
+    """An engine, the entity, and a sink."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

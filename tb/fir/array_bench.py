@@ -33,13 +33,7 @@ class Pixel:
 
 
 class Bench:
-    """Drives bands and collects rows.
-
-    Parameters
-    ----------
-    dut
-        The array.
-    """
+    """Drives bands and collects rows."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

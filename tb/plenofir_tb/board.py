@@ -29,13 +29,7 @@ def signal(mode: VideoMode) -> list[Command]:
 
 
 class Board:
-    """Source, board and monitor.
-
-    Parameters
-    ----------
-    dut
-        The entity ``hdmi_bench``.
-    """
+    """Source, board and monitor of ``hdmi_bench``."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

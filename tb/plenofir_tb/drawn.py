@@ -22,20 +22,7 @@ def drawn(names: Sequence[str], count: int) -> list[str]:
 
 
 def bench_filter(count: int, *benches: Path) -> str:
-    """Filter for cocotb (``COCOTB_TEST_FILTER``): a part of the tests of a bench.
-
-    Parameters
-    ----------
-    count
-        How many of them.
-    benches
-        Sources that have them.
-
-    Returns
-    -------
-    str
-        Regular expression that finds the names of those taken.
-    """
+    """Filter for cocotb (``COCOTB_TEST_FILTER``) that takes `count` tests of benches."""
     text = "".join(bench.read_text() for bench in benches)
     names = re.findall(r"^@cocotb\.test\(.*\)\nasync def (\w+)", text, re.MULTILINE)
     return rf"\b({'|'.join(drawn(names, count))})$"

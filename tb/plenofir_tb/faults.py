@@ -19,15 +19,7 @@ STALE = pytest.StashKey[list[str]]()
 def stale_faults(items: Iterable[pytest.Item]) -> list[str]:
     """Find tests with a planted fault (a parameter ``old``) that can no longer be planted.
 
-    Parameters
-    ----------
-    items
-        Tests.
-
-    Returns
-    -------
-    list of str
-        Their names. Those without a parameter ``file`` plant it wherever it stands.
+    Those without a parameter ``file`` plant it wherever it stands.
     """
     texts = {source.stem: source.read_text() for source in hdl.hdl_sources()}
     stale = []
@@ -46,24 +38,7 @@ def stale_faults(items: Iterable[pytest.Item]) -> list[str]:
 
 
 def plant(folder: Path, sources: Iterable[Path], file: str, old: str, new: str) -> list[Path]:
-    """Copy sources with one of them changed.
-
-    Parameters
-    ----------
-    folder
-        Where the copies go; it is made if it is not there.
-    sources
-        VHDL files in order of analysis.
-    file
-        Name of the one to change.
-    old, new
-        Text that stands in it once, and what takes its place.
-
-    Returns
-    -------
-    list of Path
-        The copies, in the same order.
-    """
+    """Copy sources into a folder with one of them changed: `old` stands in it once."""
     folder.mkdir(parents=True, exist_ok=True)
     copies = []
     for source in sources:

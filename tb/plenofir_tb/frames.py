@@ -13,24 +13,7 @@ KINDS = ("white", "black", "impulse", "gradient", "random")
 def make_frame(
     kind: str, rows: int, columns: int, channels: int, pixel_bits: int, rng: random.Random
 ) -> Frame:
-    """Make a test frame.
-
-    Parameters
-    ----------
-    kind
-        One of `KINDS`.
-    rows, columns, channels
-        Size; one channel gives shape (rows, columns).
-    pixel_bits
-        Width of a channel, 8 or 16.
-    rng
-        Source of randomness.
-
-    Returns
-    -------
-    Frame
-        uint8 or uint16.
-    """
+    """Make a test frame of one of the `KINDS`; one channel gives shape (rows, columns)."""
     shape = (rows, columns) if channels == 1 else (rows, columns, channels)
     dtype = np.uint8 if pixel_bits <= 8 else np.uint16
     largest = (1 << pixel_bits) - 1
@@ -58,19 +41,9 @@ def repaired_frames(
 ) -> tuple[list[list[list[int]]], set[str]]:
     """What the frame sequencer makes of a possibly broken stream: the rules, in Python.
 
-    Parameters
-    ----------
-    beats
-        Transfers in order.
-    columns, rows
-        Expected frame size.
-
-    Returns
-    -------
-    tuple
-        Frames as lists of lines of packed pixels, all lines whole, frames that were cut short with
-        fewer lines; and the names of the faults: "line early", "line late", "frame early",
-        "frame late".
+    Frames as lists of lines of packed pixels, all lines whole, frames that were cut short with
+    fewer lines; and the names of the faults: "line early", "line late", "frame early", "frame
+    late".
     """
     frames: list[list[list[int]]] = []
     faults: set[str] = set()

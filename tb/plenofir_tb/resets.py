@@ -20,21 +20,11 @@ async def reset_is_whole(
 ) -> None:
     """Let a reset end in the middle of the same inputs, once behind a clock, once behind many.
 
-    Parameters
-    ----------
-    dut
-        Entity with ``clk``, falling now, and ``reset``.
-    inputs
-        Values of its other inputs, clock by clock.
-    ends
-        Clocks in which the reset has ended, at least `long`.
-    cleared, others
-        Outputs that must be 0 in the reset's last clock and in the next one, and agree from then
-        on; outputs that must agree from `settled` clocks behind the reset's last one on.
-    settled
-        Clocks until the others come from what the reset left.
-    long, after
-        Clocks of the long reset, and clocks behind it that are compared.
+    `inputs` are values clock by clock of the entity's other inputs; its clock is falling now. The
+    reset has ended in the clocks `ends`, at least `long`. Outputs in `cleared` must be 0 in the
+    reset's last clock and in the next one, and agree from then on; `others` must agree from
+    `settled` clocks behind the last one on, when they come from what the reset left. `after`
+    clocks behind it are compared.
     """
     for end in ends:
         runs = []

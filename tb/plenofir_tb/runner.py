@@ -50,23 +50,12 @@ def draw_seed() -> int:
 
 @dataclass(frozen=True)
 class Case:
-    """An entity, and a bench that it is to pass.
-
-    Attributes
-    ----------
-    top
-        Entity under test.
-    bench
-        Python module with the cocotb tests.
-    generics
-        Generics of the entity.
-    case
-        What the testbench is to do; it reads it with `plenofir_tb.case.read_case`.
-    """
+    """An entity, and a bench that it is to pass."""
 
     top: str
-    bench: str
+    bench: str  # Python module with the cocotb tests
     generics: Mapping[str, int | bool | str] = field(default_factory=dict)
+    # What the testbench is to do; it reads it with `plenofir_tb.case.read_case`.
     case: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -179,16 +168,9 @@ def run_cases(
 ) -> None:
     """Run benches on entities, in one simulation; fail the calling pytest test if any fails.
 
-    Parameters
-    ----------
-    cases
-        What to run. The environment variable ``CASE`` picks one by its label.
-    seed
-        Seed of all random choices; drawn and printed if None.
-    board
-        Board whose sources and models of primitives the entities need, if any.
-    long
-        Whether simulation takes much longer than compilation.
+    The environment variable ``CASE`` picks one by its label. A seed of None is drawn and printed.
+    `board`: whose sources and models of primitives the entities need. `long`: simulation takes
+    much longer than compilation.
     """
     if "CASE" in os.environ:
         cases = [case for case in cases if case.label == os.environ["CASE"]]

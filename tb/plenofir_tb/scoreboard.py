@@ -15,18 +15,7 @@ from plenofir_tb.axi_video import AxiVideoSink, Beat, Frame, frame_beats
 class FrameScoreboard(Scoreboard):
     """Compares each transfer with the expected frames, and frames with pictures when they differ.
 
-    Parameters
-    ----------
-    dut
-        Entity under test.
-    sink
-        Where the frames come out.
-    pixel_bits
-        Width of a channel.
-    pictures
-        Folder for got, want and difference pictures of a wrong frame.
-    pixels
-        Neighbouring pixels of a transfer.
+    `pictures` is the folder for got, want and difference; `pixels` are neighbours in a transfer.
     """
 
     def __init__(

@@ -17,13 +17,7 @@ SKEWS = (Code.SKEW_0, Code.SKEW_1, Code.SKEW_2)
 
 
 class SerialLink:
-    """Plays scripts on the bench.
-
-    Parameters
-    ----------
-    dut
-        The entity ``hdmi_bench``.
-    """
+    """Plays scripts on ``hdmi_bench``."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -66,19 +60,9 @@ class SerialLink:
 
 
 def last_frames(taken: Packed, step: int) -> list[ReceivedFrame]:
-    """Whole frames behind the last disturbance of a signal.
+    """Whole frames behind the last disturbance of a signal, to whose end it may last.
 
-    Parameters
-    ----------
-    taken
-        Sampled bits.
-    step
-        Words to which the beginning of the regular signal is found.
-
-    Returns
-    -------
-    list of ReceivedFrame
-        Frames in order; none if the signal is disturbed up to its end.
+    The beginning of the regular signal is found to `step` words.
     """
 
     def frames_from(begin: int) -> list[ReceivedFrame]:

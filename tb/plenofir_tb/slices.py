@@ -3,13 +3,7 @@
 
 
 class SliceModel:
-    """Which slice the next frame gets: the rules of ``slice_select``, in Python.
-
-    Parameters
-    ----------
-    slices
-        Size of the set.
-    """
+    """Which slice the next frame gets: the rules of ``slice_select``, in Python."""
 
     def __init__(self, slices: int) -> None:
         self.slices = slices

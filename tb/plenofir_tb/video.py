@@ -105,15 +105,7 @@ async def reset(dut: Any, clocks: int = 2) -> None:
 
 
 class VideoTap:
-    """Drives and watches the ports ``<prefix>_active``, ``_h_sync``, ``_v_sync``, ``_pixel``.
-
-    Parameters
-    ----------
-    dut
-        Design with ``clk``.
-    source, sink
-        Prefixes of the two sets of ports.
-    """
+    """Drives and watches the ports ``<prefix>_active``, ``_h_sync``, ``_v_sync``, ``_pixel``."""
 
     def __init__(self, dut: Any, source: str = "in", sink: str = "out") -> None:
         names = ("active", "h_sync", "v_sync", "pixel")
@@ -153,18 +145,9 @@ ERRORS = ("overflow", "underflow", "miss", "core")
 
 
 class VideoBench:
-    """Video source, ``refocus_video``, video sink.
+    """Video source, ``refocus_video``, video sink; all that chooses is 0 at first.
 
-    Attributes
-    ----------
-    dut
-        The design; its clock runs, what chooses is 0.
-    rng, random
-        Of the simulation's seed.
-    tap
-        Drives video and takes what comes out.
-    errors
-        Names of the errors that were flagged so far.
+    `errors` are the names of those that were flagged so far.
     """
 
     LOADED_BY_PORT = True

@@ -12,19 +12,9 @@ TOP = "cases"
 def wrapper(
     entities: Sequence[tuple[str, Mapping[str, int | bool | str]]], sources: Sequence[Path]
 ) -> str:
-    """Put entities with their generics side by side, each with signals named as its ports.
+    """VHDL of `TOP`, which puts entities with their generics side by side.
 
-    Parameters
-    ----------
-    entities
-        Names and generics.
-    sources
-        VHDL files in which they are.
-
-    Returns
-    -------
-    str
-        VHDL of `TOP`, whose instance `case_<number>` has a signal for each port of an entity.
+    Its instance `case_<number>` has a signal for each port of an entity.
     """
     texts = [source.read_text() for source in sources]
     declared = {name: _Declaration(name, texts) for name, _ in entities}

@@ -35,13 +35,7 @@ ERROR_NAMES = ("line early", "line late", "frame early", "frame late", "size", "
 
 
 class Bench:
-    """Source, resampler, sink and scoreboard.
-
-    Parameters
-    ----------
-    dut
-        The resampler.
-    """
+    """Source, resampler, sink and scoreboard."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

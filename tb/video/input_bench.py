@@ -29,13 +29,7 @@ LINE_LENGTH, ROWS = 1, 4
 
 
 class MeterSource:
-    """Video into the timing meter.
-
-    Parameters
-    ----------
-    dut
-        The meter.
-    """
+    """Video into the timing meter."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
@@ -234,13 +228,7 @@ def at_the_limits(name: str, **changes: int) -> VideoMode:
 
 
 class StreamTap:
-    """Video into ``video_to_stream``, and all of its outputs.
-
-    Parameters
-    ----------
-    dut
-        The entity.
-    """
+    """Video into ``video_to_stream``, and all of its outputs."""
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut

@@ -16,30 +16,16 @@ _MARGIN, _MOSAIC_MARGIN = 5, 1
 
 @dataclass(frozen=True)
 class BoardSensor:
-    """A sensor and the resampler for it.
-
-    Attributes
-    ----------
-    core
-        The resampler.
-    red_place
-        Row and column of the mosaic's first red pixel; None without a mosaic.
-    columns, rows
-        Of a raw frame.
-    raster_columns
-        Of the longest line of the raster.
-    description
-        What the board answers to the question for its resampler.
-    loads
-        Words of the calibration that is built in; none if it comes over the serial port.
-    """
+    """A sensor and the resampler for it."""
 
     core: ResamplerConfiguration
+    # Row and column of the mosaic's first red pixel; None without a mosaic.
     red_place: tuple[int, int] | None
-    columns: int
+    columns: int  # of a raw frame, as `rows`
     rows: int
-    raster_columns: int
-    description: str
+    raster_columns: int  # of the longest line of the raster
+    description: str  # what the board answers to the question for its resampler
+    # Words of the calibration that is built in; none if it comes over the serial port.
     loads: tuple[Load, ...] = ()
 
 
@@ -49,18 +35,7 @@ def sensor_delay_lines(micro_image_size: int, *, mosaic: bool) -> int:
 
 
 def sensor_package(sensor: BoardSensor | None = None) -> str:
-    """Make the VHDL package.
-
-    Parameters
-    ----------
-    sensor
-        What it says; no sensor if None.
-
-    Returns
-    -------
-    str
-        ``hdl/board/sensor_pkg.vhd``.
-    """
+    """VHDL of ``hdl/board/sensor_pkg.vhd``."""
     core = ResamplerConfiguration(micro_image_size=1) if sensor is None else sensor.core
     red = (0, 0) if sensor is None or sensor.red_place is None else sensor.red_place
     words = [(0, 0, 0)] if sensor is None or not sensor.loads else list(sensor.loads)

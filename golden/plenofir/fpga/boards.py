@@ -14,37 +14,17 @@ Flow = Literal["ise", "nextpnr"]
 
 @dataclass(frozen=True)
 class Board:
-    """A board that a bitstream can be built for.
+    """A board that a bitstream can be built for."""
 
-    Attributes
-    ----------
-    name
-        As users type it; ``hdl/sources_NAME.txt`` lists its own sources.
-    title
-        What it is.
-    devices
-        Devices (`plenofir.fpga.devices.DEVICES`) it is sold with, the usual one first.
-    flow
-        Tools that build its bitstream: Xilinx ISE, or GHDL, Yosys and nextpnr.
-    top
-        Entity.
-    library
-        Library of its family's primitives, see `plenofir.fpga.hdl.model_sources`.
-    clock_ranges
-        What its PLL can be built for, see `plenofir.fpga.hdmi.modes.modes_of_range`; none for a
-        board without HDMI.
-    pixel_mhz
-        Pixel clock that a board without HDMI is built for.
-    """
-
-    name: BoardName
+    name: BoardName  # as users type it; ``hdl/sources_NAME.txt`` lists its own sources
     title: str
-    devices: tuple[str, ...]
-    flow: Flow
+    devices: tuple[str, ...]  # of `plenofir.fpga.devices.DEVICES`, the usual one first
+    flow: Flow  # tools that build its bitstream: Xilinx ISE, or GHDL, Yosys and nextpnr
     top: str
-    library: str = ""
+    library: str = ""  # of its family's primitives, see `plenofir.fpga.hdl.model_sources`
+    # What its PLL can be built for (`hdmi.modes.modes_of_range`); none without HDMI.
     clock_ranges: tuple[int, ...] = ()
-    pixel_mhz: float = 0
+    pixel_mhz: float = 0  # of a board without HDMI
 
     @property
     def constraints(self) -> Path:
@@ -59,18 +39,7 @@ class Board:
         return tuple(sorted(modes.values(), key=lambda mode: mode.pixel_clock))
 
     def clock_range(self, mode: VideoMode) -> int:
-        """Range to build for, the one of the slowest clocks that has a mode.
-
-        Parameters
-        ----------
-        mode
-            One of `modes`.
-
-        Returns
-        -------
-        int
-            One of `clock_ranges`.
-        """
+        """Range to build for, the one of the slowest clocks that has a mode."""
         return next(c for c in self.clock_ranges if mode in modes_of_range(c))
 
 
@@ -109,16 +78,4 @@ BOARDS: dict[str, Board] = {
 
 
 def board_of(device: str) -> Board | None:
-    """Board that has a device.
-
-    Parameters
-    ----------
-    device
-        Its name.
-
-    Returns
-    -------
-    Board or None
-        None if no board has it.
-    """
     return next((board for board in BOARDS.values() if device in board.devices), None)

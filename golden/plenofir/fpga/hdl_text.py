@@ -20,13 +20,7 @@ class Declaration:
     comment: str
 
     def bits(self) -> list[str]:
-        """Names of the bits of a port as constraints have them: ``led<0>``, or the name itself.
-
-        Returns
-        -------
-        list of str
-            One name for each pin.
-        """
+        """Names of the bits of a port as constraints have them: ``led<0>``, or the name itself."""
         bounds = re.search(r"\((\d+) downto (\d+)\)", self.type_name)
         if bounds is None:
             return [self.name]
@@ -34,22 +28,10 @@ class Declaration:
 
 
 def declarations(text: str, kind: str) -> list[Declaration]:
-    """Read the generic or port clause of an entity.
+    """Read the generic or port clause ("generic", "port") of an entity.
 
-    A comment beside a declaration explains it alone; one above explains all that follow, up to
-    the next comment above or an empty line.
-
-    Parameters
-    ----------
-    text
-        The source.
-    kind
-        "generic" or "port".
-
-    Returns
-    -------
-    list of Declaration
-        In their order.
+    A comment beside a declaration explains it alone; one above explains all that follow, up to the
+    next comment above or an empty line.
     """
     clause = re.search(rf"^  {kind} \(\n(.*?)^  \);", text, re.S | re.M)
     found: list[Declaration] = []
@@ -119,18 +101,7 @@ def _map(text: str, kind: str) -> dict[str, str]:
 
 
 def instances(text: str) -> Iterator[Instance]:
-    """Read the instances of a source.
-
-    Parameters
-    ----------
-    text
-        The source.
-
-    Yields
-    ------
-    Instance
-        Each instance; those in a generate statement once.
-    """
+    """Read the instances of a source; those in a generate statement come once."""
     plain = _without_comments(text)
     for found in _INSTANCE.finditer(plain):
         rest = plain[found.end() :].split(";", 1)[0]
@@ -146,32 +117,10 @@ def used_units(text: str) -> set[str]:
 
 
 def clocks(text: str) -> set[str]:
-    """Names of the signals whose rising edge a source waits for.
-
-    Parameters
-    ----------
-    text
-        The source.
-
-    Returns
-    -------
-    set of str
-        Local names.
-    """
+    """Names of the signals whose rising edge a source waits for."""
     return set(re.findall(r"\brising_edge\((\w+)\)", _without_comments(text)))
 
 
 def renamings(text: str) -> list[tuple[str, str]]:
-    """Assignments of one signal to another, as they are.
-
-    Parameters
-    ----------
-    text
-        The source.
-
-    Returns
-    -------
-    list of tuple
-        Target and source.
-    """
+    """Assignments of one signal to another, as they are: target and source."""
     return re.findall(r"^  (\w+)\s+<= (\w+);$", _without_comments(text), re.M)

@@ -38,20 +38,11 @@ def font_digits() -> str:
 
 @dataclass(frozen=True)
 class Overlay:
-    """What is written over the pictures of a scene.
+    """What is written over the pictures of a scene."""
 
-    Attributes
-    ----------
-    texts
-        A text for each slice, then those for all in focus, depth, and the input as it is.
-    labels
-        A label for each slice.
-    colours
-        Red, green, blue of each slice; empty if depth is never shown.
-    """
-
-    texts: tuple[str, ...]
-    labels: tuple[str, ...]
+    texts: tuple[str, ...]  # of each slice, then of all in focus, depth, and the input as it is
+    labels: tuple[str, ...]  # of each slice
+    # Red, green, blue of each slice; empty if depth is never shown.
     colours: tuple[tuple[int, int, int], ...] = ()
 
     def __post_init__(self) -> None:
@@ -132,23 +123,9 @@ class Overlay:
         errors: int = 0,
         bottom: bool = False,
     ) -> npt.NDArray[np.uint8]:
-        """Write over a picture.
+        """Write over a picture (rows, columns, 3), cut at its edges.
 
-        Parameters
-        ----------
-        picture
-            Shape (rows, columns, 3), uint8.
-        shown, slice_
-            What it shows, and the slice.
-        errors
-            Sum of the errors, 0 to 31.
-        bottom
-            Whether at the bottom.
-
-        Returns
-        -------
-        numpy.ndarray
-            Picture with the overlay, cut at the picture's edges.
+        `shown` and `slice_` say what it shows, `errors` is the sum of the errors, 0 to 31.
         """
         number = slice_ if slice_ < self.slices else 0
         entry = number if shown == "refocused" else self.slices + _ORDER.index(shown)

@@ -18,24 +18,14 @@ _DIGITS = 80
 
 @dataclass(frozen=True)
 class Screen:
-    """Outputs that can be chosen, and the text over them.
+    """Outputs that can be chosen, and the text over them."""
 
-    Attributes
-    ----------
-    outputs
-        A letter for each, as in ``hdl/video/picture_pkg.vhd``; the first is shown after a reset.
-    radius, confidence, vote_radius
-        See `plenofir.refocus.sharpness.depth_index`.
-    colours
-        Red, green, blue of each slice in the depth picture.
-    overlay
-        The text, or None.
-    """
-
+    # A letter for each, as in ``hdl/video/picture_pkg.vhd``; the first one after a reset.
     outputs: str = "r"
-    radius: int = 1
+    radius: int = 1  # see `plenofir.refocus.sharpness.depth_index`, as the next two
     confidence: int = 0
     vote_radius: int = 0
+    # Red, green, blue of each slice in the depth picture.
     colours: tuple[tuple[int, int, int], ...] = ()
     overlay: Overlay | None = None
 
@@ -45,18 +35,7 @@ class Screen:
         return bool(set(self.outputs) & {"a", "d"})
 
     def index(self, core: CoreConfiguration) -> DepthIndexConfiguration:
-        """Depth index behind the focal stack.
-
-        Parameters
-        ----------
-        core
-            The focal stack.
-
-        Returns
-        -------
-        DepthIndexConfiguration
-            Its generics.
-        """
+        """Depth index behind the focal stack."""
         return DepthIndexConfiguration(
             micro_image_size=core.micro_image_size,
             slices=len(core.shifts),
@@ -69,36 +48,14 @@ class Screen:
         )
 
     def delay_lines(self, core: CoreConfiguration) -> int:
-        """Lines that a picture is behind its input (picture_delay_lines).
-
-        Parameters
-        ----------
-        core
-            The focal stack, or the core of the slice alone.
-
-        Returns
-        -------
-        int
-            Lines.
-        """
+        """Lines that a picture is behind its input (picture_delay_lines)."""
         if not self.needs_stack:
             return core.delay
         # Lines of a frame with its blanking that are no multiple of M wait for the next one.
         return core.delay + self.index(core).delay + core.micro_image_size - 1
 
     def delay_pixels(self, core: CoreConfiguration) -> int:
-        """Pixels that it is behind, besides the lines (picture_delay_pixels).
-
-        Parameters
-        ----------
-        core
-            As in `delay_lines`.
-
-        Returns
-        -------
-        int
-            Pixels.
-        """
+        """Pixels that it is behind, besides the lines (picture_delay_pixels)."""
         if not self.needs_stack:
             return core.video_delay_pixels
         return core.video_delay_pixels + STREAM_CLOCKS + self.index(core).index_latency
@@ -106,34 +63,13 @@ class Screen:
     def latency_clocks(self, core: CoreConfiguration, line_length: int) -> int:
         """Clocks from a pixel at the video path's input to the same place at its output.
 
-        Parameters
-        ----------
-        core
-            As in `delay_lines`.
-        line_length
-            Pixels of a line, blanking included.
-
-        Returns
-        -------
-        int
-            Clocks.
+        A line's length includes blanking.
         """
         text = OVERLAY_CLOCKS if self.overlay else 0
         return self.delay_lines(core) * line_length + self.delay_pixels(core) + _VIDEO_CLOCKS + text
 
     def core_generics(self, core: CoreConfiguration) -> Generics:
-        """Generics of ``picture_core``.
-
-        Parameters
-        ----------
-        core
-            The focal stack.
-
-        Returns
-        -------
-        dict
-            Name to value.
-        """
+        """Generics of ``picture_core``."""
         stack = core.generics()
         return {name: stack[name] for name in ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")} | {
             "OUTPUTS": self.outputs,
@@ -165,18 +101,7 @@ def _constants(values: dict[str, str | int]) -> list[str]:
 
 
 def screen_package(screen: Screen | None = None) -> str:
-    """Make the VHDL package.
-
-    Parameters
-    ----------
-    screen
-        What it says; the refocused slice alone, without a text, if None.
-
-    Returns
-    -------
-    str
-        ``hdl/board/screen_pkg.vhd``.
-    """
+    """VHDL of ``hdl/board/screen_pkg.vhd``; None: the refocused slice alone, without a text."""
     screen = screen or Screen()
     overlay = screen.overlay
     shown: dict[str, str | int] = {

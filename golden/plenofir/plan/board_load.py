@@ -35,37 +35,19 @@ class Port(Protocol):
 
 @dataclass(frozen=True)
 class Shown:
-    """How a raster is shown: in the middle of frames as large as the sensor's.
+    """How a raster is shown: in the middle of frames as large as the sensor's."""
 
-    Attributes
-    ----------
-    rows
-        Of the raw frames.
-    raster
-        Longest line of the raster.
-    mosaic
-        1 if the sensor has a colour filter mosaic, else 0.
-    """
-
-    rows: int
-    raster: int
-    mosaic: int
+    rows: int  # of the raw frames
+    raster: int  # longest line of the raster
+    mosaic: int  # 1 if the sensor has a colour filter mosaic, else 0
 
 
 @dataclass(frozen=True)
 class BoardResampler:
-    """What a board says of its resampler.
-
-    Attributes
-    ----------
-    core
-        The resampler.
-    shown
-        What its screen takes; None if there is none.
-    """
+    """What a board says of its resampler."""
 
     core: ResamplerConfiguration
-    shown: Shown | None = None
+    shown: Shown | None = None  # what its screen takes; None if there is none
 
 
 def description(core: ResamplerConfiguration, shown: Shown | None = None) -> str:
@@ -75,25 +57,7 @@ def description(core: ResamplerConfiguration, shown: Shown | None = None) -> str
 
 
 def described(line: str, *, where: str) -> BoardResampler:
-    """Resampler of a board's answer.
-
-    Parameters
-    ----------
-    line
-        The answer.
-    where
-        Name of the port for messages.
-
-    Returns
-    -------
-    BoardResampler
-        Its generics, and what its screen takes.
-
-    Raises
-    ------
-    InputError
-        If it is no such answer.
-    """
+    """Resampler of a board's answer, which came from the port that messages name `where`."""
     found = _DESCRIPTION.fullmatch(line)
     try:
         if found is None:
@@ -117,26 +81,10 @@ def described(line: str, *, where: str) -> BoardResampler:
 
 
 def calibration_loads(board: BoardResampler, calibration: Calibration, *, where: str) -> list[Load]:
-    """Words of a calibration for a resampler that is there.
+    """Words (kind, address, word) of a calibration for a resampler that is there, in order.
 
-    Parameters
-    ----------
-    board
-        The resampler, and what its screen takes.
-    calibration
-        The calibration; vignetting is corrected if the resampler has gains.
-    where
-        Name of the calibration for messages.
-
-    Returns
-    -------
-    list of (kind, address, word)
-        In order.
-
-    Raises
-    ------
-    InputError
-        If it is a calibration of another camera: size, layout, rotation.
+    Vignetting is corrected if the resampler has gains. InputError if it is a calibration of
+    another camera: size, layout, rotation.
     """
     core, shown, names = board.core, board.shown, Precision.model_fields
     precision = Precision(**{name: getattr(core, name) for name in names})
@@ -182,29 +130,9 @@ def load_board(
 ) -> ResamplerConfiguration:
     """Load a calibration into a board; it takes effect with the next frame.
 
-    Parameters
-    ----------
-    port
-        Serial port with a time-out.
-    calibration
-        The calibration.
-    name
-        Name of the port for messages.
-    where
-        Name of the calibration for messages.
-    progress
-        Called with the words that were loaded, and with all.
-
-    Returns
-    -------
-    ResamplerConfiguration
-        The board's resampler.
-
-    Raises
-    ------
-    InputError
-        If the board does not answer, has no resampler, or one that cannot take the calibration.
-        Then nothing was written.
+    The serial port has a time-out; `name` and `where` call port and calibration in messages;
+    `progress` is called with the words that were loaded, and with all. After an InputError (no
+    answer, no resampler, or one that cannot take the calibration) nothing was written.
     """
     # An empty line ends what may have been left in the board; a board that answers to that does not
     # hear the question.

@@ -82,22 +82,7 @@ end architecture rtl;
 
 
 def loader_text(core: ResamplerConfiguration, loads: Sequence[Load], name: str) -> str:
-    """VHDL-93 of the entity `LOADER`.
-
-    Parameters
-    ----------
-    core
-        The resampler.
-    loads
-        Words for its load port.
-    name
-        Of the calibration, for the header.
-
-    Returns
-    -------
-    str
-        One entity; all its words lie in a ROM.
-    """
+    """VHDL-93 of the entity `LOADER`, all words in a ROM; its header names the calibration."""
     words = [
         f'    {number} => x"{kind << 60 | address << 40 | word:016X}"'
         for number, (kind, address, word) in enumerate(loads)

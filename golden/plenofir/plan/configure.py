@@ -30,19 +30,8 @@ STILL_CLOCK_MHZ = 74.25
 def needed_sources(top: str, entity: str, sources: Sequence[Path]) -> list[Path]:
     """Sources that an entity is built of, in order of analysis, without any other.
 
-    Parameters
-    ----------
-    top
-        VHDL that instantiates entities and uses packages.
-    entity
-        Not used by any source: the top itself.
-    sources
-        All sources in order of analysis, one unit a file, named as the unit.
-
-    Returns
-    -------
-    list of Path
-        The sources that `top` needs.
+    `top` is VHDL that instantiates entities and uses packages; `entity` is used by no source: the
+    top itself. `sources` are in order of analysis, one unit a file, named as the unit.
     """
     by_name = {source.stem: source for source in sources}
     needed: set[str] = set()
@@ -56,18 +45,7 @@ def needed_sources(top: str, entity: str, sources: Sequence[Path]) -> list[Path]
 
 
 def top_of(plan: Plan) -> str:
-    """Top level of a scene.
-
-    Parameters
-    ----------
-    plan
-        The plan.
-
-    Returns
-    -------
-    str
-        Entity: the board, or one of the scene's own.
-    """
+    """Top level of a scene: the board's, or one of the scene's own."""
     return _board(plan).top if plan.path == "video" else TOP
 
 
@@ -78,18 +56,7 @@ def _board(plan: Plan) -> Board:
 
 
 def clock_range_of(plan: Plan) -> int:
-    """Range of pixel clocks that a scene's board is built for.
-
-    Parameters
-    ----------
-    plan
-        The plan, with video in and out.
-
-    Returns
-    -------
-    int
-        One of the board's ranges.
-    """
+    """Range of pixel clocks that the board of a scene with video in and out is built for."""
     assert plan.clock_mhz is not None
     size = plan if plan.sensor is None else plan.sensor
     mode = find_mode(size.columns, size.rows, 1e6 * plan.clock_mhz / plan.frame_clocks)
@@ -98,18 +65,7 @@ def clock_range_of(plan: Plan) -> int:
 
 
 def clock_mhz(plan: Plan) -> float:
-    """Clock that a scene is built for.
-
-    Parameters
-    ----------
-    plan
-        The plan.
-
-    Returns
-    -------
-    float
-        MHz.
-    """
+    """Clock that a scene is built for."""
     return STILL_CLOCK_MHZ if plan.clock_mhz is None else plan.clock_mhz
 
 
@@ -118,26 +74,9 @@ def configure(
 ) -> list[Path]:
     """Write the project files of a scene: all of them or none.
 
-    Parameters
-    ----------
-    plan
-        The plan.
-    out
-        Folder.
-    verilog
-        Whether to write it in Verilog, too; see `plenofir.plan.verilog.verilog_files`.
-    loads
-        Words of a calibration for the serial port, written as `CALIBRATION`.
-
-    Returns
-    -------
-    list of Path
-        VHDL sources in order of analysis, those in the folder included.
-
-    Raises
-    ------
-    plenofir.errors.InputError
-        If the folder cannot be written, or if GHDL is not installed and `verilog` wants it.
+    `verilog` writes it in Verilog, too (`plenofir.plan.verilog.verilog_files`); `loads` are a
+    calibration's words for the serial port, written as `CALIBRATION`. Returns the VHDL sources in
+    order of analysis, those in the folder included.
     """
     top = top_of(plan)
     own = _board_top(plan) if plan.path == "video" else _core_top(plan)
@@ -190,18 +129,7 @@ def _core_top(plan: Plan) -> dict[str, str]:
 
 
 def scene_generics(plan: Plan) -> dict[str, top_level.Value]:
-    """Generics of the board's top level for a scene.
-
-    Parameters
-    ----------
-    plan
-        The plan, with video in and out.
-
-    Returns
-    -------
-    dict
-        Generic to value; with a sensor the longest line is that of the raw frames.
-    """
+    """Generics of the board's top level; with a sensor the longest line is a raw frame's."""
     core, top = plan.core, _board(plan).top
     if plan.sensor is not None:
         # Channels and the raster's lines stand in sensor_pkg.
@@ -211,18 +139,7 @@ def scene_generics(plan: Plan) -> dict[str, top_level.Value]:
 
 
 def board_packages(plan: Plan) -> dict[str, str]:
-    """VHDL packages of a scene in place of its board's own.
-
-    Parameters
-    ----------
-    plan
-        The plan, with video in and out.
-
-    Returns
-    -------
-    dict
-        Name to text.
-    """
+    """VHDL packages of a scene with video in and out in place of its board's own: name to text."""
     packages = {}
     if plan.edid is not None:
         packages[EDID_PACKAGE] = edid_package(bytes.fromhex(plan.edid))

@@ -48,52 +48,22 @@ _MAX_LINE_BUFFER_BITS = 1 << 23
 
 @dataclass(frozen=True)
 class Design:
-    """Something to synthesise.
+    """Something to synthesise."""
 
-    Attributes
-    ----------
-    name
-        Its name in the file of figures.
-    core
-        Generics.
-    top
-        Entity, if it is not a scene's.
-    plan
-        Plan of the scene that it is, or None.
-    slow
-        Whether its synthesis takes minutes.
-    index
-        The depth index behind a stack, if it is that what is synthesised.
-    sensor, mosaic
-        The resampler in front of a core, if it is that what is synthesised, and whether it is
-        behind a mosaic.
-    screen
-        What a video path shows, if it is its core or its text that is synthesised.
-    """
-
-    name: str
+    name: str  # in the file of figures
     core: CoreConfiguration
-    top: str = CORE
-    plan: Plan | None = None
-    slow: bool = False
+    top: str = CORE  # entity, if it is not a scene's
+    plan: Plan | None = None  # of the scene that it is
+    slow: bool = False  # its synthesis takes minutes
+    # The depth index behind a stack to synthesise, or None.
     index: DepthIndexConfiguration | None = None
+    # The resampler in front of a core to synthesise, or None.
     sensor: ResamplerConfiguration | None = None
-    mosaic: bool = False
-    screen: Screen | None = None
+    mosaic: bool = False  # the resampler is behind a mosaic
+    screen: Screen | None = None  # of a video path whose core or text is to synthesise, or None
 
     def synthesise(self, directory: Path) -> Netlist:
-        """Synthesise it for Spartan-6.
-
-        Parameters
-        ----------
-        directory
-            Empty folder for all files.
-
-        Returns
-        -------
-        Netlist
-            The netlist and what it takes.
-        """
+        """Synthesise it for Spartan-6 in an empty folder."""
         if self.plan is not None:
             sources = configure(self.plan, directory)
             board = self.plan.path == "video"
@@ -108,18 +78,6 @@ class Design:
 
 
 def scene_design(plan: Plan) -> Design:
-    """Design of a scene.
-
-    Parameters
-    ----------
-    plan
-        Its plan.
-
-    Returns
-    -------
-    Design
-        Named as the scene.
-    """
     # Boards, cores of several pixels a clock and sensors take a minute and more.
     core = plan.core
     many = core.parallel_rows > 1 or core.pixels_per_clock > 1
@@ -131,11 +89,6 @@ def scene_designs() -> Iterator[Design]:
     """Design of each shipped scene: a core, or the whole board.
 
     Boards with an ECP5 are not among them: their builds are in ``data/boards.json``.
-
-    Yields
-    ------
-    Design
-        Named as the scene.
     """
     for file in scene_files():
         plan = make_plan(load_scene(file))
@@ -144,29 +97,12 @@ def scene_designs() -> Iterator[Design]:
 
 
 def is_ecp5_board(plan: Plan) -> bool:
-    """Whether a scene is a board's whose bitstream nextpnr makes.
-
-    Parameters
-    ----------
-    plan
-        Its plan.
-
-    Returns
-    -------
-    bool
-        Then it has no netlist for Spartan-6.
-    """
+    """Whether nextpnr makes a scene's bitstream; then it has no netlist for Spartan-6."""
     return plan.path == "video" and DEVICES[plan.device].family == "ecp5"
 
 
 def core_designs() -> Iterator[Design]:
-    """Core of each shipped scene without a sensor, without the video path around it.
-
-    Yields
-    ------
-    Design
-        Named as the scene, those of a board's scene with "core".
-    """
+    """Core of each shipped scene without a sensor, without the video path around it ("core")."""
     for design in scene_designs():
         plan = design.plan
         assert plan is not None
@@ -180,13 +116,7 @@ def core_designs() -> Iterator[Design]:
 
 
 def full_designs() -> Iterator[Design]:
-    """Full build of those cores whose line buffers GHDL can synthesise.
-
-    Yields
-    ------
-    Design
-        Named as the scene, with "full".
-    """
+    """Full build ("full") of those cores whose line buffers GHDL can synthesise."""
     for design in core_designs():
         core = full_core(design.core)
         if core.line_buffer_bits <= _MAX_LINE_BUFFER_BITS:
@@ -211,13 +141,7 @@ def _variant(name: str, **generics: object) -> Design:
 
 
 def grid_designs() -> Iterator[Design]:
-    """Cores and arrays for grey pixels and 640 columns, and variants of one of them.
-
-    Yields
-    ------
-    Design
-        Named after M, a' and iota, or after what differs.
-    """
+    """Cores and arrays for grey pixels and 640 columns, and variants of one of them."""
     yield _grid(CORE, 1, 0, 1, slow=True)
     yield _grid(CORE, 2, 1, 1, slow=True)
     for shift in (-2, 0, 1, 2):
@@ -240,13 +164,7 @@ def grid_designs() -> Iterator[Design]:
 
 
 def left_out_designs() -> Iterator[Design]:
-    """Full build of a small core, and the same without one thing after the other.
-
-    Yields
-    ------
-    Design
-        Named after what is left out.
-    """
+    """Full build of a small core, and the same without one thing after the other."""
     for what, core in left_out_in_turn():
         yield Design(f"left out: {what}", core, slow=True)
 
@@ -278,13 +196,7 @@ def _stack(shifts: tuple[int, ...], m: int, channels: int, *, index: bool = Fals
 
 
 def stack_designs() -> Iterator[Design]:
-    """Focal stacks of 1 to 4 slices for 640 columns, and depth indices behind them.
-
-    Yields
-    ------
-    Design
-        Named after M, a' or the number of slices, and the channels.
-    """
+    """Focal stacks of 1 to 4 slices for 640 columns, and depth indices behind them."""
     for m, sets in STACK_SLICES.items():
         for shifts in sets:
             yield _stack(shifts, m, 1)
@@ -301,13 +213,7 @@ _TEXT_SHIFTS = (0, 1, 2, 3, 4)
 
 
 def picture_designs() -> Iterator[Design]:
-    """Cores of video paths that show all in focus and depth, of 640 columns; a text over them.
-
-    Yields
-    ------
-    Design
-        Named after M, the slices and the votes.
-    """
+    """Cores of video paths that show all in focus and depth, of 640 columns; a text over them."""
     for m, shifts, radius, vote_radius in _PICTURES:
         core = CoreConfiguration(
             micro_image_size=m,
@@ -348,13 +254,7 @@ _SENSORS: dict[str, dict[str, object]] = {
 
 
 def sensor_designs() -> Iterator[Design]:
-    """Resamplers, one of them behind a mosaic.
-
-    Yields
-    ------
-    Design
-        Named "sensor" and what differs.
-    """
+    """Resamplers, one of them behind a mosaic."""
     none = CoreConfiguration(micro_image_size=1, shifts=(0,), max_columns=1)
     for what, generics in _SENSORS.items():
         values = {"micro_image_size": 5, "max_columns": 640, "lines": 8, **generics}
@@ -364,14 +264,6 @@ def sensor_designs() -> Iterator[Design]:
 
 
 def designs() -> list[Design]:
-    """All designs.
-
-    Returns
-    -------
-    list of Design
-        Scenes, cores and arrays, a core without one thing after the other, focal stacks, full
-        builds.
-    """
     scenes = {design.name: design for design in [*scene_designs(), *core_designs()]}
     return [
         *scenes.values(),
@@ -385,41 +277,21 @@ def designs() -> list[Design]:
 
 
 class FiguresFile(BaseModel):
-    """Content of the file of figures.
-
-    Attributes
-    ----------
-    yosys
-        Version that made them.
-    figures
-        Version of GHDL to the name of a design to its figures.
-    """
+    """Content of the file of figures."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    yosys: str
-    figures: dict[str, dict[str, Figures]]
+    yosys: str  # version that made them
+    figures: dict[str, dict[str, Figures]]  # version of GHDL to the name of a design to its figures
 
 
 def load_figures() -> FiguresFile:
-    """Read the file of figures.
-
-    Returns
-    -------
-    FiguresFile
-        Its content.
-    """
+    """Read the file of figures."""
     return FiguresFile.model_validate(json.loads(FILE.read_text()))
 
 
 def save_figures(content: FiguresFile) -> None:
-    """Write the file of figures, a design a line.
-
-    Parameters
-    ----------
-    content
-        Its content.
-    """
+    """Write the file of figures, a design a line."""
     parts = []
     for version, figures in sorted(content.figures.items()):
         lines = [

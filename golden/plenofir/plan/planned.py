@@ -16,86 +16,43 @@ from plenofir.plan.scene_sensor import SensorChip
 
 
 class PlannedSlice(BaseModel):
-    """A slice of the plan.
-
-    Attributes
-    ----------
-    a
-        Focus setting, a fraction with denominator M.
-    shift
-        a' in pixels.
-    near_mm, far_mm
-        Its depth of field; None without a camera, far None also where it reaches infinity.
-    """
+    """A slice of the plan."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    a: str
-    shift: int
-    near_mm: float | None
-    far_mm: float | None
+    a: str  # focus setting, a fraction with denominator M
+    shift: int  # a' in pixels
+    near_mm: float | None  # depth of field; None without a camera
+    far_mm: float | None  # None also where it reaches infinity
 
 
 class EngineOption(BaseModel):
-    """One of the engines, as it was weighed.
-
-    Attributes
-    ----------
-    engine
-        "fir" or "moving_sum".
-    needs
-        Resources (estimate); None if it was not considered.
-    refused
-        Why it cannot be built; empty if it can.
-    """
+    """One of the engines, as it was weighed."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     engine: SliceEngineName
-    needs: dict[str, int] | None
-    refused: str
+    needs: dict[str, int] | None  # resources (estimate); None if it was not considered
+    refused: str  # why it cannot be built; empty if it can
 
 
 class PlannedSensor(BaseModel):
-    """What stands between the sensor and the core.
-
-    Attributes
-    ----------
-    core
-        Generics of the resampler.
-    mosaic
-        Order of the colour filters that are interpolated in front of it; None for none.
-    columns, rows
-        Of the raw frames.
-    calibrated
-        Whether a calibration is built in; else one is loaded at run time.
-    lines
-        Raw lines that the ring holds.
-    ring_bits
-        Bits of the ring.
-    full_rate
-        Whether a source without gaps is never refused.
-    needs
-        Resources (estimate).
-    loads
-        Words for the load port, if a calibration is built in.
-    shown
-        What a board's screen takes; None without video in and out.
-    """
+    """What stands between the sensor and the core."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     core: ResamplerConfiguration
-    mosaic: BayerOrder | None
-    columns: int
+    mosaic: BayerOrder | None  # order of the colour filters that are interpolated in front of it
+    columns: int  # of the raw frames, as `rows`
     rows: int
-    calibrated: bool
-    lines: int
+    calibrated: bool  # a calibration is built in; else one is loaded at run time
+    lines: int  # raw lines that the ring holds
     ring_bits: int
-    full_rate: bool
-    needs: dict[str, int]
+    full_rate: bool  # a source without gaps is never refused
+    needs: dict[str, int]  # resources (estimate)
+    # Words for the load port, if a calibration is built in.
     loads: tuple[Load, ...] = Field(default=(), exclude=True)
-    shown: Shown | None = None
+    shown: Shown | None = None  # what a board's screen takes; None without video in and out
 
     def board_sensor(self) -> BoardSensor:
         """What the board's package says of it."""
@@ -112,20 +69,7 @@ class PlannedSensor(BaseModel):
 
 
 def planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
-    """Plan what stands between a sensor and the core.
-
-    Parameters
-    ----------
-    chip
-        The sensor.
-    device
-        Device it must fit.
-
-    Returns
-    -------
-    PlannedSensor
-        With its resources.
-    """
+    """Plan what stands between a sensor and the core, with its resources of a device."""
     usage = sensor_usage(chip.core, mosaic=chip.mosaic is not None, family=device.family)
     core = chip.core
     return PlannedSensor(

@@ -29,20 +29,7 @@ from plenofir.refocus.shifts import shift_to_text
 
 
 def without_idle_slices(cover: Cover, near_mm: float, far_mm: float) -> Cover:
-    """Drop slices whose depth of field adds nothing to that of the others.
-
-    Parameters
-    ----------
-    cover
-        Slices that cover a range.
-    near_mm, far_mm
-        The range.
-
-    Returns
-    -------
-    Cover
-        The same cover with fewer slices.
-    """
+    """Drop slices whose depth of field adds nothing to that of the others."""
 
     def uncovered(slices: list[Slice]) -> float:
         # Reciprocal distances: a gap to infinity has a finite size.

@@ -20,25 +20,13 @@ from plenofir.fpga.core.resampler import MAX_LINES, Load, ResamplerConfiguration
 
 @dataclass(frozen=True)
 class Resampling:
-    """A calibration on the chip.
-
-    Attributes
-    ----------
-    core
-        Configuration of the entity.
-    registers, tables
-        What it holds.
-    accuracy
-        How far that is from the calibration.
-    needs
-        Raw lines that the calibration needs.
-    """
+    """A calibration on the chip."""
 
     core: ResamplerConfiguration
     registers: GridRegisters
     tables: Tables
-    accuracy: Accuracy
-    needs: RingNeeds
+    accuracy: Accuracy  # how far registers and tables are from the calibration
+    needs: RingNeeds  # raw lines that the calibration needs
 
     def loads(self) -> list[Load]:
         """Words for the load port."""
@@ -57,31 +45,9 @@ def resampling(
 ) -> Resampling:
     """Resampler made to measure for a calibration.
 
-    Parameters
-    ----------
-    calibration
-        The calibration.
-    micro_image_size
-        M.
-    channels, pixel_bits
-        Of the raw frames, behind the mosaic.
-    precision
-        Bits; the defaults if None.
-    devignette
-        Whether vignetting is corrected.
-    where
-        Name of the calibration for messages.
-
-    Returns
-    -------
-    Resampling
-        The ring holds the lines with which a source without gaps is never refused, if there is such
-        a number.
-
-    Raises
-    ------
-    InputError
-        If the chip cannot follow the grid.
+    `channels` and `pixel_bits` are of the raw frames behind the mosaic, `where` is what messages
+    call the calibration. The ring holds the lines with which a source without gaps is never
+    refused, if there is such a number. InputError if the chip cannot follow the grid.
     """
     registers, accuracy = grid_registers(calibration, micro_image_size, precision, where=where)
     tables = tables_of(calibration, registers, devignette=devignette, where=where)
@@ -123,26 +89,9 @@ def check_ring(lines: int, what: str, *, where: str) -> None:
 def shown_lines(
     registers: GridRegisters, tables: Tables, *, mosaic: bool, where: str = "calibration"
 ) -> int:
-    """Lines of the ring for a raster that is shown under the timing of the raw frames.
+    """Lines of the ring, even, for a raster that is shown under the timing of the raw frames.
 
-    Parameters
-    ----------
-    registers, tables
-        The calibration.
-    mosaic
-        Whether the sensor has a colour filter mosaic.
-    where
-        Name of the calibration for messages.
-
-    Returns
-    -------
-    int
-        An even number.
-
-    Raises
-    ------
-    InputError
-        If the raster is larger than the raw frame.
+    InputError if the raster is larger than the raw frame.
     """
     (height, width), (rows, columns) = registers.image_shape, registers.raster_shape
     if rows > height or columns > width:
@@ -170,19 +119,7 @@ def check_fits(
 ) -> None:
     """Refuse a calibration that a resampler cannot take, by what it exceeds.
 
-    Parameters
-    ----------
-    core
-        The resampler.
-    registers, tables
-        The calibration.
-    where
-        Name of the calibration for messages.
-
-    Raises
-    ------
-    InputError
-        If it is of another camera: M, layout, bits; or needs more columns, lines or lenses.
+    It may be of another camera (M, layout, bits), or need more columns, lines or lenses.
     """
     bits, (rows, columns) = registers.precision, registers.lenses
     hexagonal = registers.layout == "hexagonal-rows"
@@ -217,26 +154,9 @@ def loads(
     *,
     where: str = "calibration",
 ) -> list[Load]:
-    """What the load port of a resampler is given for a calibration, tables first.
+    """Words (kind, address, word) for the load port, tables first; the last one is the commit.
 
-    Parameters
-    ----------
-    core
-        The resampler.
-    registers, tables
-        The calibration.
-    where
-        Name of the calibration for messages.
-
-    Returns
-    -------
-    list of (kind, address, word)
-        In order; the last one is the commit.
-
-    Raises
-    ------
-    InputError
-        See `check_fits`.
+    A calibration that does not fit is refused by `check_fits`.
     """
     check_fits(core, registers, tables, where=where)
     up, down = reach(registers, tables)

@@ -37,43 +37,23 @@ class _Part(BaseModel):
 
 
 class SceneCamera(_Part):
-    """The camera.
+    """The camera."""
 
-    Attributes
-    ----------
-    micro_image_size
-        M in pixels.
-    model
-        Shipped camera or TOML file (relative to the scene file); needed for a depth range.
-    focus_mm
-        Distance that the main lens is focused to, from the micro lenses; inf allowed.
-    """
-
-    micro_image_size: Annotated[int, Field(ge=1, le=MAX_MICRO_IMAGE_SIZE)]
+    micro_image_size: Annotated[int, Field(ge=1, le=MAX_MICRO_IMAGE_SIZE)]  # M in pixels
+    # Shipped camera or TOML file (relative to the scene file); needed for a depth range.
     model: Annotated[str, Field(min_length=1)] | None = None
+    # Distance that the main lens is focused to, from the micro lenses; inf allowed.
     focus_mm: Distance = inf
 
 
 class SceneFrame(_Part):
-    """The raw image.
-
-    Attributes
-    ----------
-    columns, rows
-        Size in pixels.
-    rate_hz
-        Frames a second; None for stills.
-    colour
-        Whether a pixel has one channel or three.
-    bits
-        Width of a channel.
-    """
+    """The raw image."""
 
     columns: Annotated[int, Field(ge=1, le=MAX_COLUMNS)]
     rows: Annotated[int, Field(ge=1, le=MAX_ROWS)]
-    rate_hz: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    rate_hz: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None  # None for stills
     colour: Literal["grey", "rgb"]
-    bits: Annotated[int, Field(ge=1, le=16)] = 8
+    bits: Annotated[int, Field(ge=1, le=16)] = 8  # width of a channel
 
     @property
     def channels(self) -> int:
@@ -82,18 +62,11 @@ class SceneFrame(_Part):
 
 
 class SceneDepth(_Part):
-    """What is to be in focus: a range of depths, or slices by name.
+    """What is to be in focus: a range of depths, or slices by name."""
 
-    Attributes
-    ----------
-    near_mm, far_mm
-        Range of distances from the micro lenses; far may be inf.
-    slices
-        Focus settings a, fractions whose denominators divide M.
-    """
-
-    near_mm: Distance | None = None
+    near_mm: Distance | None = None  # from the micro lenses; far may be inf
     far_mm: Distance | None = None
+    # Focus settings a, fractions whose denominators divide M.
     slices: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
 
     @model_validator(mode="before")
@@ -116,47 +89,29 @@ class SceneDepth(_Part):
 
 
 class SceneBuild(_Part):
-    """How it is to be computed, and where.
+    """How it is to be computed, and where."""
 
-    Attributes
-    ----------
-    arithmetic
-        "exact", "stored" (stored products), or "auto": exact if it fits the device, else stored
-        products with as many fraction bits as fit.
-    fraction_bits, guard_bits
-        Of stored products.
-    interpolation
-        Of whole micro images: nearest neighbour, linear, or B-splines of higher order.
-    sharpen
-        "off", "auto" or the weight b of taps a lens apart that take back what refocusing between
-        integer a blurs, such as "1/16"; with exact arithmetic, one row at a time, path "core".
-    parallel_rows
-        Rows that are filtered at once (iota).
-    pixels_per_clock
-        Neighbouring pixels of a line that come together, or "auto": the fewest that keep the frame
-        rate at the device's clock. Above 1 for moving sums with exact arithmetic.
-    path
-        "core": the streams of the raster core; "video": video in and out.
-    device
-        What it must fit.
-    engine
-        "fir" (semi-systolic filters), "moving_sum", or "auto": the one that fits; of two, the one
-        whose scarcest resource is used less.
-    edid
-        File (relative to the scene file) of an EDID that the board serves instead of its own; for
-        the path "video".
-    """
-
+    # "auto": exact if it fits the device, else stored products with as many fraction bits as fit.
     arithmetic: Literal["auto", "exact", "stored"] = "auto"
-    fraction_bits: Annotated[int, Field(ge=0, le=12)] = 8
+    fraction_bits: Annotated[int, Field(ge=0, le=12)] = 8  # of stored products, as `guard_bits`
     guard_bits: Annotated[int, Field(ge=0, le=12)] = 2
+    # Of whole micro images: nearest neighbour, linear, or B-splines of higher order.
     interpolation: Literal["nearest", "linear", "2", "3"] = "nearest"
+    # "off", "auto" or the weight b of taps a lens apart that take back what refocusing between
+    # integer a blurs, such as "1/16"; with exact arithmetic, one row at a time, path "core".
     sharpen: str = "off"
+    # Rows that are filtered at once (iota).
     parallel_rows: Annotated[int, Field(ge=1, le=MAX_PARALLEL_ROWS)] = 1
+    # Neighbouring pixels of a line that come together; "auto": the fewest that keep the frame rate
+    # at the device's clock; above 1 for moving sums with exact arithmetic.
     pixels_per_clock: Literal["auto"] | PixelsPerClock = "auto"
+    # "core": the streams of the raster core; "video": video in and out.
     path: Literal["core", "video"] = "core"
-    device: str = "xc6slx45"
+    device: str = "xc6slx45"  # what it must fit
+    # "auto": the one that fits; of two, the one whose scarcest resource is used less.
     engine: Literal["auto", "fir", "moving_sum"] = "auto"
+    # File (relative to the scene file) of an EDID that the board serves instead of its own; for the
+    # path "video".
     edid: Annotated[str, Field(min_length=1)] | None = None
 
     @field_validator("device")
@@ -341,13 +296,7 @@ class LoadedScene(BaseModel):
 
 
 def scene_files() -> list[Path]:
-    """Shipped scene profiles.
-
-    Returns
-    -------
-    list of Path
-        TOML files.
-    """
+    """Shipped scene profiles (TOML)."""
     return sorted((project.root() / "scenes").glob("*.toml"))
 
 

@@ -25,32 +25,22 @@ _GREY_LEVELS = 255
 
 
 class SceneScreen(BaseModel):
-    """What a board shows.
-
-    Attributes
-    ----------
-    output
-        Pictures that can be chosen while video runs, the first one after a reset: "refocused" (the
-        chosen slice), "all-in-focus", "depth" (false colours). All but the refocused slice alone
-        take a focal stack and its depth index.
-    overlay
-        Whether a line of text and a ruler of the slices are written over the picture.
-    radius
-        Sharpness is judged in a window of (2 radius + 1)^2 micro images.
-    confidence
-        Texture that a micro image has at least, in grey levels; those with less take their
-        neighbours' slice, see `plenofir.refocus.sharpness.confidence_level`.
-    vote_radius
-        Neighbours are those in a window of (2 vote_radius + 1)^2 micro images; 0: every micro image
-        keeps its own slice.
-    """
+    """What a board shows."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
+    # Pictures that can be chosen while video runs, the first one after a reset: "refocused" (the
+    # chosen slice), "all-in-focus", "depth" (false colours); all but the refocused slice alone take
+    # a focal stack and its depth index.
     output: Annotated[tuple[Output, ...], Field(min_length=1)] = ("refocused",)
-    overlay: bool = False
+    overlay: bool = False  # a line of text and a ruler of the slices are written over the picture
+    # Sharpness is judged in a window of (2 radius + 1)^2 micro images.
     radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
+    # Texture that a micro image has at least, in grey levels; those with less take their
+    # neighbours' slice, see `plenofir.refocus.sharpness.confidence_level`.
     confidence: Annotated[float, Field(ge=0, le=_GREY_LEVELS)] = 6.0
+    # Neighbours are those in a window of (2 vote_radius + 1)^2 micro images; 0: every micro image
+    # keeps its own slice.
     vote_radius: Annotated[int, Field(ge=0, le=MAX_VOTE_RADIUS)] = 1
 
     @model_validator(mode="before")
@@ -93,20 +83,7 @@ def _millimetres(distances: Distances) -> float:
 
 
 def plane_of(model: RayModel, a: Fraction) -> Plane:
-    """Where a slice is in focus.
-
-    Parameters
-    ----------
-    model
-        The focused camera.
-    a
-        Focus setting.
-
-    Returns
-    -------
-    Plane
-        Distances from the micro lenses.
-    """
+    """Where a slice is in focus: distances from the micro lenses."""
     parts = (model.distance(float(a)), model.near_border(float(a)), model.far_border(float(a)))
     return Plane(*(_millimetres(part) for part in parts))
 
@@ -123,13 +100,7 @@ def _words(mm: float) -> str:
 
 
 class Lengths:
-    """Lengths of a scene as texts, all in mm or all in m.
-
-    Parameters
-    ----------
-    planes
-        Its slices.
-    """
+    """Lengths of a scene as texts, all in mm or all in m."""
 
     def __init__(self, planes: list[Plane]) -> None:
         known = [mm for p in planes for mm in (p.centre, p.near, p.far) if isfinite(mm)]
@@ -156,18 +127,7 @@ def _label(mm: float) -> str:
 
 
 def slice_colours(shifts: tuple[int, ...]) -> tuple[tuple[int, int, int], ...]:
-    """Colours of the slices in a picture of depth: viridis, evenly from far (dark) to near.
-
-    Parameters
-    ----------
-    shifts
-        a' of the slices in any order.
-
-    Returns
-    -------
-    tuple
-        Red, green, blue of each slice.
-    """
+    """Red, green, blue of each slice in a picture of depth: viridis, from far (dark) to near."""
     # matplotlib has the table, CC0 of its authors.
     from matplotlib import colormaps
 
@@ -183,24 +143,7 @@ def scene_overlay(
     model: RayModel | None = None,
     colours: tuple[tuple[int, int, int], ...] = (),
 ) -> Overlay:
-    """Texts and labels of slices.
-
-    Parameters
-    ----------
-    shifts
-        a' of the slices.
-    micro_image_size
-        M in pixels.
-    model
-        The focused camera, for distances; without it the texts name a alone.
-    colours
-        Of the slices, for depth.
-
-    Returns
-    -------
-    Overlay
-        The text.
-    """
+    """Texts and labels of slices; without the focused camera's distances the texts name a alone."""
     names = [shift_to_text(shift, micro_image_size) for shift in shifts]
     texts, labels, reach = [f"a = {name}" for name in names], names, ""
     if model is not None:
@@ -232,30 +175,9 @@ def screen_of(
 ) -> Screen:
     """What a board shows for a scene.
 
-    Parameters
-    ----------
-    part
-        What the scene says of it; None: the refocused slice alone, without a text.
-    shifts
-        a' of its slices.
-    micro_image_size
-        M in pixels.
-    model
-        The focused camera, or None.
-    size
-        Rows and columns of the picture.
-    where
-        The scene's file, for messages.
-
-    Returns
-    -------
-    Screen
-        Outputs, colours, texts.
-
-    Raises
-    ------
-    InputError
-        If the slices cannot be told apart, or the text is larger than the picture.
+    Without a part for it that is the refocused slice alone, without a text. `size` is rows and
+    columns of the picture, `where` the scene's file for messages. InputError if the slices cannot
+    be told apart, or the text is larger than the picture.
     """
     if part is None:
         return Screen()

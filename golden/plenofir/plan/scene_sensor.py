@@ -27,44 +27,27 @@ _PITCHES = 1.01
 
 
 class SceneSensor(BaseModel):
-    """The sensor: what it delivers, and where its micro images are.
-
-    Attributes
-    ----------
-    columns, rows, bits
-        Of its raw frames.
-    mosaic
-        Order of its colour filters; None for a sensor without.
-    calibration
-        Calibration file (relative to the scene file), which is built in.
-    layout
-        Of the lenses, without a calibration: any that keeps these limits is loaded at run time.
-    pitch_px
-        Least distance of neighbouring lenses.
-    largest_pitch_px
-        Their largest distance; 1 % more if None. With video in and out the ring also holds what
-        the raster has fewer lines than the sensor.
-    rotation_degrees
-        Largest rotation to either side.
-    distortion
-        Whether lenses may be up to two pixels from an even grid.
-    devignette
-        Whether vignetting is corrected: a table of all lenses.
-    """
+    """The sensor: what it delivers, and where its micro images are."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     columns: Annotated[int, Field(ge=2, le=8192)]
     rows: Annotated[int, Field(ge=2, le=8192)]
     bits: Annotated[int, Field(ge=1, le=16)] = 8
-    mosaic: BayerOrder | None = None
+    mosaic: BayerOrder | None = None  # order of its colour filters; None for a sensor without
+    # File (relative to the scene file) of the calibration that is built in.
     calibration: Annotated[str, Field(min_length=1)] | None = None
+    # Of the lenses, without a calibration: any that keeps these limits is loaded at run time.
     layout: ChipLayout | None = None
+    # Least distance of neighbouring lenses.
     pitch_px: Annotated[float, Field(ge=1, le=MAX_MICRO_IMAGE_SIZE)] | None = None
+    # Largest distance of neighbouring lenses; 1 % more if None; with video in and out the ring also
+    # holds what the raster has fewer lines than the sensor.
     largest_pitch_px: Annotated[float, Field(ge=1, le=2 * MAX_MICRO_IMAGE_SIZE)] | None = None
+    # Largest rotation to either side.
     rotation_degrees: Annotated[float, Field(ge=0, le=LARGEST_ROTATION_DEGREES)] | None = None
-    distortion: bool | None = None
-    devignette: bool = False
+    distortion: bool | None = None  # lenses may be up to two pixels from an even grid
+    devignette: bool = False  # vignetting is corrected: a table of all lenses
 
     @model_validator(mode="after")
     def _calibration_or_limits(self) -> "SceneSensor":
@@ -82,34 +65,16 @@ class SceneSensor(BaseModel):
 
 @dataclass(frozen=True)
 class SensorChip:
-    """The part of a scene's hardware that makes the raster.
-
-    Attributes
-    ----------
-    core
-        Resampler.
-    mosaic
-        Order of the colour filters in front of it.
-    columns, rows
-        Of the raw frame.
-    raster
-        Rows and columns of the raster; the largest, if calibrations are loaded at run time.
-    full_rate
-        Whether a source without gaps is never refused.
-    calibrated
-        The calibration that is built in, or None.
-    shown
-        What a board's screen takes; None without video in and out.
-    """
+    """The part of a scene's hardware that makes the raster."""
 
     core: ResamplerConfiguration
-    mosaic: BayerOrder | None
-    columns: int
+    mosaic: BayerOrder | None  # order of the colour filters in front of it
+    columns: int  # of the raw frame, as `rows`
     rows: int
-    raster: tuple[int, int]
-    full_rate: bool
-    calibrated: Resampling | None
-    shown: Shown | None = None
+    raster: tuple[int, int]  # rows and columns; the largest, if calibrations are loaded at run time
+    full_rate: bool  # a source without gaps is never refused
+    calibrated: Resampling | None  # the calibration that is built in
+    shown: Shown | None = None  # what a board's screen takes; None without video in and out
 
 
 def sensor_chip(
@@ -120,30 +85,10 @@ def sensor_chip(
     *,
     video: bool = False,
 ) -> SensorChip:
-    """Resampler for a scene's sensor.
+    """Resampler for a scene's sensor: for its calibration, or for every one within the limits.
 
-    Parameters
-    ----------
-    sensor
-        The sensor.
-    micro_image_size
-        M.
-    colour
-        Of what comes behind the mosaic.
-    path
-        The scene's file, for messages and for the calibration beside it.
-    video
-        Whether the raster is shown under the timing of the raw frames.
-
-    Returns
-    -------
-    SensorChip
-        Made to measure for the calibration, or for every one within the limits.
-
-    Raises
-    ------
-    InputError
-        If the calibration is of another sensor, or the chip cannot follow it.
+    `colour` is of what comes behind the mosaic; `path` is the scene's file, with the calibration
+    beside it; `video`: the raster is shown under the timing of the raw frames.
     """
     channels = 3 if colour == "rgb" else 1
     if sensor.mosaic is not None and channels != 3:

@@ -24,18 +24,7 @@ def _sensor_generics(sensor: PlannedSensor) -> Generics:
 
 
 def package_text(plan: Plan) -> str:
-    """VHDL package with the constants of a scene.
-
-    Parameters
-    ----------
-    plan
-        The plan.
-
-    Returns
-    -------
-    str
-        VHDL-93.
-    """
+    """VHDL-93 of the package with the constants of a scene."""
     constants: Generics = {**plan.core.generics(), "COLUMNS": plan.columns, "ROWS": plan.rows}
     if plan.sensor is not None:
         sizes = {"COLUMNS": plan.sensor.columns, "ROWS": plan.sensor.rows}
@@ -165,20 +154,10 @@ def _sensor_instance(sensor: PlannedSensor) -> list[str]:
 
 
 def top_text(plan: Plan) -> str:
-    """VHDL top level of a scene: the core for its frame size, ports for what it has to choose.
+    """VHDL-93 top level of a scene: the core for its frame size, ports for what it has to choose.
 
     With a sensor `sensor_raster` stands in front of the core; a calibration that is built in loads
     itself, another one comes through the load port.
-
-    Parameters
-    ----------
-    plan
-        The plan.
-
-    Returns
-    -------
-    str
-        VHDL-93.
     """
     several, sensor = len(plan.slices) > 1, plan.sensor
     loads = sensor is not None and not sensor.calibrated

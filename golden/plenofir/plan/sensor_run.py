@@ -30,40 +30,21 @@ ALIGNED = "aligned.png"
 
 @dataclass(frozen=True)
 class Sensor:
-    """A raw capture and its calibration.
-
-    Attributes
-    ----------
-    raw, calib
-        Their files.
-    capture
-        The capture as it is.
-    frame
-        The capture, colours interpolated by the model if it is a mosaic.
-    calibration
-        The calibration.
-    bayer
-        Order of the mosaic, None if there is none.
-    chip
-        Resampler for it.
-    """
+    """A raw capture and its calibration."""
 
     raw: Path
     calib: Path
     capture: Picture
-    frame: Image
+    frame: Image  # the capture, colours interpolated by the model if it is a mosaic
     calibration: Calibration
-    bayer: BayerOrder | None
-    chip: Resampling
+    bayer: BayerOrder | None  # order of the mosaic
+    chip: Resampling  # resampler for it
 
     @property
     def board_frame(self) -> SensorFrame:
         """The capture as it goes into a board that is built for it.
 
-        Raises
-        ------
-        InputError
-            If the capture has other than 8 bits, or its raster cannot be shown on a screen.
+        InputError if it has other than 8 bits, or its raster cannot be shown on a screen.
         """
         chip, where = self.chip, str(self.calib)
         if self.capture.full_scale != 255:
@@ -96,42 +77,25 @@ class Sensor:
 
 @dataclass(frozen=True)
 class SensorReport:
-    """What ``report.json`` holds of the resampler, as its field ``sensor``.
-
-    Attributes
-    ----------
-    calib, bayer
-        Calibration file and order of the mosaic.
-    columns, rows
-        Of the raster.
-    pixels_compared, mismatches, first_mismatch
-        Against the bit-true model.
-    clocks, clocks_per_raw_pixel
-        Of the simulation.
-    lines, lines_needed, lines_at_full_rate
-        Raw lines in the ring, and how many the calibration needs.
-    distortion_px, rounding_px, turn_px
-        How far the resampler's positions are from the calibration's.
-    decode_largest, decode_rms
-        Difference of the raster from that of `decode` in grey levels.
-    """
+    """What ``report.json`` holds of the resampler, as its field ``sensor``."""
 
     calib: str
     bayer: str | None
-    columns: int
+    columns: int  # of the raster, as `rows`
     rows: int
-    pixels_compared: int
+    pixels_compared: int  # against the bit-true model, as the next two
     mismatches: int
     first_mismatch: str | None
     clocks: int
     clocks_per_raw_pixel: float
-    lines: int
+    lines: int  # raw lines in the ring; the next two: how many the calibration needs
     lines_needed: int
     lines_at_full_rate: int | None
+    # How far the resampler's positions are from the calibration's, as the next two.
     distortion_px: float
     rounding_px: float
     turn_px: float
-    decode_largest: int
+    decode_largest: int  # difference of the raster from that of `decode` in grey levels
     decode_rms: float
 
 
@@ -140,27 +104,8 @@ def load_sensor(
 ) -> Sensor:
     """Read a capture and its calibration, and make a resampler for them.
 
-    Parameters
-    ----------
-    raw
-        Raw capture; one channel if it is a mosaic.
-    calib
-        Calibration file.
-    micro_image_size
-        M.
-    bayer
-        Order of the mosaic.
-
-    Returns
-    -------
-    Sensor
-        What `run_raw` takes.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, the capture is not of the calibration's size, or the chip cannot
-        follow the grid.
+    A mosaic has one channel. InputError if the capture is not of the calibration's size, or the
+    chip cannot follow the grid.
     """
     calibration = load_calibration(calib)
     capture = read_picture(raw)
@@ -187,25 +132,9 @@ def run_raw(
 ) -> tuple[Report, SensorReport]:
     """Resample a capture in the VHDL, refocus what comes out, and compare both with their models.
 
-    Parameters
-    ----------
-    sensor
-        The capture.
-    golden
-        Its raster by the model (`Sensor.golden`).
-    make_run
-        Makes the run of the refocuser, given the raster's file and the folder for results.
-    out
-        Folder for the results: those of `plenofir.fpga.simulate.run.run`, and ``aligned.png``.
-    simulator
-        Name of the simulator.
-    progress
-        Called as the work goes on.
-
-    Returns
-    -------
-    tuple
-        The reports of the refocuser and of the resampler; ``report.json`` holds both.
+    `golden` is its raster by the model (`Sensor.golden`); `make_run` makes the run of the
+    refocuser, given the raster's file and the folder for results. `out` gets those of
+    `plenofir.fpga.simulate.run.run`, and ``aligned.png``; ``report.json`` holds both reports.
     """
     check_folder(out, "out", (ALIGNED, REPORT))
     chip, raw = sensor.chip, sensor.capture.pixels

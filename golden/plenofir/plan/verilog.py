@@ -16,18 +16,8 @@ _SHIFT_BITS = 16
 def sizes_header(plan: Plan, top: str) -> str:
     """Verilog header with the sizes of a scene's core, for designs and benches around it.
 
-    Parameters
-    ----------
-    plan
-        The plan.
-    top
-        Entity, which the guard is named after.
-
-    Returns
-    -------
-    str
-        Macros ``SCENE_...``. ``SCENE_SHIFTS`` has a' of each slice in pixels, 16 bits in two's
-        complement, slice 0 in the lowest ones.
+    Macros ``SCENE_...``; ``SCENE_SHIFTS`` has a' of each slice in pixels, 16 bits in two's
+    complement, slice 0 in the lowest ones. The guard is named after the entity `top`.
     """
     core = plan.core
     shifts = "_".join(f"{shift % (1 << _SHIFT_BITS):04x}" for shift in reversed(core.shifts))
@@ -82,31 +72,11 @@ def _tidy(text: str) -> str:
 def verilog_files(
     plan: Plan, top: str, own: Mapping[str, str], sources: Sequence[Path]
 ) -> dict[str, str]:
-    """Synthesise the project of a scene to Verilog.
+    """Synthesise the entity `top` of a scene's project to Verilog: name to text.
 
-    Parameters
-    ----------
-    plan
-        The plan.
-    top
-        Entity that is synthesised.
-    own
-        The scene's own VHDL files, name to text.
-    sources
-        VHDL sources in order of analysis; those whose name is in `own` are taken from there.
-
-    Returns
-    -------
-    dict
-        Name to text: the top in Verilog, and for a core the header `sizes_header`. A board's
-        primitives stay instances of its vendor's cells.
-
-    Raises
-    ------
-    InputError
-        If GHDL is not installed, or for a board Yosys, which knows the cells' ports.
-    ToolError
-        If GHDL fails.
+    `own` are the scene's own VHDL files, name to text; `sources` are in order of analysis, those
+    whose name is in `own` are taken from there. For a core the header `sizes_header` comes along.
+    A board's primitives stay instances of its vendor's cells, whose ports Yosys knows.
     """
     board = board_of(plan.device) if plan.path == "video" else None
     library = "" if board is None else board.library

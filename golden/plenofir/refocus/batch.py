@@ -319,37 +319,13 @@ def run_batch(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> list[Frame]:
-    """Refocus many frames.
+    """Refocus many frames, with the record ``batch.jsonl`` beside their results.
 
     Frames whose results are there already, made from the same file with the same settings and
     unchanged since (size and hash), are kept, so a run that was interrupted continues where it
-    stopped.
-
-    Parameters
-    ----------
-    sources
-        Raw images.
-    settings
-        What to do to each of them.
-    out
-        Folder for the results and for the record ``batch.jsonl``.
-    scheduler
-        "local", or the address of a Dask scheduler.
-    workers
-        Number of local processes; as many as there are processors if None.
-    progress
-        Called with the frames done and to do.
-
-    Returns
-    -------
-    list of Frame
-        In the order of `sources`, whatever order they were finished in.
-
-    Raises
-    ------
-    InputError
-        If the settings, the folder, the record or the scheduler cannot be used, or a result cannot
-        be written (a full disk): frames that are done stay done.
+    stopped. `scheduler` is "local" or the address of a Dask scheduler; there are as many local
+    processes as processors unless `workers` says so. After an InputError (a full disk, say) frames
+    that are done stay done. Those returned are in the order of `sources`.
     """
     settings.check()
     if scheduler != "local" and not scheduler.startswith(("tcp://", "tls://")):

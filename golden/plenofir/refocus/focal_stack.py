@@ -53,20 +53,8 @@ def focal_stack_lines(
 ) -> Iterator[npt.NDArray[np.int64]]:
     """Run lines through the moving sums of all slices, one after the other without a gap.
 
-    This is the engine step by step: a pixel that the memory no longer holds cannot be used.
-
-    Parameters
-    ----------
-    lines
-        Lines of samples (for columns: one column of each frame), each of shape (K,), lengths may
-        differ.
-    layout
-        Schedule.
-
-    Yields
-    ------
-    numpy.ndarray
-        S of each line in each slice, shape (slices, K).
+    This is the engine step by step: a pixel that the memory no longer holds cannot be used. Lines
+    have any length K (for columns: one column of each frame); S of each is of shape (slices, K).
     """
     m, delay = layout.micro_image_size, layout.delay
     queue = [np.asarray(line, np.int64) for line in lines]

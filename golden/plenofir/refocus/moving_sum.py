@@ -26,24 +26,12 @@ from plenofir.refocus.switches import FilterLayout
 
 @dataclass(frozen=True)
 class SumLayout:
-    """Schedule of a moving sum for a set of shifts.
+    """Schedule of a moving sum for a set of shifts."""
 
-    Attributes
-    ----------
-    micro_image_size
-        M in pixels.
-    shifts
-        The set of a' in pixels; a slice is an index into it.
-    align
-        See `plenofir.refocus.operator.output_offset`.
-    any_length
-        Whether columns of any length follow each other without a gap; else those whose length is a
-        multiple of M.
-    """
-
-    micro_image_size: int
-    shifts: tuple[int, ...]
-    align: Align = "centred"
+    micro_image_size: int  # M in pixels
+    shifts: tuple[int, ...]  # the set of a' in pixels; a slice is an index into it
+    align: Align = "centred"  # see `plenofir.refocus.operator.output_offset`
+    # Columns of any length follow each other without a gap, not only multiples of M.
     any_length: bool = False
 
     @cached_property
@@ -172,19 +160,9 @@ class SumLayout:
         return 2 + self.holds_outputs + self.begins_within_group
 
     def least_steps(self, length: int, *, columns: bool) -> int:
-        """Steps from the beginning of a line to that of the next one at the earliest.
+        """Steps from a line's beginning to the next one's at the earliest, `length` or more.
 
-        Parameters
-        ----------
-        length
-            Pixels of the line.
-        columns
-            Whether the line is a column, whose memory is a ring for each phase.
-
-        Returns
-        -------
-        int
-            At least `length`.
+        A column's memory is a ring for each phase.
         """
         steps = max(length, self.delay + 1)
         m = self.micro_image_size
@@ -202,21 +180,8 @@ def moving_sum_lines(
 
     This is the engine step by step, with its rings of pixels for each phase: a pixel that they no
     longer hold cannot be used. Empty steps fill up lines that are too short, and push the tail of
-    the last line out.
-
-    Parameters
-    ----------
-    lines
-        Lines of samples, each of shape (K,), lengths may differ.
-    layout
-        Schedule.
-    slices
-        Slice of each line; the first of the set for all if None.
-
-    Yields
-    ------
-    numpy.ndarray
-        S of each line, shape (K,).
+    the last line out. Lines have any length K, S of each has the same shape; slices are that of
+    each line, the first of the set for all if None.
     """
     m, delay = layout.micro_image_size, layout.delay
     queue = [np.asarray(line, np.int64) for line in lines]

@@ -49,23 +49,9 @@ def output_offset(micro_image_size: int, shift: int, align: Align) -> int:
 
 
 def clamped_shift(micro_image_size: int, shift: int, shape: tuple[int, ...]) -> int:
-    """A shift with the same sums whose size is bounded by the picture's.
+    """A shift with the same sums whose size is bounded by the picture's: itself or a multiple of M.
 
     Beyond it all views but the one that stays in place have left the picture, and add nothing.
-
-    Parameters
-    ----------
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    shape
-        Shape of the picture, (rows, columns, ...).
-
-    Returns
-    -------
-    int
-        `shift`, or a multiple of M with its sign.
     """
     # Views move by a' (u - c) pixels; for even M the middle ones by half of a'.
     reach = max(shape[:2]) + micro_image_size + 1

@@ -52,10 +52,7 @@ class Entry(BaseModel):
 class Record:
     """The record in a folder, made where there is none; locked while the block lasts.
 
-    Attributes
-    ----------
-    entries
-        The last entry of each mark.
+    `entries` are the last ones of each mark.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -169,21 +169,8 @@ def neighbours(length: int, distance: int) -> tuple[np.ndarray[tuple[int], np.dt
 def sharpened_sums(sums: Sums, micro_image_size: int, units: int) -> Sums:
     """The filter along both dimensions of a picture of sums, in whole numbers.
 
-    A tap outside the picture counts as the pixel itself.
-
-    Parameters
-    ----------
-    sums
-        Sums of a refocused picture, shape (rows, columns[, channels]).
-    micro_image_size
-        M: the distance of the taps in pixels.
-    units
-        64 b.
-
-    Returns
-    -------
-    Sums
-        Sums multiplied by ``taps(units).scale`` squared, shape of `sums`.
+    A tap, M pixels away, outside the picture counts as the pixel itself. `units` are 64 b; the
+    sums come multiplied by ``taps(units).scale`` squared.
     """
     side, centre = taps(units).side, taps(units).centre
     for axis in (0, 1):
@@ -198,23 +185,7 @@ def sharpened_picture(
 ) -> Sums:
     """Sharpen sums and divide them, with one rounding, halves up, and limited to the pixels' range.
 
-    Parameters
-    ----------
-    sums
-        Sums of a refocused picture, shape (rows, columns[, channels]).
-    divisor
-        What they are divided by for grey levels.
-    largest
-        Largest value of a pixel.
-    micro_image_size
-        M in pixels.
-    units
-        64 b.
-
-    Returns
-    -------
-    Sums
-        Pixels, shape of `sums`.
+    `divisor` makes them grey levels; `units` are 64 b.
     """
     scale = taps(units).scale ** 2
     picture = divide_half_up(sharpened_sums(sums, micro_image_size, units), scale * divisor)

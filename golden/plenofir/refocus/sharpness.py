@@ -55,17 +55,11 @@ def bands(stack: Slices, rows: int) -> Iterator[tuple[slice, Iterator[Image]]]:
 
 @dataclass(frozen=True)
 class DepthIndex:
-    """Where each micro image is sharpest.
+    """Where each micro image is sharpest."""
 
-    Attributes
-    ----------
-    index
-        Slice for each micro image, the first of equally sharp ones, shape (t, s), uint8.
-    image
-        All-in-focus picture: each micro image from its slice; type and size of the slices.
-    """
-
+    # Slice for each micro image, the first of equally sharp ones, shape (t, s).
     index: npt.NDArray[np.uint8]
+    # All-in-focus picture: each micro image from its slice; type and size of the slices.
     image: Image
 
 
@@ -82,20 +76,8 @@ def lens_sums(image: Image, m: int) -> Integers:
 def local_sharpness(image: Image, micro_image_size: int, radius: int) -> Integers:
     """Sharpness around each micro image: absolute Laplacian between micro images in a window.
 
-    Parameters
-    ----------
-    image
-        Slice, shape (rows, columns[, 3]).
-    micro_image_size
-        M in pixels.
-    radius
-        The window has 2 radius + 1 micro images in each dimension.
-
-    Returns
-    -------
-    Integers
-        Sums of absolute values of the four differences to the neighbours added, shape (t, s).
-        Neighbours beyond the edges are skipped.
+    Shape (t, s). The window has 2 radius + 1 micro images in each dimension. Absolute values of
+    the four differences to the neighbours are added; neighbours beyond the edges are skipped.
     """
     sums = lens_sums(image, micro_image_size)
     laplacian = np.zeros_like(sums)
@@ -115,22 +97,10 @@ def local_sharpness(image: Image, micro_image_size: int, radius: int) -> Integer
 def confidence_level(
     levels: float, micro_image_size: int, radius: int, channels: int = 1, pixel_bits: int = 8
 ) -> int:
-    """Confidence in units of the sharpness.
+    """Confidence in units of the sharpness, for `depth_index`.
 
-    Parameters
-    ----------
-    levels
-        How far the sharpness of the sharpest and the dullest slice are apart, in grey levels of 8
-        bits: of the Laplacian's mean absolute value in the window, between means of micro images.
-    micro_image_size, radius
-        As in `depth_index`.
-    channels, pixel_bits
-        Of the slices.
-
-    Returns
-    -------
-    int
-        `confidence` of `depth_index`.
+    `levels`: how far the sharpness of the sharpest and the dullest slice are apart, in grey levels
+    of 8 bits: of the Laplacian's mean absolute value in the window, between means of micro images.
     """
     weight = 1 if channels == 1 else 4
     window = (2 * radius + 1) ** 2
@@ -142,22 +112,10 @@ def vote(
 ) -> npt.NDArray[np.uint8]:
     """Give micro images without texture the slice of their neighbours.
 
-    Parameters
-    ----------
-    index
-        Slice of each micro image, shape (t, s).
-    sure
-        Whether it has texture; those that have keep their slice.
-    slices
-        Number of slices.
-    vote_radius
-        Micro images from the middle of the window to its edge.
-
-    Returns
-    -------
-    numpy.ndarray
-        The slice most frequent among the neighbours with texture in the window, the first of equal
-        ones; without any, what the micro image above has got, in the first row the one to the left.
+    Those that are `sure` keep their `index`, both of shape (t, s). Others get the slice most
+    frequent among the neighbours with texture in the window, `vote_radius` micro images from its
+    middle to its edge, the first of equal ones; without any, what the micro image above has got,
+    in the first row the one to the left.
     """
     counts = []
     for number in range(slices):
@@ -190,30 +148,10 @@ def depth_index(
 ) -> DepthIndex:
     """Find the slice in which each micro image is sharpest, and take it from there.
 
-    Parameters
-    ----------
-    stack
-        Focal stack: an array (slices, rows, columns[, 3]) or other `Slices`, at most 256.
-    micro_image_size
-        M in pixels.
-    radius
-        See `local_sharpness`.
-    confidence
-        A micro image has texture where the sharpness of its sharpest slice is this far above that
-        of its dullest one; see `confidence_level`.
-    vote_radius
-        Window in which those without texture take their neighbours' slice, see `vote`; 0: every
-        micro image keeps its own.
-
-    Returns
-    -------
-    DepthIndex
-        Index and picture.
-
-    Raises
-    ------
-    InputError
-        If the stack or the radius cannot be used.
+    The stack (slices, rows, columns[, 3]) has at most 256. A micro image has texture where the
+    sharpness (`local_sharpness`) of its sharpest slice is `confidence` above that of its dullest
+    one (`confidence_level`). Those without take their neighbours' slice (`vote`), unless
+    `vote_radius` is 0.
     """
     if not 1 <= len(stack) <= MAX_STACK:
         raise InputError(f"{len(stack)} slices", where="stack", expected=f"1 to {MAX_STACK} slices")

@@ -28,18 +28,10 @@ from plenofir.refocus.moving_sum import SumLayout
 
 @dataclass(frozen=True)
 class LaneLayout:
-    """Schedule of a row's moving sum with several pixels a token.
+    """Schedule of a row's moving sum with several pixels a token."""
 
-    Attributes
-    ----------
-    sums
-        Schedule with one pixel a token.
-    pixels
-        P, pixels of a token.
-    """
-
-    sums: SumLayout
-    pixels: int
+    sums: SumLayout  # schedule with one pixel a token
+    pixels: int  # P, pixels of a token
 
     @cached_property
     def delay(self) -> int:
@@ -103,19 +95,7 @@ def lane_sums(
 ) -> Iterator[npt.NDArray[np.int64]]:
     """Run lines through the moving sum with P pixels a token, without a gap where that is possible.
 
-    Parameters
-    ----------
-    lines
-        Lines of samples, each of shape (K,), lengths may differ.
-    layout
-        Schedule.
-    slices
-        Slice of each line; the first of the set for all if None.
-
-    Yields
-    ------
-    numpy.ndarray
-        S of each line, shape (K,).
+    As `plenofir.refocus.moving_sum.moving_sum_lines`.
     """
     sums, p, banks = layout.sums, layout.pixels, layout.banks
     m, delay = sums.micro_image_size, layout.delay

@@ -59,15 +59,7 @@ class Decoded:
 def rounded_jaggedness(slope: float) -> float:
     """Jaggedness of an edge whose micro image centres are rounded, in micro lenses along lines.
 
-    Parameters
-    ----------
-    slope
-        Columns that the edge moves from a line to the next.
-
-    Returns
-    -------
-    float
-        Root mean square.
+    Root mean square; `slope` is the columns that the edge moves from a line to the next.
     """
     return float(FOCUS) * sqrt((1 + slope**2) / 12)
 
@@ -84,12 +76,7 @@ def _capture(model: RayModel, texture: Floats, noise: float) -> tuple[Image, Ima
 def compare() -> tuple[list[Decoded], float]:
     """Decode a slanted edge, and an even surface with noise, in every way.
 
-    Returns
-    -------
-    list of Decoded
-        In the order of `WAYS`.
-    float
-        Jaggedness that rounding should cause (`rounded_jaggedness`).
+    In the order of `WAYS`; and the jaggedness that rounding should cause (`rounded_jaggedness`).
     """
     model = RayModel.focused(load_camera(CAMERA), inf, M)
     raw, white = _capture(model, slanted_edge(), 0.0)

@@ -85,18 +85,7 @@ def _planes(model: RayModel, coloured: bool) -> list[TexturedPlane]:
 
 
 def synthetic_scene(noise: float = _NOISE) -> Truth:
-    """Render the strips, and what the central view sees of which.
-
-    Parameters
-    ----------
-    noise
-        Standard deviation as a share of white.
-
-    Returns
-    -------
-    Truth
-        Light field of 8 bits and depth.
-    """
+    """Render the strips, and what the central view sees of which; noise as a share of white."""
     model = aligned_model(M)
     lenses = _ROWS + 1, _STRIP * len(_SETTINGS) + 13
 
@@ -185,18 +174,7 @@ def _search(settings: Floats, m: int) -> tuple[float, float]:
 
 
 def score_all(truth: Truth) -> list[Score]:
-    """Find the depth of the synthetic scene in every way.
-
-    Parameters
-    ----------
-    truth
-        The scene.
-
-    Returns
-    -------
-    list of Score
-        In the order of `WAYS`, borders left out.
-    """
+    """Find the synthetic scene's depth in every way (in the order of `WAYS`), borders left out."""
     search = _search(truth.a, M)
     part = (slice(_BORDER, -_BORDER), slice(_BORDER, -_BORDER))
     want = truth.a[part]
@@ -237,17 +215,7 @@ class Agreement:
 
 
 def on_flower() -> tuple[dict[str, Floats], dict[str, float], list[Agreement]]:
-    """Depth of the flower in every way.
-
-    Returns
-    -------
-    dict
-        Depth by way, (t, s).
-    dict
-        Seconds of processor time by way.
-    list of Agreement
-        Each pair of ways.
-    """
+    """Depth (t, s) of the flower and seconds of processor time by way, and each pair of ways."""
     raw, found, seconds = flower(), dict[str, Floats](), dict[str, float]()
     for name, way in WAYS.items():
         start = time.process_time()

@@ -110,20 +110,7 @@ class Energy:
 
 
 def energy_of(load: Load, activity: Activity) -> Energy:
-    """Weigh what switches.
-
-    Parameters
-    ----------
-    load
-        The core and its frames.
-    activity
-        What switched when they went through.
-
-    Returns
-    -------
-    Energy
-        For each clock.
-    """
+    """Weigh what switches, for each clock."""
     figures = activity.figures
     return Energy(
         load,
@@ -174,22 +161,7 @@ class Software:
 
 
 def software(columns: int, rows: int, m: int, least_seconds: float = 2.0) -> Software:
-    """Refocus grey frames for a while, and read the processor's counters around it.
-
-    Parameters
-    ----------
-    columns, rows
-        Size of the frame.
-    m
-        Micro image size M in pixels.
-    least_seconds
-        How long.
-
-    Returns
-    -------
-    Software
-        Time and energy of a frame.
-    """
+    """Refocus grey frames for a while, and read the processor's counters around it."""
     raw = np.random.default_rng(0).integers(0, 256, (rows, columns), np.uint8)
     out = np.empty_like(raw)
     refocus(raw, m, Fraction(1, m), out=out, threads=1)
@@ -234,18 +206,7 @@ def _two_digits(value: float) -> str:
 
 
 def report_lines(results: list[Energy]) -> list[str]:
-    """Text and tables of the report, without the software.
-
-    Parameters
-    ----------
-    results
-        Energy of each core.
-
-    Returns
-    -------
-    list of str
-        Markdown.
-    """
+    """Text and tables of the report, without the software."""
     lines = [
         "# Energy of a frame",
         "",
@@ -334,25 +295,7 @@ def report_lines(results: list[Energy]) -> list[str]:
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
-    """Simulate every core and write ``energy.md``.
-
-    Parameters
-    ----------
-    folder
-        Made if it is missing.
-    progress
-        Called with the steps done and to do.
-
-    Returns
-    -------
-    Path
-        The Markdown file.
-
-    Raises
-    ------
-    InputError
-        If a tool is missing, or the folder cannot be written.
-    """
+    """Simulate every core and write ``energy.md``."""
     check_folder(folder, str(folder))
     simulator: Simulator = find_simulator("verilator")
     chosen = list(loads())

@@ -30,42 +30,19 @@ WITH_PINS = 16
 
 
 def package(pixels: int) -> str:
-    """Package of the device with the pins that a core of so many pixels a clock has.
-
-    Parameters
-    ----------
-    pixels
-        P.
-
-    Returns
-    -------
-    str
-        Name for nextpnr.
-    """
+    """Package of the device, for nextpnr, with the pins that a core of P pixels a clock has."""
     return PACKAGE if pixels <= 8 else LARGE_PACKAGE
 
 
 @dataclass(frozen=True)
 class Row:
-    """A core with its pixels a clock, placed and routed.
+    """A core with its pixels a clock, placed and routed."""
 
-    Attributes
-    ----------
-    pixels
-        P.
-    placed
-        Clock and resources.
-    latency_clocks, frame_clocks
-        Clocks from the first pixel in to the first pixel out, and from a frame to the next.
-    frame_pixels
-        Pixels of a frame.
-    """
-
-    pixels: int
+    pixels: int  # P
     placed: Placed
-    latency_clocks: int
-    frame_clocks: int
-    frame_pixels: int
+    latency_clocks: int  # from the first pixel in to the first pixel out
+    frame_clocks: int  # from a frame to the next
+    frame_pixels: int  # of a frame
 
     @property
     def frames(self) -> float:
@@ -84,20 +61,7 @@ class Row:
 
 
 def scene_core(plan: Plan, pixels: int) -> CoreConfiguration:
-    """Core of a plan with another number of pixels a clock.
-
-    Parameters
-    ----------
-    plan
-        The plan, with moving sums.
-    pixels
-        P.
-
-    Returns
-    -------
-    CoreConfiguration
-        The core.
-    """
+    """Core of a plan with another number of pixels a clock."""
     engine = MovingSumEngine.model_validate(
         {**plan.core.engine.model_dump(), "pixels_per_clock": pixels}
     )
@@ -105,13 +69,7 @@ def scene_core(plan: Plan, pixels: int) -> CoreConfiguration:
 
 
 def rows() -> list[Row]:
-    """What was placed.
-
-    Returns
-    -------
-    list of Row
-        By P.
-    """
+    """What was placed, by P."""
     plan = make_plan(load_scene(SCENE))
     found = []
     for pixels, placed in load_placed().items():
@@ -132,15 +90,7 @@ def rows() -> list[Row]:
 def fitted(pixels: Sequence[int], amounts: Sequence[float]) -> tuple[tuple[float, float], float]:
     """Fit amount = fixed + each * P, with the least squares of relative errors.
 
-    Parameters
-    ----------
-    pixels, amounts
-        P and what it takes.
-
-    Returns
-    -------
-    tuple
-        (fixed, each), and the largest relative error of the fit.
+    Returns (fixed, each), and the largest relative error of the fit.
     """
     p, goal = np.array(pixels, float), np.array(amounts, float)
     terms = np.stack([np.ones_like(p), p], axis=1)
@@ -150,13 +100,7 @@ def fitted(pixels: Sequence[int], amounts: Sequence[float]) -> tuple[tuple[float
 
 
 def page() -> str:
-    """Write the page.
-
-    Returns
-    -------
-    str
-        Markdown.
-    """
+    """Write the page."""
     found = rows()
     plan = make_plan(load_scene(SCENE))
     lines = [

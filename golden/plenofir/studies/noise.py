@@ -78,19 +78,7 @@ def rounding_variance(bits: int) -> float:
 def share_of_noise(m: int, shift: int, order: int = 0) -> float:
     """Share of the raw image's variance that is left, by the squares of the operator's weights.
 
-    Parameters
-    ----------
-    m
-        Micro image size M in pixels.
-    shift
-        a' in pixels.
-    order
-        Order of the interpolation; 0 for nearest neighbour, where the share is 1 / M^2.
-
-    Returns
-    -------
-    float
-        Mean over the outputs of a micro image, away from the borders.
+    Mean over the outputs of a micro image, away from the borders; for nearest neighbour 1 / M^2.
     """
     reach = m * (abs(shift) + order + 4)
     impulses = np.eye(2 * reach + m, dtype=np.int64)
@@ -102,21 +90,9 @@ def share_of_noise(m: int, shift: int, order: int = 0) -> float:
 def derived_variance(
     m: int, shift: int, arithmetic: Arithmetic, raw_variance: float, order: int = 0
 ) -> float:
-    """Variance of a refocused image by the formulas of this module.
+    """Variance of a refocused image by the formulas of this module, in squares of grey levels.
 
-    Parameters
-    ----------
-    m, shift, order
-        As `share_of_noise`; stored products with order 0 only.
-    arithmetic
-        Of the core.
-    raw_variance
-        Variance of the raw image in squares of grey levels.
-
-    Returns
-    -------
-    float
-        In squares of grey levels.
+    Stored products with order 0 only.
     """
     averaged = raw_variance * share_of_noise(m, shift, order)
     if isinstance(arithmetic, ExactArithmetic):
@@ -147,22 +123,8 @@ def measure_noise(
 ) -> Noise:
     """Refocus even frames with noise, and compare the variance with the derived one.
 
-    Parameters
-    ----------
-    m, shift, order
-        As `share_of_noise`.
-    arithmetic
-        Of the core.
-    frames
-        Frames that the variance is averaged over, their levels spread over M grey levels: a step of
-        a product without fraction bits.
-    seed
-        Of the first frame's noise.
-
-    Returns
-    -------
-    Noise
-        Both variances.
+    The variance is averaged over frames whose levels are spread over M grey levels: a step of a
+    product without fraction bits.
     """
     levels = [_LEVEL + m * k / frames for k in range(frames)]
     of_raw, of_found = [], []
@@ -184,22 +146,7 @@ def measure_noise(
 
 
 def neighbours_alike(m: int, shift: int, seed: int = 0) -> Floats:
-    """Correlation of the noise of pixels 0 to 2 M apart in a row of a refocused image.
-
-    Parameters
-    ----------
-    m
-        Micro image size M in pixels.
-    shift
-        a' in pixels.
-    seed
-        Of the noise.
-
-    Returns
-    -------
-    Floats
-        Shape (2 M + 1,); 1 for distance 0.
-    """
+    """Correlation of the noise of pixels 0 to 2 M apart in a row of a refocused image."""
     sums = refocus_sums(noisy_frame(m, seed), m, shift=shift)
     part = _inside(sums, m, shift)
     part = part - part.mean()

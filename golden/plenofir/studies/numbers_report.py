@@ -371,25 +371,7 @@ def _depth_lines(folder: Path, tell: Tell) -> list[str]:
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
-    """Measure everything and write ``numbers.md`` with its figures.
-
-    Parameters
-    ----------
-    folder
-        Made if it is missing.
-    progress
-        Called with the steps done and to do.
-
-    Returns
-    -------
-    Path
-        The Markdown file.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written.
-    """
+    """Measure everything and write ``numbers.md`` with its figures."""
     check_folder(folder, str(folder))
     folder.mkdir(parents=True, exist_ok=True)
     done = 0

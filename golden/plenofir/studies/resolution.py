@@ -43,24 +43,10 @@ def aligned_model(m: int) -> RayModel:
 
 
 def capture(m: int, a: Fraction, texture: Image | Floats, lenses: int = _LENSES) -> Image:
-    """Raw image of a plane that is in focus at a.
+    """Raw image, 16 bit, of a plane that is in focus at a: an aligned raster.
 
-    Parameters
-    ----------
-    m
-        Micro image size M in pixels.
-    a
-        Focus setting.
-    texture
-        Picture on the plane, square; its middle is on the optical axis.
-    lenses
-        Micro lenses in each dimension, an odd number.
-
-    Returns
-    -------
-    Image
-        Shape (lenses M, lenses M), 16 bit, an aligned raster. The texture is `_SPARE` micro lenses
-        larger on each side.
+    `lenses` in each dimension are an odd number. The middle of the square texture is on the
+    optical axis; it is `_SPARE` micro lenses larger on each side.
     """
     model = aligned_model(m)
     distance = float(model.distance(float(a)).mm)
@@ -104,15 +90,8 @@ class Transfer:
 def edge_places(picture: Image | Floats) -> Floats:
     """Column in which each line crosses the level half way between its ends, between pixels too.
 
-    Parameters
-    ----------
-    picture
-        Shape (rows, columns), dark on the left, bright on the right.
-
-    Returns
-    -------
-    Floats
-        Shape (rows,): the mean place of the line's rise, which noise moves least.
+    The picture is dark on the left. Each is the mean place of the line's rise, which noise moves
+    least.
     """
     lines = np.asarray(picture, dtype=np.float64)
     rise = np.diff(lines, axis=1)
@@ -126,20 +105,7 @@ def edge_places(picture: Image | Floats) -> Floats:
 
 
 def transfer(picture: Image | Floats, pixels_a_lens: float) -> Transfer:
-    """Modulation transfer function by the slanted edge.
-
-    Parameters
-    ----------
-    picture
-        Shape (rows, columns), an edge near the vertical.
-    pixels_a_lens
-        Pixels of the picture for each micro lens.
-
-    Returns
-    -------
-    Transfer
-        Up to two cycles a micro lens.
-    """
+    """Modulation transfer function by a slanted, nearly vertical edge, to two cycles a lens."""
     lines = np.asarray(picture, dtype=np.float64)
     rows = np.arange(lines.shape[0])
     slope, start = np.polyfit(rows, edge_places(lines), 1)
@@ -174,19 +140,7 @@ def inside(picture: Pixels, border: int) -> Pixels:
 def enlarged(picture: Floats, factor: int, order: int) -> Floats:
     """Interpolate a picture to `factor` times its size by splines, pixel centres kept.
 
-    Parameters
-    ----------
-    picture
-        Shape (rows, columns).
-    factor
-        Pixels for each one.
-    order
-        0 (repeats), 1 (linear) or 3 (cubic).
-
-    Returns
-    -------
-    Floats
-        Shape (factor rows, factor columns).
+    Orders are 0 (repeats), 1 (linear) or 3 (cubic).
     """
     places = [(np.arange(factor * n) - (factor - 1) / 2) / factor for n in picture.shape]
     if order == 0:
@@ -196,24 +150,7 @@ def enlarged(picture: Floats, factor: int, order: int) -> Floats:
 
 
 def interpolated_before(raw: Image, m: int, shift: int, order: int) -> Floats:
-    """Views enlarged M times, then shifted by a' (u - c) pixels and averaged.
-
-    Parameters
-    ----------
-    raw
-        Grey raw image, an aligned raster.
-    m
-        Micro image size M in pixels, odd.
-    shift
-        a' in pixels.
-    order
-        As in `enlarged`.
-
-    Returns
-    -------
-    Floats
-        Size of the raw image.
-    """
+    """Views enlarged M times (M odd), then shifted by a' (u - c) pixels and averaged."""
     images, c = views(raw, m), (m - 1) // 2
     total = np.zeros(raw.shape)
     for v in range(m):
@@ -236,61 +173,23 @@ def interpolated_after(raw: Image, m: int, shift: int, order: int) -> Floats:
 
 
 def row_stage(raw: Image, m: int, shift: int) -> Image:
-    """What leaves the row stage (Figs. 6.12 a and b): refocused along the rows alone.
-
-    Parameters
-    ----------
-    raw
-        Raw image, shape (rows, columns[, channels]).
-    m
-        Micro image size M in pixels.
-    shift
-        a' in pixels.
-
-    Returns
-    -------
-    Image
-        Size and type of `raw`, rounded to the nearest integer.
-    """
+    """What leaves the row stage (Figs. 6.12 a and b): refocused along rows alone, rounded."""
     offset = output_offset(m, shift, "centred")
     sums = gather_sums(raw, m, shift, axis=1, offset=offset)
     return ((2 * sums + m) // (2 * m)).astype(raw.dtype)
 
 
 def values_a_lens(picture: Image, m: int) -> float:
-    """Share of neighbouring pixels of a row, inside M x M blocks, that differ.
-
-    Parameters
-    ----------
-    picture
-        Refocused picture.
-    m
-        Micro image size M in pixels.
-
-    Returns
-    -------
-    float
-        0 if every block is even.
-    """
+    """Share of neighbours in a row, inside M x M blocks, that differ; 0: all blocks are even."""
     rows, columns = (n // m * m for n in picture.shape[:2])
     lenses = picture[:rows, :columns].reshape(rows, columns // m, m)
     return float((np.diff(lenses.astype(np.int64), axis=2) != 0).mean())
 
 
 def edge_jaggedness(picture: Image | Floats, pixels_a_lens: float) -> float:
-    """Distance of a straight edge's lines from a straight line, root mean square.
+    """Distance of a straight edge's lines from a straight line, root mean square, in micro lenses.
 
-    Parameters
-    ----------
-    picture
-        As `transfer`.
-    pixels_a_lens
-        Pixels of the picture for each micro lens.
-
-    Returns
-    -------
-    float
-        Micro lenses; an edge that each line rounds to whole micro lenses has 1 / sqrt(12).
+    An edge that each line rounds to whole micro lenses has 1 / sqrt(12).
     """
     places = edge_places(picture)
     rows = np.arange(len(places))
@@ -308,19 +207,8 @@ def grating(frequency: float, lenses: int = _LENSES) -> Floats:
 def alias(m: int, shift: int, frequency: float = 0.7) -> float:
     """Contrast of stripes that one sample a micro lens cannot hold, at the wrong frequency.
 
-    Parameters
-    ----------
-    m
-        Micro image size M in pixels.
-    shift
-        a' in pixels; the stripes are in focus at it.
-    frequency
-        Cycles a micro lens, more than a half.
-
-    Returns
-    -------
-    float
-        Amplitude at 1 - frequency, where samples of each micro lens put it, over that at frequency.
+    The stripes, of more than half a cycle a micro lens, are in focus at a'. The amplitude at 1 -
+    frequency, where samples of each micro lens put it, over that at frequency.
     """
     a = Fraction(shift, m)
     picture = refocus(capture(m, a, grating(frequency)), m, a)
@@ -387,22 +275,7 @@ def before_and_after(m: int, shift: int, order: int) -> BeforeAfter:
 
 
 def central_directions(raw: Image, m: int, keep: int) -> Image:
-    """Keep the central pixels of each micro image.
-
-    Parameters
-    ----------
-    raw
-        Raw image, shape (rows, columns[, channels]).
-    m
-        Micro image size M in pixels.
-    keep
-        Pixels to keep in each dimension.
-
-    Returns
-    -------
-    Image
-        Raw image with micro images of `keep` x `keep` pixels.
-    """
+    """Keep the central `keep` x `keep` pixels of each micro image."""
     rows, columns = (length // m for length in raw.shape[:2])
     lenses = raw[: rows * m, : columns * m].reshape(rows, m, columns, m, *raw.shape[2:])
     low = (m - keep) // 2

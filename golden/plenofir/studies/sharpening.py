@@ -32,24 +32,10 @@ _WHITE = 255
 
 
 def transfer(m: int, shift: int, order: int, frequencies: Floats) -> npt.NDArray[np.complex128]:
-    """Transfer function of the operator along a dimension, in cycles a lens.
+    """Transfer function of the operator along a dimension, in cycles a lens: shape (M, n).
 
-    Parameters
-    ----------
-    m
-        Micro image size M in pixels.
-    shift
-        a' in pixels.
-    order
-        Order of the interpolation.
-    frequencies
-        Cycles a lens, shape (n,).
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (M, n): for each place of an output pixel in its lens the amplitude over that of a
-        wave at this very place.
+    For each place of an output pixel in its lens the amplitude over that of a wave at this very
+    place.
     """
     common = gcd(shift, m)
     wave = 2j * np.pi * frequencies / m
@@ -71,20 +57,7 @@ def transfer(m: int, shift: int, order: int, frequencies: Floats) -> npt.NDArray
 
 
 def natural_spectrum(frequencies: Floats, band: float) -> Floats:
-    """Power of natural pictures behind square lenses: 1 / f^2, and nothing above a band.
-
-    Parameters
-    ----------
-    frequencies
-        Cycles a lens, shape (n,), for both dimensions.
-    band
-        Largest frequency.
-
-    Returns
-    -------
-    Floats
-        Shape (n, n).
-    """
+    """Power (n, n) of natural pictures behind square lenses: 1 / f^2, nothing above a band."""
     y, x = np.meshgrid(frequencies, frequencies, indexing="ij")
     squared = y**2 + x**2
     power = (np.sinc(x) * np.sinc(y)) ** 2 / squared
@@ -94,21 +67,8 @@ def natural_spectrum(frequencies: Floats, band: float) -> Floats:
 def best_weight(m: int, shift: int, order: int = 0, *, band: float = 0.5) -> tuple[float, float]:
     """The weight with the least squared error over a natural spectrum, at full resolution.
 
-    Parameters
-    ----------
-    m
-        Micro image size M in pixels.
-    shift
-        a' in pixels.
-    order
-        Order of the interpolation.
-    band
-        Largest frequency in cycles a lens.
-
-    Returns
-    -------
-    tuple of float
-        b, in steps of 1/128 up to 1/4, and what it gains in dB.
+    b in steps of 1/128 up to 1/4, and what it gains in dB; `band` is the largest frequency in
+    cycles a lens.
     """
     frequencies = (np.arange(_GRID) + 0.5) / _GRID * band
     power = natural_spectrum(frequencies, band)
@@ -159,29 +119,16 @@ TEXTURES = (
 
 @dataclass(frozen=True)
 class Plane:
-    """A rendered plane.
-
-    Attributes
-    ----------
-    m, shift
-        M, and the a' that is refocused to.
-    raw
-        Its raw image, grey.
-    lenses, pixels
-        The object at the centre of each lens and of each pixel, in grey levels.
-    blurred
-        What an ideal refocuser gives for each pixel: the mean of the views, moved to a'.
-    border
-        Pixels at each border that miss views.
-    """
+    """A rendered plane."""
 
     m: int
-    shift: int
-    raw: Image
-    lenses: Floats
-    pixels: Floats
+    shift: int  # the a' that is refocused to
+    raw: Image  # grey
+    lenses: Floats  # the object at the centre of each lens, in grey levels
+    pixels: Floats  # at the centre of each pixel
+    # What an ideal refocuser gives for each pixel: the mean of the views, moved to a'.
     blurred: Floats
-    border: int
+    border: int  # pixels at each border that miss views
 
 
 @lru_cache(maxsize=32)
@@ -195,29 +142,9 @@ def plane(
     contrast: float = 45,
     seed: int = 0,
 ) -> Plane:
-    """Render a textured plane.
+    """Render a textured plane of 48 x 48 lenses, in focus at a = a' / M + away.
 
-    Parameters
-    ----------
-    m
-        Micro image size M in pixels.
-    shift
-        a' that is refocused to.
-    texture
-        What is on the plane.
-    away
-        The plane is in focus at a = a' / M + away.
-    noise
-        Standard deviation of the noise of the raw image in grey levels.
-    contrast
-        Standard deviation of the object in grey levels.
-    seed
-        Of texture and noise.
-
-    Returns
-    -------
-    Plane
-        Of 48 x 48 lenses.
+    Noise (of the raw image) and contrast (of the object) are standard deviations in grey levels.
     """
     c = (m - 1) / 2
     here = float(Fraction(shift, m) + away)
@@ -301,24 +228,10 @@ def measure(field: Plane, b: Fraction, order: int = 0) -> Nearness:
 
 
 def noise_gain(m: int, shift: int, units: int, seed: int = 0) -> tuple[float, float]:
-    """Noise of a sharpened picture over that of a plain one, as standard deviations.
+    """Noise of a sharpened picture (by 64 b) over that of a plain one, as standard deviations.
 
-    Parameters
-    ----------
-    m
-        Micro image size M in pixels.
-    shift
-        a' in pixels.
-    units
-        64 b.
-    seed
-        Of the noise.
-
-    Returns
-    -------
-    tuple of float
-        Derived, for pixels a lens apart that share no pixel of the raw image: (1 + 2b)^2 + 2b^2;
-        and measured.
+    Derived, for pixels a lens apart that share no pixel of the raw image: (1 + 2b)^2 + 2b^2; and
+    measured.
     """
     raw = np.random.default_rng(seed).normal(0, 1 << 16, (60 * m, 60 * m)).astype(np.int64)
     sums = refocus_sums(raw, m, shift=shift)

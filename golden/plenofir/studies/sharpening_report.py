@@ -148,20 +148,7 @@ def plane_pictures() -> Image:
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
-    """Write ``sharpening.md`` and its pictures.
-
-    Parameters
-    ----------
-    folder
-        Where to.
-    progress
-        Called with the steps done and to do.
-
-    Returns
-    -------
-    Path
-        The Markdown file.
-    """
+    """Write ``sharpening.md`` and its pictures."""
     check_folder(folder, str(folder), ("sharpening.md",))
     parts: list[tuple[str, str, Callable[[], list[str]]]] = [
         (

@@ -51,40 +51,22 @@ Step = Callable[[], None]
 
 
 class Simulated(BaseModel):
-    """Clocks of the raster core in simulation.
-
-    Attributes
-    ----------
-    first_frame
-        From the first pixel in to the last pixel of the first frame out.
-    next_frame
-        For a further frame.
-    """
+    """Clocks of the raster core in simulation."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    first_frame: int
-    next_frame: int
+    first_frame: int  # from the first pixel in to the last pixel of the first frame out
+    next_frame: int  # for a further frame
 
 
 class Recorded(BaseModel):
-    """What was measured.
-
-    Attributes
-    ----------
-    machine
-        Where the software was timed.
-    seconds
-        Way in software to its time for a frame.
-    simulated
-        Engine to its clocks; empty without Verilator.
-    """
+    """What was measured."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    machine: str
-    seconds: dict[str, float]
-    simulated: dict[str, Simulated]
+    machine: str  # where the software was timed
+    seconds: dict[str, float]  # way in software to its time for a frame
+    simulated: dict[str, Simulated]  # engine to its clocks; empty without Verilator
 
 
 def raster_core(engine: FirEngine | MovingSumEngine) -> CoreConfiguration:
@@ -99,17 +81,7 @@ def _array(rows_at_once: int) -> ClockCase:
 def as_printed(raw: Image, m: int, shift: int) -> Image:
     """Eq. (6.1) as it is printed: each pixel adds to M outputs, in loops over pixels.
 
-    Parameters
-    ----------
-    raw
-        Grey raw image.
-    m, shift
-        M and a' in pixels.
-
-    Returns
-    -------
-    Image
-        Refocused, correctly rounded; rows and columns of the image are vectors of NumPy.
+    Correctly rounded; rows and columns of the grey image are vectors of NumPy.
     """
     offset = output_offset(m, shift, "centred")
     rows = scatter_sums(raw, m, shift, axis=1, offset=offset)
@@ -130,21 +102,9 @@ def _software() -> dict[str, Callable[[Image], Image]]:
 
 
 def time_software(size: int = SIZE, *, step: Step | None = None) -> dict[str, float]:
-    """Time the ways in software; all must give the same picture.
+    """Time the ways in software (seconds for each frame); all must give the same picture.
 
     Processor time counts, the least of several runs: other work on the machine hardly changes it.
-
-    Parameters
-    ----------
-    size
-        Rows and columns.
-    step
-        Called after each way.
-
-    Returns
-    -------
-    dict
-        Way to seconds for each frame.
     """
     raw = np.random.default_rng(0).integers(0, 256, (size, size), np.uint8)
     refocus(raw[: 3 * M, : 3 * M], M, Fraction(SHIFT, M))  # compiles
@@ -169,28 +129,9 @@ def time_software(size: int = SIZE, *, step: Step | None = None) -> dict[str, fl
 
 
 def simulate(engine: FirEngine | MovingSumEngine, size: int = SIZE, frames: int = 2) -> Simulated:
-    """Send frames back to back through the raster core in Verilator.
+    """Send two frames or more back to back through the raster core in Verilator.
 
-    Parameters
-    ----------
-    engine
-        Of the core.
-    size
-        Rows and columns.
-    frames
-        2 or more.
-
-    Returns
-    -------
-    Simulated
-        Clocks.
-
-    Raises
-    ------
-    InputError
-        If Verilator is not installed.
-    AssertionError
-        If a frame is not the golden model's.
+    AssertionError if one is not the golden model's.
     """
     core = raster_core(engine)
     rng = np.random.default_rng(0)
@@ -210,18 +151,7 @@ def simulate(engine: FirEngine | MovingSumEngine, size: int = SIZE, frames: int 
 
 
 def measure(step: Step | None = None) -> Recorded:
-    """Time the software and simulate both engines.
-
-    Parameters
-    ----------
-    step
-        Called after each of six steps.
-
-    Returns
-    -------
-    Recorded
-        To be printed or kept.
-    """
+    """Time the software and simulate both engines; `step` is called after each of six steps."""
     seconds = time_software(step=step)
     simulated = dict[str, Simulated]()
     for engine in (FirEngine(), MovingSumEngine()):
@@ -326,18 +256,7 @@ def _buildable_rows() -> list[list[str]]:
 
 
 def page(recorded: Recorded) -> str:
-    """Write the page.
-
-    Parameters
-    ----------
-    recorded
-        What was measured.
-
-    Returns
-    -------
-    str
-        Markdown.
-    """
+    """Write the page."""
     case = _array(SIZE)
     first, following = case.thesis_first_frame, case.thesis_next_frame
     pixels = SIZE * SIZE

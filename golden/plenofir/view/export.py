@@ -35,25 +35,10 @@ def _json(content: Mapping[str, object]) -> str:
 
 
 def export(page: Page, limit: int) -> bytes:
-    """Put a page with its data into one HTML file.
+    """Put a page with its data into one HTML file of at most `limit` bytes.
 
-    Parameters
-    ----------
-    page
-        The page.
-    limit
-        Bytes at most.
-
-    Returns
-    -------
-    bytes
-        The file. Pictures of 16 bit are reduced to 8 bit; views are compressed, without loss where
-        that fits, and scaled down where nothing else does. The page says so.
-
-    Raises
-    ------
-    InputError
-        If it does not fit.
+    Pictures of 16 bit are reduced to 8 bit; views are compressed, without loss where that fits,
+    and scaled down where nothing else does. The page says so.
     """
     room = limit - len(_assembled(page, page.field, {})) - _TAGS
     # Base64 takes four bytes for three.

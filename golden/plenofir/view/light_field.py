@@ -37,15 +37,7 @@ _SCRIPTS = ("source.js", "renderer.js", "planes.js", "bench.js", "main.js")
 
 
 class LightField:
-    """A raw image, cut into views.
-
-    Parameters
-    ----------
-    raw
-        Raw image, shape (rows, columns[, 3]).
-    micro_image_size
-        M in pixels.
-    """
+    """A raw image (rows, columns[, 3]), cut into views."""
 
     def __init__(self, raw: Image, micro_image_size: int) -> None:
         self.raw, self.micro_image_size = raw, micro_image_size
@@ -222,34 +214,11 @@ def light_field_page(
     model: "RayModel | None" = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Page:
-    """Make the page of a light field.
+    """Make the page of a light field, from a raw image (rows, columns[, 3]), uint8 or uint16.
 
-    Parameters
-    ----------
-    raw
-        Raw image, shape (rows, columns[, 3]), uint8 or uint16.
-    micro_image_size
-        M in pixels.
-    full_scale
-        Value of white.
-    title
-        What the page is called.
-    search
-        First and last focus setting of the slider and of the search for depth.
-    model
-        The camera, focused as it was; without it there are no distances.
-    progress
-        Called with the candidates for the depth done and to do.
-
-    Returns
-    -------
-    Page
-        The page.
-
-    Raises
-    ------
-    InputError
-        If the range of focus settings is empty or larger than the views.
+    `full_scale` is the value of white, `search` the first and last focus setting of the slider and
+    of the search for depth. Without a camera's model, focused as it was, there are no distances.
+    `progress` is called with the candidates for the depth done and to do.
     """
     field = LightField(raw, micro_image_size)
     described = _described(field, full_scale, title, search, model)
@@ -273,17 +242,7 @@ def live_page(
 ) -> Page:
     """Make the page of a source of frames; there is no depth, and nothing to export.
 
-    Parameters
-    ----------
-    live
-        The source.
-    title, search, model
-        As in `light_field_page`.
-
-    Returns
-    -------
-    Page
-        The page.
+    The others are as in `light_field_page`.
     """
     first = live.first
     field = LightField(first.raw, live.micro_image_size)

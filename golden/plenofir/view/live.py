@@ -23,55 +23,26 @@ _WAIT_SECONDS = 10.0
 
 
 class Captured(NamedTuple):
-    """A frame of a source.
+    """A frame of a source."""
 
-    Attributes
-    ----------
-    picture
-        As the camera gave it.
-    captured
-        When, in seconds since 1970.
-    """
-
-    picture: Picture
-    captured: float
+    picture: Picture  # as the camera gave it
+    captured: float  # when, in seconds since 1970
 
 
 class Frame(NamedTuple):
-    """A frame that is ready to be shown.
+    """A frame that is ready to be shown."""
 
-    Attributes
-    ----------
-    number
-        1 for the first one of the source; numbers that a page does not see were dropped.
-    captured
-        When it came, in seconds since 1970.
-    raw
-        Aligned raw image.
-    full_scale
-        Value of white.
-    """
-
-    number: int
-    captured: float
-    raw: Image
-    full_scale: int
+    number: int  # 1 for the first one of the source; numbers that a page does not see were dropped
+    captured: float  # when it came, in seconds since 1970
+    raw: Image  # aligned
+    full_scale: int  # value of white
 
 
 def folder_frames(folder: Path, rate: float) -> Iterator[Captured]:
-    """Frames of a folder, in the order of their names, then those that are added to it.
+    """Frames of a folder, in the order of their names, then those that are added, without end.
 
-    Parameters
-    ----------
-    folder
-        Folder of images.
-    rate
-        Frames a second of those that are there at the start.
-
-    Yields
-    ------
-    Captured
-        Frames, without an end. Files that cannot be read are left out.
+    `rate` is the frames a second of those that are there at the start; files that cannot be read
+    are left out.
     """
     known: set[Path] = set()
     start = time.time()
@@ -100,23 +71,7 @@ def folder_frames(folder: Path, rate: float) -> Iterator[Captured]:
 
 
 def video_frames(path: str) -> Iterator[Captured]:
-    """Frames of a video file at its own rate, or of a camera (``/dev/video0``), by OpenCV.
-
-    Parameters
-    ----------
-    path
-        File or device.
-
-    Yields
-    ------
-    Captured
-        Frames, until the video ends.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or OpenCV is missing or cannot open it.
-    """
+    """Frames of a video file at its own rate, or of a camera (``/dev/video0``), by OpenCV."""
     if not Path(path).exists():
         raise InputError("no such file", where=path, expected=_EXPECTED)
     try:
@@ -149,26 +104,9 @@ def video_frames(path: str) -> Iterator[Captured]:
 class Live:
     """The newest frame of a source, made ready when somebody asks for it.
 
-    Parameters
-    ----------
-    frames
-        The source; it is read in a thread of its own, as fast as it gives frames.
-    prepare
-        Makes a frame's picture an aligned raw image.
-    micro_image_size
-        M in pixels.
-    where
-        What messages call the source.
-
-    Attributes
-    ----------
-    first
-        The first frame.
-
-    Raises
-    ------
-    InputError
-        If the source gives no frame within ten seconds, or it cannot be used.
+    The source is read in a thread of its own, as fast as it gives frames; `prepare` makes a
+    frame's picture an aligned raw image, `where` is what messages call the source. InputError if
+    it gives no frame within ten seconds, or it cannot be used.
     """
 
     def __init__(
@@ -231,16 +169,5 @@ class Live:
         return self._ended
 
     def newest(self, after: int) -> Frame | None:
-        """The newest frame.
-
-        Parameters
-        ----------
-        after
-            Number of the frame that is known already.
-
-        Returns
-        -------
-        Frame or None
-            None if there is no newer one within ten seconds, or the source has ended.
-        """
+        """The newest frame; None if none follows `after` in ten seconds, or the source ended."""
         return self._wait(after, _WAIT_SECONDS)

@@ -16,34 +16,16 @@ _QUALITIES = (95, 90, 85, 80, 70, 60, 50, 40, 30)
 
 
 class Mosaic(NamedTuple):
-    """Compressed views.
+    """Compressed views."""
 
-    Attributes
-    ----------
-    part
-        Picture of views beside and below each other.
-    words
-        How it was compressed.
-    """
-
-    part: Part
-    words: str
+    part: Part  # picture of views beside and below each other
+    words: str  # how it was compressed
 
 
 def packed_views(views: Image, limit: int) -> Mosaic | None:
-    """Compress views: without loss if that fits, or with the best quality that does.
+    """Compress views (v, u, t, s[, 3]), uint8, into at most `limit` bytes; None if they don't fit.
 
-    Parameters
-    ----------
-    views
-        Shape (v, u, t, s[, 3]), uint8.
-    limit
-        Bytes at most.
-
-    Returns
-    -------
-    Mosaic or None
-        None if it does not fit.
+    Without loss if that fits, or with the best quality that does.
     """
     m, _, rows, columns = views.shape[:4]
     whole = np.moveaxis(views, (0, 1), (0, 2)).reshape(m * rows, m * columns, *views.shape[4:])

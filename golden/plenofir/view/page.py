@@ -12,61 +12,29 @@ STYLE = "view.css"
 
 
 class Wanted(NamedTuple):
-    """What a page says with its request for a part.
+    """What a page says with its request for a part."""
 
-    Attributes
-    ----------
-    binning
-        Micro lenses to be made one, in each dimension.
-    after
-        Number of the frame that it has; the next ones are wanted.
-    """
-
-    binning: int = 1
-    after: int = 0
+    binning: int = 1  # micro lenses to be made one, in each dimension
+    after: int = 0  # number of the frame that it has; the next ones are wanted
 
 
 class Part(NamedTuple):
-    """Data that a page asks for.
-
-    Attributes
-    ----------
-    content
-        Bytes.
-    kind
-        Media type.
-    facts
-        What the bytes don't tell, by name.
-    """
+    """Data that a page asks for."""
 
     content: bytes
-    kind: str
-    facts: Mapping[str, str] = MappingProxyType({})
+    kind: str  # media type
+    facts: Mapping[str, str] = MappingProxyType({})  # what the bytes don't tell, by name
 
 
 @dataclass(frozen=True)
 class Page:
-    """A page, independent of how it gets to the browser.
+    """A page, independent of how it gets to the browser."""
 
-    Attributes
-    ----------
-    document
-        HTML file of the folder ``assets``.
-    scripts
-        Modules of that folder, the main one last; it alone imports others.
-    field
-        What describes the page, for JSON.
-    parts
-        Data by name, made when they are asked for.
-    packed
-        Makes the parts for an export of at most as many bytes, and the description that goes
-        with them.
-    """
-
-    document: str
-    scripts: tuple[str, ...]
-    field: Mapping[str, Any]
-    parts: Mapping[str, Callable[[Wanted], Part]]
+    document: str  # HTML file of the folder ``assets``
+    scripts: tuple[str, ...]  # modules of that folder, the main one last; it alone imports others
+    field: Mapping[str, Any]  # what describes the page, for JSON
+    parts: Mapping[str, Callable[[Wanted], Part]]  # data by name, made when they are asked for
+    # The description and the parts of an export of at most so many bytes.
     packed: Callable[[int], tuple[Mapping[str, Any], Mapping[str, Part]]]
 
     def asset(self, name: str) -> bytes:

@@ -23,25 +23,10 @@ def _order(path: Path) -> tuple[str, int, str]:
 
 
 def pictures_page(folder: Path, title: str = "") -> Page:
-    """Make the page of a folder of pictures.
+    """Make the page of a folder of PNG files, two at least.
 
-    Parameters
-    ----------
-    folder
-        Folder with PNG files; of those of ``make sim`` the refocused picture comes first, beside
-        that of the golden model.
-    title
-        What the page is called; the folder's name if empty.
-
-    Returns
-    -------
-    Page
-        Served, it reads the pictures again when they are asked for: a new run shows by a reload.
-
-    Raises
-    ------
-    InputError
-        If there are less than two pictures, or one cannot be read.
+    Of those of ``make sim`` the refocused picture comes first, beside that of the golden model.
+    When pictures are asked for they are read again: a new run shows by a reload.
     """
     files = {as_text(path.name): path for path in sorted(folder.glob("*.png"), key=_order)}
     if len(files) < 2:

@@ -155,21 +155,10 @@ async def serving(
 
 
 def serve(page: Page, port: int, ready: Callable[[str], None]) -> None:
-    """Serve a page on this machine until Ctrl-C.
+    """Serve a page on this machine until Ctrl-C, on a TCP port, or any free one (0).
 
-    Parameters
-    ----------
-    page
-        The page.
-    port
-        TCP port, or 0 for any free one.
-    ready
-        Called with the page's address, which holds a random token: without it nothing is served.
-
-    Raises
-    ------
-    InputError
-        If the port cannot be used.
+    `ready` is called with the page's address, which holds a random token: without it nothing is
+    served.
     """
     sockets = bound(port)
 

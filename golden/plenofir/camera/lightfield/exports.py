@@ -16,20 +16,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def mosaic(raw: Image, micro_image_size: int) -> Image:
-    """All views side by side, in one picture.
-
-    Parameters
-    ----------
-    raw
-        Raw image.
-    micro_image_size
-        M in pixels.
-
-    Returns
-    -------
-    Image
-        Shape (M t, M s[, 3]): view (v, u) is the tile in row v and column u.
-    """
+    """All views side by side, (M t, M s[, 3]): view (v, u) is the tile in row v and column u."""
     images = views(raw, micro_image_size)
     v, u, t, s = images.shape[:4]
     return np.moveaxis(images, 2, 1).reshape(v * t, u * s, *images.shape[4:])
@@ -53,25 +40,8 @@ def quilt_tiles(micro_image_size: int) -> tuple[int, int]:
 def quilt(raw: Image, micro_image_size: int, columns: int, rows: int) -> Image:
     """Views of the central row, in the order of a Looking Glass's quilt.
 
-    Parameters
-    ----------
-    raw
-        Raw image.
-    micro_image_size
-        M in pixels.
-    columns, rows
-        Tiles; `columns` x `rows` views are taken evenly from left to right, M at most.
-
-    Returns
-    -------
-    Image
-        The view farthest to the left is the tile at the bottom left; the next ones lie to its
-        right, then in the row above.
-
-    Raises
-    ------
-    InputError
-        If there are more tiles than views.
+    `columns` x `rows` views, M at most, are taken evenly from left to right. The one farthest to
+    the left is the tile at the bottom left; the next ones lie to its right, then in the row above.
     """
     m, count = micro_image_size, columns * rows
     if not 1 <= count <= m:
@@ -115,18 +85,9 @@ def encode_float_tiff(values: Floats) -> bytes:
 def points(distance_mm: Floats, model: RayModel) -> Floats:
     """Where the pixels of the central view lie in space, by the ray model.
 
-    Parameters
-    ----------
-    distance_mm
-        Distances from the micro lenses, shape (t, s), nan where unknown.
-    model
-        The camera, focused as it was; its axis meets the middle of the micro lenses.
-
-    Returns
-    -------
-    Floats
-        (x, y, z) in mm, shape (t, s, 3): x to the right and y down in the picture, z away from the
-        micro lenses; nan where the distance is.
+    Distances (t, s) are from the micro lenses in mm, nan where unknown. (x, y, z) in mm, shape (t,
+    s, 3): x to the right and y down in the picture, z away from the micro lenses, whose middle is
+    on the axis of the camera, focused as it was.
     """
     lens = model.camera.main_lens
     # Rays leave the main lens at its object side principal plane.
@@ -146,19 +107,9 @@ def points(distance_mm: Floats, model: RayModel) -> Floats:
 
 
 def encode_ply(places: Floats, colours: Image) -> bytes:
-    """Point cloud as binary .ply, in mm; points without a place are left out.
+    """Point cloud as binary .ply, in mm; points without a place (nan) are left out.
 
-    Parameters
-    ----------
-    places
-        Shape (t, s, 3), see `points`.
-    colours
-        Grey or RGB, shape (t, s[, 3]), uint8 or uint16.
-
-    Returns
-    -------
-    bytes
-        Vertices with x, y, z and red, green, blue.
+    Places (t, s, 3) as of `points`, colours grey or RGB, (t, s[, 3]), uint8 or uint16.
     """
     known = ~np.isnan(places).any(axis=-1)
     levels = colours if colours.ndim == 3 else np.repeat(colours[..., np.newaxis], 3, axis=2)

@@ -104,20 +104,7 @@ def read_views(
 
 
 def read_paths(places: Places, *, progress: Callable[[int, int], None] | None = None) -> Image:
-    """Read views by their places, row and column; all have the same size and depth.
-
-    Parameters
-    ----------
-    places
-        A full square of them.
-    progress
-        Called with the views done and to do.
-
-    Returns
-    -------
-    Image
-        Shape (v, u, t, s[, 3]).
-    """
+    """Read views of one size and depth by their places, a full square: shape (v, u, t, s[, 3])."""
     m = isqrt(len(places))
     result: Image | None = None
     for done, (place, path) in enumerate(sorted(places.items()), 1):

@@ -41,18 +41,10 @@ INSTALL = "the package h5py (pip install 'plenofir[cameras]')"
 
 @dataclass(frozen=True, eq=False)
 class LightFieldSource:
-    """A light field that was read.
+    """A light field that was read."""
 
-    Attributes
-    ----------
-    images
-        Views, shape (v, u, t, s[, 3]), uint8 or uint16.
-    lines
-        What was found, headings and texts for people.
-    """
-
-    images: Image
-    lines: tuple[tuple[str, str], ...]
+    images: Image  # views, shape (v, u, t, s[, 3]), uint8 or uint16
+    lines: tuple[tuple[str, str], ...]  # what was found, headings and texts for people
 
 
 def read_source(
@@ -63,30 +55,11 @@ def read_source(
     size: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> LightFieldSource:
-    """Read a light field, whatever it is stored as.
+    """Read a light field, whatever it is stored as: a folder of views, a picture, or a .mat file.
 
-    Parameters
-    ----------
-    path
-        A folder of views, a picture, or a .mat file.
-    order
-        Of a folder's names, see `read_views`.
-    layout
-        Of a picture: views side by side, or micro images; "auto" looks.
-    size
-        Of a picture: views (pixels of a micro image) along each side; None to find out.
-    progress
-        Called with the views of a folder done and to do.
-
-    Returns
-    -------
-    LightFieldSource
-        Views.
-
-    Raises
-    ------
-    InputError
-        If it cannot be used, or a picture's layout is not clear.
+    `order` is of a folder's names (`read_views`); `layout` of a picture: views side by side, or
+    micro images, "auto" looks; `size` its views (pixels of a micro image) along each side, None to
+    find out.
     """
     try:
         there = path.exists()
@@ -105,20 +78,7 @@ def read_source(
 
 
 def central(images: Image, count: int) -> Image:
-    """Keep the central views, `count` along each side.
-
-    Parameters
-    ----------
-    images
-        Shape (v, u, t, s[, 3]).
-    count
-        At most as many as there are.
-
-    Returns
-    -------
-    Image
-        A view of the same memory.
-    """
+    """Keep the central views, `count` along each side of (v, u, t, s[, 3]), without a copy."""
     there = images.shape[0]
     if not 1 <= count <= there:
         raise InputError(f"{count}", where="views", expected=f"1 to {there}, as many as there are")
@@ -174,23 +134,11 @@ def _picture(path: Path, layout: PictureLayout, size: int | None) -> LightFieldS
 
 
 def read_mat(path: Path) -> Image:
-    """Read the views of a MATLAB file (version 5 to 7, or 7.3).
+    """Read the views of a MATLAB file (version 5 to 7, or 7.3, which needs h5py).
 
-    Parameters
-    ----------
-    path
-        File with an array LF, or just one array of 4 or 5 dimensions: rows and columns of views,
-        height, width, and 3 channels or 4 (the last one, a weight, is left out).
-
-    Returns
-    -------
-    Image
-        Shape (v, u, t, s[, 3]); uint8 and uint16 as they are, floats from 0 to 1 as uint16.
-
-    Raises
-    ------
-    InputError
-        If it is damaged, has no such array, or h5py is missing for version 7.3.
+    It has an array LF, or just one array of 4 or 5 dimensions: rows and columns of views, height,
+    width, and 3 channels or 4 (the last one, a weight, is left out). uint8 and uint16 are taken as
+    they are, floats from 0 to 1 as uint16.
     """
     where = str(path)
     try:
@@ -266,22 +214,13 @@ def _from_hdf5(path: Path, where: str) -> npt.NDArray[Any]:
 
 @dataclass(frozen=True, eq=False)
 class HciScene:
-    """What the HCI benchmark tells about a scene besides its views.
+    """What the HCI benchmark tells about a scene besides its views."""
 
-    Attributes
-    ----------
-    parameters
-        Numbers and texts of ``parameters.cfg``.
-    disparity
-        Ground truth of the central view in pixels per view, positive for what is nearer than the
-        plane of disparity 0 (as `plenofir.camera.lightfield.Disparity` counts); None without it.
-    distance_m
-        Ground truth of depth in metres, None without it.
-    """
-
-    parameters: Mapping[str, str]
+    parameters: Mapping[str, str]  # numbers and texts of ``parameters.cfg``
+    # Ground truth of the central view in pixels per view, positive for what is nearer than the
+    # plane of disparity 0 (as `plenofir.camera.lightfield.Disparity` counts).
     disparity: Floats32 | None
-    distance_m: Floats32 | None
+    distance_m: Floats32 | None  # ground truth of depth
 
     def number(self, name: str) -> float | None:
         """One of the parameters."""
@@ -316,19 +255,9 @@ def hci_views(folder: Path) -> list[Path]:
 def read_hci(
     folder: Path, *, progress: Callable[[int, int], None] | None = None
 ) -> LightFieldSource:
-    """Read a scene of the HCI benchmark: its views, and what it tells about them.
+    """Read a scene of the HCI benchmark: its views, camera and ground truth.
 
-    Parameters
-    ----------
-    folder
-        With ``input_Cam000.png`` and so on, line by line; other pictures are left alone.
-    progress
-        Called with the views done and to do.
-
-    Returns
-    -------
-    LightFieldSource
-        Views; the lines name camera and ground truth.
+    The folder has ``input_Cam000.png`` and so on, line by line; other pictures are left alone.
     """
     paths = hci_views(folder)
     m = isqrt(len(paths))
@@ -382,13 +311,7 @@ def hci_scene(folder: Path) -> HciScene:
 
 
 def read_pfm(path: Path) -> Floats32:
-    """Map of numbers in a .pfm file, top line first, shape (rows, columns).
-
-    Raises
-    ------
-    InputError
-        If it is damaged, or has colours.
-    """
+    """Map of numbers in a .pfm file without colours, top line first, shape (rows, columns)."""
     from netpbmfile import NetpbmFile
 
     where = str(path)

@@ -56,26 +56,9 @@ class LytroCapture:
 
 
 def checked_grid(grey: Image32, metadata: FrameMetadata, where: str) -> Match:
-    """Grid of the metadata, moved to where the capture's pixels have it.
+    """Grid of the metadata, moved to where the capture's pixels (`grey_mosaic`) have it.
 
-    Parameters
-    ----------
-    grey
-        Grey levels of the capture (`grey_mosaic`).
-    metadata
-        Of the capture.
-    where
-        Its file, for messages.
-
-    Returns
-    -------
-    Match
-        The grid; as the metadata have it where micro images are not seen in the pixels.
-
-    Raises
-    ------
-    InputError
-        If the pixels have another grid than the metadata.
+    It stays where micro images are not seen; InputError if the pixels have another grid.
     """
     known = metadata.grid()
     found = match_capture(grey, known)

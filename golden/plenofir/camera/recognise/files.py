@@ -26,23 +26,7 @@ _CLEAR = 1.3
 
 
 def recognise(path: Path) -> Recognition:
-    """Recognise a file or a folder.
-
-    Parameters
-    ----------
-    path
-        What a user has.
-
-    Returns
-    -------
-    Recognition
-        Kind, evidence, and the command to go on with.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or is damaged.
-    """
+    """Recognise a file or a folder."""
     name = str(path)
     try:
         if path.is_dir():

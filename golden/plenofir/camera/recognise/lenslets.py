@@ -32,18 +32,10 @@ _SAME_PITCH = 0.04
 
 @dataclass(frozen=True)
 class Lenslets:
-    """Micro lenses found in a capture.
+    """Micro lenses found in a capture."""
 
-    Attributes
-    ----------
-    match
-        Grid, fitted to the whole picture, and how well the picture agrees with it.
-    score
-        How much higher the autocorrelation is on the lattice than between.
-    """
-
-    match: Match
-    score: float
+    match: Match  # grid, fitted to the whole picture, and how well the picture agrees with it
+    score: float  # how much higher the autocorrelation is on the lattice than between
 
     @property
     def evidence(self) -> float:
@@ -72,19 +64,9 @@ class Lenslets:
 
 
 def find_lenslets(grey: Image32, guesses: list[Lattice] | None = None) -> Lenslets | None:
-    """Find micro lenses in a capture.
+    """Find micro lenses in a capture: the lattice that most of it agrees with.
 
-    Parameters
-    ----------
-    grey
-        Grey levels, shape (rows, columns).
-    guesses
-        Its `lattices`, if they are known.
-
-    Returns
-    -------
-    Lenslets or None
-        The lattice that most of the picture agrees with; None where none is seen all over it.
+    None where no lattice is seen all over the picture; `guesses` are its `lattices`, if known.
     """
     found: list[Lenslets] = []
     for lattice in (lattices(grey) if guesses is None else guesses)[:_CANDIDATES]:
@@ -105,23 +87,14 @@ def find_lenslets(grey: Image32, guesses: list[Lattice] | None = None) -> Lensle
 
 @dataclass(frozen=True)
 class Repetition:
-    """At which pitches the parts of a picture repeat.
+    """At which pitches the parts of a picture repeat."""
 
-    Attributes
-    ----------
-    smallest, middle, largest
-        Pitch in pixels: side of a square as large as the lattice's cell; the middle is the median.
-    parts
-        Parts of the picture that repeat, of 5.
-    score
-        Median of the lattices' scores there.
-    """
-
+    # Pitch in pixels, as the next two: side of a square as large as the lattice's cell.
     smallest: float
-    middle: float
+    middle: float  # median
     largest: float
-    parts: int
-    score: float
+    parts: int  # of the picture that repeat, of 5
+    score: float  # median of the lattices' scores there
 
     @property
     def all_over(self) -> bool:
@@ -146,18 +119,7 @@ class Repetition:
 
 
 def repetition(grey: Image32) -> Repetition | None:
-    """Look for repetitions in five parts of a picture.
-
-    Parameters
-    ----------
-    grey
-        Grey levels.
-
-    Returns
-    -------
-    Repetition or None
-        None where no part repeats.
-    """
+    """Look for repetitions in five parts of a picture."""
     side = [min(int(n * _PART), _LARGEST_PART) for n in grey.shape]
     found = []
     for down, right in _PLACES:

@@ -32,30 +32,16 @@ _WEAKEST, _LEAST_AGREEMENT = 0.02, 0.5
 
 @dataclass(frozen=True)
 class Match:
-    """What a capture's pixels say about a grid.
+    """What a capture's pixels say about a grid."""
 
-    Attributes
-    ----------
-    grid
-        The grid, moved to where the pixels have it.
-    seen
-        Whether micro images are seen at its pitch and rotation at all.
-    agreement
-        Of the blocks after the move: 1 if all have the same phase, 0 if phases are random.
-    smoothness
-        Of neighbouring blocks: 1 if phases change smoothly, which distorted grids' do, too.
-    strength
-        Amplitude of the waves as a share of the brightness.
-    moved_px
-        Largest displacement in the picture, in pixels.
-    """
-
-    grid: Grid
-    seen: bool
+    grid: Grid  # moved to where the pixels have it
+    seen: bool  # micro images are seen at its pitch and rotation
+    # Of the blocks after the move: 1 if all have the same phase, 0 if phases are random.
     agreement: float
+    # 1 if phases of neighbouring blocks change smoothly, which distorted grids' do, too.
     smoothness: float
-    strength: float
-    moved_px: float
+    strength: float  # amplitude of the waves as a share of the brightness
+    moved_px: float  # largest displacement in the picture
 
 
 def wave_vectors(grid: Grid) -> Floats:
@@ -116,19 +102,10 @@ def _blocks(image: Image32, grid: Grid, waves: Floats) -> tuple[Floats, Complex,
 
 
 def match_capture(image: Image32, grid: Grid) -> Match:
-    """Measure how far a capture's micro images lie from a grid, and move the grid there.
+    """Measure how far a capture's micro images lie from an affine grid, and move the grid there.
 
-    Parameters
-    ----------
-    image
-        Grey levels of the capture; a mosaic whose colours are about equally bright will do.
-    grid
-        An affine grid (order 1).
-
-    Returns
-    -------
-    Match
-        What was found; the grid as it was where micro images are not seen.
+    A mosaic whose colours are about equally bright will do. The grid stays where micro images are
+    not seen.
     """
     waves = wave_vectors(grid)
     middles, found, level = _blocks(image, grid, waves)

@@ -53,49 +53,18 @@ _SAME_LEVEL = 0.9
 
 @dataclass(frozen=True)
 class Recognition:
-    """What a file is.
+    """What a file is."""
 
-    Attributes
-    ----------
-    kind
-        In a few words.
-    evidence
-        Headings and texts that it follows from.
-    advice
-        Command to go on with, or what to do.
-    micro_image_size
-        M, where it is known.
-    pitch_px
-        Pitch of the micro images, where it is known.
-    white
-        What a white image shows.
-    """
-
-    kind: Kind
-    evidence: Lines
-    advice: tuple[str, ...] = ()
-    micro_image_size: int | None = None
+    kind: Kind  # in a few words
+    evidence: Lines  # headings and texts that it follows from
+    advice: tuple[str, ...] = ()  # command to go on with, or what to do
+    micro_image_size: int | None = None  # M
     pitch_px: float | None = None
-    white: WhiteInspection | None = None
+    white: WhiteInspection | None = None  # what a white image shows
 
 
 def recognise_picture(picture: Picture, name: str, *, is_jpeg: bool = False) -> Recognition:
-    """Recognise a picture.
-
-    Parameters
-    ----------
-    picture
-        Of `plenofir.images.read_picture`.
-    name
-        Its file, for the command to go on with.
-    is_jpeg
-        Whether it was a JPEG.
-
-    Returns
-    -------
-    Recognition
-        "can't tell" where the evidence is thin.
-    """
+    """Recognise a picture; "can't tell" where the evidence is thin."""
     image = picture.pixels
     rows, columns = image.shape[:2]
     size = ("size", f"{columns} x {rows} pixels")

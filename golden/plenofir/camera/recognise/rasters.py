@@ -88,19 +88,9 @@ def periods(grey: Image32, axis: int) -> list[Period]:
 
 
 def find_raster(grey: Image32, *, is_jpeg: bool = False) -> Raster | None:
-    """Tell whether a picture consists of micro images of exactly M x M pixels.
+    """Tell whether a picture consists of micro images of exactly M x M pixels, on both axes.
 
-    Parameters
-    ----------
-    grey
-        Grey levels.
-    is_jpeg
-        Whether it was a JPEG: these have blocks of 8 x 8 pixels of their own.
-
-    Returns
-    -------
-    Raster or None
-        M, where both axes show it.
+    A JPEG has blocks of 8 x 8 pixels of its own.
     """
     along = [periods(grey, axis) for axis in (0, 1)]
     if not all(along):
@@ -143,15 +133,7 @@ def _repeats(grey: Image32, m: int) -> bool:
 def find_mosaic(grey: Image32) -> Mosaic | None:
     """Tell whether a picture consists of alike pictures side by side and above each other.
 
-    Parameters
-    ----------
-    grey
-        Grey levels.
-
-    Returns
-    -------
-    Mosaic or None
-        Rows and columns of views, 2 or more of each.
+    There are 2 rows and columns of them or more.
     """
     scale = max(1, max(grey.shape) // _MOSAIC_SIDE)
     rows, columns = (n // scale * scale for n in grey.shape)

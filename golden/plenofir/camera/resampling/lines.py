@@ -24,18 +24,11 @@ Its raw lines stay while it is shown, those of the last one until its last pixel
 
 @dataclass(frozen=True)
 class RingNeeds:
-    """Lines that the ring must hold.
+    """Lines that the ring must hold."""
 
-    Attributes
-    ----------
-    least
-        Without so many a frame cannot be resampled.
-    full_rate
-        With so many a source without gaps is not refused; None if no number is enough, because the
-        raster has more pixels than the raw frame.
-    """
-
-    least: int
+    least: int  # without so many lines a frame cannot be resampled
+    # With so many a source without gaps is not refused; None if no number is enough, because the
+    # raster has more pixels than the raw frame.
     full_rate: int | None
 
 
@@ -54,17 +47,8 @@ def reach(registers: GridRegisters, tables: Tables) -> tuple[int, int]:
 def line_needs(registers: GridRegisters, tables: Tables) -> tuple[Integers, Integers]:
     """For each line of the raster the last raw line it needs, and the first that is kept for it.
 
-    Parameters
-    ----------
-    registers
-        Where the lenses are.
-    tables
-        Their moves count.
-
-    Returns
-    -------
-    tuple
-        Two arrays of shape (lens rows M,), as `lens_rows.vhd` computes them.
+    Both have the shape (lens rows M,), as `lens_rows.vhd` computes them; moves of the tables
+    count.
     """
     m, bits = registers.micro_image_size, registers.precision
     up, down = reach(registers, tables)
@@ -82,20 +66,7 @@ def line_needs(registers: GridRegisters, tables: Tables) -> tuple[Integers, Inte
 
 
 def ring_needs(registers: GridRegisters, tables: Tables | None = None) -> RingNeeds:
-    """How many raw lines the ring must hold.
-
-    Parameters
-    ----------
-    registers
-        Where the lenses are.
-    tables
-        Their moves count.
-
-    Returns
-    -------
-    RingNeeds
-        The least number, and the number with which a source without gaps is never refused.
-    """
+    """How many raw lines the ring must hold; moves of the tables count."""
     needed, kept = line_needs(registers, tables or Tables())
     least = int((needed - kept).max()) + 1
     rows, columns = registers.image_shape
@@ -127,23 +98,9 @@ def ring_needs_shown(
     """How many raw lines the ring must hold if the raster is shown under the raw frames' timing.
 
     Line i is then taken at the raw line i + spare + `delay_lines`, spare the lines that the raster
-    has fewer than the raw frame: they are shown without gaps, and wait in the ring until then.
-
-    Parameters
-    ----------
-    registers
-        Where the lenses are.
-    tables
-        Their moves count.
-    delay_lines
-        Lines by which the raster is shown later than its last line could be at the soonest.
-    blank_lines
-        Lines from one raw frame to the next, at least.
-
-    Returns
-    -------
-    int
-        The least number.
+    has fewer than the raw frame: they are shown without gaps, and wait in the ring until then. The
+    raster is shown `delay_lines` later than its last line could be at the soonest; `blank_lines`
+    are at least between raw frames. Moves of the tables count.
     """
     needed, kept = line_needs(registers, tables or Tables())
     rows = registers.image_shape[0]

@@ -24,36 +24,16 @@ _LENSES = (3, 150)
 
 @dataclass(frozen=True)
 class DrawnWhite:
-    """A white image and how it was drawn.
+    """A white image and how it was drawn."""
 
-    Attributes
-    ----------
-    image
-        The white image, uint8 or uint16.
-    grid
-        Its true grid.
-    pitch
-        Distance of neighbouring micro images in pixels.
-    damaged
-        Share of the lenses that are missing, dim or merged with a neighbour.
-    noise
-        Standard deviation of the noise as a share of the brightest level.
-    whole
-        Number of lenses, damaged ones too, that lie in the image and the image circle as a whole.
-    sides
-        Rows and columns of lenses that fit into the lit part of the image.
-    name
-        Everything that was drawn, for messages.
-    """
-
-    image: Image
-    grid: Grid
-    pitch: float
-    damaged: float
-    noise: float
-    whole: int
-    sides: tuple[float, float]
-    name: str
+    image: Image  # uint8 or uint16
+    grid: Grid  # the true one
+    pitch: float  # of neighbouring micro images in pixels
+    damaged: float  # share of the lenses that are missing, dim or merged with a neighbour
+    noise: float  # standard deviation as a share of the brightest level
+    whole: int  # lenses, damaged ones too, that lie in the image and the image circle as a whole
+    sides: tuple[float, float]  # rows and columns of lenses that fit into the lit part of the image
+    name: str  # everything that was drawn, for messages
 
     @property
     def must_be_found(self) -> bool:
@@ -61,18 +41,7 @@ class DrawnWhite:
         return self.whole >= 25 and min(self.sides) >= 5 and self.damaged <= 0.2
 
     def errors(self, centres: Floats) -> Floats:
-        """Distances in pixels between centres found and the nearest of the grid.
-
-        Parameters
-        ----------
-        centres
-            (y, x) of the centres found, shape (..., 2), nan where there is none.
-
-        Returns
-        -------
-        Floats
-            One for each centre found.
-        """
+        """Distances in pixels between centres found (y, x), nan: none, and the grid's nearest."""
         found = centres.reshape(-1, 2)
         found = found[~np.isnan(found[:, 0])]
         return np.asarray(np.linalg.norm(self.grid.nearest(found)[2], axis=1))
@@ -80,15 +49,7 @@ class DrawnWhite:
     def missed(self, centres: Floats) -> int:
         """Lenses of the image that have no centre within half a pitch.
 
-        Parameters
-        ----------
-        centres
-            (y, x) of all centres of a grid, lit or not, shape (n, 2).
-
-        Returns
-        -------
-        int
-            Their number.
+        `centres` (n, 2) are all of a grid, (y, x), lit or not.
         """
         truth = centres_within(self.grid, (self.image.shape[0], self.image.shape[1]))
         t, s, _ = self.grid.nearest(centres)
@@ -102,19 +63,8 @@ class DrawnWhite:
 def drawn_white(seed: int, largest_pixels: float = 4e6) -> DrawnWhite:
     """Draw a white image: 3 x 3 to 150 x 150 lenses of 3 to 150 pixels, damaged in many ways.
 
-    Parameters
-    ----------
-    seed
-        Of everything that is drawn.
-    largest_pixels
-        Limit for the number of pixels.
-
-    Returns
-    -------
-    DrawnWhite
-        The image and its truth. Rotations of -45 to 45 degrees, all layouts, up to 30 % of the
-        lenses missing, dim or merged, image circles, up to 95 % vignetting, up to 15 % noise, 8 to
-        16 bits.
+    Rotations of -45 to 45 degrees, all layouts, up to 30 % of the lenses missing, dim or merged,
+    image circles, up to 95 % vignetting, up to 15 % noise, 8 to 16 bits.
     """
     rng = np.random.default_rng(seed)
     most = np.sqrt(largest_pixels)

@@ -37,20 +37,7 @@ CROSSINGS: dict[str, tuple[tuple[str | None, str], ...]] = {
 
 
 def check_pins(constraints: Constraints, top_text: str) -> list[str]:
-    """Ports and pins: each has the other, no ball twice, standards, pairs, banks.
-
-    Parameters
-    ----------
-    constraints
-        The board's constraints.
-    top_text
-        Source of the top level.
-
-    Returns
-    -------
-    list of str
-        Problems.
-    """
+    """Ports and pins: each has the other, no ball twice, standards, pairs, banks."""
     ports = top_ports(top_text)
     out = [f"port {bit} has no LOC" for bit in ports if "LOC" not in constraints.pins.get(bit, {})]
     out += [f"pin {net} is no port of {TOP}" for net in constraints.pins if net not in ports]
@@ -123,22 +110,7 @@ def _check_pairs(constraints: Constraints, located: Mapping[str, Pin]) -> list[s
 
 
 def check_clocks(constraints: Constraints, netlist: Netlist, top_text: str) -> list[str]:
-    """Clocks: each has a period, comes in where clocks can, and crossings are not timed.
-
-    Parameters
-    ----------
-    constraints
-        The board's constraints.
-    netlist
-        The design.
-    top_text
-        Source of the top level.
-
-    Returns
-    -------
-    list of str
-        Problems.
-    """
+    """Clocks: each has a period, comes in where clocks can, and crossings are not timed."""
     out = []
     ports = top_ports(top_text)
     kept = set(re.findall(r'attribute keep of (\w+)\s*: signal is "TRUE"', top_text))
@@ -249,18 +221,7 @@ def _check_untimed(constraints: Constraints, top_text: str, kept: set[str]) -> l
 
 
 def check_sites(counts: Mapping[str, int]) -> list[str]:
-    """Primitives: the device has them, and enough of each.
-
-    Parameters
-    ----------
-    counts
-        Primitive to how many of it there are.
-
-    Returns
-    -------
-    list of str
-        Problems.
-    """
+    """Primitives: the device has them, and enough of each."""
     out = [f"{name} is no primitive of the device" for name in counts if not _is_known(name)]
     sites: Counter[str] = Counter()
     for name, number in counts.items():
@@ -281,20 +242,7 @@ def _is_known(primitive: str) -> bool:
 
 
 def check_serial_banks(constraints: Constraints, netlist: Netlist) -> list[str]:
-    """Serial clocks: a BUFPLL reaches the serialisers of one bank, and a bank has two.
-
-    Parameters
-    ----------
-    constraints
-        The board's constraints.
-    netlist
-        The design.
-
-    Returns
-    -------
-    list of str
-        Problems.
-    """
+    """Serial clocks: a BUFPLL reaches the serialisers of one bank, and a bank has two."""
     out = []
     bufplls: Counter[int] = Counter()
     by_path = {place.path: place for place in netlist.places}
@@ -330,18 +278,7 @@ def _banks_of(place: Place, constraints: Constraints) -> list[tuple[str, int]]:
 
 
 def check_project(lines: Sequence[str]) -> list[str]:
-    """The project file: it lists every source once, other boards' excepted, and no other.
-
-    Parameters
-    ----------
-    lines
-        Of the project file.
-
-    Returns
-    -------
-    list of str
-        Problems.
-    """
+    """The project file: it lists every source once, other boards' excepted, and no other."""
     listed = [source_of_line(line) for line in lines]
     out = [f"{path}: no such file" for path in listed if not path.is_file()]
     out += [f"{path} is listed twice" for path, number in Counter(listed).items() if number > 1]
@@ -358,22 +295,7 @@ def check_project(lines: Sequence[str]) -> list[str]:
 
 
 def elaborate(sources: Sequence[Path], folder: Path) -> tuple[list[str], Counter[str]]:
-    """Analyse the sources in their order as VHDL-93, and elaborate the top level.
-
-    Parameters
-    ----------
-    sources
-        In the order of the project file.
-    folder
-        Empty folder to work in.
-
-    Returns
-    -------
-    list of str
-        Problems.
-    Counter
-        Each primitive and how often it occurs.
-    """
+    """Analyse the sources as VHDL-93 and elaborate the top: problems, number of each primitive."""
     simulator = find_simulator("ghdl", brief=True)
     environment = {**os.environ, **simulator.environment}
     standard = ["--std=93", "--syn-binding"]
@@ -402,18 +324,7 @@ def elaborate(sources: Sequence[Path], folder: Path) -> tuple[list[str], Counter
 
 
 def check_options(folder: Path) -> list[str]:
-    """Option files: all are there, and each line is an option.
-
-    Parameters
-    ----------
-    folder
-        Of the option files.
-
-    Returns
-    -------
-    list of str
-        Problems.
-    """
+    """Option files: all are there, and each line is an option."""
     out = []
     for name in OPTION_FILES:
         try:
@@ -430,17 +341,9 @@ Report = Callable[[str, Sequence[str], str], None]
 
 
 def run_checks(report: Report) -> int:
-    """Run all checks.
+    """Run all checks and count the problems.
 
-    Parameters
-    ----------
-    report
-        Called with the name of each check, its problems, and what was found.
-
-    Returns
-    -------
-    int
-        Number of problems.
+    `report` is called with the name of each check, its problems, and what was found.
     """
     total = 0
 

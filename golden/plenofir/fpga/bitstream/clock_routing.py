@@ -33,20 +33,7 @@ class GlobalBuffer:
 
 
 def check_clock_routing(constraints: Constraints, netlist: Netlist) -> list[str]:
-    """Ways of the clocks: from pins, BUFIO2s, DCMs and PLLs to clock multiplexers and BUFPLLs.
-
-    Parameters
-    ----------
-    constraints
-        The board's constraints.
-    netlist
-        The design.
-
-    Returns
-    -------
-    list of str
-        Problems.
-    """
+    """Ways of the clocks: from pins, BUFIO2s, DCMs and PLLs to clock multiplexers and BUFPLLs."""
     drivers = _drivers(netlist)
     out = _check_routes(netlist, drivers)
     if not out:
@@ -96,19 +83,7 @@ def global_buffers(
 ) -> list[GlobalBuffer]:
     """Find the buffers that need a clock multiplexer, and the lines that their inputs can use.
 
-    Parameters
-    ----------
-    constraints
-        The board's constraints.
-    netlist
-        The design.
-    drivers
-        What drives the nets, if it is known already.
-
-    Returns
-    -------
-    list of GlobalBuffer
-        Those of the source, and those that XST puts behind clock pins.
+    They are those of the source, and those that XST puts behind clock pins.
     """
     drivers = _drivers(netlist) if drivers is None else drivers
     ports = {
@@ -161,21 +136,9 @@ def can_place(
     taken: frozenset[int] = frozenset(),
     lines: Mapping[int, Net] | None = None,
 ) -> bool:
-    """Whether all buffers find a clock multiplexer.
+    """Whether all buffers find a clock multiplexer; those with the fewest choices come first.
 
-    Parameters
-    ----------
-    buffers
-        Those that have none yet, the ones with the fewest choices first.
-    taken
-        Clock multiplexers that others have.
-    lines
-        Lines that are in use, with their nets.
-
-    Returns
-    -------
-    bool
-        Whether there is a way.
+    `taken` are multiplexers that others have, `lines` the lines in use, with their nets.
     """
     if not buffers:
         return True

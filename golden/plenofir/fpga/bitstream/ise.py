@@ -73,23 +73,7 @@ def warning_file() -> Path:
 
 
 def read_options(path: Path) -> list[str]:
-    """Read an option file: an option a line, ``#`` begins a comment.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Returns
-    -------
-    list of str
-        Options with their values.
-
-    Raises
-    ------
-    InputError
-        If the file is missing or a line is no option.
-    """
+    """Read an option file: an option a line, ``#`` begins a comment."""
     if not path.is_file():
         raise InputError("no such file", where=str(path), expected="an option file")
     options = []
@@ -107,29 +91,12 @@ def read_options(path: Path) -> list[str]:
 
 @dataclass(frozen=True)
 class Installation:
-    """Where the tools are.
+    """Where the tools are."""
 
-    Attributes
-    ----------
-    folder
-        ISE_DS folder whose settings are read first, or None if the tools are on the PATH.
-    """
-
-    folder: Path | None
+    folder: Path | None  # ISE_DS, whose settings are read first; None: the tools are on the PATH
 
     def command(self, words: Sequence[str]) -> list[str]:
-        """Command that runs a tool.
-
-        Parameters
-        ----------
-        words
-            The tool and its arguments.
-
-        Returns
-        -------
-        list of str
-            With the settings of ISE, if they have to be read.
-        """
+        """Command that runs a tool, with the settings of ISE if they have to be read."""
         if self.folder is None:
             return list(words)
         # The settings file takes its own place as its argument; what it prints is of no use.
@@ -137,13 +104,7 @@ class Installation:
         return ["bash", "-c", script, "bash", str(self.folder), *words]
 
     def environment(self) -> dict[str, str]:
-        """Environment of a tool.
-
-        Returns
-        -------
-        dict
-            That of the caller, with the library path as it was before the Makefile took it away.
-        """
+        """The caller's environment; the library path as before the Makefile emptied it."""
         environment = dict(os.environ)
         library_path = environment.pop(SAVED_LIBRARY_PATH, "")
         if library_path:
@@ -152,23 +113,7 @@ class Installation:
 
 
 def find_installation(ise: str = "") -> Installation:
-    """Find ISE: where the user says, on the PATH, or where its installer puts it.
-
-    Parameters
-    ----------
-    ise
-        ISE_DS folder, or empty.
-
-    Returns
-    -------
-    Installation
-        Where the tools are.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Find ISE: where the user says, on the PATH, or where its installer puts it."""
     if ise:
         if not (Path(ise) / "settings64.sh").is_file():
             raise InputError(
@@ -191,39 +136,17 @@ def find_installation(ise: str = "") -> Installation:
 
 @dataclass(frozen=True)
 class BuildReport:
-    """What ``report.json`` holds.
+    """What ``report.json`` holds."""
 
-    Attributes
-    ----------
-    part
-        Device, package, speed grade.
-    generics
-        Generics of the top level.
-    utilisation
-        Kind of site: used, there.
-    timing
-        What TRCE says of each constraint.
-    clocks
-        Clock behind a PLL to the constraint that the tools derived for it.
-    trimmed
-        Module to the number of its registers that XST took away as constant or not read.
-    warnings
-        Those that matter.
-    other_warnings
-        Number of warnings that ``scripts/ise/warnings.txt`` calls unimportant.
-    seconds
-        Time that each tool took.
-    """
-
-    part: str
+    part: str  # device, package, speed grade
     generics: dict[str, Value]
-    utilisation: dict[str, tuple[int, int]]
+    utilisation: dict[str, tuple[int, int]]  # kind of site: used, there
     timing: list[Timing]
-    clocks: dict[str, str]
-    trimmed: dict[str, int]
-    warnings: list[Message]
-    other_warnings: int
-    seconds: dict[str, float]
+    clocks: dict[str, str]  # clock behind a PLL to the constraint that the tools derived for it
+    trimmed: dict[str, int]  # registers that XST took away as constant or not read, by module
+    warnings: list[Message]  # those that matter
+    other_warnings: int  # those that ``scripts/ise/warnings.txt`` calls unimportant
+    seconds: dict[str, float]  # of each tool
 
 
 def _commands(constraints: Path, options: Mapping[str, list[str]]) -> dict[str, list[str]]:
@@ -258,21 +181,9 @@ _RESULTS = {
 
 
 def xst_script(options: Sequence[str], top: str = TOP, part: str = "") -> str:
-    """The script that XST runs.
+    """The script that XST runs for the project file named `top`; an empty part is the board's.
 
-    Parameters
-    ----------
-    options
-        Options of ``scripts/ise/xst.opt``.
-    top
-        Entity, also the name of the project file.
-    part
-        Device, speed grade and package; the board's if empty.
-
-    Returns
-    -------
-    str
-        Its text; the folder ``xst`` beside it is for XST's temporary files.
+    The folder ``xst`` beside it is for XST's temporary files.
     """
     lines = [
         *('set -tmpdir "xst"', 'set -xsthdpdir "xst"', "run", f"-ifn {top}.prj", f"-ofn {top}"),
@@ -288,31 +199,12 @@ def build(
     progress: Progress,
     packages: Mapping[str, str] | None = None,
 ) -> BuildReport:
-    """Build the bitstream.
+    """Build the bitstream; what is returned is also written to ``report.json``.
 
-    Parameters
-    ----------
-    installation
-        Where the tools are.
-    changed
-        Generics of the top level that differ from their defaults.
-    out
-        Folder for bitstream, reports and logs.
-    progress
-        Called with the tool's name, how many are done, and how many there are.
-    packages
-        VHDL packages in place of the board's own: name to text.
-
-    Returns
-    -------
-    BuildReport
-        Also written to ``report.json``.
-
-    Raises
-    ------
-    InputError
-        If the device is too small, a tool fails or gives a warning that is fatal, a clock or a path
-        is not timed, or timing is not met. Then there is no bitstream.
+    `changed` are generics of the top level that differ from their defaults, `packages` VHDL
+    packages in place of the board's own (name to text). There is no bitstream if the device is too
+    small, a tool fails or gives a warning that is fatal, a clock or a path is not timed, or timing
+    is not met.
     """
     generics = {**default_generics(), **changed}
     source = top_with_generics(changed)
@@ -432,22 +324,7 @@ def _check_warnings(
 def check_timing(timing: Sequence[Timing], report: Path) -> dict[str, str]:
     """Refuse a design that was not timed as a whole, or is too slow.
 
-    Parameters
-    ----------
-    timing
-        What TRCE says of each constraint.
-    report
-        Its file, for messages.
-
-    Returns
-    -------
-    dict
-        Clock behind a PLL to the constraint that the tools derived for it.
-
-    Raises
-    ------
-    InputError
-        If a clock has no constraint with paths, a path is in no constraint, or one is too slow.
+    Returns the constraint that the tools derived for each clock behind a PLL.
     """
     places = derived(timing, ROOT_CONSTRAINT)
     found = {entry.constraint: places.get(entry.constraint) for entry in timing if entry.paths}

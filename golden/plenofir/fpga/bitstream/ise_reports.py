@@ -26,22 +26,7 @@ _MESSAGE = re.compile(r"^\s*(WARNING|ERROR):(\w+(?::\d+)?) - (.*)$")
 
 
 def messages(tool: str, log: str, severity: str) -> list[Message]:
-    """Messages of a log, those with one code and text together.
-
-    Parameters
-    ----------
-    tool
-        Whose log it is.
-    log
-        Its text.
-    severity
-        WARNING or ERROR.
-
-    Returns
-    -------
-    list of Message
-        In the order of their first appearance.
-    """
+    """Messages of a log, those with one code and text together."""
     found: dict[tuple[str, str], int] = {}
     lines = log.splitlines()
     for i, line in enumerate(lines):
@@ -67,23 +52,7 @@ class Treatment(StrEnum):
 
 
 def treatments(path: Path) -> dict[str, Treatment]:
-    """Read what the build does with which warnings.
-
-    Parameters
-    ----------
-    path
-        File with a treatment and a code a line, and the reason behind ``#``.
-
-    Returns
-    -------
-    dict
-        Code to treatment.
-
-    Raises
-    ------
-    InputError
-        If a line is something else.
-    """
+    """Read what is done with which warnings: a treatment and a code a line, then ``#`` and why."""
     out: dict[str, Treatment] = {}
     for number, line in enumerate(path.read_text().splitlines(), 1):
         words = line.split("#", 1)[0].split()
@@ -102,15 +71,7 @@ def treatments(path: Path) -> dict[str, Treatment]:
 def trimmed_by_module(warnings: Iterable[Message]) -> dict[str, int]:
     """Count registers that XST took away, for each module: many where few are meant are a fault.
 
-    Parameters
-    ----------
-    warnings
-        Those that say so.
-
-    Returns
-    -------
-    dict
-        Module to number, the largest first.
+    The largest number comes first.
     """
     counts: Counter[str] = Counter()
     for warning in warnings:
@@ -120,56 +81,23 @@ def trimmed_by_module(warnings: Iterable[Message]) -> dict[str, int]:
 
 
 def latches(log: str) -> int:
-    """Latches that XST inferred, as its synthesis reports count them.
-
-    Parameters
-    ----------
-    log
-        Text of XST's log.
-
-    Returns
-    -------
-    int
-        Their number (of vectors, as XST counts).
-    """
+    """Number of latches (vectors) that XST inferred, as its synthesis reports count them."""
     return max(map(int, re.findall(r"^# Latches\s*: (\d+)", log, re.M)), default=0)
 
 
 @dataclass(frozen=True)
 class Timing:
-    """What TRCE says of one constraint.
-
-    Attributes
-    ----------
-    constraint
-        Its text.
-    paths
-        Number of paths analysed.
-    errors
-        Number of those that are too slow or too fast.
-    best
-        Shortest period or delay that would be met, in ns; None if nothing was analysed.
-    """
+    """What TRCE says of one constraint."""
 
     constraint: str
-    paths: int
-    errors: int
+    paths: int  # analysed
+    errors: int  # paths that are too slow or too fast
+    # Shortest period or delay that would be met, in ns; None: nothing was analysed.
     best: float | None
 
 
 def read_timing(report: str) -> list[Timing]:
-    """Read TRCE's report.
-
-    Parameters
-    ----------
-    report
-        Text of the ``.twr`` file.
-
-    Returns
-    -------
-    list of Timing
-        One for each constraint.
-    """
+    """Read TRCE's report (``.twr``): one entry for each constraint."""
     out = []
     for section in report.split("Timing constraint: ")[1:]:
         constraint = " ".join(re.split(r";|\n\s*\n|\nFor more", section, maxsplit=1)[0].split())
@@ -195,17 +123,8 @@ _PERIOD = re.compile(
 def derived(timing: Sequence[Timing], root: str) -> dict[str, tuple[int, float]]:
     """Find the constraints that NGDBuild derived from one, through PLLs and PLLs behind them.
 
-    Parameters
-    ----------
-    timing
-        What TRCE says of each constraint.
-    root
-        Name of the constraint that they come from; its period is in ns.
-
-    Returns
-    -------
-    dict
-        Text of each to how many PLLs it is behind, and how many times the root's frequency it has.
+    Text of each to how many PLLs it is behind, and how many times the root's frequency it has; the
+    root's period is in ns.
     """
     found = [(match, entry) for entry in timing if (match := _PERIOD.match(entry.constraint))]
     names = {root: (0, 1.0)}
@@ -240,18 +159,7 @@ _SHOWN = (
 
 
 def read_utilisation(report: str) -> dict[str, tuple[int, int]]:
-    """Read Map's report.
-
-    Parameters
-    ----------
-    report
-        Text of the ``.mrp`` file.
-
-    Returns
-    -------
-    dict
-        Kind of site to how many are used, and how many there are.
-    """
+    """Read Map's report (``.mrp``): kind of site to how many are used, and how many there are."""
     found = {
         match[1]: (int(match[2].replace(",", "")), int(match[3].replace(",", "")))
         for match in _UTILISATION.finditer(report)

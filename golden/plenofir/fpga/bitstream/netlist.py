@@ -17,18 +17,7 @@ Net = tuple[str, str]
 
 
 def base_name(actual: str) -> str:
-    """The signal of an actual: ``bus(3)`` is a part of ``bus``; expressions have none.
-
-    Parameters
-    ----------
-    actual
-        What a port is joined to.
-
-    Returns
-    -------
-    str
-        Name, or an empty text.
-    """
+    """The signal of an actual: ``bus(3)`` is a part of ``bus``; expressions have none."""
     name = actual.split("(", 1)[0].strip()
     return name if name.isidentifier() and name != "open" else ""
 
@@ -43,34 +32,15 @@ class Place:
 
 @dataclass
 class Netlist:
-    """Nets and clocks of a design.
-
-    Attributes
-    ----------
-    places
-        All instances.
-    clock_nets
-        Nets that registers are clocked by.
-    """
+    """Nets and clocks of a design."""
 
     places: list[Place] = field(default_factory=list)
-    clock_nets: set[Net] = field(default_factory=set)
+    clock_nets: set[Net] = field(default_factory=set)  # that registers are clocked by
     _parent: dict[Net, Net] = field(default_factory=dict)
     _arcs: list[tuple[Net, Net, bool]] = field(default_factory=list)
 
     def same(self, net: Net) -> Net:
-        """One name for all names of a net, that nearest to the top.
-
-        Parameters
-        ----------
-        net
-            Any of its names.
-
-        Returns
-        -------
-        tuple
-            The one that stands for it.
-        """
+        """One name for all names of a net, that nearest to the top."""
         while net in self._parent:
             net = self._parent[net]
         return net
@@ -82,52 +52,15 @@ class Netlist:
             self._parent[lower] = upper
 
     def port(self, place: Place, name: str) -> Net:
-        """Net that a port of an instance is joined to.
-
-        Parameters
-        ----------
-        place
-            The instance.
-        name
-            The port.
-
-        Returns
-        -------
-        tuple
-            The net.
-        """
+        """Net that a port of an instance is joined to."""
         return self.same((place.path, name))
 
     def all_of(self, entity: str) -> list[Place]:
-        """Instances of an entity or component.
-
-        Parameters
-        ----------
-        entity
-            Its name.
-
-        Returns
-        -------
-        list of Place
-            Wherever they are.
-        """
+        """Instances of an entity or component."""
         return [place for place in self.places if place.instance.of == entity]
 
     def reach(self, net: Net, *, through_synthesizers: bool = False) -> set[Net]:
-        """Nets that carry the same clock: behind buffers, and PLLs and DCMs if wanted.
-
-        Parameters
-        ----------
-        net
-            Where to begin.
-        through_synthesizers
-            Whether to go on behind PLLs and DCMs.
-
-        Returns
-        -------
-        set
-            Nets, the first one included.
-        """
+        """Nets of the same clock: `net`, those behind buffers and, if wanted, PLLs and DCMs."""
         found = {self.same(net)}
         while True:
             more = {
@@ -140,17 +73,7 @@ class Netlist:
             found |= more
 
     def add(self, text: str, sources: Mapping[str, str], path: str = "") -> None:
-        """Take in an entity and all below it.
-
-        Parameters
-        ----------
-        text
-            Its source.
-        sources
-            Entity to its source.
-        path
-            Path of the instance.
-        """
+        """Take in an entity and all below it."""
         self.clock_nets |= {(path, name) for name in clocks(text)}
         for target, source in renamings(text):
             self._join((path, target), (path, source))
@@ -173,20 +96,7 @@ class Netlist:
 
 
 def read_netlist(top: str, sources: Mapping[str, str]) -> Netlist:
-    """Follow a design down from its top level.
-
-    Parameters
-    ----------
-    top
-        Entity at the top.
-    sources
-        Entity to its source.
-
-    Returns
-    -------
-    Netlist
-        Its nets and clocks.
-    """
+    """Follow a design down from its top level."""
     netlist = Netlist()
     netlist.add(sources[top], sources)
     # Ports of one net can be joined after it was first noted.
@@ -195,16 +105,5 @@ def read_netlist(top: str, sources: Mapping[str, str]) -> Netlist:
 
 
 def top_ports(text: str) -> dict[str, str]:
-    """Bits of the ports of the top level.
-
-    Parameters
-    ----------
-    text
-        Its source.
-
-    Returns
-    -------
-    dict
-        Bit (``led<0>``) to mode.
-    """
+    """Bits of the ports of the top level (``led<0>``) to their modes."""
     return {bit: port.mode for port in declarations(text, "port") for bit in port.bits()}

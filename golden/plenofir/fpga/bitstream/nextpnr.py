@@ -59,115 +59,56 @@ _CLOCK_NETS = {
 
 
 class ClockTiming(BaseModel):
-    """What a clock was to reach, and what it reaches.
-
-    Attributes
-    ----------
-    clock
-        Net.
-    wanted_mhz, reached_mhz
-        Fastest clock of the build, and the one that the placed design keeps.
-    """
+    """What a clock was to reach, and what it reaches."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     clock: str
-    wanted_mhz: float
-    reached_mhz: float
+    wanted_mhz: float  # fastest clock of the build
+    reached_mhz: float  # what the placed design keeps
 
 
 class CrossingTiming(BaseModel):
-    """Longest way of words between two clocks, and the time there is.
-
-    Attributes
-    ----------
-    crossing
-        Both clocks.
-    wanted_ns, reached_ns
-        Time there is, and the one that the placed design needs.
-    """
+    """Longest way of words between two clocks, and the time there is."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    crossing: str
-    wanted_ns: float
-    reached_ns: float
+    crossing: str  # both clocks
+    wanted_ns: float  # time there is
+    reached_ns: float  # time that the placed design needs
 
 
 class NextpnrReport(BaseModel):
-    """What ``report.json`` of a build holds.
-
-    Attributes
-    ----------
-    board, device, top
-        What was built, and for what.
-    generics
-        Generics that differ from the top level's defaults.
-    clocks_mhz
-        Slowest and fastest pixel clock that the build takes.
-    timing
-        Each clock.
-    crossings
-        Ways between clocks that are not asynchronous.
-    utilisation
-        Resource to what is used and what there is.
-    tools
-        Versions.
-    seconds
-        Processor time that each tool took.
-    """
+    """What ``report.json`` of a build holds."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     board: str
     device: str
     top: str
-    generics: dict[str, int | bool | str]
-    clocks_mhz: tuple[float, float]
+    generics: dict[str, int | bool | str]  # those that differ from the top level's defaults
+    clocks_mhz: tuple[float, float]  # slowest and fastest pixel clock that the build takes
     timing: tuple[ClockTiming, ...]
-    crossings: tuple[CrossingTiming, ...]
-    utilisation: dict[str, tuple[int, int]]
-    tools: dict[str, str]
-    seconds: dict[str, float]
+    crossings: tuple[CrossingTiming, ...]  # ways between clocks that are not asynchronous
+    utilisation: dict[str, tuple[int, int]]  # resource: used, there
+    tools: dict[str, str]  # versions
+    seconds: dict[str, float]  # processor time of each tool
 
 
 def load_builds() -> dict[str, NextpnrReport]:
-    """Read the recorded builds.
-
-    Returns
-    -------
-    dict
-        Scene to report.
-    """
+    """Read the recorded builds, by scene."""
     content = json.loads(RECORDED.read_text())
     return {name: NextpnrReport.model_validate(build) for name, build in content.items()}
 
 
 def save_builds(builds: Mapping[str, NextpnrReport]) -> None:
-    """Record builds, a scene a line.
-
-    Parameters
-    ----------
-    builds
-        Scene to report.
-    """
+    """Record builds, a scene a line."""
     lines = [f"  {json.dumps(name)}: {build.model_dump_json()}" for name, build in builds.items()]
     RECORDED.write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
 
 def range_generics(clock_range: int) -> dict[str, int | bool | str]:
-    """Generics of a top level that take a range of pixel clocks, with the test pattern it can show.
-
-    Parameters
-    ----------
-    clock_range
-        One of `plenofir.fpga.hdmi.modes.CLOCK_RANGES`.
-
-    Returns
-    -------
-    dict
-        Name to value.
-    """
+    """Generics of a top level for a range of pixel clocks, with the test pattern it can show."""
     divide, mode = OWN_CLOCKS[clock_range]
     parts = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
     pattern = {f"PATTERN_{part.upper()}": getattr(mode, part) for part in parts}
@@ -218,27 +159,7 @@ def _net(name: str) -> str:
 def read_timing(
     content: Mapping[str, Any], board: Board, fastest_mhz: float
 ) -> tuple[ClockTiming, ...]:
-    """Read what nextpnr's report says of each clock.
-
-    Parameters
-    ----------
-    content
-        The report.
-    board
-        The board.
-    fastest_mhz
-        Fastest pixel clock.
-
-    Returns
-    -------
-    tuple of ClockTiming
-        One for each clock of the top level.
-
-    Raises
-    ------
-    InputError
-        If a clock is not in the report, or was placed for another frequency.
-    """
+    """Read what nextpnr's report says of each clock."""
     found = {_net(name): clock for name, clock in content["fmax"].items()}
     timing = []
     for clock, wanted in wanted_clocks(board, fastest_mhz).items():
@@ -255,20 +176,7 @@ def read_timing(
 
 
 def read_crossings(content: Mapping[str, Any], fastest_mhz: float) -> tuple[CrossingTiming, ...]:
-    """Read how long words take between the lanes' clock and the pixel clock.
-
-    Parameters
-    ----------
-    content
-        nextpnr's report.
-    fastest_mhz
-        Fastest pixel clock.
-
-    Returns
-    -------
-    tuple of CrossingTiming
-        Both directions.
-    """
+    """Read how long words take between the lanes' clock and the pixel clock, in both directions."""
     there = round(_APART * 1000 / (5 * fastest_mhz), 2)
     crossings = []
     for path in content["critical_paths"]:
@@ -284,20 +192,7 @@ def read_crossings(content: Mapping[str, Any], fastest_mhz: float) -> tuple[Cros
 def check_timing(
     timing: tuple[ClockTiming, ...], crossings: tuple[CrossingTiming, ...], where: Path
 ) -> None:
-    """Refuse a design that is too slow.
-
-    Parameters
-    ----------
-    timing, crossings
-        What was read.
-    where
-        Report, for the message.
-
-    Raises
-    ------
-    InputError
-        With both numbers.
-    """
+    """Refuse a design that is too slow."""
     for clock in timing:
         if clock.reached_mhz < clock.wanted_mhz:
             raise InputError(
@@ -353,35 +248,12 @@ def build(
     progress: Progress,
     packages: Mapping[str, str] | None = None,
 ) -> NextpnrReport:
-    """Build the bitstream of a board with an ECP5.
+    """Build the bitstream of a board with an ECP5; the result is also in ``report.json``.
 
-    Parameters
-    ----------
-    board
-        The board.
-    device
-        One of its devices.
-    changed
-        Generics of the refocuser that differ from the top level's defaults.
-    clock_range
-        Pixel clocks to build for, one of the board's; 0 for a board without HDMI.
-    out
-        Folder for bitstream, report and logs.
-    progress
-        Called with the tool's name, how many are done, and how many there are.
-    packages
-        VHDL packages in place of the board's own: name to text.
-
-    Returns
-    -------
-    NextpnrReport
-        Also written to ``report.json``.
-
-    Raises
-    ------
-    InputError
-        If a tool is missing or fails, the device is too small, or timing is not met. Then there is
-        no bitstream.
+    `changed` are generics of the refocuser that differ from the top level's defaults,
+    `clock_range` one of the board's (0 for a board without HDMI), `packages` VHDL packages in
+    place of the board's own (name to text). There is no bitstream if a tool fails, the device is
+    too small, or timing is not met.
     """
     tools = _tools()
     slowest, fastest = 0.0, 1000 * board.pixel_mhz

@@ -17,18 +17,10 @@ _FOLDER = project.DATA / "devices"
 
 @dataclass(frozen=True)
 class Pin:
-    """One ball of the package.
-
-    Attributes
-    ----------
-    ball
-        Letter and number.
-    name
-        Its name, ``IO_L43P_GCLK5_M1DQ4_1`` or ``GND``.
-    """
+    """One ball of the package."""
 
     ball: str
-    name: str
+    name: str  # ``IO_L43P_GCLK5_M1DQ4_1`` or ``GND``
 
     @property
     def is_io(self) -> bool:
@@ -69,13 +61,7 @@ class Pin:
 
 @cache
 def pins() -> dict[str, Pin]:
-    """Pins of the package.
-
-    Returns
-    -------
-    dict
-        Ball to pin.
-    """
+    """Pins of the package by their balls."""
     with (_FOLDER / "csg324.csv").open(newline="") as file:
         return {row["ball"]: Pin(row["ball"], row["name"]) for row in csv.DictReader(file)}
 
@@ -101,49 +87,25 @@ class ClockLines(BaseModel):
 
 
 class Device(BaseModel):
-    """What ``data/devices/xc6slx45.toml`` holds.
-
-    Attributes
-    ----------
-    part
-        As the tools take it.
-    package
-        Of the pins.
-    sites
-        Kind of site to their number.
-    primitives
-        Primitive to the kind of site that it takes.
-    buffers, synthesizers
-        Clock primitive to its inputs and, of each, the outputs.
-    routes
-        Input of a clock primitive to the outputs that have a way to it, as patterns.
-    clock_lines
-        Lines that end at the clock multiplexers.
-    io
-        What banks can do.
-    """
+    """What ``data/devices/xc6slx45.toml`` holds."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     part: str
     package: str
-    sites: dict[str, int]
-    primitives: dict[str, str]
+    sites: dict[str, int]  # number of each kind
+    primitives: dict[str, str]  # to the kind of site that each takes
+    # Clock primitive to its inputs and, of each, the outputs.
     buffers: dict[str, dict[str, list[str]]]
-    synthesizers: dict[str, dict[str, list[str]]]
+    synthesizers: dict[str, dict[str, list[str]]]  # likewise
+    # Input of a clock primitive to patterns of the outputs that have a way to it.
     routes: dict[str, list[str]]
-    clock_lines: ClockLines
-    io: IoRules
+    clock_lines: ClockLines  # that end at the clock multiplexers
+    io: IoRules  # what banks can do
 
 
 @cache
 def device() -> Device:
-    """Read the device file.
-
-    Returns
-    -------
-    Device
-        The XC6SLX45.
-    """
+    """Read the device file."""
     content: dict[str, Any] = tomllib.loads((_FOLDER / "xc6slx45.toml").read_text())
     return Device.model_validate(content)

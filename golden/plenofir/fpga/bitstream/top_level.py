@@ -26,34 +26,12 @@ _STACK_GENERICS = ("MICRO_IMAGE_SIZE", "SHIFTS", "MAX_COLUMNS")
 
 
 def top_source(top: str = TOP) -> Path:
-    """Source of a top level.
-
-    Parameters
-    ----------
-    top
-        Its entity.
-
-    Returns
-    -------
-    Path
-        The file.
-    """
+    """Source of a top level."""
     return project.root() / "hdl" / "board" / f"{top}.vhd"
 
 
 def project_lines(replaced: Mapping[Path, Path] | None = None) -> list[str]:
-    """Lines of ISE's project file, in the order of analysis.
-
-    Parameters
-    ----------
-    replaced
-        Sources that others take the place of.
-
-    Returns
-    -------
-    list of str
-        One for each source.
-    """
+    """Lines of ISE's project file in the order of analysis, some sources replaced by others."""
     paths = (path if replaced is None else replaced.get(path, path) for path in _sources())
     return [f'vhdl work "{path}"' for path in paths]
 
@@ -63,23 +41,7 @@ def _sources() -> list[Path]:
 
 
 def source_of_line(line: str) -> Path:
-    """File that a line of a project file names.
-
-    Parameters
-    ----------
-    line
-        The line.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the line is none of VHDL into the library work.
-    """
+    """File that a line of a project file names; it must be VHDL for the library work."""
     found = re.fullmatch(r'vhdl work "([^"]+)"', line)
     if found is None:
         raise InputError(f"{line!r}", where="project file", expected='vhdl work "path"')
@@ -87,18 +49,7 @@ def source_of_line(line: str) -> Path:
 
 
 def default_generics(top: str = TOP) -> dict[str, Value]:
-    """Generics of a top level that decide what is built, with their defaults.
-
-    Parameters
-    ----------
-    top
-        Its entity.
-
-    Returns
-    -------
-    dict
-        Name to value.
-    """
+    """Generics of a top level that decide what is built, with their defaults."""
     values: dict[str, Value] = {}
     for generic in declarations(top_source(top).read_text(), "generic"):
         if generic.type_name == "boolean":
@@ -116,23 +67,6 @@ def top_with_generics(values: Mapping[str, Value], top: str = TOP) -> str:
     XST's own way to set generics (``-generics {A=1 B=2}``) separates them by blanks, and a set of
     slices has blanks in it; so it is the defaults that are changed. Lines stay where they are, for
     the sake of messages.
-
-    Parameters
-    ----------
-    values
-        Generic to value.
-    top
-        Entity of the top level.
-
-    Returns
-    -------
-    str
-        The source.
-
-    Raises
-    ------
-    InputError
-        If there is no such generic, or the value is of another type.
     """
     text = top_source(top).read_text()
     known = default_generics(top)
@@ -163,22 +97,9 @@ def top_with_generics(values: Mapping[str, Value], top: str = TOP) -> str:
 
 
 def configuration(values: Mapping[str, Value]) -> CoreConfiguration:
-    """Configuration of the refocuser that a set of generics means.
+    """Configuration of the refocuser that a complete set of generics means.
 
-    Parameters
-    ----------
-    values
-        Generics of the top level, complete.
-
-    Returns
-    -------
-    CoreConfiguration
-        With three channels of 8 bits, or a channel of PIXEL_BITS.
-
-    Raises
-    ------
-    InputError
-        If a value is out of its range.
+    It has three channels of 8 bits, or a channel of PIXEL_BITS.
     """
     try:
         return _configuration(values)
@@ -194,23 +115,8 @@ def configuration(values: Mapping[str, Value]) -> CoreConfiguration:
 def board_generics(core: CoreConfiguration, top: str = TOP) -> dict[str, Value]:
     """Generics of a top level that mean a configuration of the refocuser.
 
-    Parameters
-    ----------
-    core
-        Configuration.
-    top
-        Entity of the top level.
-
-    Returns
-    -------
-    dict
-        Generic to value.
-
-    Raises
-    ------
-    InputError
-        If the board's refocuser has no such configuration (three channels of 8 bits, one row at
-        once, centred outputs).
+    Refused is what no board's refocuser has: it takes three channels of 8 bits, one row at once,
+    and centred outputs.
     """
     known = default_generics(top)
     if isinstance(core.engine, StackEngine):
@@ -262,16 +168,6 @@ def block_rams(core: CoreConfiguration) -> int:
     """Block RAMs (RAMB16BWER) that the line buffers and the input FIFO take at least.
 
     A block of 18 Kbit has words of 36 bits (512 of them), 18, 9, 4, 2 or 1 (DS160).
-
-    Parameters
-    ----------
-    core
-        Configuration.
-
-    Returns
-    -------
-    int
-        Number of blocks.
     """
 
     def blocks(depth: int, width: int) -> int:
@@ -286,18 +182,7 @@ def block_rams(core: CoreConfiguration) -> int:
 
 
 def check_fit(core: CoreConfiguration) -> None:
-    """Refuse what the device has no block RAM for.
-
-    Parameters
-    ----------
-    core
-        Configuration.
-
-    Raises
-    ------
-    InputError
-        With the numbers.
-    """
+    """Refuse what the device has no block RAM for."""
     core.check_limits()
     needed, there = block_rams(core), device().sites["RAMB16BWER"]
     if needed > there:

@@ -14,50 +14,24 @@ from plenofir.errors import InputError
 
 @dataclass
 class Constraints:
-    """Contents of a UCF file.
+    """Contents of a UCF file."""
 
-    Attributes
-    ----------
-    config
-        Settings of the whole device.
-    pins
-        Net to its attributes (LOC, IOSTANDARD and so on; True for those without a value).
-    located_twice
-        Nets that have several LOC.
-    groups
-        Group of registers to the nets whose registers are in it (TNM_NET).
-    unions
-        Group to the groups that it is made of (TIMEGRP).
-    periods
-        Group to the period of its clock in ns.
-    ignored
-        Pairs of groups between which paths are not timed (FROM TO TIG).
-    untimed
-        Nets whose paths are not timed (TIG).
-    """
-
-    config: dict[str, str] = field(default_factory=dict)
+    config: dict[str, str] = field(default_factory=dict)  # settings of the whole device
+    # Net to LOC, IOSTANDARD and so on; True for those without a value.
     pins: dict[str, dict[str, str | bool]] = field(default_factory=dict)
-    located_twice: list[str] = field(default_factory=list)
+    located_twice: list[str] = field(default_factory=list)  # nets that have several LOC
+    # Group of registers to the nets whose registers are in it (TNM_NET).
     groups: dict[str, list[str]] = field(default_factory=dict)
+    # Group to the groups that it is made of (TIMEGRP).
     unions: dict[str, list[str]] = field(default_factory=dict)
+    # Group to the period of its clock in ns.
     periods: dict[str, float] = field(default_factory=dict)
+    # Pairs of groups between which paths are not timed (FROM TO TIG).
     ignored: list[tuple[str, str]] = field(default_factory=list)
-    untimed: list[str] = field(default_factory=list)
+    untimed: list[str] = field(default_factory=list)  # nets whose paths are not timed (TIG)
 
     def members(self, group: str) -> list[str]:
-        """Nets behind a group, unions resolved.
-
-        Parameters
-        ----------
-        group
-            Its name.
-
-        Returns
-        -------
-        list of str
-            Nets; none if there is no such group.
-        """
+        """Nets behind a group, unions resolved; none if there is no such group."""
         if group in self.unions:
             return [net for part in self.unions[group] for net in self.members(part)]
         return self.groups.get(group, [])
@@ -88,23 +62,7 @@ def _statements(path: Path) -> list[tuple[int, str]]:
 
 
 def read_constraints(path: Path) -> Constraints:
-    """Read a UCF file.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Returns
-    -------
-    Constraints
-        What it says.
-
-    Raises
-    ------
-    InputError
-        If a statement is not understood; the message names its line.
-    """
+    """Read a UCF file; InputError names the line that is not understood."""
     out = Constraints()
     for line, text in _statements(path):
         where = f"{path}:{line}"

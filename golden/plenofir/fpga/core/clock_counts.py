@@ -13,19 +13,11 @@ from plenofir.fpga.core.fir import FirEngine
 
 @dataclass(frozen=True)
 class ClockCase:
-    """A frame on an array.
+    """A frame on an array."""
 
-    Attributes
-    ----------
-    columns, rows
-        K and L in pixels.
-    core
-        The array; its parallel rows are the degree of parallelism iota.
-    """
-
-    columns: int
-    rows: int
-    core: CoreConfiguration
+    columns: int  # K in pixels
+    rows: int  # L in pixels
+    core: CoreConfiguration  # the array; its parallel rows are the degree of parallelism iota
 
     @property
     def first_frame(self) -> int:
@@ -74,18 +66,7 @@ EXTRAPOLATED = (*(_case(3201, 11, 1, rows) for rows in (1, 3, 11, 3201)),)
 
 
 def table(cases: tuple[ClockCase, ...]) -> str:
-    """Format cases as a Markdown table.
-
-    Parameters
-    ----------
-    cases
-        What to list.
-
-    Returns
-    -------
-    str
-        The table; the counts of the thesis stand where it gives any (iota = L, a = 1/M).
-    """
+    """Markdown table of cases, with the counts that the thesis gives (for iota = L, a = 1/M)."""
     lines = [
         "| K x L | M | a' | iota | first pixel | first frame | thesis | further frames | thesis |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",

@@ -42,32 +42,9 @@ SLICE_ENGINES: dict[SliceEngineName, type[FirEngine] | type[MovingSumEngine]] = 
 
 
 class CoreConfiguration(Raster):
-    """Generics of a core: of the raster refocuser, or of a focal stack.
+    """Generics of a core: of the raster refocuser, or of a focal stack."""
 
-    Attributes
-    ----------
-    micro_image_size
-        M in pixels.
-    shifts
-        The set of a' in pixels from which a slice is chosen at run time; of a stack its slices.
-    max_columns
-        Largest line length in pixels.
-    channels
-        1 (grey) or 3 (RGB).
-    pixel_bits
-        8 or 16 in the golden model; the core takes 1 to 16.
-    arithmetic
-        Exact or stored products.
-    align
-        See `plenofir.refocus.operator.output_offset`.
-    order
-        Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
-    sharpening
-        Weight of each slice in 64ths, see `plenofir.refocus.sharpening`; empty for no sharpener.
-    engine
-        How it filters, with the fields that only this engine has.
-    """
-
+    # How it filters, with the fields that only this engine has.
     engine: Annotated[FirEngine | MovingSumEngine | StackEngine, Field(discriminator="kind")] = (
         FirEngine()
     )
@@ -116,48 +93,19 @@ class CoreConfiguration(Raster):
     def band_steps(self, columns: int) -> int:
         """Tokens from the beginning of a band to that of the next one at the earliest.
 
-        Parameters
-        ----------
-        columns
-            Line length in pixels.
-
-        Returns
-        -------
-        int
-            A multiple of `parallel_rows`, at least `columns`.
+        A multiple of `parallel_rows`, at least `columns`.
         """
         n = self.parallel_rows
         return -(-max(self.line_tokens(columns), self.engine.least_steps(self)) // n) * n
 
     def frame_lines(self, rows: int) -> int:
-        """Lines from the beginning of a frame to that of the next one at the earliest.
-
-        Parameters
-        ----------
-        rows
-            Rows of a frame.
-
-        Returns
-        -------
-        int
-            At least `rows`; lines of blanking count.
-        """
+        """Lines from a frame's beginning to the next one's at the earliest, blanking included."""
         return self.engine.frame_lines(self, rows)
 
     def full_rate(self, columns: int, rows: int) -> bool:
         """Whether frames of a size need no blanking.
 
         Then a source is never refused, whether it brings a pixel each clock or leaves gaps.
-
-        Parameters
-        ----------
-        columns, rows
-            Frame size in pixels.
-
-        Returns
-        -------
-        bool
-            False where lines or frames want a pause.
         """
         shortest_band = min(rows, rows % self.parallel_rows or self.parallel_rows)
         fast_bands = shortest_band * self.line_tokens(columns) >= self.band_steps(columns)
@@ -166,54 +114,20 @@ class CoreConfiguration(Raster):
     def array_latency_clocks(self, columns: int, *, deskew: bool = False) -> int:
         """Clocks from the array's first pixel in to its first pixel out.
 
-        Bands follow each other as soon as they may: floor(D/N) bands until the one that
-        holds the first line of the frame, D columns of the row filter, D mod N (the line's place
-        in its band) skew registers, and the pipeline.
-
-        Parameters
-        ----------
-        columns
-            Line length in pixels.
-        deskew
-            Whether the array delays all rows alike.
-
-        Returns
-        -------
-        int
-            Latency in clocks.
+        Bands follow each other as soon as they may: floor(D/N) bands until the one that holds the
+        first line of the frame, D columns of the row filter, D mod N (the line's place in its
+        band) skew registers unless the array delays all rows alike (`deskew`), and the pipeline.
         """
         bands, row = divmod(self.delay, self.parallel_rows)
         skew = self.parallel_rows - 1 if deskew else row
         return bands * self.band_steps(columns) + self.delay + skew + self.array_clocks
 
     def array_frame_clocks(self, columns: int, rows: int) -> int:
-        """Clocks of the array for each frame of a sequence.
-
-        Parameters
-        ----------
-        columns, rows
-            Frame size in pixels.
-
-        Returns
-        -------
-        int
-            Clocks from a frame to the next.
-        """
+        """Clocks of the array for each frame of a sequence."""
         return -(-rows // self.parallel_rows) * self.band_steps(columns)
 
     def array_first_frame_clocks(self, columns: int, rows: int) -> int:
-        """Clocks from the array's first pixel in to the last pixel of the frame out.
-
-        Parameters
-        ----------
-        columns, rows
-            Frame size in pixels.
-
-        Returns
-        -------
-        int
-            Clocks, both ends included.
-        """
+        """Clocks from the array's first pixel in to the frame's last one out, both included."""
         bands, row = divmod(rows - 1 + self.delay, self.parallel_rows)
         tokens = bands * self.band_steps(columns) + columns - 1 + self.delay + row
         return tokens + self.array_clocks + 1
@@ -221,19 +135,7 @@ class CoreConfiguration(Raster):
     def latency_clocks(self, columns: int, rows: int = MAX_ROWS, frames: int = 1) -> int:
         """Clocks from the core's first pixel taken to its first pixel offered.
 
-        Nothing stalls, and frames follow each other without a gap.
-
-        Parameters
-        ----------
-        columns, rows
-            Frame size in pixels.
-        frames
-            Number of frames; empty bands follow the last.
-
-        Returns
-        -------
-        int
-            Latency in clocks.
+        Nothing stalls, and frames follow each other without a gap; empty bands follow the last.
         """
         bands, row = divmod(self.delay, self.parallel_rows)
         start = self._band_start(bands, columns, rows, frames)
@@ -273,22 +175,9 @@ class CoreConfiguration(Raster):
             line += 1
 
     def golden(self, raw: Image) -> Image:
-        """Refocus a raw image to all slices, as the core does.
+        """Refocus a raw image to all slices, as the core does: shape (slices, rows, columns[, 3]).
 
-        Parameters
-        ----------
-        raw
-            Raw image, shape (rows, columns[, 3]).
-
-        Returns
-        -------
-        Image
-            Shape (slices, rows, columns[, 3]).
-
-        Raises
-        ------
-        InputError
-            If the sums could wrap around.
+        InputError if the sums could wrap around.
         """
         m, order = self.micro_image_size, self.order
         return np.stack(
@@ -306,13 +195,7 @@ class CoreConfiguration(Raster):
         )
 
     def generics(self) -> Generics:
-        """Generics of the engine's entity, ``raster_refocuser`` or ``focal_stack``.
-
-        Returns
-        -------
-        dict
-            Name to value.
-        """
+        """Generics of the engine's entity, ``raster_refocuser`` or ``focal_stack``."""
         values: Generics = {
             "MICRO_IMAGE_SIZE": self.micro_image_size,
             "SHIFTS": " ".join(str(shift) for shift in self.shifts),
@@ -324,13 +207,7 @@ class CoreConfiguration(Raster):
         return values | self.engine.generics(self)
 
     def check_limits(self) -> None:
-        """Refuse what the core cannot be built for.
-
-        Raises
-        ------
-        InputError
-            Naming the field and the limit that is exceeded.
-        """
+        """Refuse what the core cannot be built for, by field and limit."""
 
         def refuse(what: str, field: str, limit: str) -> InputError:
             return InputError(f"{what} exceeds the core's limit", where=field, expected=limit)

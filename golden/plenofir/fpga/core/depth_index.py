@@ -19,35 +19,19 @@ from plenofir.refocus.sharpness import (
 
 
 class DepthIndexConfiguration(BaseModel):
-    """Generics of the entity ``depth_index``.
-
-    Attributes
-    ----------
-    micro_image_size
-        M in pixels.
-    slices
-        Slices of the stack.
-    radius
-        See `plenofir.refocus.sharpness.local_sharpness`.
-    confidence, vote_radius
-        See `plenofir.refocus.sharpness.depth_index`.
-    max_columns
-        Largest line length in pixels.
-    channels
-        1 (grey) or 3 (RGB).
-    pixel_bits
-        8 or 16.
-    """
+    """Generics of the entity ``depth_index``."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    micro_image_size: Annotated[int, Field(ge=2, le=128)]
+    micro_image_size: Annotated[int, Field(ge=2, le=128)]  # M in pixels
     slices: Annotated[int, Field(ge=1, le=256)]
+    # See `plenofir.refocus.sharpness.local_sharpness`.
     radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
+    # See `plenofir.refocus.sharpness.depth_index`, as `vote_radius`.
     confidence: Annotated[int, Field(ge=0, le=MAX_CONFIDENCE)] = 0
     vote_radius: Annotated[int, Field(ge=0, le=MAX_VOTE_RADIUS)] = 0
-    max_columns: Annotated[int, Field(ge=1, le=8192)]
-    channels: Annotated[int, Field(ge=1, le=3)] = 1
+    max_columns: Annotated[int, Field(ge=1, le=8192)]  # largest line length in pixels
+    channels: Annotated[int, Field(ge=1, le=3)] = 1  # 1 (grey) or 3 (RGB)
     pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
 
     @property
@@ -84,13 +68,7 @@ class DepthIndexConfiguration(BaseModel):
         return waiting, lenses * (slices * (4 * lens + 2 * self.radius * row) + index + votes)
 
     def check_limits(self) -> None:
-        """Refuse what the entity refuses.
-
-        Raises
-        ------
-        InputError
-            Naming the field.
-        """
+        """Refuse what the entity refuses."""
         if self.channels == 2:
             raise InputError("2 channels", where="channels", expected="1 or 3, which have a luma")
         if max(self.memory_bits) > MAX_LINE_BUFFER_BITS:
@@ -102,79 +80,24 @@ class DepthIndexConfiguration(BaseModel):
             )
 
     def band_steps(self, columns: int) -> int:
-        """Clocks from the beginning of a line to that of the next one at the earliest.
-
-        Parameters
-        ----------
-        columns
-            Line length in pixels.
-
-        Returns
-        -------
-        int
-            At least `columns`.
-        """
+        """Clocks from the beginning of a line to that of the next one at the earliest."""
         return max(columns, self.index_latency if self.vote_radius else 8 + self.radius)
 
     def frame_lines(self, rows: int) -> int:
-        """Lines from the beginning of a frame to that of the next one at the earliest.
-
-        Parameters
-        ----------
-        rows
-            Rows of a frame.
-
-        Returns
-        -------
-        int
-            At least `rows`.
-        """
+        """Lines from the beginning of a frame to that of the next one at the earliest."""
         return -(-rows // self.micro_image_size) * self.micro_image_size
 
     def full_rate(self, columns: int, rows: int) -> bool:
-        """Whether frames of a size need no blanking.
-
-        Parameters
-        ----------
-        columns, rows
-            Frame size in pixels.
-
-        Returns
-        -------
-        bool
-            False where lines or frames want a pause.
-        """
+        """Whether frames of a size need no blanking."""
         return self.band_steps(columns) == columns and self.frame_lines(rows) == rows
 
     def latency_clocks(self, columns: int, rows: int, frames: int = 1) -> int:
-        """Clocks from the first pixel taken to the first one offered, when nothing stalls.
-
-        Parameters
-        ----------
-        columns, rows, frames
-            Size and number of the frames; only the columns matter.
-
-        Returns
-        -------
-        int
-            Latency in clocks.
-        """
+        """Clocks from the first pixel taken to the first one offered, when nothing stalls."""
         del rows, frames
         return self.delay * self.band_steps(columns) + self.index_latency + 7
 
     def golden(self, stack: Image) -> DepthIndex:
-        """What comes out for a focal stack.
-
-        Parameters
-        ----------
-        stack
-            Shape (slices, rows, columns[, 3]).
-
-        Returns
-        -------
-        DepthIndex
-            Index and picture.
-        """
+        """What comes out for a focal stack."""
         return depth_index(
             stack,
             self.micro_image_size,
@@ -184,11 +107,5 @@ class DepthIndexConfiguration(BaseModel):
         )
 
     def generics(self) -> Generics:
-        """Generics of the entity ``depth_index``.
-
-        Returns
-        -------
-        dict
-            Name to value.
-        """
+        """Generics of the entity ``depth_index``."""
         return {name.upper(): value for name, value in self.model_dump().items()}

@@ -36,14 +36,18 @@ class Raster(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    micro_image_size: Annotated[int, Field(ge=1)]
+    micro_image_size: Annotated[int, Field(ge=1)]  # M in pixels
+    # The a' in pixels from which a slice is chosen at run time; of a stack its slices.
     shifts: Annotated[tuple[int, ...], Field(min_length=1)]
-    max_columns: Annotated[int, Field(ge=1)]
-    channels: Annotated[int, Field(ge=1, le=3)] = 1
+    max_columns: Annotated[int, Field(ge=1)]  # largest line length in pixels
+    channels: Annotated[int, Field(ge=1, le=3)] = 1  # 1 (grey) or 3 (RGB)
+    # 8 or 16 in the golden model; the core takes 1 to 16.
     pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
     arithmetic: Arithmetic = ExactArithmetic()
-    align: Align = "centred"
+    align: Align = "centred"  # see `plenofir.refocus.operator.output_offset`
+    # Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
     order: Annotated[int, Field(ge=0, le=MAX_INTERPOLATION_ORDER)] = 0
+    # Weight of each slice in 64ths (`plenofir.refocus.sharpening`); empty: no sharpener.
     sharpening: tuple[Annotated[int, Field(ge=0, le=MAX_WEIGHT_UNITS)], ...] = ()
 
     @model_validator(mode="after")

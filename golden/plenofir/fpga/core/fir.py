@@ -20,22 +20,14 @@ _COLUMN_CONTROL = f"{_ARRAY}column_pass(0)/stage/control/"
 
 
 class FirEngine(SliceEngine):
-    """Switched filters.
-
-    Attributes
-    ----------
-    hold
-        Whether the first output of each micro image is held for the others, see
-        `plenofir.refocus.switches.FilterLayout`.
-    parallel_rows
-        Degree of parallelism (iota in the thesis): rows that are filtered at once.
-    broadcast_taps
-        Taps that one latch of the broadcast net drives; 0 for no latches.
-    """
+    """Switched filters."""
 
     kind: Literal["fir"] = "fir"
+    # The first output of each micro image is held for the others (`plenofir.refocus.switches`).
     hold: bool = False
+    # Iota in the thesis: rows that are filtered at once.
     parallel_rows: Annotated[int, Field(ge=1)] = 1
+    # Taps that one latch of the broadcast net drives; 0: no latches.
     broadcast_taps: Annotated[int, Field(ge=0)] = 0
 
     UNIT: ClassVar[str] = "taps"

@@ -35,19 +35,13 @@ _LANE_WAVES: tuple[Scope, ...] = (
 
 
 class MovingSumEngine(SliceEngine):
-    """Moving sums (`plenofir.refocus.moving_sum`).
-
-    Attributes
-    ----------
-    any_rows
-        Whether frames whose rows are no multiple of M follow each other without a pause, too, which
-        takes a few lines of memory more.
-    pixels_per_clock
-        Neighbouring pixels of a line that come together; above 1 with exact arithmetic only.
-    """
+    """Moving sums (`plenofir.refocus.moving_sum`)."""
 
     kind: Literal["moving_sum"] = "moving_sum"
+    # Frames whose rows are no multiple of M follow without a pause, too, which takes a few lines of
+    # memory more.
     any_rows: bool = False
+    # Neighbours in a line that come together; above 1 with exact arithmetic only.
     pixels_per_clock: PixelsPerClock = 1
 
     UNIT: ClassVar[str] = "lines of pixels"

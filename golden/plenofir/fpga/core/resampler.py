@@ -31,56 +31,31 @@ MAX_LINES = 256
 
 
 class ResamplerConfiguration(BaseModel):
-    """Generics of the entity ``resampler``.
-
-    Attributes
-    ----------
-    micro_image_size
-        M.
-    hexagonal
-        Whether rows of lenses are interpolated to a rectangular raster.
-    max_columns
-        Longest raw line.
-    lines
-        Raw lines that the ring holds, even.
-    lenses
-        Lenses of the table, if there are moves or gains.
-    moves, gains
-        Whether the table moves lenses from the even grid, and has gains.
-    channels, pixel_bits
-        Of a pixel.
-    fraction_bits, weight_bits, guard_bits, gain_bits
-        Of positions, weights, samples and gains.
-    """
+    """Generics of the entity ``resampler``."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    micro_image_size: Annotated[int, Field(ge=1, le=128)]
-    hexagonal: bool = False
-    max_columns: Annotated[int, Field(ge=2, le=8192)] = 2048
+    micro_image_size: Annotated[int, Field(ge=1, le=128)]  # M in pixels
+    hexagonal: bool = False  # rows of lenses are interpolated to a rectangular raster
+    max_columns: Annotated[int, Field(ge=2, le=8192)] = 2048  # of the longest raw line
+    # Raw lines that the ring holds.
     lines: Annotated[int, Field(ge=4, le=MAX_LINES, multiple_of=2)] = 8
-    lenses: Annotated[int, Field(ge=2, le=1 << 20)] = 2
-    moves: bool = False
-    gains: bool = False
+    lenses: Annotated[int, Field(ge=2, le=1 << 20)] = 2  # of the table, if there are moves or gains
+    moves: bool = False  # the table moves lenses from the even grid
+    gains: bool = False  # the table has gains
     channels: Annotated[int, Field(ge=1, le=3)] = 1
     pixel_bits: Annotated[int, Field(ge=1, le=16)] = 8
-    fraction_bits: Annotated[int, Field(ge=8, le=17)] = 16
-    weight_bits: Annotated[int, Field(ge=2, le=8)] = 8
-    guard_bits: Annotated[int, Field(ge=1, le=3)] = 3
-    gain_bits: Annotated[int, Field(ge=4, le=14)] = 12
+    fraction_bits: Annotated[int, Field(ge=8, le=17)] = 16  # of positions
+    weight_bits: Annotated[int, Field(ge=2, le=8)] = 8  # of weights
+    guard_bits: Annotated[int, Field(ge=1, le=3)] = 3  # of samples
+    gain_bits: Annotated[int, Field(ge=4, le=14)] = 12  # of gains
 
     def generics(self) -> dict[str, int | bool | str]:
         """Generics of the entity."""
         return {name.upper(): value for name, value in self.model_dump().items()}
 
     def register_loads(self, registers: Mapping[str, int]) -> list[Load]:
-        """Words that set the registers; they take effect with the next frame.
-
-        Parameters
-        ----------
-        registers
-            Values by the names in `REGISTERS`.
-        """
+        """Words that set registers (names of `REGISTERS`); they take effect with the next frame."""
         words = [
             (KINDS["register"], address, registers[name] & 0xFFFFFFFF)
             for address, name in enumerate(REGISTERS)
@@ -95,12 +70,8 @@ class ResamplerConfiguration(BaseModel):
     ) -> list[Load]:
         """Words that fill the tables.
 
-        Parameters
-        ----------
-        gains, moves
-            Gain and (y, x) of each lens, row by row; empty where there are none.
-        profile
-            Gain of each pixel of a micro image, row by row.
+        `gains` and `moves` (y, x) have an entry for each lens, row by row, or none; `profile` is
+        the gain of each pixel of a micro image, row by row.
         """
         width = self.weight_bits + 2
         mask = (1 << width) - 1

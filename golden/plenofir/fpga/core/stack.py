@@ -15,16 +15,10 @@ _PASS_CLOCKS = 7 + 10
 
 
 class StackEngine(Engine):
-    """Moving sums of several slices, which share the memory of pixels.
-
-    Attributes
-    ----------
-    input_lines
-        Lines that the input FIFO holds.
-    """
+    """Moving sums of several slices, which share the memory of pixels."""
 
     kind: Literal["stack"] = "stack"
-    input_lines: Annotated[int, Field(ge=1, le=128)] = 1
+    input_lines: Annotated[int, Field(ge=1, le=128)] = 1  # that the input FIFO holds
 
     ENTITY: ClassVar[str] = "focal_stack"
 

@@ -29,28 +29,15 @@ class Coefficients:
     """One way to full-range RGB, in units of 2**-FRACTION_BITS.
 
     Channels are those of the link: 0 blue or Cb, 1 green or Y, 2 red or Cr.
-
-    Attributes
-    ----------
-    luma
-        Channel 1 in green and, where `shared`, in red and blue too.
-    red, green_red
-        Channel 2 in red and in green.
-    green_blue, blue
-        Channel 0 in green and in blue.
-    offsets
-        What is added to red, green and blue; with the half that rounds.
-    shared
-        Whether channel 1 is luma.
     """
 
-    luma: int
-    red: int
-    green_red: int
-    green_blue: int
-    blue: int
-    offsets: tuple[int, int, int]
-    shared: bool
+    luma: int  # channel 1 in green and, where `shared`, in red and blue too
+    red: int  # channel 2 in red
+    green_red: int  # channel 2 in green
+    green_blue: int  # channel 0 in green
+    blue: int  # channel 0 in blue
+    offsets: tuple[int, int, int]  # added to red, green and blue; with the half that rounds
+    shared: bool  # channel 1 is luma
 
 
 def _fixed(value: float) -> int:
@@ -89,17 +76,9 @@ WAYS = (
 
 
 def way_of(info: AviInfo) -> int:
-    """Choose the way from what a source tells.
+    """Index into `WAYS` for what a source tells (``AviInfo()`` if it sends nothing).
 
-    Parameters
-    ----------
-    info
-        The AVI InfoFrame; ``AviInfo()`` for a source that sends none.
-
-    Returns
-    -------
-    int
-        Index into `WAYS`; 0, as it is, for 4:2:2 and 4:2:0.
+    0, as it is, for 4:2:2 and 4:2:0.
     """
     if info.colour_space == ColourSpace.RGB:
         return int(info.limited)
@@ -111,17 +90,8 @@ def way_of(info: AviInfo) -> int:
 def to_full_range_rgb(pixels: Pixels, way: int) -> Pixels:
     """Compute what the board makes of pixels.
 
-    Parameters
-    ----------
-    pixels
-        Shape (..., 3): channels 2, 1, 0 of the link, that is red, green, blue or Cr, Y, Cb.
-    way
-        Index into `WAYS`.
-
-    Returns
-    -------
-    Pixels
-        The same shape: red, green, blue, 0 to 255.
+    Shape (..., 3) of channels 2, 1, 0 of the link (red, green, blue or Cr, Y, Cb) to the same
+    shape of red, green, blue, 0 to 255.
     """
     c = WAYS[way]
     high, middle, low = (pixels[..., i].astype(np.int64) for i in range(3))
@@ -137,13 +107,7 @@ def to_full_range_rgb(pixels: Pixels, way: int) -> Pixels:
 
 
 def colour_package() -> str:
-    """Make the VHDL package with the coefficients.
-
-    Returns
-    -------
-    str
-        ``hdl/video/colour_pkg.vhd``.
-    """
+    """VHDL of ``hdl/video/colour_pkg.vhd``, the coefficients."""
     rows = []
     for c in WAYS:
         numbers = (c.luma, c.red, c.green_red, c.green_blue, c.blue)

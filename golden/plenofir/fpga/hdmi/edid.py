@@ -92,23 +92,10 @@ def _range_descriptor(modes: Sequence[VideoMode]) -> bytes:
 
 
 def make_edid(modes: Sequence[VideoMode] = MODES) -> bytes:
-    """Make the EDID block.
+    """Make the EDID block of 128 bytes; the last one makes the sum 0 modulo 256.
 
-    Parameters
-    ----------
-    modes
-        Modes to offer, the last one preferred. Besides it, one may be none of the established
-        timings.
-
-    Returns
-    -------
-    bytes
-        128 bytes, the last one making the sum 0 modulo 256.
-
-    Raises
-    ------
-    ValueError
-        If there are no modes, or not all find a place.
+    The last mode is preferred. Besides it, one may be none of the established timings; ValueError
+    if there are no modes, or not all find a place.
     """
     if not modes:
         raise ValueError("at least one mode")
@@ -147,39 +134,19 @@ def make_edid(modes: Sequence[VideoMode] = MODES) -> bytes:
 
 
 def offered_modes(max_columns: int, clock_range: int = 0) -> tuple[VideoMode, ...]:
-    """Modes that a build for a longest line can take.
+    """Modes that a build for a longest line and a range of clocks can take, smallest first.
 
-    Parameters
-    ----------
-    max_columns
-        Longest line of the build in pixels.
-    clock_range
-        Pixel clocks of the build, see `plenofir.fpga.hdmi.modes.modes_of_range`.
-
-    Returns
-    -------
-    tuple of VideoMode
-        Smallest first; at least the smallest one of the range, for all clocks 640x480p60, which
-        every source must be able to send (a build for shorter lines passes it through).
+    At least the smallest one of the range, for all clocks 640x480p60, which every source must be
+    able to send (a build for shorter lines passes it through).
     """
     modes = modes_of_range(clock_range)
     return tuple(mode for mode in modes if mode.h_active <= max(max_columns, modes[0].h_active))
 
 
 def check_edid(content: bytes, *, where: str) -> None:
-    """Refuse what no source would take for an EDID.
+    """Refuse what no source would take for an EDID of one block or two.
 
-    Parameters
-    ----------
-    content
-        One block, or two.
-    where
-        What to name in the error.
-
-    Raises
-    ------
-    InputError
-        If length, header, number of extensions or a checksum is wrong.
+    Length, header, number of extensions and checksums are checked.
     """
     if len(content) not in (BLOCK_BYTES, 2 * BLOCK_BYTES):
         raise InputError(f"{len(content)} bytes", where=where, expected="128 or 256 bytes")
@@ -205,18 +172,9 @@ def check_edid(content: bytes, *, where: str) -> None:
 
 
 def timing_of(descriptor: bytes) -> tuple[int, int, float] | None:
-    """Read a detailed timing.
+    """Columns, rows and frames a second of a detailed timing; None if it describes something else.
 
-    Parameters
-    ----------
-    descriptor
-        At least its first eight bytes.
-
-    Returns
-    -------
-    tuple or None
-        Columns, rows (of interlaced timings those of a field) and frames (fields) a second; None if
-        it describes something else.
+    Of interlaced timings rows and rate are those of a field. Eight bytes are enough.
     """
     clock = int.from_bytes(descriptor[:2], "little") * 10_000
     columns, h_blank, v_active, v_blank = (
@@ -234,18 +192,7 @@ def timing_of(descriptor: bytes) -> tuple[int, int, float] | None:
 
 
 def describe_edid(content: bytes) -> str:
-    """Say in a line what an EDID makes sources do.
-
-    Parameters
-    ----------
-    content
-        One block, or two.
-
-    Returns
-    -------
-    str
-        The preferred mode, and whether sources may send HDMI.
-    """
+    """What an EDID makes sources do: the preferred mode, and whether they may send HDMI."""
     timing = timing_of(content[DESCRIPTORS.start :])
     preferred = "no preferred mode"
     if timing is not None:
@@ -256,18 +203,7 @@ def describe_edid(content: bytes) -> str:
 
 
 def standard_code(mode: VideoMode) -> int:
-    """Code of a mode as a standard timing (E-EDID 1.3, section 3.9).
-
-    Parameters
-    ----------
-    mode
-        The mode.
-
-    Returns
-    -------
-    int
-        Both bytes, the first one in the high bits; 0 if there is none.
-    """
+    """Code of a mode as a standard timing (E-EDID 1.3, section 3.9), first byte high; 0: none."""
     aspects = {(16, 10): 0, (4, 3): 1, (5, 4): 2, (16, 9): 3}
     rate = round(mode.frame_rate) - 60
     for (width, height), aspect in aspects.items():
@@ -277,17 +213,9 @@ def standard_code(mode: VideoMode) -> int:
 
 
 def edid_package(own: bytes | None = None) -> str:
-    """Make the VHDL package with the blocks, and with what the modes are called in other EDIDs.
+    """VHDL of ``hdl/board/edid_pkg.vhd``: the blocks, and what the modes are called in other EDIDs.
 
-    Parameters
-    ----------
-    own
-        An EDID to serve instead of the board's, whatever the longest line of the build.
-
-    Returns
-    -------
-    str
-        ``hdl/board/edid_pkg.vhd``.
+    `own` is an EDID to serve instead of the board's, whatever the longest line of the build.
     """
     edids = {
         (clocks, mode.h_active): make_edid(offered_modes(mode.h_active, clocks))

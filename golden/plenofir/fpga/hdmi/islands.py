@@ -42,19 +42,9 @@ _CHANNELS = 3
 
 
 def island_words(packets: Sequence[Packet], h_sync: Flags, v_sync: Flags) -> Packed:
-    """Code a data island without its preamble.
+    """Code a data island of 1 to 18 packets without its preamble (HDMI 1.4, figure 5-3).
 
-    Parameters
-    ----------
-    packets
-        1 to 18 packets.
-    h_sync, v_sync
-        Sync levels, one for each word: 32 a packet and two for each guard band.
-
-    Returns
-    -------
-    Packed
-        Words of all channels (HDMI 1.4, figure 5-3).
+    Sync levels, one for each word: 32 a packet and two for each guard band.
     """
     syncs = (2 * v_sync + h_sync).astype(np.uint32)
     terc4 = np.array(TERC4, np.uint32)
@@ -81,21 +71,10 @@ def _gaps(mode: VideoMode, frames: int) -> Iterator[tuple[int, int]]:
 def encode_hdmi(mode: VideoMode, frames: Sequence[Frame], packets: Iterator[Packet]) -> Packed:
     """Code frames with preambles, guard bands and data islands.
 
-    Parameters
-    ----------
-    mode
-        Timing; its horizontal blanking must have room for preamble and guard band.
-    frames
-        As in `plenofir.fpga.hdmi.link.encode_frames`; in front of the first one comes what the last
-        one ends with.
-    packets
-        What to send, in an island of each line and each line of the vertical blanking, as far as
-        there is room and packets last.
-
-    Returns
-    -------
-    Packed
-        Words of all channels.
+    The horizontal blanking must have room for preamble and guard band. Frames are as in
+    `plenofir.fpga.hdmi.link.encode_frames`; in front of the first one comes what the last one ends
+    with. Each line and each line of the vertical blanking has an island, as far as there is room
+    and packets last.
     """
     signals = raster_signals(mode, frames)
     packed = encode_signals(signals)
@@ -133,43 +112,21 @@ class _Period(Enum):
 
 @dataclass(frozen=True)
 class ReceivedPacket:
-    """A packet that came.
+    """A packet that came."""
 
-    Attributes
-    ----------
-    end
-        Index of its last word.
-    packet
-        Its contents.
-    intact
-        Whether all check bytes are right.
-    """
-
-    end: int
+    end: int  # index of its last word
     packet: Packet
-    intact: bool
+    intact: bool  # all check bytes are right
 
 
 @dataclass
 class Received:
-    """What a receiver makes of words that are aligned, one entry a word.
+    """What a receiver makes of words that are aligned, one entry a word."""
 
-    Attributes
-    ----------
-    signals
-        The picture; syncs hold their levels where nothing tells them.
-    errors
-        Shape (words, 3): the word is not one that its period can have.
-    hdmi
-        Lines have begun with guard bands.
-    packets
-        All packets that ended, in order.
-    """
-
-    signals: RasterSignals
-    errors: Flags
-    hdmi: Flags
-    packets: list[ReceivedPacket] = field(default_factory=list)
+    signals: RasterSignals  # the picture; syncs hold their levels where nothing tells them
+    errors: Flags  # shape (words, 3): the word is not one that its period can have
+    hdmi: Flags  # lines have begun with guard bands
+    packets: list[ReceivedPacket] = field(default_factory=list)  # all that ended, in order
 
 
 PLAIN_LINES = 16
@@ -308,16 +265,6 @@ def receive(packed: Packed) -> Received:
     by the preamble (four of its words must be left) together with the guard band (three of its six
     words must be left); it lasts until tokens come again. Everything else is video without a guard
     band, as of a DVI source.
-
-    Parameters
-    ----------
-    packed
-        Words of all channels; those of a pixel in one number.
-
-    Returns
-    -------
-    Received
-        As many entries as words.
     """
     words = [
         (number & 0x3FF, number >> 10 & 0x3FF, number >> 20 & 0x3FF) for number in packed.tolist()

@@ -31,39 +31,16 @@ class LinkError(ValueError):
 
 @dataclass(frozen=True)
 class RasterSignals:
-    """What the three channels carry, one entry a pixel.
+    """What the three channels carry, one entry a pixel."""
 
-    Attributes
-    ----------
-    active
-        Data enable.
-    h_sync, v_sync
-        Sync levels; undefined where active.
-    pixels
-        Shape (pixels, 3): red, green, blue; 0 where not active.
-    """
-
-    active: Flags
-    h_sync: Flags
+    active: Flags  # data enable
+    h_sync: Flags  # levels, as `v_sync`; undefined where active
     v_sync: Flags
-    pixels: Bytes
+    pixels: Bytes  # shape (pixels, 3): red, green, blue; 0 where not active
 
 
 def raster_signals(mode: VideoMode, frames: Sequence[Frame]) -> RasterSignals:
-    """Lay frames out in time, each beginning with its first active pixel.
-
-    Parameters
-    ----------
-    mode
-        Timing.
-    frames
-        Each of shape (v_active, h_active, 3), RGB.
-
-    Returns
-    -------
-    RasterSignals
-        len(frames) * v_total * h_total entries.
-    """
+    """Lay frames (v_active, h_active, 3) out in time, from their first active pixels on."""
     size = (mode.v_total, mode.h_total)
     active = np.zeros(size, bool)
     active[: mode.v_active, : mode.h_active] = True
@@ -92,18 +69,7 @@ def raster_signals(mode: VideoMode, frames: Sequence[Frame]) -> RasterSignals:
 
 
 def encode_signals(signals: RasterSignals) -> Packed:
-    """Code raster signals.
-
-    Parameters
-    ----------
-    signals
-        What to send.
-
-    Returns
-    -------
-    Packed
-        Words of all channels, one number a pixel.
-    """
+    """Code raster signals: words of all channels, one number a pixel."""
     packed = np.zeros(len(signals.active), np.uint32)
     for channel in range(3):
         control = np.zeros(len(signals.active), np.uint8)
@@ -115,19 +81,9 @@ def encode_signals(signals: RasterSignals) -> Packed:
 
 
 def encode_frames(mode: VideoMode, frames: Sequence[Frame]) -> Packed:
-    """Code frames, each beginning with its first active pixel.
+    """Code RGB frames (v_active, h_active, 3), each beginning with its first active pixel.
 
-    Parameters
-    ----------
-    mode
-        Timing.
-    frames
-        Each of shape (v_active, h_active, 3), RGB.
-
-    Returns
-    -------
-    Packed
-        Words of all channels, one number a pixel.
+    Words of all channels, one number a pixel.
     """
     return encode_signals(raster_signals(mode, frames))
 
@@ -150,24 +106,10 @@ def _longest_run(flags: Flags) -> int:
 
 
 def align_channel(packed: Packed, channel: int) -> npt.NDArray[np.uint16]:
-    """Find the word phase of a channel by its longest run of control tokens.
+    """Words of a channel (0 to 2), their phase found by its longest run of control tokens.
 
-    Parameters
-    ----------
-    packed
-        Ten sampled bits of each channel in each number, at any phase.
-    channel
-        0 to 2.
-
-    Returns
-    -------
-    numpy.ndarray
-        Words.
-
-    Raises
-    ------
-    LinkError
-        If there is no run of control tokens at any phase.
+    `packed` has ten sampled bits of each channel in each number, at any phase; LinkError if no
+    phase has control tokens.
     """
     bits = _bits(packed, channel)
     candidates = [_words(bits, phase) for phase in range(10)]
@@ -179,22 +121,10 @@ def align_channel(packed: Packed, channel: int) -> npt.NDArray[np.uint16]:
 
 
 def decode_signals(packed: Packed) -> RasterSignals:
-    """Decode sampled bits: word phase and skew of each channel are found first.
+    """Decode sampled bits (see `align_channel`); each channel's word phase and skew are found.
 
-    Parameters
-    ----------
-    packed
-        Ten sampled bits of each channel in each number, at any phase.
-
-    Returns
-    -------
-    RasterSignals
-        As long as all channels have words.
-
-    Raises
-    ------
-    LinkError
-        If a channel has no control tokens or no picture, or the channels do not fit each other.
+    LinkError if a channel has no control tokens or no picture, or the channels do not fit each
+    other.
     """
     decoded = [decode_channel(align_channel(packed, channel)) for channel in range(3)]
     starts: list[int] = []
@@ -225,45 +155,20 @@ def decode_signals(packed: Packed) -> RasterSignals:
 
 @dataclass(frozen=True)
 class ReceivedFrame:
-    """A frame that the sink found.
+    """A frame that the sink found."""
 
-    Attributes
-    ----------
-    start
-        Index of its first active pixel in the decoded signal.
-    to_end
-        Pixels from there to the end of the signal.
-    mode
-        Its timing, named "measured", the pixel clock being unknown (1).
-    pixels
-        Shape (rows, columns, 3), RGB.
-    """
-
-    start: int
-    to_end: int
-    mode: VideoMode
-    pixels: Frame
+    start: int  # index of its first active pixel in the decoded signal
+    to_end: int  # pixels from there to the end of the signal
+    mode: VideoMode  # named "measured", the pixel clock being unknown (1)
+    pixels: Frame  # shape (rows, columns, 3), RGB
 
 
 def split_frames(signals: RasterSignals, *, from_start: bool = False) -> list[ReceivedFrame]:
     """Cut a decoded signal into whole frames and measure the timing of each.
 
-    Parameters
-    ----------
-    signals
-        Decoded signal.
-    from_start
-        Whether the first active pixel is known to be the first one of a frame.
-
-    Returns
-    -------
-    list of ReceivedFrame
-        Frames of which also the beginning of the next one is there, in order.
-
-    Raises
-    ------
-    LinkError
-        If lines of a frame differ in length or place, or a sync pulse is missing or irregular.
+    Of a whole frame the beginning of the next one is there, too. `from_start`: the first active
+    pixel is known to be the first one of a frame. LinkError if lines of a frame differ in length
+    or place, or a sync pulse is missing or irregular.
     """
     active = signals.active
     rises = np.flatnonzero(np.diff(active.astype(np.int8), prepend=np.int8(active[0])) == 1)
@@ -340,23 +245,8 @@ def _pulse(levels: Flags) -> tuple[bool, int, int]:
 
 
 def decode_frames(packed: Packed, *, from_start: bool = False) -> list[ReceivedFrame]:
-    """Find all whole frames in sampled bits.
+    """Find all whole frames in sampled bits (see `align_channel`, `split_frames`).
 
-    Parameters
-    ----------
-    packed
-        Ten sampled bits of each channel in each number, at any phase.
-    from_start
-        As in `split_frames`.
-
-    Returns
-    -------
-    list of ReceivedFrame
-        Frames in order; the one under way at the beginning and the last one are not whole.
-
-    Raises
-    ------
-    LinkError
-        If the signal is no picture.
+    The frame under way at the beginning and the last one are not whole.
     """
     return split_frames(decode_signals(packed), from_start=from_start)

@@ -13,38 +13,23 @@ class VideoMode(BaseModel):
 
     A line is made of the active pixels, front porch, sync and back porch, in this order; a frame of
     lines likewise. Vertical sync changes with the leading edge of horizontal sync.
-
-    Attributes
-    ----------
-    name
-        What people call it.
-    pixel_clock
-        In kHz.
-    h_active, h_front, h_sync, h_back
-        Parts of a line in pixels.
-    v_active, v_front, v_sync, v_back
-        Parts of a frame in lines.
-    h_positive, v_positive
-        Whether sync pulses are high.
-    vic
-        Code of the mode in CEA-861, 0 for none.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str
-    pixel_clock: Positive
-    h_active: Positive
+    pixel_clock: Positive  # kHz
+    h_active: Positive  # parts of a line in pixels
     h_front: Positive
     h_sync: Positive
     h_back: Positive
-    v_active: Positive
+    v_active: Positive  # parts of a frame in lines
     v_front: Positive
     v_sync: Positive
     v_back: Positive
-    h_positive: bool
+    h_positive: bool  # sync pulses are high
     v_positive: bool
-    vic: Annotated[int, Field(ge=0)] = 0
+    vic: Annotated[int, Field(ge=0)] = 0  # code of the mode in CEA-861, 0 for none
 
     @property
     def h_total(self) -> int:
@@ -162,18 +147,10 @@ CLOCK_RANGES = (4, 3, 2)
 
 
 def range_limits(clock_range: int) -> tuple[float, float]:
-    """Pixel clocks of a build with a fixed PLL, as ``hdmi_control`` accepts them.
+    """Slowest and fastest pixel clock (kHz) of a build with a fixed PLL, as in ``hdmi_control``.
 
-    Parameters
-    ----------
-    clock_range
-        One of `CLOCK_RANGES`: cycles of the PLL's oscillator (400 to 800 MHz) in a fifth of a
-        pixel; 0: a PLL that is set as the source wants it.
-
-    Returns
-    -------
-    tuple of float
-        Slowest and fastest in kHz.
+    `clock_range` is one of `CLOCK_RANGES`: cycles of the PLL's oscillator (400 to 800 MHz) in a
+    fifth of a pixel; 0: a PLL that is set as the source wants it.
     """
     if clock_range == 0:
         return 24_000, _FASTEST
@@ -181,18 +158,7 @@ def range_limits(clock_range: int) -> tuple[float, float]:
 
 
 def modes_of_range(clock_range: int) -> tuple[VideoMode, ...]:
-    """Modes that a build with a fixed PLL takes.
-
-    Parameters
-    ----------
-    clock_range
-        One of `CLOCK_RANGES`; 0: a PLL that is set as the source wants it.
-
-    Returns
-    -------
-    tuple of VideoMode
-        Smallest first.
-    """
+    """Modes that a build with a fixed PLL takes (see `range_limits`), smallest first."""
     if clock_range == 0:
         return MODES
     low, high = range_limits(clock_range)
@@ -200,20 +166,7 @@ def modes_of_range(clock_range: int) -> tuple[VideoMode, ...]:
 
 
 def find_mode(columns: int, rows: int, rate_hz: float) -> VideoMode | None:
-    """Mode of a size and a rate.
-
-    Parameters
-    ----------
-    columns, rows
-        Active pixels and lines.
-    rate_hz
-        Frames a second, within 1 %.
-
-    Returns
-    -------
-    VideoMode or None
-        One of `MODES`, or 1280x720p30.
-    """
+    """Mode of `MODES`, or 1280x720p30, of a size and a rate within 1 %."""
     for mode in (*MODES, HD720_30):
         if (mode.h_active, mode.v_active) == (columns, rows) and (
             abs(mode.frame_rate / rate_hz - 1) < 0.01

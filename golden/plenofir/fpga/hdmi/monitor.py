@@ -38,37 +38,17 @@ class Mode(NamedTuple):
 
 
 class MonitorReport(NamedTuple):
-    """What the status says of the monitor.
+    """What the status says of the monitor."""
 
-    Attributes
-    ----------
-    is_edid
-        Header and checksums are right.
-    preferred
-        Its preferred mode; zeros if it has none, or this is no EDID.
-    offered
-        Whether the mode on show is in it.
-    """
-
-    is_edid: bool
-    preferred: Mode
-    offered: bool
+    is_edid: bool  # header and checksums are right
+    preferred: Mode  # zeros if it has none, or this is no EDID
+    offered: bool  # the mode on show is in it
 
 
 def rate_of(pixel_clock: int, line_length: int, frame_lines: int) -> int:
-    """Frame rate of a timing as ``hdl/board/timing_rate.vhd`` computes it.
+    """Frame rate in 0.1 Hz, as ``hdl/board/timing_rate.vhd`` computes it, at most `HIGHEST_RATE`.
 
-    Parameters
-    ----------
-    pixel_clock
-        In 10 kHz.
-    line_length, frame_lines
-        Pixels and lines, blanking included.
-
-    Returns
-    -------
-    int
-        In 0.1 Hz, at most `HIGHEST_RATE`.
+    The pixel clock is in 10 kHz; length and lines include blanking.
     """
     pixels = line_length * frame_lines
     if not pixels:
@@ -103,20 +83,7 @@ def _near(a: int, b: int) -> bool:
 
 
 def read_monitor(content: bytes, shown: Mode) -> MonitorReport:
-    """Read what a monitor sends.
-
-    Parameters
-    ----------
-    content
-        256 bytes from address 0 on; without an extension the first 128 count.
-    shown
-        The mode on show.
-
-    Returns
-    -------
-    MonitorReport
-        What the status says.
-    """
+    """Read the 256 bytes that a monitor sends; without an extension the first 128 count."""
     base, extension = content[:BLOCK_BYTES], content[BLOCK_BYTES : 2 * BLOCK_BYTES]
     blocks = [base] if not base[126] else [base, extension]
     if base[:8] != HEADER or any(sum(block) % 256 for block in blocks):

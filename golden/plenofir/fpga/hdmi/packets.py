@@ -22,21 +22,10 @@ _AUDIO_LENGTH = 10
 
 
 def check_byte(data: bytes) -> int:
-    """Check bits of a header or a subpacket.
+    """Check bits of a header (3 bytes) or a subpacket (7 bytes); the first byte's bit 0 leads.
 
-    Parameters
-    ----------
-    data
-        3 or 7 bytes; bit 0 of the first one is sent first.
-
-    Returns
-    -------
-    int
-        Eight bits, bit 0 is sent first, behind the data.
-
-    Notes
-    -----
-    HDMI 1.4, section 5.2.3.5: a shortened BCH code with the generator 1 + x^6 + x^7 + x^8.
+    HDMI 1.4, section 5.2.3.5: a shortened BCH code with the generator 1 + x^6 + x^7 + x^8. Of the
+    eight bits, sent behind the data, bit 0 leads, too.
     """
     check = 0
     for byte in data:
@@ -48,18 +37,10 @@ def check_byte(data: bytes) -> int:
 
 @dataclass(frozen=True)
 class Packet:
-    """A packet.
+    """A packet."""
 
-    Attributes
-    ----------
-    header
-        3 bytes, the type first.
-    body
-        28 bytes, four subpackets of 7.
-    """
-
-    header: bytes
-    body: bytes = bytes(BODY_BYTES)
+    header: bytes  # 3 bytes, the type first
+    body: bytes = bytes(BODY_BYTES)  # 28 bytes, four subpackets of 7
 
     def __post_init__(self) -> None:
         """Refuse other sizes."""
@@ -118,37 +99,17 @@ _EXTENDED_601 = frozenset({0, 2, 3})
 
 @dataclass(frozen=True)
 class AviInfo:
-    """What an AVI InfoFrame tells of the picture (CEA-861-D, section 6.4).
+    """What an AVI InfoFrame tells of the picture (CEA-861-D, section 6.4)."""
 
-    Attributes
-    ----------
-    colour_space
-        Y1, Y0.
-    colorimetry, extended
-        C1, C0 and, where these are `Colorimetry.EXTENDED`, EC2 to EC0.
-    rgb_range
-        Q1, Q0: 0 default of the format, 1 limited, 2 full.
-    ycc_range
-        YQ1, YQ0: 0 limited, 1 full.
-    format_code
-        VIC, 0 for formats without one.
-    """
-
-    colour_space: ColourSpace = ColourSpace.RGB
-    colorimetry: Colorimetry = Colorimetry.NONE
-    extended: int = 0
-    rgb_range: int = 0
-    ycc_range: int = 0
-    format_code: int = 0
+    colour_space: ColourSpace = ColourSpace.RGB  # Y1, Y0
+    colorimetry: Colorimetry = Colorimetry.NONE  # C1, C0
+    extended: int = 0  # EC2 to EC0, where `colorimetry` is `Colorimetry.EXTENDED`
+    rgb_range: int = 0  # Q1, Q0: 0 default of the format, 1 limited, 2 full
+    ycc_range: int = 0  # YQ1, YQ0: 0 limited, 1 full
+    format_code: int = 0  # VIC, 0 for formats without one
 
     def packet(self) -> Packet:
-        """Make the packet.
-
-        Returns
-        -------
-        Packet
-            AVI InfoFrame, version 2.
-        """
+        """AVI InfoFrame, version 2."""
         data = [
             self.colour_space << 5,
             self.colorimetry << 6,
@@ -177,18 +138,7 @@ class AviInfo:
 
 
 def read_avi(packet: Packet) -> AviInfo | None:
-    """Read an AVI InfoFrame.
-
-    Parameters
-    ----------
-    packet
-        Any packet whose check bytes are right.
-
-    Returns
-    -------
-    AviInfo or None
-        None for other packets and for a wrong checksum.
-    """
+    """Read an AVI InfoFrame from an intact packet; None for others and for a wrong checksum."""
     if packet.header[0] != _AVI_TYPE or not packet.sum_is_right:
         return None
     body = packet.body
@@ -203,34 +153,18 @@ def read_avi(packet: Packet) -> AviInfo | None:
 
 
 def audio_clock_packet(n: int, cycles: int) -> Packet:
-    """Audio clock regeneration (HDMI 1.4, section 5.3.3).
+    """Audio clock regeneration (HDMI 1.4, section 5.3.3): the clock is pixel clock * N / (128 CTS).
 
-    Parameters
-    ----------
-    n, cycles
-        N and CTS, 20 bits each: the audio clock is pixel clock * N / (128 CTS).
-
-    Returns
-    -------
-    Packet
-        All four subpackets are the same.
+    N and CTS (`cycles`) have 20 bits; all four subpackets are the same.
     """
     part = bytes([0]) + cycles.to_bytes(3, "big") + n.to_bytes(3, "big")
     return Packet(bytes([1, 0, 0]), part * 4)
 
 
 def audio_sample_packet(samples: Sequence[tuple[int, int]]) -> Packet:
-    """Audio samples in two channels (HDMI 1.4, section 5.3.4).
+    """Audio samples in two channels (HDMI 1.4, section 5.3.4): one to four pairs of 24 bits each.
 
-    Parameters
-    ----------
-    samples
-        One to four pairs of left and right, 24 bits each.
-
-    Returns
-    -------
-    Packet
-        Valid samples with even parity and channel status 0.
+    They are valid, with even parity and channel status 0.
     """
     parts = []
     for left, right in samples:
@@ -241,28 +175,11 @@ def audio_sample_packet(samples: Sequence[tuple[int, int]]) -> Packet:
 
 
 def general_control_packet(*, mute: bool) -> Packet:
-    """General control (HDMI 1.4, section 5.3.6).
-
-    Parameters
-    ----------
-    mute
-        Set AVMUTE, or clear it.
-
-    Returns
-    -------
-    Packet
-        All four subpackets are the same.
-    """
+    """General control (HDMI 1.4, section 5.3.6): AVMUTE set or cleared, four times alike."""
     part = bytes([0x01 if mute else 0x10]).ljust(SUBPACKET_BYTES, b"\0")
     return Packet(bytes([3, 0, 0]), part * 4)
 
 
 def audio_info_packet() -> Packet:
-    """Audio InfoFrame of two channels.
-
-    Returns
-    -------
-    Packet
-        Everything else is told by the stream.
-    """
+    """Audio InfoFrame of two channels; everything else is told by the stream."""
     return _info_frame(_AUDIO_TYPE, 1, bytes([1]).ljust(_AUDIO_LENGTH, b"\0"))

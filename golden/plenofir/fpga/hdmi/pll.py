@@ -17,28 +17,16 @@ VCO_RANGE = (400_000, 1_080_000)
 
 
 class PllSetting(BaseModel):
-    """Ratios of the PLL.
-
-    Attributes
-    ----------
-    name
-        "low" or "high".
-    multiply
-        Oscillator cycles in each pixel clock.
-    serial, pixel, half
-        Oscillator cycles in a bit, in a pixel and in half a pixel.
-    pixel_clocks
-        Lowest and highest pixel clock in kHz.
-    """
+    """Ratios of the PLL."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    name: str
-    multiply: int
-    serial: int
-    pixel: int
-    half: int
-    pixel_clocks: tuple[int, int]
+    name: str  # "low" or "high"
+    multiply: int  # oscillator cycles in each cycle of the pixel clock that comes in
+    serial: int  # oscillator cycles in a bit
+    pixel: int  # in a pixel
+    half: int  # in half a pixel
+    pixel_clocks: tuple[int, int]  # lowest and highest in kHz
 
 
 LOW = PllSetting(
@@ -134,17 +122,9 @@ def _counter(divide: int) -> int:
 
 
 def places(field: str) -> list[tuple[int, int] | None]:
-    """Where the bits of a field lie.
+    """Register and bit of each bit of a field, lowest first; None for bits that have no place.
 
-    Parameters
-    ----------
-    field
-        CLKFBOUT, CLKOUT0 to CLKOUT2, FILTER or LOCK.
-
-    Returns
-    -------
-    list
-        Register and bit of each, lowest first; None for bits that have no place.
+    Fields are CLKFBOUT, CLKOUT0 to CLKOUT2, FILTER and LOCK.
     """
     words = _PLACES[field].split()
     pairs = [None if word == "--" else word.split(".") for word in words]
@@ -152,18 +132,7 @@ def places(field: str) -> list[tuple[int, int] | None]:
 
 
 def registers(setting: PllSetting) -> dict[int, tuple[int, int]]:
-    """Register contents of a setting.
-
-    Parameters
-    ----------
-    setting
-        What to set.
-
-    Returns
-    -------
-    dict
-        Register address to (mask, value): bits in the mask are written, the others kept.
-    """
+    """Register address to (mask, value) of a setting; bits outside the mask are kept."""
     fields = {
         "CLKFBOUT": _counter(setting.multiply),
         "CLKOUT0": _counter(setting.serial),
@@ -184,22 +153,9 @@ def registers(setting: PllSetting) -> dict[int, tuple[int, int]]:
 
 
 def setting_for(mode: VideoMode) -> PllSetting:
-    """Choose the setting for a mode.
+    """The setting whose range a mode's pixel clock lies in, "high" where both fit.
 
-    Parameters
-    ----------
-    mode
-        Video mode.
-
-    Returns
-    -------
-    PllSetting
-        The one whose range the pixel clock lies in; "high" where both fit.
-
-    Raises
-    ------
-    ValueError
-        If the pixel clock is out of reach.
+    ValueError if the pixel clock is out of reach.
     """
     for setting in (HIGH, LOW):
         slowest, fastest = setting.pixel_clocks
@@ -209,13 +165,7 @@ def setting_for(mode: VideoMode) -> PllSetting:
 
 
 def settings_package() -> str:
-    """Make the VHDL package with both settings.
-
-    Returns
-    -------
-    str
-        ``hdl/spartan6/pll_settings_pkg.vhd``.
-    """
+    """VHDL of ``hdl/spartan6/pll_settings_pkg.vhd``, both settings."""
     low, high = registers(LOW), registers(HIGH)
     rows = []
     for address, (mask, value) in low.items():
@@ -258,20 +208,7 @@ end package pll_settings_pkg;
 
 
 def decode(written: Mapping[int, int], field: str) -> int:
-    """Read a field back from registers.
-
-    Parameters
-    ----------
-    written
-        Register address to contents.
-    field
-        Name of the field.
-
-    Returns
-    -------
-    int
-        Its value, bits without a place being 0.
-    """
+    """Read a field back from the contents of registers, bits without a place being 0."""
     value = 0
     for i, place in enumerate(places(field)):
         if place is not None:

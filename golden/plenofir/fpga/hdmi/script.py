@@ -40,47 +40,17 @@ class Command:
 
 
 def pixel_period(mode: VideoMode) -> Command:
-    """Command that sets the pixel clock.
-
-    Parameters
-    ----------
-    mode
-        Mode with the pixel clock.
-
-    Returns
-    -------
-    Command
-        Its period.
-    """
+    """Command that sets the pixel clock."""
     return Command(Code.PERIOD, round(1e12 / mode.pixel_clock / _PERIOD_UNIT_FS))
 
 
 def typed(text: str) -> list[Command]:
-    """Commands that send a text to the serial port.
-
-    Parameters
-    ----------
-    text
-        ASCII, with the ends of its lines.
-
-    Returns
-    -------
-    list of Command
-        A character each.
-    """
+    """Commands that send an ASCII text, with the ends of its lines, to the serial port."""
     return [Command(Code.SERIAL, ord(letter)) for letter in text]
 
 
 def write_script(path: Path, script: Sequence[Command | Packed]) -> None:
-    """Write a script.
-
-    Parameters
-    ----------
-    path
-        File to write.
-    script
-        Commands, and arrays of words (see `plenofir.fpga.hdmi.link`).
-    """
+    """Write a script of commands and arrays of words (see `plenofir.fpga.hdmi.link`)."""
     with path.open("wb") as file:
         for item in script:
             if isinstance(item, Command):

@@ -13,21 +13,11 @@ from plenofir.errors import InputError
 
 @dataclass(frozen=True)
 class StatusField:
-    """A field of the status line.
+    """A field of the status line."""
 
-    Attributes
-    ----------
-    name
-        What stands before the equals sign.
-    meaning
-        What the documentation says of it.
-    example
-        Its numbers in the documentation's line, as many as the field has.
-    """
-
-    name: str
-    meaning: str
-    example: tuple[int, ...]
+    name: str  # what stands before the equals sign
+    meaning: str  # what the documentation says of it
+    example: tuple[int, ...]  # its numbers in the documentation's line, as many as the field has
 
 
 _CHANNELS = "channels 0/1/2"
@@ -120,22 +110,10 @@ FIELDS = (
 
 
 def parse_status(line: str) -> dict[str, tuple[int, ...]]:
-    """Read a status line.
+    """Numbers of each field of the line that the board answers to ``?``, in order.
 
-    Parameters
-    ----------
-    line
-        What the board answered to ``?``.
-
-    Returns
-    -------
-    dict of str to tuple of int
-        Numbers of each field, in order.
-
-    Raises
-    ------
-    InputError
-        If fields are missing, unknown or in another order, or one has other numbers than it should.
+    InputError if fields are missing, unknown or in another order, or one has other numbers than it
+    should.
     """
     words = line.split()
     where = "status"
@@ -153,24 +131,12 @@ def parse_status(line: str) -> dict[str, tuple[int, ...]]:
 
 
 def example_line() -> str:
-    """Make the status line that the documentation shows.
-
-    Returns
-    -------
-    str
-        A line as the board sends it.
-    """
+    """Make the status line that the documentation shows."""
     return " ".join(f"{f.name}={'/'.join(map(str, f.example))}" for f in FIELDS)
 
 
 def status_package() -> str:
-    """Make the VHDL package with the text of the line and the record of its numbers.
-
-    Returns
-    -------
-    str
-        ``hdl/board/status_pkg.vhd``.
-    """
+    """VHDL of ``hdl/board/status_pkg.vhd``: the text of the line and the record of its numbers."""
     texts = [f"{f.name}={'/'.join('#' * len(f.example))}" for f in FIELDS]
     width = max(len(f.name) for f in FIELDS)
     types = [

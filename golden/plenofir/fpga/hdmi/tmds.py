@@ -52,17 +52,9 @@ def _ones(value: int) -> int:
 
 
 def minimise_transitions(byte: int) -> int:
-    """First coding step: the byte as a chain of XORs or XNORs, nine bits.
+    """First coding step (q_m of DVI 1.0, figure 3-5): the byte as a chain of XORs or XNORs.
 
-    Parameters
-    ----------
-    byte
-        0 to 255.
-
-    Returns
-    -------
-    int
-        q_m of DVI 1.0, figure 3-5; bit 8 tells XOR (1) from XNOR (0).
+    Bit 8 tells XOR (1) from XNOR (0).
     """
     ones = _ones(byte)
     inverted = ones > 4 or (ones == 4 and not byte & 1)
@@ -74,23 +66,9 @@ def minimise_transitions(byte: int) -> int:
 
 
 def encode_byte(byte: int, disparity: int) -> tuple[int, int]:
-    """Code a byte.
+    """Code a byte (DVI 1.0, figure 3-5): the word, and the disparity behind it.
 
-    Parameters
-    ----------
-    byte
-        0 to 255.
-    disparity
-        Ones minus zeros of all data words since the last control token.
-
-    Returns
-    -------
-    tuple of int
-        The word, and the disparity behind it.
-
-    Notes
-    -----
-    DVI 1.0, figure 3-5.
+    The disparity is ones minus zeros of all data words since the last control token.
     """
     coded = minimise_transitions(byte)
     by_xor = coded >> 8
@@ -106,18 +84,7 @@ def encode_byte(byte: int, disparity: int) -> tuple[int, int]:
 
 
 def decode_word(word: int) -> int:
-    """Byte of a data word (DVI 1.0, figure 3-6).
-
-    Parameters
-    ----------
-    word
-        Ten bits.
-
-    Returns
-    -------
-    int
-        0 to 255; meaningless for control tokens.
-    """
+    """Byte of a data word of ten bits (DVI 1.0, figure 3-6); meaningless for control tokens."""
     low = word & 0xFF ^ (0xFF if word >> 9 else 0)
     chain = (low ^ low << 1) & 0xFE
     if not word >> 8 & 1:
@@ -128,15 +95,7 @@ def decode_word(word: int) -> int:
 def is_data_word(word: int) -> bool:
     """Whether an encoder can have sent a word as data.
 
-    Parameters
-    ----------
-    word
-        Ten bits.
-
-    Returns
-    -------
-    bool
-        False for control tokens and for words that only errors of transmission make.
+    Control tokens are none, nor are words that only errors of transmission make.
     """
     byte = decode_word(word)
     return any(encode_byte(byte, disparity)[0] == word for disparity in DISPARITIES)
@@ -150,22 +109,7 @@ def _tables() -> tuple[list[list[int]], list[list[int]]]:
 
 
 def encode_channel(data: Bytes, active: Flags, control: Bytes) -> Words:
-    """Code a channel.
-
-    Parameters
-    ----------
-    data
-        Bytes, shape (pixels,); used where active.
-    active
-        Data enable, shape (pixels,).
-    control
-        2 C1 + C0, shape (pixels,); used where not active.
-
-    Returns
-    -------
-    Words
-        Shape (pixels,).
-    """
+    """Code a channel: bytes where active, else `control`, 2 C1 + C0; all of shape (pixels,)."""
     words, behind = _tables()
     out = np.asarray(TOKENS, np.uint16)[control]
     at = 4
@@ -181,18 +125,7 @@ def encode_channel(data: Bytes, active: Flags, control: Bytes) -> Words:
 
 
 def decode_channel(words: Words) -> tuple[Flags, Bytes, Bytes]:
-    """Decode a channel.
-
-    Parameters
-    ----------
-    words
-        Shape (pixels,).
-
-    Returns
-    -------
-    tuple
-        Data enable, bytes, control bits (2 C1 + C0), each of shape (pixels,).
-    """
+    """Data enable, bytes and control bits (2 C1 + C0) of a channel's words."""
     bytes_of = np.array([decode_word(word) for word in range(1024)], np.uint8)
     control_of = np.full(1024, 255, np.uint8)
     control_of[list(TOKENS)] = range(4)

@@ -55,18 +55,9 @@ WAVE_SIGNALS = tuple(
 
 
 def mode_for(columns: int, rows: int) -> VideoMode:
-    """Choose the timing for a picture.
+    """Timing for a picture: the standard mode of its size at 60 Hz, else one with reduced blanking.
 
-    Parameters
-    ----------
-    columns, rows
-        Size of the picture in pixels.
-
-    Returns
-    -------
-    VideoMode
-        The standard mode of that size at 60 Hz, or one with the reduced blanking of VESA CVT 1.2
-        (version 2) and the pixel clock of 720p60.
+    The latter is that of VESA CVT 1.2 (version 2), with the pixel clock of 720p60.
     """
     return find_mode(columns, rows, 60) or VideoMode(
         name=f"{columns}x{rows}",
@@ -87,22 +78,7 @@ def mode_for(columns: int, rows: int) -> VideoMode:
 def check_chain(
     configuration: CoreConfiguration, rows: int, columns: int, screen: Screen | None = None
 ) -> None:
-    """Refuse what the board's video path cannot carry.
-
-    Parameters
-    ----------
-    configuration
-        The refocuser.
-    rows, columns
-        Size of the picture in pixels.
-    screen
-        What the board shows; the refocused slice alone if None.
-
-    Raises
-    ------
-    InputError
-        Naming the option or the size.
-    """
+    """Refuse what the board's video path cannot carry."""
     screen = screen or Screen()
     if configuration.pixel_bits != 8:
         raise InputError(
@@ -151,25 +127,7 @@ def check_chain(
 
 
 def range_of(board: Board, mode: VideoMode) -> int:
-    """Range of pixel clocks that a board is built for, to take a mode.
-
-    Parameters
-    ----------
-    board
-        The board.
-    mode
-        A mode, which need not be one that the board offers.
-
-    Returns
-    -------
-    int
-        One of the board's ranges.
-
-    Raises
-    ------
-    InputError
-        If none has its pixel clock.
-    """
+    """Range of pixel clocks that a board is built for to take a mode, which it need not offer."""
     for clock_range in board.clock_ranges:
         low, high = range_limits(clock_range)
         if low <= mode.pixel_clock <= high:
@@ -182,18 +140,7 @@ def range_of(board: Board, mode: VideoMode) -> int:
 
 
 def chain_sources(board: str = "atlys") -> list[Path]:
-    """VHDL files of the bench and a board, in order of analysis.
-
-    Parameters
-    ----------
-    board
-        Its name.
-
-    Returns
-    -------
-    list of Path
-        Files.
-    """
+    """VHDL files of the bench and a board, in order of analysis."""
     bench = project.root() / "tb" / "file_bench"
     return [*hdl.board_sources(board), bench / f"board_{board}.vhd", bench / f"{TOP}.vhd"]
 
@@ -211,40 +158,14 @@ def run_chain(
 ) -> BenchResult:
     """Show a picture at the board's input and take what its output shows.
 
-    The source shows the same picture all the time; with several shifts the board sweeps through
-    them, a frame for each. With a screen it is told over its serial port what to show.
+    The source shows the same picture (rows, columns, 3), uint8, all the time; with several shifts
+    the board sweeps through them, a frame for each. With a screen it is told over its serial port
+    what to show: `told`, or else `shown_frames`. `directory` is empty; `progress` is called with
+    the number of pixels that came out so far, blanking counted in proportion.
 
-    Parameters
-    ----------
-    simulator
-        Simulator to use.
-    configuration
-        Generics of the refocuser, with three channels.
-    raw
-        Picture, shape (rows, columns, 3), uint8.
-    directory
-        Empty directory for the library and the bench's files.
-    waves
-        Waveform file to write, or None; see `Simulator.run_command`.
-    progress
-        Called with the number of pixels that came out so far, blanking counted in proportion.
-    board
-        Name of the board.
-    screen
-        What the board shows; the refocused slice alone if None.
-    told
-        Frames to show; those of `shown_frames` if None.
-
-    Returns
-    -------
-    BenchResult
-        A frame for each slice, or each that was told; clocks are pixel clocks, the latency
-        is known to one or two of them.
-
-    Raises
-    ------
-    SimulationError
-        If the simulator fails, or the signal at the output is not the one expected.
+    The result has a frame for each slice, or each that was told; clocks are pixel clocks, the
+    latency is known to one or two of them. SimulationError if the signal at the output is not the
+    one expected.
     """
     rows, columns = raw.shape[:2]
     mode = mode_for(columns, rows)

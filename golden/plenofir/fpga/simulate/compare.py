@@ -10,43 +10,15 @@ from plenofir.refocus.operator import Image
 
 @dataclass(frozen=True)
 class Comparison:
-    """Outcome of a comparison of frames.
+    """Outcome of a comparison of frames."""
 
-    Attributes
-    ----------
-    pixels
-        Number of pixels compared (all channels of a pixel count once).
-    mismatches
-        Number of pixels that differ in any channel.
-    first
-        Description of the first wrong pixel, or None.
-    """
-
-    pixels: int
-    mismatches: int
-    first: str | None
+    pixels: int  # number of pixels compared; all channels of a pixel count once
+    mismatches: int  # pixels that differ in any channel
+    first: str | None  # description of the first wrong pixel
 
 
 def compare_frames(got: Image, want: Image) -> Comparison:
-    """Compare frames pixel by pixel.
-
-    Parameters
-    ----------
-    got
-        Frames, shape (frames, rows, columns) or (frames, rows, columns, channels).
-    want
-        What they should be, same shape.
-
-    Returns
-    -------
-    Comparison
-        Counts, and where the first wrong pixel is and what it holds.
-
-    Raises
-    ------
-    ValueError
-        If the shapes differ.
-    """
+    """Compare frames of shape (frames, rows, columns[, channels]) pixel by pixel."""
     if got.shape != want.shape:
         raise ValueError(f"got frames of shape {got.shape}, want {want.shape}")
     with_channels = want.shape if want.ndim == 4 else (*want.shape, 1)
@@ -66,18 +38,7 @@ def compare_frames(got: Image, want: Image) -> Comparison:
 
 
 def difference_picture(got: Image, want: Image) -> Image:
-    """Absolute difference, stretched so that the largest one is white.
-
-    Parameters
-    ----------
-    got, want
-        Images of the same shape and type.
-
-    Returns
-    -------
-    numpy.ndarray
-        uint8, shape of the images; black where they agree.
-    """
+    """Absolute difference as uint8, stretched so that the largest one is white."""
     difference = np.abs(got.astype(np.int64) - want.astype(np.int64))
     scale = max(int(difference.max(initial=0)), 1)
     return ((difference * 255 + scale - 1) // scale).astype(np.uint8)

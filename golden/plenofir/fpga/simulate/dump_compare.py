@@ -58,25 +58,13 @@ Bound = int | Fraction
 
 @dataclass(frozen=True)
 class Difference:
-    """Where a signal first differs.
+    """Where a signal first differs."""
 
-    Attributes
-    ----------
-    signal
-        Its canonical name, without levels that the files do not share.
-    cycle
-        Cycle of the clock, or None without a clock.
-    time_a, time_b
-        When, in seconds of each file.
-    value_a, value_b
-        What the files have there.
-    """
-
-    signal: str
-    cycle: int | None
-    time_a: Fraction
+    signal: str  # its canonical name, without levels that the files do not share
+    cycle: int | None  # of the clock; None without a clock
+    time_a: Fraction  # when, in seconds of each file
     time_b: Fraction
-    value_a: str
+    value_a: str  # what the files have there
     value_b: str
 
     def __str__(self) -> str:
@@ -90,37 +78,18 @@ class Difference:
 
 @dataclass(frozen=True)
 class DumpComparison:
-    """Result of a comparison.
-
-    Attributes
-    ----------
-    clock
-        Name of the clock, or None.
-    samples
-        Number of cycles compared; without a clock, of instants.
-    signals
-        Number of signals compared.
-    differences
-        For each signal that differs, where it first does, in the order of time.
-    only_in_a, only_in_b
-        Names of the signals that the other file lacks.
-    not_comparable
-        Names of the signals that the files write with different types or widths.
-    never_defined
-        Names of the signals with bits that neither file ever defines.
-    cycles_a, cycles_b
-        Rising edges of the clock in each file, up to the end of what was asked for; 0 without
-        a clock.
-    """
+    """Result of a comparison."""
 
     clock: str | None
-    samples: int
-    signals: int
+    samples: int  # cycles compared; without a clock, instants
+    signals: int  # number of signals compared
+    # Where each signal that differs first does, in the order of time.
     differences: tuple[Difference, ...]
-    only_in_a: tuple[str, ...]
+    only_in_a: tuple[str, ...]  # signals that the other file lacks
     only_in_b: tuple[str, ...]
-    not_comparable: tuple[str, ...]
-    never_defined: tuple[str, ...]
+    not_comparable: tuple[str, ...]  # signals that the files write with different types or widths
+    never_defined: tuple[str, ...]  # signals with bits that neither file ever defines
+    # Rising edges of the clock in each file up to the end that was asked for; 0 without a clock.
     cycles_a: int
     cycles_b: int
 
@@ -131,24 +100,9 @@ class DumpComparison:
 
 
 def parse_bound(text: str, where: str) -> Bound:
-    """Read one end of the range to compare.
+    """Read one end of the range to compare: the number of a cycle, or a time such as ``120ns``.
 
-    Parameters
-    ----------
-    text
-        A time such as ``120ns`` or ``1.5 us``, or the number of a cycle.
-    where
-        Option that it belongs to.
-
-    Returns
-    -------
-    int or Fraction
-        A cycle as an integer, a time in seconds as a `Fraction`.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
+    Times become seconds. `where` is the option that it belongs to.
     """
     if match := re.fullmatch(r"(\d+)(?:\.(\d+))?\s*([a-z]*)", text.strip().lower(), re.ASCII):
         whole, decimals, unit = match.groups(default="")
@@ -174,34 +128,16 @@ def compare_dumps(
     strict: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> DumpComparison:
-    """Compare two waveform files.
+    """Compare two waveform files (VCD, FST or GHW).
 
-    Parameters
-    ----------
-    a, b
-        VCD, FST or GHW files.
-    signals
-        Names of signals or scopes to compare, ``*`` and ``?`` standing for any characters; outer
-        levels may be left out. All signals if empty.
-    begin, end
-        First and last cycle or time to compare; times are those of `a`.
-    clock
-        Name of the clock. If empty, the outermost signal named clk if there is one; ``"none"``
-        for none.
-    strict
-        Compare undefined values too.
-    progress
-        Called with the number of signals that are done and that there are.
+    `signals` are names of signals or scopes, ``*`` and ``?`` standing for any characters; outer
+    levels may be left out; none: all. `begin` and `end` are the first and last cycle or time, in
+    times of `a`. An empty `clock` is the outermost signal named clk if there is one; ``"none"``
+    for none. `strict` compares undefined values too. `progress` gets the signals done, and their
+    number.
 
-    Returns
-    -------
-    DumpComparison
-        Result.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, a name or the range selects nothing, or there is no such clock.
+    InputError if a file cannot be read, a name or the range selects nothing, or there is no such
+    clock.
     """
     dumps = (Dump(a), Dump(b))
     pairs, lone_a, lone_b = _matched(*dumps)

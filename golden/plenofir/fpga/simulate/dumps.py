@@ -35,16 +35,8 @@ Value = int | float | str
 def canonical_name(name: str) -> str:
     """Bring the name of a signal or scope into the form that names are compared in.
 
-    Parameters
-    ----------
-    name
-        Hierarchical name with dots between its parts.
-
-    Returns
-    -------
-    str
-        In lower case, indices in square brackets, without a range at the end: ``core.data`` for
-        ``Core.Data[7:0]``, ``core.channel[0].data`` for ``core.channel(0).data(7 downto 0)``.
+    Lower case, indices in square brackets, no range at the end: ``core.data`` for
+    ``Core.Data[7:0]``, ``core.channel[0].data`` for ``core.channel(0).data(7 downto 0)``.
     """
     plain = name.strip().lower().replace("(", "[").replace(")", "]").replace(".[", "[")
     return _RANGE.sub("", plain)
@@ -52,55 +44,24 @@ def canonical_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class DumpSignal:
-    """A signal in a waveform file.
+    """A signal in a waveform file."""
 
-    Attributes
-    ----------
-    name
-        Hierarchical name as the file has it.
-    canonical
-        See `canonical_name`.
-    is_bits
-        Whether its values are bits; if not, they are reals or text.
-    width
-        Number of bits, 0 if the values are no bits.
-    """
-
-    name: str
-    canonical: str
-    is_bits: bool
-    width: int
+    name: str  # hierarchical, as the file has it
+    canonical: str  # see `canonical_name`
+    is_bits: bool  # if not, its values are reals or text
+    width: int  # number of bits, 0 if the values are no bits
     variable: Any = field(repr=False, compare=False)
 
 
 @dataclass(frozen=True)
 class Changes:
-    """The values of a signal, one for each instant at which it changed.
+    """The values of a signal, one for each instant at which it changed."""
 
-    Attributes
-    ----------
-    times
-        Instants in ticks of the file, strictly ascending.
-    values
-        Value from each instant on.
-    """
-
-    times: Times
-    values: list[Value]
+    times: Times  # of the changes in ticks of the file, strictly ascending
+    values: list[Value]  # from each instant on
 
     def before(self, instants: Times) -> npt.NDArray[np.intp]:
-        """Which value holds just before each of some instants.
-
-        Parameters
-        ----------
-        instants
-            In ticks.
-
-        Returns
-        -------
-        numpy.ndarray
-            Index into `values`, -1 where there is no value yet.
-        """
+        """Index into `values` of what holds just before each instant; -1: no value yet."""
         return np.searchsorted(self.times, instants, side="left") - 1
 
     def at(self, instants: Times) -> npt.NDArray[np.intp]:
@@ -129,26 +90,9 @@ def _silenced() -> Iterator[None]:
 
 
 class Dump:
-    """An open waveform file.
+    """An open waveform file, VCD, FST or GHW: its content tells which.
 
-    Parameters
-    ----------
-    path
-        VCD, FST or GHW file; its content tells which.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or does not state its time unit.
-
-    Attributes
-    ----------
-    path
-        The file.
-    tick
-        Time step of the file in seconds.
-    signals
-        Its signals, outer ones first.
+    `tick` is its time step in seconds; of its `signals` the outer ones come first.
     """
 
     def __init__(self, path: Path) -> None:
@@ -181,23 +125,7 @@ class Dump:
             ) from None
 
     def changes(self, signal: DumpSignal) -> Changes:
-        """All values of a signal.
-
-        Parameters
-        ----------
-        signal
-            One of `signals`.
-
-        Returns
-        -------
-        Changes
-            Its values.
-
-        Raises
-        ------
-        InputError
-            If the file turns out to be broken.
-        """
+        """All values of a signal; InputError if the file turns out to be broken."""
         with self._reading():
             stored = signal.variable.signal
             # The reader takes no empty slices.
@@ -228,18 +156,7 @@ def _plain(value: Value, literals: dict[int, str]) -> Value:
 
 
 def time_text(seconds: Fraction) -> str:
-    """Write a time with the largest unit that it is a whole number of, or 1 or more.
-
-    Parameters
-    ----------
-    seconds
-        Time.
-
-    Returns
-    -------
-    str
-        For instance ``"335 ns"`` or ``"1.565 us"``.
-    """
+    """Write a time with the largest unit that it is a whole number of, or 1 or more: 1.565 us."""
     unit = next((u for u in reversed(TIME_UNITS) if seconds >= Fraction(10) ** TIME_UNITS[u]), "fs")
     number = seconds / Fraction(10) ** TIME_UNITS[unit]
     # Enough digits for zeptoseconds below any unit; trailing zeros go.

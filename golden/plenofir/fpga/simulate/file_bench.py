@@ -54,35 +54,18 @@ def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
 
 @dataclass(frozen=True)
 class BenchResult:
-    """What came out of a simulation.
+    """What came out of a simulation."""
 
-    Attributes
-    ----------
-    frames
-        Shape of the frames that went in; of a stack the pictures that are all in focus.
-    clocks
-        Clocks from the first pixel taken to the last pixel out.
-    input_clocks
-        Clocks from the first pixel taken to the last pixel taken.
-    latency_clocks
-        Clocks from the first pixel taken to the first pixel out; None of a stack.
-    slices
-        Slice of each frame, an index into the configuration's shifts; empty for a stack.
-    seconds
-        Wall time of the run, without analysis.
-    stacks
-        All slices, shape (frames, slices, rows, columns[, 3]); None but of a stack.
-    index
-        Slice of each pixel of `frames`, shape (frames, rows, columns); None but of a stack.
-    """
-
-    frames: Image
-    clocks: int
-    input_clocks: int
-    latency_clocks: int | None
+    frames: Image  # shape of the frames that went in; of a stack the pictures that are all in focus
+    clocks: int  # from the first pixel taken to the last pixel out
+    input_clocks: int  # from the first pixel taken to the last pixel taken
+    latency_clocks: int | None  # from the first pixel taken to the first pixel out; None of a stack
+    # Slice of each frame, an index into the configuration's shifts; empty for a stack.
     slices: tuple[int, ...]
-    seconds: float
+    seconds: float  # wall time of the run, without analysis
+    # All slices, shape (frames, slices, rows, columns[, 3]); None but of a stack.
     stacks: Image | None = None
+    # Slice of each pixel of `frames`, shape (frames, rows, columns); None but of a stack.
     index: npt.NDArray[np.uint8] | None = None
 
 
@@ -141,49 +124,16 @@ def run_bench(
     toggles: bool = False,
     progress: Callable[[int], None] | None = None,
 ) -> BenchResult:
-    """Move frames through a core, back to back.
+    """Move frames (frames, rows, columns[, channels]) through a core, back to back.
 
-    Parameters
-    ----------
-    simulator
-        Simulator to use.
-    core
-        Generics of the core.
-    frames
-        Shape (frames, rows, columns) or (frames, rows, columns, channels).
-    directory
-        Empty directory for the library and the bench's files; made if it is missing.
-    index
-        Depth index behind a stack; None without one.
-    sweep_frames
-        Number of frames for each slice of a sweep; 0 uses the first slice throughout.
-    stall_percent
-        Share of clocks in which each side stalls at random.
-    seed
-        Seed of the stalls, 1 to 65535.
-    waves
-        Waveform file to write, or None; see `Simulator.run_command`.
-    built
-        Whether the directory has the library already, from an earlier run.
-    verilog
-        Verilator only: the entity `CORE` in Verilog, if not what GHDL makes of its sources.
-    toggles
-        Verilator only: whether to count the changes of all signals, see
-        `plenofir.fpga.simulate.toggles.read_toggles`.
-    progress
-        Called with the number of pixels that came out so far.
+    `index` is the depth index behind a stack. A sweep has `sweep_frames` for each slice; with 0
+    the first slice is used throughout. `stall_percent` of the clocks each side stalls at random,
+    `seed` is 1 to 65535. `built`: the directory has the library already, from an earlier run.
+    `verilog` and `toggles` are for Verilator: the entity `CORE` in Verilog, if not what GHDL makes
+    of its sources, and whether to count changes for `plenofir.fpga.simulate.toggles.read_toggles`.
+    `progress` is called with the number of pixels that came out so far.
 
-    Returns
-    -------
-    BenchResult
-        Frames out and clock counts.
-
-    Raises
-    ------
-    InputError
-        If the simulator cannot write the waveform.
-    SimulationError
-        If the simulator fails, or pixels are missing, too many or wrongly framed.
+    SimulationError if the simulator fails, or pixels are missing, too many or wrongly framed.
     """
     if simulator.name == "verilator" and waves is not None:
         raise InputError("no waveform from Verilator", where="waves", expected="ghdl or nvc")

@@ -49,21 +49,12 @@ WaveJson = dict[str, Any]
 
 @dataclass(frozen=True)
 class RowRun:
-    """A row's way through the module.
-
-    Attributes
-    ----------
-    layout
-        Taps and switches of the filter.
-    starts_ns
-        Rising edge at which each cycle begins, in ns.
-    signals
-        Canonical name without the bench to the values, one for each cycle: what holds just before
-        the edge that ends it; None if there is no value yet.
-    """
+    """A row's way through the module."""
 
     layout: FilterLayout
-    starts_ns: list[int]
+    starts_ns: list[int]  # rising edge at which each cycle begins, in ns
+    # By canonical name without the bench: what holds just before the edge that ends each cycle;
+    # None if there is no value yet.
     signals: dict[str, list[Value | None]]
 
     @property
@@ -80,13 +71,7 @@ class RowRun:
 
 
 class RowBench:
-    """The bench of the row module, built for GHDL, whose GHW files hold arrays.
-
-    Parameters
-    ----------
-    directory
-        Empty directory for the library and the files of the runs.
-    """
+    """The bench of the row module, built for GHDL: its GHW files hold arrays."""
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory
@@ -103,29 +88,7 @@ class RowBench:
         *,
         hold: bool = False,
     ) -> RowRun:
-        """Send a row through the module.
-
-        Parameters
-        ----------
-        pixels
-            Row of 8-bit pixels.
-        micro_image_size
-            M in pixels.
-        shift
-            a' in pixels.
-        hold
-            Whether the first output of each micro image is held for the others.
-
-        Returns
-        -------
-        RowRun
-            All signals in all cycles.
-
-        Raises
-        ------
-        plenofir.fpga.simulate.simulators.SimulationError
-            If the simulation fails.
-        """
+        """Send a row of 8-bit pixels through the module: all signals in all cycles."""
         np.array(pixels, dtype="<i4").tofile(self._directory / "input.bin")
         waves = self._directory / "row.ghw"
         generics: dict[str, int | bool | str] = {
@@ -216,18 +179,10 @@ class _Arrows:
 
 
 def module_diagram(run: RowRun) -> WaveJson:
-    """Timing diagram in the terms of the thesis.
+    """Timing diagram (WaveJSON) in the terms of the thesis.
 
-    Parameters
-    ----------
-    run
-        Simulation of a row of more than `MARKED_OUTPUT` pixels.
-
-    Returns
-    -------
-    dict
-        WaveJSON, from the cycle before the first pixel on, with arrows that follow one output
-        through the filter.
+    The row has more than `MARKED_OUTPUT` pixels. The diagram begins with the cycle before the
+    first pixel; arrows follow one output through the filter.
     """
     signals, m, taps = run.signals, run.layout.micro_image_size, run.taps
     cycles = range(signals["strobe"].index(1) - 1, len(run.starts_ns))
@@ -291,18 +246,7 @@ def _pixels_of_output(output: int, pixels: int, micro_image_size: int, shift: in
 
 
 def simulation_diagram(run: RowRun) -> WaveJson:
-    """Timing diagram with the names and times of the simulation.
-
-    Parameters
-    ----------
-    run
-        Simulation of a row.
-
-    Returns
-    -------
-    dict
-        WaveJSON, from the first edge on.
-    """
+    """Timing diagram (WaveJSON) with the simulation's names and times, from the first edge on."""
     signals = run.signals
 
     def bit(label: str, name: str) -> WaveJson:
@@ -336,18 +280,7 @@ def simulation_diagram(run: RowRun) -> WaveJson:
 
 
 def draw(diagram: WaveJson) -> str:
-    """Draw a timing diagram.
-
-    Parameters
-    ----------
-    diagram
-        WaveJSON.
-
-    Returns
-    -------
-    str
-        SVG on a white ground.
-    """
+    """Draw a timing diagram (WaveJSON) as SVG on a white ground."""
     drawing = wavedrom.render(json.dumps(diagram))
     # Of the many shapes that it defines, only those that it uses.
     used = set(re.findall(r'xlink:href="#([^"]+)"', drawing.tostring()))
@@ -360,18 +293,7 @@ def draw(diagram: WaveJson) -> str:
 
 
 def timing_diagrams(bench: RowBench) -> dict[str, str]:
-    """All timing diagrams that the documentation shows.
-
-    Parameters
-    ----------
-    bench
-        Where to simulate.
-
-    Returns
-    -------
-    dict
-        Name of the file to SVG.
-    """
+    """All timing diagrams that the documentation shows: name of the file to SVG."""
     # The thesis holds the output for a' = 0, which needs the fewest taps.
     runs = {shift: bench.run(shift=shift, hold=shift == 0) for shift in SHIFTS}
     drawn = {f"module_a{shift}.svg": draw(module_diagram(run)) for shift, run in runs.items()}

@@ -64,46 +64,25 @@ Progress = Callable[[str, int, int], None]
 
 
 class Run(BaseModel):
-    """What to simulate.
-
-    Attributes
-    ----------
-    raw
-        Raw image file.
-    core
-        Core of any engine, see `core_for_image`; the image may be smaller than its lines. All of
-        its slices are simulated: a frame for each, or all at once in a stack.
-    radius
-        Of the depth index behind a stack, see `plenofir.refocus.sharpness.local_sharpness`.
-    out
-        Folder for the results.
-    simulator
-        "ghdl", "nvc" or "verilator".
-    waves
-        Whether to write a waveform.
-    chain
-        "core", the core alone, or "hdmi", the whole board from serial TMDS bits to serial TMDS
-        bits.
-    board
-        The board of that chain.
-    screen
-        What it shows: besides the slices each output, with and without its text. Of the core of a
-        stack the depth index alone counts, instead of `radius`.
-    sensor
-        Raw frame of a sensor that goes into the board, which makes `raw` of it; None: `raw` does.
-    """
+    """What to simulate."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     raw: Path = DEFAULT_RAW
+    # See `core_for_image`; all its slices are simulated, a frame for each, or at once in a stack.
     core: CoreConfiguration
+    # That of the depth index behind a stack, see `plenofir.refocus.sharpness.local_sharpness`.
     radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
-    out: Path
-    simulator: str = "ghdl"
+    out: Path  # folder for the results
+    simulator: str = "ghdl"  # "ghdl", "nvc" or "verilator"
     waves: bool = False
+    # "core" alone, or "hdmi": the whole board from serial TMDS bits to serial TMDS bits.
     chain: Chain = "core"
-    board: BoardName = "atlys"
+    board: BoardName = "atlys"  # of the chain "hdmi"
+    # What the board shows: besides the slices each output, with and without its text; of the core
+    # of a stack the depth index alone counts, instead of `radius`.
     screen: Screen = Screen()
+    # Raw frame of a sensor that goes into the board, which makes `raw` of it.
     sensor: SensorFrame | None = None
 
 
@@ -117,26 +96,9 @@ def picture_names(shift: int, micro_image_size: int, slices: int) -> tuple[str, 
 
 
 def core_for_image(path: Path, chain: Chain = "core", **fields: Any) -> CoreConfiguration:
-    """Core made to measure for an image file.
+    """Core made to measure for an image file: lines, channels (three for HDMI) and pixels.
 
-    Parameters
-    ----------
-    path
-        The image file.
-    chain
-        As in `Run`; HDMI has three channels.
-    **fields
-        The core's other fields.
-
-    Returns
-    -------
-    CoreConfiguration
-        A core with lines, channels and pixels of the image.
-
-    Raises
-    ------
-    InputError
-        If the image cannot be read.
+    `fields` are the core's others.
     """
     raw = read_image(path)
     return CoreConfiguration(
@@ -150,17 +112,7 @@ def core_for_image(path: Path, chain: Chain = "core", **fields: Any) -> CoreConf
 def scene_image(core: CoreConfiguration, rows: int) -> Image:
     """Raw image for a scene that has none: the flower, its micro images resampled to M x M.
 
-    Parameters
-    ----------
-    core
-        The core: M, channels, bits, line length.
-    rows
-        Largest number of rows.
-
-    Returns
-    -------
-    Image
-        As large as the flower allows, whole micro images.
+    As large as the flower and `rows` allow, whole micro images.
     """
     flower = read_image(FLOWER)
     have, want = FLOWER_MICRO_IMAGE_SIZE, core.micro_image_size
@@ -219,29 +171,10 @@ def _depth_index(what: Run) -> DepthIndexConfiguration | None:
 def run(what: Run, progress: Progress | None = None) -> Report:
     """Refocus a raw image in the VHDL and in the golden model, and compare them.
 
-    Leaves ``refocused.png``, ``golden.png``, ``diff.png`` and ``report.json`` in ``what.out`` (of a
-    sweep three pictures for each slice, the slice in the name), and with waves
-    ``refocused.fst`` and ``refocused.gtkw``. A stack leaves the refocused picture of each slice,
+    Leaves ``refocused.png``, ``golden.png``, ``diff.png`` and ``report.json`` in ``what.out`` (of
+    a sweep three pictures for each slice, the slice in the name), and with waves ``refocused.fst``
+    and ``refocused.gtkw``. A stack leaves the refocused picture of each slice,
     ``all_in_focus.png`` and ``depth_index.png``. All appear at the end or not at all.
-
-    Parameters
-    ----------
-    what
-        What to simulate.
-    progress
-        Called as the work goes on.
-
-    Returns
-    -------
-    Report
-        What ``report.json`` holds; a `StackReport` of a stack.
-
-    Raises
-    ------
-    InputError
-        If image, core, folder or simulator cannot be used; it names the field.
-    plenofir.fpga.simulate.simulators.SimulationError
-        If the simulation fails.
     """
     core, shifts = what.core, what.core.shifts
     m = core.micro_image_size

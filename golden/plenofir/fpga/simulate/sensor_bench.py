@@ -24,31 +24,16 @@ _HALF = (1 << 20) - 1
 
 @dataclass(frozen=True)
 class SensorResult:
-    """What came out of a simulation.
+    """What came out of a simulation."""
 
-    Attributes
-    ----------
-    frames
-        Rasters of micro images.
-    clocks
-        From the first raw pixel taken to the last pixel out.
-    input_clocks
-        From the first raw pixel taken to the last one.
-    latency_clocks
-        From the first raw pixel taken to the first pixel out.
-    refused_clocks
-        Clocks in which the source was refused; a source that offers a pixel every clock but the one
-        in which the bench reads it.
-    seconds
-        Wall time of the run, without analysis.
-    """
-
-    frames: Image
-    clocks: int
-    input_clocks: int
-    latency_clocks: int
+    frames: Image  # rasters of micro images
+    clocks: int  # from the first raw pixel taken to the last pixel out
+    input_clocks: int  # from the first raw pixel taken to the last one
+    latency_clocks: int  # from the first raw pixel taken to the first pixel out
+    # Clocks in which the source was refused; it offers a pixel every clock but the one in which the
+    # bench reads it.
     refused_clocks: int
-    seconds: float
+    seconds: float  # wall time of the run, without analysis
 
 
 def sensor_generics(core: ResamplerConfiguration, *, mosaic: bool) -> Generics:
@@ -70,40 +55,11 @@ def run_sensor(
     verilog: Sequence[Path] | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> SensorResult:
-    """Move raw frames through the resampler, behind the mosaic if there is one.
+    """Move raw frames (frames, rows, columns[, channels]) through the resampler.
 
-    Parameters
-    ----------
-    simulator
-        Simulator to use.
-    core
-        The resampler; its channels are those behind the mosaic.
-    loads
-        Words for its load port.
-    frames
-        Raw frames, shape (frames, rows, columns[, channels]).
-    raster_shape
-        Rows and columns that come out.
-    directory
-        Empty folder; made if it is missing.
-    red_place
-        Row and column of the mosaic's first red pixel; None without a mosaic.
-    stall_percent, seed
-        See `plenofir.fpga.simulate.file_bench.run_bench`.
-    verilog
-        Verilator only: the entity in Verilog, if not what GHDL makes of its sources.
-    progress
-        Called with the number of pixels that came out so far.
-
-    Returns
-    -------
-    SensorResult
-        Rasters and clock counts.
-
-    Raises
-    ------
-    SimulationError
-        If the simulator fails, or pixels are missing, too many or wrongly framed.
+    A mosaic in front of it has its first red pixel at `red_place` (row, column); the core's
+    channels are those behind it. `raster_shape` is rows and columns that come out; the others are
+    as in `plenofir.fpga.simulate.file_bench.run_bench`.
     """
     count, rows, columns = frames.shape[:3]
     directory.mkdir(parents=True, exist_ok=True)

@@ -35,18 +35,10 @@ _FRAMES_TO_FOLLOW = chain.FRAMES_TO_FOLLOW + 1
 
 @dataclass(frozen=True)
 class SensorFrame:
-    """A sensor's raw frame, and the board for it.
+    """A sensor's raw frame, and the board for it."""
 
-    Attributes
-    ----------
-    sensor
-        The sensor, its calibration built in.
-    raw
-        The frame: grey or a mosaic, shape (rows, columns), or RGB; uint8.
-    """
-
-    sensor: BoardSensor
-    raw: Image
+    sensor: BoardSensor  # its calibration built in
+    raw: Image  # grey or a mosaic, shape (rows, columns), or RGB; uint8
 
     @property
     def mode(self) -> VideoMode:
@@ -61,22 +53,7 @@ def _delay_lines(frame: SensorFrame, core: CoreConfiguration, rows: int) -> int:
 
 
 def check_sensor_chain(frame: SensorFrame, core: CoreConfiguration, board: str) -> None:
-    """Refuse what the board's video path cannot carry.
-
-    Parameters
-    ----------
-    frame
-        What comes in.
-    core
-        The refocuser.
-    board
-        Name of the board.
-
-    Raises
-    ------
-    InputError
-        Naming the option or the size.
-    """
+    """Refuse what the board's video path cannot carry."""
     chain.check_chain(core, frame.sensor.rows, frame.sensor.columns)
     mode = frame.mode
     chain.range_of(BOARDS[board], mode)
@@ -100,32 +77,8 @@ def run_sensor_chain(
 ) -> BenchResult:
     """Show a raw frame at the board's input and take what its output shows in the middle.
 
-    Parameters
-    ----------
-    simulator
-        Simulator to use.
-    core
-        Generics of the refocuser, with three channels.
-    frame
-        What comes in, all the time.
-    raster
-        Rows and columns of the raster.
-    directory
-        Empty directory for the library and the bench's files.
-    progress
-        Called with the number of pixels that came out so far, in proportion.
-    board
-        Name of the board.
-
-    Returns
-    -------
-    BenchResult
-        A frame for each slice, shape of the raster, three channels.
-
-    Raises
-    ------
-    SimulationError
-        If the simulator fails, or the signal at the output is not the one expected.
+    The frame comes in all the time; `raster` is rows and columns of the raster. The result has a
+    frame for each slice, shape of the raster, three channels.
     """
     sensor, mode, slices = frame.sensor, frame.mode, len(core.shifts)
     pixels = frame.raw if frame.raw.ndim == 3 else np.repeat(frame.raw[..., np.newaxis], 3, axis=2)

@@ -27,38 +27,15 @@ _KINDS: dict[str, Kind] = {"r": "refocused", "a": "all-in-focus", "d": "depth"}
 
 @dataclass(frozen=True)
 class ShownFrame:
-    """What a frame shows.
+    """What a frame shows."""
 
-    Attributes
-    ----------
-    output
-        Its place in the screen's outputs.
-    slice_
-        The slice.
-    text
-        Where the text is.
-    """
-
-    output: int
+    output: int  # its place in the screen's outputs
     slice_: int
-    text: Place
+    text: Place  # where the text is
 
 
 def told_before(frames: tuple[ShownFrame, ...], screen: Screen) -> list[list[Command]]:
-    """Commands that make a board show frames, in front of each those that change something.
-
-    Parameters
-    ----------
-    frames
-        The frames.
-    screen
-        What the board shows.
-
-    Returns
-    -------
-    list
-        Commands before each frame.
-    """
+    """Commands that make a board show frames, in front of each those that change something."""
     told, known = [], dict[str, int]()
     for frame in frames:
         wanted = {"s": frame.slice_, "o": frame.output}
@@ -86,17 +63,7 @@ class ShownReport(BaseModel):
 def shown_frames(core: CoreConfiguration, screen: Screen) -> tuple[ShownFrame, ...]:
     """Frames of a run: all outputs without a text, the refocused one with each slice; then with it.
 
-    Parameters
-    ----------
-    core
-        The core.
-    screen
-        What the board shows; empty if that is a sweep through the slices.
-
-    Returns
-    -------
-    tuple of ShownFrame
-        In order.
+    None if what the board shows is a sweep through the slices.
     """
     if screen == Screen():
         return ()
@@ -116,20 +83,7 @@ def shown_frames(core: CoreConfiguration, screen: Screen) -> tuple[ShownFrame, .
 def golden_frame(
     core: CoreConfiguration, screen: Screen, frame: ShownFrame, slices: Image
 ) -> npt.NDArray[np.uint8]:
-    """What a frame ought to show.
-
-    Parameters
-    ----------
-    core, screen, frame
-        The core, what its board shows, the frame.
-    slices
-        All slices by the golden model, shape (slices, rows, columns, 3).
-
-    Returns
-    -------
-    numpy.ndarray
-        Picture, uint8.
-    """
+    """What a frame ought to show, given all slices (slices, rows, columns, 3) by the model."""
     kind = _KINDS[screen.outputs[frame.output]]
     picture: Image = slices[frame.slice_]
     if kind != "refocused":
@@ -175,21 +129,7 @@ def write_shown(
 ) -> tuple[ShownReport, ...]:
     """Compare what a board showed besides its slices, and write it.
 
-    Parameters
-    ----------
-    core, screen
-        The core, and what its board shows.
-    pictures
-        A picture of each of the `shown_frames`.
-    slices
-        All slices by the golden model.
-    folder
-        For the pictures.
-
-    Returns
-    -------
-    tuple of ShownReport
-        One for each picture.
+    `pictures` has one of each of the `shown_frames`, `slices` all of the golden model.
     """
     reports = []
     for frame, picture in zip(shown_frames(core, screen), pictures, strict=True):

@@ -37,37 +37,17 @@ class SimulationError(ToolError):
 
 @dataclass(frozen=True)
 class Simulator:
-    """One installed simulator.
-
-    Attributes
-    ----------
-    name
-        "ghdl", "nvc" or "verilator".
-    version
-        First line of what it says of itself.
-    environment
-        Variables that its commands need.
-    standard
-        Year of the VHDL that it is to read.
-    """
+    """One installed simulator."""
 
     name: SimulatorName
-    version: str
-    environment: Mapping[str, str]
-    standard: Standard = "1993"
+    version: str  # first line of what it says of itself
+    environment: Mapping[str, str]  # variables that its commands need
+    standard: Standard = "1993"  # year of the VHDL that it is to read
 
     def global_options(self, *, board: bool = False) -> list[str]:
         """Options that analysis, elaboration and run share.
 
-        Parameters
-        ----------
-        board
-            Whether the design binds models of a vendor's primitives.
-
-        Returns
-        -------
-        list of str
-            The standard, above all.
+        `board`: the design binds models of a vendor's primitives.
         """
         year = _BOARD_STANDARD.get(self.standard, self.standard) if board else self.standard
         if self.name == "nvc":
@@ -77,22 +57,7 @@ class Simulator:
     def analysis(
         self, files: Sequence[Path], *, library: str = "work", board: bool = False
     ) -> list[str]:
-        """Command that analyses VHDL into a library in the working directory.
-
-        Parameters
-        ----------
-        files
-            In order of analysis.
-        library
-            Its name.
-        board
-            As in `global_options`.
-
-        Returns
-        -------
-        list of str
-            The command.
-        """
+        """Command that analyses VHDL into a library in the working directory."""
         options = [*self.global_options(board=board), f"--work={library}"]
         names = map(str, files)
         if self.name == "nvc":
@@ -104,20 +69,7 @@ class Simulator:
     ) -> list[list[str]]:
         """Commands that build a design in a library in the working directory.
 
-        Parameters
-        ----------
-        sources
-            VHDL files in order of analysis.
-        top
-            Entity that will be run.
-        models
-            Models of a vendor's primitives, if the sources instantiate them, in a folder named as
-            their library.
-
-        Returns
-        -------
-        list of list of str
-            Commands.
+        `models` are those of a vendor's primitives, in a folder named as their library.
         """
         board = bool(models)
         options = self.global_options(board=board)
@@ -141,23 +93,9 @@ class Simulator:
     ) -> list[str]:
         """Command that runs a built design.
 
-        Parameters
-        ----------
-        top
-            Entity to run.
-        generics
-            Its generics.
-        board
-            As in `global_options`.
-        waves
-            Waveform file to write (``.fst``, ``.vcd``, for GHDL also ``.ghw``), or None.
-        wave_signals
-            Hierarchical names (``/top/instance/signal``) to write; all if empty.
-
-        Returns
-        -------
-        list of str
-            The command. Signal lists are passed in a file beside `waves`.
+        `waves` is a waveform file to write (``.fst``, ``.vcd``, for GHDL also ``.ghw``),
+        `wave_signals` the hierarchical names (``/top/instance/signal``) in it, passed in a file
+        beside it; none: all.
         """
         overrides = [f"-g{name}={generic_text(value)}" for name, value in generics.items()]
         if self.name == "nvc":
@@ -185,19 +123,8 @@ class Simulator:
     ) -> None:
         """Run one command, its output going to ``simulator.log``.
 
-        Parameters
-        ----------
-        command
-            What to run.
-        directory
-            Working directory.
-        poll
-            Called about ten times a second while it runs.
-
-        Raises
-        ------
-        SimulationError
-            If it fails; the message ends with the last lines it printed.
+        `poll` is called about ten times a second. SimulationError if it fails, with the last lines
+        it printed.
         """
         log = directory / "simulator.log"
         with log.open("ab") as output:
@@ -231,15 +158,8 @@ class Simulator:
 def coverage_options(simulator: SimulatorName) -> list[str]:
     """Options of an elaboration that counts the statements and branches of its run.
 
-    Parameters
-    ----------
-    simulator
-        Which one; NVC counts, into a database of its own in the folder ``NVC_COVERAGE``.
-
-    Returns
-    -------
-    list of str
-        None without such a variable.
+    NVC counts, into a database of its own in the folder ``NVC_COVERAGE``; none without this
+    variable.
     """
     folder = os.environ.get("NVC_COVERAGE")
     if simulator != "nvc" or not folder:
@@ -248,18 +168,7 @@ def coverage_options(simulator: SimulatorName) -> list[str]:
 
 
 def generic_text(value: int | bool | str) -> str:
-    """Value of a generic as simulators take it.
-
-    Parameters
-    ----------
-    value
-        The value.
-
-    Returns
-    -------
-    str
-        Its text.
-    """
+    """Value of a generic as simulators take it."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
@@ -274,38 +183,17 @@ def _first_line(command: Sequence[str], environment: Mapping[str, str]) -> str:
 
 
 def ghdl_environment() -> dict[str, str]:
-    """Variables that choose the fastest installed GHDL back end.
-
-    Returns
-    -------
-    dict
-        ``GHDL_BACKEND`` for Debian's wrapper: LLVM where it is installed, unless the user chose.
-    """
+    """``GHDL_BACKEND`` for Debian's wrapper: LLVM where it is installed, unless the user chose."""
     if "GHDL_BACKEND" in os.environ or shutil.which("ghdl-llvm") is None:
         return {}
     return {"GHDL_BACKEND": "llvm"}
 
 
 def find_simulator(name: str, *, brief: bool = False) -> Simulator:
-    """Find an installed simulator.
+    """Find an installed simulator on the PATH.
 
-    Parameters
-    ----------
-    name
-        "ghdl", "nvc" or "verilator".
-    brief
-        For short work: the GHDL that need not compile, though it simulates more slowly, where it
-        is installed and no other back end is asked for.
-
-    Returns
-    -------
-    Simulator
-        The one on the PATH.
-
-    Raises
-    ------
-    InputError
-        If there is no such simulator, or it is not on the PATH or too old.
+    `brief` is for short work: the GHDL that need not compile, though it simulates more slowly,
+    where it is installed and no other back end is asked for.
     """
     if name == "ghdl":
         chosen = "GHDL_BACKEND" in os.environ or shutil.which("ghdl-mcode") is None

@@ -30,30 +30,14 @@ _INSIDE_SLICE["MUXF8"] = _INSIDE_SLICE["MUXF7"]
 
 @dataclass(frozen=True)
 class Activity:
-    """What switches in a core while frames go through it.
+    """What switches in a core while frames go through it."""
 
-    Attributes
-    ----------
-    figures
-        What the netlist takes.
-    clocks
-        Clocks from the first pixel in to the last pixel out.
-    pixels
-        Pixels of all frames.
-    nets
-        Nets that leave their slice.
-    toggles
-        Changes of all of these nets, the clock's not counted, without glitches.
-    inside
-        Changes of nets that stay inside their slice.
-    """
-
-    figures: Figures
-    clocks: int
-    pixels: int
-    nets: int
-    toggles: int
-    inside: int
+    figures: Figures  # what the netlist takes
+    clocks: int  # from the first pixel in to the last pixel out
+    pixels: int  # of all frames
+    nets: int  # that leave their slice
+    toggles: int  # changes of all of these nets, the clock's not counted, without glitches
+    inside: int  # changes of nets that stay inside their slice
 
     @property
     def rate(self) -> float:
@@ -62,18 +46,7 @@ class Activity:
 
 
 def read_toggles(path: Path) -> dict[str, int]:
-    """Read what the file bench counted in Verilator.
-
-    Parameters
-    ----------
-    path
-        ``toggles.dat``.
-
-    Returns
-    -------
-    dict
-        Name of a signal, or of a bit as ``name[bit]``, to its changes in both directions.
-    """
+    """Changes of each signal, or bit (``name[bit]``), in both directions, from ``toggles.dat``."""
     found: Counter[str] = Counter()
     for line in path.read_bytes().splitlines():
         if match := _CHANGE.search(line):
@@ -82,19 +55,9 @@ def read_toggles(path: Path) -> dict[str, int]:
 
 
 def net_toggles(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> dict[int, int]:
-    """Changes of each net of a netlist.
+    """Changes of each net of a netlist (a module of Yosys' JSON), by its number.
 
-    Parameters
-    ----------
-    netlist
-        A module of Yosys' JSON.
-    toggles
-        See `read_toggles`.
-
-    Returns
-    -------
-    dict
-        Number of a net to its changes; nets that a signal's name is not known of are left out.
+    Nets that a signal's name is not known of are left out.
     """
     found = {}
     for name, net in netlist["netnames"].items():
@@ -109,21 +72,8 @@ def net_toggles(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> dict[
 def count_activity(netlist: Mapping[str, Any], toggles: Mapping[str, int]) -> tuple[int, int, int]:
     """Sort the nets of a netlist by where they go.
 
-    Parameters
-    ----------
-    netlist
-        A module of Yosys' JSON, its cells those of Spartan-6.
-    toggles
-        See `read_toggles`.
-
-    Returns
-    -------
-    nets
-        Nets that cells drive and that leave their slice.
-    toggles
-        Their changes.
-    inside
-        Changes of the nets that go to a flip-flop, multiplexer or carry chain of their slice alone.
+    Nets that cells drive and that leave their slice; their changes; and changes of the nets that
+    go to a flip-flop, multiplexer or carry chain of their slice alone.
     """
     changes = net_toggles(netlist, toggles)
     driven: set[int] = set()
@@ -164,28 +114,8 @@ def simulate_activity(
 ) -> Activity:
     """Synthesise a core for Spartan-6, send frames through the netlist, and count changes.
 
-    Parameters
-    ----------
-    simulator
-        Verilator.
-    core
-        Generics of the core.
-    frames
-        Shape (frames, rows, columns[, channels]).
-    directory
-        Folder for all files.
-
-    Returns
-    -------
-    Activity
-        What switched.
-
-    Raises
-    ------
-    InputError
-        If a tool is missing.
-    SimulationError
-        If the netlist's frames are not the golden model's.
+    Frames: (frames, rows, columns[, channels]); the simulator is Verilator. SimulationError if the
+    netlist's frames are not the golden model's.
     """
     netlist = synthesise(core_sources(), CORE, core_generics(core), directory)
     # Short names, one for each net.

@@ -11,32 +11,18 @@ from plenofir.fpga.simulate.dumps import Dump
 
 @dataclass(frozen=True)
 class WaveSignal:
-    """A signal in a waveform.
+    """A signal in a waveform."""
 
-    Attributes
-    ----------
-    path
-        Hierarchical name, ``/top/instance/signal``.
-    kind
-        "bit", or a vector by the direction of its range.
-    """
-
-    path: str
-    kind: SignalKind
+    path: str  # ``/top/instance/signal``
+    kind: SignalKind  # "bit", or a vector by the direction of its range
 
 
 def write_save_file(path: Path, dump: Path, signals: Sequence[WaveSignal]) -> None:
     """Write a GTKWave save file that shows signals of a waveform, grouped by instance.
 
-    Parameters
-    ----------
-    path
-        Save file to write (``.gtkw``).
-    dump
-        Waveform file, in the same folder. Simulators differ in whether names start with the
-        top-level entity, so the names are looked up in it.
-    signals
-        Signals to show; those that the simulator did not write are left out.
+    `dump` lies in the same folder. Simulators differ in whether names start with the top-level
+    entity, so the names are looked up in it; signals that the simulator did not write are left
+    out.
     """
     widths = {signal.name: signal.width for signal in Dump(dump).signals}
     lines = [f'[dumpfile] "{dump.name}"', "[timestart] 0", "*-22.0 0"]

@@ -90,13 +90,7 @@ def _module(
 
 
 def block_ram_models() -> str:
-    """Verilog of RAMB16BWER and RAMB8BWER.
-
-    Returns
-    -------
-    str
-        Both modules.
-    """
+    """Verilog of RAMB16BWER and RAMB8BWER."""
     large = [
         (
             letter,

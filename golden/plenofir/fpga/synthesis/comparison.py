@@ -41,27 +41,13 @@ _MOST_LUTS = 4000
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of the comparison.
+    """A cell of the comparison."""
 
-    Attributes
-    ----------
-    micro_image_size
-        M in pixels.
-    shifts
-        a' in pixels; more than one: chosen at run time.
-    channels
-        1 (grey) or 3 (RGB).
-    engine
-        Which engine.
-    pixels_per_clock
-        P of moving sums.
-    """
-
-    micro_image_size: int
-    shifts: tuple[int, ...]
-    channels: int
+    micro_image_size: int  # M in pixels
+    shifts: tuple[int, ...]  # a' in pixels; more than one: chosen at run time
+    channels: int  # 1 (grey) or 3 (RGB)
     engine: SliceEngineName
-    pixels_per_clock: PixelsPerClock = 1
+    pixels_per_clock: PixelsPerClock = 1  # P of moving sums
 
     @property
     def name(self) -> str:
@@ -73,18 +59,7 @@ class Cell:
         return f"{self.engine} M={self.micro_image_size} a'={shown} {colour}{at_once}"
 
     def core(self, columns: int = COLUMNS) -> CoreConfiguration:
-        """Raster core of the cell.
-
-        Parameters
-        ----------
-        columns
-            Longest line in pixels.
-
-        Returns
-        -------
-        CoreConfiguration
-            8 bit, exact arithmetic, nearest neighbour.
-        """
+        """Raster core of the cell: 8 bit, exact arithmetic, nearest neighbour."""
         more = {"pixels_per_clock": self.pixels_per_clock} if self.pixels_per_clock > 1 else {}
         return CoreConfiguration(
             micro_image_size=self.micro_image_size,
@@ -95,50 +70,16 @@ class Cell:
         )
 
     def other(self, engine: SliceEngineName) -> "Cell":
-        """The same with an engine.
-
-        Parameters
-        ----------
-        engine
-            Which one.
-
-        Returns
-        -------
-        Cell
-            The cell beside.
-        """
         return replace(self, engine=engine)
 
 
 def all_shifts(micro_image_size: int) -> range:
-    """Shifts of the comparison.
-
-    Parameters
-    ----------
-    micro_image_size
-        M in pixels.
-
-    Returns
-    -------
-    range
-        -M to 3 M.
-    """
+    """Shifts of the comparison: -M to 3 M."""
     return range(-micro_image_size, 3 * micro_image_size + 1)
 
 
 def shown_shifts(micro_image_size: int) -> tuple[int, ...]:
-    """Shifts that the table shows and that are synthesised.
-
-    Parameters
-    ----------
-    micro_image_size
-        M in pixels.
-
-    Returns
-    -------
-    tuple of int
-        Some of `all_shifts`.
-    """
+    """Shifts that the table shows and that are synthesised."""
     m = micro_image_size
     return tuple(sorted({-m, -1, 0, 1, 2, m, 2 * m, 3 * m}))
 
@@ -146,11 +87,8 @@ def shown_shifts(micro_image_size: int) -> tuple[int, ...]:
 def measured_cells() -> Iterator[Cell]:
     """Cells that are synthesised, those that say most first.
 
-    Yields
-    ------
-    Cell
-        Grey cells with few taps first, the sets and those of several pixels a clock last; none that
-        would take hours.
+    Grey cells with few taps come first, the sets and those of several pixels a clock last; none
+    that would take hours.
     """
     cells = [
         Cell(m, (shift,), channels, engine)
@@ -167,25 +105,13 @@ def measured_cells() -> Iterator[Cell]:
 
 
 def lane_cells() -> Iterator[Cell]:
-    """Cells with several pixels a clock.
-
-    Yields
-    ------
-    Cell
-        Those of ``LANES``.
-    """
+    """Cells with several pixels a clock, those of ``LANES``."""
     for m, shifts, channels, pixels in LANES:
         yield Cell(m, shifts, channels, "moving_sum", pixels)
 
 
 def placed_cells() -> Iterator[Cell]:
-    """Cells that are placed and routed for the clock.
-
-    Yields
-    ------
-    Cell
-        The sets, then a' = 2 and M for each M, then all others.
-    """
+    """Cells that are placed for the clock: the sets, a' = 2 and M for each M, then all others."""
     cells = list(measured_cells())
     yield from sorted(
         cells, key=lambda c: (len(c.shifts) == 1, c.shifts[0] not in (2, c.micro_image_size))
@@ -193,19 +119,9 @@ def placed_cells() -> Iterator[Cell]:
 
 
 def widest(cell: Cell, device: Device) -> int:
-    """Longest line with which a cell fits a device, by the estimate.
+    """Longest line (columns) with which a cell fits a device, by the estimate; 0 if none fits.
 
-    Parameters
-    ----------
-    cell
-        M, a', channels and engine.
-    device
-        The device.
-
-    Returns
-    -------
-    int
-        Columns, a multiple of M, at most the core's limit; 0 if none fits.
+    A multiple of M, at most the core's limit.
     """
     m = cell.micro_image_size
     low, high = 0, MAX_COLUMNS // m
@@ -219,45 +135,23 @@ def widest(cell: Cell, device: Device) -> int:
 
 
 class Comparison(BaseModel):
-    """Content of the file.
-
-    Attributes
-    ----------
-    ghdl, yosys
-        Versions that made it.
-    figures
-        Name of a cell to what Yosys makes of it.
-    placed
-        Name of a cell to what nextpnr makes of it (speed grade 6).
-    """
+    """Content of the file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     ghdl: str
     yosys: str
-    figures: dict[str, Figures]
-    placed: dict[str, Placed]
+    figures: dict[str, Figures]  # what Yosys makes of the cell of a name
+    placed: dict[str, Placed]  # what nextpnr makes of it (speed grade 6)
 
 
 def load_comparison() -> Comparison:
-    """Read the file.
-
-    Returns
-    -------
-    Comparison
-        Its content.
-    """
+    """Read the file."""
     return Comparison.model_validate(json.loads(FILE.read_text()))
 
 
 def save_comparison(content: Comparison) -> None:
-    """Write the file, a cell a line.
-
-    Parameters
-    ----------
-    content
-        Its content.
-    """
+    """Write the file, a cell a line."""
 
     def block(values: dict[str, Figures] | dict[str, Placed]) -> str:
         lines = [

@@ -31,27 +31,17 @@ _RESOURCES = {
 
 
 class Placed(BaseModel):
-    """A placed and routed design.
-
-    Attributes
-    ----------
-    device, speed_grade
-        ECP5 device and its speed grade.
-    fmax_mhz
-        Highest clock of the paths between registers.
-    lut, flip_flops, block_rams, multipliers
-        LUTs of four inputs, flip-flops, block RAMs of 18 Kbit, 18 x 18 multipliers.
-    """
+    """A placed and routed design."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     device: str
     speed_grade: int
-    fmax_mhz: float
-    lut: int
+    fmax_mhz: float  # highest clock of the paths between registers
+    lut: int  # of four inputs
     flip_flops: int
-    block_rams: int
-    multipliers: int
+    block_rams: int  # of 18 Kbit
+    multipliers: int  # 18 x 18
 
 
 def check_tools() -> None:
@@ -110,34 +100,11 @@ def place(
     goal_mhz: float = 150,
     constraints: Path | None = None,
 ) -> Placed:
-    """Place and route a netlist.
+    """Place and route a netlist of Yosys; results are written beside it.
 
-    Parameters
-    ----------
-    netlist
-        Netlist of Yosys; results are written beside it.
-    speed_grade
-        6 (slowest) to 8.
-    device
-        ``"45k"`` or ``"85k"``; None: the smaller one that has the block RAMs.
-    package
-        Package, which has the pins.
-    goal_mhz
-        Clock that is aimed at.
-    constraints
-        Pins of a board (LPF file); any pins if None.
-
-    Returns
-    -------
-    Placed
-        Clock and resources.
-
-    Raises
-    ------
-    InputError
-        If nextpnr is not installed.
-    plenofir.errors.ToolError
-        If it fails, for instance because the design is too large.
+    Speed grades are 6 (slowest) to 8; the device is ``"45k"``, ``"85k"``, or the smaller one that
+    has the block RAMs. `constraints` is an LPF file; any pins if None. ToolError if it fails, for
+    instance because the design is too large.
     """
     check_tools()
     if device is None:

@@ -92,18 +92,8 @@ def structure(core: CoreConfiguration) -> dict[str, int]:
 def estimate(core: CoreConfiguration, family: Family = "spartan6") -> Usage:
     """Estimate what a raster core takes of a device.
 
-    Parameters
-    ----------
-    core
-        Its generics.
-    family
-        Family of the device.
-
-    Returns
-    -------
-    Usage
-        Block RAM and multipliers as Yosys maps them. LUTs and flip-flops within some percent for
-        one pixel a clock and a Spartan-6; within a third for several, or an ECP5.
+    Block RAM and multipliers as Yosys maps them. LUTs and flip-flops within some percent for one
+    pixel a clock and a Spartan-6; within a third for several, or an ECP5.
     """
     engine, parts = slice_engine(core), structure(core)
     found = memories(core)

@@ -11,27 +11,11 @@ _PORT = re.compile(r"\b(input|output)\s+(?:reg\s+)?(?:\[(\d+):0\]\s*)?(\w+)")
 
 
 def few_pins(verilog: str, top: str) -> str:
-    """Put a core behind few pins, so that it can be placed for its clock and size.
+    """Put a core, in GHDL's Verilog, behind few pins, to place it for its clock and size.
 
-    A wide input comes over a shift register, a bit each clock; a wide output leaves as the
-    parity of its bits. So no bit of the core is left out, and no path of it becomes longer.
-
-    Parameters
-    ----------
-    verilog
-        The core, as GHDL writes it.
-    top
-        Its module, which has a port ``clk``.
-
-    Returns
-    -------
-    str
-        Verilog of the module `NAME`.
-
-    Raises
-    ------
-    ValueError
-        If there is no such module.
+    A wide input comes over a shift register, a bit each clock; a wide output leaves as the parity
+    of its bits. So no bit of the core is left out, and no path of it becomes longer. `top` has a
+    port ``clk``; the result is the module `NAME`.
     """
     found = re.search(rf"^module {top}\b(.*?)\);", verilog, re.MULTILINE | re.DOTALL)
     if found is None:

@@ -27,25 +27,13 @@ _BIAS = 64
 
 @dataclass(frozen=True)
 class FirProof:
-    """The row filter equals the gather equation, for all inputs over a number of clocks.
+    """The row filter equals the gather equation, for all inputs over a number of clocks."""
 
-    Attributes
-    ----------
-    micro_image_size, shift
-        M and a' in pixels.
-    hold
-        See `plenofir.refocus.switches.FilterLayout`.
-    data_bits
-        Width of a pixel.
-    clocks
-        Clocks from the initial state on.
-    """
-
-    micro_image_size: int
-    shift: int
-    data_bits: int = 1
-    clocks: int = 14
-    hold: bool = False
+    micro_image_size: int  # M in pixels
+    shift: int  # a' in pixels
+    data_bits: int = 1  # width of a pixel
+    clocks: int = 14  # from the initial state on
+    hold: bool = False  # see `plenofir.refocus.switches.FilterLayout`
 
     @property
     def name(self) -> str:
@@ -57,19 +45,9 @@ class FirProof:
         )
 
     def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
-        """Prove it.
+        """Prove it in an empty folder; ToolError if it does not hold.
 
-        Parameters
-        ----------
-        directory
-            Empty folder for all files.
-        sources
-            VHDL files, if not those of the project.
-
-        Raises
-        ------
-        ToolError
-            If it does not hold.
+        `sources` are VHDL files, if not those of the project.
         """
         m, shift = self.micro_image_size, self.shift
         layout = FilterLayout(m, (shift,), hold=self.hold)
@@ -108,22 +86,12 @@ class FirProof:
 
 @dataclass(frozen=True)
 class LaneProof:
-    """The row stage of several pixels a token equals the gather equation, over a number of clocks.
+    """The row stage of several pixels a token equals the gather equation, over so many clocks."""
 
-    Attributes
-    ----------
-    micro_image_size, shift
-        M and a' in pixels.
-    pixels
-        P, pixels of a token, a bit each.
-    clocks
-        Clocks from the initial state on.
-    """
-
-    micro_image_size: int
-    shift: int
-    pixels: int
-    clocks: int = 16
+    micro_image_size: int  # M in pixels
+    shift: int  # a' in pixels
+    pixels: int  # P of a token, a bit each
+    clocks: int = 16  # from the initial state on
 
     @property
     def name(self) -> str:
@@ -160,18 +128,10 @@ class LaneProof:
 
 @dataclass(frozen=True)
 class FifoProof:
-    """The stream buffer keeps order and number of words, for all inputs and for ever.
+    """The stream buffer keeps order and number of words, for all inputs and for ever."""
 
-    Attributes
-    ----------
-    address_bits
-        It holds 2**address_bits words.
-    width
-        Bits of a word.
-    """
-
-    address_bits: int
-    width: int = 1
+    address_bits: int  # it holds 2**address_bits words
+    width: int = 1  # bits of a word
 
     @property
     def name(self) -> str:
@@ -187,21 +147,11 @@ class FifoProof:
 
 @dataclass(frozen=True)
 class RingProof:
-    """The resampler reads only lines that the ring holds, for every calibration and for ever.
+    """The resampler reads only lines that the ring holds, for every calibration and for ever."""
 
-    Attributes
-    ----------
-    micro_image_size
-        M.
-    lines
-        Lines of the ring.
-    fraction_bits
-        Of positions.
-    """
-
-    micro_image_size: int
-    lines: int
-    fraction_bits: int = 8
+    micro_image_size: int  # M in pixels
+    lines: int  # of the ring
+    fraction_bits: int = 8  # of positions
 
     @property
     def name(self) -> str:

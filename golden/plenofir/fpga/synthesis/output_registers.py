@@ -19,21 +19,12 @@ _WIDEST = 36
 
 
 def use_output_registers(netlist: Path) -> int:
-    """Move registers into the block RAM whose words they take.
+    """Move registers into the block RAM whose words they take; returns how many bits moved.
 
     A port's registers move if they take all its words and nothing else does, all in the port's
     clock, with the same enable, without a reset, and zero at first. The RAM reads in each clock:
-    what its enable does to the output register is not known for certain.
-
-    Parameters
-    ----------
-    netlist
-        Netlist of Yosys for nextpnr, which is changed.
-
-    Returns
-    -------
-    int
-        Registers that moved, in bits.
+    what its enable does to the output register is not known for certain. The netlist is Yosys' for
+    nextpnr; its file is changed.
     """
     content = json.loads(netlist.read_text())
     moved = sum(_move_registers(module) for module in content["modules"].values())

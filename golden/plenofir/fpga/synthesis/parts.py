@@ -53,20 +53,7 @@ TMDS_ENDS = {
 
 
 def count_instances(verilog: str, top: str) -> Counter[str]:
-    """Count the instances of all modules and cells below a module.
-
-    Parameters
-    ----------
-    verilog
-        GHDL's Verilog.
-    top
-        Module.
-
-    Returns
-    -------
-    collections.Counter
-        Name of a module to its number.
-    """
+    """Count the instances of all modules and cells below a module of GHDL's Verilog, by name."""
     found = re.findall(r"^module (\w+)\n(.*?)^endmodule", verilog, re.M | re.S)
     below = {
         name: Counter(re.findall(r"^  (\w+) (?:#\([^;]*?\) )?\w+ \(", body, re.M))
@@ -86,20 +73,7 @@ def count_instances(verilog: str, top: str) -> Counter[str]:
 
 
 def count_parts(verilog: str, top: str) -> dict[str, int]:
-    """Count the parts of a design.
-
-    Parameters
-    ----------
-    verilog
-        GHDL's Verilog.
-    top
-        Module.
-
-    Returns
-    -------
-    dict
-        `PARTS` and `TMDS_ENDS` to their number.
-    """
+    """Count the `PARTS` and `TMDS_ENDS` of a design in GHDL's Verilog."""
     counts = dict.fromkeys((*PARTS, *TMDS_ENDS), 0)
     for name, number in count_instances(verilog, top).items():
         if name in TMDS_ENDS:
@@ -116,18 +90,7 @@ def count_parts(verilog: str, top: str) -> dict[str, int]:
 
 
 def needed_parts(core: CoreConfiguration) -> dict[str, int]:
-    """Parts that a core is to be built of.
-
-    Parameters
-    ----------
-    core
-        Its generics.
-
-    Returns
-    -------
-    dict
-        `PARTS` to their number; no TMDS ends.
-    """
+    """Number of each of the `PARTS` that a core is to be built of; no TMDS ends."""
     lanes = core.channels * core.parallel_rows * core.pixels_per_clock
     return {
         **dict.fromkeys(PARTS, 0),
@@ -143,10 +106,7 @@ def needed_parts(core: CoreConfiguration) -> dict[str, int]:
 def left_out_in_turn() -> Iterator[tuple[str, CoreConfiguration]]:
     """Yield a full build, the same without one thing after the other, and without all of them.
 
-    Yields
-    ------
-    tuple
-        What is left out, and the core.
+    Each comes with the name of what is left out.
     """
     everything = CoreConfiguration(
         micro_image_size=3,

@@ -135,20 +135,8 @@ def picture_structure(core: CoreConfiguration, screen: Screen) -> dict[str, int]
 def picture_usage(core: CoreConfiguration, screen: Screen, family: Family = "spartan6") -> Usage:
     """Estimate what a focal stack and the depth index behind it take of a device.
 
-    Parameters
-    ----------
-    core
-        The focal stack.
-    screen
-        What is shown.
-    family
-        Family of the device.
-
-    Returns
-    -------
-    Usage
-        Multipliers as Yosys maps them, block RAM too on an ECP5, else or up to five more; LUTs and
-        flip-flops within 15 % on a Spartan-6, within a third on an ECP5.
+    Multipliers as Yosys maps them, block RAM too on an ECP5, else or up to five more; LUTs and
+    flip-flops within 15 % on a Spartan-6, within a third on an ECP5.
     """
     parts, memories = picture_structure(core, screen), picture_memories(core, screen)
     in_memories = sum((memory.usage for memory in memories), Usage())
@@ -168,19 +156,9 @@ def picture_usage(core: CoreConfiguration, screen: Screen, family: Family = "spa
 
 
 def overlay_usage(overlay: Overlay | None, family: Family = "spartan6") -> Usage:
-    """Estimate what the text over the picture takes of a device.
+    """Estimate what the text over the picture, if any, takes of a device.
 
-    Parameters
-    ----------
-    overlay
-        The text; None: nothing.
-    family
-        Family of the device.
-
-    Returns
-    -------
-    Usage
-        Block RAM exactly, LUTs and flip-flops as `picture_usage`.
+    Block RAM exactly, LUTs and flip-flops as `picture_usage`.
     """
     if overlay is None:
         return Usage()

@@ -19,20 +19,7 @@ def _shifted(state: int) -> int:
 
 
 def source_frame(core: CoreConfiguration, rows: int) -> Image:
-    """Pseudo-random frame that the design sends through its core.
-
-    Parameters
-    ----------
-    core
-        Its core, 8 bit; lines are as long as it allows.
-    rows
-        Number of lines.
-
-    Returns
-    -------
-    Image
-        Shape (rows, columns[, 3]), uint8.
-    """
+    """Pseudo-random frame, uint8, for the design's core; lines are as long as it allows."""
     pixels = []
     state = _SEED
     for _ in range(rows * core.max_columns):
@@ -43,18 +30,7 @@ def source_frame(core: CoreConfiguration, rows: int) -> Image:
 
 
 def signature(frame: Image) -> int:
-    """Signature of a frame.
-
-    Parameters
-    ----------
-    frame
-        Shape (rows, columns[, 3]), uint8.
-
-    Returns
-    -------
-    int
-        32 bits.
-    """
+    """Signature (32 bits) of a frame (rows, columns[, 3]), uint8."""
     channels = 1 if frame.ndim == 2 else frame.shape[2]
     state = 0
     for pixel in frame.reshape(-1, channels).tolist():
@@ -66,17 +42,7 @@ def signature(frame: Image) -> int:
 def self_test_generics(core: CoreConfiguration, rows: int) -> dict[str, int | bool | str]:
     """Generics of the design, with the signature that the golden model wants.
 
-    Parameters
-    ----------
-    core
-        Its core: one slice, 8 bit, a row at once, nearest neighbour.
-    rows
-        Number of lines.
-
-    Returns
-    -------
-    dict
-        Name to value.
+    The core has one slice, 8 bit, a row at once, nearest neighbour.
     """
     frame = source_frame(core, rows)
     wanted = signature(

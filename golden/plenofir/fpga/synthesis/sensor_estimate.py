@@ -93,22 +93,10 @@ def sensor_structure(core: ResamplerConfiguration, *, mosaic: bool) -> dict[str,
 def sensor_usage(
     core: ResamplerConfiguration, *, mosaic: bool, family: Family = "spartan6"
 ) -> Usage:
-    """Estimate what mosaic and resampler take of a device.
+    """Estimate what a mosaic's interpolation, if any, and the resampler take of a device.
 
-    Parameters
-    ----------
-    core
-        Generics of the resampler.
-    mosaic
-        Whether a colour filter mosaic is interpolated in front of it.
-    family
-        Family of the device.
-
-    Returns
-    -------
-    Usage
-        Multipliers as Yosys maps them, block RAM or up to two more, LUTs and flip-flops within some
-        percent on a Spartan-6; within a third on an ECP5.
+    Multipliers as Yosys maps them, block RAM or up to two more, LUTs and flip-flops within some
+    percent on a Spartan-6; within a third on an ECP5.
     """
     parts = sensor_structure(core, mosaic=mosaic)
     memories = list(sensor_memories(core, mosaic=mosaic))

@@ -30,33 +30,17 @@ _REGISTERS = (*_FLIP_FLOP_CELLS, "RAM*", "DSP*", "SRL*", *TMDS_ENDS, "BUF*")
 
 
 class Figures(BaseModel):
-    """What a netlist consists of.
-
-    Attributes
-    ----------
-    lut
-        Look-up tables, those used as memory and shift registers included.
-    flip_flops
-        Flip-flops.
-    ramb16, ramb8
-        Block RAMs of 18 and 9 Kbit.
-    dsp
-        DSP48A1.
-    carry
-        Carry chains of 4 bits.
-    path
-        Cells on the longest path between registers.
-    """
+    """What a netlist consists of."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    lut: int
+    lut: int  # those used as memory and shift registers included
     flip_flops: int
-    ramb16: int
-    ramb8: int
-    dsp: int
-    carry: int
-    path: int
+    ramb16: int  # block RAMs of 18 Kbit
+    ramb8: int  # of 9 Kbit
+    dsp: int  # DSP48A1
+    carry: int  # chains of 4 bits
+    path: int  # cells on the longest path between registers
 
     @property
     def usage(self) -> Usage:
@@ -65,22 +49,12 @@ class Figures(BaseModel):
 
 
 class Netlist(BaseModel):
-    """A synthesised design.
-
-    Attributes
-    ----------
-    figures
-        What it takes.
-    cells
-        Number of cells of each type.
-    edif, verilog
-        Files.
-    """
+    """A synthesised design."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    figures: Figures
-    cells: dict[str, int]
+    figures: Figures  # what it takes
+    cells: dict[str, int]  # number of each type
     edif: Path
     verilog: Path
 
@@ -93,32 +67,9 @@ def cell_models() -> Path:
 def synthesise(
     sources: Sequence[Path], top: str, generics: Generics, directory: Path, *, board: bool = False
 ) -> Netlist:
-    """Synthesise a design for Spartan-6.
+    """Synthesise a design for Spartan-6 in an empty folder.
 
-    Parameters
-    ----------
-    sources
-        VHDL files in order of analysis.
-    top
-        Entity.
-    generics
-        Its generics.
-    directory
-        Empty folder for all files.
-    board
-        Whether the ports are pins and the sources instantiate Xilinx's primitives.
-
-    Returns
-    -------
-    Netlist
-        The netlist and what it takes.
-
-    Raises
-    ------
-    InputError
-        If a tool is missing.
-    ToolError
-        If a tool fails.
+    `board`: the ports are pins and the sources instantiate Xilinx's primitives.
     """
     directory.mkdir(parents=True, exist_ok=True)
     verilog = write_verilog(sources, top, generics, directory, primitives="unisim" if board else "")

@@ -98,26 +98,12 @@ def _is_complete(case: str) -> bool:
 
 
 def with_defaults(verilog: str, vhdl: str) -> str:
-    """Verilog of GHDL with the default of each case.
+    """Verilog of ``ghdl --synth`` with the default of each case, which its VHDL has.
 
     GHDL 2.0 leaves out what a case with one-hot choices gives where none of them holds, the value
     of ``when others``: tools infer latches. Its VHDL of the same design has it, in the same order.
-    GHDL 5.0 has it in its Verilog; what is complete is left as it is.
-
-    Parameters
-    ----------
-    verilog, vhdl
-        Output of ``ghdl --synth`` with ``--out=verilog`` and ``--out=vhdl``.
-
-    Returns
-    -------
-    str
-        The Verilog, completed.
-
-    Raises
-    ------
-    ToolError
-        If both do not have the same cases, or a value is not understood.
+    GHDL 5.0 has it in its Verilog; what is complete is left as it is. ToolError if both do not
+    have the same cases, or a value is not understood.
     """
     defaults = _SELECT.findall(vhdl)
     count = len(_CASE.findall(verilog))
@@ -229,25 +215,8 @@ def run_yosys(
     """Run Yosys in the folder of the log.
 
     In a checkout, what it wrote for the same commands and files before is taken from
-    ``build/yosys``.
-
-    Parameters
-    ----------
-    commands
-        Yosys commands.
-    log
-        File for what it prints.
-    reads
-        Verilog files that they read.
-    writes
-        Names of all files that they write; none: Yosys always runs.
-
-    Raises
-    ------
-    InputError
-        If Yosys is not installed.
-    ToolError
-        If it fails.
+    ``build/yosys``. `reads` are Verilog files, `writes` names of all files that the commands
+    write; none: Yosys always runs.
     """
     version = yosys_version()
     command = [sys.executable, "-m", "plenofir.fpga.synthesis.run_yosys", *commands]

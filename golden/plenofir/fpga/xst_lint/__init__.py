@@ -18,17 +18,7 @@ __all__ = ["Finding", "lint"]
 
 @dataclass(frozen=True)
 class Finding:
-    """A place that a rule forbids.
-
-    Attributes
-    ----------
-    path, line
-        Where it is.
-    rule
-        Name of the rule.
-    what
-        What stands there.
-    """
+    """A place that a rule forbids."""
 
     path: Path
     line: int
@@ -41,18 +31,7 @@ class Finding:
 
 
 def lint(paths: Sequence[Path]) -> list[Finding]:
-    """Hold sources against all rules.
-
-    Parameters
-    ----------
-    paths
-        Sources of a design, packages before those that use them.
-
-    Returns
-    -------
-    list of Finding
-        In the order of the sources.
-    """
+    """Hold sources, packages before those that use them, against all rules."""
     texts = {path: re.sub(r"--[^\n]*", "", path.read_text()) for path in paths}
     shared = Names()
     for path, text in texts.items():

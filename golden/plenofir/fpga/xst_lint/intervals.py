@@ -61,24 +61,14 @@ _PARENTHESES = r"[^()\n]*(?:\((?:[^()\n]|\([^()\n]*\))*\)[^()\n]*)*"
 
 @dataclass
 class Names:
-    """What sources declare, by name in small letters.
+    """What sources declare, by name in small letters."""
 
-    Attributes
-    ----------
-    types
-        Integer, or function of integer result, to its type and bounds (empty if it has none).
-    values
-        Constant to its expression.
-    ranges
-        Array, or its type, to the bounds of its index.
-    kinds
-        Object to the name of its type.
-    """
-
+    # Integer, or function of integer result, to its type and bounds (empty if it has none).
     types: dict[str, tuple[str, str, str]] = field(default_factory=dict)
-    values: dict[str, str] = field(default_factory=dict)
+    values: dict[str, str] = field(default_factory=dict)  # constant to its expression
+    # Array, or its type, to the bounds of its index.
     ranges: dict[str, tuple[str, str]] = field(default_factory=dict)
-    kinds: dict[str, str] = field(default_factory=dict)
+    kinds: dict[str, str] = field(default_factory=dict)  # object to the name of its type
 
     def bounds(self, array: str) -> tuple[str, str] | None:
         """Bounds of the index of an array, or of its type."""
@@ -113,20 +103,7 @@ class Names:
 
 
 def interval(expression: str, names: Names) -> Interval:
-    """Evaluate an expression of integers.
-
-    Parameters
-    ----------
-    expression
-        VHDL.
-    names
-        What is known of its names.
-
-    Returns
-    -------
-    tuple of float
-        The least and the greatest value that it can have; infinite where nothing is known.
-    """
+    """Least and greatest value that an expression of integers can have; infinite if unknown."""
     return _Evaluation(names, frozenset()).of_text(expression)
 
 
