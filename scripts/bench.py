@@ -44,11 +44,11 @@ from plenofir.refocus import (
     refocus,
 )
 from plenofir.refocus.operator import Image, Sums
-from plenofir.studies import precision_report, thesis_benchmark
-from plenofir.studies import refocus_stability as stability_report
-from plenofir.studies.methods import running_sums
-from plenofir.studies.ray_report import error_against_run_time
-from plenofir.studies.report_parts import machine
+from plenofir_studies import precision_report, thesis_benchmark
+from plenofir_studies import refocus_stability as stability_report
+from plenofir_studies.methods import running_sums
+from plenofir_studies.ray_report import error_against_run_time
+from plenofir_studies.report_parts import machine
 
 RUNS = 5
 CASES = ((5, -3), (11, 1), (11, 22))

@@ -21,10 +21,10 @@ from plenofir.fpga.core import clock_counts
 from plenofir.fpga.hdmi import status
 from plenofir.images import read_image
 from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
-from plenofir.studies import many_pixels, thesis_benchmark
-from plenofir.studies.errata import page_lines
-from plenofir.studies.ray_validation import rounding_sentences
 from plenofir.view import export, light_field_page
+from plenofir_studies import many_pixels, thesis_benchmark
+from plenofir_studies.errata import page_lines
+from plenofir_studies.ray_validation import rounding_sentences
 from resource_tables import (
     board_builds,
     ecp5_table,

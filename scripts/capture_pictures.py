@@ -30,8 +30,8 @@ from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image, write_png
-from plenofir.studies.calibration_report import MICROSCOPE, microscope_picture
-from plenofir.studies.sweep import OBJECTS, SHIFTS, M, swept_scene
+from plenofir_studies.calibration_report import MICROSCOPE, microscope_picture
+from plenofir_studies.sweep import OBJECTS, SHIFTS, M, swept_scene
 
 IMAGES = project.root() / "docs" / "images"
 

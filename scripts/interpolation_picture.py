@@ -21,7 +21,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.images import read_image
-from plenofir.studies.resolution import central_directions
+from plenofir_studies.resolution import central_directions
 
 SIZE = 480
 MARGIN = 8

@@ -35,7 +35,7 @@ PAGE = ROOT / "docs" / "measured" / "coverage.md"
 EXPLAINED = ROOT / "docs" / "coverage.md"
 STATEMENT = "statement"
 STATEMENT_GOAL, LINE_GOAL = 99, 95
-STUDIES = "golden/plenofir/studies/"
+STUDIES = "golden/plenofir_studies/"
 # The first line of an assignment or a return, for those that no simulation elaborates.
 ASSIGNS = re.compile(r" +(?:[\w.]+(?:\([^=]*\))? +(?:<=|:=) |return )")
 DECLARES = re.compile(r" *(?:signal|constant|variable|alias|attribute|type|subtype|file) ")
@@ -159,7 +159,7 @@ def python_files(folder: Path) -> dict[str, tuple[int, list[int]]]:
         missed = content["missing_lines"]
         count = len(content["executed_lines"]) + len(missed)
         if count:
-            found["golden/plenofir/" + path.rpartition("/golden/plenofir/")[2]] = (count, missed)
+            found["golden/" + path.rpartition("/golden/")[2]] = (count, missed)
     return dict(sorted(found.items()))
 
 

@@ -15,8 +15,8 @@ from plenofir.fpga.core.moving_sum import PIXELS_PER_CLOCK
 from plenofir.fpga.synthesis.ecp5 import Placed, check_tools, make_netlist, place
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.figures import CORE
-from plenofir.studies.many_pixels import WITH_PINS, package, scene_core
-from plenofir.studies.placed_pixels import DEVICE, FILE, GRADE, SCENE, load_placed, save_placed
+from plenofir_studies.many_pixels import WITH_PINS, package, scene_core
+from plenofir_studies.placed_pixels import DEVICE, FILE, GRADE, SCENE, load_placed, save_placed
 
 
 def _known() -> dict[int, Placed]:

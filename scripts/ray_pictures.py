@@ -6,7 +6,7 @@ Usage: python scripts/ray_pictures.py
 
 from plenofir import project
 from plenofir.images import write_png
-from plenofir.studies.ray_pictures import dispersion_picture, distances_picture, meetings_picture
+from plenofir_studies.ray_pictures import dispersion_picture, distances_picture, meetings_picture
 
 IMAGES = project.root() / "docs" / "images"
 

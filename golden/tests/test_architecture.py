@@ -16,8 +16,7 @@ ROOT = Path(plenofir.__file__).parent
 LAYERS = (
     ("__main__",),
     ("commands",),
-    ("studies", "view"),
-    ("plan",),
+    ("plan", "view"),
     ("camera", "fpga"),
     ("refocus",),
     ("images",),
@@ -48,6 +47,8 @@ def imported(name: str) -> set[str]:
             assert node.level == 0, f"{name}: relative import"
             wholes = {f"{node.module}.{alias.name}" for alias in node.names}
             found |= {whole if whole in MODULES else str(node.module) for whole in wholes}
+    outside = {module for module in found if module.split(".")[0] == "plenofir_studies"}
+    assert not outside, f"{name} imports {outside}"
     return found & MODULES.keys() - {"plenofir"}
 
 

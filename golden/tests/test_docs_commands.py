@@ -11,12 +11,11 @@ from typing import Any
 from unittest import mock
 
 import pytest
-import typer
 from docs_stock import make_docs_stock
 from in_process import plenofir
 
 from plenofir import project
-from plenofir.commands.app import app
+from plenofir.commands.app import command_line
 from plenofir.commands.options import VARIABLES
 
 ROOT = project.root()
@@ -79,7 +78,7 @@ def unknown(command: str) -> list[str]:
             *(t for t in targets if not re.search(rf"^{t}:", makefile, flags=re.M)),
             *(v for v in variables if v not in known),
         ]
-    command_of: Any = typer.main.get_command(app)
+    command_of: Any = command_line()
     for word in list(words):
         if word not in getattr(command_of, "commands", {}):
             break

@@ -80,6 +80,7 @@ def test_commands_find_their_files(call, tmp_path: Path) -> None:
     for line in (tmp_path / "scene" / "sources.txt").read_text().splitlines():
         assert (tmp_path / "scene" / line).is_file(), line
     write_png(tmp_path / "raw.png", np.full((15, 20), 7, np.uint8))
+    assert "precision" in call("plenofir", "report", "--help").stdout
     done = call("plenofir", "views", "raw.png", "-M", "5")
     assert (done.stdout, done.stderr) == ("views: 25 views of 4 x 3 pixels\n", "")
     done = call("plenofir", "sim", "--raw", "raw.png", path="")
@@ -120,7 +121,8 @@ def test_the_wheel_holds_what_commands_read(tmp_path: Path) -> None:
     ]
     for file in needed:
         assert f"plenofir/_project/{file.relative_to(root)}" in names, file
-    for file in (root / "golden" / "plenofir").rglob("*"):
+    packages = [root / "golden" / "plenofir", root / "golden" / "plenofir_studies"]
+    for file in (path for package in packages for path in package.rglob("*")):
         if file.is_file() and "__pycache__" not in file.parts:
             assert str(file.relative_to(root / "golden")) in names, file
     assert not [name for name in names if "__pycache__" in name]

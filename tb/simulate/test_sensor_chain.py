@@ -22,7 +22,7 @@ from plenofir.camera.synthetic import (
 )
 from plenofir.images import read_image, write_png
 from plenofir.refocus import refocus
-from plenofir.studies.experiments import CAMERA, textures
+from plenofir_studies.experiments import CAMERA, textures
 
 PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 

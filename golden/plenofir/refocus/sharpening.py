@@ -6,7 +6,7 @@ apart. Their mean is a box with the second moment (1 - g^2/M^2) / 12 in lenses s
 of interpolation adds a box of M pixels, (1 - 1/M^2) / 12. The filter (-b, 1 + 2b, -b), whose taps
 are a lens (M pixels) apart, has the second moment -2b. So b of half the operator's moment leaves
 none; over natural pictures, whose power falls with the square of the frequency up to half a cycle a
-lens, three quarters of it are best (`plenofir.studies.sharpening`). For an integer a all views meet
+lens, three quarters of it are best (`plenofir_studies.sharpening`). For an integer a all views meet
 at one place: there is nothing to take back, and b is 0.
 """
 

@@ -18,7 +18,6 @@ from unittest.mock import patch
 
 import h5py
 import numpy as np
-import typer
 from hypothesis import strategies as st
 from lytro_writer import F01, changed, pack, write_capture, write_whites
 from PIL import Image as PillowImage
@@ -29,7 +28,7 @@ from plenofir import project
 from plenofir.camera.calibration import calibrate
 from plenofir.camera.lightfield.exports import encode_pfm
 from plenofir.camera.rays.camera import CAMERAS
-from plenofir.commands.app import app, main
+from plenofir.commands.app import command_line, main
 from plenofir.images import write_png
 
 Words = tuple[str, ...]
@@ -43,7 +42,7 @@ def every_command(command: Any, words: Words = ()) -> Iterator[tuple[Words, Any]
         yield from every_command(sub, (*words, name))
 
 
-COMMANDS = dict(every_command(typer.main.get_command(app)))
+COMMANDS = dict(every_command(command_line()))
 
 LONG = "x" * 300
 # Where a name of a file is wanted: what is no file, no text, no name.

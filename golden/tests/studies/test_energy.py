@@ -9,7 +9,7 @@ import pytest
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate.toggles import Activity, count_activity, read_toggles
 from plenofir.fpga.synthesis.spartan6 import Figures
-from plenofir.studies import energy
+from plenofir_studies import energy
 
 FIGURES = Figures(lut=10, flip_flops=100, ramb16=2, ramb8=1, dsp=1, carry=0, path=1)
 

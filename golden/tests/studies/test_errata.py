@@ -3,9 +3,9 @@
 
 import pytest
 
-from plenofir.studies.errata import CHAPTERS, ERRATA
-from plenofir.studies.errata.calibration import bilinear, printed_algorithm, printed_equation
-from plenofir.studies.thesis_tables import TABLES, load_table
+from plenofir_studies.errata import CHAPTERS, ERRATA
+from plenofir_studies.errata.calibration import bilinear, printed_algorithm, printed_equation
+from plenofir_studies.thesis_tables import TABLES, load_table
 
 
 @pytest.mark.parametrize("key", ERRATA)

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from plenofir.studies.experiments import (
+from plenofir_studies.experiments import (
     FIGURE_OBJECT_LENSES,
     FIGURES,
     FOCUS_MM,
@@ -15,7 +15,7 @@ from plenofir.studies.experiments import (
     random_distances,
     range_experiment,
 )
-from plenofir.studies.thesis_tables import load_table
+from plenofir_studies.thesis_tables import load_table
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ import pytest
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.synthesis.estimate import estimate, memories
 from plenofir.plan import load_scene, make_plan
-from plenofir.studies.many_pixels import fitted, page, rows, scene_core
-from plenofir.studies.placed_pixels import SCENE, load_placed
+from plenofir_studies.many_pixels import fitted, page, rows, scene_core
+from plenofir_studies.placed_pixels import SCENE, load_placed
 
 
 def test_placed_cores_keep_the_clocks_of_the_planner() -> None:

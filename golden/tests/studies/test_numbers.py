@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from plenofir.refocus import StoredProductArithmetic, refocus
-from plenofir.studies import centres, depth_methods, noise
-from plenofir.studies import resolution as detail
+from plenofir_studies import centres, depth_methods, noise
+from plenofir_studies import resolution as detail
 
 
 @pytest.mark.parametrize("m", noise.SIZES)

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
-from plenofir.studies import precision_report as report
-from plenofir.studies import refocus_stability as stability
-from plenofir.studies.methods import Method, exact_sums, hardware, running_sums, software
+from plenofir_studies import precision_report as report
+from plenofir_studies import refocus_stability as stability
+from plenofir_studies.methods import Method, exact_sums, hardware, running_sums, software
 
 
 @pytest.fixture(autouse=True)

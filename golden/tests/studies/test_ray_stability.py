@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from plenofir.camera.rays import RayModel, State, load_camera
 from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor
-from plenofir.studies.ray_stability import (
+from plenofir_studies.ray_stability import (
     CASES,
     Outcome,
     _error,

@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 
-from plenofir.studies.ray_validation import Check, all_checks, digits_of_rounding
+from plenofir_studies.ray_validation import Check, all_checks, digits_of_rounding
 
 CHECKS = all_checks()
 

@@ -4,7 +4,7 @@
 import pytest
 
 from plenofir.camera.calibration import calibration_of_grid
-from plenofir.studies.resampling_report import (
+from plenofir_studies.resampling_report import (
     microscope,
     refocused_differences,
     rendered,

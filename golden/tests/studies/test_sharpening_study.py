@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from plenofir.refocus import automatic_units, derived_moment
-from plenofir.studies import sharpening as study
-from plenofir.studies.sharpening_report import flower_pictures, plane_pictures
+from plenofir_studies import sharpening as study
+from plenofir_studies.sharpening_report import flower_pictures, plane_pictures
 
 SIXTEENTH = Fraction(1, 16)
 

@@ -6,7 +6,7 @@ import pytest
 
 from plenofir.fpga.core.clock_counts import ClockCase
 from plenofir.refocus import refocus
-from plenofir.studies import thesis_benchmark as benchmark
+from plenofir_studies import thesis_benchmark as benchmark
 
 
 def test_numbers_of_the_thesis_follow_from_each_other() -> None:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import pytest
 
 from plenofir.errors import InputError
-from plenofir.studies.thesis_tables import TABLES, Printed, load_table
+from plenofir_studies.thesis_tables import TABLES, Printed, load_table
 
 ROWS = {
     "5.1": [2],
@@ -53,7 +53,7 @@ def error(prediction, measurement):
 
 
 def test_every_file_is_a_table():
-    folder = resources.files("plenofir").joinpath("data", "thesis")
+    folder = resources.files("plenofir_studies").joinpath("data", "thesis")
     names = {file.name for file in folder.iterdir() if file.name.endswith(".toml")}
     assert names == {f"table_{number.replace('.', '_')}.toml" for number in TABLES}
 

@@ -10,7 +10,7 @@ from plenofir.camera.calibration import calibrate
 from plenofir.camera.synthetic import centres_within, regular_grid, white_image
 from plenofir.camera.synthetic.drawn import drawn_white
 from plenofir.errors import InputError
-from plenofir.studies.drawn_calibration import tried
+from plenofir_studies.drawn_calibration import tried
 
 
 def check_all(seeds: range, largest_pixels: float, tell: Callable[[str], None] = print) -> None:

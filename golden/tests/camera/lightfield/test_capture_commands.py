@@ -31,7 +31,7 @@ from plenofir.images import encode_tiff, read_image, read_picture, write_png
 from plenofir.project import root
 from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
-from plenofir.studies.calibration_report import MICROSCOPE, microscope_raster
+from plenofir_studies.calibration_report import MICROSCOPE, microscope_raster
 
 PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 M = 5

@@ -13,7 +13,7 @@ from plenofir.camera.rays.real import (
     real_camera,
     real_micro_image_centres,
 )
-from plenofir.studies.thesis_tables import load_table
+from plenofir_studies.thesis_tables import load_table
 
 SETTINGS = np.array([0.5, 1.0, 2.0, 3.0, 4.0])
 

@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: Apache-2.0
-"""Measurements and comparisons: precision, validation, experiments, the tables of the thesis."""

@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Extreme inputs: where sums are widest, frames oddest and floating point weakest."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from math import isnan
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import numpy.typing as npt
+
+from plenofir.camera.lightfield.pictures import figure_pixels
+from plenofir.files import check_folder, publish
+from plenofir.images import encode_png
+from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
+from plenofir.refocus.fast import field
+from plenofir.refocus.operator import Image
+from plenofir_studies.methods import exact_sums, in_hardware, running_sums, shift_and_sum
+from plenofir_studies.report_parts import machine, table
+
+Progress = Callable[[int, int], None]
+Work = Callable[[Any, int, int], Any]
+
+_LENGTHS = tuple(10**power for power in range(3, 9))
+_CHUNK = 10**7
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One extreme input."""
+
+    group: str  # what makes it hard
+    case: str
+    # largest error of each method in grey levels, beyond the correct rounding where the result is
+    # rounded; inf where nan comes out that should not
+    errors: dict[str, float]
+
+
+def _fast(raw: Image, m: int, shift: int) -> Image:
+    return refocus(raw, m, Fraction(shift, m))
+
+
+METHODS: dict[str, Work] = {
+    "refocus": _fast,
+    "reference": in_hardware(ExactArithmetic()),
+    "core, F = 8, G = 2": in_hardware(StoredProductArithmetic()),
+    "shift and sum, float64": partial(shift_and_sum, kind=np.float64),
+    "shift and sum, float32": partial(shift_and_sum, kind=np.float32),
+    "running sums, float64": partial(running_sums, kind=np.float64),
+    "running sums, float32": partial(running_sums, kind=np.float32),
+}
+"""Ways that are compared; the first three take integers only."""
+FLOATING = tuple(name for name in METHODS if "float" in name)
+
+
+def _errors(raw: Image, m: int, shift: int) -> dict[str, float]:
+    exact = exact_sums(raw, m, shift)
+    errors = {}
+    for name, work in METHODS.items():
+        # M^2 passes over the frame, each of them slow on a long one.
+        if name.startswith("shift") and m * m * raw.size > 1e8:
+            continue
+        image = work(raw, m, shift)
+        want = np.floor(exact + 0.5) if np.issubdtype(image.dtype, np.integer) else exact
+        errors[name] = float(np.abs(image - want).max())
+    return errors
+
+
+def frames() -> Iterator[tuple[str, str, Image, int, int]]:
+    """Extreme frames that integers can hold."""
+    rng = np.random.default_rng(0)
+
+    def random(rows: int, columns: int, kind: type = np.uint16) -> Image:
+        return rng.integers(0, np.iinfo(kind).max, (rows, columns), kind, endpoint=True)
+
+    for m, shift in ((5, -3), (11, 1), (11, 7), (16, 3)):
+        white = np.full((20 * m, 20 * m), 65535, np.uint16)
+        yield "all white, 16 bit", f"M = {m}, a' = {shift}", white, m, shift
+    for place in ((0, 0), (31, 17), (54, 54)):
+        impulse = np.zeros((55, 55), np.uint16)
+        impulse[place] = 65535
+        yield "one pixel", f"at {place}, M = 11, a' = 4", impulse, 11, 4
+    yield "M = 1", "a' = 7", random(50, 60), 1, 7
+    for m, shift in ((2, 1), (4, 2), (4, 3), (10, -4), (100, 50)):
+        yield "even M", f"M = {m}, a' = {shift}", random(3 * m + 1, 4 * m + 3), m, shift
+    for shift in (1, -98, 1000):
+        yield "M = 99", f"a' = {shift}", random(300, 320), 99, shift
+    for shift in (1000, -1000):
+        for m in (3, 11):
+            yield "a' = +-1000", f"M = {m}, a' = {shift}", random(200, 2200), m, shift
+    for m, shift in ((3, 1), (11, -5), (99, 1000)):
+        yield "one micro image", f"M = {m}, a' = {shift}", random(m, m), m, shift
+    yield "1 x 20000", "M = 1, a' = 3", random(1, 20000), 1, 3
+    for m, shift in ((5, 3), (11, 7)):
+        yield f"{m} x 20000", f"M = {m}, a' = {shift}", random(m, 20000), m, shift
+    few = np.where(rng.random((200, 2000)) < 0.001, 65535, 1).astype(np.uint16)
+    yield "contrast", "65535 to 1, M = 11, a' = 7", few, 11, 7
+
+
+def floating_frames() -> Iterator[tuple[str, str, npt.NDArray[np.float64], int, int]]:
+    """Extreme frames that only floating point can hold."""
+    rng = np.random.default_rng(1)
+    plain = rng.random((100, 2000)) + 1
+    spike = plain.copy()
+    spike[50, 1000] = 1e9
+    yield "contrast of 10^9", "one pixel of 1e9 among 1 to 2", spike, 5, 3
+    half = plain.copy()
+    half[:, :1000] *= 1e9
+    yield "contrast of 10^9", "left half 1e9, right half 1", half, 5, 3
+    yield "denormals", "1e-42", np.full((100, 200), 1e-42), 5, 3
+    broken = plain.copy()
+    broken[50, 1000] = np.nan
+    yield "nan", "one pixel", broken, 5, 3
+
+
+def _float_errors(raw: npt.NDArray[np.float64], m: int, shift: int) -> dict[str, float]:
+    """Largest error, relative to the exact value of each pixel, away from what is nan."""
+    exact = shift_and_sum(raw, m, shift, np.longdouble)
+    errors = {}
+    for name in FLOATING:
+        with np.errstate(invalid="ignore"):
+            image = METHODS[name](raw, m, shift)
+        wanted = ~np.isnan(exact) & (exact != 0)
+        distance = np.abs(image[wanted] - exact[wanted]) / np.abs(exact[wanted])
+        errors[name] = float("inf") if np.isnan(distance).any() else float(distance.max())
+    return errors
+
+
+def outcomes(progress: Progress | None = None) -> tuple[list[Outcome], list[Outcome]]:
+    """Run every case."""
+    whole, floating = list(frames()), list(floating_frames())
+    total = len(whole) + len(floating)
+    integers, floats = [], []
+    for group, case, raw, m, shift in whole:
+        integers.append(Outcome(group, case, _errors(raw, m, shift)))
+        if progress is not None:
+            progress(len(integers), total)
+    for group, case, values, m, shift in floating:
+        floats.append(Outcome(group, case, _float_errors(values, m, shift)))
+        if progress is not None:
+            progress(len(integers) + len(floats), total)
+    return integers, floats
+
+
+def long_sums(lengths: tuple[int, ...] = _LENGTHS) -> dict[str, list[float]]:
+    """Error of the mean of M = 5 neighbours at the end of an ever longer line."""
+    m, tail = 5, 1000
+    rng = np.random.default_rng(0)
+    carried: dict[str, Any] = {"float32": np.float32(0), "float64": np.float64(0)}
+    found: dict[str, list[float]] = {f"running sums, {kind}": [] for kind in carried}
+    done = 0
+    for length in lengths:
+        while done < length:
+            count = min(_CHUNK, length - done)
+            part = rng.integers(0, 65536, count)
+            for name, before in carried.items():
+                kind = np.dtype(name).type
+                sums = np.cumsum(np.concatenate(([before], part.astype(kind))), dtype=kind)
+                carried[name] = sums[-1]
+                if done + count == length:
+                    last = sums[-min(tail, count - m) :]
+                    first = sums[-min(tail, count - m) - m : -m]
+                    exact = np.convolve(part, np.ones(m), "valid")[-last.size :]
+                    error = np.abs((last.astype(float) - first.astype(float) - exact) / m).max()
+                    found[f"running sums, {name}"].append(float(error))
+            done += count
+    found["refocus"] = []
+    for length in lengths:
+        columns = length // m
+        raw = rng.integers(0, 65536, (m, columns), dtype=np.uint16)
+        kept = min(columns, 40 * m + columns % m)
+        got = refocus(raw, m, "3/5", region=(slice(None), slice(columns - 20 * m, None)))
+        if length <= 10**7:
+            # The whole frame: what the last columns hold must not depend on it.
+            got = refocus(raw, m, "3/5")[:, -20 * m :]
+        want = ExactArithmetic().refocus(raw[:, columns - kept :], m, shift=3)[:, -20 * m :]
+        difference = got.astype(int) - want.astype(int)
+        found["refocus"].append(float(np.abs(difference[:, : 20 * m]).max()))
+    return found
+
+
+def _cell(error: float) -> str:
+    if isnan(error):
+        return "-"
+    if error == float("inf"):
+        return "nan spreads"
+    return "0" if error == 0 else f"{error:.1e}"
+
+
+def widths() -> list[list[str]]:
+    """Widths of sums: derived, beside those of the types that hold them."""
+    rows = []
+    for m, order in ((5, 0), (11, 0), (16, 0), (17, 0), (99, 0), (11, 1), (11, 3), (99, 1)):
+        for bits in (8, 16):
+            largest = ExactArithmetic().largest_sum(m, bits, order)
+            kind = np.dtype(field(largest, m ** (2 + 2 * order)).kind)
+            rows.append([str(m), str(order), str(bits), str(largest.bit_length()), kind.name])
+    return rows
+
+
+def write_report(folder: Path, progress: Progress | None = None) -> Path:
+    """Run everything and write ``stability.md`` with its figure."""
+    check_folder(folder, str(folder), ["stability.md"])
+    integers, floats = outcomes(progress)
+    growth = long_sums()
+    worst = max(max(o.errors[name] for o in integers) for name in ("refocus", "reference"))
+    worst = max(worst, *growth["refocus"])
+    verdict = (
+        "The integer path is exact in every case: it does not drift, overflow or wrap."
+        if worst == 0
+        else f"**The integer path is off by {worst:g} grey levels.**"
+    )
+    poisoned = [name for name in FLOATING if any(o.errors[name] == np.inf for o in floats)]
+    lines = [
+        "# Stability",
+        "",
+        f"{verdict} Running sums in floating point lose digits with every pixel they have passed, "
+        "and after one pixel of 10^9 all that is smaller; sums that start again for each output do "
+        f"not. One nan spoils all that follows it in: {', '.join(poisoned) or 'none'}. "
+        "`refocus` takes no floating point at all.",
+        "",
+        f"Measured on: {machine()}.",
+        "",
+        "## Extreme frames",
+        "",
+        "Largest error in grey levels, beyond the correct rounding where results are rounded.",
+        "",
+    ]
+    lines += table(
+        ["input", "case", *METHODS],
+        [
+            [o.group, o.case, *(_cell(o.errors.get(name, float("nan"))) for name in METHODS)]
+            for o in integers
+        ],
+    )
+    lines += [
+        "## Floating point frames",
+        "",
+        "Largest relative error of a pixel that is a number in exact arithmetic.",
+        "",
+    ]
+    lines += table(
+        ["input", "case", *FLOATING],
+        [[o.group, o.case, *(_cell(o.errors[name]) for name in FLOATING)] for o in floats],
+    )
+    lines += ["## Long sums", "", "![](stability_growth.png)", ""]
+    lines += table(
+        ["pixels", *growth],
+        [
+            [f"{length:.0e}", *(_cell(errors[n]) for errors in growth.values())]
+            for n, length in enumerate(_LENGTHS)
+        ],
+    )
+    lines += ["## Widths of sums", "", "Derived from M, order and depth.", ""]
+    lines += table(["M", "order", "bits of a pixel", "bits of the largest sum", "type"], widths())
+    figure, axes = plt.subplots(figsize=(7, 4.5), constrained_layout=True)
+    for name, errors in growth.items():
+        axes.loglog(_LENGTHS, np.maximum(errors, 1e-16), "o-", label=name)
+    axes.set(
+        xlabel="pixels summed",
+        ylabel="largest error / grey levels of 65535",
+        title="A moving mean of 5 pixels at the end of a line (0 is drawn at the bottom)",
+    )
+    axes.grid(True, alpha=0.3)
+    axes.legend()
+    picture = encode_png(figure_pixels(figure))
+    publish({"stability_growth.png": picture, "stability.md": "\n".join(lines)}, folder)
+    return folder / "stability.md"

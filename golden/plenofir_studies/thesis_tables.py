@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The numeric tables of the thesis, with the digits as printed, to check the ray model against.
+
+The files and their format are described in ``data/thesis/README.md``.
+"""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from plenofir.errors import InputError
+from plenofir_studies import DATA
+
+TABLES = tuple(f"5.{number}" for number in range(1, 14))
+
+_LABELS = frozenset({"lens", "mla", "object"})
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A number as printed."""
+
+    text: str
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a number."""
+        if math.isnan(self.value):
+            raise ValueError(f"not a number: {self.text!r}")
+
+    @property
+    def value(self) -> float:
+        """The number."""
+        return float(Fraction(self.text)) if "/" in self.text else float(self.text)
+
+    @property
+    def decimals(self) -> int:
+        """Digits after the decimal point."""
+        return len(self.text.partition(".")[2])
+
+    @property
+    def half_unit(self) -> float:
+        """Half a unit of the last digit; 0 for fractions and infinity, which are exact."""
+        if "/" in self.text or math.isinf(self.value):
+            return 0.0
+        return 0.5 * 10.0**-self.decimals
+
+    def agrees(self, number: float, slack: float = 0.0) -> bool:
+        """Whether a computed number agrees with the printed one."""
+        if math.isinf(self.value) or math.isinf(number):
+            return self.value == number
+        rounding_of_floats = 1e-12 * abs(self.value)
+        return abs(number - self.value) <= self.half_unit + slack + rounding_of_floats
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Named values: a row of a table or the settings of a part."""
+
+    numbers: Mapping[str, Printed]
+    labels: Mapping[str, str]
+    erratum: str | None = None
+
+    def __getitem__(self, name: str) -> float:
+        """Value of a number."""
+        return self.numbers[name].value
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a table."""
+
+    name: str
+    settings: Cells
+    rows: tuple[Cells, ...]
+    erratum: str | None = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table."""
+
+    number: str
+    topic: str
+    parts: tuple[Part, ...]
+
+    def part(self, name: str = "") -> Part:
+        """Part of a name."""
+        for part in self.parts:
+            if part.name == name:
+                return part
+        names = ", ".join(repr(part.name) for part in self.parts)
+        raise InputError(f"no part {name!r}", where=f"table {self.number}", expected=names)
+
+
+def load_table(number: str) -> Table:
+    """Read a table."""
+    if number not in TABLES:
+        raise InputError(f"no table {number!r}", where="table", expected=", ".join(TABLES))
+    folder = DATA / "thesis"
+    file = folder.joinpath(f"table_{number.replace('.', '_')}.toml")
+    document = tomllib.loads(file.read_text(encoding="utf-8"))
+    return Table(
+        number=document["table"],
+        topic=document["topic"],
+        parts=tuple(_part(part) for part in document["parts"]),
+    )
+
+
+def _part(part: Mapping[str, Any]) -> Part:
+    return Part(
+        name=part["name"],
+        settings=_cells(part.get("settings", {})),
+        rows=tuple(_cells(row) for row in part.get("rows", ())),
+        erratum=part.get("erratum"),
+    )
+
+
+def _cells(cells: Mapping[str, str]) -> Cells:
+    return Cells(
+        numbers={
+            name: Printed(text)
+            for name, text in cells.items()
+            if name not in _LABELS and name != "erratum"
+        },
+        labels={name: text for name, text in cells.items() if name in _LABELS},
+        erratum=cells.get("erratum"),
+    )
