@@ -326,6 +326,10 @@ begin
         given  <= '0';
         wrong  <= '0';
         offer  <= '0';
+        -- The others would set 0, as the reset does.
+        set_slice    <= '0';
+        set_place    <= '0';
+        clear_errors <= '0';
       end if;
     end if;
 

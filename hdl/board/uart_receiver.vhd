@@ -78,6 +78,7 @@ begin
       if reset = '1' then
         busy   <= '0';
         rested <= '0';
+        valid  <= '0';
       end if;
     end if;
 

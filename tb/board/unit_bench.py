@@ -2,6 +2,7 @@
 """cocotb tests of the board's control entities; each is for the entity that it names."""
 
 import random
+from itertools import product
 from typing import Any
 
 import cocotb
@@ -9,13 +10,14 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge, Timer
 
 from plenofir.fpga.hdmi.edid import make_edid, offered_modes
+from plenofir_tb import i2c
 from plenofir_tb.case import read_case
 from plenofir_tb.entities import for_entity
 
 CASE = read_case()
 
 
-class I2cMaster:
+class I2cMaster(i2c.I2cMaster):
     """A master on ``scl``, ``sda``, ``sda_low``: open-drain lines, with ringing on the edges."""
 
     def __init__(self, dut: Any, rng: random.Random) -> None:
@@ -51,40 +53,9 @@ class I2cMaster:
         self._drive()
         await self.wait()
 
-    async def start(self) -> None:
-        """Start condition, repeated or not."""
-        await self.data(1)
-        await self.clock(1)
-        await self.data(0)
-        await self.clock(0)
-
-    async def stop(self) -> None:
-        """Stop condition."""
-        await self.data(0)
-        await self.clock(1)
-        await self.data(1)
-
-    async def bit(self, level: int) -> int:
-        """Send a bit (1: leave the line to the slave), return what the line said."""
-        await self.data(level)
-        await self.clock(1)
-        seen = int(self.dut.sda.value)
-        await self.clock(0)
-        return seen
-
-    async def write(self, byte: int) -> bool:
-        """Send a byte, return whether it was acknowledged."""
-        for i in range(7, -1, -1):
-            await self.bit(byte >> i & 1)
-        return not await self.bit(1)
-
-    async def read(self, *, more: bool) -> int:
-        """Receive a byte, acknowledging it if more are wanted."""
-        byte = 0
-        for _ in range(8):
-            byte = byte << 1 | await self.bit(1)
-        await self.bit(int(not more))
-        return byte
+    def seen(self) -> int:
+        """Level of the data line."""
+        return int(self.dut.sda.value)
 
     async def read_block(self, address: int, count: int) -> list[int]:
         """Read bytes as sources do: write the address, start again, read."""
@@ -451,3 +422,14 @@ async def serial_line_clock_by_clock(dut: Any) -> None:
         await panel.reset()
         assert await is_quiet()
         assert await panel.ask("c") == "ok"
+    # Nothing of a character or a command is left by a reset of one clock around their last bit.
+    for text, clocks in product(("x", "c\r", "h 0\r", "s 0\r"), range(bit // 2, bit + 4)):
+        cocotb.start_soon(panel.send(text))
+        await panel.clocks((10 * len(text) - 1) * bit + clocks)
+        dut.reset.value = 1
+        await panel.clocks(1)
+        dut.reset.value = 0
+        assert not int(dut.clear_errors.value), clocks
+        await panel.clocks(bit)
+        assert (panel.state()[0], panel.screen()) == (CASE["first_slice"], (0, 1)), clocks
+        assert await panel.ask("c") == "ok", (text, clocks)
