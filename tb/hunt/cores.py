@@ -48,6 +48,11 @@ def draw_frame(rng: random.Random, rows: int, columns: int, channels: int, bits:
     return {"noise": noise, "black": 0 * noise, "white": 0 * noise + white, "few": dots}[kind]
 
 
+def draw_slice(rng: random.Random, count: int) -> int:
+    """A slice to ask for: there, the first one that is not, or any."""
+    return rng.choice([rng.randrange(count), min(count, 255), rng.randrange(256)])
+
+
 class CoreHunt:
     """Random segments of frames through a core; each segment has its own size of frame.
 
@@ -114,7 +119,7 @@ class CoreHunt:
         self.bench.ports[2:] = []
         if not self.count:
             return
-        asked = rng.choice([rng.randrange(self.count), rng.randrange(256)])
+        asked = draw_slice(rng, self.count)
         kind = rng.choice(["fixed", "sweep", "any moment"])
         self.sweep = (asked, int(kind == "sweep"), rng.randrange(4))
         self.bench.set(slice=asked, sweep=self.sweep[1], sweep_frames=self.sweep[2])
@@ -324,6 +329,6 @@ class _Turner:
         if self.wait == 0:
             rng = self.hunt.rng
             self.wait = rng.randint(1, self.longest)
-            asked = rng.choice([rng.randrange(self.hunt.count), rng.randrange(256)])
+            asked = draw_slice(rng, self.hunt.count)
             self.hunt.turns.append((clock, asked))
             self.hunt.bench.set(slice=asked)

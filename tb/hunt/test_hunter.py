@@ -5,7 +5,6 @@ import ast
 import os
 import random
 import re
-import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -13,6 +12,7 @@ from unittest import mock
 
 import pytest
 
+from hunt.hunt import main
 from hunt.simulate import entities, run_design
 from hunt.start_values import with_start_values
 from plenofir.fpga import hdl
@@ -62,17 +62,19 @@ def test_planted_fault_is_found(entity: str, file: str, old: str, new: str, firs
     pytest.fail("not noticed")
 
 
-def test_the_command_names_the_case_that_failed(tmp_path: Path) -> None:
-    def hunt(*options: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, HERE / "hunt.py", *options]
-        return subprocess.run(command, capture_output=True, text=True, check=False)
+def test_the_command_names_the_case_that_failed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def hunt(options: str) -> tuple[int, str]:
+        monkeypatch.setattr(sys, "argv", ["hunt.py", *options.split()])
+        return main(), capsys.readouterr().out
 
-    refused = hunt("--case", "raster-7")
-    assert refused.returncode == 2
-    assert "no hunt of raster" in refused.stdout
-    short = hunt("--minutes", "0.01", "--seed", "1", "--jobs", "1", "--entity", "focal_stack")
-    assert short.returncode == 0
-    assert re.search(r"focal_stack: 12 cases on 1 designs, 0 failed", short.stdout)
+    code, text = hunt("--case raster-7")
+    assert code == 2
+    assert "no hunt of raster" in text
+    code, text = hunt("--minutes 0.001 --seed 1 --jobs 1 --entity parallel_to_stream")
+    assert code == 0
+    assert "parallel_to_stream: 12 cases on 1 designs, 0 failed" in text
 
 
 def test_references_import_numpy_alone() -> None:

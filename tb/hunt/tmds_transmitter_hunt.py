@@ -15,7 +15,7 @@ ENTITY = "tmds_transmitter"
 FAULTS = [
     ("tmds_encoder.vhd", "disparity <= disparity - excess + 1;",
      "disparity <= disparity - excess;"),
-    ("tmds_encoder.vhd", "disparity > 0) = (excess > 0)", "disparity > 0) = (excess >= 0)"),
+    ("tmds_encoder.vhd", "disparity > 0) = (excess > 0)", "disparity > 1) = (excess > 0)"),
 ]  # fmt: skip
 CLOCK_WORD = 0b0000011111
 SETTLED = 60
