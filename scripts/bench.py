@@ -34,7 +34,7 @@ from plenofir.camera.synthetic import regular_grid, white_image
 from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.refocus import (
     ExactArithmetic,
     StoredProductArithmetic,

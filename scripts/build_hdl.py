@@ -17,7 +17,7 @@ from plenofir.fpga.hdmi.colour import colour_package
 from plenofir.fpga.hdmi.edid import edid_package
 from plenofir.fpga.hdmi.pll import settings_package
 from plenofir.fpga.hdmi.status import status_package
-from plenofir.fpga.screen import SCREEN_PACKAGE, screen_package
+from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, screen_package
 
 HDL = project.root() / "hdl"
 MODELS = HDL / "sim"

@@ -28,7 +28,7 @@ from plenofir.camera.lightfield.pictures import figure_pixels
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.images import read_image, write_png
 from plenofir_studies.calibration_report import MICROSCOPE, microscope_picture
 from plenofir_studies.sweep import OBJECTS, SHIFTS, M, swept_scene

@@ -24,7 +24,7 @@ from plenofir.fpga.synthesis.comparison import (
 )
 from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place
 from plenofir.fpga.synthesis.spartan6 import Figures, synthesise
-from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
+from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.plan.figures import CORE
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from plenofir import project
 from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError
 from plenofir.fpga.simulate.module_waves import RowBench, timing_diagrams
-from plenofir.fpga.simulate.simulators import SimulationError
+from plenofir.fpga.tools.simulators import SimulationError
 
 FOLDER = project.root() / "docs" / "images" / "waves"
 

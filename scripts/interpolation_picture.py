@@ -19,7 +19,7 @@ from rich.progress import track
 from plenofir import project
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.images import read_image
 from plenofir_studies.resolution import central_directions
 

@@ -12,7 +12,7 @@ import tempfile
 
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.xst_lint import lint
 
 

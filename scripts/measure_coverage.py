@@ -28,7 +28,7 @@ from coverage import Coverage
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 
 ROOT = project.root()
 PAGE = ROOT / "docs" / "measured" / "coverage.md"

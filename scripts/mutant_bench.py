@@ -10,10 +10,10 @@ import numpy as np
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.core.moving_sum import MovingSumEngine
+from plenofir.fpga.core.fir_engine import FirEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.simulate import file_bench
-from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
+from plenofir.fpga.tools.simulators import SimulationError, find_simulator
 from plenofir.refocus import StoredProductArithmetic
 
 STALLS = 25

@@ -32,7 +32,7 @@ from plenofir import project
 from plenofir.errors import ToolError
 from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.formal import abc_program
-from plenofir.fpga.synthesis.tools import run_yosys, write_verilog
+from plenofir.fpga.tools.synthesis import run_yosys, write_verilog
 
 # Processor time of one proof.
 PROOF_SECONDS = 90

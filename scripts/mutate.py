@@ -43,7 +43,7 @@ from mutant_tests import CHAIN, relative, rounds_of
 from mutants import Key, Mutant, chosen, explained, is_explained, mutants, write_mutant
 from plenofir import project
 from plenofir.fpga import hdl
-from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
+from plenofir.fpga.tools.simulators import SimulationError, find_simulator
 
 # Processor time of a simulation until a mutant counts as one that hangs; of the chain's.
 TEST_SECONDS, CHAIN_SECONDS = 150, 400

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from plenofir.errors import EXIT_TOOL_FAILED, ToolError
 from plenofir.fpga import hdl
-from plenofir.fpga.core.moving_sum import PIXELS_PER_CLOCK
+from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK
 from plenofir.fpga.synthesis.ecp5 import Placed, check_tools, make_netlist, place
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.figures import CORE

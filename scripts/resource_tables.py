@@ -9,9 +9,9 @@ from plenofir import project
 from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.core.moving_sum import MovingSumEngine
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.fir_engine import FirEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.synthesis.comparison import (
     ENGINES,

@@ -15,10 +15,10 @@ import numpy as np
 from plenofir import project
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.screen.shown import ShownFrame, golden_frame
 from plenofir.fpga.simulate.chain import check_chain, run_chain
-from plenofir.fpga.simulate.shown import ShownFrame, golden_frame
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.images import read_image, write_png
 from plenofir.plan.scene_screen import SceneScreen, screen_of
 

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from plenofir.fpga.synthesis.spartan6 import Figures
-from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
+from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.plan.figures import (
     FILE,
     Design,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.moving_sum import PIXELS_PER_CLOCK, MovingSumEngine
+from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngine
 from plenofir.fpga.synthesis.ecp5 import PACKAGE, Placed
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir_studies.placed_pixels import GRADE, SCENE, load_placed

@@ -18,7 +18,7 @@ from plenofir.camera.lightfield.stack import Floats
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic.render import TexturedPlane, field_of_view, render, with_pitch
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.refocus.operator import Image
 from plenofir_studies.experiments import CAMERA, textures
 

@@ -19,12 +19,12 @@ from plenofir.errors import InputError
 from plenofir.files import write_file
 from plenofir.fpga.core.clock_counts import ClockCase
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS, FirEngine
-from plenofir.fpga.core.moving_sum import MovingSumEngine
+from plenofir.fpga.core.fir_engine import MAX_PARALLEL_ROWS, FirEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.devices import SPARTAN6
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.fpga.synthesis.estimate import estimate, structure
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.refocus import ExactArithmetic, refocus, scatter_sums
 from plenofir.refocus.operator import Image, divide_half_up, output_offset
 from plenofir_studies import DATA

@@ -72,3 +72,22 @@ def test_imports_run_down_the_layers(name: str) -> None:
 def test_no_module_imports_itself_by_way_of_others() -> None:
     # Raises CycleError with the circle.
     TopologicalSorter({name: imported(name) for name in MODULES}).prepare()
+
+
+# Of the camera's folders lytro and recognise still need each other.
+FOLDERS = sorted({path.parent for path in ROOT.rglob("__init__.py")} - {ROOT / "camera"})
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(ROOT.parent)))
+def test_what_lies_in_a_room_is_imported_one_way(folder: Path) -> None:
+    """The files and folders of a folder, each taken as a whole, import each other in no circle."""
+    inside = f"{module_name(folder / '__init__.py')}."
+
+    def part(name: str) -> str:
+        return name.removeprefix(inside).split(".")[0] if name.startswith(inside) else ""
+
+    graph: dict[str, set[str]] = {}
+    for name in MODULES:
+        if own := part(name):
+            graph.setdefault(own, set()).update(map(part, imported(name)))
+    TopologicalSorter({own: others - {own, ""} for own, others in graph.items()}).prepare()

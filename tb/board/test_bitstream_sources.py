@@ -9,7 +9,7 @@ from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga.bitstream.check import elaborate
 from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line, top_with_generics
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 
 
 @pytest.fixture

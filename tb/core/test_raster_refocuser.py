@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import Case, draw_seed, run_cases
 

@@ -7,7 +7,7 @@ import pytest
 from test_raster_refocuser import raster_case
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.moving_sum import MovingSumEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir_tb.runner import draw_seed, run_cases
 
 SUMS = MovingSumEngine()

@@ -5,7 +5,7 @@ from itertools import product
 
 from plenofir.fpga.core.clock_counts import SIMULATED
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.refocus import StoredProductArithmetic
 from plenofir_tb.runner import Case, run_cases
 

@@ -20,7 +20,7 @@ from hunt.start_values import with_start_values
 from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import used_units
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir_tb.runner import simulator_name
 from plenofir_tb.wrapper import TOP, wrapper
 

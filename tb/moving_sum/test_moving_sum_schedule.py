@@ -9,8 +9,8 @@ import pytest
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.moving_sum import MovingSumEngine
-from plenofir.fpga.simulate.simulators import Simulator, find_simulator
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.tools.simulators import Simulator, find_simulator
 from plenofir.refocus import StoredProductArithmetic
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import Align

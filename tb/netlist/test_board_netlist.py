@@ -18,8 +18,8 @@ from plenofir.fpga.bitstream.nextpnr import range_generics, synthesise_board
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdmi.link import encode_frames
-from plenofir.fpga.simulate.simulators import find_simulator
-from plenofir.fpga.synthesis.tools import cell_declarations, run_yosys, write_verilog
+from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.fpga.tools.synthesis import cell_declarations, run_yosys, write_verilog
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.configure import clock_range_of
 from plenofir_tb.serial import last_frames

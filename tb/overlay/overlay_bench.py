@@ -11,7 +11,7 @@ from cocotb.triggers import FallingEdge
 
 from plenofir.fpga.hdmi.link import raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.fpga.overlay import OVERLAY_CLOCKS, Overlay
+from plenofir.fpga.screen.overlay import OVERLAY_CLOCKS, Overlay
 from plenofir_tb.case import read_case
 from plenofir_tb.video import VideoTap
 

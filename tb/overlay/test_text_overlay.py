@@ -4,7 +4,7 @@
 import pytest
 
 from plenofir.fpga import hdl
-from plenofir.fpga.overlay import Overlay
+from plenofir.fpga.screen.overlay import Overlay
 from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, run_cases
 from plenofir_tb.video import shrunken

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import declarations
-from plenofir.fpga.simulate.simulators import find_simulator, generic_text
+from plenofir.fpga.tools.simulators import find_simulator, generic_text
 
 Generics = Mapping[str, int | bool | str]
 _REFUSED = re.compile(r"(?:\(assertion failure\)|\*\* Failure: \(init\)): (.*)")

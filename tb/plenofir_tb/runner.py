@@ -26,7 +26,7 @@ from plenofir.fpga import hdl
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.simulate.chain import chain_sources
-from plenofir.fpga.simulate.simulators import (
+from plenofir.fpga.tools.simulators import (
     GHDL_RUN_OPTIONS,
     Simulator,
     coverage_options,

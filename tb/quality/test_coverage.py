@@ -8,7 +8,7 @@ import pytest
 
 from plenofir import project
 from plenofir.errors import InputError
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 
 sys.path.append(str(project.root() / "scripts"))
 

@@ -14,10 +14,10 @@ from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.fir_engine import FirEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.hdl_text import declarations, unexplained_ports, used_units
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.refocus import StoredProductArithmetic
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.refocus import refocus
 from plenofir_studies.sweep import OBJECTS, SHIFTS, M, swept_scene
 from plenofir_tb.runner import simulator_name

@@ -12,15 +12,15 @@ import pytest
 from plenofir.errors import InputError
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.core.moving_sum import MovingSumEngine
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.fir_engine import FirEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.hdmi.modes import HD720, VGA
-from plenofir.fpga.screen import Screen
+from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.simulate.chain import check_chain, mode_for, range_of, run_chain
 from plenofir.fpga.simulate.report import ScreenReport
 from plenofir.fpga.simulate.run import FLOWER, Run, core_for_image, run
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.images import read_image, write_png
 from plenofir.plan.scene_screen import scene_overlay, slice_colours
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic

@@ -12,9 +12,9 @@ import pytest
 
 from plenofir.errors import EXIT_MISMATCH
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.simulate.file_bench import run_bench, wave_signals
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.images import read_image, write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir_tb.faults import plant

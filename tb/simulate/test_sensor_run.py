@@ -21,10 +21,10 @@ from plenofir.camera.synthetic import regular_grid
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.simulate.sensor_bench import CORE, run_sensor, sensor_generics
-from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
 from plenofir.fpga.synthesis.block_rams import block_ram_models
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
-from plenofir.fpga.synthesis.tools import yosys_version
+from plenofir.fpga.tools.simulators import SimulationError, find_simulator
+from plenofir.fpga.tools.synthesis import yosys_version
 from plenofir.images import read_image, write_png
 from plenofir.plan.resampling import resampling
 from plenofir.refocus import refocus

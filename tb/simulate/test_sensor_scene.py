@@ -11,10 +11,10 @@ from plenofir.camera.resampling import interpolate_mosaic, red_place, resample
 from plenofir.camera.synthetic import regular_grid
 from plenofir.errors import InputError
 from plenofir.fpga.simulate.sensor_bench import run_sensor
-from plenofir.fpga.simulate.simulators import find_simulator
 from plenofir.fpga.synthesis.block_rams import block_ram_models
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
-from plenofir.fpga.synthesis.tools import ghdl_version, write_verilog, yosys_version
+from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.fpga.tools.synthesis import ghdl_version, write_verilog, yosys_version
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.configure import configure
 from plenofir.plan.resampling import loads, resampling

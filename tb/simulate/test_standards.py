@@ -15,13 +15,13 @@ from plenofir.fpga import hdl
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.core.moving_sum import MovingSumEngine
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.fir_engine import FirEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.simulate.chain import run_chain
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.simulate.sensor_bench import run_sensor
-from plenofir.fpga.simulate.simulators import STANDARDS, Simulator, Standard, find_simulator
+from plenofir.fpga.tools.simulators import STANDARDS, Simulator, Standard, find_simulator
 from plenofir.plan.resampling import resampling
 from plenofir.refocus.sharpness import depth_index
 

@@ -10,13 +10,13 @@ import pytest
 from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir.fpga.core.fir import FirEngine
-from plenofir.fpga.core.moving_sum import MovingSumEngine
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.fir_engine import FirEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.simulate.file_bench import CORE, core_generics, core_sources, run_bench
-from plenofir.fpga.simulate.simulators import Simulator, find_simulator
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
-from plenofir.fpga.synthesis.tools import yosys_version
+from plenofir.fpga.tools.simulators import Simulator, find_simulator
+from plenofir.fpga.tools.synthesis import yosys_version
 from plenofir.refocus import StoredProductArithmetic
 
 STORED = StoredProductArithmetic(fraction_bits=4, guard_bits=2)

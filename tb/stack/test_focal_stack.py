@@ -7,7 +7,7 @@ import pytest
 
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, draw_seed, run_cases
 

@@ -15,7 +15,7 @@ from plenofir.fpga.synthesis.formal import (
     LaneProof,
     RingProof,
 )
-from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
+from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir_tb.faults import plant
 
 

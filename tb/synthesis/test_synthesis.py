@@ -11,11 +11,11 @@ from plenofir.errors import InputError, ToolError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.moving_sum import MovingSumEngine
-from plenofir.fpga.synthesis import tools as tools_module
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.synthesis.parts import TMDS_ENDS, count_parts, left_out_in_turn, needed_parts
-from plenofir.fpga.synthesis.primitives import component_package, with_primitives
-from plenofir.fpga.synthesis.tools import (
+from plenofir.fpga.tools import synthesis as tools_module
+from plenofir.fpga.tools.primitives import component_package, with_primitives
+from plenofir.fpga.tools.synthesis import (
     ghdl_version,
     plain_verilog,
     run_yosys,

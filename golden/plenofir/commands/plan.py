@@ -248,7 +248,7 @@ def synth(
     """Synthesise for Spartan-6 with GHDL and Yosys; "path" counts cells between registers."""
     from plenofir.files import publish_files
     from plenofir.fpga.devices import DEVICES
-    from plenofir.fpga.synthesis.tools import ghdl_version, yosys_version
+    from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.configure import configure as write_project
     from plenofir.plan.figures import designs, is_ecp5_board, load_figures, scene_design

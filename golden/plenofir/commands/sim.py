@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.fpga.core.engine import Engine
-    from plenofir.fpga.screen import Screen
+    from plenofir.fpga.screen.board_screen import Screen
     from plenofir.fpga.simulate.run import Run
     from plenofir.fpga.simulate.sensor_chain import SensorFrame
     from plenofir.plan.sensor_run import Sensor
@@ -119,7 +119,7 @@ def sim(
         )
     settings = options.focus_settings(a or ["-3/5"], micro_image)
     shifts = options.shifts_of(settings, micro_image)
-    from plenofir.fpga.screen import Screen
+    from plenofir.fpga.screen.board_screen import Screen
     from plenofir.fpga.simulate.run import DEFAULT_RAW, Run
 
     def core_for(path: Path) -> "CoreConfiguration":
@@ -207,9 +207,9 @@ def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Pat
 
 
 def _engine(kind: str, parallel_rows: int, *, any_rows: bool, pixels: options.Pixels) -> "Engine":
-    from plenofir.fpga.core.fir import FirEngine
-    from plenofir.fpga.core.moving_sum import MovingSumEngine
-    from plenofir.fpga.core.stack import StackEngine
+    from plenofir.fpga.core.fir_engine import FirEngine
+    from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+    from plenofir.fpga.core.stack_engine import StackEngine
 
     if kind == "fir":
         return FirEngine(parallel_rows=parallel_rows)

@@ -15,7 +15,7 @@ from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import find_mode, range_limits
-from plenofir.fpga.screen import SCREEN_PACKAGE, Screen, screen_package
+from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.plan.board_load import load_lines
 from plenofir.plan.calibration_loader import LOADER, loader_text
 from plenofir.plan.planned import Plan

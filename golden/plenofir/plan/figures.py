@@ -17,11 +17,11 @@ from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.resampler import ResamplerConfiguration
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES
-from plenofir.fpga.screen import Screen
+from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.simulate.sensor_bench import sensor_generics
 from plenofir.fpga.synthesis.parts import left_out_in_turn
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise

@@ -8,9 +8,9 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.resampler import ResamplerConfiguration
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import Device, Usage
-from plenofir.fpga.screen import Screen
+from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, slice_engine
 from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.sensor_estimate import sensor_usage

@@ -8,7 +8,7 @@ from plenofir.fpga.board_sensor import BoardSensor
 from plenofir.fpga.core.configuration import CoreConfiguration, SliceEngineName
 from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
 from plenofir.fpga.devices import Device
-from plenofir.fpga.screen import Screen
+from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
 from plenofir.plan.board_load import Shown, description
 from plenofir.plan.left_out import LeftOut

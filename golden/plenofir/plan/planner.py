@@ -12,8 +12,8 @@ from plenofir.fpga.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration, SliceEngineName
 from plenofir.fpga.core.engine import SliceEngine
-from plenofir.fpga.core.moving_sum import PIXELS_PER_CLOCK, MovingSumEngine
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate

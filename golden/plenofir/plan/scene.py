@@ -19,11 +19,11 @@ from plenofir.fpga.core.configuration import (
     MAX_MICRO_IMAGE_SIZE,
     MAX_ROWS,
 )
-from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS
-from plenofir.fpga.core.moving_sum import PixelsPerClock
+from plenofir.fpga.core.fir_engine import MAX_PARALLEL_ROWS
+from plenofir.fpga.core.moving_sum_engine import PixelsPerClock
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.edid import check_edid
-from plenofir.fpga.screen import Screen
+from plenofir.fpga.screen.board_screen import Screen
 from plenofir.plan.scene_screen import SceneScreen
 from plenofir.plan.scene_sensor import SceneSensor, SensorChip, sensor_chip
 from plenofir.refocus.sharpening import check_sharpen, sharpening_units

@@ -14,12 +14,12 @@ from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place
 from plenofir.errors import InputError
 from plenofir.files import as_text, check_folder, publish_run
 from plenofir.fpga.board_sensor import BoardSensor
-from plenofir.fpga.simulate.compare import compare_frames
+from plenofir.fpga.compare import compare_frames
 from plenofir.fpga.simulate.report import REPORT, Report
 from plenofir.fpga.simulate.run import Progress, Run, run
 from plenofir.fpga.simulate.sensor_bench import run_sensor
 from plenofir.fpga.simulate.sensor_chain import SensorFrame
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.images import Picture, read_picture, write_png
 from plenofir.plan.board_load import Shown, description
 from plenofir.plan.resampling import Resampling, check_ring, resampling, shown_lines

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from plenofir.fpga.boards import board_of
-from plenofir.fpga.synthesis.tools import ghdl_version, write_verilog
+from plenofir.fpga.tools.synthesis import ghdl_version, write_verilog
 from plenofir.plan.planned import Plan
 
 _SHIFT_BITS = 16

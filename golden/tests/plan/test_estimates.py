@@ -8,7 +8,7 @@ import pytest
 from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.memory import Memory, block_sizes
 from plenofir.fpga.devices import Usage
 from plenofir.fpga.synthesis.comparison import (

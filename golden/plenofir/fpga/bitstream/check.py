@@ -16,14 +16,21 @@ from pathlib import Path
 from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.clock_nets import (
+    Net,
+    Netlist,
+    Place,
+    base_name,
+    read_netlist,
+    top_ports,
+)
 from plenofir.fpga.bitstream.clock_routing import check_clock_routing, global_buffers
 from plenofir.fpga.bitstream.ise import OPTION_FILES, constraints_file, option_folder, read_options
-from plenofir.fpga.bitstream.netlist import Net, Netlist, Place, base_name, read_netlist, top_ports
 from plenofir.fpga.bitstream.spartan6_sites import Pin, device, pins
 from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line
 from plenofir.fpga.bitstream.ucf import Constraints, read_constraints
 from plenofir.fpga.hdl_text import instances
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 
 # Modules that bring something from one clock into another: ports of the clock that it comes
 # from (None: any clock, or none) and of the clock that it goes to.

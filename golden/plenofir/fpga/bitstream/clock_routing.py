@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
 
-from plenofir.fpga.bitstream.netlist import Net, Netlist, Place
+from plenofir.fpga.bitstream.clock_nets import Net, Netlist, Place
 from plenofir.fpga.bitstream.spartan6_sites import device, pins
 from plenofir.fpga.bitstream.ucf import Constraints
 

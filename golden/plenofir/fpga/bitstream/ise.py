@@ -42,7 +42,7 @@ from plenofir.fpga.bitstream.top_level import (
     top_source,
     top_with_generics,
 )
-from plenofir.fpga.screen import SCREEN_PACKAGE
+from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE
 
 TOOLS = ("xst", "ngdbuild", "map", "par", "trce", "bitgen")
 OPTION_FILES = tuple(f"{tool}.opt" for tool in TOOLS)

@@ -19,7 +19,7 @@ from plenofir.fpga.boards import Board
 from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
 from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, check_tools, ecp5_tool
 from plenofir.fpga.synthesis.output_registers import use_output_registers
-from plenofir.fpga.synthesis.tools import (
+from plenofir.fpga.tools.synthesis import (
     Generics,
     ghdl_version,
     run_tool,

@@ -13,7 +13,7 @@ from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.hdl_text import declarations
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 

@@ -8,7 +8,7 @@ The counts follow from `CoreConfiguration`; the testbench of the array measures 
 from dataclasses import dataclass
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.fir_engine import FirEngine
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,11 @@ from plenofir.fpga.core.engine import SignalKind
 from plenofir.fpga.hdmi.link import LinkError, Packed, decode_frames, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode, range_limits
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
-from plenofir.fpga.screen import SCREEN_PACKAGE, Screen, screen_package
+from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
+from plenofir.fpga.screen.shown import ShownFrame, shown_frames, told_before
 from plenofir.fpga.simulate.file_bench import BenchResult
-from plenofir.fpga.simulate.shown import ShownFrame, shown_frames, told_before
-from plenofir.fpga.simulate.simulators import SimulationError, Simulator
 from plenofir.fpga.simulate.waves import WaveSignal
+from plenofir.fpga.tools.simulators import SimulationError, Simulator
 from plenofir.refocus.operator import Image
 
 TOP = "hdmi_bench"

@@ -15,11 +15,11 @@ from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Engine, Generics, Scope
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.simulate import verilator
-from plenofir.fpga.simulate.simulators import SimulationError, Simulator
 from plenofir.fpga.simulate.waves import WaveSignal
-from plenofir.fpga.synthesis.tools import write_verilog
+from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.fpga.tools.synthesis import write_verilog
 from plenofir.refocus.operator import Image
 
 TOP = "file_bench"

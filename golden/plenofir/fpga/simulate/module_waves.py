@@ -20,7 +20,7 @@ import wavedrom
 from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.simulate.dumps import Dump, Value
-from plenofir.fpga.simulate.simulators import find_simulator
+from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.refocus.operator import gather_sums
 from plenofir.refocus.switches import FilterLayout
 

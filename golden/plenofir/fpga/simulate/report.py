@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.boards import BoardName
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.simulate.shown import ShownReport
+from plenofir.fpga.screen.shown import ShownReport
 from plenofir.refocus.arithmetic import Arithmetic
 
 REPORT = "report.json"

@@ -15,12 +15,18 @@ from plenofir import project
 from plenofir.errors import InputError
 from plenofir.files import as_text, check_folder, publish_run
 from plenofir.fpga.boards import BOARDS, BoardName
+from plenofir.fpga.compare import compare_frames, difference_picture
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir.fpga.core.stack import StackEngine
-from plenofir.fpga.screen import Screen
+from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.shown import (
+    bare_slices,
+    shown_frames,
+    shown_names,
+    write_shown,
+)
 from plenofir.fpga.simulate import chain
-from plenofir.fpga.simulate.compare import compare_frames, difference_picture
 from plenofir.fpga.simulate.file_bench import BenchResult, run_bench, wave_signals
 from plenofir.fpga.simulate.report import (
     REPORT,
@@ -35,14 +41,8 @@ from plenofir.fpga.simulate.sensor_chain import (
     check_sensor_chain,
     run_sensor_chain,
 )
-from plenofir.fpga.simulate.shown import (
-    bare_slices,
-    shown_frames,
-    shown_names,
-    write_shown,
-)
-from plenofir.fpga.simulate.simulators import SimulationError, find_simulator
 from plenofir.fpga.simulate.waves import write_save_file
+from plenofir.fpga.tools.simulators import SimulationError, find_simulator
 from plenofir.images import read_image, write_png
 from plenofir.refocus import check_raw, error_against_operator, shift_to_name, shift_to_text
 from plenofir.refocus.operator import Image

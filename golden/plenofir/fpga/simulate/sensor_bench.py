@@ -13,8 +13,8 @@ from plenofir.fpga import hdl
 from plenofir.fpga.core.engine import Generics
 from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
 from plenofir.fpga.simulate import verilator
-from plenofir.fpga.simulate.simulators import SimulationError, Simulator
-from plenofir.fpga.synthesis.tools import write_verilog
+from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.fpga.tools.synthesis import write_verilog
 from plenofir.refocus.operator import Image
 
 TOP = "sensor_bench"

@@ -23,10 +23,10 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.link import LinkError, decode_frames, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
-from plenofir.fpga.screen import SCREEN_PACKAGE, Screen, screen_package
+from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir.fpga.simulate import chain
 from plenofir.fpga.simulate.file_bench import BenchResult
-from plenofir.fpga.simulate.simulators import SimulationError, Simulator
+from plenofir.fpga.tools.simulators import SimulationError, Simulator
 from plenofir.refocus.operator import Image
 
 # The size of the raster is known with the first frame that is followed; the next one is shown.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from plenofir import project
-from plenofir.fpga.simulate.simulators import Simulator
+from plenofir.fpga.tools.simulators import Simulator
 
 # Compiling a fast program takes some seconds more.
 _PIXELS_TO_OPTIMISE_FOR = 100_000

@@ -18,7 +18,7 @@ from plenofir.fpga.core.configuration import (
     CoreConfiguration,
     SliceEngineName,
 )
-from plenofir.fpga.core.moving_sum import PixelsPerClock
+from plenofir.fpga.core.moving_sum_engine import PixelsPerClock
 from plenofir.fpga.devices import Device
 from plenofir.fpga.synthesis.ecp5 import Placed
 from plenofir.fpga.synthesis.estimate import estimate

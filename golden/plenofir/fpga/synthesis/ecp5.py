@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.errors import InputError
 from plenofir.fpga.synthesis.few_pins import NAME, few_pins
 from plenofir.fpga.synthesis.output_registers import use_output_registers
-from plenofir.fpga.synthesis.tools import Generics, run_tool, run_yosys, write_verilog
+from plenofir.fpga.tools.synthesis import Generics, run_tool, run_yosys, write_verilog
 
 DEVICE = "45k"
 PACKAGE = "CABGA381"

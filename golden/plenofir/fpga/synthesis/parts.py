@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from functools import cache
 
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.synthesis.estimate import slice_engine
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 

@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.memory import Memory, block_sizes
-from plenofir.fpga.core.stack import StackEngine
+from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import Family, Usage
-from plenofir.fpga.overlay import Overlay
-from plenofir.fpga.screen import Screen
+from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.overlay import Overlay
 from plenofir.fpga.synthesis.estimate import multipliers
 
 # Fitted by scripts/fit_estimate.py.

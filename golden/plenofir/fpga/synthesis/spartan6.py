@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict
 
 from plenofir.fpga.devices import Usage
 from plenofir.fpga.synthesis.parts import TMDS_ENDS
-from plenofir.fpga.synthesis.tools import Generics, cell_declarations, run_yosys, write_verilog
+from plenofir.fpga.tools.synthesis import Generics, cell_declarations, run_yosys, write_verilog
 
 # Look-up tables that a cell stands for; LUTs as memory come in slices of four.
 _LUT_CELLS = {

@@ -13,8 +13,8 @@ from plenofir.fpga.core.configuration import (
     MAX_SHIFT,
     MAX_SLICES,
 )
-from plenofir.fpga.core.fir import MAX_PARALLEL_ROWS, MAX_TAPS
-from plenofir.fpga.core.moving_sum import MAX_LANE_DELAY, MAX_PIXELS_PER_CLOCK
+from plenofir.fpga.core.fir_engine import MAX_PARALLEL_ROWS, MAX_TAPS
+from plenofir.fpga.core.moving_sum_engine import MAX_LANE_DELAY, MAX_PIXELS_PER_CLOCK
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
 
 Interval = tuple[float, float]

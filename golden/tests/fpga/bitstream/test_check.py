@@ -11,8 +11,8 @@ from plenofir import project
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import check, ise, top_level
+from plenofir.fpga.bitstream.clock_nets import read_netlist
 from plenofir.fpga.bitstream.clock_routing import GlobalBuffer, can_place, check_clock_routing
-from plenofir.fpga.bitstream.netlist import read_netlist
 from plenofir.fpga.bitstream.spartan6_sites import device, pins
 from plenofir.fpga.bitstream.ucf import read_constraints
 

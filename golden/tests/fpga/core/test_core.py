@@ -12,7 +12,7 @@ from plenofir.fpga.core import configuration as core
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP
-from plenofir.fpga.core.fir import FirEngine
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.refocus import MAX_INTERPOLATION_ORDER, StoredProductArithmetic
 
 

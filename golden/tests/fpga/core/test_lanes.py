@@ -5,7 +5,7 @@ import pytest
 
 from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.fpga.core.moving_sum import MovingSumEngine, PixelsPerClock
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine, PixelsPerClock
 from plenofir.fpga.synthesis.estimate import memories, multipliers
 from plenofir.refocus import StoredProductArithmetic
 

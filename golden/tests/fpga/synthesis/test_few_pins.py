@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from plenofir.fpga.synthesis.few_pins import NAME, few_pins
-from plenofir.fpga.synthesis.tools import run_yosys
+from plenofir.fpga.tools.synthesis import run_yosys
 
 CORE = """
 module core

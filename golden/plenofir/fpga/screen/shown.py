@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict
 
+from plenofir.fpga.compare import compare_frames
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.script import Command, typed
-from plenofir.fpga.overlay import Shown as Kind
-from plenofir.fpga.screen import Screen
-from plenofir.fpga.simulate.compare import compare_frames
+from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.overlay import Shown as Kind
 from plenofir.images import write_png
 from plenofir.refocus import shift_to_name
 from plenofir.refocus.operator import Image

@@ -15,8 +15,8 @@ from pathlib import Path
 
 from plenofir import project
 from plenofir.errors import InputError, ToolError
-from plenofir.fpga.simulate.simulators import find_simulator, generic_text
-from plenofir.fpga.synthesis.primitives import component_package, with_primitives
+from plenofir.fpga.tools.primitives import component_package, with_primitives
+from plenofir.fpga.tools.simulators import find_simulator, generic_text
 
 Generics = Mapping[str, int | bool | str]
 
@@ -219,7 +219,7 @@ def run_yosys(
     write; none: Yosys always runs.
     """
     version = yosys_version()
-    command = [sys.executable, "-m", "plenofir.fpga.synthesis.run_yosys", *commands]
+    command = [sys.executable, "-m", "plenofir.fpga.tools.run_yosys", *commands]
     if not writes or not (project.in_checkout() and os.access(project.root(), os.W_OK)):
         run_tool(command, log)
         return

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from plenofir.fpga.core.configuration import STREAM_CLOCKS, CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import Generics
-from plenofir.fpga.overlay import OVERLAY_CLOCKS, Overlay
+from plenofir.fpga.screen.overlay import OVERLAY_CLOCKS, Overlay
 
 SCREEN_PACKAGE = "screen_pkg"
 """Name of the VHDL package."""
@@ -117,7 +117,7 @@ def screen_package(screen: Screen | None = None) -> str:
         written |= {name: text for name, text in overlay.generics().items() if name in written}
     lines = [
         "-- What the screen shows besides the refocused slice, and the text over it; built by",
-        "-- scripts/build_hdl.py from plenofir.fpga.screen.",
+        "-- scripts/build_hdl.py from plenofir.fpga.screen.board_screen.",
         "",
         "library ieee;",
         "use ieee.std_logic_1164.all;",
