@@ -66,8 +66,8 @@ golden: venv ## Golden-model tests alone (no simulator needed)
 	@$(PYTEST) golden
 
 lint: venv ## Style of Python and VHDL, Python types
-	@$(PYTHON) -m ruff check --quiet golden tb scripts examples
-	@$(PYTHON) -m ruff format --quiet --check golden tb scripts examples
+	@$(PYTHON) -m ruff check --quiet conftest.py golden tb scripts examples
+	@$(PYTHON) -m ruff format --quiet --check conftest.py golden tb scripts examples
 	@$(PYTHON) -m mypy --no-error-summary
 	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb examples -name '*.vhd')
 	@$(PYTHON) scripts/lint_xst.py
