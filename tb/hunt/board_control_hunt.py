@@ -102,7 +102,7 @@ def command(rng: random.Random) -> list[int]:
         text = text.replace("#", str(number) if rng.random() < 0.3 else str(number % 3))
     elif kind == "near":
         digits = rng.choice(["", str(number), f"00{number % 256}", f"{number}x", "-1", " 1 2"])
-        text = rng.choice(["", "x", "5", " ", "s"]) + text.replace("#", digits)
+        text = rng.choice(["", "x", "5", " ", "s"]) + rng.choice([text, "#"]).replace("#", digits)
     else:
         codes = [rng.randrange(256) for _ in range(rng.randint(1, 12))]
         return [code for code in codes if code not in b"\r\n"]
@@ -141,7 +141,13 @@ class Hunt:
         packed = sum((n & 0xFFFF) << 16 * i for i, n in enumerate(numbers))
         self.bench.set(status_values=packed)
         port.text = b""
-        factor = rng.choice([0.98, 1, 1.02]) if self.bit >= 8 else 1
+        # As fast, or as slow, as a receiver can follow that looks half a bit, rounded down, behind
+        # a bit's first clock: the last bit, or the stop bit, has that clock in it and no other.
+        bits = 9 * self.bit
+        fastest, slowest = bits - (self.bit - self.bit // 2 - 1), bits + self.bit // 2
+        factor = rng.choice([fastest / bits, 1, slowest / bits])
+        # The line rests for a whole bit behind fast characters.
+        rest = self.bit if factor < 1 else 0
         for code in line:
             if rng.random() < 0.1:
                 self.glitch()
@@ -150,9 +156,10 @@ class Hunt:
                 port.send(rng.randrange(256), stop=0)
                 port.hold(1, 2 * self.bit)
             port.send(code, factor=factor)
-            port.hold(1, rng.choice([0, 0, 1, 7, 30]))
+            port.hold(1, rest + rng.choice([0, 0, 1, 7, 30]))
         for end in rng.choice([b"\r", b"\n", b"\r\n"]):
             port.send(end, factor=factor)
+            port.hold(1, rest)
         want = self.settings.answer(line, status_text(g["STATUS"], numbers))
         await self.bench.until(lambda: not port.todo, 10**6, "never")
         end = b"" if want is None else want.encode() + b"\r\n"

@@ -8,7 +8,7 @@ from hunt.resampler_hunt import draw_generics
 
 ENTITY = "sensor_raster"
 FAULTS = [
-    ("sensor_raster.vhd", "m_axis_tuser  => raw_tuser", "m_axis_tuser  => open"),
+    ("sensor_raster.vhd", "resampler_flags or ('0' & mosaic_flags)", "resampler_flags"),
     ("mosaic_engine.vhd", "centre.even_line xor red_line;", "centre.even_line;"),
 ]
 

@@ -210,9 +210,9 @@ class Hunt:
                 bench.counts[f"damage: {name}"] += 1
             screen.queue += beats
             await bench.clocks(mode.total if rng.random() < 0.8 else rng.randint(1, 2 * mode.total))
-        # Whole frames in time are shown whole in the end.
+        # Whole frames in time are shown whole in the end: each start waits for a frame of its own.
         screen.stalls = iter(())
-        left = len(screen.queue) // (screen.size[0] * screen.size[1]) + 2
+        left = sum(beat.start for beat in screen.queue) + 2
         for _ in range(4):
             screen.queue += self.frame()
         await bench.clocks((left + 1) * mode.total + screen.lines * mode.line)
