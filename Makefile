@@ -69,7 +69,7 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) -m ruff check --quiet conftest.py golden tb scripts examples
 	@$(PYTHON) -m ruff format --quiet --check conftest.py golden tb scripts examples
 	@$(PYTHON) -m mypy --no-error-summary
-	@.venv/bin/vsg --configuration scripts/vsg.yaml --output_format syntastic --filename $$(find hdl tb examples -name '*.vhd')
+	@$(PYTHON) scripts/lint_vhdl.py
 	@$(PYTHON) scripts/lint_xst.py
 	@$(PYTHON) scripts/build_docs.py --check
 	@$(PYTHON) scripts/build_hdl.py --check
