@@ -47,7 +47,7 @@ compare: venv ## Synthesise and place the cells of the comparison of both engine
 	@scripts/setup.sh pnr
 	@$(PYTHON) scripts/compare_engines.py --places
 	@$(PYTHON) scripts/place_pixels.py
-	@$(PYTHON) scripts/draw_engines.py
+	@$(PYTHON) scripts/pictures.py engines moving-sum
 	@$(PYTHON) scripts/build_docs.py
 
 test: venv simulator test-tools libpython lint bitstream-check ## Style, types, golden model, testbenches
@@ -73,7 +73,6 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) scripts/lint_xst.py
 	@$(PYTHON) scripts/build_docs.py --check
 	@$(PYTHON) scripts/build_hdl.py --check
-	@$(PYTHON) scripts/draw_diagrams.py --check
 
 bitstream: venv ## Build the bitstream of a board, the Atlys with ISE 14.7, the ULX3S with open tools: BOARD=atlys|ulx3s|ecp5-eval DEVICE= SCENE= M= A= SWEEP= MAX_COLUMNS= ENGINE= INTERPOLATION= ARITH= FRACTION= GUARD= OUT= ISE=
 	@$(if $(filter ulx3s ecp5-eval,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
@@ -90,7 +89,6 @@ bench: venv simulator ## Measure refocuser, ray model, calibration, simulators, 
 docs: venv ## Build what the documentation takes from the sources
 	@$(PYTHON) scripts/build_hdl.py
 	@$(PYTHON) scripts/build_docs.py
-	@$(PYTHON) scripts/draw_diagrams.py
 
 site: venv ## Build the documentation as a site with search (build/site); python -m http.server -d build/site
 	@scripts/setup.sh site
@@ -98,7 +96,7 @@ site: venv ## Build the documentation as a site with search (build/site); python
 
 waves: venv ## Draw the timing diagrams of docs/waves.md from simulations
 	@scripts/setup.sh ghdl
-	@$(PYTHON) scripts/draw_waves.py
+	@$(PYTHON) scripts/pictures.py waves
 
 dist: venv test-tools ## Build and check the source distribution and the wheel (build/dist)
 	@rm -rf build/dist

@@ -113,3 +113,15 @@ def test_the_workflow_runs_the_commands_of_the_readme() -> None:
     classifiers = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["classifiers"]
     declared = [c.rpartition(" ")[2] for c in classifiers if re.search(r"Python :: 3\.\d", c)]
     assert versions == declared
+
+
+@pytest.mark.quick
+def test_block_diagrams_name_entities() -> None:
+    entities = {path.stem for path in (ROOT / "hdl").rglob("*.vhd")}
+    diagrams = sorted((ROOT / "docs" / "images").glob("*.svg"))
+    assert len(diagrams) > 5
+    for diagram in diagrams:
+        bold = re.findall(r'class="name"[^>]*>([^<]*)<', diagram.read_text())
+        assert bold, diagram
+        named = {word for text in bold for word in text.split() if "_" in word}
+        assert named <= entities, (diagram.name, named - entities)

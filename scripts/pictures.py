@@ -1,0 +1,469 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Make the pictures of the documentation, docs/images.
+
+Usage: python scripts/pictures.py NAME...
+
+Without a name it lists them. The block diagrams (fir.svg and others) are drawn by hand: each SVG
+is its own source. `make bench RECORD=1` draws bench.png.
+"""
+
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import cv2
+import imageio.v3 as iio
+import matplotlib.pyplot as plt
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure
+from PIL import Image, ImageDraw, ImageFont
+from playwright.sync_api import sync_playwright
+from skimage import data
+
+from plenofir import project
+from plenofir.camera.calibration import calibrate, decode
+from plenofir.camera.lightfield import (
+    all_in_focus,
+    depth_map,
+    focal_stack,
+    light_field,
+    sub_aperture,
+)
+from plenofir.camera.lightfield.pictures import figure_pixels
+from plenofir.camera.rays import RayModel, load_camera
+from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.screen.shown import ShownFrame, golden_frame
+from plenofir.fpga.simulate.chain import check_chain, run_chain
+from plenofir.fpga.simulate.file_bench import run_bench
+from plenofir.fpga.simulate.module_waves import RowBench, timing_diagrams
+from plenofir.fpga.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts, load_comparison
+from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.images import read_image, write_png
+from plenofir.plan.scene_screen import SceneScreen, screen_of
+from plenofir.refocus import refocus
+from plenofir.refocus.moving_sum import SumLayout
+from plenofir.view import Page, export, light_field_page, pictures_page
+from plenofir_studies import ray_pictures, sweep
+from plenofir_studies.calibration_report import MICROSCOPE, microscope_picture
+from plenofir_studies.resolution import central_directions
+
+IMAGES = project.root() / "docs" / "images"
+PLANES = project.DATA / "planes_5x5.png"
+FLOWER = project.DATA / "flower_5x5.png"
+JPEG_QUALITY = 85
+
+Pixels = npt.NDArray[np.integer]
+
+
+def save(name: str, picture: Pixels | Figure) -> None:
+    """Write a picture; its name says the format."""
+    pixels = figure_pixels(picture) if isinstance(picture, Figure) else picture
+    if name.endswith(".png"):
+        write_png(IMAGES / name, pixels)
+    else:
+        iio.imwrite(IMAGES / name, pixels, quality=JPEG_QUALITY)
+
+
+def side_by_side(*panels: Pixels, gap: int = 8) -> Pixels:
+    """Pictures of one height in a row, white between them; grey ones among them become RGB."""
+    coloured = [np.dstack([panel] * 3) if panel.ndim == 2 else panel for panel in panels]
+    white = np.full((panels[0].shape[0], gap, 3), 255, np.uint8)
+    return np.hstack([part for panel in coloured for part in (white, panel)][1:])
+
+
+def reduced(image: Pixels, times: int = 2) -> npt.NDArray[np.uint8]:
+    """Means of blocks of pixels."""
+    rows, columns = (size // times for size in image.shape[:2])
+    blocks = image[: rows * times, : columns * times].astype(np.uint16)
+    means = blocks.reshape(rows, times, columns, times, 3).mean(axis=(1, 3))
+    return np.asarray(means.round(), dtype=np.uint8)
+
+
+def enlarged(image: Pixels, times: int) -> Pixels:
+    """Picture with larger pixels."""
+    return image.repeat(times, axis=0).repeat(times, axis=1)
+
+
+def simulated(*options: str) -> dict[str, Pixels]:
+    """Pictures that `plenofir sim` writes, by name; it compares them with the golden model."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "plenofir", "sim", *options, "--out", folder]
+        subprocess.run(command, check=True)
+        return {path.stem: read_image(path) for path in Path(folder).glob("*.png")}
+
+
+# Refocused by the VHDL.
+
+
+def flower() -> None:
+    """The flower of `make sim`, focused behind, on and in front of the middle."""
+    found = simulated("-a", "-3/5 0 3/5")
+    names = ("refocused_-3_5", "refocused_0", "refocused_3_5")
+    save("flower.jpg", side_by_side(*(reduced(found[name]) for name in names)))
+
+
+def stack() -> None:
+    """All in focus and depth index of the three planes."""
+    slices = ("--engine", "stack", "-a", "-1 -3/5 1/5 1", "--radius", "2")
+    found = simulated("--raw", str(PLANES), "-M", "5", *slices)
+    save("stack.jpg", side_by_side(found["all_in_focus"], found["depth_index"]))
+
+
+def interpolation() -> None:
+    """M = 3 nearest neighbour against M = 5 nearest and linear, focused in front and behind.
+
+    The light field with M = 3 is made of the 3 x 3 central pixels of the 5 x 5 micro images.
+    """
+    size, margin, caption = 480, 8, 30
+    raw = read_image(PLANES)
+    side = min(raw.shape[:2]) // 2 // 5 * 5
+    raw = raw[:side, :side]
+    cases = (
+        ("M = 3, nearest", central_directions(raw, 5, 3), 3),
+        ("M = 5, nearest", raw, 5),
+        ("M = 5, linear", raw, 5),
+    )
+    sheet = Image.new("RGB", (len(cases) * (size + margin) - margin, 2 * (size + caption)), "white")
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(18)
+    for column, (name, part, m) in enumerate(cases):
+        with tempfile.NamedTemporaryFile(suffix=".png") as file:
+            write_png(Path(file.name), part)
+            options = ("--raw", file.name, "-M", str(m), "-a", "-1 1")
+            found = simulated(*options, "--interpolation", name.split()[-1])
+        for row, a in enumerate((-1, 1)):
+            x, y = column * (size + margin), row * (size + caption)
+            picture = Image.fromarray(found[f"refocused_{a}"])
+            sheet.paste(picture.resize((size, size), Image.Resampling.NEAREST), (x, y))
+            draw.text((x + 4, y + size + 4), f"{name}, a = {a}", "black", font)
+    save("interpolation.jpg", np.asarray(sheet))
+
+
+def sweep_in_vhdl() -> None:
+    """Slices of a rendered capture out of the VHDL, and how sharp each object is in each."""
+    scene, m, shifts = sweep.swept_scene(), sweep.M, sweep.SHIFTS
+    frames = np.repeat(scene.raster[np.newaxis], len(shifts), axis=0)
+    with tempfile.TemporaryDirectory() as folder:
+        result = run_bench(find_simulator("ghdl"), scene.core, frames, Path(folder), sweep_frames=1)
+    figure = plt.figure(figsize=(11, 6.4), constrained_layout=True)
+    grid = figure.add_gridspec(2, len(sweep.OBJECTS), height_ratios=(1, 1.5))
+    for column, shift in enumerate(sweep.OBJECTS):
+        axis = figure.add_subplot(grid[0, column])
+        axis.imshow(result.frames[shifts.index(shift)], cmap="gray", vmin=0)
+        axis.set_title(f"a = {shift}/{m}")
+        axis.set_axis_off()
+    axis = figure.add_subplot(grid[1, :])
+    predicted = scene.model.focus_setting(scene.distances_mm)
+    curves = scene.curves(result.frames)
+    for curve, a, distance in zip(curves, predicted, scene.distances_mm, strict=True):
+        label = f"object at {distance / 1000:.2f} m"
+        (line,) = axis.plot(np.array(shifts) / m, curve, marker="o", label=label)
+        axis.axvline(a, color=line.get_color(), linestyle=":")
+    axis.set_xlabel("slice a (dotted: the ray model's prediction)")
+    axis.set_ylabel("sharpness, largest = 1")
+    axis.grid(alpha=0.3)
+    axis.legend()
+    save("sweep.png", figure)
+
+
+def screens() -> None:
+    """What a monitor shows, decoded from the ULX3S's serial output bits; eight minutes.
+
+    A part of the planes goes in as serial bits; slice, output and text are chosen over the serial
+    port. Nothing is written unless every pixel equals the golden model.
+    """
+    m, shifts = 5, (-5, -3, 1, 5)
+    names = {
+        ShownFrame(0, 2, 1): "screen-refocused.png",
+        ShownFrame(1, 0, 1): "screen-all-in-focus.png",
+        ShownFrame(2, 0, 1): "screen-depth.png",
+    }
+    raw = read_image(PLANES)[80:260, 130:530]
+    rows, columns = raw.shape[:2]
+    part = SceneScreen(output=("refocused", "all-in-focus", "depth"), overlay=True)
+    model = RayModel.focused(load_camera("f193-mla2"), 1000.0, m)
+    screen = screen_of(part, shifts, m, model, (rows, columns), where="scene")
+    core = CoreConfiguration(
+        micro_image_size=m,
+        shifts=shifts,
+        max_columns=columns,
+        channels=3,
+        engine=StackEngine(input_lines=m),
+    )
+    check_chain(core, rows, columns, screen)
+    with tempfile.TemporaryDirectory() as folder:
+        result = run_chain(
+            find_simulator("ghdl"),
+            core,
+            raw,
+            Path(folder) / "bench",
+            board="ulx3s",
+            screen=screen,
+            told=tuple(names),
+        )
+    slices = core.golden(raw)
+    for frame, picture in zip(names, result.frames, strict=True):
+        if not np.array_equal(picture, golden_frame(core, screen, frame, slices)):
+            raise SystemExit(f"{names[frame]} differs from the golden model")
+    for name, picture in zip(names.values(), result.frames, strict=True):
+        save(name, picture)
+
+
+def waves() -> None:
+    """Timing diagrams of the row module, from GHDL; all are simulated before one is written."""
+    with tempfile.TemporaryDirectory() as work:
+        drawings = timing_diagrams(RowBench(Path(work)))
+    folder = IMAGES / "waves"
+    folder.mkdir(exist_ok=True)
+    for name, drawing in drawings.items():
+        (folder / name).write_text(drawing)
+
+
+# Refocused by the golden model.
+
+
+def focus() -> None:
+    """The picture that moves in the README: the focus goes from plane to plane and back."""
+    raw, m = read_image(PLANES), 5
+    shifts = (*range(-m, m + 1), *range(m - 1, -m, -1))
+    frames = [Image.fromarray(reduced(refocus(raw, m, f"{shift}/{m}"))) for shift in shifts]
+    # One palette for all, so that nothing but the focus changes.
+    palette = Image.fromarray(np.vstack([np.asarray(frame) for frame in frames])).quantize(128)
+    first, *others = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f in frames]
+    first.save(IMAGES / "focus.gif", save_all=True, append_images=others, duration=140, loop=0)
+
+
+def calibration() -> None:
+    """Part of the microscope's white image with the centres found, and what decoding makes."""
+    white, dark = (read_image(MICROSCOPE / f"{name}.png") for name in ("white", "dark"))
+    found = calibrate(white, dark)
+    times, side = 8, 78
+    grey = np.clip(white[:side, :side] / np.percentile(white, 99.5), 0, 1) * 255
+    left = enlarged(np.repeat(grey.astype(np.uint8)[:, :, None], 3, axis=2), times)
+    for y, x in found.centres.reshape(-1, 2):
+        if max(y, x) < side:
+            place = tuple(round(times * (c + 0.5)) for c in (x, y))
+            cv2.drawMarker(left, place, (255, 40, 40), cv2.MARKER_CROSS, 22, 2)
+    even = decode(white, found, 15)[: side - 3, : side - 3]
+    bright = (np.clip(0.75 * even / np.median(even), 0, 1) * 255).astype(np.uint8)
+    right = np.asarray(cv2.resize(enlarged(bright, times), left.shape[1::-1]), dtype=np.uint8)
+    save("calibration.jpg", side_by_side(left, right, gap=16))
+
+
+def microscope() -> None:
+    """A capture of a microscope, refocused."""
+    save("microscope.png", microscope_picture())
+
+
+def depth() -> None:
+    """Raw capture, a view, all in focus and the depth map of a rendered scene."""
+    m, lenses = 11, (72, 120)
+    model = RayModel.focused(load_camera("f197-mla2"), inf, m)
+    objects = (
+        (data.brick(), 1 / 11, (0, 0), 170),
+        (data.coffee(), 4 / 11, (4, -36), 42),
+        (data.astronaut(), 7 / 11, (0, 0), 34),
+        (data.chelsea(), 10 / 11, (6, 36), 40),
+    )
+    planes = []
+    for texture, a, (down, right), width in objects:
+        distance = float(model.distance(a).mm)
+        lens = field_of_view(model, distance, 1)
+        planes.append(TexturedPlane(texture, distance, width * lens, (down * lens, right * lens)))
+    capture = render(model, planes, lenses, rotation_degrees=0.4, noise=0.01, shading=0.3)
+    raster = decode(capture.raw, calibrate(capture.white), m)
+    sharp = all_in_focus(focal_stack(raster, m, [f"{k}/11" for k in range(13)]), m).image
+    found = depth_map(raster, model)
+    rows, columns = light_field(raster, m).shape[:2]
+    figure, axes = plt.subplots(2, 2, figsize=(11, 7.2), constrained_layout=True)
+    shown = (
+        ("part of the raw capture", capture.raw[380:524, 480:720] >> 8),
+        ("central view", sub_aperture(raster, m, 5, 5) >> 8),
+        ("all in focus", sharp[: rows * m, : columns * m] >> 8),
+    )
+    for axis, (title, image) in zip(axes.ravel(), shown, strict=False):
+        axis.imshow(image.astype(np.uint8), interpolation="nearest")
+        axis.set_title(title)
+    colours = plt.get_cmap("viridis_r").with_extremes(bad="0.6")
+    scale = axes[1, 1].imshow(found.distance_mm / 1000, cmap=colours, vmin=1, vmax=5)
+    axes[1, 1].set_title("distance from the micro lenses")
+    figure.colorbar(scale, ax=axes[1, 1], label="m", shrink=0.8)
+    for axis in axes.ravel():
+        axis.set_axis_off()
+    save("depth.jpg", figure)
+
+
+# Ray model and engines.
+
+
+def rays() -> None:
+    """Dispersion of the micro lenses, real rays that meet, predicted distances."""
+    save("dispersion.png", ray_pictures.dispersion_picture())
+    save("meetings.png", ray_pictures.meetings_picture())
+    save("distances.png", ray_pictures.distances_picture())
+
+
+def engines() -> None:
+    """LUTs and block RAM of both engines over a': lines are estimates, dots were synthesised."""
+    measured = load_comparison().figures
+    figure, axes = plt.subplots(
+        2, len(SIZES), figsize=(15, 6), sharex="col", constrained_layout=True
+    )
+    for column, m in enumerate(SIZES):
+        shifts = list(all_shifts(m))
+        for engine, colour in zip(ENGINES, ("tab:orange", "tab:blue"), strict=True):
+            cells = {shift: Cell(m, (shift,), 1, engine) for shift in shifts}
+            usages = [estimate(cell.core()) for cell in cells.values()]
+            dots = {s: measured[c.name].usage for s, c in cells.items() if c.name in measured}
+            for axis, amount in zip(axes[:, column], ("lut", "block_rams"), strict=True):
+                axis.plot(shifts, [getattr(u, amount) for u in usages], color=colour, label=engine)
+                synthesised = [getattr(usage, amount) for usage in dots.values()]
+                axis.plot(list(dots), synthesised, "o", markersize=4, color=colour)
+                axis.set_yscale("log")
+        axes[1, column].axhline(116, color="grey", linestyle=":", label="XC6SLX45")
+        axes[0, column].set_title(f"M = {m}")
+        axes[1, column].set_xlabel("a' in pixels")
+    axes[0, 0].set_ylabel("LUT")
+    axes[1, 0].set_ylabel("block RAM (18 Kbit)")
+    axes[1, 0].legend()
+    figure.suptitle("Grey, 1280 columns: lines are estimates, dots were synthesised")
+    figure.set_dpi(90)
+    save("engines.png", figure)
+
+
+def moving_sum() -> None:
+    """Re-ordering, moving sum and occupancy of the rings for one slice."""
+    m, shift, length = 3, 2, 12
+    layout = SumLayout(m, (shift,))
+    figure, (order, rings) = plt.subplots(1, 2, figsize=(13, 5), constrained_layout=True)
+    colours = plt.get_cmap("tab10")
+    for i in range(length):
+        v = i % m
+        place = i + v * (shift - 1) + layout.place_in_group(0, v)
+        label = f"phase {v}" if i < m else None
+        order.plot([i, place], [1, 0], "o-", color=colours(v), label=label)
+        order.annotate(str(i), (i, 1.03), ha="center")
+        order.annotate(str(place), (place, -0.08), ha="center")
+        age = layout.entering_age(0, v)
+        rings.barh(i, age, left=i, height=0.6, color=colours(v), alpha=0.5)
+        rings.barh(i, m, left=i + age, height=0.6, color=colours(v))
+    order.fill_between([3.6, 3.4 + m], -0.15, -0.02, color="gold", alpha=0.5)
+    order.annotate(f"sum over {m} places", (3.5 + m / 2, -0.22), ha="center")
+    order.set_yticks([0, 1], ["place", "pixel"])
+    order.set_ylim(-0.5, 1.15)
+    order.set_xlabel("steps")
+    order.set_title(f"Re-ordering, M = {m}, a' = {shift}: none left out, none twice")
+    order.legend(loc="lower center", ncol=m)
+    rings.invert_yaxis()
+    rings.set_xlabel("step: a line of the frame comes in with each")
+    rings.set_ylabel("line")
+    rings.set_xticks(np.arange(0, length + layout.delay + 2 * m))
+    lines = ", ".join(str(n) for n in layout.ring_lines)
+    rings.set_title(f"Kept: waiting (pale), in the sum (full); rings of {lines} lines")
+    figure.set_dpi(90)
+    save("moving-sum.png", figure)
+
+
+# The viewer, in Chromium without a GPU.
+
+
+@contextmanager
+def browser() -> Iterator[Any]:
+    """Chromium that draws with the processor."""
+    software = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
+    software += ["--enable-unsafe-swiftshader", "--disable-dev-shm-usage"]
+    with sync_playwright() as tools:
+        chromium = tools.chromium.launch(executable_path=shutil.which("chromium"), args=software)
+        yield chromium
+        chromium.close()
+
+
+def opened(chromium: Any, page: Page, size: tuple[int, int], **options: Any) -> Any:
+    """A tab with the export of a page, when all of it is there."""
+    viewport = {"width": size[0], "height": size[1]}
+    tab = chromium.new_context(viewport=viewport, **options).new_page()
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "page.html"
+        file.write_bytes(export(page, 64_000_000))
+        tab.goto(file.as_uri())
+        tab.evaluate("plenofir.ready")
+        tab.evaluate("plenofir.depth")
+    return tab
+
+
+def shot(tab: Any, name: str) -> None:
+    """Write a screenshot."""
+    with tempfile.NamedTemporaryFile(suffix=".png") as file:
+        tab.screenshot(path=file.name)
+        save(name, read_image(Path(file.name))[:, :, :3])
+
+
+def viewer() -> None:
+    """The viewer with a camera, its depth map, on a telephone, with two pictures."""
+    planes, flower = read_image(PLANES), read_image(FLOWER)
+    model = RayModel.focused(load_camera("f193-mla2"), 1500, 5)
+    with browser() as chromium, tempfile.TemporaryDirectory() as parent:
+        page = light_field_page(planes, 5, full_scale=255, title=PLANES.name, model=model)
+        tab = opened(chromium, page, (1000, 620))
+        box = tab.locator("#picture").bounding_box()
+        cat = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+        tab.mouse.click(*cat)
+        tab.wait_for_timeout(500)
+        tab.mouse.move(box["x"] + 0.88 * box["width"], cat[1])
+        shot(tab, "view-refocused.jpg")
+        tab.evaluate("plenofir.setMode('depth')")
+        shot(tab, "view-depth.jpg")
+        page = light_field_page(flower, 5, full_scale=255, title=FLOWER.name)
+        tab = opened(chromium, page, (360, 640), has_touch=True, is_mobile=True)
+        tab.evaluate("plenofir.setMode('sharp')")
+        shot(tab, "view-phone.jpg")
+        folder = Path(parent) / "sim"
+        folder.mkdir()
+        for a in ("-3/5", "3/5"):
+            write_png(folder / f"refocused_{a.replace('/', '_')}.png", refocus(flower, 5, a))
+        tab = opened(chromium, pictures_page(folder, "build/sim"), (1000, 480))
+        tab.evaluate("plenofir.setMode('wipe')")
+        shot(tab, "view-pictures.jpg")
+
+
+PICTURES: dict[str, Callable[[], None]] = {
+    "flower": flower,
+    "stack": stack,
+    "interpolation": interpolation,
+    "sweep": sweep_in_vhdl,
+    "screens": screens,
+    "waves": waves,
+    "focus": focus,
+    "calibration": calibration,
+    "microscope": microscope,
+    "depth": depth,
+    "rays": rays,
+    "engines": engines,
+    "moving-sum": moving_sum,
+    "viewer": viewer,
+}
+
+
+def main() -> int:
+    """Make what is named, or list what can be made."""
+    names = sys.argv[1:]
+    if not names or not PICTURES.keys() >= set(names):
+        for name, make in PICTURES.items():
+            print(f"{name:14} {(make.__doc__ or '').splitlines()[0]}")
+        return 2 if names else 0
+    for name in names:
+        PICTURES[name]()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
