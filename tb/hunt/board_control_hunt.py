@@ -7,7 +7,8 @@ Commands, garbage bytes, characters without a stop bit, glitches, breaks, noise,
 import random
 from typing import Any
 
-from hunt.references.serial import Settings, levels, status_text
+from hunt.references.serial import Settings, status_text
+from hunt.serial_line import SerialLine
 from hunt.streams import FaultError
 
 ENTITY = "board_control"
@@ -36,61 +37,21 @@ def draw(rng: random.Random) -> dict[str, Any]:
     return {"generics": generics}
 
 
-class Line:
-    """Both ends of the serial line, and the pulses of `clear_errors`."""
-
-    def __init__(self, dut: Any, bit: int) -> None:
-        self.dut, self.bit = dut, bit
-        self.restart()
+class Line(SerialLine):
+    """The serial line, and the pulses of `clear_errors`."""
 
     def restart(self) -> None:
-        # Level of the line for some clocks.
-        self.todo: list[tuple[int, int]] = []
-        self.text = b""
-        self.clears = self.age = 0
-        self.seen: list[int] = []
-        self.dut.line_in.value = 1
+        super().restart()
+        self.clears = 0
 
     @property
     def idle(self) -> bool:
-        return not self.todo and not self.seen
-
-    def send(self, byte: int, *, factor: float = 1.0, stop: int = 1) -> None:
-        """Send a character, slower than it should be by a factor."""
-        passed = 0
-        for number, level in enumerate(levels(byte, stop=stop), 1):
-            end = round(number * self.bit * factor)
-            self.hold(level, end - passed)
-            passed = end
-
-    def hold(self, level: int, clocks: int) -> None:
-        if clocks:
-            self.todo.append((level, clocks))
+        """Whether all was sent, and no character is coming."""
+        return self.sent and not self.seen
 
     def step(self, clock: int) -> None:
-        out, clear = str(self.dut.line_out.value), str(self.dut.clear_errors.value)
-        if out not in "01" or clear not in "01":
-            raise FaultError(f"line_out {out}, clear_errors {clear}")
-        self.clears += clear == "1"
-        if self.seen or out == "0":
-            self.seen.append(int(out))
-            if len(self.seen) == 10 * self.bit:
-                self._character()
-        if self.todo:
-            level, clocks = self.todo[0]
-            self.dut.line_in.value = level
-            self.todo[0] = (level, clocks - 1)
-            if clocks == 1:
-                self.todo.pop(0)
-        else:
-            self.dut.line_in.value = 1
-
-    def _character(self) -> None:
-        bits = [self.seen[i * self.bit : (i + 1) * self.bit] for i in range(10)]
-        if any(min(bit) != max(bit) for bit in bits) or bits[9][0] != 1:
-            raise FaultError(f"no character: {bits}")
-        self.text += bytes([sum(bit[0] << i for i, bit in enumerate(bits[1:9]))])
-        self.seen = []
+        super().step(clock)
+        self.clears += self.bench.number("clear_errors")
 
 
 def command(rng: random.Random) -> list[int]:
@@ -161,7 +122,7 @@ class Hunt:
             port.send(end, factor=factor)
             port.hold(1, rest)
         want = self.settings.answer(line, status_text(g["STATUS"], numbers))
-        await self.bench.until(lambda: not port.todo, 10**6, "never")
+        await self.bench.until(lambda: port.sent, 10**6, "never")
         end = b"" if want is None else want.encode() + b"\r\n"
         limit = (len(end) + 4) * 10 * self.bit + 200
         await self.bench.until(lambda: len(port.text) >= len(end) and port.idle, limit, f"{end!r}")
@@ -214,7 +175,7 @@ class Hunt:
 async def stream(bench: Any, rng: random.Random) -> None:
     if not bench.ports:
         await bench.clocks(2)
-        bench.add(Line(bench.dut, bench.design["generics"]["BIT_CLOCKS"]))
+        bench.add(Line(bench))
         pins = ("button_up", "button_down", "switch_pattern", "switch_pass", "switch_sweep")
         pins = (*pins, "button_output", "switch_hide", "switch_bottom", "load_busy")
         bench.set(status_values=0, **dict.fromkeys(pins, 0))

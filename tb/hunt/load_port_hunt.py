@@ -2,10 +2,10 @@
 """Hunt of `load_port` between the serial line and `command_line`."""
 
 import random
-from collections import deque
 from typing import Any
 
 from hunt.references.load_port import Word, answer
+from hunt.serial_line import SerialLine
 
 ENTITY = "load_ports"
 FAULTS = [
@@ -24,67 +24,23 @@ def draw(rng: random.Random) -> dict[str, Any]:
     return {"generics": {"DESCRIPTION": f"r{text}.", "BIT_CLOCKS": rng.randint(4, 9)}}
 
 
-class Line:
-    """The serial line in, level by level; what comes back and the words that go out."""
-
-    def __init__(self, bench: Any) -> None:
-        self.bench, self.bit = bench, bench.design["generics"]["BIT_CLOCKS"]
-        self.levels: deque[tuple[int, int]] = deque()
-        self.restart()
+class Line(SerialLine):
+    """The serial line, and the words that go out."""
 
     def restart(self) -> None:
-        """The line rests."""
-        self.levels.clear()
-        self.left = 0
-        self.heard = ""
+        super().restart()
         self.words: list[Word] = []
-        self.phase = -1
-        self.byte = 0
-        self.bench.set(line_in=1)
-
-    def send(self, level: int, clocks: int) -> None:
-        """Queue a level."""
-        self.levels.append((level, clocks))
-
-    def character(self, code: int, *, stop: int = 1) -> None:
-        """Queue a byte."""
-        for level in (0, *(code >> n & 1 for n in range(8)), stop):
-            self.send(level, self.bit)
 
     def step(self, clock: int) -> None:
-        """A clock."""
-        if self.left:
-            self.left -= 1
-        if not self.left and self.levels:
-            level, self.left = self.levels.popleft()
-            self.bench.set(line_in=level)
-        self._listen(self.bench.number("line_out"))
+        super().step(clock)
         if self.bench.number("load_write"):
             names = ("load_kind", "load_address", "load_data")
             self.words.append(tuple(self.bench.number(name) for name in names))  # type: ignore[arg-type]
 
-    def _listen(self, level: int) -> None:
-        if self.phase < 0:
-            if level == 0:
-                self.phase = self.byte = 0
-            return
-        self.phase += 1
-        place, inside = divmod(self.phase, self.bit)
-        if inside != self.bit // 2:
-            return
-        if place == 0:
-            assert level == 0, "a start bit that ends early"
-        elif place < 9:
-            self.byte |= level << (place - 1)
-        else:
-            assert level == 1, "a byte without a stop bit"
-            self.heard += chr(self.byte)
-            self.phase = -1
-
     @property
-    def idle(self) -> bool:
-        """Whether all was sent."""
-        return not self.levels and not self.left
+    def heard(self) -> str:
+        """What came."""
+        return self.text.decode("latin-1")
 
 
 def draw_line(rng: random.Random) -> str:
@@ -131,20 +87,20 @@ async def stream(bench: Any, rng: random.Random) -> None:
             bench.set(busy=int(busy))
         text = draw_line(rng)
         bench.counts["line of load_port" if text.strip(" ")[:1] == "l" else "other line"] += 1
-        line.heard, line.words = "", []
+        line.text, line.words = b"", []
         for character in text:
             if rng.random() < 0.02:
                 bench.counts["byte without a stop bit"] += 1
-                line.character(rng.randrange(128), stop=0)
-                line.send(1, 2 * line.bit)
-            line.character(ord(character))
-            line.send(1, rng.choice([0, 0, 0, 1, 30]))
+                line.send(rng.randrange(128), stop=0)
+                line.hold(1, 2 * line.bit)
+            line.send(ord(character))
+            line.hold(1, rng.choice([0, 0, 0, 1, 30]))
         if rng.random() < 0.08:
             bench.counts["reset inside a line"] += 1
             await bench.clocks(rng.randint(1, 10 * line.bit * (len(text) + 1)))
             return
-        line.character(ord(rng.choice("\r\r\n")))
-        await bench.until(lambda: line.idle, 10**5, "the line")
+        line.send(ord(rng.choice("\r\r\n")))
+        await bench.until(lambda: line.sent, 10**5, "the line")
         want, word = answer(text, description, busy=busy)
         wanted = "" if want is None else f"{want}\r\n"
         await bench.clocks(3 * line.bit)
@@ -160,16 +116,16 @@ async def noise(bench: Any, line: Line, rng: random.Random) -> None:
     if rng.random() < 0.5:
         bench.counts["noise: spikes"] += 1
         for _ in range(rng.randint(1, 5)):
-            line.send(0, rng.randint(1, max(line.bit // 2 - 2, 1)))
-            line.send(1, 2 * line.bit)
-        await bench.until(lambda: line.idle, 10**5, "the line")
+            line.hold(0, rng.randint(1, max(line.bit // 2 - 2, 1)))
+            line.hold(1, 2 * line.bit)
+        await bench.until(lambda: line.sent, 10**5, "the line")
         return
     bench.counts["noise: levels"] += 1
     for _ in range(rng.randint(1, 60)):
-        line.send(rng.randrange(2), rng.randint(1, 3 * line.bit))
+        line.hold(rng.randrange(2), rng.randint(1, 3 * line.bit))
     # Answers to what that may have been, and to the line that it may have begun.
     for _ in range(2):
-        line.send(1, 40 * 10 * line.bit)
-        line.character(13)
-    line.send(1, 40 * 10 * line.bit)
-    await bench.until(lambda: line.idle, 10**5, "the line")
+        line.hold(1, 40 * 10 * line.bit)
+        line.send(13)
+    line.hold(1, 40 * 10 * line.bit)
+    await bench.until(lambda: line.sent, 10**5, "the line")
