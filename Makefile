@@ -30,8 +30,8 @@ mutants: venv libpython ## Change the VHDL in 120 ways; fails if a change that n
 	@scripts/setup.sh ghdl
 	@$(PYTHON) scripts/mutate.py
 
-coverage: venv test-tools libpython ## Statements and branches of the VHDL, lines of the package that the tests reach: FULL=1 (the long ones too) JOBS=
-	@JOBS=$(JOBS) $(PYTHON) scripts/measure_coverage.py $(if $(FULL),--full)
+coverage: venv test-tools libpython ## Statements and branches of the VHDL, lines of the package that the tests reach: FULL=1 (the long ones too) TESTS="tb/board" (these alone, added to the last run) JOBS=
+	@JOBS=$(JOBS) $(PYTHON) scripts/measure_coverage.py $(if $(FULL),--full) $(if $(TESTS),--tests $(TESTS))
 
 mutants-python: venv ## Change golden model, ray model and calibration in many ways, as mutants does the VHDL: ROOM= SEED= COUNT=
 	@scripts/setup.sh mutants
