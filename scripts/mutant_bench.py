@@ -36,7 +36,8 @@ def _core(**values: object) -> CoreConfiguration:
 CASES = (
     Case(_core(micro_image_size=3, shifts=(2,)), 20, 9, 3),
     Case(_core(micro_image_size=3, shifts=(-2, 1, 3), channels=3), 17, 7, 4),
-    Case(_core(micro_image_size=2, shifts=(3,), engine=FirEngine(parallel_rows=3)), 12, 8, 3),
+    # Frames of a band and a line.
+    Case(_core(micro_image_size=3, shifts=(3,), engine=FirEngine(parallel_rows=3)), 14, 4, 3),
     Case(
         _core(micro_image_size=4, shifts=(2, -3), engine=MovingSumEngine(pixels_per_clock=4)),
         *(22, 9, 4),

@@ -55,6 +55,16 @@ def test_file_bench_equals_golden_model(tmp_path: Path, arithmetic, stall_percen
         assert result.latency_clocks == core.latency_clocks(47)
 
 
+def test_a_band_of_one_line_waits_no_longer_than_it_must(tmp_path: Path) -> None:
+    # The filters turn through three rows: the fourth line waits for a clock behind a band of 14.
+    engine = FirEngine(parallel_rows=3)
+    core = CoreConfiguration(micro_image_size=3, shifts=(3,), max_columns=24, engine=engine)
+    frames = random_image((3, 4, 14))
+    result = run_bench(find_simulator(simulator_name()), core, frames, tmp_path)
+    assert np.array_equal(result.frames, [core.golden(frame)[0] for frame in frames])
+    assert result.latency_clocks == core.latency_clocks(14, 4, 3)
+
+
 def test_a_second_run_leaves_nothing_of_the_first(tmp_path: Path) -> None:
     raw = random_image((20, 25))
     write_png(tmp_path / "raw.png", raw)
