@@ -94,7 +94,7 @@ site: venv ## Build the documentation as a site with search (build/site); python
 	@scripts/setup.sh site
 	@$(PYTHON) scripts/build_site.py
 
-waves: venv ## Draw the timing diagrams of docs/waves.md from simulations
+waves: venv ## Draw the timing diagrams of docs/fir-array.md from simulations
 	@scripts/setup.sh ghdl
 	@$(PYTHON) scripts/pictures.py waves
 

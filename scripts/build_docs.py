@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Build what the documentation takes from the sources.
 
-Committed: the long tables of ``docs/measured``, and the short ones between marks in the pages
-that people write. Not committed: one page for each VHDL entity, in ``build/docs/entities``,
+Committed: the long tables of ``docs/measured/tables.md``, and the short ones between marks in the
+pages that people write. Not committed: one page for each VHDL entity, in ``build/docs/entities``,
 and the flower and the planes in the viewer, each in one file, in ``build/docs``.
 
 Usage: python scripts/build_docs.py [--check]
 
-With --check nothing is written; exit code 1 if a committed page is missing, stale or left over.
+With --check nothing is written; exit code 1 if a committed page is missing or stale.
 """
 
 import sys
@@ -51,7 +51,7 @@ TOPS = (
     "ulx3s_top",
     "parallel_top",
 )
-MEASURED = DOCS / "measured"
+TABLES = DOCS / "measured" / "tables.md"
 EXPORTS = project.root() / "build" / "docs"
 EXPORT_BYTES = 8_000_000
 ENTITIES = project.root() / "build" / "docs" / "entities"
@@ -73,15 +73,41 @@ def error_bounds(text: str) -> str:
     return between_marks(text, "bounds", "\n".join(lines))
 
 
+def section(page: str) -> list[str]:
+    """The lines of a page as a section of another one: its headings a level lower."""
+    return [f"#{line}" if line.startswith("#") else line for line in page.rstrip().splitlines()]
+
+
 def measured(title: str, explained_in: str, *tables: tuple[str, list[str]]) -> str:
     """Make a page of measured tables: titles and lines."""
-    lines = [
-        f"# {title}",
-        "",
-        f"Built by `make docs`; explained in [{explained_in}](../{explained_in}).",
-    ]
+    lines = [f"# {title}", "", f"Explained in [{explained_in}](../{explained_in})."]
     for heading, table in tables:
         lines += ["", f"## {heading}", "", *table]
+    return "\n".join(lines)
+
+
+def measured_tables() -> str:
+    """The page of the long tables."""
+    of_stacks, of_indices = stack_tables()
+    clocks = clock_counts.table(clock_counts.SIMULATED).splitlines()
+    formulas = "Small arrays: formulas, which a simulation of each row confirms"
+    pages = (
+        measured("Clocks of the filter array", "fir-array.md", (formulas, clocks)),
+        measured(
+            "Both engines, cell by cell", "moving-sum.md", ("Spartan-6, XC6SLX45", engine_table())
+        ),
+        many_pixels.page(),
+        measured(
+            "Cores and arrays, and clocks",
+            "resources.md",
+            ("Cores and arrays on a Spartan-6", grid_table()),
+            ("Clocks on an ECP5", ecp5_table()),
+        ),
+        measured("Focal stacks", "stack.md", ("Stacks", of_stacks), ("Depth indices", of_indices)),
+    )
+    lines = ["# Measured tables", "", "Built by `make docs`."]
+    for page in pages:
+        lines += ["", *section(page)]
     return "\n".join([*lines, ""])
 
 
@@ -102,8 +128,10 @@ def status_table(text: str) -> str:
     return between_marks(text, "status", "\n".join(lines))
 
 
-def errata(text: str) -> str:
-    """Put the errata of the thesis between their marks in a page."""
+def benchmark_and_errata(text: str) -> str:
+    """Put the benchmark and the errata of the thesis between their marks in a page."""
+    benchmark = section(thesis_benchmark.page(thesis_benchmark.load_recorded()))
+    text = between_marks(text, "benchmark", "\n".join(benchmark))
     return between_marks(text, "errata", "\n".join(page_lines()))
 
 
@@ -114,10 +142,9 @@ def digits(text: str) -> str:
 
 def committed_pages() -> dict[Path, str]:
     """Make the pages that stand in the repository."""
-    of_stacks, of_indices = stack_tables()
     written = {
-        DOCS / "board.md": status_table,
-        DOCS / "errata.md": errata,
+        DOCS / "boards.md": lambda text: board_builds(status_table(text)),
+        DOCS / "thesis.md": benchmark_and_errata,
         DOCS / "ray-model.md": digits,
         DOCS / "golden-model.md": error_bounds,
         DOCS / "moving-sum.md": moving_sum_tables,
@@ -125,34 +152,10 @@ def committed_pages() -> dict[Path, str]:
         DOCS / "resampling.md": sensor_table,
         DOCS / "flows.md": flow_figures,
         DOCS / "resources.md": resource_tables,
-        DOCS / "ulx3s.md": board_builds,
         HDL / "README.md": instance_list,
     }
-    return {
-        **{path: fill(path.read_text()) for path, fill in written.items()},
-        MEASURED / "array-clocks.md": measured(
-            "Clocks of the filter array",
-            "fir-array.md",
-            (
-                "Small arrays: formulas, which a simulation of each row confirms",
-                clock_counts.table(clock_counts.SIMULATED).splitlines(),
-            ),
-        ),
-        MEASURED / "engines.md": measured(
-            "Both engines, cell by cell", "moving-sum.md", ("Spartan-6, XC6SLX45", engine_table())
-        ),
-        MEASURED / "pixels.md": many_pixels.page(),
-        MEASURED / "resources.md": measured(
-            "Cores and arrays, and clocks",
-            "resources.md",
-            ("Cores and arrays on a Spartan-6", grid_table()),
-            ("Clocks on an ECP5", ecp5_table()),
-        ),
-        MEASURED / "thesis-benchmark.md": thesis_benchmark.page(thesis_benchmark.load_recorded()),
-        MEASURED / "stack.md": measured(
-            "Focal stacks", "stack.md", ("Stacks", of_stacks), ("Depth indices", of_indices)
-        ),
-    }
+    pages = {path: fill(path.read_text()) for path, fill in written.items()}
+    return {**pages, TABLES: measured_tables()}
 
 
 def light_field_export(name: str, camera: tuple[str, float] | None) -> bytes:
@@ -169,15 +172,13 @@ def main() -> int:
     # Building the other pages checks the headers that they are made of.
     built = entity_pages(ENTITIES)
     stale = {path for path, text in pages.items() if not path.exists() or path.read_text() != text}
-    left_over = set(MEASURED.glob("*")) - pages.keys()
     if "--check" in sys.argv[1:]:
-        for path in sorted(stale | left_over):
+        for path in sorted(stale):
             print(f"{path.relative_to(project.root())} is stale; run make docs", file=sys.stderr)
-        return 1 if stale | left_over else 0
-    for path in left_over | set(ENTITIES.glob("*")):
+        return 1 if stale else 0
+    ENTITIES.mkdir(parents=True, exist_ok=True)
+    for path in ENTITIES.glob("*"):
         path.unlink()
-    for folder in (MEASURED, ENTITIES):
-        folder.mkdir(parents=True, exist_ok=True)
     for path, text in {**built, **{path: pages[path] for path in stale}}.items():
         path.write_text(text)
     for name, camera in (("flower", None), ("planes", ("f193-mla2", 1500))):

@@ -41,13 +41,13 @@ PACKAGES = {
 
 # Four ways in; pages of docs/ that are in none come behind the first.
 WAYS: dict[str, tuple[str, ...]] = {
-    "Use it": (*("install", "supported", "light-field", "viewer", "ray-model", "performance"),),
+    "Use it": ("files", "light-field", "viewer", "golden-model", "ray-model"),
     "Build it": (
-        *("core", "flows", "scenes", "simulation", "board", "first-run", "architecture"),
-        *("fir-array", "moving-sum", "stack", "resampling", "hdmi", "waves", "resources"),
+        *("core", "flows", "scenes", "simulation", "boards", "architecture", "decisions"),
+        *("fir-array", "moving-sum", "stack", "resampling", "hdmi", "resources"),
     ),
-    "Trust it": ("golden-model", "formal", "mutants", "faults", "conventions"),
-    "Beside the thesis": ("thesis", "errata"),
+    "Trust it": ("verification", "studies"),
+    "Beside the thesis": ("thesis",),
 }
 
 CONFIGURATION = """\

@@ -5,8 +5,8 @@ Usage: python scripts/measure_coverage.py [--full] [--tests FILE ... | --folder 
 
 Runs the tests with NVC, without the slow ones unless --full, and writes docs/measured/coverage.md.
 With --tests it runs these alone and adds what they reach to what an earlier run left; with --folder
-it only reads that. Exit code 1 below the goals of docs/coverage.md, or where something is unreached
-that this page does not explain.
+it only reads that. Exit code 1 below the goals of docs/verification.md, or where something is
+unreached that this page does not explain.
 """
 
 import argparse
@@ -33,7 +33,7 @@ from plenofir.fpga.tools.simulators import find_simulator
 
 ROOT = project.root()
 PAGE = ROOT / "docs" / "measured" / "coverage.md"
-EXPLAINED = ROOT / "docs" / "coverage.md"
+EXPLAINED = ROOT / "docs" / "verification.md"
 STATEMENT = "statement"
 STATEMENT_GOAL, LINE_GOAL = 99, 95
 STUDIES = "golden/plenofir_studies/"
@@ -53,7 +53,7 @@ DECLARES = re.compile(r" *(?:signal|constant|variable|alias|attribute|type|subty
 HEAD = """\
 # What tests reach
 
-Written by `make coverage`; [what is counted and what the rest is](../coverage.md).
+Written by `make coverage`; [what is counted and what the rest is](../verification.md#coverage).
 
 """
 
@@ -175,7 +175,7 @@ def python_files(folder: Path) -> dict[str, tuple[int, list[int]]]:
 
 
 def explained(kind: str) -> dict[tuple[str, str], str]:
-    """The reasons in docs/coverage.md, of ``vhd`` or ``py``: file and line or function to why."""
+    """Why something is not reached: the table in docs/verification.md, of ``vhd`` or ``py``."""
     rows = re.findall(r"^\| `([^`]+)` \| `(.+?)` \| (.+) \|$", EXPLAINED.read_text(), re.M)
     return {(file, what): why for file, what, why in rows if file.endswith(kind)}
 

@@ -48,7 +48,7 @@ ELEMENTS = re.compile(
 LONGER = re.compile(r"(\+|- 0)(?= ?1?(?: downto|\)))")
 # Nothing in here is logic: text, declarations of ports, checks of generics.
 SKIPPED = re.compile(r"--|assert|report|severity|: +in |: +out |library|use |generic|range")
-EXPLAINED = project.root() / "docs" / "mutants.md"
+EXPLAINED = project.root() / "docs" / "verification.md"
 
 Key = tuple[str, str, str, int]
 """Source, line before and after, number of the line among those with its text."""
@@ -157,7 +157,7 @@ def is_explained(mutant: Mutant, known: set[Key]) -> bool:
 
 
 def explained() -> set[Key]:
-    """Keys of the mutants in the tables of docs/mutants.md."""
+    """Keys of the mutants in the tables of docs/verification.md."""
     found = set()
     for line in EXPLAINED.read_text().splitlines():
         row = re.fullmatch(r"\| `(.+?)` \| `(.*?)` \| `(.*?)` \| (\d+) \| .+ \|", line)

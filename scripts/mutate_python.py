@@ -6,7 +6,7 @@ Usage: python scripts/mutate_python.py [--room NAME ...] [--seed N] [--count N] 
 A mutant is one change of one operator, number or loop, made by cosmic-ray
 (scripts/requirements-mutants.txt) in a copy of the package. The room's quick tests run until one
 fails, those of the changed module first. Which mutants are taken depends on a hash of their text
-and the seed. Survivors must stand in docs/mutants.md; exit code 1 if one does not.
+and the seed. Survivors must stand in docs/verification.md; exit code 1 if one does not.
 """
 
 import argparse
@@ -69,7 +69,7 @@ class PythonMutant:
 
     @property
     def key(self) -> tuple[str, str, str, int]:
-        """As it stands in docs/mutants.md."""
+        """As it stands in docs/verification.md."""
         return self.file, self.before, self.after, self.number
 
 
@@ -113,7 +113,7 @@ def chosen(room: str, seed: int, count: int, only: str) -> list[PythonMutant]:
 
 
 def explained() -> set[tuple[str, str, str, int]]:
-    """Keys of the Python's mutants in docs/mutants.md."""
+    """Keys of the Python's mutants in docs/verification.md."""
     row = re.compile(r"\| (\S+\.py) \| `(.*?)` \| `(.*?)` \| (\d+) \| .+ \|")
     found = set()
     for line in EXPLAINED.read_text().splitlines():

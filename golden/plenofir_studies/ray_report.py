@@ -67,7 +67,7 @@ def _validation(checks: list[Check]) -> list[str]:
         rows.append([name, str(len(group)), f"{agree} of {len(group) - wrong}", str(wrong)])
     lines += table(["table", "numbers", "agree", "known errata"], rows)
     errata = [ERRATA[key] for key in dict.fromkeys(c.erratum for c in checks if c.erratum)]
-    lines += [f"- {erratum.where}: {erratum.holds} (`docs/errata.md`)" for erratum in errata]
+    lines += [f"- {erratum.where}: {erratum.holds} (`docs/thesis.md`)" for erratum in errata]
     lines += ["", "<details><summary>All numbers</summary>", ""]
     lines += table(
         ["table", "row", "quantity", "printed", "computed", ""],

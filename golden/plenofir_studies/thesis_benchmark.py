@@ -307,11 +307,11 @@ def page(recorded: Recorded) -> str:
     lines += [
         f"Further frames need {case.next_frame} clocks, half of Eq. (6.12): a column of the array "
         "leaves in every clock, and the next frame's first column may follow the last at once. "
-        "The formulas are those of [the filter array](../fir-array.md#clocks), which simulations "
+        "The formulas are those of [the filter array](fir-array.md#clocks), which simulations "
         "of smaller frames confirm clock by clock; the raster cores were simulated with the whole "
         "frame and every pixel compared. Clocks on an ECP5 are those that the core of the scene "
-        f"`{SCENE}` reached when placed with as many [pixels a clock](pixels.md); no Spartan-6 was "
-        "placed.",
+        f"`{SCENE}` reached when placed with as many "
+        "[pixels a clock](measured/tables.md#many-pixels-a-clock); no Spartan-6 was placed.",
         "",
         "## What the numbers compare",
         "",

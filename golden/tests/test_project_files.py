@@ -41,8 +41,8 @@ def test_the_page_of_cameras_has_all_that_inspect_says() -> None:
         for kind in re.findall(r'Recognition\(\s*"(.+?)"', file.read_text())
     }
     assert len(kinds) > 9
-    page = (ROOT / "docs" / "supported.md").read_text()
-    told = set(re.findall(r"^\| ([^|]+?) \|", page.partition("## By the file")[2], re.M))
+    page = (ROOT / "docs" / "files.md").read_text()
+    told = set(re.findall(r"^\| ([^|]+?) \|", page.partition("### By the file")[2], re.M))
     assert kinds <= told, kinds - told
 
 
@@ -80,8 +80,8 @@ def test_sources_have_their_licence_at_the_head() -> None:
 
 
 def test_form_of_a_first_run_is_that_of_the_page() -> None:
-    page = (ROOT / "docs" / "first-run.md").read_text()
-    lines = re.search(r"^## Report.*?```text\n(.*?)```", page, re.S | re.M)[1].splitlines()
+    page = (ROOT / "docs" / "boards.md").read_text()
+    lines = re.search(r"^### The report.*?```text\n(.*?)```", page, re.S | re.M)[1].splitlines()
     form = read_yaml(GITHUB / "ISSUE_TEMPLATE" / "first-run.yml")
     labels = [part["attributes"].get("label") for part in form["body"] if "id" in part]
     assert labels == [line.split(":")[0] for line in lines]

@@ -54,7 +54,7 @@ def test_the_drawings_are_those_of_a_new_simulation(bench: RowBench) -> None:
         name for name in drawings.keys() | committed if drawings.get(name) != committed.get(name)
     }
     assert not stale, "run make waves"
-    page = (DOCS / "waves.md").read_text()
+    page = (DOCS / "fir-array.md").read_text()
     assert all(f"(images/waves/{name})" in page for name in drawings)
 
 

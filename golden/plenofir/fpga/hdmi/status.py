@@ -2,7 +2,7 @@
 """The board's status line: its fields, the VHDL package made of them, and a parser.
 
 This is the only list of the fields. ``scripts/build_hdl.py`` makes ``hdl/board/status_pkg.vhd`` of
-it, ``scripts/build_docs.py`` the table of ``docs/board.md``.
+it, ``scripts/build_docs.py`` the table of ``docs/boards.md``.
 """
 
 import re
@@ -157,7 +157,7 @@ def status_package() -> str:
 
 _TEMPLATE = """\
 -- The status line of the serial port; built by scripts/build_hdl.py from the list of its fields in
--- plenofir.fpga.hdmi.status, docs/board.md says what each means.
+-- plenofir.fpga.hdmi.status, docs/boards.md says what each means.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs with Yosys' SAT solver and with ABC: see docs/formal.md."""
+"""Proofs with Yosys' SAT solver and with ABC: see docs/verification.md."""
 
 import importlib.util
 import subprocess
