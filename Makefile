@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # plenofir: see README.md. `make sim` and `make test` set up everything they need.
 
-# The other variables (make help names them) go to the command as they are set, which has their
+# The other variables (docs/simulation.md, docs/boards.md) go to the command as they are set, which has their
 # defaults: golden/plenofir/commands/make_variables.py.
 JOBS ?= $(shell nproc)
 
@@ -13,36 +13,37 @@ PYTEST := $(PYTHON) -m pytest -n $(JOBS) --dist worksteal
 
 help: ## List the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' $(MAKEFILE_LIST) | expand -t 20
+	@echo "  Other targets: CONTRIBUTING.md. Everything else: .venv/bin/plenofir --help"
 
-sim: venv simulator ## Refocus an image in the VHDL core: RAW= CALIB= BAYER= M= A= SWEEP= STACK= RADIUS= ENGINE= IOTA= ANY_ROWS= PIXELS= INTERPOLATION= SHARPEN= ARITH= FRACTION= GUARD= CHAIN= BOARD= SIM= WAVES= SCENE= OUT=
+sim: venv simulator ## Refocus an image in the VHDL and compare every pixel: RAW= M= A= OUT= and more (docs/simulation.md)
 	@$(PLENOFIR) sim
 
-synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= OUT= (without: all shipped scenes, the board, cores and arrays)
+synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= OUT= (without: all shipped scenes)
 	@scripts/setup.sh ghdl
 	@$(PLENOFIR) synth
 
-pnr: venv ## Place and route for ECP5 with nextpnr: SCENE=; clock, resources, a bitstream
+pnr: venv ## Place and route for ECP5 with nextpnr: SCENE=
 	@scripts/setup.sh ghdl
 	@scripts/setup.sh pnr
 	@$(PYTHON) scripts/place.py $(if $(SCENE),"$(SCENE)")
 
-mutants: venv libpython ## Change the VHDL in 120 ways; fails if a change that nothing notices is not explained
+mutants: venv libpython # Change the VHDL in 120 ways; fails if a change that nothing notices is not explained
 	@scripts/setup.sh ghdl
 	@$(PYTHON) scripts/mutate.py
 
-coverage: venv test-tools libpython ## Statements and branches of the VHDL, lines of the package that the tests reach: FULL=1 (the long ones too) TESTS="tb/board" (these alone, added to the last run) JOBS=
+coverage: venv test-tools libpython # Statements and branches of the VHDL, lines of the package that the tests reach: FULL=1 (the long ones too) TESTS="tb/board" (these alone, added to the last run) JOBS=
 	@JOBS=$(JOBS) $(PYTHON) scripts/measure_coverage.py $(if $(FULL),--full) $(if $(TESTS),--tests $(TESTS))
 
-mutants-python: venv ## Change golden model, ray model and calibration in many ways, as mutants does the VHDL: ROOM= SEED= COUNT=
+mutants-python: venv # Change golden model, ray model and calibration in many ways, as mutants does the VHDL: ROOM= SEED= COUNT=
 	@scripts/setup.sh mutants
 	@nice $(PYTHON) scripts/mutate_python.py --room $(or $(ROOM),golden rays calibration) --seed $(or $(SEED),0) --count $(or $(COUNT),120)
 
-figures: venv ## Write what `make test` wants of the synthesis anew (20 minutes; what was synthesised before is in build/yosys): JOBS=
+figures: venv # Write what `make test` wants of the synthesis anew (20 minutes; what was synthesised before is in build/yosys): JOBS=
 	@scripts/setup.sh ghdl
 	@JOBS=$(JOBS) $(PYTHON) scripts/update_figures.py
 	@$(PYTHON) scripts/build_docs.py
 
-compare: venv ## Synthesise and place the cells of the comparison of both engines, and of many pixels a clock, that were not yet (hours)
+compare: venv # Synthesise and place the cells of the comparison of both engines, and of many pixels a clock, that were not yet (hours)
 	@scripts/setup.sh ghdl
 	@scripts/setup.sh pnr
 	@$(PYTHON) scripts/compare_engines.py --places
@@ -53,19 +54,19 @@ compare: venv ## Synthesise and place the cells of the comparison of both engine
 test: venv simulator test-tools libpython lint bitstream-check ## Style, types, golden model, testbenches
 	@DRAWN=$${DRAWN:-$$(date +%s)}; export DRAWN; echo "DRAWN=$$DRAWN: which of the long lists' cases run"; $(PYTEST) -m "not slow"
 
-test-full: venv simulator test-tools libpython lint bitstream-check ## All of the above, and the long runs
+test-full: venv simulator test-tools libpython lint bitstream-check ## All of that, and the long runs
 	@$(PYTEST)
 
 check: venv simulator lint ## For the edit loop: style, types, quick tests of the golden model, a small frame through each engine
 	@$(PYTEST) -q -m quick
 
-hunt: venv simulator libpython ## Random streams, well-formed and broken, into every entity with a stream, for MINUTES: SEED= MINUTES= ENTITY= JOBS=; CASE= repeats one
+hunt: venv simulator libpython ## Random streams, well-formed and broken, into every entity with a stream: MINUTES= SEED= ENTITY= CASE=
 	@$(PYTHON) tb/hunt/hunt.py --jobs $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES)) $(if $(ENTITY),--entity "$(ENTITY)") $(if $(CASE),--case $(CASE))
 
 golden: venv ## Golden-model tests alone (no simulator needed)
 	@$(PYTEST) golden
 
-lint: venv ## Style of Python and VHDL, Python types
+lint: venv # Style of Python and VHDL, Python types
 	@$(PYTHON) -m ruff check --quiet conftest.py golden tb scripts examples
 	@$(PYTHON) -m ruff format --quiet --check conftest.py golden tb scripts examples
 	@$(PYTHON) -m mypy --no-error-summary
@@ -74,14 +75,14 @@ lint: venv ## Style of Python and VHDL, Python types
 	@$(PYTHON) scripts/build_docs.py --check
 	@$(PYTHON) scripts/build_hdl.py --check
 
-bitstream: venv ## Build the bitstream of a board, the Atlys with ISE 14.7, the ULX3S with open tools: BOARD=atlys|ulx3s|ecp5-eval DEVICE= SCENE= M= A= SWEEP= MAX_COLUMNS= ENGINE= INTERPOLATION= ARITH= FRACTION= GUARD= OUT= ISE=
+bitstream: venv ## Build the bitstream of a board: BOARD=atlys|ulx3s|ecp5-eval SCENE= OUT= and more (docs/boards.md)
 	@$(if $(filter ulx3s ecp5-eval,$(BOARD)),scripts/setup.sh ghdl && scripts/setup.sh pnr,:)
 	@ISE_LD_LIBRARY_PATH="$$LD_LIBRARY_PATH" LD_LIBRARY_PATH= $(PLENOFIR) bitstream build
 
-bitstream-check: venv simulator ## Check what a bitstream build needs, as far as that goes without ISE
+bitstream-check: venv simulator # Check what a bitstream build needs, as far as that goes without ISE
 	@$(PLENOFIR) bitstream check
 
-bench: venv simulator ## Measure refocuser, ray model, calibration, simulators, the thesis's benchmark; error against run time, stability (build/bench); RECORD=1: for docs/measured
+bench: venv simulator ## Measure refocuser, ray model, calibration, simulators: error against run time, stability; RECORD=1 for the docs
 	@scripts/setup.sh compiler
 	@$(PYTHON) scripts/bench.py $(if $(RECORD),--record)
 	@$(if $(RECORD),$(PYTHON) scripts/build_docs.py)
@@ -94,18 +95,18 @@ site: venv ## Build the documentation as a site with search (build/site); python
 	@scripts/setup.sh site
 	@$(PYTHON) scripts/build_site.py
 
-waves: venv ## Draw the timing diagrams of docs/fir-array.md from simulations
+waves: venv # Draw the timing diagrams of docs/fir-array.md from simulations
 	@scripts/setup.sh ghdl
 	@$(PYTHON) scripts/pictures.py waves
 
-dist: venv test-tools ## Build and check the source distribution and the wheel (build/dist)
+dist: venv test-tools # Build and check the source distribution and the wheel (build/dist)
 	@rm -rf build/dist
 	@$(PYTHON) -m hatchling build -d build/dist
 	@$(PYTHON) -m twine check --strict build/dist/*
 	@.venv/bin/check-wheel-contents build/dist/*.whl
 	@du -k build/dist/*
 
-venv: ## Create .venv
+venv: # Create .venv
 	@scripts/setup.sh venv
 
 test-tools: venv
