@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One thread of linear algebra in each process: pytest's workers have the cores already.
-
-OpenBLAS reads the variable when NumPy is imported. Its threads wait by spinning: beside each other
-two workers take several times as long for matrices of some thousand rows.
-"""
+"""What makes tests quicker that would else do the same work again, or beside each other."""
 
 import os
+import shlex
+import sys
+from pathlib import Path
 
+# One thread of linear algebra in each process: pytest's workers have the cores already. OpenBLAS
+# reads this when NumPy is imported. Its threads wait by spinning: beside each other two workers
+# take several times as long for matrices of some thousand rows.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# What Verilator's makefiles put before the compiler.
+_CACHE = Path(__file__).parent / "tb" / "plenofir_tb" / "object_cache.py"
+os.environ.setdefault("OBJCACHE", shlex.join([sys.executable, str(_CACHE)]))

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compiles a file of Verilator's own once for all models: ten seconds less for each of them.
+
+Usage: OBJCACHE="python object_cache.py", which Verilator's makefiles put before the compiler
+
+What an object depends on is its key: the command, the compiler, and Verilator's own files. Files of
+a model, and anything but a compilation, go to the compiler as they are.
+"""
+
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+KEPT = Path(__file__).parents[2] / "build" / "verilator"
+
+
+def key(command: list[str], source: Path) -> str:
+    """What tells an object from others."""
+    compiler = Path(shutil.which(command[0]) or command[0]).resolve()
+    found = hashlib.sha256(repr((command, str(compiler), compiler.stat().st_mtime_ns)).encode())
+    for path in sorted(source.parent.glob("verilated*")):
+        found.update(path.name.encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()
+
+
+def main() -> int:
+    """Compile, or copy what was compiled before; the compiler's exit status."""
+    command = sys.argv[1:]
+    sources = [Path(word) for word in command if re.search(r"/verilated\w*\.cpp$", word)]
+    if len(sources) != 1 or "-c" not in command or "-o" not in command[:-1]:
+        return subprocess.run(command, check=False).returncode
+    place = command.index("-o") + 1
+    wanted = Path(command[place])
+    kept = KEPT / f"{key(command[:place] + command[place + 1 :], sources[0])}.o"
+    if not kept.exists():
+        status = subprocess.run(command, check=False).returncode
+        if status != 0:
+            return status
+        KEPT.mkdir(parents=True, exist_ok=True)
+        own = kept.with_suffix(f".{os.getpid()}")
+        shutil.copyfile(wanted, own)
+        own.replace(kept)
+    else:
+        shutil.copyfile(kept, wanted)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
