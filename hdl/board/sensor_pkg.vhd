@@ -1,5 +1,5 @@
 -- The sensor whose raw frames come in, if there is one; built by scripts/build_hdl.py
--- from plenofir.fpga.board_sensor.
+-- from plenofir.plan.sensor.board_sensor.
 
 library ieee;
 use ieee.std_logic_1164.all;

@@ -15,7 +15,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, FallingEdge, RisingEdge
 
 from plenofir.camera.calibration import load_calibration
-from plenofir.plan.board_load import calibration_loads, described
+from plenofir.plan.sensor.board_load import calibration_loads, described
 from plenofir_tb.case import read_case
 
 CASE = read_case()

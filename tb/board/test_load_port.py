@@ -8,8 +8,8 @@ import pytest
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.synthetic import regular_grid
 from plenofir.fpga import hdl
-from plenofir.plan.board_load import Shown, description
-from plenofir.plan.resampling import resampling
+from plenofir.plan.sensor.board_load import Shown, description
+from plenofir.plan.sensor.chip import resampling
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import Case, run_cases
 from plenofir_tb.shown_sensor import ShownCamera, shown_chip

@@ -7,8 +7,8 @@ from typing import Any
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.synthetic import regular_grid
-from plenofir.fpga.core.resampler import ResamplerConfiguration
-from plenofir.plan.resampling import resampling, shown_lines
+from plenofir.plan.sensor.chip import resampling, shown_lines
+from plenofir.plan.sensor.resampler import ResamplerConfiguration
 
 
 @dataclass(frozen=True)

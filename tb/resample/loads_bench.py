@@ -7,8 +7,8 @@ import cocotb
 from cocotb.triggers import ClockCycles
 
 from plenofir.camera.resampling import GridRegisters, Tables, resample
-from plenofir.fpga.core.resampler import Load
-from plenofir.plan.resampling import loads
+from plenofir.plan.sensor.chip import loads
+from plenofir.plan.sensor.resampler import Load
 from plenofir_tb.axi_video import frame_beats, pack_pixels
 from resample.resample_bench import Bench
 

@@ -16,8 +16,8 @@ from plenofir.camera.resampling import GridRegisters, Precision, Tables, grid_re
 from plenofir.camera.resampling.lines import line_needs, ring_needs
 from plenofir.camera.synthetic import regular_grid
 from plenofir.errors import InputError
-from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
-from plenofir.plan.resampling import check_fits, loads
+from plenofir.plan.sensor.chip import check_fits, loads
+from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
 from plenofir_tb.axi_video import (
     AxiVideoSink,
     AxiVideoSource,

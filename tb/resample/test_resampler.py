@@ -6,7 +6,7 @@ import random
 import pytest
 
 from plenofir.fpga import hdl
-from plenofir.fpga.core.resampler import ResamplerConfiguration
+from plenofir.plan.sensor.resampler import ResamplerConfiguration
 from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, draw_seed, run_cases
 

@@ -19,7 +19,8 @@ from plenofir.fpga.hdmi.modes import HD720, VGA
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.simulate.chain import check_chain, mode_for, range_of, run_chain
 from plenofir.fpga.simulate.report import ScreenReport
-from plenofir.fpga.simulate.run import FLOWER, Run, core_for_image, run
+from plenofir.fpga.simulate.request import FLOWER, Run, core_for_image
+from plenofir.fpga.simulate.run import run
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.images import read_image, write_png
 from plenofir.plan.scene_screen import scene_overlay, slice_colours

@@ -20,13 +20,13 @@ from plenofir.camera.resampling import (
 from plenofir.camera.synthetic import regular_grid
 from plenofir.errors import InputError
 from plenofir.fpga import hdl
-from plenofir.fpga.simulate.sensor_bench import CORE, run_sensor, sensor_generics
 from plenofir.fpga.synthesis.block_rams import block_ram_models
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import SimulationError, find_simulator
 from plenofir.fpga.tools.synthesis import yosys_version
 from plenofir.images import read_image, write_png
-from plenofir.plan.resampling import resampling
+from plenofir.plan.sensor.chip import resampling
+from plenofir.plan.sensor.sensor_bench import CORE, run_sensor, sensor_generics
 from plenofir.refocus import refocus
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
@@ -164,7 +164,7 @@ def test_missing_lines_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     )
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
     chip = resampling(camera(), 5)
-    with pytest.raises(SimulationError, match="pixels received for"):
+    with pytest.raises(SimulationError, match="tokens received for"):
         run_sensor(
             find_simulator(simulator_name()),
             chip.core,

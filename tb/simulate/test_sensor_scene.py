@@ -10,15 +10,15 @@ from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.resampling import interpolate_mosaic, red_place, resample
 from plenofir.camera.synthetic import regular_grid
 from plenofir.errors import InputError
-from plenofir.fpga.simulate.sensor_bench import run_sensor
 from plenofir.fpga.synthesis.block_rams import block_ram_models
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.tools.synthesis import ghdl_version, write_verilog, yosys_version
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.configure import configure
-from plenofir.plan.resampling import loads, resampling
 from plenofir.plan.scene_top import TOP
+from plenofir.plan.sensor.chip import loads, resampling
+from plenofir.plan.sensor.sensor_bench import run_sensor
 from plenofir.refocus import refocus
 
 SHAPE = (34, 41)

@@ -20,9 +20,9 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.simulate.chain import run_chain
 from plenofir.fpga.simulate.file_bench import run_bench
-from plenofir.fpga.simulate.sensor_bench import run_sensor
 from plenofir.fpga.tools.simulators import STANDARDS, Simulator, Standard, find_simulator
-from plenofir.plan.resampling import resampling
+from plenofir.plan.sensor.chip import resampling
+from plenofir.plan.sensor.sensor_bench import run_sensor
 from plenofir.refocus.sharpness import depth_index
 
 BOARD_NAMES = [board.name for board in BOARDS.values() if board.library]

@@ -14,11 +14,11 @@ from plenofir.camera.resampling import (
     resample,
     tables_of,
 )
-from plenofir.fpga.board_sensor import SENSOR_BLANK_LINES
-from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
 from plenofir.fpga.hdmi.link import RasterSignals, raster_signals
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.plan.resampling import loads
+from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES
+from plenofir.plan.sensor.chip import loads
+from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
 from plenofir.refocus import ExactArithmetic
 from plenofir_tb.case import read_case
 from plenofir_tb.shown_sensor import ShownCamera

@@ -8,8 +8,8 @@ import pytest
 
 from plenofir.camera.resampling import BayerOrder, red_place
 from plenofir.fpga import hdl
-from plenofir.fpga.board_sensor import SENSOR_OUTPUTS
 from plenofir.fpga.hdmi.modes import VideoMode
+from plenofir.plan.sensor.board_sensor import SENSOR_OUTPUTS
 from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, run_case, run_cases
 from plenofir_tb.shown_sensor import ShownCamera, shown_chip

@@ -27,7 +27,7 @@ def load(
 ) -> None:
     """Load a calibration into the board's resampler; the next frame uses it."""
     from plenofir.camera.calibration import load_calibration
-    from plenofir.plan.board_load import load_board
+    from plenofir.plan.sensor.board_load import load_board
 
     calibration = load_calibration(calib)
     try:

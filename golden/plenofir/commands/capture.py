@@ -335,8 +335,8 @@ def resampler(
 ) -> None:
     """The resampler on the chip for a calibration: its generics, memory, accuracy, constants."""
     from plenofir.camera.calibration import load_calibration
-    from plenofir.plan.calibration_loader import LOADER, loader_text
-    from plenofir.plan.resampling import resampling
+    from plenofir.plan.sensor.calibration_loader import LOADER, loader_text
+    from plenofir.plan.sensor.chip import resampling
 
     path = None if out is None else check_file(out, (".vhd",), calib)
     chip = resampling(

@@ -217,7 +217,7 @@ def stack(
 
     from plenofir.camera.lightfield.pictures import sharpness_picture
     from plenofir.camera.lightfield.stack import FocalStack, all_in_focus, sharpness_curve
-    from plenofir.fpga.simulate.run import picture_names
+    from plenofir.fpga.simulate.request import picture_names
     from plenofir.refocus.sharpness import MAX_STACK, depth_index, depth_index_picture
 
     if index and everywhere:

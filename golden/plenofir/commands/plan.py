@@ -15,10 +15,10 @@ from plenofir.errors import InputError
 
 if TYPE_CHECKING:
     from plenofir.fpga.core.configuration import CoreConfiguration
-    from plenofir.fpga.core.resampler import Load
     from plenofir.fpga.devices import Device
     from plenofir.fpga.synthesis.spartan6 import Figures
     from plenofir.plan.planned import Plan, PlannedSensor
+    from plenofir.plan.sensor.resampler import Load
 
 Scene = Annotated[str, typer.Argument(help="Scene profile: a TOML file, or a shipped scene.")]
 
@@ -175,7 +175,7 @@ def plan(scene: Scene, as_json: options.AsJson = False) -> None:
 def _calibration_for(plan: "Plan", calib: str) -> "list[Load]":
     """Words of a calibration for a scene's resampler."""
     from plenofir.camera.calibration import load_calibration
-    from plenofir.plan.board_load import BoardResampler, calibration_loads
+    from plenofir.plan.sensor.board_load import BoardResampler, calibration_loads
 
     sensor, where = plan.sensor, options.typed("calib")
     if sensor is None or sensor.calibrated:

@@ -17,9 +17,8 @@ if TYPE_CHECKING:
     from plenofir.fpga.core.configuration import CoreConfiguration
     from plenofir.fpga.core.engine import Engine
     from plenofir.fpga.screen.board_screen import Screen
-    from plenofir.fpga.simulate.run import Run
-    from plenofir.fpga.simulate.sensor_chain import SensorFrame
-    from plenofir.plan.sensor_run import Sensor
+    from plenofir.fpga.simulate.request import Run
+    from plenofir.plan.sensor.sensor_run import Sensor
 
 app = typer.Typer()
 
@@ -120,10 +119,10 @@ def sim(
     settings = options.focus_settings(a or ["-3/5"], micro_image)
     shifts = options.shifts_of(settings, micro_image)
     from plenofir.fpga.screen.board_screen import Screen
-    from plenofir.fpga.simulate.run import DEFAULT_RAW, Run
+    from plenofir.fpga.simulate.request import DEFAULT_RAW, Run
 
     def core_for(path: Path) -> "CoreConfiguration":
-        from plenofir.fpga.simulate.run import core_for_image
+        from plenofir.fpga.simulate.request import core_for_image
         from plenofir.refocus import interpolation_order, sharpening_units
 
         order = interpolation_order(interpolation)
@@ -144,7 +143,6 @@ def sim(
         core: "CoreConfiguration",
         folder: Path,
         screen: "Screen | None" = None,
-        frame: "SensorFrame | None" = None,
     ) -> Run:
         return Run(
             raw=path,
@@ -156,11 +154,10 @@ def sim(
             chain=chain,
             board=board,
             screen=screen or Screen(),
-            sensor=frame,
         )
 
     if raw is not None and calib is not None:
-        from plenofir.plan.sensor_run import load_sensor
+        from plenofir.plan.sensor.sensor_run import load_sensor
 
         sensor = load_sensor(raw, calib, micro_image, bayer)
         if waves and chain == "hdmi":
@@ -169,12 +166,7 @@ def sim(
                 where=options.typed("waves"),
                 expected=f"none, or {options.typed('chain', 'core')}",
             )
-        frame = sensor.board_frame if chain == "hdmi" else None
-        _run_raw(
-            sensor,
-            lambda path, folder: run_of(path, core_for(path), folder, frame=frame),
-            Path(out),
-        )
+        _run_raw(sensor, lambda path, folder: run_of(path, core_for(path), folder), Path(out))
         return
     path = raw or DEFAULT_RAW
     with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:
@@ -189,7 +181,7 @@ def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Pat
     """Resample a capture in the VHDL, and refocus what comes out."""
     from plenofir.fpga.simulate.report import report_summary
     from plenofir.images import write_png
-    from plenofir.plan.sensor_run import ALIGNED, run_raw, sensor_summary
+    from plenofir.plan.sensor.sensor_run import ALIGNED, run_raw, sensor_summary
 
     golden = sensor.golden()
     with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:
@@ -198,8 +190,9 @@ def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Pat
         write_png(path, golden)
         what = make_run(path, out)
         what.core.check_limits()
+        frame = sensor.board_frame if what.chain == "hdmi" else None
     with kept_bars() as show:
-        report, aligned = run_raw(sensor, golden, make_run, out, what.simulator, show)
+        report, aligned = run_raw(sensor, golden, make_run, out, what.simulator, frame, show)
     for name, value in [*sensor_summary(sensor, aligned), *report_summary(what.core, report)]:
         print_line(name, f"{out}/{value}, {ALIGNED}" if name == "files" else value)
     if report.mismatches or aligned.mismatches:
@@ -225,7 +218,7 @@ def _of_scene(
 
     The flower made to measure, in a folder, if no image is given.
     """
-    from plenofir.fpga.simulate.run import scene_image
+    from plenofir.fpga.simulate.request import scene_image
     from plenofir.images import write_png
     from plenofir.plan import load_scene, make_plan
 

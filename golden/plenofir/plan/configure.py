@@ -8,18 +8,18 @@ from pathlib import Path
 from plenofir.files import publish
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import ise, nextpnr, top_level
-from plenofir.fpga.board_sensor import SENSOR_OUTPUTS, SENSOR_PACKAGE, sensor_package
 from plenofir.fpga.boards import Board, board_of
-from plenofir.fpga.core.resampler import Load
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import find_mode, range_limits
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
-from plenofir.plan.board_load import load_lines
-from plenofir.plan.calibration_loader import LOADER, loader_text
 from plenofir.plan.planned import Plan
 from plenofir.plan.scene_top import PACKAGE, TOP, package_text, top_text
+from plenofir.plan.sensor.board_load import load_lines
+from plenofir.plan.sensor.board_sensor import SENSOR_OUTPUTS, SENSOR_PACKAGE, sensor_package
+from plenofir.plan.sensor.calibration_loader import LOADER, loader_text
+from plenofir.plan.sensor.resampler import Load
 from plenofir.plan.verilog import verilog_files
 
 CALIBRATION = "calibration.txt"

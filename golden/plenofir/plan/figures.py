@@ -18,11 +18,9 @@ from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
-from plenofir.fpga.core.resampler import ResamplerConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.simulate.sensor_bench import sensor_generics
 from plenofir.fpga.synthesis.parts import left_out_in_turn
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.plan.configure import configure, top_of
@@ -31,6 +29,8 @@ from plenofir.plan.planned import Plan
 from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_screen import scene_overlay, slice_colours
+from plenofir.plan.sensor.resampler import ResamplerConfiguration
+from plenofir.plan.sensor.sensor_bench import sensor_generics
 from plenofir.refocus.arithmetic import StoredProductArithmetic
 from plenofir.refocus.sharpness import confidence_level
 

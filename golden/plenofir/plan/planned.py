@@ -4,15 +4,15 @@
 from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.camera.resampling import BayerOrder, red_place
-from plenofir.fpga.board_sensor import BoardSensor
 from plenofir.fpga.core.configuration import CoreConfiguration, SliceEngineName
-from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
 from plenofir.fpga.devices import Device
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
-from plenofir.plan.board_load import Shown, description
 from plenofir.plan.left_out import LeftOut
-from plenofir.plan.scene_sensor import SensorChip
+from plenofir.plan.sensor.board_load import Shown, description
+from plenofir.plan.sensor.board_sensor import BoardSensor
+from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
+from plenofir.plan.sensor.scene_sensor import SensorChip
+from plenofir.plan.sensor.sensor_estimate import sensor_usage
 
 
 class PlannedSlice(BaseModel):

@@ -8,7 +8,6 @@ from math import inf
 from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.errors import InputError
-from plenofir.fpga.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration, SliceEngineName
 from plenofir.fpga.core.engine import SliceEngine
@@ -18,11 +17,12 @@ from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
-from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
 from plenofir.plan.left_out import extent, full_core, left_out, sensor_left_out
 from plenofir.plan.planned import EngineOption, Plan, PlannedSlice, planned_sensor
 from plenofir.plan.scene import LoadedScene
 from plenofir.plan.scene_screen import screen_of
+from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
+from plenofir.plan.sensor.sensor_estimate import sensor_usage
 from plenofir.refocus import interpolation_order, sharpening_units
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.shifts import shift_to_text
@@ -378,7 +378,7 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
             f"a delay of {lines} lines and {delay} pixels exceeds the mode's "
             f"{mode.v_total} lines of {mode.h_total} pixels, or its blanking",
             where=f"{loaded.path}: depth",
-            expected="a nearer to 1/M, or a larger mode",
+            expected="focus settings a closer to 1/M, or a larger mode",
         )
     return mode
 

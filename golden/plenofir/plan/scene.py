@@ -25,7 +25,7 @@ from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.edid import check_edid
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.plan.scene_screen import SceneScreen
-from plenofir.plan.scene_sensor import SceneSensor, SensorChip, sensor_chip
+from plenofir.plan.sensor.scene_sensor import SceneSensor, SensorChip, sensor_chip
 from plenofir.refocus.sharpening import check_sharpen, sharpening_units
 from plenofir.refocus.shifts import focus_to_shift
 

@@ -3,8 +3,8 @@
 
 from plenofir.camera.resampling import red_place
 from plenofir.fpga.core.engine import Generics
-from plenofir.plan.calibration_loader import LOADER
 from plenofir.plan.planned import Plan, PlannedSensor
+from plenofir.plan.sensor.calibration_loader import LOADER
 
 TOP = "scene_top"
 PACKAGE = "scene_pkg"

@@ -62,7 +62,7 @@ def test_help_and_version_load_no_numerics() -> None:
 def test_options_agree_with_what_they_choose() -> None:
     from plenofir.fpga.core.configuration import SLICE_ENGINES
     from plenofir.fpga.simulate.report import Chain
-    from plenofir.fpga.simulate.run import FLOWER_FOCUS, FLOWER_MICRO_IMAGE_SIZE
+    from plenofir.fpga.simulate.request import FLOWER_FOCUS, FLOWER_MICRO_IMAGE_SIZE
     from plenofir.fpga.tools.simulators import SimulatorName
     from plenofir.refocus import interpolation_order
     from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS

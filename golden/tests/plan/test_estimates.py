@@ -21,9 +21,9 @@ from plenofir.fpga.synthesis.comparison import (
 )
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, reciprocal_bits
 from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
-from plenofir.fpga.synthesis.sensor_estimate import sensor_usage
 from plenofir.plan import DEVICES, load_scene, make_plan
 from plenofir.plan.figures import CORE, designs, load_figures, picture_designs, sensor_designs
+from plenofir.plan.sensor.sensor_estimate import sensor_usage
 
 
 def test_estimates_against_synthesis() -> None:

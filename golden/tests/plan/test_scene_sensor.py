@@ -16,10 +16,10 @@ from plenofir.camera.resampling.lines import ring_needs
 from plenofir.camera.synthetic import regular_grid
 from plenofir.errors import InputError
 from plenofir.plan import load_scene, make_plan
-from plenofir.plan.board_load import calibration_loads, described, description
 from plenofir.plan.configure import configure
-from plenofir.plan.resampling import check_fits, resampling
-from plenofir.plan.scene_sensor import SceneSensor, sensor_chip
+from plenofir.plan.sensor.board_load import calibration_loads, described, description
+from plenofir.plan.sensor.chip import check_fits, resampling
+from plenofir.plan.sensor.scene_sensor import SceneSensor, sensor_chip
 
 SHAPE = (61, 83)
 SCENE = """

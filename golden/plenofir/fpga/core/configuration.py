@@ -259,5 +259,6 @@ class CoreConfiguration(Raster):
                 f"{self.line_buffer_bits / 2**20:.1f} Mbit of line buffers "
                 f"(a filter of {self.taps} taps, {self.max_columns} columns)",
                 "shifts",
-                f"at most {MAX_LINE_BUFFER_BITS >> 20} Mbit: fewer columns, or a nearer to 1/M",
+                f"at most {MAX_LINE_BUFFER_BITS >> 20} Mbit: fewer columns, or focus settings a "
+                "closer to 1/M",
             )

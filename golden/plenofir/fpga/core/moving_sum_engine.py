@@ -175,7 +175,7 @@ class MovingSumEngine(SliceEngine):
             raise InputError(
                 f"a row delay of {delay} tokens of {self.pixels_per_clock} pixels",
                 where="shifts",
-                expected=f"at most {MAX_LANE_DELAY} tokens: a nearer to 1/M",
+                expected=f"at most {MAX_LANE_DELAY} tokens: focus settings a closer to 1/M",
             )
 
     @classmethod

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames through the whole board, serial bits in and out (``tb/file_bench/hdmi_bench.vhd``)."""
 
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import BOARDS, Board
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SignalKind
-from plenofir.fpga.hdmi.link import LinkError, Packed, decode_frames, encode_frames
+from plenofir.fpga.hdmi.link import LinkError, Packed, ReceivedFrame, decode_frames, encode_frames
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode, range_limits
 from plenofir.fpga.hdmi.script import Code, Command, pixel_period, write_script
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
@@ -75,33 +75,32 @@ def mode_for(columns: int, rows: int) -> VideoMode:
     )
 
 
+def check_core(configuration: CoreConfiguration) -> None:
+    """Refuse a core that no video path has."""
+
+    def refuse(field: str, what: str, expected: str) -> InputError:
+        return InputError(f"{what} cannot go over HDMI", where=field, expected=expected)
+
+    if configuration.pixel_bits != 8:
+        raise refuse("raw", f"a picture with pixels of {configuration.pixel_bits} bits", "8 bits")
+    if configuration.sharpens:
+        raise refuse("sharpening", "a sharpened picture", "no sharpening, or the chain core")
+    for field in ("parallel_rows", "pixels_per_clock"):
+        if (number := getattr(configuration, field)) != 1:
+            what = f"{number} {'rows' if field == 'parallel_rows' else 'pixels'} at once"
+            raise refuse(field, what, "1: a video stream brings one pixel a clock")
+    if configuration.engine != configuration.engine.for_video():
+        raise refuse(
+            "any_rows", "a core for any number of rows", "none: video has blank lines in any case"
+        )
+
+
 def check_chain(
     configuration: CoreConfiguration, rows: int, columns: int, screen: Screen | None = None
 ) -> None:
     """Refuse what the board's video path cannot carry."""
     screen = screen or Screen()
-    if configuration.pixel_bits != 8:
-        raise InputError(
-            f"pixels of {configuration.pixel_bits} bits", where="raw", expected="8 bits for HDMI"
-        )
-    if configuration.sharpens:
-        raise InputError("is not in the video path", where="sharpening", expected="off for HDMI")
-    if configuration.parallel_rows != 1:
-        raise InputError(
-            f"{configuration.parallel_rows} rows at once",
-            where="parallel_rows",
-            expected="1 for HDMI: a video stream brings one pixel a clock",
-        )
-    if configuration.pixels_per_clock != 1:
-        raise InputError(
-            f"{configuration.pixels_per_clock} pixels a clock",
-            where="pixels_per_clock",
-            expected="1 for HDMI: a video stream brings one pixel a clock",
-        )
-    if configuration.engine != configuration.engine.for_video():
-        raise InputError(
-            "True", where="any_rows", expected="False for HDMI: video has its blanking"
-        )
+    check_core(configuration)
     mode = mode_for(columns, rows)
     lines, pixels = screen.delay_lines(configuration), screen.delay_pixels(configuration)
     if screen.needs_stack:
@@ -109,10 +108,10 @@ def check_chain(
         pixels = max(pixels, screen.index(configuration).band_steps(columns) - 1)
     if mode.v_total <= lines or mode.h_total <= pixels:
         raise InputError(
-            f"a delay of {lines} lines in frames of {mode.v_total} lines of "
-            f"{mode.h_total} pixels, blanking included",
+            f"the delay of {lines} lines and {pixels} pixels is longer than a frame of "
+            f"{mode.v_total} lines of {mode.h_total} pixels, blanking included",
             where="shifts",
-            expected="a delay shorter than a frame and, with the pipeline, than a line",
+            expected="focus settings a closer to 1/M, or a larger picture",
         )
     told = told_before(shown_frames(configuration, screen), screen)
     letters = max((len(commands) for commands in told[1:]), default=0)
@@ -145,6 +144,81 @@ def chain_sources(board: str = "atlys") -> list[Path]:
     return [*hdl.board_sources(board), bench / f"board_{board}.vhd", bench / f"{TOP}.vhd"]
 
 
+@dataclass(frozen=True)
+class BoardRun:
+    """What goes into a board, and when its output is to show it."""
+
+    board: str
+    mode: VideoMode
+    core: CoreConfiguration  # of the generics of its top
+    packages: Mapping[str, str]  # VHDL packages in place of the board's own: name to text
+    script: Sequence[Command | Packed]  # words and commands, after the settling
+    shown: int  # frames that are wanted at the end
+    sweeps: bool  # the board goes through its slices
+    delay_pixels: int  # from the input to the output, all lines and pixels that are known
+    behind: int  # words behind the last frame that is shown
+    progress: Callable[[float], None]  # called with the share that came out
+
+    def run(
+        self, simulator: Simulator, directory: Path, waves: Path | None = None
+    ) -> tuple[list[ReceivedFrame], int, int, float]:
+        """Frames at the output, words sent, clocks from input to output, and seconds.
+
+        SimulationError if the signal at the output is not the one expected.
+        """
+        words = sum(part.size for part in self.script if not isinstance(part, Command))
+        directory.mkdir(parents=True, exist_ok=True)
+        output = directory / "output.bin"
+        settled = [pixel_period(self.mode), Command(Code.CLOCK, 1), Command(Code.WAIT, SETTLE_NS)]
+        write_script(directory / "input.bin", [*settled, *self.script])
+        for name, text in self.packages.items():
+            (directory / f"{name}.vhd").write_text(text)
+        board = BOARDS[self.board]
+
+        def poll() -> None:
+            if output.exists():
+                self.progress(min(output.stat().st_size / (4 * words), 1))
+
+        seconds = simulator.simulate(
+            [
+                directory / source.name if source.stem in self.packages else source
+                for source in chain_sources(self.board)
+            ],
+            TOP,
+            {
+                **board_generics(self.core, board.top),
+                "AUTO_START": True,
+                "SWEEP": self.sweeps,
+                "METER_WINDOW": METER_WINDOW,
+                "CLOCK_RANGE": range_of(board, self.mode),
+            },
+            directory,
+            models=hdl.model_sources(board.library),
+            waves=waves,
+            wave_signals=[signal.path for signal in WAVE_SIGNALS],
+            poll=poll,
+        )
+        taken = np.fromfile(output, "<u4")
+        # Both signals end at the same time; before the first frame followed there is only blanking.
+        sent_to_end = self.shown * self.mode.h_total * self.mode.v_total + self.behind
+        shown_to_end = sent_to_end - self.delay_pixels
+        try:
+            frames = decode_frames(taken[-shown_to_end - self.mode.h_total :], from_start=True)
+        except LinkError as error:
+            raise SimulationError(f"no picture at the output: {error}") from None
+        wanted = self.mode.as_measured()
+        if len(frames) != self.shown or any(frame.mode != wanted for frame in frames):
+            found = ", ".join(
+                f"{frame.mode.h_active} x {frame.mode.v_active} in "
+                f"{frame.mode.h_total} x {frame.mode.v_total}"
+                for frame in frames
+            )
+            raise SimulationError(
+                f"{self.shown} frames of {self.mode.name} expected, found: {found or 'none'}"
+            )
+        return frames, words, sent_to_end - frames[0].to_end, seconds
+
+
 def run_chain(
     simulator: Simulator,
     configuration: CoreConfiguration,
@@ -173,77 +247,29 @@ def run_chain(
     slices = len(configuration.shifts)
     frame = encode_frames(mode, [raw.astype(np.uint8)])
     lines = screen.delay_lines(configuration)
-    behind = (lines + LINES_BEHIND) * mode.h_total
+    begun = (lines + LINES_BEHIND) * mode.h_total
     if told is None:
         told = shown_frames(configuration, screen)
     count = len(told) or slices
     script: list[Command | Packed] = [*told_before(told, screen)[0]] if told else []
     script.append(np.concatenate([frame] * FRAMES_TO_FOLLOW))
     # What the next frame shows is told when this one has begun to come out.
-    begun = (lines + LINES_BEHIND) * mode.h_total
     for commands in told_before(told, screen)[1:]:
         script += [frame[:begun], *commands, frame[begun:]]
     script.append(np.concatenate([frame] * (1 if told else count)))
-    script.append(np.resize(frame, behind))
-    words = (FRAMES_TO_FOLLOW + count) * frame.size + behind
-    directory.mkdir(parents=True, exist_ok=True)
-    output = directory / "output.bin"
-    write_script(
-        directory / "input.bin",
-        [pixel_period(mode), Command(Code.CLOCK, 1), Command(Code.WAIT, SETTLE_NS), *script],
-    )
-    sources = chain_sources(board)
-    if screen != Screen():
-        own = directory / f"{SCREEN_PACKAGE}.vhd"
-        own.write_text(screen_package(screen))
-        sources = [own if source.name == own.name else source for source in sources]
-    generics = {
-        **board_generics(configuration, BOARDS[board].top),
-        "AUTO_START": True,
-        "SWEEP": slices > 1 and not told,
-        "METER_WINDOW": METER_WINDOW,
-    }
-    generics["CLOCK_RANGE"] = range_of(BOARDS[board], mode)
-    models = hdl.model_sources(BOARDS[board].library)
-
-    def poll() -> None:
-        if progress is not None and output.exists():
-            share = min(output.stat().st_size / (4 * words), 1)
-            progress(int(share * slices * rows * columns))
-
-    for command in simulator.build_commands(sources, TOP, models=models):
-        simulator.run(command, directory)
-    started = time.perf_counter()
-    simulator.run(
-        simulator.run_command(
-            TOP,
-            generics,
-            board=True,
-            waves=waves,
-            wave_signals=[signal.path for signal in WAVE_SIGNALS],
-        ),
-        directory,
-        poll=poll,
-    )
-    seconds = time.perf_counter() - started
-
-    taken = np.fromfile(output, "<u4")
-    # Both signals end at the same time; before the first frame followed there is only blanking.
-    sent_to_end = count * frame.size + behind
-    shown_to_end = sent_to_end - lines * mode.h_total - configuration.delay
-    try:
-        frames = decode_frames(taken[-shown_to_end - mode.h_total :], from_start=True)
-    except LinkError as error:
-        raise SimulationError(f"no picture at the output: {error}") from None
-    wanted = mode.as_measured()
-    if len(frames) != count or any(shown.mode != wanted for shown in frames):
-        found = ", ".join(
-            f"{shown.mode.h_active} x {shown.mode.v_active} in "
-            f"{shown.mode.h_total} x {shown.mode.v_total}"
-            for shown in frames
-        )
-        raise SimulationError(f"{count} frames of {mode.name} expected, found: {found or 'none'}")
-    latency = sent_to_end - frames[0].to_end
+    script.append(np.resize(frame, begun))
+    frames, words, latency, seconds = BoardRun(
+        board=board,
+        mode=mode,
+        core=configuration,
+        packages={} if screen == Screen() else {SCREEN_PACKAGE: screen_package(screen)},
+        script=script,
+        shown=count,
+        sweeps=slices > 1 and not told,
+        delay_pixels=lines * mode.h_total + configuration.delay,
+        behind=begun,
+        progress=in_pixels(progress, slices * rows * columns),
+    ).run(simulator, directory, waves)
     return BenchResult(
         frames=np.stack([shown.pixels for shown in frames]),
         clocks=words,
@@ -252,3 +278,8 @@ def run_chain(
         slices=tuple(range(slices)),
         seconds=seconds,
     )
+
+
+def in_pixels(progress: Callable[[int], None] | None, pixels: int) -> Callable[[float], None]:
+    """Progress in pixels, from a share of them all."""
+    return lambda share: None if progress is None else progress(int(share * pixels))

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames through a core of any engine by way of files (``tb/file_bench``)."""
 
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,17 +55,87 @@ def wave_signals(engine: Engine) -> tuple[WaveSignal, ...]:
 class BenchResult:
     """What came out of a simulation."""
 
-    frames: Image  # shape of the frames that went in; of a stack the pictures that are all in focus
+    # Shape of the frames that went in; of a stack the pictures that are all in focus, of a sensor's
+    # raw frames the rasters.
+    frames: Image
     clocks: int  # from the first pixel taken to the last pixel out
     input_clocks: int  # from the first pixel taken to the last pixel taken
     latency_clocks: int | None  # from the first pixel taken to the first pixel out; None of a stack
-    # Slice of each frame, an index into the configuration's shifts; empty for a stack.
+    # Slice of each frame, an index into the configuration's shifts; empty where no slice is chosen.
     slices: tuple[int, ...]
     seconds: float  # wall time of the run, without analysis
     # All slices, shape (frames, slices, rows, columns[, 3]); None but of a stack.
     stacks: Image | None = None
     # Slice of each pixel of `frames`, shape (frames, rows, columns); None but of a stack.
     index: npt.NDArray[np.uint8] | None = None
+    # Clocks in which the source was refused, of a sensor's raw frames.
+    refused_clocks: int = 0
+
+
+@dataclass(frozen=True)
+class FileBench:
+    """A bench that reads frames from ``input.bin`` and writes pixels and counts into files."""
+
+    top: str  # its entity, and its source in C++ for Verilator
+    core: str  # entity between its streams
+    core_sources: Sequence[Path]  # in order of analysis
+
+    def run(
+        self,
+        simulator: Simulator,
+        generics: Generics,
+        sizes: Mapping[str, int],
+        directory: Path,
+        *,
+        widths: Sequence[int],
+        pixels: int,
+        built: bool = False,
+        verilog: Sequence[Path] | None = None,
+        toggles: bool = False,
+        waves: Path | None = None,
+        wave_signals: Sequence[str] = (),
+        poll: Callable[[], None] | None = None,
+    ) -> tuple[list[tuple[str, int]], float]:
+        """Run it in a folder with its input: lines of ``clocks.txt``, and seconds of the run.
+
+        `generics` are the core's, `sizes` the bench's; the bench in C++ takes `widths` and `sizes`
+        as arguments. `pixels` go in; the others are as in `run_bench`.
+        """
+        if simulator.name == "verilator":
+            files = verilog or [write_verilog(self.core_sources, self.core, generics, directory)]
+            program = verilator.build_bench(
+                *(simulator, files, self.core, directory),
+                pixels=pixels,
+                toggles=toggles,
+                bench=self.top,
+            )
+            numbers = map(str, (*widths, *sizes.values()))
+            seconds = simulator.timed_run([str(program), *numbers], directory, poll)
+        else:
+            bench = project.root() / "tb" / "file_bench" / f"{self.top}.vhd"
+            seconds = simulator.simulate(
+                *([*self.core_sources, bench], self.top, {**generics, **sizes}, directory),
+                built=built,
+                waves=waves,
+                wave_signals=wave_signals,
+                poll=poll,
+            )
+        lines = (directory / "clocks.txt").read_text().splitlines()
+        return [(name, int(value)) for name, value in map(str.split, lines)], seconds
+
+
+def check_counts(counts: Mapping[str, int], tokens: int) -> None:
+    """Refuse tokens that are missing, too many or wrongly framed."""
+    for name in ("stacked", "received"):
+        if counts.get(name, tokens) != tokens:
+            raise SimulationError(
+                f"{counts[name]} tokens {name} for {tokens} ({counts['accepted']} accepted)"
+            )
+    if counts["framing_errors"] or counts["error_flags"]:
+        raise SimulationError(
+            f"{counts['framing_errors']} tokens with wrong tuser or tlast, "
+            f"error flags {counts['error_flags']:06b}"
+        )
 
 
 def core_sources() -> list[Path]:
@@ -88,24 +157,6 @@ def core_generics(
         judged = index.generics()
         values |= {name: judged[name] for name in ("RADIUS", "CONFIDENCE", "VOTE_RADIUS")}
     return values
-
-
-def _read_counts(directory: Path, tokens: int) -> list[tuple[str, int]]:
-    """Read ``clocks.txt``; refuse tokens that are missing, too many or wrongly framed."""
-    lines = (directory / "clocks.txt").read_text().splitlines()
-    pairs = [(name, int(value)) for name, value in (line.split() for line in lines)]
-    counts = dict(pairs)
-    for name in ("stacked", "received"):
-        if counts.get(name, tokens) != tokens:
-            raise SimulationError(
-                f"{counts[name]} tokens {name} for {tokens} ({counts['accepted']} accepted)"
-            )
-    if counts["framing_errors"] or counts["error_flags"]:
-        raise SimulationError(
-            f"{counts['framing_errors']} tokens with wrong tuser or tlast, "
-            f"error flags {counts['error_flags']:05b}"
-        )
-    return pairs
 
 
 def run_bench(
@@ -136,7 +187,7 @@ def run_bench(
     SimulationError if the simulator fails, or pixels are missing, too many or wrongly framed.
     """
     if simulator.name == "verilator" and waves is not None:
-        raise InputError("no waveform from Verilator", where="waves", expected="ghdl or nvc")
+        raise InputError("Verilator writes no waveform", where="waves", expected="ghdl or nvc")
     stack = isinstance(core.engine, StackEngine)
     count, rows, columns = frames.shape[:3]
     directory.mkdir(parents=True, exist_ok=True)
@@ -150,45 +201,32 @@ def run_bench(
     # What stands behind a line's last pixel must not count.
     filled = np.pad(frames, behind, constant_values=(1 << core.pixel_bits) - 1)
     filled.astype("<i4").tofile(directory / "input.bin")
-    generics = core_generics(core, index)
-    sizes = {
-        "COLUMNS": columns,
-        "ROWS": rows,
-        "FRAMES": count,
-        "SWEEP_FRAMES": sweep_frames,
-        "STALL_PERCENT": stall_percent,
-        "SEED": seed,
-    }
     # A stack's pixel is followed by its slice.
     words = core.channels + stack
-
-    def poll() -> None:
-        if progress is not None and output.exists():
-            progress(output.stat().st_size // 4 // words)
-
-    if simulator.name == "verilator":
-        files = verilog or [write_verilog(core_sources(), CORE, generics, directory)]
-        program = verilator.build_bench(
-            simulator, files, CORE, directory, pixels=frames.size, toggles=toggles
-        )
-        slices = len(core.shifts) if stack else 0
-        numbers = (core.micro_image_size, slices, core.channels, together, core.pixel_bits)
-        command = [str(program), *(str(number) for number in (*numbers, *sizes.values()))]
-    else:
-        for command in [] if built else simulator.build_commands(bench_sources(), TOP):
-            simulator.run(command, directory)
-        command = simulator.run_command(
-            TOP,
-            {**generics, **sizes},
-            waves=waves,
-            wave_signals=[signal.path for signal in wave_signals(core.engine)],
-        )
-    started = time.perf_counter()
-    simulator.run(command, directory, poll=poll)
-    seconds = time.perf_counter() - started
-
-    pairs = _read_counts(directory, count * rows * tokens)
+    slices = len(core.shifts) if stack else 0
+    pairs, seconds = FileBench(TOP, CORE, core_sources()).run(
+        simulator,
+        core_generics(core, index),
+        {
+            "COLUMNS": columns,
+            "ROWS": rows,
+            "FRAMES": count,
+            "SWEEP_FRAMES": sweep_frames,
+            "STALL_PERCENT": stall_percent,
+            "SEED": seed,
+        },
+        directory,
+        widths=(core.micro_image_size, slices, core.channels, together, core.pixel_bits),
+        pixels=frames.size,
+        built=built,
+        verilog=verilog,
+        toggles=toggles,
+        waves=waves,
+        wave_signals=[signal.path for signal in wave_signals(core.engine)],
+        poll=output_poll(output, words, progress),
+    )
     counts = dict(pairs)
+    check_counts(counts, count * rows * tokens)
     found = np.fromfile(output, "<i4").reshape(count, rows, tokens * together, words)
     if found[:, :, columns:].any():
         raise SimulationError("what comes out behind a line's last pixel is not zero")
@@ -209,3 +247,15 @@ def run_bench(
         stacks=stacks,
         index=found_index,
     )
+
+
+def output_poll(
+    output: Path, words: int, progress: Callable[[int], None] | None
+) -> Callable[[], None]:
+    """Tell how many pixels, of some words of 32 bits, a file has so far."""
+
+    def poll() -> None:
+        if progress is not None and output.exists():
+            progress(output.stat().st_size // 4 // words)
+
+    return poll

@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import subprocess
+import time
 import uuid
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -117,6 +118,41 @@ class Simulator:
                 selection.write_text("\n".join(["$ version 1.1", *names, ""]))
                 options.append(f"--read-wave-opt={selection}")
         return ["ghdl", "-r", *self.global_options(board=board), top, *overrides, *options]
+
+    def simulate(
+        self,
+        sources: Sequence[Path],
+        top: str,
+        generics: Mapping[str, int | bool | str],
+        directory: Path,
+        *,
+        models: Sequence[Path] = (),
+        built: bool = False,
+        waves: Path | None = None,
+        wave_signals: Sequence[str] = (),
+        poll: Callable[[], None] | None = None,
+    ) -> float:
+        """Build a design in a folder (unless it is `built`) and run it; returns the run's seconds.
+
+        The other arguments are those of `build_commands`, `run_command` and `run`.
+        """
+        for command in [] if built else self.build_commands(sources, top, models=models):
+            self.run(command, directory)
+        return self.timed_run(
+            self.run_command(
+                top, generics, board=bool(models), waves=waves, wave_signals=wave_signals
+            ),
+            directory,
+            poll,
+        )
+
+    def timed_run(
+        self, command: Sequence[str], directory: Path, poll: Callable[[], None] | None = None
+    ) -> float:
+        """Seconds that a command runs."""
+        started = time.perf_counter()
+        self.run(command, directory, poll=poll)
+        return time.perf_counter() - started
 
     def run(
         self, command: Sequence[str], directory: Path, *, poll: Callable[[], None] | None = None

@@ -12,7 +12,7 @@ from plenofir.camera.resampling.lines import line_needs, ring_needs
 from plenofir.camera.resampling.resample import mirrored
 from plenofir.camera.synthetic import regular_grid
 from plenofir.errors import InputError
-from plenofir.plan.resampling import check_fits, resampling
+from plenofir.plan.sensor.chip import check_fits, resampling
 
 
 @st.composite

@@ -14,8 +14,8 @@ from plenofir.camera.resampling import (
 )
 from plenofir.camera.resampling.lines import RingNeeds, reach, ring_needs, ring_needs_shown
 from plenofir.errors import InputError
-from plenofir.fpga.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
-from plenofir.fpga.core.resampler import MAX_LINES, Load, ResamplerConfiguration
+from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
+from plenofir.plan.sensor.resampler import MAX_LINES, Load, ResamplerConfiguration
 
 
 @dataclass(frozen=True)

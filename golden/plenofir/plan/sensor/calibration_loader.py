@@ -3,7 +3,7 @@
 
 from collections.abc import Sequence
 
-from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
+from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
 
 LOADER = "calibration_loader"
 
@@ -15,7 +15,7 @@ _TEXT = """\
 --
 -- Latency: a word a clock, {count} words, beginning 2 clocks after the reset.
 -- Throughput: one word each clock.
--- Equation: what plenofir.plan.resampling.loads gives.
+-- Equation: what plenofir.plan.sensor.chip.loads gives.
 
 library ieee;
 use ieee.std_logic_1164.all;

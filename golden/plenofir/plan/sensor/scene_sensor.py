@@ -13,11 +13,11 @@ from plenofir.camera.calibration.shading import BORDER
 from plenofir.camera.resampling import BayerOrder
 from plenofir.camera.resampling.registers import ChipLayout
 from plenofir.errors import InputError
-from plenofir.fpga.board_sensor import sensor_delay_lines
 from plenofir.fpga.core.configuration import MAX_MICRO_IMAGE_SIZE
-from plenofir.fpga.core.resampler import ResamplerConfiguration
-from plenofir.plan.board_load import Shown
-from plenofir.plan.resampling import Resampling, check_ring, resampling, shown_lines
+from plenofir.plan.sensor.board_load import Shown
+from plenofir.plan.sensor.board_sensor import sensor_delay_lines
+from plenofir.plan.sensor.chip import Resampling, check_ring, resampling, shown_lines
+from plenofir.plan.sensor.resampler import ResamplerConfiguration
 
 LARGEST_ROTATION_DEGREES = 30
 _LINES_OF_MOVES = 4

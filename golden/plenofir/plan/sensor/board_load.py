@@ -16,8 +16,8 @@ from pydantic import ValidationError
 from plenofir.camera.calibration import Calibration
 from plenofir.camera.resampling import Precision, grid_registers, tables_of
 from plenofir.errors import InputError
-from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
-from plenofir.plan.resampling import loads, shown_lines
+from plenofir.plan.sensor.chip import loads, shown_lines
+from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
 
 QUESTION = "l ?"
 _DESCRIPTION = re.compile(r"resampler((?: [a-z_]+=\d+)+)")

@@ -3,7 +3,7 @@
 
 from dataclasses import dataclass
 
-from plenofir.fpga.core.resampler import Load, ResamplerConfiguration
+from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
 
 SENSOR_PACKAGE = "sensor_pkg"
 """Name of the VHDL package."""
@@ -63,7 +63,7 @@ def sensor_package(sensor: BoardSensor | None = None) -> str:
     built_in = str(sensor is not None and bool(sensor.loads)).lower()
     lines = [
         "-- The sensor whose raw frames come in, if there is one; built by scripts/build_hdl.py",
-        "-- from plenofir.fpga.board_sensor.",
+        "-- from plenofir.plan.sensor.board_sensor.",
         "",
         "library ieee;",
         "use ieee.std_logic_1164.all;",

@@ -5,6 +5,7 @@ import json
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,16 +14,17 @@ from plenofir.camera.calibration import Calibration, decode, load_calibration
 from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place, resample
 from plenofir.errors import InputError
 from plenofir.files import as_text, check_folder, publish_run
-from plenofir.fpga.board_sensor import BoardSensor
 from plenofir.fpga.compare import compare_frames
 from plenofir.fpga.simulate.report import REPORT, Report
-from plenofir.fpga.simulate.run import Progress, Run, run
-from plenofir.fpga.simulate.sensor_bench import run_sensor
-from plenofir.fpga.simulate.sensor_chain import SensorFrame
+from plenofir.fpga.simulate.request import Progress, Run
+from plenofir.fpga.simulate.run import run
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.images import Picture, read_picture, write_png
-from plenofir.plan.board_load import Shown, description
-from plenofir.plan.resampling import Resampling, check_ring, resampling, shown_lines
+from plenofir.plan.sensor.board_load import Shown, description
+from plenofir.plan.sensor.board_sensor import BoardSensor
+from plenofir.plan.sensor.chip import Resampling, check_ring, resampling, shown_lines
+from plenofir.plan.sensor.sensor_bench import run_sensor
+from plenofir.plan.sensor.sensor_chain import SensorBoardSimulation, SensorFrame
 from plenofir.refocus.operator import Image
 
 ALIGNED = "aligned.png"
@@ -128,12 +130,14 @@ def run_raw(
     make_run: Callable[[Path, Path], Run],
     out: Path,
     simulator: str,
+    frame: SensorFrame | None = None,
     progress: Progress | None = None,
 ) -> tuple[Report, SensorReport]:
     """Resample a capture in the VHDL, refocus what comes out, and compare both with their models.
 
     `golden` is its raster by the model (`Sensor.golden`); `make_run` makes the run of the
-    refocuser, given the raster's file and the folder for results. `out` gets those of
+    refocuser, given the raster's file and the folder for results; `frame` goes into a board instead, which
+    resamples it once more. `out` gets the results of
     `plenofir.fpga.simulate.run.run`, and ``aligned.png``; ``report.json`` holds both reports.
     """
     check_folder(out, "out", (ALIGNED, REPORT))
@@ -165,7 +169,10 @@ def run_raw(
         write_png(aligned, result.frames[0])
         results = work / "results"
         what = make_run(aligned, results)
-        report = run(what, progress)
+        if frame is None:
+            report = run(what, progress)
+        else:
+            report = run(what, progress, partial(SensorBoardSimulation, frame=frame))
         write_png(results / ALIGNED, result.frames[0])
         decoded = decode(
             sensor.frame,
@@ -184,7 +191,7 @@ def run_raw(
             first_mismatch=comparison.first,
             clocks=result.clocks,
             clocks_per_raw_pixel=round(result.input_clocks / (raw.shape[0] * raw.shape[1]), 6),
-            lines=(chip.core if what.sensor is None else what.sensor.sensor.core).lines,
+            lines=(chip.core if frame is None else frame.sensor.core).lines,
             lines_needed=chip.needs.least,
             lines_at_full_rate=chip.needs.full_rate,
             distortion_px=chip.accuracy.distortion_px,

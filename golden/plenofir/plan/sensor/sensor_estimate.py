@@ -9,9 +9,9 @@ flip-flops are sums over the parts, with weights fitted to the synthesised varia
 from collections.abc import Iterator
 
 from plenofir.fpga.core.memory import Memory, block_sizes
-from plenofir.fpga.core.resampler import ResamplerConfiguration
 from plenofir.fpga.devices import Family, Usage
 from plenofir.fpga.synthesis.estimate import LUT4, dsp_parts
+from plenofir.plan.sensor.resampler import ResamplerConfiguration
 
 LUT_WEIGHTS = {
     "whole": 1342,

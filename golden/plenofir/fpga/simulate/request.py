@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is to be simulated: a raw image, a core, and the way through the VHDL."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field
+
+from plenofir import project
+from plenofir.errors import InputError
+from plenofir.fpga.boards import BoardName
+from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
+from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.simulate.report import Chain
+from plenofir.images import read_image
+from plenofir.refocus import check_raw, shift_to_name
+from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
+
+FLOWER = project.DATA / "flower_5x5.png"
+"""The light field that scenes without an image are simulated with."""
+DEFAULT_RAW = project.DATA / "flower_detail_5x5.png"
+"""Part of it, which is refocused when the user names no image."""
+FLOWER_MICRO_IMAGE_SIZE = 5
+FLOWER_FOCUS = "-3/5"
+
+Progress = Callable[[str, int, int], None]
+"""Called with the step's name, what is done and what there is to do."""
+
+
+class Run(BaseModel):
+    """What to simulate."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+
+    raw: Path = DEFAULT_RAW
+    # See `core_for_image`; all its slices are simulated, a frame for each, or at once in a stack.
+    core: CoreConfiguration
+    # That of the depth index behind a stack, see `plenofir.refocus.sharpness.local_sharpness`.
+    radius: Annotated[int, Field(ge=0, le=MAX_SHARPNESS_RADIUS)] = 1
+    out: Path  # folder for the results
+    simulator: str = "ghdl"  # "ghdl", "nvc" or "verilator"
+    waves: bool = False
+    # "core" alone, or "hdmi": the whole board from serial TMDS bits to serial TMDS bits.
+    chain: Chain = "core"
+    board: BoardName = "atlys"  # of the chain "hdmi"
+    # What the board shows: besides the slices each output, with and without its text; of the core
+    # of a stack the depth index alone counts, instead of `radius`.
+    screen: Screen = Screen()
+
+
+def picture_names(shift: int, micro_image_size: int, slices: int) -> tuple[str, ...]:
+    """File names of a slice's refocused, golden and difference picture.
+
+    They name the slice where there are several; a fraction's stroke becomes an underscore.
+    """
+    suffix = f"_{shift_to_name(shift, micro_image_size)}" if slices > 1 else ""
+    return f"refocused{suffix}.png", f"golden{suffix}.png", f"diff{suffix}.png"
+
+
+def core_for_image(path: Path, chain: Chain = "core", **fields: Any) -> CoreConfiguration:
+    """Core made to measure for an image file: lines, channels (three for HDMI) and pixels.
+
+    `fields` are the core's others.
+    """
+    raw = read_image(path)
+    return CoreConfiguration(
+        max_columns=raw.shape[1],
+        channels=1 if raw.ndim == 2 and chain == "core" else 3,
+        pixel_bits=8 * raw.dtype.itemsize,
+        **fields,
+    )
+
+
+def scene_image(core: CoreConfiguration, rows: int) -> Image:
+    """Raw image for a scene that has none: the flower, its micro images resampled to M x M.
+
+    As large as the flower and `rows` allow, whole micro images.
+    """
+    flower = read_image(FLOWER)
+    have, want = FLOWER_MICRO_IMAGE_SIZE, core.micro_image_size
+    views = np.round(np.linspace(0, have - 1, want)).astype(int)
+
+    def places(length: int, limit: int) -> npt.NDArray[np.intp]:
+        lenses = min(length // have, max(limit // want, 1))
+        found: npt.NDArray[np.intp] = (np.arange(lenses)[:, None] * have + views).ravel()
+        return found[:limit]
+
+    image = flower[np.ix_(places(flower.shape[0], rows), places(flower.shape[1], core.max_columns))]
+    if core.channels == 1:
+        image = image[..., 1]
+    if core.pixel_bits > 8:
+        return np.left_shift(image.astype(np.uint16), core.pixel_bits - 8)
+    return np.right_shift(image, 8 - core.pixel_bits)
+
+
+def read_raw(what: Run) -> Image:
+    """The raw image; InputError if the core cannot take it."""
+    core, where = what.core, str(what.raw)
+    if len(set(core.shifts)) < len(core.shifts):
+        raise InputError("a slice is given twice", where="shifts", expected="each slice once")
+    raw = read_image(what.raw)
+    check_raw(raw, core.micro_image_size, where=where)
+    core.check_limits()
+    if what.chain == "hdmi" and raw.ndim == 2:
+        raw = np.repeat(raw[:, :, np.newaxis], 3, axis=2)
+    (rows, columns), channels = raw.shape[:2], 1 if raw.ndim == 2 else 3
+    largest = int(raw.max())
+    if columns > core.max_columns or channels != core.channels or largest >> core.pixel_bits:
+        raise InputError(
+            f"{columns} columns, {channels} channels, values up to {largest}",
+            where=where,
+            expected=f"at most {core.max_columns} columns, {core.channels} channels of "
+            f"{core.pixel_bits} bit",
+        )
+    if rows > MAX_ROWS:
+        raise InputError(f"{rows} rows", where=where, expected=f"at most {MAX_ROWS} rows")
+    return raw

@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The ways through the VHDL: a raster core, a focal stack, a board from serial bits to serial bits.
+
+A way is a `Simulation`; `simulation_of` chooses it. Another one is a class of its own that is given
+to `plenofir.fpga.simulate.run.run`, as for a sensor's raw frames (`plenofir.plan.sensor`).
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from plenofir.errors import InputError
+from plenofir.fpga.boards import BOARDS
+from plenofir.fpga.compare import compare_frames
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.shown import bare_slices, shown_frames, shown_names, write_shown
+from plenofir.fpga.simulate import chain
+from plenofir.fpga.simulate.file_bench import BenchResult, run_bench, wave_signals
+from plenofir.fpga.simulate.report import Report, ScreenReport, StackReport
+from plenofir.fpga.simulate.request import Run, picture_names
+from plenofir.fpga.simulate.waves import WaveSignal
+from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.images import write_png
+from plenofir.refocus.operator import Image
+from plenofir.refocus.sharpness import depth_index_picture
+
+ALL_IN_FOCUS = "all_in_focus.png"
+DEPTH_INDEX = "depth_index.png"
+
+
+def depth_index_of(core: CoreConfiguration, screen: Screen) -> DepthIndexConfiguration:
+    """The depth index behind a stack; InputError if there can be none."""
+    if core.micro_image_size < 2:
+        raise InputError(
+            f"M = {core.micro_image_size} is too small: a pixel alone has no sharpness",
+            where="micro_image_size",
+            expected="2 or more for a depth index",
+        )
+    index = screen.index(core)
+    index.check_limits()
+    return index
+
+
+class Simulation(ABC):
+    """A raw image's way through the VHDL."""
+
+    # How progress calls it.
+    name = "core"
+    # Of a waveform.
+    wave_signals: tuple[WaveSignal, ...] = ()
+
+    def __init__(self, what: Run, raw: Image) -> None:
+        """Take a request and its raw image."""
+        self.what, self.core, self.raw = what, what.core, raw
+
+    @property
+    def pictures(self) -> list[tuple[str, ...]]:
+        """Files of each slice: refocused, golden, difference."""
+        shifts = self.core.shifts
+        return [picture_names(s, self.core.micro_image_size, len(shifts)) for s in shifts]
+
+    @property
+    def more_files(self) -> tuple[str, ...]:
+        """Files that it leaves besides."""
+        return ()
+
+    @property
+    def frames(self) -> int:
+        """Frames that go in."""
+        return len(self.core.shifts)
+
+    @abstractmethod
+    def check(self) -> None:
+        """Refuse what it cannot take, before anything is simulated."""
+
+    @abstractmethod
+    def run(
+        self,
+        simulator: Simulator,
+        directory: Path,
+        waves: Path | None,
+        progress: Callable[[int], None],
+    ) -> BenchResult:
+        """Simulate in a folder, which may not be there; progress is told in pixels."""
+
+    def slices(self, result: BenchResult) -> Image:
+        """The picture of each slice."""
+        if result.slices != tuple(range(len(self.core.shifts))):
+            raise SimulationError(f"the core swept through the slices {result.slices}")
+        return result.frames
+
+    def complete(self, report: Report, result: BenchResult, golden: Image, folder: Path) -> Report:
+        """Compare and write what it gives besides the slices, and add that to the report."""
+        del result, golden, folder
+        return report
+
+
+class RasterSimulation(Simulation):
+    """A raster core, set to a slice after the other."""
+
+    def __init__(self, what: Run, raw: Image) -> None:
+        super().__init__(what, raw)
+        self.wave_signals = wave_signals(what.core.engine)
+
+    def check(self) -> None:
+        """It takes whatever the core takes."""
+
+    def run(
+        self,
+        simulator: Simulator,
+        directory: Path,
+        waves: Path | None,
+        progress: Callable[[int], None],
+    ) -> BenchResult:
+        """Move a frame for each slice through the core."""
+        frames = np.stack([self.raw] * self.frames)
+        sweep = 1 if len(frames) > 1 else 0
+        return run_bench(
+            *(simulator, self.core, frames, directory),
+            sweep_frames=sweep,
+            waves=waves,
+            progress=progress,
+        )
+
+
+class StackSimulation(Simulation):
+    """A focal stack, all slices at once, and the depth index behind it."""
+
+    more_files = (ALL_IN_FOCUS, DEPTH_INDEX)
+    frames = 1
+
+    def __init__(self, what: Run, raw: Image) -> None:
+        super().__init__(what, raw)
+        # The depth index of the scene's screen, or one with the radius of the request.
+        screen = what.screen if what.screen.needs_stack else Screen(radius=what.radius)
+        self.depth = depth_index_of(what.core, screen)
+
+    @property
+    def pictures(self) -> list[tuple[str, ...]]:
+        """The refocused picture of each slice; even the only one has its a in its name."""
+        m = self.core.micro_image_size
+        return [picture_names(shift, m, 2)[:1] for shift in self.core.shifts]
+
+    def check(self) -> None:
+        """Refuse waves, and what has no depth index."""
+        if self.what.waves:
+            raise InputError(
+                "a focal stack has no waveform", where="waves", expected="engine fir or moving_sum"
+            )
+
+    def run(
+        self,
+        simulator: Simulator,
+        directory: Path,
+        waves: Path | None,
+        progress: Callable[[int], None],
+    ) -> BenchResult:
+        """Move one frame through the stack."""
+        del waves
+        frame = self.raw[np.newaxis]
+        return run_bench(
+            simulator, self.core, frame, directory, index=self.depth, progress=progress
+        )
+
+    def slices(self, result: BenchResult) -> Image:
+        """All slices of the frame."""
+        assert result.stacks is not None
+        stack: Image = result.stacks[0]
+        return stack
+
+    def complete(self, report: Report, result: BenchResult, golden: Image, folder: Path) -> Report:
+        """Compare the depth index and the picture that is all in focus, and write both."""
+        assert isinstance(self.core.engine, StackEngine)
+        assert result.index is not None
+        image, index, m, depth = result.frames[0], result.index[0], report.M, self.depth
+        want = depth.golden(golden)
+        want_index = want.index.repeat(m, 0).repeat(m, 1)[: report.rows, : report.columns]
+        found = [
+            compare_frames(got[np.newaxis], wanted[np.newaxis])
+            for got, wanted in ((image, want.image), (index, want_index))
+        ]
+        write_png(folder / ALL_IN_FOCUS, image)
+        write_png(folder / DEPTH_INDEX, depth_index_picture(index, depth.slices))
+        waiting, judged = depth.memory_bits
+        counted = np.bincount(index[::m, ::m].ravel(), minlength=depth.slices)
+        more = {
+            "pixels_compared": report.pixels_compared + sum(part.pixels for part in found),
+            "mismatches": report.mismatches + sum(part.mismatches for part in found),
+        }
+        return StackReport(
+            **{**dict(report), **more},
+            pictures=(ALL_IN_FOCUS, DEPTH_INDEX),
+            radius=depth.radius,
+            micro_images_of_slice=tuple(counted.tolist()),
+            history_bits=self.core.engine.history_bits(self.core),
+            slice_bits=self.core.engine.slice_bits(self.core),
+            waiting_bits=waiting,
+            sharpness_bits=judged,
+        )
+
+
+class BoardSimulation(Simulation):
+    """A whole board, serial bits in and out, with what its screen shows besides the slices."""
+
+    name = "board"
+    wave_signals = chain.WAVE_SIGNALS
+
+    def __init__(self, what: Run, raw: Image) -> None:
+        super().__init__(what, raw)
+        self.shown = shown_frames(self.core, what.screen)
+
+    @property
+    def pictures(self) -> list[tuple[str, ...]]:
+        """As of a core, if the slices are shown as they are."""
+        has_slices = not self.shown or bare_slices(self.what.screen, self.shown)
+        return super().pictures if has_slices else []
+
+    @property
+    def more_files(self) -> tuple[str, ...]:
+        """Pictures of what is shown besides."""
+        return shown_names(self.core, self.what.screen)
+
+    def check(self) -> None:
+        """Refuse what the video path cannot carry."""
+        if isinstance(self.core.engine, StackEngine):
+            if not self.what.screen.needs_stack:
+                raise InputError(
+                    "a board shows one slice at a time, a focal stack gives all",
+                    where="chain",
+                    expected="engine fir or moving_sum, or a scene whose screen shows depth",
+                )
+            depth_index_of(self.core, self.what.screen)
+        rows, columns = self.raw.shape[:2]
+        chain.check_chain(self.core, rows, columns, self.what.screen)
+        chain.range_of(BOARDS[self.what.board], chain.mode_for(columns, rows))
+
+    def run(
+        self,
+        simulator: Simulator,
+        directory: Path,
+        waves: Path | None,
+        progress: Callable[[int], None],
+    ) -> BenchResult:
+        """Show the raw image at the input, and take what the output shows."""
+        what = self.what
+        return chain.run_chain(
+            *(simulator, self.core, self.raw, directory, waves, progress, what.board, what.screen)
+        )
+
+    def slices(self, result: BenchResult) -> Image:
+        """Frames that show a slice as it is."""
+        if not self.shown:
+            return super().slices(result)
+        shown: Image = result.frames[bare_slices(self.what.screen, self.shown)]
+        return shown
+
+    def complete(self, report: Report, result: BenchResult, golden: Image, folder: Path) -> Report:
+        """Compare what is shown besides the slices, and write it."""
+        if not self.shown:
+            return report
+        shown = write_shown(self.core, self.what.screen, result.frames, golden, folder)
+        pixels = report.rows * report.columns * len(shown)
+        more = {
+            "pixels_compared": report.pixels_compared + pixels,
+            "mismatches": report.mismatches + sum(part.mismatches for part in shown),
+        }
+        return ScreenReport(**{**dict(report), **more}, shown=shown)
+
+
+def simulation_of(what: Run, raw: Image) -> Simulation:
+    """The way of a request."""
+    if what.chain == "hdmi":
+        return BoardSimulation(what, raw)
+    stack = isinstance(what.core.engine, StackEngine)
+    return (StackSimulation if stack else RasterSimulation)(what, raw)

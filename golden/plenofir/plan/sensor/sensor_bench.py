@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Raw frames through mosaic and resampler by way of files (``tb/file_bench/sensor_bench``)."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from plenofir.fpga import hdl
+from plenofir.fpga.core.engine import Generics
+from plenofir.fpga.simulate.file_bench import BenchResult, FileBench, check_counts, output_poll
+from plenofir.fpga.tools.simulators import Simulator
+from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
+from plenofir.refocus.operator import Image
+
+CORE = "sensor_raster"
+_HALF = (1 << 20) - 1
+
+
+def sensor_generics(core: ResamplerConfiguration, *, mosaic: bool) -> Generics:
+    """Generics of the entity `CORE`."""
+    return {**core.generics(), "MOSAIC": mosaic}
+
+
+def run_sensor(
+    simulator: Simulator,
+    core: ResamplerConfiguration,
+    loads: Sequence[Load],
+    frames: Image,
+    raster_shape: tuple[int, int],
+    directory: Path,
+    *,
+    red_place: tuple[int, int] | None = None,
+    stall_percent: int = 0,
+    seed: int = 1,
+    verilog: Sequence[Path] | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> BenchResult:
+    """Move raw frames (frames, rows, columns[, channels]) through the resampler.
+
+    A mosaic in front of it has its first red pixel at `red_place` (row, column); the core's
+    channels are those behind it. `raster_shape` is rows and columns that come out; the others are
+    as in `plenofir.fpga.simulate.file_bench.run_bench`. The source offers a pixel every clock but
+    the one in which the bench reads it.
+    """
+    count, rows, columns = frames.shape[:3]
+    directory.mkdir(parents=True, exist_ok=True)
+    output = directory / "output.bin"
+    output.unlink(missing_ok=True)
+    frames.astype("<i4").tofile(directory / "input.bin")
+    words = [(kind, address, word & _HALF, word >> 20) for kind, address, word in loads]
+    np.array(words, "<i4").tofile(directory / "loads.bin")
+    in_channels = 1 if red_place is not None else core.channels
+    pairs, seconds = FileBench("sensor_bench", CORE, hdl.hdl_sources()).run(
+        simulator,
+        sensor_generics(core, mosaic=red_place is not None),
+        {
+            "RED_PLACE": 0 if red_place is None else 2 * red_place[0] + red_place[1],
+            "LOADS": len(words),
+            "COLUMNS": columns,
+            "ROWS": rows,
+            "FRAMES": count,
+            "OUT_COLUMNS": raster_shape[1],
+            "OUT_ROWS": raster_shape[0],
+            "STALL_PERCENT": stall_percent,
+            "SEED": seed,
+        },
+        directory,
+        widths=(in_channels, core.channels, core.pixel_bits),
+        pixels=frames.size,
+        verilog=verilog,
+        poll=output_poll(output, core.channels, progress),
+    )
+    counts = dict(pairs)
+    check_counts(counts, count * raster_shape[0] * raster_shape[1])
+    shape = (count, *raster_shape, *([core.channels] if core.channels > 1 else []))
+    return BenchResult(
+        frames=np.fromfile(output, "<i4").reshape(shape).astype(frames.dtype),
+        clocks=counts["clocks"],
+        input_clocks=counts["input_clocks"],
+        latency_clocks=counts["latency"],
+        slices=(),
+        seconds=seconds,
+        refused_clocks=counts["refused"],
+    )
