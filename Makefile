@@ -25,7 +25,7 @@ synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= OUT= (withou
 pnr: venv ## Place and route for ECP5 with nextpnr: SCENE=
 	@scripts/setup.sh ghdl
 	@scripts/setup.sh pnr
-	@$(PYTHON) scripts/place.py $(if $(SCENE),"$(SCENE)")
+	@$(PYTHON) scripts/resources.py place $(if $(SCENE),"$(SCENE)")
 
 mutants: venv libpython # Change the VHDL in 120 ways; fails if a change that nothing notices is not explained
 	@scripts/setup.sh ghdl
@@ -40,14 +40,14 @@ mutants-python: venv # Change golden model, ray model and calibration in many wa
 
 figures: venv # Write what `make test` wants of the synthesis anew (20 minutes; what was synthesised before is in build/yosys): JOBS=
 	@scripts/setup.sh ghdl
-	@JOBS=$(JOBS) $(PYTHON) scripts/update_figures.py
+	@JOBS=$(JOBS) $(PYTHON) scripts/resources.py figures
 	@$(PYTHON) scripts/build_docs.py
 
 compare: venv # Synthesise and place the cells of the comparison of both engines, and of many pixels a clock, that were not yet (hours)
 	@scripts/setup.sh ghdl
 	@scripts/setup.sh pnr
-	@$(PYTHON) scripts/compare_engines.py --places
-	@$(PYTHON) scripts/place_pixels.py
+	@$(PYTHON) scripts/resources.py compare
+	@$(PYTHON) scripts/resources.py pixels
 	@$(PYTHON) scripts/pictures.py engines moving-sum
 	@$(PYTHON) scripts/build_docs.py
 

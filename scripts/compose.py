@@ -17,7 +17,7 @@ from scipy.ndimage import uniform_filter
 from skimage import data
 from skimage.transform import resize
 
-from plenofir.fpga.simulate.run import DEFAULT_RAW, FLOWER, FLOWER_MICRO_IMAGE_SIZE
+from plenofir.fpga.simulate.request import DEFAULT_RAW, FLOWER, FLOWER_MICRO_IMAGE_SIZE
 from plenofir.images import read_image, write_png
 from plenofir.project import DATA
 

@@ -2,6 +2,7 @@
 """Tables of what designs take of a device and the clocks that they reach, for `build_docs.py`."""
 
 import json
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from marks import between_marks
@@ -51,17 +52,39 @@ MEMORY_CASES: list[tuple[int, tuple[int, ...], int]] = [
     (11, tuple(range(-11, 12)), 1),
 ]
 REFERENCE_GHDL = "2.0.0"
-FIGURE_HEADS = "| LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | CARRY4 | path |"
+FIGURE_HEADS = "LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | CARRY4 | path"
+_KINDS = {1: "grey", 3: "RGB"}
 
 
-def column_memory(text: str) -> str:
-    """Put the column memories of both engines between their marks in a page."""
-    lines = [
-        "| M | a' | channels | fir: lines of partial sums, kbit "
-        "| moving_sum: lines of pixels, kbit | ratio |",
-        "| --- " * 6 + "|",
-    ]
-    sums_engine = MovingSumEngine()
+def table(heads: str, rows: Iterable[Iterable[object]]) -> list[str]:
+    """Lines of a table of Markdown; heads have strokes between them."""
+    columns = heads.count("|") + 1
+    lines = [f"| {' | '.join(map(str, row))} |" for row in rows]
+    return [f"| {heads} |", "| --- " * columns + "|", *lines]
+
+
+def put(text: str, name: str, lines: Iterable[str]) -> str:
+    """Put lines between their marks in a page."""
+    return between_marks(text, name, "\n".join(lines))
+
+
+def recorded() -> dict[str, Figures]:
+    """What Yosys makes of each design."""
+    return load_figures().figures[REFERENCE_GHDL]
+
+
+def all_figures(f: Figures) -> tuple[int, ...]:
+    """A design's numbers under `FIGURE_HEADS`."""
+    return f.lut, f.flip_flops, f.ramb16, f.ramb8, f.usage.block_rams, f.dsp, f.carry, f.path
+
+
+def shown_set(shifts: tuple[int, ...]) -> str:
+    """A set of a', by its ends."""
+    return str(shifts[0]) if len(shifts) == 1 else f"{shifts[0]} to {shifts[-1]}"
+
+
+def column_memory() -> Iterator[tuple[object, ...]]:
+    """Rows of the table of both engines' column memories."""
     for m, shifts, channels in MEMORY_CASES:
         cores = [
             CoreConfiguration(
@@ -71,20 +94,40 @@ def column_memory(text: str) -> str:
                 channels=channels,
                 engine=engine,
             )
-            for engine in (FirEngine(), sums_engine)
+            for engine in (FirEngine(), MovingSumEngine())
         ]
         taps, sums = (core.line_buffer_bits for core in cores)
-        shown = str(shifts[0]) if len(shifts) == 1 else f"{shifts[0]} to {shifts[-1]}"
-        lines.append(
-            f"| {m} | {shown} | {channels} | {cores[0].taps - 1}, {taps / 1024:.0f} "
-            f"| {sums_engine.lines(cores[1])}, {sums / 1024:.0f} | {taps / sums:.2f} |"
-        )
-    return between_marks(text, "memory", "\n".join(lines))
+        lines = MovingSumEngine().lines(cores[1])
+        both = f"{cores[0].taps - 1}, {taps / 1024:.0f}", f"{lines}, {sums / 1024:.0f}"
+        yield m, shown_set(shifts), channels, *both, f"{taps / sums:.2f}"
+
+
+def lane_rows() -> Iterator[tuple[object, ...]]:
+    """Rows of the table of what several pixels a clock take, beside one."""
+    content = load_comparison()
+    for cell in lane_cells():
+        one = replace(cell, pixels_per_clock=1)
+        base = content.figures[one.name]
+        for shown in (one, cell):
+            pixels, figures = shown.pixels_per_clock, content.figures[shown.name]
+            usage = figures.usage
+            yield (
+                f"M = {cell.micro_image_size}, {_KINDS[cell.channels]}, P = {pixels}",
+                *(usage.lut, usage.flip_flops, usage.block_rams, usage.dsp),
+                f"{content.placed[shown.name].fmax_mhz:.0f}",
+                f"{figures.lut / pixels / base.lut:.0%}",
+                f"{figures.flip_flops / pixels / base.flip_flops:.0%}",
+            )
 
 
 def moving_sum_tables(text: str) -> str:
     """Put the tables of the page on moving sums between their marks."""
-    return lane_table(column_memory(text))
+    heads = "M | a' | channels | fir: lines of partial sums, kbit "
+    heads += "| moving_sum: lines of pixels, kbit | ratio"
+    text = put(text, "memory", table(heads, column_memory()))
+    heads = "core | LUT | flip-flops | block RAM | multipliers | MHz on ECP5 "
+    heads += "| LUT of a pixel | flip-flops of a pixel"
+    return put(text, "lanes", table(heads, lane_rows()))
 
 
 def engine_table() -> list[str]:
@@ -92,265 +135,183 @@ def engine_table() -> list[str]:
     device = DEVICES["xc6slx45"]
     content = load_comparison()
 
-    def part(cell: Cell) -> str:
-        measured = content.figures.get(cell.name)
+    def part(cell: Cell) -> tuple[object, ...]:
+        measured, placed = content.figures.get(cell.name), content.placed.get(cell.name)
         usage = estimate(cell.core()) if measured is None else measured.usage
         about = "~" if measured is None else ""
-        return (
-            f"{about}{usage.lut} | {about}{usage.flip_flops} | {usage.block_rams} | {usage.dsp} "
-            f"| {widest(cell, device)} | {clock(cell)}"
-        )
-
-    def clock(cell: Cell) -> str:
-        placed = content.placed.get(cell.name)
-        return "" if placed is None else f"{placed.fmax_mhz:.0f}"
+        clock = "" if placed is None else f"{placed.fmax_mhz:.0f}"
+        logic = f"{about}{usage.lut}", f"{about}{usage.flip_flops}"
+        return *logic, usage.block_rams, usage.dsp, widest(cell, device), clock
 
     heads = "LUT | flip-flops | block RAM | DSP48A1 | widest | MHz"
-    lines = [f"| M | a' | colour | fir: {heads} | moving_sum: {heads} |", "| --- " * 15 + "|"]
     cells = [
-        *(
-            (m, (shift,), channels)
-            for channels in (1, 3)
-            for m in SIZES
-            for shift in shown_shifts(m)
-        ),
+        *((m, (a,), channels) for channels in (1, 3) for m in SIZES for a in shown_shifts(m)),
         *SETS,
     ]
-    for m, shifts, channels in cells:
-        shown = str(shifts[0]) if len(shifts) == 1 else f"{shifts[0]} to {shifts[-1]}"
-        both = " | ".join(part(Cell(m, shifts, channels, engine)) for engine in ENGINES)
-        lines.append(f"| {m} | {shown} | {'grey' if channels == 1 else 'RGB'} | {both} |")
-    return lines
-
-
-def lane_table(text: str) -> str:
-    """Put what several pixels a clock take, beside one, between its marks in a page."""
-    content = load_comparison()
-    heads = "LUT | flip-flops | block RAM | multipliers | MHz on ECP5"
-    lines = [
-        f"| core | {heads} | LUT of a pixel | flip-flops of a pixel |",
-        "| --- " * 8 + "|",
-    ]
-    for cell in lane_cells():
-        one = replace(cell, pixels_per_clock=1)
-        base = content.figures[one.name]
-        for shown in (one, cell):
-            pixels, figures = shown.pixels_per_clock, content.figures[shown.name]
-            usage = figures.usage
-            colour = "grey" if cell.channels == 1 else "RGB"
-            lines.append(
-                f"| M = {cell.micro_image_size}, {colour}, P = {pixels} | {usage.lut} "
-                f"| {usage.flip_flops} | {usage.block_rams} | {usage.dsp} "
-                f"| {content.placed[shown.name].fmax_mhz:.0f} "
-                f"| {figures.lut / pixels / base.lut:.0%} "
-                f"| {figures.flip_flops / pixels / base.flip_flops:.0%} |"
+    return table(
+        f"M | a' | colour | fir: {heads} | moving_sum: {heads}",
+        (
+            (
+                *(m, shown_set(shifts), _KINDS[channels]),
+                *(x for engine in ENGINES for x in part(Cell(m, shifts, channels, engine))),
             )
-    return between_marks(text, "lanes", "\n".join(lines))
-
-
-def figure_row(name: str, f: Figures) -> str:
-    """Make the row of a design under these heads."""
-    return (
-        f"| {name} | {f.lut} | {f.flip_flops} | {f.ramb16} | {f.ramb8} "
-        f"| {f.usage.block_rams} | {f.dsp} | {f.carry} | {f.path} |"
+            for m, shifts, channels in cells
+        ),
     )
+
+
+def scene_rows(figures: Mapping[str, Figures]) -> Iterator[tuple[object, ...]]:
+    """Rows of the shipped scenes: boards, cores, full builds, sensors, and the device."""
+    scenes = {design.name: design for design in scene_designs()}
+    for design in core_designs():
+        scene = design.name.removesuffix(" core")
+        if scenes[scene].top == BOARD:
+            yield f"**{scene}**, the whole board", *all_figures(figures[scene])
+        yield f"**{scene}**, core", *all_figures(figures[design.name])
+        if f"{scene} full" in figures:
+            yield f"{scene}, full build", *all_figures(figures[f"{scene} full"])
+        else:
+            guess = estimate(full_core(design.core))
+            amounts = guess.lut, guess.flip_flops, guess.ramb16, guess.ramb8, guess.block_rams
+            yield f"{scene}, full build (estimate)", *amounts, guess.dsp, "", ""
+    for design in scenes.values():
+        if design.plan is not None and design.plan.sensor is not None:
+            yield f"**{design.name}**, sensor and core", *all_figures(figures[design.name])
+    total = DEVICES["xc6slx45"].total
+    logic = total.lut, total.flip_flops
+    yield "XC6SLX45", *logic, "", "", total.block_rams, total.dsp, "", ""
 
 
 def resource_tables(text: str) -> str:
     """Put what the designs take of a Spartan-6 between its marks in a page."""
-    content = load_figures()
-    figures = content.figures[REFERENCE_GHDL]
-    lines = [f"| scene {FIGURE_HEADS}", "| --- " * 9 + "|"]
-    boards = {design.name: design for design in scene_designs() if design.top == BOARD}
-    for design in core_designs():
-        scene = design.name.removesuffix(" core")
-        if scene in boards:
-            lines.append(figure_row(f"**{scene}**, the whole board", figures[scene]))
-        lines.append(figure_row(f"**{scene}**, core", figures[design.name]))
-        name = f"{scene}, full build"
-        if f"{scene} full" in figures:
-            lines.append(figure_row(name, figures[f"{scene} full"]))
-            continue
-        guess = estimate(full_core(design.core))
-        lines.append(
-            f"| {name} (estimate) | {guess.lut} | {guess.flip_flops} | {guess.ramb16} "
-            f"| {guess.ramb8} | {guess.block_rams} | {guess.dsp} | | |"
-        )
-    for design in scene_designs():
-        if design.plan is not None and design.plan.sensor is not None:
-            name = f"**{design.name}**, sensor and core"
-            lines.append(figure_row(name, figures[design.name]))
-    total = DEVICES["xc6slx45"].total
-    lines.append(
-        f"| XC6SLX45 | {total.lut} | {total.flip_flops} | | | {total.block_rams} | {total.dsp} "
-        "| | |"
-    )
-    text = between_marks(text, "scenes", "\n".join(lines))
-    lines = [f"| left out | {' | '.join(PARTS)} | LUT | flip-flops | block RAM | DSP48A1 |"]
-    lines.append("| --- " * (len(PARTS) + 5) + "|")
+    figures = recorded()
+    text = put(text, "scenes", table(f"scene | {FIGURE_HEADS}", scene_rows(figures)))
+    lines = []
     for what, core in left_out_in_turn():
-        parts = needed_parts(core)
-        f = figures[f"left out: {what}"]
-        lines.append(
-            f"| {what} | {' | '.join(str(parts[name]) for name in PARTS)} | {f.lut} "
-            f"| {f.flip_flops} | {f.usage.block_rams} | {f.dsp} |"
-        )
-    text = between_marks(text, "left out", "\n".join(lines))
-    lines = [f"| design | {' | '.join(TMDS_ENDS)} |", "| --- " * (len(TMDS_ENDS) + 1) + "|"]
-    lines.append(f"| {', '.join(boards)} | {' | '.join(map(str, TMDS_ENDS.values()))} |")
-    cores = ", ".join(d.name for d in core_designs())
-    lines.append(f"| {cores} | {' | '.join('0' for _ in TMDS_ENDS)} |")
-    return between_marks(text, "ends", "\n".join(lines))
+        parts, f = needed_parts(core), figures[f"left out: {what}"]
+        counts = [parts[name] for name in PARTS]
+        lines.append((what, *counts, f.lut, f.flip_flops, f.usage.block_rams, f.dsp))
+    heads = f"left out | {' | '.join(PARTS)} | LUT | flip-flops | block RAM | DSP48A1"
+    text = put(text, "left out", table(heads, lines))
+    boards = ", ".join(design.name for design in scene_designs() if design.top == BOARD)
+    cores = ", ".join(design.name for design in core_designs())
+    rows = [(boards, *TMDS_ENDS.values()), (cores, *("0" for _ in TMDS_ENDS))]
+    return put(text, "ends", table(f"design | {' | '.join(TMDS_ENDS)}", rows))
 
 
 def sensor_table(text: str) -> str:
     """Put what resamplers take of a Spartan-6 between its marks in a page."""
-    figures = load_figures().figures[REFERENCE_GHDL]
-    lines = [f"| resampler {FIGURE_HEADS}", "| --- " * 9 + "|"]
-    for design in sensor_designs():
-        name = design.name.removeprefix("sensor, ")
-        lines.append(figure_row(name, figures[design.name]))
-    return between_marks(text, "resamplers", "\n".join(lines))
+    figures = recorded()
+    rows = (
+        (d.name.removeprefix("sensor, "), *all_figures(figures[d.name])) for d in sensor_designs()
+    )
+    return put(text, "resamplers", table(f"resampler | {FIGURE_HEADS}", rows))
 
 
 def flow_figures(text: str) -> str:
     """Put what the examples and the scenes take between its marks in a page."""
-    figures = load_figures().figures[REFERENCE_GHDL]
+    figures = recorded()
     placed = json.loads((project.DATA / "ecp5.json").read_text())
-    scenes = [design.name.removesuffix(" core") for design in core_designs()]
     uses = {
         "grey-microscope": "`examples/vhdl/refocus_button.vhd`",
         "rgb-480p": "`examples/vhdl/pattern_video.vhd`, its core",
     }
-    lines = [
-        "| core of the scene | where it is used | LUT | flip-flops | block RAM | DSP48A1 "
-        "| MHz, ECP5 grade 6 | grade 8 |",
-        "| --- " * 8 + "|",
-    ]
-    for scene in scenes:
+    rows = []
+    for scene in (design.name.removesuffix(" core") for design in core_designs()):
         f = figures.get(f"{scene} core", figures[scene])
-        reached = (placed[scene].get(grade, {}).get("fmax_mhz", "") for grade in ("6", "8"))
-        clocks = " | ".join(str(mhz) for mhz in reached)
-        lines.append(
-            f"| {scene} | {uses.get(scene, '')} | {f.lut} | {f.flip_flops} "
-            f"| {f.usage.block_rams} | {f.dsp} | {clocks} |"
-        )
-    return between_marks(text, "flows", "\n".join(lines))
+        clocks = (placed[scene].get(grade, {}).get("fmax_mhz", "") for grade in ("6", "8"))
+        amounts = f.lut, f.flip_flops, f.usage.block_rams, f.dsp
+        rows.append((scene, uses.get(scene, ""), *amounts, *clocks))
+    heads = "core of the scene | where it is used | LUT | flip-flops | block RAM | DSP48A1 "
+    heads += "| MHz, ECP5 grade 6 | grade 8"
+    return put(text, "flows", table(heads, rows))
 
 
 def grid_table() -> list[str]:
     """Make the table of what cores and arrays take of a Spartan-6."""
-    figures = load_figures().figures[REFERENCE_GHDL]
-    return [
-        f"| design {FIGURE_HEADS}",
-        "| --- " * 9 + "|",
-        *(
-            figure_row(design.name, figures[design.name])
-            for design in grid_designs()
-            if design.name in figures
-        ),
-    ]
+    figures = recorded()
+    return table(
+        f"design | {FIGURE_HEADS}",
+        ((d.name, *all_figures(figures[d.name])) for d in grid_designs() if d.name in figures),
+    )
 
 
 def ecp5_table() -> list[str]:
     """Make the table of the clocks that designs reach on an ECP5."""
-    lines = ["| design | grade | MHz | LUT4 | flip-flops | DP16KD | MULT18X18D | device |"]
-    lines.append("| --- " * 8 + "|")
-    for name, grades in json.loads((project.DATA / "ecp5.json").read_text()).items():
-        for grade, p in grades.items():
-            lines.append(
-                f"| {name} | {grade} | {p['fmax_mhz']} | {p['lut']} | {p['flip_flops']} "
-                f"| {p['block_rams']} | {p['multipliers']} | {p['device']} |"
-            )
-    return lines
+    names = "fmax_mhz", "lut", "flip_flops", "block_rams", "multipliers", "device"
+    return table(
+        "design | grade | MHz | LUT4 | flip-flops | DP16KD | MULT18X18D | device",
+        (
+            (design, grade, *(placed[name] for name in names))
+            for design, grades in json.loads((project.DATA / "ecp5.json").read_text()).items()
+            for grade, placed in grades.items()
+        ),
+    )
+
+
+def _stack_figures(f: Figures) -> tuple[int, ...]:
+    """Numbers of a stack or an index; no carry chains."""
+    *amounts, _, path = all_figures(f)
+    return *amounts, path
+
+
+def each_slice_more(designs: list[Design], figures: Mapping[str, Figures]) -> tuple[object, ...]:
+    """Row of what a slice more takes: stacks of one M and colour, few slices first."""
+    # The first one has other ends, and so another delay, if there are more than two.
+    few, many = designs[1 if len(designs) > 2 else 0], designs[-1]
+    added = len(many.core.shifts) - len(few.core.shifts)
+    both = zip(*(_stack_figures(figures[d.name])[:-1] for d in (few, many)), strict=True)
+    each = [(more - less) / added for less, more in both]
+    # The memory that the slices share has the same size in both.
+    own = many.core.line_buffer_bits - few.core.line_buffer_bits
+    shown = [f"{value:.0f}" if value == int(value) else f"{value:.1f}" for value in each]
+    name = f"M = {many.core.micro_image_size}, {_KINDS[many.core.channels]}"
+    return f"**each slice more, {name}**", *shown, "", f"{own / added / 1024:.0f}", ""
 
 
 def stack_tables() -> tuple[list[str], list[str]]:
     """Make the tables of what focal stacks and their depth indices take."""
-    figures = load_figures().figures[REFERENCE_GHDL]
-    heads = "LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | path"
-
-    def counts(f: Figures) -> list[int]:
-        return [f.lut, f.flip_flops, f.ramb16, f.ramb8, f.usage.block_rams, f.dsp]
-
-    def row(design: Design, memory: str) -> str:
-        f = figures[design.name]
-        return "| " + " | ".join([design.name, *map(str, counts(f)), str(f.path), memory]) + " |"
-
-    stacks: list[tuple[Design, CoreConfiguration]] = []
-    lines = [
-        f"| design | {heads} | shared + slices: kbit | an engine each: kbit |",
-        "| --- " * 10 + "|",
-    ]
+    figures = recorded()
+    rows: list[tuple[object, ...]] = []
+    stacks: dict[tuple[int, int], list[Design]] = {}
+    indices: list[tuple[object, ...]] = []
     for design in stack_designs():
-        if design.index is None and design.name in figures:
-            core = design.core
-            assert isinstance(core.engine, StackEngine)
-            shared, own = core.engine.history_bits(core), core.engine.slice_bits(core)
-            apart = sum(
-                CoreConfiguration(
-                    micro_image_size=core.micro_image_size,
-                    shifts=(shift,),
-                    max_columns=core.max_columns,
-                    channels=core.channels,
-                    engine=MovingSumEngine(),
-                ).line_buffer_bits
-                for shift in core.shifts
-            )
-            memory = f"{shared / 1024:.0f} + {own / 1024:.0f} | {apart / 1024:.0f}"
-            lines.append(row(design, memory))
-            stacks.append((design, core))
-    for m, channels in sorted({(core.micro_image_size, core.channels) for _, core in stacks}):
-        those = [
-            (design, core)
-            for design, core in stacks
-            if (core.micro_image_size, core.channels) == (m, channels)
-        ]
-        # The first one has other ends, and so another delay, if there are more than two.
-        (few, few_core), (many, many_core) = those[1 if len(those) > 2 else 0], those[-1]
-        added = len(many_core.shifts) - len(few_core.shifts)
-        each = [
-            (more - less) / added
-            for less, more in zip(
-                counts(figures[few.name]), counts(figures[many.name]), strict=True
-            )
-        ]
-        # The memory that the slices share has the same size in both.
-        own = many_core.line_buffer_bits - few_core.line_buffer_bits
-        kind = "grey" if channels == 1 else "RGB"
-        shown = " | ".join(
-            f"{value:.0f}" if value == int(value) else f"{value:.1f}" for value in each
-        )
-        lines.append(
-            f"| **each slice more, M = {m}, {kind}** | {shown} | | {own / added / 1024:.0f} | |"
-        )
-    of_stacks = lines
-    lines = [f"| design | {heads} | waiting, judged: kbit |", "| --- " * 9 + "|"]
-    for design in stack_designs():
-        if design.index is not None and design.name in figures:
+        amounts = _stack_figures(figures[design.name])
+        if design.index is not None:
             waiting, judged = design.index.memory_bits
-            lines.append(row(design, f"{waiting / 1024:.0f}, {judged / 1024:.0f}"))
-    return of_stacks, lines
+            memory = f"{waiting / 1024:.0f}, {judged / 1024:.0f}"
+            indices.append((design.name, *amounts, memory))
+            continue
+        core = design.core
+        assert isinstance(core.engine, StackEngine)
+        shared, own = core.engine.history_bits(core), core.engine.slice_bits(core)
+        apart = sum(
+            core.model_copy(
+                update={"shifts": (shift,), "engine": MovingSumEngine()}
+            ).line_buffer_bits
+            for shift in core.shifts
+        )
+        memory = f"{shared / 1024:.0f} + {own / 1024:.0f}"
+        rows.append((design.name, *amounts, memory, f"{apart / 1024:.0f}"))
+        stacks.setdefault((core.micro_image_size, core.channels), []).append(design)
+    rows += [each_slice_more(stacks[kind], figures) for kind in sorted(stacks)]
+    heads = "design | LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | path"
+    of_stacks = table(f"{heads} | shared + slices: kbit | an engine each: kbit", rows)
+    return of_stacks, table(f"{heads} | waiting, judged: kbit", indices)
 
 
 def board_builds(text: str) -> str:
     """Put what the recorded builds of boards with an ECP5 are between its marks in a page."""
-    lines = [
-        "| scene | device | clocks in MHz, reached (wanted) | LUT4 | flip-flops | block RAM "
-        "| multipliers | seconds |",
-        "| --- " * 8 + "|",
-    ]
+    rows = []
     for name, build in load_builds().items():
         clocks = ", ".join(
             f"`{clock.clock}` {clock.reached_mhz:g} ({clock.wanted_mhz:g})"
             for clock in build.timing
         )
-        used = [
-            str(build.utilisation[kind][0])
-            for kind in ("LUT4", "flip-flops", "block RAM (18 Kbit)", "MULT18X18D")
-        ]
-        seconds = sum(build.seconds.values())
-        lines.append(
-            f"| `{name}` | {build.device} | {clocks} | {' | '.join(used)} | {seconds:.0f} |"
+        kinds = "LUT4", "flip-flops", "block RAM (18 Kbit)", "MULT18X18D"
+        used = [build.utilisation[kind][0] for kind in kinds]
+        rows.append(
+            (f"`{name}`", build.device, clocks, *used, f"{sum(build.seconds.values()):.0f}")
         )
-    return between_marks(text, "builds", "\n".join(lines))
+    heads = "scene | device | clocks in MHz, reached (wanted) | LUT4 | flip-flops | block RAM "
+    return put(text, "builds", table(f"{heads}| multipliers | seconds", rows))

@@ -17,11 +17,14 @@ from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.engine import Generics
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.synthesis.parts import left_out_in_turn
+from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
+from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.plan.configure import configure, top_of
 from plenofir.plan.left_out import full_core
@@ -30,18 +33,15 @@ from plenofir.plan.planner import make_plan
 from plenofir.plan.scene import load_scene, scene_files
 from plenofir.plan.scene_screen import scene_overlay, slice_colours
 from plenofir.plan.sensor.resampler import ResamplerConfiguration
+from plenofir.plan.sensor.sensor_bench import CORE as SENSOR
 from plenofir.plan.sensor.sensor_bench import sensor_generics
+from plenofir.plan.sensor.sensor_estimate import sensor_usage
 from plenofir.refocus.arithmetic import StoredProductArithmetic
 from plenofir.refocus.sharpness import confidence_level
 
 FILE = project.DATA / "figures.json"
 CORE = "raster_refocuser"
 ARRAY = "fir_array"
-STACK = "focal_stack"
-INDEX = "depth_index"
-PICTURE = "picture_core"
-OVERLAY = "text_overlay"
-SENSOR = "sensor_raster"
 # GHDL 2.0 needs some kilobytes for each word of a memory: 20 GB for 24 Mbit.
 _MAX_LINE_BUFFER_BITS = 1 << 23
 
@@ -51,16 +51,19 @@ class Design:
     """Something to synthesise."""
 
     name: str  # in the file of figures
-    core: CoreConfiguration
+    built: CoreConfiguration | None = None  # None: no core is part of it
     top: str = CORE  # entity, if it is not a scene's
+    generics: Generics | None = None  # None: those of the core
     plan: Plan | None = None  # of the scene that it is
-    slow: bool = False  # its synthesis takes minutes
-    # The depth index behind a stack to synthesise, or None.
-    index: DepthIndexConfiguration | None = None
-    # The resampler in front of a core to synthesise, or None.
-    sensor: ResamplerConfiguration | None = None
-    mosaic: bool = False  # the resampler is behind a mosaic
-    screen: Screen | None = None  # of a video path whose core or text is to synthesise, or None
+    slow: bool = True  # its synthesis takes a minute or more
+    index: DepthIndexConfiguration | None = None  # if it is a depth index
+    usage: Usage | None = None  # the estimate, if it is not that of a core
+
+    @property
+    def core(self) -> CoreConfiguration:
+        """The core; asked of designs that have one."""
+        assert self.built is not None, self.name
+        return self.built
 
     def synthesise(self, directory: Path) -> Netlist:
         """Synthesise it for Spartan-6 in an empty folder."""
@@ -68,12 +71,7 @@ class Design:
             sources = configure(self.plan, directory)
             board = self.plan.path == "video"
             return synthesise(sources, self.top, {}, directory, board=board)
-        generics = self.core.generics() if self.index is None else self.index.generics()
-        if self.sensor is not None:
-            generics = sensor_generics(self.sensor, mosaic=self.mosaic)
-        if self.screen is not None:
-            text = self.screen.overlay
-            generics = text.generics() if text else self.screen.core_generics(self.core)
+        generics = self.core.generics() if self.generics is None else self.generics
         return synthesise(hdl.hdl_sources(), self.top, generics, directory)
 
 
@@ -82,7 +80,7 @@ def scene_design(plan: Plan) -> Design:
     core = plan.core
     many = core.parallel_rows > 1 or core.pixels_per_clock > 1
     slow = plan.path == "video" or many or plan.sensor is not None
-    return Design(plan.scene, plan.core, top_of(plan), plan, slow=slow)
+    return Design(plan.scene, plan.core, top_of(plan), plan=plan, slow=slow)
 
 
 def scene_designs() -> Iterator[Design]:
@@ -118,55 +116,45 @@ def core_designs() -> Iterator[Design]:
 def full_designs() -> Iterator[Design]:
     """Full build ("full") of those cores whose line buffers GHDL can synthesise."""
     for design in core_designs():
-        core = full_core(design.core)
-        if core.line_buffer_bits <= _MAX_LINE_BUFFER_BITS:
-            name = design.name.removesuffix(" core")
-            yield Design(f"{name} full", core, slow=True)
+        full = full_core(design.core)
+        if full.line_buffer_bits <= _MAX_LINE_BUFFER_BITS:
+            yield Design(f"{design.name.removesuffix(' core')} full", full)
 
 
-def _grid(top: str, m: int, shift: int, rows: int, *, slow: bool = False) -> Design:
-    core = CoreConfiguration(
-        micro_image_size=m,
-        shifts=(shift,),
-        max_columns=640,
-        engine=FirEngine(parallel_rows=rows),
-    )
-    kind = "array" if top == ARRAY else "core"
-    return Design(f"{kind} M={m} a'={shift} iota={rows}", core, top, slow=slow)
+def _core(m: int, shifts: tuple[int, ...], **fields: object) -> CoreConfiguration:
+    """A core of 640 columns, of grey pixels unless `fields` say something else."""
+    values = {"micro_image_size": m, "shifts": shifts, "max_columns": 640, **fields}
+    return CoreConfiguration.model_validate(values)
 
 
-def _variant(name: str, **generics: object) -> Design:
-    values = {"micro_image_size": 5, "shifts": (2,), "max_columns": 640, **generics}
-    return Design(name, CoreConfiguration.model_validate(values), slow=True)
+# Cores and arrays by M, a' and rows at once; those that are synthesised in each run of the tests.
+_CORES = (
+    *((1, 0, 1), (2, 1, 1), (3, -2, 1), (3, 0, 1), (3, 1, 1), (3, 2, 1), (5, -3, 1), (5, 1, 1)),
+    *((5, 2, 1), (11, 1, 1), (3, 1, 3)),
+)
+_ARRAYS = ((3, 1, 1), (3, 1, 3), (5, 1, 5))
+_QUICK = ("core M=3 a'=1 iota=1", "core M=11 a'=1 iota=1", "array M=3 a'=1 iota=3")
+# What a core of M = 5, a' = 2 has besides.
+_VARIANTS: dict[str, tuple[tuple[int, ...], dict[str, object]]] = {
+    "a'=2 stored products": ((2,), {"arithmetic": StoredProductArithmetic()}),
+    "a'=2 linear interpolation": ((2,), {"order": 1}),
+    "a'=-5,0,5": ((-5, 0, 5), {}),
+    "a'=-5,0,5 hold": ((-5, 0, 5), {"engine": FirEngine(hold=True)}),
+    "a'=2 RGB": ((2,), {"channels": 3}),
+    "a'=2 16 bit": ((2,), {"pixel_bits": 16}),
+    "a'=2 latches of 4 taps": ((2,), {"engine": FirEngine(broadcast_taps=4)}),
+}
 
 
 def grid_designs() -> Iterator[Design]:
     """Cores and arrays for grey pixels and 640 columns, and variants of one of them."""
-    yield _grid(CORE, 1, 0, 1, slow=True)
-    yield _grid(CORE, 2, 1, 1, slow=True)
-    for shift in (-2, 0, 1, 2):
-        yield _grid(CORE, 3, shift, 1, slow=shift != 1)
-    for shift in (-3, 1, 2):
-        yield _grid(CORE, 5, shift, 1, slow=True)
-    yield _grid(CORE, 11, 1, 1)
-    yield _grid(CORE, 3, 1, 3, slow=True)
-    yield _grid(ARRAY, 3, 1, 1, slow=True)
-    yield _grid(ARRAY, 3, 1, 3)
-    yield _grid(ARRAY, 5, 1, 5, slow=True)
-    stored = StoredProductArithmetic()
-    yield _variant("core M=5 a'=2 stored products", arithmetic=stored)
-    yield _variant("core M=5 a'=2 linear interpolation", order=1)
-    yield _variant("core M=5 a'=-5,0,5", shifts=(-5, 0, 5))
-    yield _variant("core M=5 a'=-5,0,5 hold", shifts=(-5, 0, 5), engine=FirEngine(hold=True))
-    yield _variant("core M=5 a'=2 RGB", channels=3)
-    yield _variant("core M=5 a'=2 16 bit", pixel_bits=16)
-    yield _variant("core M=5 a'=2 latches of 4 taps", engine=FirEngine(broadcast_taps=4))
-
-
-def left_out_designs() -> Iterator[Design]:
-    """Full build of a small core, and the same without one thing after the other."""
-    for what, core in left_out_in_turn():
-        yield Design(f"left out: {what}", core, slow=True)
+    for kind, top, sizes in (("core", CORE, _CORES), ("array", ARRAY, _ARRAYS)):
+        for m, shift, rows in sizes:
+            core = _core(m, (shift,), engine=FirEngine(parallel_rows=rows))
+            name = f"{kind} M={m} a'={shift} iota={rows}"
+            yield Design(name, core, top, slow=name not in _QUICK)
+    for what, (shifts, fields) in _VARIANTS.items():
+        yield Design(f"core M=5 {what}", _core(5, shifts, **fields))
 
 
 # Slices of the stacks: from two on with the same ends, so that delay and shared memory are equal.
@@ -174,37 +162,23 @@ STACK_SLICES = {
     5: ((-3,), (-3, 3), (-3, 0, 3), (-3, -1, 1, 3)),
     11: ((-5,), (-5, 5), (-5, 0, 5), (-5, -2, 2, 5)),
 }
-
-
-def _stack(shifts: tuple[int, ...], m: int, channels: int, *, index: bool = False) -> Design:
-    core = CoreConfiguration(
-        micro_image_size=m,
-        shifts=shifts,
-        max_columns=640,
-        channels=channels,
-        engine=StackEngine(),
-    )
-    kind = "grey" if channels == 1 else "RGB"
-    if not index:
-        shown = ",".join(str(shift) for shift in shifts)
-        return Design(f"stack M={m} a'={shown} {kind}", core, STACK, slow=True)
-    judged = DepthIndexConfiguration(
-        micro_image_size=m, slices=len(shifts), max_columns=640, channels=channels
-    )
-    name = f"index M={m} slices={len(shifts)} {kind}"
-    return Design(name, core, INDEX, slow=True, index=judged)
+_COLOURS = {1: "grey", 3: "RGB"}
 
 
 def stack_designs() -> Iterator[Design]:
     """Focal stacks of 1 to 4 slices for 640 columns, and depth indices behind them."""
-    for m, sets in STACK_SLICES.items():
-        for shifts in sets:
-            yield _stack(shifts, m, 1)
     few, many = STACK_SLICES[5][0], STACK_SLICES[5][2]
-    for shifts in (few, many):
-        yield _stack(shifts, 5, 3)
-    for shifts, channels in ((few, 1), (many, 1), (many, 3)):
-        yield _stack(shifts, 5, channels, index=True)
+    stacks = [(m, shifts, 1) for m, sets in STACK_SLICES.items() for shifts in sets]
+    for m, shifts, channels in (*stacks, (5, few, 3), (5, many, 3)):
+        core = _core(m, shifts, channels=channels, engine=StackEngine())
+        shown = ",".join(map(str, shifts))
+        yield Design(f"stack M={m} a'={shown} {_COLOURS[channels]}", core, "focal_stack")
+    for slices, channels in ((len(few), 1), (len(many), 1), (len(many), 3)):
+        index = DepthIndexConfiguration(
+            micro_image_size=5, slices=slices, max_columns=640, channels=channels
+        )
+        name = f"index M=5 slices={slices} {_COLOURS[channels]}"
+        yield Design(name, None, "depth_index", index.generics(), index=index)
 
 
 # Video cores that show depth: M, a', radius, radius of votes.
@@ -215,13 +189,7 @@ _TEXT_SHIFTS = (0, 1, 2, 3, 4)
 def picture_designs() -> Iterator[Design]:
     """Cores of video paths that show all in focus and depth, of 640 columns; a text over them."""
     for m, shifts, radius, vote_radius in _PICTURES:
-        core = CoreConfiguration(
-            micro_image_size=m,
-            shifts=shifts,
-            max_columns=640,
-            channels=3,
-            engine=StackEngine(input_lines=m),
-        )
+        core = _core(m, shifts, channels=3, engine=StackEngine(input_lines=m))
         screen = Screen(
             outputs="rad",
             radius=radius,
@@ -230,14 +198,14 @@ def picture_designs() -> Iterator[Design]:
             colours=slice_colours(shifts),
         )
         name = f"picture M={m} slices={len(shifts)} radius={radius} votes={vote_radius}"
-        yield Design(name, core, PICTURE, slow=True, screen=screen)
-    colours = slice_colours(_TEXT_SHIFTS)
-    text = scene_overlay(_TEXT_SHIFTS, 5, colours=colours)
-    none = CoreConfiguration(micro_image_size=1, shifts=(0,), max_columns=1)
-    yield Design("text of 5 slices", none, OVERLAY, slow=True, screen=Screen(overlay=text))
+        generics, usage = screen.core_generics(core), picture_usage(core, screen)
+        yield Design(name, core, "picture_core", generics, usage=usage)
+    text = scene_overlay(_TEXT_SHIFTS, 5, colours=slice_colours(_TEXT_SHIFTS))
+    name, generics = "text of 5 slices", text.generics()
+    yield Design(name, None, "text_overlay", {**generics}, usage=overlay_usage(text))
 
 
-# Generics that differ from a resampler for grey pixels, M = 5, 640 columns, 8 lines.
+# What differs from a resampler for grey pixels, M = 5, 640 columns, 8 lines.
 _SENSORS: dict[str, dict[str, object]] = {
     "grey": {},
     "grey, M = 13, 860 columns, 16 lines": {
@@ -255,20 +223,19 @@ _SENSORS: dict[str, dict[str, object]] = {
 
 def sensor_designs() -> Iterator[Design]:
     """Resamplers, one of them behind a mosaic."""
-    none = CoreConfiguration(micro_image_size=1, shifts=(0,), max_columns=1)
-    for what, generics in _SENSORS.items():
-        values = {"micro_image_size": 5, "max_columns": 640, "lines": 8, **generics}
-        core = ResamplerConfiguration.model_validate(values)
-        name, mosaic = f"sensor, {what}", "mosaic" in what
-        yield Design(name, none, SENSOR, slow=True, sensor=core, mosaic=mosaic)
+    for what, fields in _SENSORS.items():
+        values = {"micro_image_size": 5, "max_columns": 640, "lines": 8, **fields}
+        core, mosaic = ResamplerConfiguration.model_validate(values), "mosaic" in what
+        generics, usage = sensor_generics(core, mosaic=mosaic), sensor_usage(core, mosaic=mosaic)
+        yield Design(f"sensor, {what}", None, SENSOR, generics, usage=usage)
 
 
 def designs() -> list[Design]:
-    scenes = {design.name: design for design in [*scene_designs(), *core_designs()]}
     return [
-        *scenes.values(),
+        *{design.name: design for design in [*scene_designs(), *core_designs()]}.values(),
         *grid_designs(),
-        *left_out_designs(),
+        # Full build of a small core, and the same without one thing after the other.
+        *(Design(f"left out: {what}", core) for what, core in left_out_in_turn()),
         *stack_designs(),
         *picture_designs(),
         *sensor_designs(),
@@ -292,14 +259,5 @@ def load_figures() -> FiguresFile:
 
 def save_figures(content: FiguresFile) -> None:
     """Write the file of figures, a design a line."""
-    parts = []
-    for version, figures in sorted(content.figures.items()):
-        lines = [
-            f"      {json.dumps(name)}: {json.dumps(values.model_dump())}"
-            for name, values in figures.items()
-        ]
-        parts.append(f"    {json.dumps(version)}: {{\n" + ",\n".join(lines) + "\n    }")
-    body = ",\n".join(parts)
-    FILE.write_text(
-        f'{{\n  "yosys": {json.dumps(content.yosys)},\n  "figures": {{\n{body}\n  }}\n}}\n'
-    )
+    figures = dict(sorted(content.model_dump()["figures"].items()))
+    save_records(FILE, {"yosys": content.yosys, "figures": figures}, levels=3)

@@ -2,6 +2,7 @@
 """Estimates of resources, beside what synthesis took."""
 
 import itertools
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -20,10 +21,21 @@ from plenofir.fpga.synthesis.comparison import (
     widest,
 )
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, reciprocal_bits
-from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
+from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.plan import DEVICES, load_scene, make_plan
-from plenofir.plan.figures import CORE, designs, load_figures, picture_designs, sensor_designs
-from plenofir.plan.sensor.sensor_estimate import sensor_usage
+from plenofir.plan.figures import (
+    CORE,
+    Design,
+    designs,
+    load_figures,
+    picture_designs,
+    sensor_designs,
+)
+
+
+def check_logic(usage: Usage, figures: Figures, name: str) -> None:
+    assert usage.lut == pytest.approx(figures.lut, rel=0.15), name
+    assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), name
 
 
 def test_estimates_against_synthesis() -> None:
@@ -42,8 +54,7 @@ def test_estimates_against_synthesis() -> None:
             figures.ramb8,
             figures.dsp,
         ), design.name
-        assert usage.lut == pytest.approx(figures.lut, rel=0.15), design.name
-        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name
+        check_logic(usage, figures, design.name)
         compared += 1
     assert compared >= 15
 
@@ -68,34 +79,20 @@ def test_estimates_of_both_engines_against_synthesis() -> None:
         figures, usage = known[cell.name], estimate(cell.core())
         assert usage.block_rams == figures.usage.block_rams, cell.name
         assert usage.dsp == figures.dsp, cell.name
-        assert usage.lut == pytest.approx(figures.lut, rel=0.15), cell.name
-        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), cell.name
+        check_logic(usage, figures, cell.name)
 
 
-def test_estimates_of_resamplers_against_synthesis() -> None:
+@pytest.mark.parametrize(("chosen", "most"), [(sensor_designs, 2), (picture_designs, 5)])
+def test_estimates_of_parts_against_synthesis(
+    chosen: Callable[[], Iterator[Design]], most: int
+) -> None:
     known = load_figures().figures["2.0.0"]
-    for design in sensor_designs():
-        assert design.sensor is not None
-        figures, usage = known[design.name], sensor_usage(design.sensor, mosaic=design.mosaic)
-        assert 0 <= usage.block_rams - figures.usage.block_rams <= 2, design.name
+    for design in chosen():
+        figures, usage = known[design.name], design.usage
+        assert usage is not None
+        assert 0 <= usage.block_rams - figures.usage.block_rams <= most, design.name
         assert usage.dsp == figures.dsp, design.name
-        assert usage.lut == pytest.approx(figures.lut, rel=0.15), design.name
-        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name
-
-
-def test_estimates_of_pictures_against_synthesis() -> None:
-    known = load_figures().figures["2.0.0"]
-    for design in picture_designs():
-        assert design.screen is not None
-        figures = known[design.name]
-        if design.screen.overlay is not None:
-            usage = overlay_usage(design.screen.overlay)
-        else:
-            usage = picture_usage(design.core, design.screen)
-        assert 0 <= usage.block_rams - figures.usage.block_rams <= 5, design.name
-        assert usage.dsp == figures.dsp, design.name
-        assert usage.lut == pytest.approx(figures.lut, rel=0.15), design.name
-        assert usage.flip_flops == pytest.approx(figures.flip_flops, rel=0.15), design.name
+        check_logic(usage, figures, design.name)
 
 
 def test_goals_of_moving_sums() -> None:

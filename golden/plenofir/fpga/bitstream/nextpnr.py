@@ -19,6 +19,7 @@ from plenofir.fpga.boards import Board
 from plenofir.fpga.hdmi.modes import OWN_CLOCKS, range_limits
 from plenofir.fpga.synthesis.ecp5 import NAMES, PACKAGE, check_tools, ecp5_tool
 from plenofir.fpga.synthesis.output_registers import use_output_registers
+from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.tools.synthesis import (
     Generics,
     ghdl_version,
@@ -32,7 +33,7 @@ Progress = Callable[[str, int, int], None]
 """Called with the tool's name, how many are done, and how many there are."""
 
 RECORDED = project.DATA / "boards.json"
-"""Reports of the shipped scenes' builds, by scene; scripts/place.py writes it."""
+"""Reports of the shipped scenes' builds, by scene; scripts/resources.py writes it."""
 STEPS = ("ghdl", "yosys", "nextpnr", "ecppack")
 SPEED_GRADE = 6
 """The slowest one, which the boards have."""
@@ -103,8 +104,7 @@ def load_builds() -> dict[str, NextpnrReport]:
 
 def save_builds(builds: Mapping[str, NextpnrReport]) -> None:
     """Record builds, a scene a line."""
-    lines = [f"  {json.dumps(name)}: {build.model_dump_json()}" for name, build in builds.items()]
-    RECORDED.write_text("{\n" + ",\n".join(lines) + "\n}\n")
+    save_records(RECORDED, {name: build.model_dump() for name, build in builds.items()})
 
 
 def range_generics(clock_range: int) -> dict[str, int | bool | str]:

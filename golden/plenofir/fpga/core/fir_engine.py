@@ -42,7 +42,7 @@ class FirEngine(SliceEngine):
         ("bit", _COLUMN_CONTROL, "restart"),
         ("downto", f"{_ARRAY}back_to_rows/", "row_sums"),
     )
-    # LUTs and flip-flops of each part (scripts/fit_estimate.py).
+    # LUTs and flip-flops of each part (scripts/resources.py fit).
     LUT_WEIGHTS: ClassVar[dict[str, float]] = {
         "core": 209,
         "switched bits": 1.92,

@@ -50,7 +50,7 @@ class MovingSumEngine(SliceEngine):
         for stage in (0, 1)
         for kind, scope, names in _STAGE_WAVES
     )
-    # LUTs and flip-flops of each part (scripts/fit_estimate.py).
+    # LUTs and flip-flops of each part (scripts/resources.py fit).
     LUT_WEIGHTS: ClassVar[dict[str, float]] = {
         "core": 203,
         "sum bits": 1.49,

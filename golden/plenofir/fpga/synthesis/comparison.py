@@ -22,6 +22,7 @@ from plenofir.fpga.core.moving_sum_engine import PixelsPerClock
 from plenofir.fpga.devices import Device
 from plenofir.fpga.synthesis.ecp5 import Placed
 from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures
 
 FILE = project.DATA / "comparison.json"
@@ -152,15 +153,4 @@ def load_comparison() -> Comparison:
 
 def save_comparison(content: Comparison) -> None:
     """Write the file, a cell a line."""
-
-    def block(values: dict[str, Figures] | dict[str, Placed]) -> str:
-        lines = [
-            f"    {json.dumps(name)}: {json.dumps(value.model_dump())}"
-            for name, value in values.items()
-        ]
-        return "{\n" + ",\n".join(lines) + "\n  }" if lines else "{}"
-
-    FILE.write_text(
-        f'{{\n  "ghdl": {json.dumps(content.ghdl)},\n  "yosys": {json.dumps(content.yosys)},\n'
-        f'  "figures": {block(content.figures)},\n  "placed": {block(content.placed)}\n}}\n'
-    )
+    save_records(FILE, content.model_dump(), levels=2)

@@ -3,7 +3,7 @@
 
 Block RAM and multipliers follow the rules of Yosys (`synth_xilinx -family xc6s`) and are equal to
 its results. Look-up tables and flip-flops are sums over the parts of the structure, with weights
-that were fitted to synthesised cores (scripts/fit_estimate.py); tests hold them to its results.
+that were fitted to synthesised cores (scripts/resources.py fit); tests hold them to its results.
 What depends on the engine stands with the engine (`plenofir.fpga.core`).
 """
 

@@ -3,7 +3,7 @@
 
 Block RAM and multipliers follow the rules of Yosys, as those of the core do. Look-up tables and
 flip-flops are sums over the parts, with weights fitted to synthesised designs
-(`plenofir.plan.figures`, scripts/fit_estimate.py).
+(`plenofir.plan.figures`, scripts/resources.py fit).
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.overlay import Overlay
 from plenofir.fpga.synthesis.estimate import multipliers
 
-# Fitted by scripts/fit_estimate.py.
+# Fitted by scripts/resources.py fit.
 LUT_WEIGHTS = {
     "sum bits": 6.15,
     "history bits": 1.84,

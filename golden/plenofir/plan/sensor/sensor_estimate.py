@@ -3,7 +3,7 @@
 
 Block RAM and multipliers follow the rules of Yosys, as those of the core do. Look-up tables and
 flip-flops are sums over the parts, with weights fitted to the synthesised variants of
-`plenofir.plan.figures` (scripts/fit_estimate.py).
+`plenofir.plan.figures` (scripts/resources.py fit).
 """
 
 from collections.abc import Iterator

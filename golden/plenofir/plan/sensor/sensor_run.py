@@ -136,9 +136,9 @@ def run_raw(
     """Resample a capture in the VHDL, refocus what comes out, and compare both with their models.
 
     `golden` is its raster by the model (`Sensor.golden`); `make_run` makes the run of the
-    refocuser, given the raster's file and the folder for results; `frame` goes into a board instead, which
-    resamples it once more. `out` gets the results of
-    `plenofir.fpga.simulate.run.run`, and ``aligned.png``; ``report.json`` holds both reports.
+    refocuser, given the raster's file and the folder for results. A `frame` goes into a board that
+    makes the raster once more. `out` gets the results of `plenofir.fpga.simulate.run.run`, and
+    ``aligned.png``; ``report.json`` holds both reports.
     """
     check_folder(out, "out", (ALIGNED, REPORT))
     chip, raw = sensor.chip, sensor.capture.pixels

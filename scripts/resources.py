@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Records what designs take of a device and the clocks that they reach.
+
+Usage: python scripts/resources.py figures|compare|place|pixels|fit [NAMES]
+
+figures synthesises the designs of plenofir.plan.figures for Spartan-6 (JOBS at once) and records
+  them in data/figures.json; names of designs, all if there are none.
+compare synthesises and places the cells of the comparison of both engines that data/comparison.json
+  lacks; parts of their names; --again measures anew.
+place places for ECP5. A scene: its clock and resources, or the bitstream of its board, whose report
+  goes into data/boards.json. Without a scene all shipped scenes, cores and arrays, for
+  data/ecp5.json, and the self-test of the ULX3S board, whose bitstream goes to build/pnr/.
+pixels places the core of the scene video-m11 with those of 1 to 32 pixels a clock that
+  data/pixels.json lacks; numbers of pixels, which are placed anew.
+fit prints weights for the engines (plenofir.fpga.core), fitted to what is recorded.
+"""
+
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Container, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import nnls
+
+from plenofir import project
+from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
+from plenofir.files import publish_files
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.nextpnr import build, load_builds, save_builds
+from plenofir.fpga.bitstream.top_level import board_generics
+from plenofir.fpga.boards import board_of
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK
+from plenofir.fpga.devices import Usage
+from plenofir.fpga.synthesis import comparison
+from plenofir.fpga.synthesis.ecp5 import (
+    NAMES,
+    Placed,
+    check_tools,
+    make_netlist,
+    place,
+    write_bitstream,
+)
+from plenofir.fpga.synthesis.estimate import memories, structure
+from plenofir.fpga.synthesis.records import save_records
+from plenofir.fpga.synthesis.self_test import TOP as SELF_TEST
+from plenofir.fpga.synthesis.self_test import self_test_generics
+from plenofir.fpga.synthesis.spartan6 import Figures, synthesise
+from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
+from plenofir.plan.configure import board_packages, clock_range_of, configure
+from plenofir.plan.figures import (
+    CORE,
+    FILE,
+    Design,
+    FiguresFile,
+    core_designs,
+    designs,
+    grid_designs,
+    is_ecp5_board,
+    load_figures,
+    save_figures,
+)
+from plenofir.plan.planned import Plan
+from plenofir.plan.planner import make_plan
+from plenofir.plan.scene import load_scene, scene_files
+from plenofir.plan.scene_top import TOP
+from plenofir_studies import many_pixels, placed_pixels
+
+ECP5_RESULTS = project.DATA / "ecp5.json"
+BITSTREAMS = project.root() / "build" / "pnr"
+PLACED_DESIGNS = (
+    *("core M=1 a'=0 iota=1", "core M=3 a'=1 iota=1"),
+    *("array M=3 a'=1 iota=1", "array M=3 a'=1 iota=3"),
+)
+BOARD_CORE = CoreConfiguration(micro_image_size=5, shifts=(-3,), max_columns=640, channels=3)
+BOARD_ROWS = 480
+
+
+def figures(names: Sequence[str]) -> None:
+    """Write the file of figures, after each design."""
+
+    def measure(design: Design) -> tuple[Figures, float]:
+        started = time.perf_counter()
+        with tempfile.TemporaryDirectory() as folder:
+            found = design.synthesise(Path(folder)).figures
+        return found, time.perf_counter() - started
+
+    ghdl, yosys = ghdl_version(), yosys_version()
+    known: dict[str, dict[str, Figures]] = {}
+    if FILE.exists() and load_figures().yosys == yosys:
+        known = dict(load_figures().figures)
+    every, own = designs(), dict(known.get(ghdl, {}))
+    chosen = [design for design in every if design.name in names or not names]
+    # The largest first, so that all jobs end together.
+    chosen.sort(key=lambda d: -own[d.name].lut if d.name in own else -(10**9))
+    with ThreadPoolExecutor(int(os.environ.get("JOBS") or os.cpu_count() or 1)) as jobs:
+        running = {jobs.submit(measure, design): design.name for design in chosen}
+        for done in as_completed(running):
+            name = running[done]
+            own[name], seconds = done.result()
+            print(f"{name}: {own[name]} ({seconds:.0f} s)", flush=True)
+            known[ghdl] = {design.name: own[design.name] for design in every if design.name in own}
+            save_figures(FiguresFile(yosys=yosys, figures=known))
+
+
+def compare(words: Sequence[str]) -> None:
+    """Write the file of the comparison, after each cell."""
+    check_tools()
+    ghdl, yosys = ghdl_version(), yosys_version()
+    again = "--again" in words
+    wanted = [word for word in words if word != "--again"]
+
+    def chosen(cells: list[comparison.Cell], known: Container[str]) -> list[comparison.Cell]:
+        named = [c for c in cells if not wanted or any(text in c.name for text in wanted)]
+        return [cell for cell in named if again or cell.name not in known]
+
+    content = comparison.Comparison(ghdl=ghdl, yosys=yosys, figures={}, placed={})
+    if comparison.FILE.exists():
+        known = comparison.load_comparison()
+        if (known.ghdl, known.yosys) == (ghdl, yosys):
+            content = known
+    every_cell = list(comparison.measured_cells())
+    for cell in chosen(every_cell, content.figures):
+        with tempfile.TemporaryDirectory() as folder:
+            generics = cell.core().generics()
+            found = synthesise(hdl.hdl_sources(), CORE, generics, Path(folder)).figures
+        print(f"{cell.name}: {found}", flush=True)
+        all_figures = {**content.figures, cell.name: found}
+        ordered = {c.name: all_figures[c.name] for c in every_cell if c.name in all_figures}
+        content = content.model_copy(update={"figures": ordered})
+        comparison.save_comparison(content)
+    for cell in chosen(list(comparison.placed_cells()), content.placed):
+        placed = place_core(cell.core(), behind_few_pins=cell.pixels_per_clock > 1)
+        say(cell.name, placed)
+        content = content.model_copy(update={"placed": {**content.placed, cell.name: placed}})
+        comparison.save_comparison(content)
+
+
+def place_core(core: CoreConfiguration, *, behind_few_pins: bool, **options: object) -> Placed:
+    """Synthesise a core for ECP5, place and route it."""
+    with tempfile.TemporaryDirectory() as name:
+        netlist = make_netlist(
+            *(hdl.hdl_sources(), CORE, core.generics(), Path(name)),
+            behind_few_pins=behind_few_pins,
+        )
+        return place(netlist, **options)  # type: ignore[arg-type]
+
+
+def say(name: str, placed: Placed) -> None:
+    """Print a result."""
+    print(
+        f"{name}: {placed.fmax_mhz} MHz (ECP5 {placed.device}, grade {placed.speed_grade}), "
+        f"{placed.lut} LUT4, {placed.flip_flops} flip-flops, {placed.block_rams} DP16KD, "
+        f"{placed.multipliers} MULT18X18D",
+        flush=True,
+    )
+
+
+def place_design(design: Design) -> dict[str, object]:
+    """Place a design for both speed grades; a scene for a Spartan-6 goes where it fits."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        if design.plan is not None:
+            netlist = make_netlist(configure(design.plan, folder), TOP, {}, folder)
+            device = NAMES.get(design.plan.device)
+        else:
+            generics, device = design.core.generics(), None
+            netlist = make_netlist(hdl.hdl_sources(), design.top, generics, folder)
+        found = {grade: place(netlist, speed_grade=grade, device=device) for grade in (6, 8)}
+    for placed in found.values():
+        say(design.name, placed)
+    return {str(grade): placed.model_dump() for grade, placed in found.items()}
+
+
+def place_all(names: Sequence[str]) -> None:
+    """Place a scene, or everything that is recorded."""
+    check_tools()
+    if names:
+        plan = make_plan(load_scene(names[0]))
+        if is_ecp5_board(plan):
+            record_build(plan)
+        else:
+            # The board's TMDS ends are Spartan-6 primitives: what can be placed here is the core.
+            plan = plan.model_copy(update={"path": "core"})
+            place_design(Design(plan.scene, plan.core, TOP, plan=plan))
+        return
+    chosen = [replace(d, name=d.name.removesuffix(" core")) for d in core_designs()]
+    chosen += [design for design in grid_designs() if design.name in PLACED_DESIGNS]
+    results: dict[str, dict[str, object]] = {}
+    for design in chosen:
+        results[design.name] = place_design(design)
+        save_records(ECP5_RESULTS, results)
+    results["ulx3s self-test"] = {"6": place_self_test().model_dump()}
+    save_records(ECP5_RESULTS, results)
+    save_builds({})
+    for plan in (make_plan(load_scene(file)) for file in scene_files()):
+        if is_ecp5_board(plan):
+            record_build(plan)
+
+
+def place_self_test() -> Placed:
+    """Make the bitstream of the ULX3S self-test."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        generics = self_test_generics(BOARD_CORE, BOARD_ROWS)
+        netlist = make_netlist(hdl.hdl_sources(), SELF_TEST, generics, folder)
+        constraints = project.root() / "constraints" / "ulx3s_self_test.lpf"
+        placed = place(netlist, constraints=constraints, goal_mhz=25)
+        write_bitstream(folder / f"{netlist.stem}.config")
+        publish_files(folder, BITSTREAMS)
+    say("ulx3s self-test", placed)
+    print(f"bitstream: {BITSTREAMS / SELF_TEST}.bit")
+    return placed
+
+
+def record_build(plan: Plan) -> None:
+    """Make the bitstream of a board with an ECP5 and record its report."""
+    board = board_of(plan.device)
+    assert board is not None
+    folder = BITSTREAMS / plan.scene
+    generics = board_generics(plan.core, board.top)
+    result = build(
+        *(board, plan.device, generics, clock_range_of(plan), folder, lambda *_: None),
+        board_packages(plan),
+    )
+    save_builds(dict(sorted({**load_builds(), plan.scene: result}.items())))
+    for clock in result.timing:
+        print(f"{plan.scene}: {clock.clock} {clock.reached_mhz} of {clock.wanted_mhz} MHz wanted")
+    print(f"bitstream: {folder / 'plenofir.bit'}", flush=True)
+
+
+def pixels(words: Sequence[str]) -> None:
+    """Write the file of several pixels a clock, after each core."""
+    check_tools()
+    plan = make_plan(load_scene(placed_pixels.SCENE))
+    for number in PIXELS_PER_CLOCK:
+        known = placed_pixels.load_placed() if placed_pixels.FILE.exists() else {}
+        if (str(number) not in words) if words else (number in known):
+            continue
+        placed = place_core(
+            many_pixels.scene_core(plan, number),
+            behind_few_pins=number > many_pixels.WITH_PINS,
+            speed_grade=placed_pixels.GRADE,
+            device=placed_pixels.DEVICE,
+            package=many_pixels.package(number),
+        )
+        say(f"{number} pixels a clock", placed)
+        placed_pixels.save_placed({**known, number: placed})
+
+
+def fit_engine(kind: str, cells: list[tuple[str, CoreConfiguration, Figures]]) -> None:
+    """Print weights, none of them negative, with the least squares of relative errors."""
+    counted = [structure(core) for _, core, _ in cells]
+    names = list(counted[0])
+    parts = np.array([[count[name] for name in names] for count in counted], dtype=float)
+    in_memories = [sum((m.usage for m in memories(core)), Usage()).lut for _, core, _ in cells]
+    goals: Mapping[str, list[int]] = {
+        "LUT_WEIGHTS": [f.lut - n for (_, _, f), n in zip(cells, in_memories, strict=True)],
+        "FLIP_FLOP_WEIGHTS": [f.flip_flops for _, _, f in cells],
+    }
+    for title, wanted in goals.items():
+        goal = np.array(wanted, dtype=float)
+        weights, _ = nnls(parts / goal[:, None], np.ones(len(goal)))
+        lines = [f'    "{name}": {w:.3g},' for name, w in zip(names, weights, strict=True) if w]
+        errors = parts @ weights / goal - 1
+        worst = int(np.abs(errors).argmax())
+        print(f"{kind}: {title} = {{", *lines, "}", sep="\n")
+        print(f"# worst: {cells[worst][0]}, {errors[worst]:+.1%}")
+
+
+def fit(names: Sequence[str]) -> None:
+    """Print the tables of both engines; filters are fitted to designs, moving sums to cells too."""
+    del names
+    known, measured = load_figures().figures["2.0.0"], comparison.load_comparison().figures
+    cores = [
+        (design.name, design.core, known[design.name])
+        for design in designs()
+        if design.name in known and design.top == CORE
+    ]
+    cells = [
+        (cell.name, cell.core(), measured[cell.name])
+        for cell in comparison.measured_cells()
+        if cell.name in measured
+    ]
+    for kind, parts in (("fir", cores), ("moving_sum", [*cores, *cells])):
+        fit_engine(kind, [part for part in parts if part[1].engine.kind == kind])
+
+
+COMMANDS = {
+    "figures": figures,
+    "compare": compare,
+    "place": place_all,
+    "pixels": pixels,
+    "fit": fit,
+}
+
+
+def main() -> int:
+    """Run a command, errors in one line."""
+    if len(sys.argv) < 2 or sys.argv[1] not in COMMANDS:
+        print(__doc__, file=sys.stderr)
+        return EXIT_BAD_INPUT
+    try:
+        COMMANDS[sys.argv[1]](sys.argv[2:])
+    except (InputError, ToolError) as error:
+        print(f"resources: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT if isinstance(error, InputError) else EXIT_TOOL_FAILED
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
