@@ -10,6 +10,7 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import print_line, steps_bar
 from plenofir.errors import InputError
+from plenofir.fpga.names import BoardName
 
 if TYPE_CHECKING:
     from plenofir.fpga.bitstream import nextpnr, top_level
@@ -152,7 +153,7 @@ def build(
     guard: options.GuardIfGiven = None,
     scene: options.SceneIfGiven = None,
     board: Annotated[
-        options.Board | None,
+        BoardName | None,
         typer.Option(help="Board; without it that of the scene, or the Atlys."),
     ] = None,
     device: Annotated[

@@ -5,23 +5,21 @@ import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from fractions import Fraction
 from math import inf, isfinite, isnan
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 import typer
 
 from plenofir.errors import InputError
+from plenofir.fpga.names import (
+    EngineName,
+    SliceEngineName,
+)
 
 if TYPE_CHECKING:
     from plenofir.refocus.arithmetic import Arithmetic
 
-Engine = Literal["fir", "moving_sum"]
-SimulatedEngine = Literal["fir", "moving_sum", "stack"]
 ArithmeticKind = Literal["exact", "stored"]
 InterpolationName = Literal["nearest", "linear", "0", "1", "2", "3"]
-Simulator = Literal["ghdl", "nvc", "verilator"]
-Chain = Literal["core", "hdmi"]
-Board = Literal["atlys", "ulx3s", "ecp5-eval"]
-HdmiBoard = Literal["atlys", "ulx3s"]
 Bayer = Literal["rggb", "grbg", "gbrg", "bggr"]
 Pixels = Literal["1", "2", "4", "8", "16", "32"]
 
@@ -67,6 +65,7 @@ _FIELDS = {
 }
 """Option of a field of the core or an argument of a function, where the names differ."""
 
+_OF_SLICES = get_args(SliceEngineName)
 # Each entry: an option, the option that decides whether it can be used, and with which values.
 _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("parallel_rows", "engine", ("fir",)),
@@ -74,20 +73,20 @@ _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("pixels", "engine", ("moving_sum",)),
     ("pixels", "arith", ("exact",)),
     ("radius", "engine", ("stack",)),
-    ("interpolation", "engine", ("fir", "moving_sum")),
-    ("sharpen", "engine", ("fir", "moving_sum")),
+    ("interpolation", "engine", _OF_SLICES),
+    ("sharpen", "engine", _OF_SLICES),
     ("sharpen", "arith", ("exact",)),
     ("sharpen", "chain", ("core",)),
-    ("arith", "engine", ("fir", "moving_sum")),
+    ("arith", "engine", _OF_SLICES),
     ("fraction", "arith", ("stored",)),
     ("guard", "arith", ("stored",)),
-    ("chain", "engine", ("fir", "moving_sum")),
+    ("chain", "engine", _OF_SLICES),
     ("board", "chain", ("hdmi",)),
     ("parallel_rows", "chain", ("core",)),
     ("any_rows", "chain", ("core",)),
     ("pixels", "chain", ("core",)),
     ("chain", "simulator", ("ghdl", "nvc")),
-    ("waves", "engine", ("fir", "moving_sum")),
+    ("waves", "engine", _OF_SLICES),
     ("waves", "simulator", ("ghdl", "nvc")),
 )
 
@@ -314,8 +313,8 @@ Upsample = Annotated[
 CameraIfGiven = Annotated[str | None, _CAMERA]
 MicroImageIfGiven = Annotated[int | None, _MICRO_IMAGE]
 SettingsIfGiven = Annotated[list[str] | None, _SETTINGS]
-EngineIfGiven = Annotated[Engine | None, _ENGINE]
-EngineOrStack = Annotated[SimulatedEngine, _ENGINE]
+EngineIfGiven = Annotated[SliceEngineName | None, _ENGINE]
+EngineOrStack = Annotated[EngineName, _ENGINE]
 InterpolationIfGiven = Annotated[InterpolationName | None, _INTERPOLATION]
 Arith = Annotated[ArithmeticKind, _ARITH]
 ArithIfGiven = Annotated[ArithmeticKind | None, _ARITH]

@@ -10,6 +10,7 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
 from plenofir.errors import EXIT_MISMATCH, InputError
+from plenofir.fpga.names import Chain, EngineName, HdmiBoardName, SimulatorName
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -73,12 +74,12 @@ def sim(
     arith: options.Arith = "exact",
     fraction: options.FractionIfGiven = None,
     guard: options.GuardIfGiven = None,
-    simulator: Annotated[options.Simulator, typer.Option(help="Simulator of the VHDL.")] = "ghdl",
+    simulator: Annotated[SimulatorName, typer.Option(help="Simulator of the VHDL.")] = "ghdl",
     chain: Annotated[
-        options.Chain,
+        Chain,
         typer.Option(help="The core, or the whole board from serial bits to serial bits."),
     ] = "core",
-    board: Annotated[options.HdmiBoard, typer.Option(help="Board of the chain.")] = "atlys",
+    board: Annotated[HdmiBoardName, typer.Option(help="Board of the chain.")] = "atlys",
     waves: Annotated[
         bool, typer.Option("--waves", help="Write a waveform and a GTKWave save file.")
     ] = False,
@@ -199,20 +200,23 @@ def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Pat
         raise typer.Exit(EXIT_MISMATCH)
 
 
-def _engine(kind: str, parallel_rows: int, *, any_rows: bool, pixels: options.Pixels) -> "Engine":
-    from plenofir.fpga.core.fir_engine import FirEngine
-    from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+def _engine(
+    kind: EngineName, parallel_rows: int, *, any_rows: bool, pixels: options.Pixels
+) -> "Engine":
+    from plenofir.fpga.core.configuration import SLICE_ENGINES
     from plenofir.fpga.core.stack_engine import StackEngine
 
-    if kind == "fir":
-        return FirEngine(parallel_rows=parallel_rows)
+    own: dict[str, dict[str, object]] = {
+        "fir": {"parallel_rows": parallel_rows},
+        "moving_sum": {"any_rows": any_rows, "pixels_per_clock": int(pixels)},
+    }
     if kind == "stack":
         return StackEngine()
-    return MovingSumEngine.model_validate({"any_rows": any_rows, "pixels_per_clock": int(pixels)})
+    return SLICE_ENGINES[kind].model_validate(own.get(kind, {}))
 
 
 def _of_scene(
-    path: str, raw: Path | None, chain: options.Chain, drawn: Path
+    path: str, raw: Path | None, chain: Chain, drawn: Path
 ) -> tuple[Path, "CoreConfiguration", "Screen"]:
     """Image, core and screen of a scene.
 

@@ -7,8 +7,8 @@ from typing import Literal
 
 from plenofir import project
 from plenofir.fpga.hdmi.modes import CLOCK_RANGES, VideoMode, modes_of_range
+from plenofir.fpga.names import BoardName
 
-BoardName = Literal["atlys", "ulx3s", "ecp5-eval"]
 Flow = Literal["ise", "nextpnr"]
 
 

@@ -14,26 +14,14 @@ _NAMES: dict[Family, tuple[str, str, str, str]] = {
 
 @dataclass(frozen=True)
 class Usage:
-    """Resources that a design takes.
+    """Resources that a design takes."""
 
-    Attributes
-    ----------
-    lut
-        Look-up tables with six inputs (ECP5: four), those used as memory and shift registers
-        included.
-    flip_flops
-        Flip-flops.
-    ramb16, ramb8
-        Block RAMs of 18 Kbit, and halves of them used as RAM of 9 Kbit.
-    dsp
-        Multipliers: DSP48A1 slices, or MULT18X18D.
-    """
-
+    # Look-up tables of six inputs (ECP5: four), those used as memory and shift registers included.
     lut: int = 0
     flip_flops: int = 0
-    ramb16: int = 0
-    ramb8: int = 0
-    dsp: int = 0
+    ramb16: int = 0  # block RAMs of 18 Kbit
+    ramb8: int = 0  # halves of them, used as RAM of 9 Kbit
+    dsp: int = 0  # multipliers: DSP48A1 slices, or MULT18X18D
 
     @property
     def block_rams(self) -> int:
@@ -61,91 +49,35 @@ class Usage:
         )
 
     def amounts(self, family: Family = "spartan6") -> dict[str, int]:
-        """Amount of each resource that a device has, by the device's name for it.
-
-        Parameters
-        ----------
-        family
-            Family of the device.
-
-        Returns
-        -------
-        dict
-            Name to amount.
-        """
+        """Amount of each resource, by the name that devices of a family have for it."""
         amounts = (self.lut, self.flip_flops, self.block_rams, self.dsp)
         return dict(zip(_NAMES[family], amounts, strict=True))
 
 
 @dataclass(frozen=True)
 class Device:
-    """An FPGA of the Spartan-6 LX family (Xilinx DS160, table 1) or ECP5 (Lattice FPGA-DS-02012).
+    """An FPGA: Spartan-6 LX (Xilinx DS160, table 1) or ECP5 (Lattice FPGA-DS-02012)."""
 
-    Attributes
-    ----------
-    name
-        Part without package and speed grade.
-    total
-        What it has.
-    package
-        A package it comes in, with the slowest usual speed grade: part for the tools.
-    family
-        Its family.
-    clocks_mhz
-        Clocks that cores keep in the slowest grade: the most pixels a clock, and MHz. ECP5: what
-        placed designs reach at least, which tests hold. Spartan-6: what the board's build asks
-        for; none with several, as there is no open router that could tell.
-    """
-
-    name: str
-    total: Usage = field(default_factory=Usage)
+    name: str  # part without package and speed grade
+    total: Usage = field(default_factory=Usage)  # what it has
+    # That it comes in, with the slowest usual speed grade: part for the tools.
     package: str = "csg324"
     family: Family = "spartan6"
+    # Clocks that cores keep in the slowest grade: the most pixels a clock, and MHz. ECP5: what
+    # placed designs reach at least, which tests hold. Spartan-6: what the board's build asks for;
+    # none with several, as there is no open router that could tell.
     clocks_mhz: tuple[tuple[int, float], ...] = ((1, 74.25),)
 
     def clock_mhz(self, pixels_per_clock: int) -> float:
-        """Clock that cores keep; 0 if it is not known.
-
-        Parameters
-        ----------
-        pixels_per_clock
-            Neighbouring pixels of a line that come together.
-
-        Returns
-        -------
-        float
-            MHz.
-        """
+        """Clock in MHz that cores with so many pixels a clock keep; 0 if it is not known."""
         return next((mhz for most, mhz in self.clocks_mhz if pixels_per_clock <= most), 0)
 
     def amounts(self, usage: Usage) -> dict[str, int]:
-        """Amount of each resource that a design takes, by the device's name for it.
-
-        Parameters
-        ----------
-        usage
-            What the design takes.
-
-        Returns
-        -------
-        dict
-            Name to amount.
-        """
+        """Amount of each resource that a design takes, by the device's name for it."""
         return usage.amounts(self.family)
 
     def overflow(self, usage: Usage) -> list[str]:
-        """Resources that a design needs more of than the device has.
-
-        Parameters
-        ----------
-        usage
-            What the design takes.
-
-        Returns
-        -------
-        list of str
-            One text for each, with both numbers; empty if the design fits.
-        """
+        """Resources that a design needs more of than there are, each with both numbers."""
         totals = self.amounts(self.total)
         return [
             f"{needed} of {totals[name]} {name}"

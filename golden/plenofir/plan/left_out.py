@@ -25,21 +25,13 @@ _FULL_CHANNELS = 3
 
 
 class LeftOut(BaseModel):
-    """Something that the scene does not need.
-
-    Attributes
-    ----------
-    what
-        What it is.
-    saves
-        Resources that it would take on top of the plan: the device's name to the amount.
-    costs
-        Resources that the plan takes more for doing without it, likewise.
-    """
+    """Something that the scene does not need."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     what: str
+    # Resources that it would take on top of the plan, and those that the plan takes more for doing
+    # without it: the device's name to the amount.
     saves: dict[str, int]
     costs: dict[str, int]
 

@@ -4,8 +4,9 @@
 from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir.camera.resampling import BayerOrder, red_place
-from plenofir.fpga.core.configuration import CoreConfiguration, SliceEngineName
+from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.devices import Device
+from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.plan.left_out import LeftOut
 from plenofir.plan.sensor.board_load import Shown, description
@@ -88,92 +89,45 @@ def planned_sensor(chip: SensorChip, device: Device) -> PlannedSensor:
 
 
 class Plan(BaseModel):
-    """What is built for a scene.
-
-    Attributes
-    ----------
-    scene
-        Its name.
-    path
-        "core" or "video".
-    device
-        Device that it fits.
-    clock_mhz
-        Pixel clock that the frame rate needs; None for stills.
-    blanking
-        Pixels of horizontal and lines of vertical blanking of the video mode; None without.
-    frame_clocks
-        Clocks for each frame, blanking included.
-    latency_clocks, latency_lines
-        Clocks from a frame's first pixel in to its first pixel out, and the lines among them: of
-        the core, or of the video path.
-    slices
-        Slices from far to near.
-    gaps_mm
-        (near, far) of what no slice of the grid covers; far None for infinity.
-    core
-        Generics of the core.
-    columns, rows
-        Frame size; with a sensor that of the raster, the largest if a calibration is loaded.
-    taps
-        Taps of the filters of each dimension.
-    line_buffers
-        Lines that each channel keeps: of partial sums, or of pixels (engine "moving_sum").
-    line_buffer_bits
-        Bits of all of them.
-    error_bound
-        Largest distance from the real-valued operator in grey levels.
-    engines, engine_reason
-        Both engines with what they take, and why the one of `core` was chosen.
-    needs, full, available
-        Resources of the plan (estimate), of the full build, and of the device.
-    video_needs
-        Those of them that the video path and the board's control take; None for a core.
-    full_build
-        What the full build is.
-    left_out
-        What is not there, each with what it would take.
-    screen
-        What a board shows, and the text over it.
-    screen_needs
-        Resources that the text takes; None without one.
-    edid
-        In hexadecimal, the EDID that the board serves instead of its own; None for its own.
-    sensor
-        What makes the raster of a sensor's raw frames; None if the frames are the raster.
-    notes
-        What the camera's optics do to the slices, a line each.
-    """
+    """What is built for a scene."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     scene: str
-    path: str
-    device: str
-    clock_mhz: float | None
+    path: str  # "core" or "video"
+    device: str  # that it fits
+    clock_mhz: float | None  # pixel clock that the frame rate needs; None for stills
+    # Pixels of horizontal and lines of vertical blanking of the video mode; None without.
     blanking: tuple[int, int] | None
-    frame_clocks: int
+    frame_clocks: int  # clocks for each frame, blanking included
+    # Clocks from a frame's first pixel in to its first pixel out, and the lines among them: of the
+    # core, or of the video path.
     latency_clocks: int
     latency_lines: int
-    slices: tuple[PlannedSlice, ...]
+    slices: tuple[PlannedSlice, ...]  # from far to near
+    # (near, far) of what no slice of the grid covers; far None for infinity.
     gaps_mm: tuple[tuple[float, float | None], ...]
     core: CoreConfiguration
-    columns: int
+    columns: int  # of a frame; with a sensor of the raster, the largest if a calibration is loaded
     rows: int
-    taps: int
+    taps: int  # of the filters of each dimension
+    # Lines that each channel keeps: of partial sums, or of pixels (engine "moving_sum").
     line_buffers: int
-    line_buffer_bits: int
-    error_bound: float
-    engines: tuple[EngineOption, ...]
-    engine_reason: str
-    needs: dict[str, int]
+    line_buffer_bits: int  # of all of them
+    error_bound: float  # largest distance from the real-valued operator in grey levels
+    engines: tuple[EngineOption, ...]  # both, with what they take
+    engine_reason: str  # why the one of `core` was chosen
+    needs: dict[str, int]  # resources of the plan (estimate)
+    # Those of them that the video path and the board's control take; None for a core.
     video_needs: dict[str, int] | None
-    full: dict[str, int]
-    full_build: str
-    available: dict[str, int]
-    left_out: tuple[LeftOut, ...]
-    screen: Screen = Screen()
-    screen_needs: dict[str, int] | None = None
+    full: dict[str, int]  # resources of the full build
+    full_build: str  # what that is
+    available: dict[str, int]  # resources of the device
+    left_out: tuple[LeftOut, ...]  # what is not there, each with what it would take
+    screen: Screen = Screen()  # what a board shows, and the text over it
+    screen_needs: dict[str, int] | None = None  # resources that the text takes; None without one
+    # In hexadecimal, the EDID that the board serves instead of its own; None for its own.
     edid: str | None = None
+    # What makes the raster of a sensor's raw frames; None if the frames are the raster.
     sensor: PlannedSensor | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what the camera's optics do to the slices

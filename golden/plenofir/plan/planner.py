@@ -9,12 +9,13 @@ from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_n
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
 from plenofir.errors import InputError
 from plenofir.fpga.boards import board_of
-from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration, SliceEngineName
+from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
+from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
 from plenofir.plan.left_out import extent, full_core, left_out, sensor_left_out
@@ -404,21 +405,8 @@ def _clock(
 def make_plan(loaded: LoadedScene) -> Plan:
     """Plan the smallest hardware for a scene.
 
-    Parameters
-    ----------
-    loaded
-        The scene.
-
-    Returns
-    -------
-    Plan
-        Slices, generics, resources, latency and what is left out.
-
-    Raises
-    ------
-    InputError
-        If no slice covers anything, the core's limits are exceeded, or the device is too small:
-        the resource and both numbers.
+    InputError if no slice covers anything, the core's limits are exceeded, or the device is too
+    small.
     """
     scene = loaded.scene
     m = scene.camera.micro_image_size

@@ -23,6 +23,7 @@ from plenofir.fpga.core.fir_engine import MAX_PARALLEL_ROWS
 from plenofir.fpga.core.moving_sum_engine import PixelsPerClock
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.edid import check_edid
+from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.plan.scene_screen import SceneScreen
 from plenofir.plan.sensor.scene_sensor import SceneSensor, SensorChip, sensor_chip
@@ -109,7 +110,7 @@ class SceneBuild(_Part):
     path: Literal["core", "video"] = "core"
     device: str = "xc6slx45"  # what it must fit
     # "auto": the one that fits; of two, the one whose scarcest resource is used less.
-    engine: Literal["auto", "fir", "moving_sum"] = "auto"
+    engine: Literal["auto", SliceEngineName] = "auto"
     # File (relative to the scene file) of an EDID that the board serves instead of its own; for the
     # path "video".
     edid: Annotated[str, Field(min_length=1)] | None = None
@@ -166,28 +167,16 @@ class SceneBuild(_Part):
 
 
 class Scene(_Part):
-    """A scene profile.
+    """A scene profile."""
 
-    Attributes
-    ----------
-    name
-        Short name: letters, digits, and hyphens in between.
-    title
-        Description in a line.
-    camera, frame, depth, build
-        Its parts.
-    sensor
-        What delivers raw frames, from which the chip makes the raster; None if the raster comes in.
-    screen
-        What a board shows; None: the refocused slice, without a text.
-    """
-
+    # Short: letters, digits, and hyphens in between.
     name: Annotated[str, Field(pattern=r"^[a-z0-9]+(-[a-z0-9]+)*$", max_length=40)]
-    title: str = ""
+    title: str = ""  # description in a line
     camera: SceneCamera
     frame: SceneFrame
     depth: SceneDepth
     build: SceneBuild = SceneBuild()
+    # What delivers raw frames, from which the chip makes the raster; None if the raster comes in.
     sensor: SceneSensor | None = None
     screen: SceneScreen | None = None
 
@@ -240,35 +229,17 @@ class Scene(_Part):
 
 
 class LoadedScene(BaseModel):
-    """A scene with what its file refers to.
-
-    Attributes
-    ----------
-    path
-        The file.
-    scene
-        Its content.
-    camera
-        The camera it names, or None.
-    shifts
-        a' of the slices it names, or None.
-    edid
-        The EDID it names, checked, or None.
-    sensor
-        What makes the raster of its sensor's raw frames, or None.
-    shown
-        What its board shows, once its slices are known.
-    """
+    """A scene with what its file refers to."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
     path: Path
     scene: Scene
-    camera: Camera | None
-    shifts: tuple[int, ...] | None
-    edid: bytes | None = None
-    sensor: SensorChip | None = None
-    shown: Screen = Screen()
+    camera: Camera | None  # that it names
+    shifts: tuple[int, ...] | None  # a' of the slices that it names
+    edid: bytes | None = None  # that it names, checked
+    sensor: SensorChip | None = None  # what makes the raster of its sensor's raw frames
+    shown: Screen = Screen()  # what its board shows, once its slices are known
 
     @property
     def video_size(self) -> tuple[int, int]:
@@ -277,17 +248,9 @@ class LoadedScene(BaseModel):
         return size.columns, size.rows
 
     def model(self) -> RayModel | None:
-        """Ray model of the camera.
+        """Ray model of the camera, if it names one.
 
-        Returns
-        -------
-        RayModel or None
-            None if the scene names no camera.
-
-        Raises
-        ------
-        InputError
-            If the camera cannot be focused as the scene wants it.
+        InputError if the camera cannot be focused as the scene wants it.
         """
         if self.camera is None:
             return None
@@ -303,20 +266,7 @@ def scene_files() -> list[Path]:
 def load_scene(path: str | Path) -> LoadedScene:
     """Load a shipped scene profile by name, or any scene profile from a file.
 
-    Parameters
-    ----------
-    path
-        Name (that of one of the `scene_files`, without its suffix) or path of a TOML file.
-
-    Returns
-    -------
-    LoadedScene
-        The scene and its camera.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is not valid: field, value and what is allowed.
+    InputError if there is no such file, or it is not valid: field, value and what is allowed.
     """
     shipped = {file.stem: file for file in scene_files()}
     file = shipped.get(str(path), Path(path))

@@ -60,16 +60,16 @@ def test_help_and_version_load_no_numerics() -> None:
 
 
 def test_options_agree_with_what_they_choose() -> None:
+    from plenofir.fpga.boards import BOARDS
     from plenofir.fpga.core.configuration import SLICE_ENGINES
-    from plenofir.fpga.simulate.report import Chain
+    from plenofir.fpga.names import BoardName, HdmiBoardName, SliceEngineName
     from plenofir.fpga.simulate.request import FLOWER_FOCUS, FLOWER_MICRO_IMAGE_SIZE
-    from plenofir.fpga.tools.simulators import SimulatorName
     from plenofir.refocus import interpolation_order
     from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
 
-    assert set(get_args(options.Engine)) == set(SLICE_ENGINES)
-    assert set(get_args(options.Simulator)) == set(get_args(SimulatorName))
-    assert set(get_args(options.Chain)) == set(get_args(Chain))
+    assert get_args(SliceEngineName) == tuple(SLICE_ENGINES)
+    assert get_args(BoardName) == tuple(BOARDS)
+    assert set(get_args(HdmiBoardName)) == {b.name for b in BOARDS.values() if b.modes}
     orders = [interpolation_order(name) for name in get_args(options.InterpolationName)]
     assert orders == [0, 1, 0, 1, 2, 3]
     assert get_args(options.Radius)[1].max == MAX_SHARPNESS_RADIUS

@@ -2,7 +2,7 @@
 """What a core can be built for: its generics, limits, memory and latency."""
 
 from fractions import Fraction
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field
@@ -15,6 +15,7 @@ from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS as MAX_LINE_BUFFER_BI
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.sharpener import SHARPENER_CLOCKS, check_sharpener, sharpener_bits
 from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.fpga.names import SliceEngineName
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpening import WEIGHT_UNITS
@@ -33,7 +34,6 @@ STREAM_CLOCKS = 7
 # Tokens in the sequencer and the row gather.
 _SEQUENCER_GATHER = 4
 
-SliceEngineName = Literal["fir", "moving_sum"]
 SLICE_ENGINES: dict[SliceEngineName, type[FirEngine] | type[MovingSumEngine]] = {
     "fir": FirEngine,
     "moving_sum": MovingSumEngine,

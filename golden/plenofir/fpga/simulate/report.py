@@ -1,18 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a run leaves in ``report.json``, and what a person is told of it."""
 
-from typing import Literal
-
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.fpga.boards import BoardName
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.names import BoardName, Chain
 from plenofir.fpga.screen.shown import ShownReport
 from plenofir.refocus.arithmetic import Arithmetic
 
 REPORT = "report.json"
-
-Chain = Literal["core", "hdmi"]
 
 
 class SliceReport(BaseModel):

@@ -11,10 +11,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from plenofir import project
 from plenofir.errors import InputError
-from plenofir.fpga.boards import BoardName
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
+from plenofir.fpga.names import BoardName, Chain
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.fpga.simulate.report import Chain
 from plenofir.images import read_image
 from plenofir.refocus import check_raw, shift_to_name
 from plenofir.refocus.operator import Image

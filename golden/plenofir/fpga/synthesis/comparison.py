@@ -16,10 +16,10 @@ from plenofir.fpga.core.configuration import (
     MAX_COLUMNS,
     SLICE_ENGINES,
     CoreConfiguration,
-    SliceEngineName,
 )
 from plenofir.fpga.core.moving_sum_engine import PixelsPerClock
 from plenofir.fpga.devices import Device
+from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.synthesis.ecp5 import Placed
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.synthesis.records import save_records

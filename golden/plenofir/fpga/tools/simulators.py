@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from plenofir.errors import InputError, ToolError
+from plenofir.fpga.names import SimulatorName
 
-SimulatorName = Literal["ghdl", "nvc", "verilator"]
 Standard = Literal["1993", "2008"]
 STANDARDS: tuple[Standard, ...] = get_args(Standard)
 NVC_RELEASES = "https://github.com/nickg/nvc/releases"

@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Names that users type: of engines, boards, simulators.
+
+They stand alone, so that the command line knows them without importing what they name.
+"""
+
+from typing import Literal
+
+SliceEngineName = Literal["fir", "moving_sum"]
+"""Engines that are set to one slice at a time: `plenofir.fpga.core.configuration.SLICE_ENGINES`."""
+EngineName = Literal[SliceEngineName, "stack"]
+HdmiBoardName = Literal["atlys", "ulx3s"]
+BoardName = Literal[HdmiBoardName, "ecp5-eval"]
+"""Rows of `plenofir.fpga.boards.BOARDS`."""
+SimulatorName = Literal["ghdl", "nvc", "verilator"]
+Chain = Literal["core", "hdmi"]
+"""The core alone, or a board from serial bits to serial bits."""
