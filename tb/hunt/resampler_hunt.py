@@ -15,7 +15,16 @@ FAULTS = [
 
 
 def draw_generics(rng: random.Random) -> dict[str, Any]:
-    """Draw generics of a resampler."""
+    """Draw generics of a resampler for which there are grids."""
+    from hunt.grids import draw_frame_size
+
+    while True:
+        generics = _draw(rng)
+        if all(draw_frame_size(rng, generics) for _ in range(3)):
+            return generics
+
+
+def _draw(rng: random.Random) -> dict[str, Any]:
     m = rng.choice([1, 2, 2, 3, 3, 4, 5])
     gains, moves = rng.random() < 0.3, rng.random() < 0.3
     return {

@@ -20,7 +20,7 @@ from hunt.start_values import with_start_values
 from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import used_units
-from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.fpga.tools.simulators import coverage_options, find_simulator
 from plenofir_tb.runner import simulator_name
 from plenofir_tb.wrapper import TOP, wrapper
 
@@ -97,7 +97,7 @@ def run_design(
             keep = getattr(module, "KEEP", ())
             used = with_start_values(sources, scratch / "started", rng, share=share, keep=keep)
         log = _simulate(module.ENTITY, design["generics"], used, order, scratch)
-        if verdicts.exists() or not re.search("bound check failure|out of bounds", log):
+        if verdicts.exists() or not re.search("bound check failure|out of bounds|outside of", log):
             break
     result.counts[f"designs: {share:.0%} of the start values drawn"] += 1
     for line in verdicts.read_text().splitlines() if verdicts.exists() else []:
@@ -138,6 +138,7 @@ def _simulate(
             hdl_toplevel_lang="vhdl",
             build_dir=scratch / "work",
             test_dir=scratch / "work",
+            elab_args=coverage_options(simulator.name),
             test_args=simulator.global_options() if name == "ghdl" else [],
             plusargs=["--ieee-asserts=disable", "--max-stack-alloc=0"] if name == "ghdl" else [],
             seed=1,

@@ -122,7 +122,9 @@ def with_start_values(
 
         def drawn(found: re.Match[str], drawer: _Drawer = drawer) -> str:
             value = drawer.value(found[2]) if rng.random() < share else ""
-            return f"{found[1]}{found[2]}:= {value};" if value else found[0]
+            # Lines keep their numbers: coverage counts them.
+            rest = "\n" * found[3].count("\n")
+            return f"{found[1]}{found[2]}:= {value};{rest}" if value else found[0]
 
         if source.name not in keep:
             text = _OBJECT.sub(drawn, text)
