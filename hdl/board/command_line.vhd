@@ -134,19 +134,77 @@ architecture rtl of command_line is
   -- convert, digits: a number goes out.
   type state_t is (read_line, act, answer, sign, convert, digits);
 
-  signal state   : state_t                           := read_line;
-  signal letter  : character_t                       := (others => '0');
-  signal number  : unsigned(7 downto 0)              := (others => '0');
-  signal given   : std_logic                         := '0';
-  signal wrong   : std_logic                         := '0';
-  signal place   : natural range 1 to ANSWERS'length := 1;
-  signal field   : natural range 0 to FIELDS         := 0;
-  signal binary  : unsigned(15 downto 0)             := (others => '0');
-  signal decimal : unsigned(19 downto 0)             := (others => '0');
-  signal step    : natural range 0 to 16             := 0;
-  signal leading : std_logic                         := '0';
-  signal offer   : std_logic                         := '0';
-  signal symbol  : character_t                       := (others => '0');
+  constant LAST_BIT   : natural := 16;
+  constant LAST_DIGIT : natural := 4;
+
+  subtype decimal_t is unsigned(4 * (LAST_DIGIT + 1) - 1 downto 0);
+
+  signal state : state_t := read_line;
+
+  -- The line so far. Code 0 stands for no letter yet, all ones for a letter that no command has.
+  signal letter : character_t          := (others => '0');
+  signal number : unsigned(7 downto 0) := (others => '0');
+  signal given  : std_logic            := '0';
+  signal wrong  : std_logic            := '0';
+
+  -- A line that can be obeyed came, with a number, without one.
+  signal right    : std_logic;
+  signal numbered : std_logic;
+  signal bare     : std_logic;
+  -- Each high for the command that it is; whether it is any of them.
+  signal to_slice   : std_logic;
+  signal to_sweep   : std_logic;
+  signal to_pass    : std_logic;
+  signal to_pattern : std_logic;
+  signal to_output  : std_logic;
+  signal to_place   : std_logic;
+  signal to_clear   : std_logic;
+  signal to_status  : std_logic;
+  signal is_known   : std_logic;
+
+  -- The character of an answer that comes next; it is the last one, and the answer is over with it.
+  signal place    : natural range 1 to ANSWERS'length := 1;
+  signal next_one : character_t;
+  signal is_end   : std_logic;
+
+  -- The number that the status has next, and its digits. Behind its sign none is negative.
+  signal field   : natural range 0 to FIELDS   := 0;
+  signal binary  : unsigned(15 downto 0)       := (others => '0');
+  signal decimal : decimal_t                   := (others => '0');
+  signal step    : natural range 0 to LAST_BIT := 0;
+  signal leading : std_logic                   := '0';
+
+  -- A character waits to be taken.
+  signal offer  : std_logic   := '0';
+  signal symbol : character_t := (others => '0');
+
+  -- Double dabble, for all digits at once: one of 5 or more gets 3, so that its doubling carries into the next one.
+
+  function doubled (
+    value : decimal_t;
+    carry : std_logic
+  ) return decimal_t is
+
+    variable digit  : unsigned(3 downto 0);
+    variable result : decimal_t;
+
+  begin
+
+    for i in 0 to LAST_DIGIT loop
+
+      digit := value(4 * i + 3 downto 4 * i);
+
+      if digit >= 5 then
+        digit := digit + 3;
+      end if;
+
+      result(4 * i + 3 downto 4 * i) := digit;
+
+    end loop;
+
+    return result(result'high - 1 downto 0) & carry;
+
+  end function doubled;
 
 begin
 
@@ -154,21 +212,85 @@ begin
   m_axis_tdata  <= symbol;
   value         <= number;
 
-  follow : process (clk) is
+  right    <= to_logic(state = act) and not wrong;
+  numbered <= right and given;
+  bare     <= right and not given;
 
-    variable digit : unsigned(3 downto 0);
-    variable wide  : unsigned(11 downto 0);
+  to_slice   <= numbered and to_logic(letter = code('s') and number < slices);
+  to_sweep   <= numbered and to_logic(letter = code('w'));
+  to_pass    <= numbered and to_logic(letter = code('p') and number < 2);
+  to_pattern <= numbered and to_logic(letter = code('t') and number < 2);
+  to_output  <= numbered and to_logic(letter = code('o') and number < outputs);
+  to_place   <= numbered and to_logic(letter = code('h') and number < places);
+  to_clear   <= bare and to_logic(letter = code('c'));
+  to_status  <= bare and to_logic(letter = code('?'));
+  is_known   <= to_slice or to_sweep or to_pass or to_pattern or to_output or to_place or to_clear;
+
+  next_one <= CODES(place);
+  is_end   <= to_logic(state = answer and next_one = code(LF)) and not offer;
+
+  take_line : process (clk) is
+
+    variable wide : unsigned(11 downto 0);
 
   begin
 
     if rising_edge(clk) then
-      set_slice    <= '0';
-      set_sweep    <= '0';
-      set_pass     <= '0';
-      set_pattern  <= '0';
-      set_output   <= '0';
-      set_place    <= '0';
-      clear_errors <= '0';
+      if state = read_line and s_axis_tvalid = '1' then
+        if s_axis_tdata = code(CR) or s_axis_tdata = code(LF) or s_axis_tdata = code(' ') then
+          null;
+        elsif unsigned(s_axis_tdata) >= unsigned(code('0')) and unsigned(s_axis_tdata) <= unsigned(code('9')) then
+          -- Ten times what was there, and the digit.
+          wide := resize(number, 12);
+          wide := shift_left(wide, 3) + shift_left(wide, 1) + unsigned(s_axis_tdata(3 downto 0));
+          if letter = x"00" or wide > 255 then
+            letter <= x"FF";
+            wrong  <= '1';
+          end if;
+          number <= wide(7 downto 0);
+          given  <= '1';
+        elsif letter = x"00" then
+          letter <= s_axis_tdata;
+        else
+          wrong <= '1';
+        end if;
+      end if;
+
+      if reset = '1' or is_end = '1' then
+        letter <= x"00";
+        number <= (others => '0');
+        given  <= '0';
+        wrong  <= '0';
+      end if;
+    end if;
+
+  end process take_line;
+
+  obey : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      set_slice    <= to_slice;
+      set_sweep    <= to_sweep;
+      set_pass     <= to_pass;
+      set_pattern  <= to_pattern;
+      set_output   <= to_output;
+      set_place    <= to_place;
+      clear_errors <= to_clear;
+      if reset = '1' then
+        -- The others would set 0, as the reset does.
+        set_slice    <= '0';
+        set_place    <= '0';
+        clear_errors <= '0';
+      end if;
+    end if;
+
+  end process obey;
+
+  reply : process (clk) is
+  begin
+
+    if rising_edge(clk) then
       if offer = '1' and m_axis_tready = '1' then
         offer <= '0';
       end if;
@@ -177,83 +299,32 @@ begin
 
         when read_line =>
 
-          if s_axis_tvalid = '1' then
-            if s_axis_tdata = code(CR) or s_axis_tdata = code(LF) then
-              if letter /= x"00" then
-                state <= act;
-              end if;
-            elsif s_axis_tdata = code(' ') then
-              null;
-            elsif unsigned(s_axis_tdata) >= unsigned(code('0')) and unsigned(s_axis_tdata) <= unsigned(code('9')) then
-              -- Ten times what was there, and the digit.
-              wide := resize(number, 12);
-              wide := shift_left(wide, 3) + shift_left(wide, 1) + unsigned(s_axis_tdata(3 downto 0));
-              if letter = x"00" or wide > 255 then
-                letter <= x"FF";
-                wrong  <= '1';
-              end if;
-              number <= wide(7 downto 0);
-              given  <= '1';
-            elsif letter = x"00" then
-              letter <= s_axis_tdata;
-            else
-              wrong <= '1';
-            end if;
+          -- An empty line is no command: CR and LF may both end one.
+          if s_axis_tvalid = '1' and letter /= x"00" and (s_axis_tdata = code(CR) or s_axis_tdata = code(LF)) then
+            state <= act;
           end if;
 
         when act =>
 
           state <= answer;
-          place <= OK_FIRST;
-          if wrong = '1' then
-            place <= ERROR_FIRST;
-          elsif letter = code('s') and given = '1' and number < slices then
-            set_slice <= '1';
-          elsif letter = code('w') and given = '1' then
-            set_sweep <= '1';
-          elsif letter = code('p') and given = '1' and number < 2 then
-            set_pass <= '1';
-          elsif letter = code('t') and given = '1' and number < 2 then
-            set_pattern <= '1';
-          elsif letter = code('o') and given = '1' and number < outputs then
-            set_output <= '1';
-          elsif letter = code('h') and given = '1' and number < places then
-            set_place <= '1';
-          elsif letter = code('c') and given = '0' then
-            clear_errors <= '1';
-          elsif letter = code('?') and given = '0' then
+          place <= ERROR_FIRST;
+          if is_known = '1' then
+            place <= OK_FIRST;
+          elsif to_status = '1' then
             place <= STATUS_FIRST;
             field <= 0;
-          else
-            place <= ERROR_FIRST;
           end if;
 
         when answer =>
 
           if offer = '0' then
-            if CODES(place) = code('#') then
-              binary  <= unsigned(status_values(15 downto 0));
-              decimal <= (others => '0');
-              step    <= 0;
-              state   <= sign;
-
-              for i in 1 to FIELDS - 1 loop
-
-                if field = i then
-                  binary <= unsigned(status_values(16 * i + 15 downto 16 * i));
-                end if;
-
-              end loop;
-
+            if next_one = code('#') then
+              state <= sign;
             else
-              symbol <= CODES(place);
+              symbol <= next_one;
               offer  <= '1';
-              if CODES(place) = code(LF) then
-                state  <= read_line;
-                letter <= x"00";
-                number <= (others => '0');
-                given  <= '0';
-                wrong  <= '0';
+              if next_one = code(LF) then
+                state <= read_line;
               else
                 place <= place + 1;
               end if;
@@ -264,75 +335,77 @@ begin
 
           state <= convert;
           if binary(15) = '1' then
-            binary <= 0 - binary;
             symbol <= code('-');
             offer  <= '1';
           end if;
 
         when convert =>
 
-          -- Double dabble: a digit of 5 or more gets 3 before the next doubling.
-          if step = 16 then
-            state   <= digits;
-            step    <= 0;
-            leading <= '1';
-          else
-            step <= step + 1;
-
-            for i in 0 to 4 loop
-
-              digit := decimal(4 * i + 3 downto 4 * i);
-              if digit >= 5 then
-                digit := digit + 3;
-              end if;
-              -- Shifted left by one, with the carry of the digit below.
-              decimal(4 * i + 3 downto 4 * i + 1) <= digit(2 downto 0);
-              if i < 4 then
-                decimal(4 * i + 4) <= digit(3);
-              end if;
-
-            end loop;
-
-            decimal(0) <= binary(15);
-            binary     <= shift_left(binary, 1);
+          if step = LAST_BIT then
+            state <= digits;
           end if;
 
         when digits =>
 
           if offer = '0' then
-            if step = 5 then
+            if step > LAST_DIGIT then
               state <= answer;
               place <= place + 1;
               if field /= FIELDS then
                 field <= field + 1;
               end if;
-            else
-              step    <= step + 1;
-              decimal <= shift_left(decimal, 4);
-              if leading = '0' or decimal(19 downto 16) /= 0 or step = 4 then
-                symbol  <= x"3" & std_logic_vector(decimal(19 downto 16));
-                offer   <= '1';
-                leading <= '0';
-              end if;
+            elsif leading = '0' or decimal(19 downto 16) /= 0 or step = LAST_DIGIT then
+              symbol <= x"3" & std_logic_vector(decimal(19 downto 16));
+              offer  <= '1';
             end if;
           end if;
 
       end case;
 
       if reset = '1' then
-        state  <= read_line;
-        letter <= x"00";
-        number <= (others => '0');
-        given  <= '0';
-        wrong  <= '0';
-        offer  <= '0';
-        -- The others would set 0, as the reset does.
-        set_slice    <= '0';
-        set_place    <= '0';
-        clear_errors <= '0';
+        state <= read_line;
+        offer <= '0';
       end if;
     end if;
 
-  end process follow;
+  end process reply;
+
+  -- A number: its bits into decimal digits, which then leave from the highest on.
+  convert_number : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if state = answer and offer = '0' and next_one = code('#') then
+        binary  <= unsigned(status_values(15 downto 0));
+        decimal <= (others => '0');
+        step    <= 0;
+
+        for i in 1 to FIELDS - 1 loop
+
+          if field = i then
+            binary <= unsigned(status_values(16 * i + 15 downto 16 * i));
+          end if;
+
+        end loop;
+
+      elsif state = sign and binary(15) = '1' then
+        binary <= 0 - binary;
+      elsif state = convert and step = LAST_BIT then
+        step    <= 0;
+        leading <= '1';
+      elsif state = convert then
+        step    <= step + 1;
+        decimal <= doubled(decimal, binary(15));
+        binary  <= shift_left(binary, 1);
+      elsif state = digits and offer = '0' and step <= LAST_DIGIT then
+        step    <= step + 1;
+        decimal <= shift_left(decimal, 4);
+        if decimal(19 downto 16) /= 0 or step = LAST_DIGIT then
+          leading <= '0';
+        end if;
+      end if;
+    end if;
+
+  end process convert_number;
 
 end architecture rtl;

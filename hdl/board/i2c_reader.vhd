@@ -13,6 +13,9 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.math_pkg.all;
+
 entity i2c_reader is
   generic (
     -- Address of the device.
@@ -73,8 +76,20 @@ architecture rtl of i2c_reader is
   signal bits    : natural range 0 to 8         := 0;
   signal shift   : std_logic_vector(8 downto 0) := (others => '1');
   signal all_in  : std_logic                    := '0';
-  signal starts  : std_logic;
-  signal stops   : std_logic;
+
+  -- What the bit under way is: a start, a stop; the first one of a byte that is read.
+  signal starts : std_logic;
+  signal stops  : std_logic;
+  signal opens  : std_logic;
+
+  -- For a clock: the read begins, a bit begins, is read, is over; so is the whole step; the clock line stays low.
+  signal begins     : std_logic;
+  signal time_up    : std_logic;
+  signal bit_begins : std_logic;
+  signal bit_read   : std_logic;
+  signal bit_ends   : std_logic;
+  signal step_ends  : std_logic;
+  signal gives_up   : std_logic;
 
 begin
 
@@ -96,17 +111,22 @@ begin
   data     <= shift(8 downto 1);
   complete <= all_in;
 
-  starts <= '1' when step = write_start or step = read_start else
-            '0';
-  stops  <= '1' when step = free_stop or step = stop else
-            '0';
+  starts <= to_logic(step = write_start or step = read_start);
+  stops  <= to_logic(step = free_stop or step = stop);
+  opens  <= to_logic(step = read_byte and bits = 0);
 
-  read : process (clk) is
+  begins     <= to_logic(phase = hold and step = idle) and start;
+  time_up    <= to_logic(clocks = QUARTER - 1);
+  bit_begins <= to_logic(phase = hold and step /= idle) and time_up and (next_byte or not opens);
+  bit_read   <= to_logic(phase = high) and time_up;
+  bit_ends   <= to_logic(phase = high_end) and time_up;
+  step_ends  <= bit_ends and (starts or stops or to_logic(bits = 8));
+  gives_up   <= to_logic(phase = rise and clocks = STRETCH - 1) and not scl_now;
+
+  drive_clock : process (clk) is
   begin
 
     if rising_edge(clk) then
-      valid  <= '0';
-      done   <= '0';
       clocks <= clocks + 1;
 
       case phase is
@@ -117,32 +137,18 @@ begin
             clocks <= 0;
             if start = '1' then
               scl_low <= '1';
-              all_in  <= '0';
-              stuck   <= '0';
-              step    <= free;
-              bits    <= 0;
-              shift   <= (others => '1');
             end if;
-          elsif clocks = QUARTER - 1 then
-            if step = read_byte and bits = 0 then
-              if next_byte = '1' then
-                sda_low <= '0';
-                shift   <= x"FF" & not more;
-                clocks  <= 0;
-                phase   <= setup;
-              else
-                clocks <= clocks;
-              end if;
-            else
-              sda_low <= stops or (not starts and not shift(8));
-              clocks  <= 0;
-              phase   <= setup;
-            end if;
+          elsif bit_begins = '1' then
+            clocks <= 0;
+            phase  <= setup;
+          elsif time_up = '1' then
+            -- The next byte is not wanted yet.
+            clocks <= clocks;
           end if;
 
         when setup =>
 
-          if clocks = QUARTER - 1 then
+          if time_up = '1' then
             scl_low <= '0';
             clocks  <= 0;
             phase   <= rise;
@@ -153,105 +159,26 @@ begin
           if scl_now = '1' then
             clocks <= 0;
             phase  <= high;
-          elsif clocks = STRETCH - 1 then
-            stuck   <= '1';
-            done    <= '1';
-            sda_low <= '0';
-            clocks  <= 0;
-            step    <= idle;
-            phase   <= hold;
+          elsif gives_up = '1' then
+            clocks <= 0;
+            phase  <= hold;
           end if;
 
         when high =>
 
-          if clocks = QUARTER - 1 then
+          if time_up = '1' then
             clocks <= 0;
             phase  <= high_end;
-            if starts = '1' then
-              sda_low <= '1';
-            elsif stops = '1' then
-              sda_low <= '0';
-            else
-              shift <= shift(7 downto 0) & sda_now;
-            end if;
           end if;
 
         when high_end =>
 
-          if clocks = QUARTER - 1 then
+          if time_up = '1' then
             clocks  <= 0;
             phase   <= hold;
             scl_low <= '1';
-            if starts = '0' and stops = '0' and bits /= 8 then
-              bits <= bits + 1;
-            else
-              bits <= 0;
-
-              -- What was sent must be on the line, with a zero behind it from the device.
-              case step is
-
-                when free =>
-
-                  step <= free_stop;
-
-                when free_stop =>
-
-                  step <= write_start;
-                  if sda_now = '0' then
-                    stuck   <= '1';
-                    done    <= '1';
-                    scl_low <= '0';
-                    step    <= idle;
-                  end if;
-
-                when write_start =>
-
-                  step  <= write_device;
-                  shift <= WRITE_TO & LISTEN;
-
-                when write_device =>
-
-                  step  <= write_address;
-                  shift <= ADDRESS & LISTEN;
-                  if shift /= WRITE_TO & '0' then
-                    step <= stop;
-                  end if;
-
-                when write_address =>
-
-                  step <= read_start;
-                  if shift /= ADDRESS & '0' then
-                    step <= stop;
-                  end if;
-
-                when read_start =>
-
-                  step  <= read_device;
-                  shift <= READ_FROM & LISTEN;
-
-                when read_device =>
-
-                  step <= read_byte;
-                  if shift /= READ_FROM & '0' then
-                    step <= stop;
-                  end if;
-
-                when read_byte =>
-
-                  valid <= '1';
-                  if more = '0' then
-                    all_in <= '1';
-                    step   <= stop;
-                  end if;
-
-                when stop | idle =>
-
-                  done    <= '1';
-                  scl_low <= '0';
-                  step    <= idle;
-
-              end case;
-
+            if step_ends = '1' and (step = idle or step = stop or (step = free_stop and sda_now = '0')) then
+              scl_low <= '0';
             end if;
           end if;
 
@@ -259,14 +186,147 @@ begin
 
       if reset = '1' then
         scl_low <= '0';
-        sda_low <= '0';
-        step    <= idle;
         phase   <= hold;
-        done    <= '0';
-        valid   <= '0';
       end if;
     end if;
 
-  end process read;
+  end process drive_clock;
+
+  drive_data : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if bit_begins = '1' then
+        -- Before a start the line is high, before a stop low.
+        sda_low <= (stops or (not starts and not shift(8))) and not opens;
+      elsif bit_read = '1' and starts = '1' then
+        sda_low <= '1';
+      elsif gives_up = '1' or (bit_read = '1' and stops = '1') then
+        sda_low <= '0';
+      end if;
+      if reset = '1' then
+        sda_low <= '0';
+      end if;
+    end if;
+
+  end process drive_data;
+
+  -- Bits to be sent leave at the one end, those on the line come in at the other.
+  shift_bits : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if begins = '1' then
+        bits  <= 0;
+        shift <= (others => '1');
+      elsif bit_begins = '1' and opens = '1' then
+        shift <= x"FF" & not more;
+      elsif bit_read = '1' and starts = '0' and stops = '0' then
+        shift <= shift(7 downto 0) & sda_now;
+      elsif step_ends = '1' then
+        bits <= 0;
+        if step = write_start then
+          shift <= WRITE_TO & LISTEN;
+        elsif step = write_device then
+          shift <= ADDRESS & LISTEN;
+        elsif step = read_start then
+          shift <= READ_FROM & LISTEN;
+        end if;
+      elsif bit_ends = '1' then
+        bits <= bits + 1;
+      end if;
+    end if;
+
+  end process shift_bits;
+
+  follow_steps : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      valid <= '0';
+      done  <= '0';
+
+      if begins = '1' then
+        all_in <= '0';
+        stuck  <= '0';
+        step   <= free;
+      end if;
+      if gives_up = '1' then
+        stuck <= '1';
+        done  <= '1';
+        step  <= idle;
+      end if;
+
+      if step_ends = '1' then
+        -- What was sent must be on the line, with a zero behind it from the device.
+        case step is
+
+          when free =>
+
+            step <= free_stop;
+
+          when free_stop =>
+
+            step <= write_start;
+            if sda_now = '0' then
+              stuck <= '1';
+              done  <= '1';
+              step  <= idle;
+            end if;
+
+          when write_start =>
+
+            step <= write_device;
+
+          when write_device =>
+
+            step <= write_address;
+            if shift /= WRITE_TO & '0' then
+              step <= stop;
+            end if;
+
+          when write_address =>
+
+            step <= read_start;
+            if shift /= ADDRESS & '0' then
+              step <= stop;
+            end if;
+
+          when read_start =>
+
+            step <= read_device;
+
+          when read_device =>
+
+            step <= read_byte;
+            if shift /= READ_FROM & '0' then
+              step <= stop;
+            end if;
+
+          when read_byte =>
+
+            valid <= '1';
+            if more = '0' then
+              all_in <= '1';
+              step   <= stop;
+            end if;
+
+          when stop | idle =>
+
+            done <= '1';
+            step <= idle;
+
+        end case;
+
+      end if;
+
+      if reset = '1' then
+        step  <= idle;
+        done  <= '0';
+        valid <= '0';
+      end if;
+    end if;
+
+  end process follow_steps;
 
 end architecture rtl;

@@ -15,6 +15,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.edid_pkg.all;
+use work.math_pkg.all;
 
 entity i2c_rom_slave is
   generic (
@@ -101,6 +102,15 @@ architecture rtl of i2c_rom_slave is
   signal rom_byte   : std_logic_vector(7 downto 0) := (others => '0');
   signal refused    : std_logic                    := '0';
 
+  -- Edges of the clock line, a start or a stop, each for a clock.
+  signal rises   : std_logic;
+  signal falls   : std_logic;
+  signal borders : std_logic;
+  -- The bits are those of a byte that comes in; a whole byte has passed; the next byte of the memory begins to go out.
+  signal receives : std_logic;
+  signal full     : std_logic;
+  signal fetches  : std_logic;
+
 begin
 
   lines <= scl & sda;
@@ -153,22 +163,57 @@ begin
 
   end process look_up;
 
+  rises    <= scl_now and not scl_before;
+  falls    <= scl_before and not scl_now;
+  borders  <= scl_now and scl_before and (sda_now xor sda_before);
+  receives <= to_logic(state = device_byte or state = address_byte or state = discard);
+  full     <= to_logic(bits = 8);
+  fetches  <= falls and (to_logic(state = acknowledge and after_ack = send) or
+                         (to_logic(state = acknowledged) and not refused));
+
+  -- Bits are taken as the clock line rises, and sent as it falls.
+  shift_bits : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if rises = '1' and receives = '1' then
+        shift <= shift(6 downto 0) & sda_now;
+        bits  <= bits + 1;
+      elsif falls = '1' and full = '1' and (receives = '1' or state = send) then
+        bits <= 0;
+      elsif fetches = '1' then
+        shift <= rom_byte(6 downto 0) & '1';
+        bits  <= 1;
+      elsif falls = '1' and state = send then
+        shift <= shift(6 downto 0) & '1';
+        bits  <= bits + 1;
+      elsif borders = '1' then
+        bits <= 0;
+      end if;
+      if falls = '1' and state = address_byte and full = '1' then
+        address <= unsigned(shift);
+      elsif fetches = '1' then
+        address <= address + 1;
+      end if;
+      if reset = '1' then
+        bits <= 0;
+      end if;
+    end if;
+
+  end process shift_bits;
+
   serve : process (clk) is
   begin
 
     if rising_edge(clk) then
       read_byte <= '0';
 
-      if scl_now = '1' and scl_before = '0' then
-        -- Rising clock: bits are taken.
-        if state = device_byte or state = address_byte or state = discard then
-          shift <= shift(6 downto 0) & sda_now;
-          bits  <= bits + 1;
-        elsif state = acknowledged then
+      if rises = '1' then
+        if state = acknowledged then
           refused <= sda_now;
         end if;
-      elsif scl_now = '0' and scl_before = '1' then
-        -- Falling clock: the data line may change.
+      elsif falls = '1' then
+
         case state is
 
           when idle =>
@@ -177,82 +222,60 @@ begin
 
           when device_byte =>
 
-            if bits = 8 then
-              bits <= 0;
+            if full = '1' then
+              state <= idle;
               if shift(7 downto 1) = DEVICE then
-                sda_low <= '1';
-                state   <= acknowledge;
+                sda_low   <= '1';
+                state     <= acknowledge;
+                after_ack <= address_byte;
                 if shift(0) = '1' then
                   after_ack <= send;
-                else
-                  after_ack <= address_byte;
                 end if;
-              else
-                state <= idle;
               end if;
             end if;
 
           when address_byte =>
 
-            if bits = 8 then
-              bits      <= 0;
+            if full = '1' then
               sda_low   <= '1';
-              address   <= unsigned(shift);
               state     <= acknowledge;
               after_ack <= discard;
             end if;
 
           when discard =>
 
-            -- There is nothing to write to.
-            if bits = 8 then
-              bits  <= 0;
+            -- There is nothing to write to: no acknowledgement, so the source stops.
+            if full = '1' then
               state <= idle;
             end if;
 
           when acknowledge =>
 
-            sda_low <= '0';
             state   <= after_ack;
-            if after_ack = send then
-              sda_low <= not rom_byte(7);
-              shift   <= rom_byte(6 downto 0) & '1';
-              address <= address + 1;
-              bits    <= 1;
-            end if;
+            sda_low <= fetches and not rom_byte(7);
 
           when send =>
 
-            if bits = 8 then
+            sda_low <= not shift(7);
+            if full = '1' then
               sda_low   <= '0';
-              bits      <= 0;
               state     <= acknowledged;
               read_byte <= '1';
-            else
-              sda_low <= not shift(7);
-              shift   <= shift(6 downto 0) & '1';
-              bits    <= bits + 1;
             end if;
 
           when acknowledged =>
 
+            sda_low <= not rom_byte(7);
+            state   <= send;
             if refused = '1' then
               sda_low <= '0';
               state   <= idle;
-            else
-              sda_low <= not rom_byte(7);
-              shift   <= rom_byte(6 downto 0) & '1';
-              address <= address + 1;
-              bits    <= 1;
-              state   <= send;
             end if;
 
         end case;
 
-      elsif scl_now = '1' and sda_now /= sda_before then
-        -- Start or stop.
+      elsif borders = '1' then
         sda_low <= '0';
-        bits    <= 0;
         state   <= idle;
         if sda_now = '0' then
           state <= device_byte;
@@ -262,7 +285,6 @@ begin
       if reset = '1' then
         state   <= idle;
         sda_low <= '0';
-        bits    <= 0;
       end if;
     end if;
 

@@ -20,6 +20,9 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.math_pkg.all;
+
 entity phase_search is
   generic (
     -- Taps of the delay line, and how many lie between two tried ones.
@@ -92,12 +95,26 @@ architecture rtl of phase_search is
   signal run_length  : natural range 0 to RUN       := 0;
   signal run_now     : std_logic                    := '0';
 
+  -- At this tap: a run goes on with the interval, or begins another; enough was seen. The delay that was found is lost.
+  signal silent    : std_logic;
+  signal goes_on   : std_logic;
+  signal breaks    : std_logic;
+  signal look_ends : std_logic;
+  signal lost      : std_logic;
+
 begin
 
   tracking    <= tracks;
   taps        <= std_logic_vector(to_unsigned(tap, 8));
   hung_toggle <= hung;
   move        <= move_now;
+
+  silent    <= to_logic(clocks = TIMEOUT);
+  goes_on   <= to_logic(state = look and inside = '1' and run_place = place) and run_now and not silent;
+  breaks    <= to_logic(state = look and (inside = '0' or run_place /= place)) and run_now and not silent;
+  look_ends <= (to_logic(state = look) and silent) or (goes_on and to_logic(seen = RUNS - 1)) or
+               (breaks and to_logic(seen /= 0));
+  lost      <= to_logic(state = follow) and (silent or (run_now and to_logic(run_place /= best_place)));
 
   find_runs : process (clk) is
 
@@ -149,16 +166,12 @@ begin
   end process find_runs;
 
   search : process (clk) is
-
-    variable done : boolean;
-
   begin
 
     if rising_edge(clk) then
       load_n   <= '1';
       move_now <= '0';
-      done     := false;
-      if clocks /= TIMEOUT then
+      if silent = '0' then
         clocks <= clocks + 1;
       end if;
 
@@ -185,7 +198,6 @@ begin
 
         when settled =>
 
-          seen <= 0;
           if clocks >= SETTLE then
             clocks <= 0;
             state  <= look;
@@ -197,33 +209,14 @@ begin
 
         when look =>
 
-          if clocks = TIMEOUT then
-            inside <= '0';
-            done   := true;
-          elsif run_now = '1' then
+          if run_now = '1' or look_ends = '1' then
             clocks <= 0;
-            seen   <= seen + 1;
-            if tap = 0 then
-              from_start <= '1';
-            end if;
-            place <= run_place;
-            if inside = '0' or run_place /= place then
-              -- Another bit begins here, or with two at one tap, at the next.
-              inside <= '1';
-              begun  <= tap;
-              if seen /= 0 then
-                inside <= '0';
-                done   := true;
-              end if;
-            end if;
-            if seen = RUNS - 1 and inside = '1' and run_place = place then
-              done := true;
-              if tap - begun >= best_length then
-                best_begun  <= begun;
-                best_length <= tap - begun + 1;
-                best_place  <= place;
-              end if;
-            end if;
+          end if;
+          if look_ends = '1' and tap + STEP_TAPS < TAPS_THERE then
+            wanted <= tap + STEP_TAPS;
+            state  <= go;
+          elsif look_ends = '1' then
+            state <= decide;
           end if;
 
         when decide =>
@@ -233,7 +226,6 @@ begin
           state     <= load;
           wanted    <= 0;
           final     <= '0';
-          inside    <= '0';
           once_more <= '0';
           if best_length /= 0 and (from_start = '1' or once_more = '1') then
             wanted <= best_begun + best_length / 2;
@@ -244,51 +236,72 @@ begin
 
         when follow =>
 
-          if run_now = '1' then
+          if run_now = '1' or lost = '1' then
             clocks <= 0;
           end if;
-          if clocks = TIMEOUT or (run_now = '1' and run_place /= best_place) then
+          if lost = '1' then
             hung   <= not hung;
             tracks <= '0';
-            done   := true;
+            state  <= load;
+            wanted <= 0;
+            final  <= '0';
           end if;
 
       end case;
 
-      if done then
-        clocks <= 0;
-        if state = follow then
-          state  <= load;
-          wanted <= 0;
-          final  <= '0';
-          inside <= '0';
-        elsif tap + STEP_TAPS < TAPS_THERE then
-          wanted <= tap + STEP_TAPS;
-          state  <= go;
-        else
-          state <= decide;
+      if reset = '1' then
+        state     <= load;
+        clocks    <= 0;
+        wanted    <= 0;
+        final     <= '0';
+        tracks    <= '0';
+        once_more <= '0';
+      end if;
+    end if;
+
+  end process search;
+
+  -- The interval that this tap belongs to, and the longest so far.
+  find_interval : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if state = settled then
+        seen <= 0;
+      elsif goes_on = '1' or breaks = '1' then
+        seen  <= seen + 1;
+        place <= run_place;
+        if tap = 0 then
+          from_start <= '1';
         end if;
+      end if;
+
+      if breaks = '1' then
+        -- Another bit begins here, or with two at one tap, at the next.
+        begun  <= tap;
+        inside <= to_logic(seen = 0);
+      elsif goes_on = '1' and seen = RUNS - 1 and tap - begun >= best_length then
+        best_begun  <= begun;
+        best_length <= tap - begun + 1;
+        best_place  <= place;
+      end if;
+      if (state = look and silent = '1') or state = decide or lost = '1' then
+        inside <= '0';
       end if;
 
       if state = load then
         from_start <= '0';
+        -- With the final tap the longest interval is what is followed.
         if final = '0' then
           best_length <= 0;
         end if;
       end if;
 
       if reset = '1' then
-        state  <= load;
-        clocks <= 0;
-        wanted <= 0;
-        final  <= '0';
         inside <= '0';
-        tracks <= '0';
-
-        once_more <= '0';
       end if;
     end if;
 
-  end process search;
+  end process find_interval;
 
 end architecture rtl;

@@ -204,7 +204,25 @@ begin
       registers    => held
     );
 
-  follow_load : process (clk) is
+  -- The size of a frame is told as it begins to come in, which may be before the last one is done.
+  take_size : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if frame_start = '1' then
+        waiting_columns <= signed(columns);
+        waiting_rows    <= signed(rows);
+      end if;
+      if state = idle and frame_waits = '1' then
+        bottom_line <= waiting_rows - 1;
+        last_place  <= larger_place(waiting_columns - 1, to_signed(1, place_t'length));
+        size_fits   <= to_logic(waiting_columns > 1 and waiting_rows > 1 and waiting_rows <= MOST_LINES);
+      end if;
+    end if;
+
+  end process take_size;
+
+  follow_frame : process (clk) is
   begin
 
     if rising_edge(clk) then
@@ -212,22 +230,14 @@ begin
       given_up    <= '0';
       keep_none   <= '0';
 
-      if frame_start = '1' then
-        waiting_columns <= signed(columns);
-        waiting_rows    <= signed(rows);
-      end if;
-
       case state is
 
         when idle =>
 
           if frame_waits = '1' then
-            base_now    <= frame_base;
-            keep_now    <= frame_base;
-            bottom_line <= waiting_rows - 1;
-            last_place  <= larger_place(waiting_columns - 1, to_signed(1, place_t'length));
-            size_fits   <= to_logic(waiting_columns > 1 and waiting_rows > 1 and waiting_rows <= MOST_LINES);
-            state       <= load;
+            base_now <= frame_base;
+            keep_now <= frame_base;
+            state    <= load;
           else
             keep_none <= '1';
           end if;
@@ -304,7 +314,7 @@ begin
       end if;
     end if;
 
-  end process follow_load;
+  end process follow_frame;
 
   -- From line to line, as each is taken.
   step_lines : process (clk) is

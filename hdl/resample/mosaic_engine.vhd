@@ -168,16 +168,7 @@ begin
       read_data     => above
     );
 
-  follow : process (clk) is
-
-    variable right     : pixels_t;
-    variable now       : pixels_t;
-    variable is_image  : std_logic;
-    variable was_image : std_logic;
-    variable was_first : std_logic;
-    variable was_even  : std_logic;
-    variable ends_line : std_logic;
-
+  delay_tokens : process (clk) is
   begin
 
     if rising_edge(clk) then
@@ -190,8 +181,28 @@ begin
       token_2  <= token_1;
       data_1   <= token_data;
       data_2   <= data_1;
+      if reset = '1' then
+        token_1.strobe <= '0';
+        token_2.strobe <= '0';
+      end if;
+    end if;
 
-      -- 2: a column of three pixels, the middle one in the line before.
+  end process delay_tokens;
+
+  -- A column of three pixels, the middle one in the line before, and the window whose last column it is.
+  gather : process (clk) is
+
+    variable right     : pixels_t;
+    variable now       : pixels_t;
+    variable is_image  : std_logic;
+    variable was_image : std_logic;
+    variable was_first : std_logic;
+    variable was_even  : std_logic;
+    variable ends_line : std_logic;
+
+  begin
+
+    if rising_edge(clk) then
       valid_3 <= '0';
       if token_2.strobe = '1' then
         -- What line this is, and what the line before was.
@@ -259,7 +270,20 @@ begin
         end if;
       end if;
 
-      -- 3: sums.
+      if reset = '1' then
+        image_line  <= '0';
+        centre.used <= '0';
+        valid_3     <= '0';
+      end if;
+    end if;
+
+  end process gather;
+
+  -- Sums of the neighbours, of which each kind of filter needs two.
+  add_up : process (clk) is
+  begin
+
+    if rising_edge(clk) then
       valid_4    <= valid_3;
       start_4    <= start_3;
       last_4     <= last_3;
@@ -270,8 +294,18 @@ begin
       along_4    <= two(centre_3.above, centre_3.below);
       cross_4    <= two(left_3.own, right_3.own) + two(centre_3.above, centre_3.below);
       corners_4  <= two(left_3.above, left_3.below) + two(right_3.above, right_3.below);
+      if reset = '1' then
+        valid_4 <= '0';
+      end if;
+    end if;
 
-      -- 4: colours, those of the line's filters and the others.
+  end process add_up;
+
+  -- The colour of the pixel's own filter is as it came in, the others are means.
+  mix : process (clk) is
+  begin
+
+    if rising_edge(clk) then
       result.valid <= valid_4;
       result.start <= start_4;
       result.last  <= last_4;
@@ -296,17 +330,11 @@ begin
       end if;
 
       if reset = '1' then
-        token_1.strobe <= '0';
-        token_2.strobe <= '0';
-        image_line     <= '0';
-        centre.used    <= '0';
-        valid_3        <= '0';
-        valid_4        <= '0';
-        result.valid   <= '0';
+        result.valid <= '0';
       end if;
     end if;
 
-  end process follow;
+  end process mix;
 
   result.skip  <= '0';
   result.slice <= (others => '0');

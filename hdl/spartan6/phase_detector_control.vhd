@@ -19,6 +19,9 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.math_pkg.all;
+
 entity phase_detector_control is
   generic (
     -- Edges more in one direction than in the other that make a step.
@@ -71,11 +74,18 @@ architecture rtl of phase_detector_control is
   signal position    : integer range -FARTHEST to FARTHEST := 0;
   signal hung        : std_logic                           := '0';
 
+  -- Edges are followed, far enough before the next calibration; far enough beside the middle for a step.
+  signal follows : std_logic;
+  signal steps   : std_logic;
+
 begin
 
   tracking    <= tracks;
   taps        <= std_logic_vector(to_signed(position, 8));
   hung_toggle <= hung;
+
+  follows <= to_logic(state = track and clocks < INTERVAL - QUIET);
+  steps   <= follows and may_step and to_logic(balance = FILTER or balance = -FILTER);
 
   control : process (clk) is
   begin
@@ -85,7 +95,6 @@ begin
       calibrate_master <= '0';
       calibrate_slave  <= '0';
       delay_reset      <= '0';
-      step             <= '0';
       if clocks /= TIMEOUT then
         clocks <= clocks + 1;
       end if;
@@ -94,7 +103,6 @@ begin
 
         when settle =>
 
-          position <= 0;
           if clocks >= 2 * QUIET and busy_now = '0' then
             calibrate_master <= not master_done;
             calibrate_slave  <= master_done;
@@ -111,8 +119,6 @@ begin
 
         when calibrating =>
 
-          balance  <= 0;
-          may_step <= tracks;
           if busy_now = '0' then
             state       <= track;
             clocks      <= 0;
@@ -135,29 +141,7 @@ begin
 
         when track =>
 
-          if clocks < INTERVAL - QUIET then
-            if may_step = '1' and (balance = FILTER or balance = -FILTER) then
-              step     <= '1';
-              may_step <= '0';
-              if balance > 0 then
-                step_up <= '1';
-                if position /= FARTHEST then
-                  position <= position + 1;
-                end if;
-              else
-                step_up <= '0';
-                if position /= -FARTHEST then
-                  position <= position - 1;
-                end if;
-              end if;
-            elsif valid = '1' then
-              if increase = '1' and balance /= FILTER then
-                balance <= balance + 1;
-              elsif increase = '0' and balance /= -FILTER then
-                balance <= balance - 1;
-              end if;
-            end if;
-          elsif clocks >= INTERVAL and busy_now = '0' then
+          if clocks >= INTERVAL and busy_now = '0' then
             calibrate_slave <= '1';
             state           <= begun;
             clocks          <= 0;
@@ -184,5 +168,38 @@ begin
     end if;
 
   end process control;
+
+  filter_edges : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      step <= steps;
+      if steps = '1' then
+        step_up  <= to_logic(balance > 0);
+        may_step <= '0';
+        if balance > 0 and position /= FARTHEST then
+          position <= position + 1;
+        elsif balance < 0 and position /= -FARTHEST then
+          position <= position - 1;
+        end if;
+      elsif follows = '1' and valid = '1' then
+        if increase = '1' and balance /= FILTER then
+          balance <= balance + 1;
+        elsif increase = '0' and balance /= -FILTER then
+          balance <= balance - 1;
+        end if;
+      end if;
+
+      -- What was counted before a calibration says nothing about the delay behind it.
+      if state = calibrating then
+        balance  <= 0;
+        may_step <= tracks;
+      end if;
+      if state = settle then
+        position <= 0;
+      end if;
+    end if;
+
+  end process filter_edges;
 
 end architecture rtl;

@@ -14,6 +14,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.tmds_pkg.all;
 
 entity info_frame_reader is
@@ -87,26 +88,73 @@ architecture rtl of info_frame_reader is
 
   end function is_small;
 
+  -- Whether RGB (range of two bits) or YCbCr (quantisation of two bits) is limited.
+
+  function is_limited (
+    space : std_logic_vector(1 downto 0);
+    rgb   : std_logic_vector(1 downto 0);
+    ycc   : std_logic_vector(1 downto 0);
+    code  : byte_t
+  ) return std_logic is
+  begin
+
+    if space /= "00" then
+      return to_logic(ycc = "00");
+    end if;
+
+    return to_logic(rgb = "01" or (rgb = "00" and unsigned(code) > 1));
+
+  end function is_limited;
+
+  function is_bt601 (
+    coding : std_logic_vector(1 downto 0);
+    more   : std_logic_vector(2 downto 0);
+    code   : byte_t
+  ) return std_logic is
+  begin
+
+    case coding is
+
+      when "00" =>
+
+        return is_small(code);
+
+      when "01" =>
+
+        return '1';
+
+      when "10" =>
+
+        return '0';
+
+      when others =>
+
+        -- xvYCC601, sYCC601 and Adobe's YCC.
+        return to_logic(more = "000" or more = "010" or more = "011");
+
+    end case;
+
+  end function is_bt601;
+
+  -- Behind the last word of a packet: its check bits are wrong, or it is an InfoFrame whose sum is wrong.
+  signal bad_checks : std_logic;
+  signal bad_sum    : std_logic;
+
 begin
 
-  read : process (clk) is
+  bad_checks <= to_logic(header_check /= x"00" or checks(0) /= x"00" or checks(1) /= x"00" or checks(2) /= x"00" or
+                         checks(3) /= x"00");
+  bad_sum    <= header_all(7) and to_logic(sum /= 0);
+
+  take_words : process (clk) is
 
     variable header_before : byte_t;
     variable check_before  : byte_t;
-    variable byte          : std_logic_vector(7 downto 0);
-    variable added         : unsigned(7 downto 0);
-    variable bad           : std_logic;
-    variable told_range    : std_logic_vector(1 downto 0);
-    variable told_coding   : std_logic_vector(1 downto 0);
-    variable told_more     : std_logic_vector(2 downto 0);
-    variable told_format   : byte_t;
 
   begin
 
     if rising_edge(clk) then
-      done         <= '0';
-      packet_error <= '0';
-      sum_error    <= '0';
+      done <= '0';
 
       if valid = '1' then
         place <= place + 1;
@@ -126,8 +174,6 @@ begin
           first_all <= odd(0) & even(0) & first_all(55 downto 2);
         end if;
 
-        added := (others => '0');
-
         for i in 0 to 3 loop
 
           check_before := checks(i);
@@ -136,12 +182,41 @@ begin
           end if;
           checks(i) <= next_check(next_check(check_before, even(i)), odd(i));
           tails(i)  <= odd(i) & even(i) & tails(i)(5 downto 2);
-          byte      := odd(i) & even(i) & tails(i);
-          added     := added + unsigned(byte);
 
         end loop;
 
-        -- A byte of each subpacket every four words, of the header every eight.
+      end if;
+
+      if start = '1' then
+        place <= (others => '0');
+      end if;
+      if reset = '1' then
+        done <= '0';
+      end if;
+    end if;
+
+  end process take_words;
+
+  -- A byte of each subpacket every four words, of the header every eight. The four are added up a word before
+  -- they enter the sum, which keeps the chain of adders short.
+  add_bytes : process (clk) is
+
+    variable byte  : byte_t;
+    variable added : unsigned(7 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      if valid = '1' then
+        added := (others => '0');
+
+        for i in 0 to 3 loop
+
+          byte  := odd(i) & even(i) & tails(i);
+          added := added + unsigned(byte);
+
+        end loop;
+
         column <= (others => '0');
         if place(1 downto 0) = 3 and place < SUBPACKET_WORDS then
           column <= added;
@@ -154,77 +229,27 @@ begin
           sum <= sum + column;
         end if;
       end if;
+    end if;
 
-      if start = '1' then
-        place <= (others => '0');
-      end if;
+  end process add_bytes;
 
-      -- Behind the last word.
-      bad := '0';
-      if header_check /= x"00" then
-        bad := '1';
-      end if;
+  keep_told : process (clk) is
+  begin
 
-      for i in 0 to 3 loop
+    if rising_edge(clk) then
+      packet_error <= done and bad_checks;
+      sum_error    <= done and not bad_checks and bad_sum;
 
-        if checks(i) /= x"00" then
-          bad := '1';
-        end if;
-
-      end loop;
-
-      told_format := first_all(39 downto 32);
-      told_range  := first_all(27 downto 26);
-      told_coding := first_all(23 downto 22);
-      told_more   := first_all(30 downto 28);
-      if done = '1' then
-        if bad = '1' then
-          packet_error <= '1';
-        elsif header_all(7) = '1' and sum /= 0 then
-          sum_error <= '1';
-        elsif header_all(7 downto 0) = AVI then
-          informed    <= '1';
-          colour      <= first_all(14 downto 13);
-          format_code <= told_format;
-
-          limited <= '0';
-          if first_all(14 downto 13) /= "00" then
-            if first_all(47 downto 46) = "00" then
-              limited <= '1';
-            end if;
-          elsif told_range = "01" or (told_range = "00" and unsigned(told_format) > 1) then
-            limited <= '1';
-          end if;
-
-          case told_coding is
-
-            when "00" =>
-
-              bt601 <= is_small(told_format);
-
-            when "01" =>
-
-              bt601 <= '1';
-
-            when "10" =>
-
-              bt601 <= '0';
-
-            when others =>
-
-              -- xvYCC601, sYCC601 and Adobe's YCC.
-              bt601 <= '0';
-              if told_more = "000" or told_more = "010" or told_more = "011" then
-                bt601 <= '1';
-              end if;
-
-          end case;
-
-        end if;
+      if done = '1' and bad_checks = '0' and bad_sum = '0' and header_all(7 downto 0) = AVI then
+        informed    <= '1';
+        colour      <= first_all(14 downto 13);
+        format_code <= first_all(39 downto 32);
+        limited     <= is_limited(first_all(14 downto 13), first_all(27 downto 26), first_all(47 downto 46),
+                                  first_all(39 downto 32));
+        bt601       <= is_bt601(first_all(23 downto 22), first_all(30 downto 28), first_all(39 downto 32));
       end if;
 
       if reset = '1' then
-        done         <= '0';
         packet_error <= '0';
         sum_error    <= '0';
         informed     <= '0';
@@ -235,6 +260,6 @@ begin
       end if;
     end if;
 
-  end process read;
+  end process keep_told;
 
 end architecture rtl;

@@ -80,6 +80,11 @@ architecture rtl of tmds_periods is
   signal votes_red      : votes_t                                       := 0;
   signal plain          : natural range 0 to larger(PLAIN_LINES - 1, 1) := 0;
 
+  -- The words in stage 1 are tokens; what they belong to; they are the first ones behind tokens.
+  signal tokens  : std_logic;
+  signal now     : period_t;
+  signal changes : std_logic;
+
   function count_marks (
     marks : std_logic_vector(2 * CHANNELS - 1 downto 0)
   ) return natural is
@@ -132,10 +137,33 @@ begin
   island_marks(1) <= word_is_guard(1);
   island_marks(2) <= word_is_guard(2);
 
-  follow : process (clk) is
+  tokens  <= to_logic(active_1 = "000" or active_1 = "001" or active_1 = "010" or active_1 = "100");
+  changes <= to_logic(period = control) and not tokens;
 
-    variable now : period_t;
+  tell_period : process (period, tokens, votes_green, votes_red, video_marks, video_marks_1, island_marks,
+                         island_marks_1) is
+  begin
 
+    now <= period;
+
+    if tokens = '1' then
+      now <= control;
+    elsif period = control then
+      now <= video;
+      if votes_green >= ENOUGH_WORDS then
+        if votes_red >= ENOUGH_WORDS then
+          if count_marks(island_marks & island_marks_1) >= ENOUGH_GUARDS then
+            now <= island_guard;
+          end if;
+        elsif count_marks(video_marks & video_marks_1) >= ENOUGH_GUARDS then
+          now <= video_guard;
+        end if;
+      end if;
+    end if;
+
+  end process tell_period;
+
+  delay_words : process (clk) is
   begin
 
     if rising_edge(clk) then
@@ -148,7 +176,56 @@ begin
       island_1       <= word_is_nibble or word_is_guard;
       is_nibble_1    <= word_is_nibble(0);
       nibble_1       <= word_nibble;
+    end if;
 
+  end process delay_words;
+
+  -- What the next words depend on.
+  follow : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      -- A guard band is two words long.
+      period <= now;
+      if now = video_guard and period = video_guard then
+        period <= video;
+      elsif now = island_guard and period = island_guard then
+        period <= island;
+      end if;
+
+      votes_green <= 0;
+      votes_red   <= 0;
+      if tokens = '1' then
+        votes_green <= next_votes(votes_green, control_1(3 downto 2));
+        votes_red   <= next_votes(votes_red, control_1(5 downto 4));
+      end if;
+
+      if changes = '1' and now = video_guard then
+        hdmi  <= '1';
+        plain <= 0;
+      elsif changes = '1' and now = video then
+        if plain = PLAIN_LINES - 1 then
+          hdmi <= '0';
+        else
+          plain <= plain + 1;
+        end if;
+      end if;
+
+      if reset = '1' then
+        hdmi        <= '0';
+        period      <= control;
+        plain       <= 0;
+        votes_green <= 0;
+        votes_red   <= 0;
+      end if;
+    end if;
+
+  end process follow;
+
+  give : process (clk) is
+  begin
+
+    if rising_edge(clk) then
       active        <= '0';
       pixel         <= (others => '0');
       island_start  <= '0';
@@ -157,93 +234,48 @@ begin
       island_even   <= nibble_1(7 downto 4);
       island_odd    <= nibble_1(11 downto 8);
 
-      if active_1 = "000" or active_1 = "001" or active_1 = "010" or active_1 = "100" then
-        period      <= control;
-        votes_green <= next_votes(votes_green, control_1(3 downto 2));
-        votes_red   <= next_votes(votes_red, control_1(5 downto 4));
-        errors      <= active_1;
-        if active_1(0) = '0' then
-          h_sync <= control_1(0);
-          v_sync <= control_1(1);
-        end if;
-      else
-        votes_green <= 0;
-        votes_red   <= 0;
+      case now is
 
-        now := period;
-        if period = control then
-          now := video;
-          if votes_green >= ENOUGH_WORDS then
-            if votes_red >= ENOUGH_WORDS then
-              if count_marks(island_marks & island_marks_1) >= ENOUGH_GUARDS then
-                now := island_guard;
-              end if;
-            elsif count_marks(video_marks & video_marks_1) >= ENOUGH_GUARDS then
-              now := video_guard;
-            end if;
+        when control =>
+
+          errors <= active_1;
+          if active_1(0) = '0' then
+            h_sync <= control_1(0);
+            v_sync <= control_1(1);
           end if;
 
-          if now = video_guard then
-            hdmi  <= '1';
-            plain <= 0;
-          elsif now = video then
-            if plain = PLAIN_LINES - 1 then
-              hdmi <= '0';
-            else
-              plain <= plain + 1;
-            end if;
-          end if;
-        end if;
+        when video_guard =>
 
-        period <= now;
+          errors <= not video_marks_1;
 
-        case now is
+        when video =>
 
-          when video_guard =>
+          active <= '1';
+          pixel  <= data_1(7 downto 0) & data_1(15 downto 8) & data_1(23 downto 16);
+          errors <= error_1 or not active_1;
 
-            errors <= not video_marks_1;
-            if period = video_guard then
-              period <= video;
-            end if;
+        when island_guard | island =>
 
-          when video | control =>
-
-            active <= '1';
-            pixel  <= data_1(7 downto 0) & data_1(15 downto 8) & data_1(23 downto 16);
-            errors <= error_1 or not active_1;
-
-          when island_guard | island =>
-
-            errors       <= not island_1;
+          errors <= not island_1;
+          if now = island then
             island_valid <= '1';
-            if now = island_guard then
-              island_valid <= '0';
-              island_start <= '1';
-            end if;
-            if period = island_guard then
-              period <= island;
-            end if;
-            if is_nibble_1 = '1' then
-              h_sync <= nibble_1(0);
-              v_sync <= nibble_1(1);
-            end if;
+          else
+            island_start <= '1';
+          end if;
+          if is_nibble_1 = '1' then
+            h_sync <= nibble_1(0);
+            v_sync <= nibble_1(1);
+          end if;
 
-        end case;
-
-      end if;
+      end case;
 
       if reset = '1' then
         active       <= '0';
         errors       <= (others => '0');
-        hdmi         <= '0';
         island_valid <= '0';
-        period       <= control;
-        plain        <= 0;
-        votes_green  <= 0;
-        votes_red    <= 0;
       end if;
     end if;
 
-  end process follow;
+  end process give;
 
 end architecture rtl;

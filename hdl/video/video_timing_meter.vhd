@@ -15,6 +15,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.math_pkg.all;
 use work.video_pkg.all;
 
 entity video_timing_meter is
@@ -52,141 +53,160 @@ architecture rtl of video_timing_meter is
   signal previous : timing_t  := NO_TIMING;
   signal regular  : std_logic := '0';
 
+  -- Position of this pixel, but for the first of a frame.
+  signal next_x : count_t;
+  signal next_y : count_t;
+  -- Data enable comes, goes, and begins a frame; the counter says that a line ends; a sync changes in the blanking.
+  signal rise    : std_logic;
+  signal fall    : std_logic;
+  signal starts  : std_logic;
+  signal wraps   : std_logic;
+  signal h_moves : std_logic;
+  signal v_moves : std_logic;
+  -- What makes a frame irregular: no line or frame ends, a line has another length, another horizontal sync, is not
+  -- where the counter says, has another number of pixels.
+  signal endless    : std_logic;
+  signal torn       : std_logic;
+  signal h_strays   : std_logic;
+  signal row_strays : std_logic;
+  signal cut        : std_logic;
+  signal irregular  : std_logic;
+
 begin
 
   timing <= to_vector(previous);
 
-  measure : process (clk) is
+  rise    <= active and not active_before;
+  fall    <= active_before and not active;
+  starts  <= rise and v_changed;
+  wraps   <= to_logic(line_length /= 0 and x = line_length - 1);
+  h_moves <= (h_sync xor h_before) and not active;
+  v_moves <= (v_sync xor v_before) and not active;
 
-    variable rise      : boolean;
-    variable fall      : boolean;
-    variable starts    : boolean;
-    variable wraps     : boolean;
-    variable next_x    : count_t;
-    variable next_y    : count_t;
-    variable complete  : timing_t;
-    variable irregular : boolean;
+  next_x <= (others => '0') when rise = '1' or wraps = '1' else
+            x + 1;
+  next_y <= y + 1 when rise = '1' or wraps = '1' else
+            y;
 
+  endless    <= to_logic(x = 2 ** COUNT_BITS - 1 or y = 2 ** COUNT_BITS - 1);
+  torn       <= rise and not wraps and (starts or to_logic(y /= 0 or line_length /= 0));
+  h_strays   <= h_moves and to_logic(y /= 0) and
+                ((to_logic(frame.h_sync_begin /= next_x) and (h_sync xor h_idle)) or
+                 (to_logic(frame.h_sync_end /= next_x) and not (h_sync xor h_idle)));
+  row_strays <= rise and not starts and to_logic(h_before /= h_idle or v_before /= v_idle or frame.rows /= next_y);
+  cut        <= fall and to_logic(frame.rows /= 1 and frame.columns /= next_x);
+  irregular  <= endless or torn or h_strays or row_strays or cut;
+
+  follow_levels : process (clk) is
   begin
 
     if rising_edge(clk) then
       active_before <= active;
       h_before      <= h_sync;
       v_before      <= v_sync;
-      frame_start   <= '0';
-
-      rise      := active = '1' and active_before = '0';
-      fall      := active = '0' and active_before = '1';
-      starts    := rise and v_changed = '1';
-      wraps     := line_length /= 0 and x = line_length - 1;
-      irregular := false;
-
-      -- Position of this pixel.
-      next_x := x + 1;
-      next_y := y;
-      if rise then
-        next_x := (others => '0');
-        next_y := y + 1;
-        if not wraps and not starts then
-          if y = 0 and line_length = 0 then
-            line_length <= x + 1;
-          else
-            irregular := true;
-          end if;
-        elsif starts and not wraps then
-          irregular := true;
-        end if;
-      elsif wraps then
-        next_x := (others => '0');
-        next_y := y + 1;
-      end if;
-      if x = 2 ** COUNT_BITS - 1 or y = 2 ** COUNT_BITS - 1 then
-        -- No line and no frame is that long: there is no video.
-        irregular := true;
-        stable    <= '0';
-      end if;
-
-      -- A change of vertical sync, and the pulses.
-      if v_sync /= v_before and active = '0' then
+      if rise = '1' then
+        h_idle    <= h_before;
+        v_idle    <= v_before;
+        v_changed <= '0';
+      elsif v_moves = '1' then
         v_changed <= '1';
-        if v_sync /= v_idle then
-          frame.v_sync_begin_line   <= next_y;
-          frame.v_sync_begin_column <= next_x;
-        else
-          frame.v_sync_end_line   <= next_y;
-          frame.v_sync_end_column <= next_x;
-        end if;
       end if;
-      if h_sync /= h_before and active = '0' then
-        if h_sync /= h_idle then
-          if y /= 0 and frame.h_sync_begin /= next_x then
-            irregular := true;
-          end if;
-          frame.h_sync_begin <= next_x;
-        else
-          if y /= 0 and frame.h_sync_end /= next_x then
-            irregular := true;
-          end if;
-          frame.h_sync_end <= next_x;
-        end if;
+      if reset = '1' then
+        active_before <= '0';
+        v_changed     <= '0';
       end if;
+    end if;
 
-      -- Active lines.
-      if rise then
-        h_idle     <= h_before;
-        v_idle     <= v_before;
-        v_changed  <= '0';
-        frame.rows <= frame.rows + 1;
-        if not starts and (h_before /= h_idle or v_before /= v_idle or frame.rows /= next_y) then
-          irregular := true;
-        end if;
+  end process follow_levels;
+
+  follow_place : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      x <= next_x;
+      y <= next_y;
+      if starts = '1' then
+        y           <= (others => '0');
+        line_length <= (others => '0');
+      elsif rise = '1' and wraps = '0' and y = 0 and line_length = 0 then
+        -- The second line begins, which tells how long the first one was.
+        line_length <= x + 1;
       end if;
-      if fall then
-        if frame.rows /= 1 and frame.columns /= next_x then
-          irregular := true;
-        end if;
+      if reset = '1' then
+        line_length <= (others => '0');
+      end if;
+    end if;
+
+  end process follow_place;
+
+  measure : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if v_moves = '1' and v_sync /= v_idle then
+        frame.v_sync_begin_line   <= next_y;
+        frame.v_sync_begin_column <= next_x;
+      elsif v_moves = '1' then
+        frame.v_sync_end_line   <= next_y;
+        frame.v_sync_end_column <= next_x;
+      end if;
+      if h_moves = '1' and h_sync /= h_idle then
+        frame.h_sync_begin <= next_x;
+      elsif h_moves = '1' then
+        frame.h_sync_end <= next_x;
+      end if;
+      if rise = '1' then
+        frame.rows <= frame.rows + 1;
+      end if;
+      if fall = '1' then
         frame.columns <= next_x;
       end if;
+      if starts = '1' then
+        frame      <= NO_TIMING;
+        frame.rows <= to_unsigned(1, COUNT_BITS);
+      end if;
+      if reset = '1' then
+        frame <= NO_TIMING;
+      end if;
+    end if;
 
-      -- The frame that ends here.
-      if starts then
+  end process measure;
+
+  -- The frame that ends here, beside the one before.
+  compare : process (clk) is
+
+    variable complete : timing_t;
+
+  begin
+
+    if rising_edge(clk) then
+      frame_start <= starts;
+      if starts = '1' then
         complete              := frame;
         complete.line_length  := line_length;
         complete.frame_lines  := next_y;
         complete.h_sync_level := not h_before;
         complete.v_sync_level := not v_before;
 
-        frame_start <= '1';
-        previous    <= complete;
-        stable      <= '0';
-        if complete = previous and regular = '1' and not irregular then
-          stable <= '1';
-        end if;
-
-        next_y      := (others => '0');
-        frame       <= NO_TIMING;
-        frame.rows  <= to_unsigned(1, COUNT_BITS);
-        line_length <= (others => '0');
-        regular     <= '1';
-      elsif irregular then
+        previous <= complete;
+        stable   <= to_logic(complete = previous) and regular and not irregular;
+        regular  <= '1';
+      elsif irregular = '1' then
         regular <= '0';
       end if;
-
-      x <= next_x;
-      y <= next_y;
+      if endless = '1' then
+        -- There is no video.
+        stable <= '0';
+      end if;
 
       if reset = '1' then
-        active_before <= '0';
-        v_changed     <= '0';
-        line_length   <= (others => '0');
-        previous      <= NO_TIMING;
-        frame         <= NO_TIMING;
-        regular       <= '0';
-        stable        <= '0';
-        frame_start   <= '0';
+        previous    <= NO_TIMING;
+        regular     <= '0';
+        stable      <= '0';
+        frame_start <= '0';
       end if;
     end if;
 
-  end process measure;
+  end process compare;
 
 end architecture rtl;

@@ -10,7 +10,7 @@ from hunt.streams import FaultError
 ENTITY = "i2c_reader"
 FAULTS = [
     ("i2c_reader.vhd", "if shift /= ADDRESS & '0' then", "if false then"),
-    ("i2c_reader.vhd", "shift   <= x\"FF\" & not more;", "shift   <= x\"FF\" & '0';"),
+    ("i2c_reader.vhd", "shift <= x\"FF\" & not more;", "shift <= x\"FF\" & '0';"),
 ]  # fmt: skip
 
 
