@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from itertools import chain
 from pathlib import Path
 
@@ -19,19 +20,17 @@ from plenofir.camera.calibration.text_method import rotated
 from plenofir.camera.lightfield import fourier_slice, shifted_views
 from plenofir.camera.synthetic.pattern import centres_within, regular_grid, white_image
 from plenofir.errors import InputError
-from plenofir.files import check_folder, input_file, publish
-from plenofir.images import encode_png, read_image
+from plenofir.files import input_file
+from plenofir.images import read_image
 from plenofir.project import DATA
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
-from plenofir_studies.drawn_calibration import DRAWS, drawn_lines, drawn_picture, try_drawn
+from plenofir_studies.drawn_calibration import DRAWS, drawn
 from plenofir_studies.experiments import model_of, take
-from plenofir_studies.experiments_report import experiment_lines
-from plenofir_studies.report_parts import table
+from plenofir_studies.experiments_report import STEPS, experiments
+from plenofir_studies.report_parts import Progress, Report
 
 Floats = npt.NDArray[np.float64]
-Progress = Callable[[int, int], None]
-
 _Truth = tuple[str, Image, Floats, float]
 """Name, white image, true centres, pitch."""
 
@@ -147,47 +146,33 @@ def _spot_images(folder: Path) -> Iterator[_Truth]:
         yield f"{file.stem}.png, 1 % noise", noisy.astype(image.dtype), truth[inside], pitch
 
 
-def _accuracy_lines(images: Iterable[_Truth], tell: Callable[[], None]) -> list[str]:
-    lines = [
+def _accuracy(report: Report, images: Iterable[_Truth]) -> None:
+    report.say(
         "## Micro image centres",
-        "",
         "Distance from true to found centres in pixels, centres in the image that were missed, "
         "and seconds on this machine; 1 % noise unless said otherwise. *Grid*: `plenofir "
         "calibrate`. *Text*: threshold, labels and a centroid for each region (Eqs. 4.1-4.3).",
-        "",
-    ]
+    )
     rows = []
     for name, image, truth, pitch in images:
-        grid, text = both_methods(image, truth, pitch)
-        rows.append(
-            [
-                name,
-                str(len(truth)),
-                *(f"{x:.4f}" for x in (grid.mean, grid.largest)),
-                str(grid.missed),
-                f"{grid.seconds:.2f}",
-                *(f"{x:.4f}" for x in (text.mean, text.largest)),
-                str(text.missed),
-                f"{text.seconds:.2f}",
-            ]
-        )
-        tell()
-    heads = ["image", "lenses"]
-    heads += [
-        f"{way}: {what}" for way in ("grid", "text") for what in ("mean", "largest", "missed", "s")
-    ]
-    return lines + table(heads, rows)
+        row = [name, str(len(truth))]
+        for found in both_methods(image, truth, pitch):
+            row += [f"{found.mean:.4f}", f"{found.largest:.4f}", str(found.missed)]
+            row.append(f"{found.seconds:.2f}")
+        rows.append(row)
+        report.step()
+    heads = ["mean", "largest", "missed", "s"]
+    ways = [f"{way}: {head}" for way in ("grid", "text") for head in heads]
+    report.table(["image", "lenses", *ways], rows)
 
 
-def _rotation_lines(tell: Callable[[], None]) -> list[str]:
-    lines = [
+def _rotation(report: Report) -> None:
+    report.say(
         "## Rotation",
-        "",
         "Error in degrees of the rotation from the central row (Eqs. 4.4-4.6) and from all lenses, "
         "and how far the centre that is farthest off lies from its place when all are rotated back "
         "by it (Eqs. 4.7-4.10): white images of 600 x 600 pixels, pitch 13.889, 1 % noise.",
-        "",
-    ]
+    )
     rows = []
     for degrees in (-3.0, -0.5, 0.05, 0.3, 1.0, 2.0):
         shape = 600, 600
@@ -203,53 +188,49 @@ def _rotation_lines(tell: Callable[[], None]) -> list[str]:
             off = np.linalg.norm(rotated(truth, -found, shape) - straight, axis=1).max()
             row += [f"{abs(found - degrees):.5f}", f"{off:.3f}"]
         rows.append(row)
-    tell()
+    report.step()
     heads = ["rotation", "central row", "farthest off / px", "all lenses", "farthest off / px"]
-    return lines + table(heads, rows)
+    report.table(heads, rows)
 
 
-def _method_lines(tell: Callable[[], None]) -> list[str]:
-    lines = [
+def _ways_to_refocus(report: Report) -> None:
+    report.say(
         "## Refocusing: error against run time",
-        "",
         "Refocusing to a = 3/11, M = 11, one sample a micro lens. The error is the root mean "
         "square distance in grey levels of 65535 from views shifted in the frequency domain "
         "(Eq. 3.50, exact for band-limited views), away from the borders. Shift and integration "
         "gives 11 x 11 samples a micro lens (nearest neighbour); its means are compared.",
-        "",
-    ]
+    )
     model = model_of(11)
     raster = take(model, [float(model.distance(k / 11).mm) for k in (3, 6)]).raster
     want = shifted_views(raster, 11, 3 / 11)
     inside = (slice(4, -4), slice(4, -4))
 
-    def means(image: Image) -> Floats:
+    def means() -> Floats:
+        image = refocus(raster, 11, Fraction(3, 11))
         rows, columns = (n // 11 for n in image.shape[:2])
         blocks = image.reshape(rows, 11, columns, 11).mean(axis=(1, 3))
         return np.asarray(blocks, dtype=np.float64)
 
-    ways: list[tuple[str, Callable[[], Floats]]] = [
-        ("shift and integration", lambda: means(refocus(raster, 11, Fraction(3, 11)))),
-        ("shifted views", lambda: shifted_views(raster, 11, 3 / 11)),
-    ]
+    ways: dict[str, Callable[[], Floats]] = {
+        "shift and integration": means,
+        "shifted views": lambda: shifted_views(raster, 11, 3 / 11),
+    }
     for width in (2.0, 3.5, 5.0):
-        ways.append(
-            (
-                f"Fourier slice, window {width:g}",
-                lambda width=width: fourier_slice(raster, 11, 3 / 11, width=width),  # type: ignore[misc]
-            )
+        ways[f"Fourier slice, window {width:g}"] = partial(
+            fourier_slice, raster, 11, 3 / 11, width=width
         )
     rows = []
-    for name, way in ways:
+    for name, way in ways.items():
         seconds = []
         for _ in range(3):
             start = time.perf_counter()
             found = way()
             seconds.append(time.perf_counter() - start)
         error = float(np.sqrt(np.mean((found - want)[inside] ** 2)))
-        rows.append([name, f"{error:.3g}", f"{1000 * min(seconds):.1f}"])
-    tell()
-    return lines + table(["way", "error", "ms"], rows)
+        rows.append((name, f"{error:.3g}", f"{1000 * min(seconds):.1f}"))
+    report.step()
+    report.table(["way", "error", "ms"], rows)
 
 
 def microscope_raster() -> Image:
@@ -272,36 +253,21 @@ def microscope_picture(shifts: tuple[int, ...] = (-8, -4, 0, 4, 8)) -> Image:
 def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
     """Write ``report.md`` and its figures, all or none."""
     own = [] if spots is None else list(_spot_images(spots))
-    check_folder(folder, str(folder), ["report.md"])
+    report = Report(folder, "report.md", 12 + len(own) + DRAWS + STEPS + 3, progress)
     if spots is not None and folder.resolve() == spots.resolve():
         # A spot image may be called like one of the figures.
         raise InputError("is the folder of the spots", where=str(folder), expected="another one")
-    total = 12 + len(own) + DRAWS + 1 + 6 + 1 + 1
-    done = 0
-
-    def tell() -> None:
-        nonlocal done
-        done += 1
-        progress(done, total)
-
-    lines = ["# Calibration, focus and depth", ""]
-    lines += _accuracy_lines(chain(_white_images(), own), tell)
-    results = try_drawn(DRAWS, tell)
-    lines += drawn_lines(results)
-    pictures = {"drawn.png": encode_png(drawn_picture(results))}
-    lines += _rotation_lines(tell)
-    lines += experiment_lines(pictures, tell)
-    lines += _method_lines(tell)
-    pictures["microscope.png"] = encode_png(microscope_picture())
-    lines += [
+    report.say("# Calibration, focus and depth")
+    _accuracy(report, chain(_white_images(), own))
+    drawn(report)
+    _rotation(report)
+    experiments(report)
+    _ways_to_refocus(report)
+    report.say(
         "## A real capture",
-        "",
         "A vesicle under a light-field microscope, calibrated with its white and dark frames, "
         f"decoded with M = {MICROSCOPE_M}, refocused to a = -8/13, -4/13, 0, 4/13, 8/13.",
-        "",
-        "![Microscope capture, refocused](microscope.png)",
-        "",
-    ]
-    tell()
-    publish({**pictures, "report.md": "\n".join(lines)}, folder)
-    return folder / "report.md"
+    )
+    report.picture("microscope", microscope_picture(), "Microscope capture, refocused")
+    report.step()
+    return report.write()

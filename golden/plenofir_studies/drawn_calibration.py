@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Error of the calibration over pitch, damage and noise, from white images drawn at random."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from plenofir.camera.calibration import calibrate
-from plenofir.camera.lightfield.pictures import figure_pixels
 from plenofir.camera.synthetic.drawn import DrawnWhite, drawn_white
 from plenofir.errors import InputError
-from plenofir.images import Image
-from plenofir_studies.report_parts import table
+from plenofir_studies.report_parts import Report
 
 DRAWS = 200
 _LARGEST_PIXELS = 200_000
@@ -60,17 +59,12 @@ def tried(drawn: DrawnWhite) -> Tried:
     )
 
 
-def try_drawn(count: int, tell: Callable[[], None]) -> list[Tried]:
-    """Calibrate white images of the seeds 0, 1, ..."""
+def drawn(report: Report) -> None:
+    """Calibrate white images of the seeds 0, 1, ...: a section of the report."""
     results = []
-    for seed in range(count):
+    for seed in range(DRAWS):
         results.append(tried(drawn_white(seed, _LARGEST_PIXELS)))
-        tell()
-    return results
-
-
-def drawn_lines(results: Sequence[Tried]) -> list[str]:
-    """Section of the report."""
+        report.step()
     rows = []
     for axis, (name, factor, limits) in enumerate(_AXES):
         for low, high in pairwise(limits):
@@ -78,34 +72,30 @@ def drawn_lines(results: Sequence[Tried]) -> list[str]:
             good = [r for r in part if r.accepted]
             must = [r for r in part if r.must_be_found]
             rows.append(
-                [
+                (
                     f"{name.replace(' /', f' {low} to {high}')}",
-                    str(len(part)),
+                    len(part),
                     f"{sum(r.accepted for r in must)} of {len(must)}",
-                    str(len(good)),
+                    len(good),
                     f"{np.median([r.mean for r in good]):.4f}" if good else "",
                     f"{max(r.largest for r in good):.3f}" if good else "",
-                    str(sum(r.wrong for r in part)),
-                ]
+                    sum(r.wrong for r in part),
+                )
             )
-    heads = ["drawn", "images", "accepted of those to be found", "accepted", "median of mean error"]
-    return [
+    report.say(
         "## White images drawn at random",
-        "",
         f"{len(results)} white images of up to {_LARGEST_PIXELS} pixels: 3 x 3 lenses or more, "
         "all layouts, rotations of -45 to 45 degrees, image circles, vignetting up to 95 %, "
         "8 to 16 bits. To be found are those with at least 5 x 5 lenses, at most 20 % of them "
         "missing, dim or merged. Wrong: a centre more than 0.5 pixels off, or a lens without a "
         "centre. Errors in pixels.",
-        "",
-        *table([*heads, "largest error", "wrong"], rows),
-        "![Error over pitch, damage and noise](drawn.png)",
-        "",
-    ]
+    )
+    heads = ["drawn", "images", "accepted of those to be found", "accepted", "median of mean error"]
+    report.table([*heads, "largest error", "wrong"], rows)
+    report.picture("drawn", _picture(results), "Error over pitch, damage and noise")
 
 
-def drawn_picture(results: Sequence[Tried]) -> Image:
-    """Error of accepted grids over pitch, damage and noise."""
+def _picture(results: Sequence[Tried]) -> Figure:
     figure, parts = plt.subplots(
         1, len(_AXES), figsize=(11, 3.5), sharey=True, constrained_layout=True
     )
@@ -114,10 +104,8 @@ def drawn_picture(results: Sequence[Tried]) -> Image:
         places = [factor * r.values[axis] for r in good]
         axes.plot(places, [r.largest for r in good], ".", color="0.7", label="largest")
         axes.plot(places, [r.mean for r in good], ".", label="mean")
-        axes.set_yscale("log")
-        axes.set_xlabel(name)
+        axes.set(yscale="log", xlabel=name)
         axes.grid(alpha=0.3)
-    parts[0].set_xscale("log")
-    parts[0].set_ylabel("error of the centres / pixels")
+    parts[0].set(xscale="log", ylabel="error of the centres / pixels")
     parts[0].legend(fontsize=8)
-    return figure_pixels(figure)
+    return figure

@@ -25,8 +25,7 @@ derived. Pins and clock generation are not in it.
 """
 
 import tempfile
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -34,7 +33,6 @@ from pathlib import Path
 import numpy as np
 
 from plenofir import project
-from plenofir.files import check_folder
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
@@ -42,13 +40,10 @@ from plenofir.fpga.simulate.toggles import Activity, simulate_activity
 from plenofir.fpga.tools.simulators import Simulator, find_simulator
 from plenofir.images import read_image
 from plenofir.plan import load_scene, make_plan
-from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies.experiments import textures
-from plenofir_studies.report_parts import machine, table
+from plenofir_studies.report_parts import Columns, Progress, Report
 from plenofir_studies.resolution import capture, central_directions
-
-Progress = Callable[[int, int], None]
 
 UNCERTAINTY = 2.0
 """Factor, either way, that an energy may be off."""
@@ -143,77 +138,22 @@ def loads() -> Iterator[Load]:
     yield Load("video-m11, one pixel a clock", core, still, plan.columns, plan.rows)
 
 
-def package_microjoules() -> float | None:
-    """Energy that the processors' counters have counted, in uJ; None without such counters."""
-    files = sorted(Path("/sys/class/powercap").glob("intel-rapl:[0-9]*/energy_uj"))
-    try:
-        return float(sum(int(file.read_text()) for file in files)) if files else None
-    except OSError:
-        return None
-
-
-@dataclass(frozen=True)
-class Software:
-    """The fast refocuser on this machine, one thread."""
-
-    seconds: float  # of processor time for each frame, the least of several runs
-    millijoules: float | None  # of the whole package for each frame; None if it does not count
-
-
-def software(columns: int, rows: int, m: int, least_seconds: float = 2.0) -> Software:
-    """Refocus grey frames for a while, and read the processor's counters around it."""
-    raw = np.random.default_rng(0).integers(0, 256, (rows, columns), np.uint8)
-    out = np.empty_like(raw)
-    refocus(raw, m, Fraction(1, m), out=out, threads=1)
-    begin, before, frames, best = time.perf_counter(), package_microjoules(), 0, np.inf
-    while not frames or time.perf_counter() - begin < least_seconds:
-        start = time.process_time()
-        refocus(raw, m, Fraction(1, m), out=out, threads=1)
-        best = min(best, time.process_time() - start)
-        frames += 1
-    after = package_microjoules()
-    counted = None if before is None or after is None else (after - before) * 1e-3 / frames
-    return Software(float(best), counted)
-
-
-def _software_lines(still: Energy) -> list[str]:
-    found = software(still.load.columns, still.load.rows, 11)
-    watts = still.frame_mj / (1e3 * found.seconds)
-    beside = (
-        f"The core of {still.load.name} takes {_two_digits(still.frame_mj)} mJ for such a frame, "
-        f"as much as the software on a processor of {_two_digits(watts)} W; with the factor named, "
-        f"of {_two_digits(watts / UNCERTAINTY)} to {_two_digits(watts * UNCERTAINTY)} W."
-    )
-    line = (
-        f"`refocus` takes {1e3 * found.seconds:.1f} ms of a processor for a grey frame of 3201 x "
-        f"3201 pixels ({machine()})"
-    )
-    if found.millijoules is not None:
-        return [
-            f"{line}, and {found.millijoules:.1f} mJ by the counters of the package. {beside}",
-            "",
-        ]
-    return [
-        f"{line}. The machine shows no energy counters (RAPL), so the energy of the software was "
-        f"not measured, and no figure is given for it: each watt that this processor takes is "
-        f"{1e3 * found.seconds:.1f} mJ a frame. {beside}",
-        "",
-    ]
-
-
 def _two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def report_lines(results: list[Energy]) -> list[str]:
-    """Text and tables of the report, without the software."""
-    lines = [
+def _range(energy: Energy) -> str:
+    low, high = (_two_digits(energy.frame_mj * f) for f in (1 / UNCERTAINTY, UNCERTAINTY))
+    return f"{low} to {high}"
+
+
+def energies(report: Report, results: Sequence[Energy]) -> None:
+    """Text and tables of the report."""
+    report.say(
         "# Energy of a frame",
-        "",
         "Written by `plenofir report energy`. The thesis calls its architecture power-efficient "
         "and leaves the proof to future work. This is an estimate; nothing was measured on a "
         "board.",
-        "",
         "Each core is synthesised for Spartan-6 with GHDL and Yosys, and pictures go through its "
         "netlist in Verilator; what comes out must equal the golden model. The changes of every "
         "net are counted. "
@@ -223,93 +163,69 @@ def report_lines(results: list[Energy]) -> list[str]:
         "and 1.2 V; `plenofir_studies.energy` names them. Glitches, the true lengths of wires, "
         "pins and clock generation are not in it. Expect a factor of "
         f"{UNCERTAINTY:g} either way: that is a judgement, for want of a measurement.",
-        "",
-    ]
-    heads = ["core", "nets", "changes a clock, each net", "nets / pJ", "clocks / pJ"]
-    heads += ["block RAM / pJ", "multipliers / pJ", "sum / pJ a clock"]
-    lines += table(
-        heads,
-        [
-            [
-                e.load.name,
-                str(e.activity.nets),
-                f"{e.activity.rate:.3f}",
-                f"{e.nets:.0f}",
-                f"{e.clocks:.0f}",
-                f"{e.block_rams:.0f}",
-                f"{e.multipliers:.0f}",
-                f"{e.total:.0f}",
-            ]
-            for e in results
-        ],
     )
-    lines += ["A clock takes a pixel, so the energy of a frame does not depend on the clock:", ""]
-    lines += table(
-        ["core", "frame", "mJ a frame", "range", f"mW at {_FRAMES} frames a second"],
-        [
-            [
-                e.load.name,
-                f"{e.load.columns} x {e.load.rows}",
-                _two_digits(e.frame_mj),
-                " to ".join(_two_digits(e.frame_mj * f) for f in (1 / UNCERTAINTY, UNCERTAINTY)),
-                _two_digits(_FRAMES * e.frame_mj),
-            ]
-            for e in results
-        ],
+    core: Columns = {"core": "{.load.name}"}
+    report.table_of(
+        results,
+        {
+            **core,
+            "nets": "{.activity.nets}",
+            "changes a clock, each net": "{.activity.rate:.3f}",
+            "nets / pJ": "{.nets:.0f}",
+            "clocks / pJ": "{.clocks:.0f}",
+            "block RAM / pJ": "{.block_rams:.0f}",
+            "multipliers / pJ": "{.multipliers:.0f}",
+            "sum / pJ a clock": "{.total:.0f}",
+        },
+    )
+    report.say("A clock takes a pixel, so the energy of a frame does not depend on the clock:")
+    report.table_of(
+        results,
+        {
+            **core,
+            "frame": "{0.load.columns} x {0.load.rows}",
+            "mJ a frame": lambda e: _two_digits(e.frame_mj),
+            "range": _range,
+            f"mW at {_FRAMES} frames a second": lambda e: _two_digits(_FRAMES * e.frame_mj),
+        },
     )
     low, high = (_two_digits(power / _FRAMES) for power in STATIC_MW)
-    lines += [
+    report.say(
         f"Static power comes on top, whatever the core does. For the Spartan-6 LX45 no figure is "
         f"known here; two devices of the generation before, about as large, take "
         f"{STATIC_MW[0]:.0f} and {STATIC_MW[1]:.0f} mW at 25 degrees by their data sheets. At "
         f"{_FRAMES} frames a second that would be {low} to {high} mJ a frame.",
-        "",
         "How much the assumed energies matter: by how many percent the sum grows if one of them "
         "is twice as large as assumed (it shrinks by half of that if it is half as large).",
-        "",
-    ]
-    lines += table(
-        ["core", "change of a net", "clock of a flip-flop", "block RAM", "multiplier"],
-        [
-            [
-                e.load.name,
-                *(
-                    f"{100 * part / e.total:.0f}"
-                    for part in (e.nets, e.clocks, e.block_rams, e.multipliers)
-                ),
-            ]
-            for e in results
-        ],
     )
-    share = max(results, key=lambda e: e.block_rams / e.total)
-    least = min(results, key=lambda e: e.block_rams / e.total)
-    lines += [
-        f"Block RAM takes {100 * least.block_rams / least.total:.0f} % ({least.load.name}) to "
-        f"{100 * share.block_rams / share.total:.0f} % ({share.load.name}) of the energy. In "
-        "wide frames the lines that wait cost more than the arithmetic.",
-        "",
-        "## Software",
-        "",
-    ]
-    return lines
+    report.table_of(
+        results,
+        {
+            **core,
+            "change of a net": lambda e: f"{100 * e.nets / e.total:.0f}",
+            "clock of a flip-flop": lambda e: f"{100 * e.clocks / e.total:.0f}",
+            "block RAM": lambda e: f"{100 * e.block_rams / e.total:.0f}",
+            "multiplier": lambda e: f"{100 * e.multipliers / e.total:.0f}",
+        },
+    )
+    shares = [(100 * e.block_rams / e.total, e.load.name) for e in results]
+    (least, narrow), (most, wide) = min(shares), max(shares)
+    report.say(
+        f"Block RAM takes {least:.0f} % ({narrow}) to {most:.0f} % ({wide}) of the energy. In wide "
+        "frames the lines that wait cost more than the arithmetic.",
+    )
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
     """Simulate every core and write ``energy.md``."""
-    check_folder(folder, str(folder))
-    simulator: Simulator = find_simulator("verilator")
     chosen = list(loads())
+    report = Report(folder, "energy.md", len(chosen), progress)
+    simulator: Simulator = find_simulator("verilator")
     results = []
-    for done, load in enumerate(chosen):
-        if progress is not None:
-            progress(done, len(chosen) + 1)
+    for load in chosen:
         with tempfile.TemporaryDirectory() as name:
             activity = simulate_activity(simulator, load.core, load.frames, Path(name))
         results.append(energy_of(load, activity))
-    lines = [*report_lines(results), *_software_lines(results[-1])]
-    if progress is not None:
-        progress(len(chosen) + 1, len(chosen) + 1)
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "energy.md"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    return path
+        report.step()
+    energies(report, results)
+    return report.write()

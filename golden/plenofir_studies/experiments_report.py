@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The text's experiments with a camera (section 5.3), as a part of the report on calibration."""
 
-from collections.abc import Callable
-
 from plenofir.camera.lightfield.pictures import disparity_picture, sharpness_picture
-from plenofir.images import encode_png
 from plenofir_studies.experiments import (
     FIGURE_OBJECT_LENSES,
     FIGURES,
     FOCUS_MM,
-    Focused,
     disparity_experiment,
     focus_experiment,
     model_of,
@@ -17,9 +13,10 @@ from plenofir_studies.experiments import (
     random_distances,
     range_experiment,
 )
-from plenofir_studies.report_parts import table
+from plenofir_studies.report_parts import Report
 from plenofir_studies.thesis_tables import load_table
 
+STEPS = 6
 _SEED = 1
 _PARTS = {"a": 9, "b": 11, "c": 11}
 """Parts of Table 5.10 with their M."""
@@ -27,114 +24,99 @@ _TABLES = {"5.11": ("5.17", "b"), "5.12": ("5.18", "c")}
 """Tables with their figure, and the part of Table 5.10 that has their focus."""
 
 
-def _focus_rows(part: str, results: list[Focused], m: int) -> list[list[str]]:
-    return [
-        [
-            f"5.10{part}",
-            f"{round(r.predicted * m)}/{m}",
-            f"{r.distance_mm / 10:.1f}",
-            f"{round(r.best * m)}/{m}",
-            f"{r.found * m:.2f}/{m}",
-            f"{r.error_percent:+.2f} %",
-        ]
-        for r in results
-    ]
-
-
-def _focus_lines(pictures: dict[str, bytes], tell: Callable[[], None]) -> list[str]:
-    lines = [
+def _focus(report: Report) -> None:
+    report.say(
         "## Objects at predicted distances",
-        "",
         "The text's experiment (Fig. 5.16, Table 5.10) with the synthetic camera: textured objects "
         "at the distances that the ray model predicts for the slices of the text's objects and "
         "markers, captured (pitch 14.27 pixels, rotated by 0.3 degree, 1 % noise), calibrated, "
         "decoded, swept. (c) is focused to 4 m, as its table is; the figure's caption says 404 cm. "
         "Distances from the micro lenses; the last column compares the distance of the sharpest "
         "setting, between slices.",
-        "",
-    ]
-    rows: list[list[str]] = []
+    )
+    rows = []
     for part, m in _PARTS.items():
         model = model_of(m, FOCUS_MM[part])
         results = focus_experiment(model, [float(d) for d in model.distance(placed(part)).mm])
-        rows += _focus_rows(part, results, m)
+        rows += [
+            (
+                f"5.10{part}",
+                f"{round(r.predicted * m)}/{m}",
+                f"{r.distance_mm / 10:.1f}",
+                f"{round(r.best * m)}/{m}",
+                f"{r.found * m:.2f}/{m}",
+                f"{r.error_percent:+.2f} %",
+            )
+            for r in results
+        ]
         names = {f"{r.distance_mm / 10:.0f} cm": r for r in results}
         picture = sharpness_picture(
             [float(a) for a in results[0].settings],
             {name: r.curve for name, r in names.items()},
             {name: r.predicted for name, r in names.items()},
         )
-        pictures[f"sharpness_{part}.png"] = encode_png(picture)
-        lines += [f"![Sharpness, Table 5.10{part}](sharpness_{part}.png)", ""]
-        tell()
+        report.picture(f"sharpness_{part}", picture, f"Sharpness, Table 5.10{part}")
+        report.step()
     heads = ["table", "predicted a", "distance / cm", "sharpest slice", "peak", "error of distance"]
-    return lines + table(heads, rows)
+    report.table(heads, rows)
 
 
-def _disparity_lines(pictures: dict[str, bytes], tell: Callable[[], None]) -> list[str]:
-    lines = [
+def _disparity(report: Report) -> None:
+    report.say(
         "## Baselines and tilts",
-        "",
         "Disparities between two views at the text's distances, with the windows of Figs. 5.17 and "
         "5.18, and what follows from them (Eqs. 5.24, 5.25; Tables 5.11, 5.12). Both pairs of gap "
         "4 give the same baseline and tilt: the virtual cameras are evenly spaced.",
-        "",
-    ]
+    )
     rows = []
     for number, (figure, part) in _TABLES.items():
         model = model_of(11, FOCUS_MM[part])
         depths = [10 * row["distance_cm"] for row in load_table(number).part("a").rows]
-        found = disparity_experiment(
-            model, depths, FIGURES[figure], object_lenses=FIGURE_OBJECT_LENSES
-        )
+        pairs = FIGURES[figure]
+        found = disparity_experiment(model, depths, pairs, object_lenses=FIGURE_OBJECT_LENSES)
         for r in found.objects:
-            want_tilt = -float(model.tilt(r.pair.gap, r.pair.first))
+            tilt = -float(model.tilt(r.pair.gap, r.pair.first))
             base = float(model.baseline(r.pair.gap))
             rows.append(
-                [
+                (
                     number,
                     r.pair.name,
                     f"{r.depth_mm / 10:.0f}",
                     f"{r.predicted_px:z.3f} / {r.found_px:z.3f}",
                     f"{base:.4f} / {r.baseline_mm:.4f}",
                     f"{100 * (r.baseline_mm / base - 1):+.2f} %",
-                    f"{want_tilt:z.4f} / {r.tilt_degrees:z.4f}",
-                ]
+                    f"{tilt:z.4f} / {r.tilt_degrees:z.4f}",
+                )
             )
-        maps = {f"G = {pair.gap}, {pair.name}": found.maps[pair] for pair in FIGURES[figure]}
-        name = f"disparity_{figure.replace('.', '_')}.png"
-        pictures[name] = encode_png(disparity_picture(found.central_view, maps))
-        lines += [f"![Central view and disparity maps, Fig. {figure}]({name})", ""]
-        tell()
+        maps = {f"G = {pair.gap}, {pair.name}": found.maps[pair] for pair in pairs}
+        picture = disparity_picture(found.central_view, maps)
+        text = f"Central view and disparity maps, Fig. {figure}"
+        report.picture(f"disparity_{figure.replace('.', '_')}", picture, text)
+        report.step()
     heads = ["table", "pair", "Z / cm", "disparity: predicted / found", "baseline / mm: the same"]
-    return lines + table([*heads, "error", "tilt / degrees: the same"], rows)
+    report.table([*heads, "error", "tilt / degrees: the same"], rows)
 
 
-def _range_lines(tell: Callable[[], None]) -> list[str]:
-    lines = [
+def _ranges(report: Report) -> None:
+    report.say(
         "## Objects anywhere",
-        "",
         f"Objects at random distances (seed {_SEED}), M = 11, focus at infinity: what depth map "
         "and sharpest slice say.",
-        "",
-    ]
+    )
     model = model_of(11)
     ranged = range_experiment(model, random_distances(model, 12, _SEED), seed=_SEED)
-    ranged.sort(key=lambda r: r.distance_mm)
-    rows = [
-        [
-            f"{r.distance_mm:.0f}",
-            f"{r.by_disparity_mm:.0f}",
-            f"{100 * (r.by_disparity_mm / r.distance_mm - 1):+.2f} %",
-            f"{r.by_focus_mm:.0f}",
-            f"{100 * (r.by_focus_mm / r.distance_mm - 1):+.2f} %",
-        ]
-        for r in ranged
-    ]
-    tell()
-    return lines + table(["distance / mm", "by disparity", "error", "by focus", "error"], rows)
+    rows = []
+    for r in sorted(ranged, key=lambda r: r.distance_mm):
+        row = [f"{r.distance_mm:.0f}"]
+        for mm in (r.by_disparity_mm, r.by_focus_mm):
+            row += [f"{mm:.0f}", f"{100 * (mm / r.distance_mm - 1):+.2f} %"]
+        rows.append(row)
+    report.step()
+    report.table(["distance / mm", "by disparity", "error", "by focus", "error"], rows)
 
 
-def experiment_lines(pictures: dict[str, bytes], tell: Callable[[], None]) -> list[str]:
-    """Do the experiments; PNG files go into ``pictures``, ``tell`` is called six times."""
-    return [*_focus_lines(pictures, tell), *_disparity_lines(pictures, tell), *_range_lines(tell)]
+def experiments(report: Report) -> None:
+    """Do the experiments, in `STEPS` steps."""
+    _focus(report)
+    _disparity(report)
+    _ranges(report)

@@ -14,7 +14,7 @@ from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngi
 from plenofir.fpga.synthesis.ecp5 import PACKAGE, Placed
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir_studies.placed_pixels import GRADE, SCENE, load_placed
-from plenofir_studies.report_parts import table
+from plenofir_studies.report_parts import table, table_of
 from plenofir_studies.thesis_benchmark import (
     THESIS_FIRST_S,
     THESIS_NEXT_S,
@@ -112,25 +112,22 @@ def page() -> str:
         "clock. Frames a second are those of the placed clock.",
         "",
     ]
-    heads = ["P", "MHz", "million pixels/s", "frames/s", "latency", "LUT4", "LUT4 for each pixel"]
-    heads += ["flip-flops", "block RAM", "multipliers", "pixels for each LUT4 and second"]
-    cells = [
-        [
-            str(row.pixels),
-            f"{row.placed.fmax_mhz:g}",
-            f"{row.pixels_a_second / 1e6:.0f}",
-            f"{row.frames:.1f}",
-            f"{row.latency_us:.1f} us",
-            str(row.placed.lut),
-            f"{row.placed.lut / row.pixels:.0f}",
-            str(row.placed.flip_flops),
-            str(row.placed.block_rams),
-            str(row.placed.multipliers),
-            f"{row.pixels_a_second / row.placed.lut:.0f}",
-        ]
-        for row in found
-    ]
-    lines += table(heads, cells)
+    lines += table_of(
+        found,
+        {
+            "P": "{.pixels}",
+            "MHz": "{.placed.fmax_mhz:g}",
+            "million pixels/s": lambda row: f"{row.pixels_a_second / 1e6:.0f}",
+            "frames/s": "{.frames:.1f}",
+            "latency": "{.latency_us:.1f} us",
+            "LUT4": "{.placed.lut}",
+            "LUT4 for each pixel": lambda row: f"{row.placed.lut / row.pixels:.0f}",
+            "flip-flops": "{.placed.flip_flops}",
+            "block RAM": "{.placed.block_rams}",
+            "multipliers": "{.placed.multipliers}",
+            "pixels for each LUT4 and second": lambda r: f"{r.pixels_a_second / r.placed.lut:.0f}",
+        },
+    )
     most = PIXELS_PER_CLOCK[-1]
     bits = most * plan.core.channels * plan.core.pixel_bits
     lines += [

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -44,7 +43,6 @@ class Method:
     order: int | None = 0
     # arithmetic, if it is the core's
     hardware: StoredProductArithmetic | ExactArithmetic | None = None
-    peer: bool = False  # whether it is other software, which may not run with the libraries at hand
 
 
 def exact_sums(raw: Image, m: int, shift: int, order: int = 0) -> npt.NDArray[np.longdouble]:
@@ -109,31 +107,6 @@ def shifted_by_interpolation(raw: Image, m: int, shift: int, order: int) -> Floa
     return total / (m * m)
 
 
-def _plenopticam(raw: Image, m: int, shift: int) -> Floats:
-    """Shift and sum of plenopticam, normalised by what it makes of a white picture."""
-    from plenopticam.cfg import PlenopticamConfig
-    from plenopticam.lfp_refocuser import LfpShiftAndSum
-    from plenopticam.misc import PlenopticamStatus
-
-    def run(image: Any) -> Any:
-        settings = PlenopticamConfig()
-        settings.default_values()
-        a = Fraction(shift, m)
-        settings.params[settings.ptc_leng] = m
-        fine = a.denominator > 1
-        settings.params[settings.ran_refo] = [shift, shift + 1] if fine else [int(a), int(a) + 1]
-        settings.params[settings.opt_prnt] = False
-        settings.params[settings.opt_refi] = fine
-        field = views(image, m).astype(np.float64)[..., np.newaxis]
-        made = LfpShiftAndSum(vp_img_arr=field, cfg=settings, sta=PlenopticamStatus())
-        made.main()
-        return np.asarray(made.refo_stack)[0, ..., 0]
-
-    white = run(np.full(raw.shape, 255, raw.dtype))
-    middle = float(white[white.shape[0] // 2, white.shape[1] // 2])
-    return np.asarray(run(raw) * 255.0 / middle)
-
-
 def software() -> list[Method]:
     """Every way in software."""
 
@@ -176,8 +149,6 @@ def software() -> list[Method]:
 
         name = f"Fourier slice, window {width:g}, oversampling {oversampling:g}"
         found.append(Method(name, slice_, lenses=True, order=None))
-    if find_spec("plenopticam") is not None:
-        found.append(Method("plenopticam", _plenopticam, lenses=True, order=None, peer=True))
     return found
 
 

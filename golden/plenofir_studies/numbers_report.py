@@ -1,34 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of numbers that the thesis asks for or claims: Markdown with figures."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from plenofir import project
-from plenofir.camera.lightfield.pictures import figure_pixels
-from plenofir.files import check_folder
-from plenofir.images import read_image, write_png
+from plenofir.images import read_image
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies import centres, depth_methods, noise
 from plenofir_studies import resolution as detail
 from plenofir_studies.noise import Noise
-from plenofir_studies.report_parts import machine, table
+from plenofir_studies.report_parts import Progress, Report, machine
 
-Progress = Callable[[int, int], None]
-Tell = Callable[[], None]
-
-_NOISE_STEPS = len(list(noise.cases()))
 _SETTINGS = ((3, 1), (3, 3), (3, 4), (5, 1), (5, 5), (5, 6), (5, 10), (5, 11))
-_ORDERS = tuple(detail.INTERPOLATIONS.items())
-_STEPS = _NOISE_STEPS + len(_SETTINGS) + len(_ORDERS) + 4
 
 
-def _panels(pictures: dict[str, Image], columns: int, width: float = 9.0) -> Image:
+def _panels(pictures: Mapping[str, Image], columns: int, width: float = 9.0) -> Figure:
     """Pictures side by side with their names, pixels not smoothed."""
     rows = -(-len(pictures) // columns)
     first = next(iter(pictures.values()))
@@ -41,10 +34,10 @@ def _panels(pictures: dict[str, Image], columns: int, width: float = 9.0) -> Ima
     for place, (name, picture) in zip(axes.flat, pictures.items(), strict=False):
         place.imshow(picture, cmap="gray", interpolation="nearest")
         place.set_title(name, fontsize=8)
-    return figure_pixels(figure)
+    return figure
 
 
-def _noise_picture(results: Sequence[Noise]) -> Image:
+def _noise_picture(results: Sequence[Noise]) -> Figure:
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.5), constrained_layout=True)
     exact = [r for r in results if r.arithmetic == "exact" and r.order == 0]
     left.loglog([r.m for r in exact], [r.measured / r.raw for r in exact], "o", label="exact")
@@ -60,24 +53,21 @@ def _noise_picture(results: Sequence[Noise]) -> Image:
         right.plot(noise.neighbours_alike(5, shift), "o-", label=f"M = 5, a' = {shift}")
     right.set(xlabel="pixels apart in a row", ylabel="correlation of the noise")
     right.legend(fontsize=8)
-    return figure_pixels(figure)
+    return figure
 
 
-def _noise_lines(folder: Path, tell: Tell) -> list[str]:
-    results = noise.measure_all(tell)
-    write_png(folder / "noise.png", _noise_picture(results))
-    exact = [r for r in results if r.arithmetic == "exact"]
+def _noise(report: Report) -> None:
+    results = noise.measure_all(report.step)
     off = {r: abs(r.measured / r.derived - 1) for r in results}
     worst = max(results, key=lambda r: off[r])
     rest = max(value for r, value in off.items() if r != worst)
     gains = ", ".join(
         f"{10 * np.log10(r.raw / r.measured):.1f} dB for M = {r.m}"
-        for r in exact
-        if r.order == 0 and r.shift == 2
+        for r in results
+        if r.arithmetic == "exact" and r.order == 0 and r.shift == 2
     )
-    lines = [
+    report.say(
         "## Noise",
-        "",
         "The thesis expects refocused pictures to have little noise, because they are means of "
         "pixels. They are: an output pixel is the mean of M x M pixels, whatever a is, so "
         "1 / M² of the variance is left. "
@@ -89,35 +79,30 @@ def _noise_lines(folder: Path, tell: Tell) -> list[str]:
         f"{100 * off[worst]:.0f} %. There a step of a product, {worst.m} grey levels, is wider "
         f"than the noise behind the rows, {noise.NOISE / worst.m**0.5:.1f}; the remainders of "
         "neighbouring rows agree and do not average out.",
-        "",
         "Neighbouring pixels share sources, so what noise is left is as coarse as a micro image: "
         "the right half of the figure. Averaging M x M neighbours lowers it no further.",
-        "",
-        "![Variance against M; correlation of neighbours](noise.png)",
-        "",
-    ]
-    heads = ["M", "a", "arithmetic", "interpolation", "raw", "measured", "derived", "share", "1/M²"]
+    )
+    report.picture(
+        "noise", _noise_picture(results), "Variance against M; correlation of neighbours"
+    )
     names = {order: name for name, order in detail.INTERPOLATIONS.items()}
-    return lines + table(
-        heads,
-        [
-            [
-                str(r.m),
-                r.a,
-                r.arithmetic,
-                names[r.order],
-                f"{r.raw:.2f}",
-                f"{r.measured:.3f}",
-                f"{r.derived:.3f}",
-                f"{r.measured / r.raw:.5f}",
-                f"{1 / r.m**2:.5f}",
-            ]
-            for r in results
-        ],
+    report.table_of(
+        results,
+        {
+            "M": "{.m}",
+            "a": "{.a}",
+            "arithmetic": "{.arithmetic}",
+            "interpolation": lambda r: names[r.order],
+            "raw": "{.raw:.2f}",
+            "measured": "{.measured:.3f}",
+            "derived": "{.derived:.3f}",
+            "share": lambda r: f"{r.measured / r.raw:.5f}",
+            "1/M²": lambda r: f"{1 / r.m**2:.5f}",
+        },
     )
 
 
-def _stages_picture() -> Image:
+def _stages_picture() -> Figure:
     raw = read_image(project.DATA / "planes_5x5.png")
     side = min(raw.shape[:2]) // 2 // 5 * 5
     five = raw[:side, :side]
@@ -132,7 +117,7 @@ def _stages_picture() -> Image:
     return _panels(pictures, 3)
 
 
-def _crops_picture() -> Image:
+def _crops_picture() -> Figure:
     raw = read_image(project.DATA / "planes_5x5.png")
     pictures = {}
     for text in ("5/5", "6/5"):
@@ -142,7 +127,7 @@ def _crops_picture() -> Image:
     return _panels(pictures, 2)
 
 
-def _transfer_picture(details: Sequence[detail.Detail]) -> Image:
+def _transfer_picture(details: Sequence[detail.Detail]) -> Figure:
     figure, axes = plt.subplots(figsize=(7, 3.5), constrained_layout=True)
     for part in details:
         if part.m == 5 and part.shift in (1, 5, 6, 10, 11):
@@ -156,35 +141,32 @@ def _transfer_picture(details: Sequence[detail.Detail]) -> Image:
     axes.axvline(0.5, color="0.6", linestyle=":")
     axes.set(xlabel="cycles a micro lens", ylabel="contrast", ylim=(0, 1.05))
     axes.legend(fontsize=8)
-    return figure_pixels(figure)
+    return figure
 
 
-def _resolution_lines(folder: Path, tell: Tell) -> list[str]:
+def _resolution(report: Report) -> None:
     details = []
     for m, shift in _SETTINGS:
         details.append(detail.edge_detail(m, shift))
-        tell()
-    both = []
-    for _, order in _ORDERS:
-        both.append([detail.before_and_after(5, shift, order) for shift in (5, 6)])
-        tell()
-    write_png(folder / "stages.png", _stages_picture())
-    write_png(folder / "crops.png", _crops_picture())
-    write_png(folder / "transfer.png", _transfer_picture(details))
-    tell()
-    whole, between = (next(d for d in details if (d.m, d.shift) == (5, s)) for s in (5, 6))
-    lines = [
+        report.step()
+    both = {}
+    for name, order in detail.INTERPOLATIONS.items():
+        both[name] = [detail.before_and_after(5, shift, order) for shift in (5, 6)]
+        report.step()
+    report.say(
         "## Resolution",
-        "",
         "Fig. 6.12 again: what leaves the row stage alone, the refocused picture, and linear "
         "interpolation with M = 5.",
-        "",
-        "![Row stage alone, both stages, linear interpolation](stages.png)",
-        "",
-        "Fig. 6.13 (f) and (g) again: one raw image, nearest neighbour, a = 5/5 and a = 6/5.",
-        "",
-        "![a = 5/5 and a = 6/5](crops.png)",
-        "",
+    )
+    report.picture(
+        "stages", _stages_picture(), "Row stage alone, both stages, linear interpolation"
+    )
+    report.say(
+        "Fig. 6.13 (f) and (g) again: one raw image, nearest neighbour, a = 5/5 and a = 6/5."
+    )
+    report.picture("crops", _crops_picture(), "a = 5/5 and a = 6/5")
+    whole, between = (next(d for d in details if (d.m, d.shift) == (5, s)) for s in (5, 6))
+    report.say(
         "The thesis sees more resolution at 6/5 than at 5/5, because neighbouring pixels differ. "
         "They do: of the neighbours inside a micro image "
         f"{100 * between.differing:.0f} % differ at 6/5 and none at 5/5. But contrast does not "
@@ -195,92 +177,67 @@ def _resolution_lines(folder: Path, tell: Tell) -> list[str]:
         "cycles a micro lens come out as stripes of 0.3 with "
         f"{whole.alias:.1f} times their own contrast at 5/5, and with {between.alias:.3f} times "
         "at 6/5.",
-        "",
-        "![Contrast over frequency](transfer.png)",
-        "",
-    ]
-    heads = ["M", "a", "neighbours that differ", "half contrast at, cycles a lens"]
-    heads += ["jagged, lenses", "alias of 0.7 cycles"]
-    lines += table(
-        heads,
-        [
-            [
-                str(d.m),
-                f"{d.shift}/{d.m}",
-                f"{100 * d.differing:.0f} %",
-                f"{d.transfer.half:.3f}",
-                f"{d.jaggedness:.4f}",
-                f"{d.alias:.3f}",
-            ]
-            for d in details
-        ],
     )
-    lines += [
+    report.picture("transfer", _transfer_picture(details), "Contrast over frequency")
+    report.step()
+    report.table_of(
+        details,
+        {
+            "M": "{.m}",
+            "a": "{0.shift}/{0.m}",
+            "neighbours that differ": lambda d: f"{100 * d.differing:.0f} %",
+            "half contrast at, cycles a lens": "{.transfer.half:.3f}",
+            "jagged, lenses": "{.jaggedness:.4f}",
+            "alias of 0.7 cycles": "{.alias:.3f}",
+        },
+    )
+    report.say(
         "Fig. 6.13 (a) to (e): micro images interpolated before refocusing, against one value for "
         "each micro lens and the picture interpolated afterwards (M = 5). For integer a the two "
         "are the same, as the thesis says. For other a interpolating first keeps more, also with "
         "nearest neighbour. Largest difference in grey levels of 255; half contrast in cycles a "
         "micro lens.",
-        "",
-    ]
-    heads = ["interpolation"]
-    heads += [
+    )
+    cells = ("{0.difference:.2g}", "{0.before:.3f}", "{0.after:.3f}")
+    heads = [
         f"a = {a}: {what}" for a in ("5/5", "6/5") for what in ("difference", "before", "after")
     ]
-    lines += table(
-        heads,
-        [
-            [
-                name,
-                *(
-                    cell
-                    for r in pair
-                    for cell in (f"{r.difference:.2g}", f"{r.before:.3f}", f"{r.after:.3f}")
-                ),
-            ]
-            for (name, _), pair in zip(_ORDERS, both, strict=True)
-        ],
+    report.table(
+        ["interpolation", *heads],
+        [[name, *(c.format(r) for r in pair for c in cells)] for name, pair in both.items()],
     )
-    return lines
 
 
-def _centre_lines(folder: Path, tell: Tell) -> list[str]:
+def _centres(report: Report) -> None:
     ways, rounded = centres.compare()
-    write_png(folder / "centres.png", _panels({w.way: w.view[8:28, 8:28] for w in ways}, 3))
-    tell()
-    lines = [
+    report.step()
+    report.say(
         "## Rounded centres",
-        "",
         "Fig. 4.12 again: the central view of a slanted edge, decoded by the nearest pixel, which "
         "rounds micro image centres, and by interpolation. Pitch 14.27 pixels, rotated by 0.3 "
         f"degree, M = {centres.M}, the edge in focus at a = {centres.FOCUS}.",
-        "",
-        "![Nearest, bilinear, cubic](centres.png)",
-        "",
+    )
+    views = {str(w.way): w.view[8:28, 8:28] for w in ways}
+    report.picture("centres", _panels(views, 3), "Nearest, bilinear, cubic")
+    report.say(
         f"Rounding should move lines by {rounded:.3f} micro lenses (root mean square). It is seen "
         "in full in a view. A refocused picture averages M x M views with roundings of their own "
         "and keeps less. Bilinear interpolation should leave 4/9 = 0.444 of independent noise: "
         "that it lowers noise, as the thesis says, is true, and the nearest pixel leaves all.",
-        "",
-    ]
-    heads = ["interpolation", "view: jagged, lenses", "refocused: the same"]
-    heads += ["view: half contrast at, cycles a lens", "noise variance left"]
-    return lines + table(
-        heads,
-        [
-            [
-                w.way,
-                f"{w.jaggedness:.3f}",
-                f"{w.refocused:.3f}",
-                f"{w.half:.3f}",
-                f"{w.noise:.3f}",
-            ]
-            for w in ways
-        ],
+    )
+    report.table_of(
+        ways,
+        {
+            "interpolation": "{.way}",
+            "view: jagged, lenses": "{.jaggedness:.3f}",
+            "refocused: the same": "{.refocused:.3f}",
+            "view: half contrast at, cycles a lens": "{.half:.3f}",
+            "noise variance left": "{.noise:.3f}",
+        },
     )
 
 
-def _maps_picture(view: Image, maps: dict[str, np.ndarray], limits: tuple[float, float]) -> Image:
+def _maps_picture(view: Image, maps: dict[str, np.ndarray], limits: tuple[float, float]) -> Figure:
     count = len(maps) + 1
     columns = 2 if view.shape[1] > 1.5 * view.shape[0] else count
     rows = -(-count // columns)
@@ -298,68 +255,53 @@ def _maps_picture(view: Image, maps: dict[str, np.ndarray], limits: tuple[float,
         shown = place.imshow(values, cmap=colours, vmin=limits[0], vmax=limits[1])
         place.set_title(name, fontsize=8)
     figure.colorbar(shown, ax=axes, label="a", shrink=0.8)
-    return figure_pixels(figure)
+    return figure
 
 
-def _depth_lines(folder: Path, tell: Tell) -> list[str]:
+def _depth(report: Report) -> None:
     truth = depth_methods.synthetic_scene()
     scores = depth_methods.score_all(truth)
-    limits = float(np.nanmin(truth.a)) - 0.1, float(np.nanmax(truth.a)) + 0.1
-    maps = {"truth": truth.a, **{s.name: s.a for s in scores}}
-    write_png(folder / "depth.png", _maps_picture(truth.view, maps, limits))
-    tell()
+    report.step()
     found, seconds, pairs = depth_methods.on_flower()
-    view = depth_methods.flower()[2::5, 2::5]
-    write_png(folder / "flower.png", _maps_picture(view, found, (-0.9, -0.2)))
-    tell()
+    report.step()
     m, bad = depth_methods.M, depth_methods.BAD
     known = int((~np.isnan(truth.a)).sum())
     rows, columns = truth.a.shape
-    lines = [
+    report.say(
         "## Depth from focus, depth from disparity",
-        "",
         f"A dense benchmark: seven strips of texture before a wall, rendered with M = {m}, "
         f"{columns} x {rows} micro lenses, 1 % noise, 8 bit. The true depth is known at "
         f"{known} of {rows * columns} micro lenses; the others see two planes (grey in the "
-        "figure). Depth is counted as the setting a; errors are those of a, the last but one "
+        "figure). Depth is counted as the setting a; errors are those of a, the last "
         "column is the mean relative error of the strips' distances in mm. *Focus, smoothed*: the "
         "sharpest slice, smoothed, as `plenofir stack --all-in-focus` finds it, which makes the "
         "picture that is sharp everywhere too. *Focus, depth index*: the sharpest of whole slices, "
         "as the VHDL finds it, in windows of 5 x 5 lenses. *Disparity*: sums of absolute "
         "differences between views in windows of 7 x 7, `plenofir depth-map`.",
-        "",
-        "![Truth and what is found](depth.png)",
-        "",
-    ]
+    )
+    maps = {"truth": truth.a, **{s.name: s.a for s in scores}}
+    limits = float(np.nanmin(truth.a)) - 0.1, float(np.nanmax(truth.a)) + 0.1
+    report.picture("depth", _maps_picture(truth.view, maps, limits), "Truth and what is found")
     heads = ["way", *(f"off by more than {b:g}" for b in bad)]
-    heads += ["mean error", "median error", "distance", "processor s"]
-    lines += table(
-        heads,
+    rest = ("{.mean:.3f}", "{.median:.3f}", "{.seconds:.2f}")
+    report.table(
+        [*heads, "mean error", "median error", "processor s", "distance"],
         [
-            [
-                s.name,
-                *(f"{100 * share:.1f} %" for share in s.bad),
-                f"{s.mean:.3f}",
-                f"{s.median:.3f}",
-                f"{100 * s.mm:.1f} %",
-                f"{s.seconds:.2f}",
-            ]
+            [s.name, *map("{:.1%}".format, s.bad), *(r.format(s) for r in rest), f"{s.mm:.1%}"]
             for s in scores
         ],
     )
-    lines += [
+    report.say(
         "Disparity finds the depth of even planes several times more exactly, because it is not "
         f"bound to slices: they are 1/{m} apart, so whole slices are off by up to "
         f"{1 / (2 * m):.3f}. At borders of objects all ways fail within about half a window. "
         "Smoothing helps the picture that is sharp everywhere, and spoils the depth there.",
-        "",
         "A real light field, the flower that the package ships (M = 5). Its depth is not known; "
         "so this says only how far the ways agree.",
-        "",
-        "![The flower](flower.png)",
-        "",
-    ]
-    lines += table(
+    )
+    view = depth_methods.flower()[2::5, 2::5]
+    report.picture("flower", _maps_picture(view, found, (-0.9, -0.2)), "The flower")
+    report.table(
         ["one", "the other", "mean difference of a", *(f"more than {b:g} apart" for b in bad)],
         [
             [p.first, p.second, f"{p.mean:.3f}", *(f"{100 * share:.1f} %" for share in p.apart)]
@@ -367,36 +309,23 @@ def _depth_lines(folder: Path, tell: Tell) -> list[str]:
         ],
     )
     times = "; ".join(f"{name}: {value:.2f} s" for name, value in seconds.items())
-    return [*lines, f"Processor time on the flower: {times}.", ""]
+    report.say(f"Processor time on the flower: {times}.")
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
     """Measure everything and write ``numbers.md`` with its figures."""
-    check_folder(folder, str(folder))
-    folder.mkdir(parents=True, exist_ok=True)
-    done = 0
-
-    def tell() -> None:
-        nonlocal done
-        done += 1
-        if progress is not None:
-            progress(done, _STEPS)
-
-    lines = [
+    steps = len(list(noise.cases())) + len(_SETTINGS) + len(detail.INTERPOLATIONS) + 4
+    report = Report(folder, "numbers.md", steps, progress)
+    report.say(
         "# Numbers that the thesis asks for",
-        "",
         "Written by `plenofir report numbers`: what the thesis expects or claims of refocused "
         "pictures without numbers, measured, and derived where that can be. "
         "Energy has a report of its own, `plenofir report energy`.",
-        "",
         f"Measured on: {machine()}. Times depend on that, and last digits of floating point "
         "results.",
-        "",
-    ]
-    lines += _noise_lines(folder, tell)
-    lines += _resolution_lines(folder, tell)
-    lines += _centre_lines(folder, tell)
-    lines += _depth_lines(folder, tell)
-    path = folder / "numbers.md"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    return path
+    )
+    _noise(report)
+    _resolution(report)
+    _centres(report)
+    _depth(report)
+    return report.write()

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The work-precision report: error over run time for every way to refocus, Markdown and figures."""
 
-import textwrap
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,14 +13,14 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from scipy import ndimage
 
 from plenofir import project
-from plenofir.camera.lightfield.pictures import figure_pixels
 from plenofir.camera.lightfield.stack import sharpness
-from plenofir.files import check_folder, publish
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.images import encode_png, read_image
+from plenofir.images import read_image
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus, shift_to_text
 from plenofir.refocus.operator import Image
 from plenofir_studies.methods import (
@@ -32,11 +31,9 @@ from plenofir_studies.methods import (
     shift_and_sum,
     software,
 )
-from plenofir_studies.report_parts import machine, table
+from plenofir_studies.report_parts import Columns, Progress, Report, machine
 
 Floats = npt.NDArray[np.float64]
-Progress = Callable[[int, int], None]
-
 PIXEL_CLOCK_HZ = 74.25e6
 _FLOOR = 1e-16
 _LEAST_SECONDS = 0.2
@@ -172,25 +169,6 @@ def measure(field: Field, method: Method) -> Result:
     return Result(method, seconds, largest, rms, truth_db, sharp)
 
 
-def measure_all(
-    field: Field, methods: Sequence[Method], step: Callable[[int], None] | None = None
-) -> tuple[list[Result], list[str]]:
-    """Run several methods on a light field."""
-    results: list[Result] = []
-    left_out: list[str] = []
-    for done, method in enumerate(methods, 1):
-        try:
-            results.append(measure(field, method))
-        except Exception as failure:
-            if not method.peer:
-                raise
-            why = textwrap.shorten(str(failure), 120)
-            left_out.append(f"{method.name} does not run on {field.name}: {why}")
-        if step is not None:
-            step(done)
-    return results, left_out
-
-
 def pareto(results: Sequence[Result], error: Callable[[Result], float]) -> list[Result]:
     """Results that no other one beats in both time and error."""
     front: list[Result] = []
@@ -201,49 +179,39 @@ def pareto(results: Sequence[Result], error: Callable[[Result], float]) -> list[
     return front
 
 
-def _picture(field: Field, results: Sequence[Result]) -> Image:
-    measures: list[tuple[str, Callable[[Result], float]]] = [
-        ("RMS error against the exact value / grey levels", lambda r: max(r.rms, _FLOOR))
-    ]
-    if field.truth is not None:
-        measures.append(
-            ("RMS error against the object / grey levels", lambda r: 255 / 10 ** (r.truth_db / 20))
-        )
-    figure, panels = plt.subplots(
-        1, len(measures), figsize=(7 * len(measures), 5.5), constrained_layout=True, squeeze=False
-    )
-    for axes, (label, error) in zip(panels[0], measures, strict=True):
-        for kind, marker, colour in ((False, "o", "tab:blue"), (True, "s", "tab:orange")):
-            group = [r for r in results if (r.method.hardware is not None) == kind]
-            axes.loglog(
-                [1e3 * r.seconds for r in group],
-                [error(r) for r in group],
-                marker,
-                color=colour,
-                label="core at 74.25 MHz" if kind else "software",
+def _draw(axes: Axes, results: Sequence[Result], error: Callable[[Result], float]) -> None:
+    software = [r for r in results if r.method.hardware is None]
+    core = [r for r in results if r.method.hardware is not None]
+    for group, style, colour, label in (
+        (software, "o", "tab:blue", "software"),
+        (core, "s", "tab:orange", "core at 74.25 MHz"),
+        (pareto(software, error), "-", "tab:blue", "Pareto front of the software"),
+    ):
+        places = [1e3 * r.seconds for r in group]
+        axes.loglog(places, [error(r) for r in group], style, color=colour, label=label)
+    for r in software:
+        if not np.isnan(error(r)):
+            place = 1e3 * r.seconds, error(r)
+            axes.annotate(
+                r.method.name, place, fontsize=6, xytext=(3, 3), textcoords="offset points"
             )
-        front = pareto([r for r in results if r.method.hardware is None], error)
-        axes.loglog(
-            [1e3 * r.seconds for r in front],
-            [error(r) for r in front],
-            "-",
-            color="tab:blue",
-            label="Pareto front of the software",
-        )
-        for result in results:
-            if result.method.hardware is None and not np.isnan(error(result)):
-                axes.annotate(
-                    result.method.name,
-                    (1e3 * result.seconds, error(result)),
-                    fontsize=6,
-                    xytext=(3, 3),
-                    textcoords="offset points",
-                )
-        axes.set(xlabel="run time of a slice / ms", ylabel=label)
-        axes.grid(True, which="major", alpha=0.3)
-        axes.legend(fontsize=7)
+    axes.set_xlabel("run time of a slice / ms")
+    axes.grid(True, which="major", alpha=0.3)
+    axes.legend(fontsize=7)
+
+
+def _picture(field: Field, results: Sequence[Result]) -> Figure:
+    count = 1 if field.truth is None else 2
+    figure, panels = plt.subplots(
+        1, count, figsize=(7 * count, 5.5), constrained_layout=True, squeeze=False
+    )
+    _draw(panels[0, 0], results, lambda r: max(r.rms, _FLOOR))
+    panels[0, 0].set_ylabel("RMS error against the exact value / grey levels")
+    if field.truth is not None:
+        _draw(panels[0, 1], results, lambda r: 255 / 10 ** (r.truth_db / 20))
+        panels[0, 1].set_ylabel("RMS error against the object / grey levels")
     figure.suptitle(f"{field.name} (errors of 0 are drawn at the bottom)", fontsize=10)
-    return figure_pixels(figure)
+    return figure
 
 
 def _cell(value: float, form: str = ".2g") -> str:
@@ -256,49 +224,39 @@ def _psnr(rms: float) -> str:
     return "exact" if rms == 0 else f"{20 * log10(255 / rms):.1f}"
 
 
-def _tables(field: Field, results: Sequence[Result]) -> list[str]:
-    base = results[0].seconds
-    fastest = {r.method.name for r in pareto(results, lambda r: r.rms)}
-    heads = ["method", "ms", "relative", "largest error", "RMS", "PSNR / dB"]
-    heads += ["PSNR to the object / dB", "sharpness", "Pareto"]
-    lines = table(
-        heads,
-        [
-            [
-                r.method.name,
-                f"{1e3 * r.seconds:.3g}",
-                f"{r.seconds / base:.2g}",
-                _cell(r.largest),
-                _cell(r.rms),
-                _psnr(r.rms),
-                _cell(r.truth_db, ".1f"),
-                _cell(r.sharp, ".3f"),
-                "yes" if r.method.name in fastest else "",
-            ]
-            for r in results
-            if r.method.hardware is None
-        ],
+def _tables(report: Report, results: Sequence[Result]) -> None:
+    fastest = pareto(results, lambda r: r.rms)
+    milliseconds: Columns = {"ms": lambda r: f"{1e3 * r.seconds:.3g}"}
+    errors: Columns = {
+        "largest error": lambda r: _cell(r.largest),
+        "RMS": lambda r: _cell(r.rms),
+        "PSNR / dB": lambda r: _psnr(r.rms),
+    }
+    report.table_of(
+        [r for r in results if r.method.hardware is None],
+        {
+            "method": "{.method.name}",
+            **milliseconds,
+            "relative": lambda r: f"{r.seconds / results[0].seconds:.2g}",
+            **errors,
+            "PSNR to the object / dB": lambda r: _cell(r.truth_db, ".1f"),
+            "sharpness": lambda r: _cell(r.sharp, ".3f"),
+            "Pareto": lambda r: "yes" if r in fastest else "",
+        },
     )
-    lines += table(
-        ["core", "ms", "largest error", "RMS", "PSNR / dB", "memory / bit", "adder bits (LUTs)"],
-        [
-            [
-                r.method.name,
-                f"{1e3 * r.seconds:.3g}",
-                _cell(r.largest),
-                _cell(r.rms),
-                _psnr(r.rms),
-                str(r.ram_bits),
-                str(r.adder_bits),
-            ]
-            for r in results
-            if r.method.hardware is not None
-        ],
+    report.table_of(
+        [r for r in results if r.method.hardware is not None],
+        {
+            "core": "{.method.name}",
+            **milliseconds,
+            **errors,
+            "memory / bit": "{.ram_bits}",
+            "adder bits (LUTs)": "{.adder_bits}",
+        },
     )
-    return lines
 
 
-def _growth() -> tuple[list[str], Image]:
+def _growth(report: Report) -> None:
     """How time and error grow with M, a' and the size of the frame."""
     rng = np.random.default_rng(0)
     ways: dict[str, Callable[[Image, int, int], Any]] = {
@@ -313,7 +271,7 @@ def _growth() -> tuple[list[str], Image]:
         ("rows and columns (M = 5, a' = -3)", [(5, -3, n) for n in (100, 200, 400, 800, 1600)]),
     ]
     figure, panels = plt.subplots(2, 3, figsize=(15, 8), constrained_layout=True)
-    lines = ["## Growth", "", "Milliseconds, and the largest error in grey levels.", ""]
+    report.say("## Growth", "Milliseconds, and the largest error in grey levels.")
     for column, (label, cases) in enumerate(sweeps):
         places = [{"M": c[0], "a": c[1], "r": c[2]}[label[0]] for c in cases]
         rows = [[str(place)] for place in places]
@@ -341,94 +299,30 @@ def _growth() -> tuple[list[str], Image]:
                 panel.set_xscale("log")
             panel.grid(True, alpha=0.3)
         panels[0, column].legend(fontsize=7)
-        lines += table([label, *ways], rows)
-    return lines, figure_pixels(figure)
-
-
-def _advice(chosen: Sequence[Field], everything: dict[str, list[Result]]) -> str:
-    """One paragraph from the numbers."""
-
-    def times(names: Sequence[str]) -> str:
-        ratios = [
-            r.seconds / results[0].seconds
-            for results in everything.values()
-            for r in results
-            if any(r.method.name.startswith(name) for name in names)
-        ]
-        return f"{min(ratios):.2g} to {max(ratios):.2g}"
-
-    stored = [
-        r
-        for results in everything.values()
-        for r in results
-        if isinstance(r.method.hardware, StoredProductArithmetic)
-    ]
-    names = dict.fromkeys(r.method.name for r in stored)
-    worst = {n: max(r.largest for r in stored if r.method.name == n) for n in names}
-    near = next((n for n, error in worst.items() if error <= 1), "stored products")
-    between = [
-        r
-        for field in chosen
-        if field.truth is not None and field.shift % field.m
-        for r in everything[field.name]
-    ]
-    best = max((r for r in between if r.method.lenses), key=lambda r: r.truth_db)
-    own = next(r for r in between if r.method.name == "refocus")
-    return (
-        "For pictures take `refocus`: it is exact. The other exact ways, the reference and "
-        f"separable integers in NumPy, took {times(['reference', 'NumPy'])} times as long here, "
-        f"running sums in floating point {times(['running'])} times and sums of shifted views in "
-        f"floating point {times(['shift and sum, float'])} times, without being exact; linear and "
-        f"cubic interpolation of `refocus` took {times(['refocus, '])} times. If there is to be "
-        "one pixel for each micro lens at a setting between integers, band-limited interpolation "
-        f"of the views comes nearest to the object ({best.method.name}: {best.truth_db:.1f} dB, "
-        f"`refocus`: {own.truth_db:.1f} dB), at {best.seconds / own.seconds:.2g} times the time. "
-        "In the core exact arithmetic needs no ROM; where its wide sums are too dear, "
-        f"{near} is the smallest setting of stored products that was never off by more than one "
-        "grey level."
-    )
+        report.table([label, *ways], rows)
+    report.picture("precision_growth", figure)
 
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
     """Measure everything and write ``precision.md`` with its figures."""
-    check_folder(folder, str(folder), ["precision.md"])
-    chosen = fields()
-    methods = [*software(), *hardware()]
-    total = len(chosen) * len(methods) + 1
-    everything: dict[str, list[Result]] = {}
-    left_out: list[str] = []
-    for number, field in enumerate(chosen):
-
-        def step(done: int, start: int = number * len(methods)) -> None:
-            if progress is not None:
-                progress(start + done, total)
-
-        everything[field.name], failed = measure_all(field, methods, step)
-        left_out += failed
-    growth, growth_picture = _growth()
-    if progress is not None:
-        progress(total, total)
-    lines = [
+    chosen, methods = fields(), [*software(), *hardware()]
+    report = Report(folder, "precision.md", len(chosen) * len(methods), progress)
+    report.say(
         "# Error against run time",
-        "",
-        _advice(chosen, everything),
-        "",
         f"Measured on: {machine()}. Run times are medians of one run; errors are distances from "
         "the operator's value, integer sums and one division. Where a result is rounded to grey "
         "levels, they are what it is off beyond the correct rounding. Errors against the object "
         "compare with the texture that a synthetic light field was made from, a value for each "
         "micro lens, as is the sharpness (1: as sharp as the object).",
-        "",
-        *(f"{line}\n" for line in left_out),
-    ]
-    pictures = {}
+    )
     for number, field in enumerate(chosen, 1):
-        name = f"precision_{number}.png"
-        pictures[name] = encode_png(_picture(field, everything[field.name]))
+        results = []
+        for method in methods:
+            results.append(measure(field, method))
+            report.step()
         rows, columns = field.raw.shape
-        lines += [f"## {field.name} ({columns} x {rows})", "", f"![]({name})", ""]
-        lines += _tables(field, everything[field.name])
-    pictures["precision_growth.png"] = encode_png(growth_picture)
-    lines += [*growth, "![](precision_growth.png)", ""]
-    publish({**pictures, "precision.md": "\n".join(lines)}, folder)
-    return folder / "precision.md"
+        report.say(f"## {field.name} ({columns} x {rows})")
+        report.picture(f"precision_{number}", _picture(field, results))
+        _tables(report, results)
+    _growth(report)
+    return report.write()

@@ -15,7 +15,6 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from plenofir.camera.lightfield.pictures import figure_pixels
 from plenofir.camera.optics.prescription import shipped_lenses
 from plenofir.camera.rays.camera import load_camera
 from plenofir.camera.rays.intersections import (
@@ -30,8 +29,6 @@ from plenofir.camera.rays.real import (
     real_camera,
     real_micro_image_centres,
 )
-from plenofir.files import check_folder, publish
-from plenofir.images import encode_png
 from plenofir_studies.errata import ERRATA
 from plenofir_studies.ray_pictures import (
     dispersion_picture,
@@ -40,10 +37,10 @@ from plenofir_studies.ray_pictures import (
 )
 from plenofir_studies.ray_stability import CASES, Outcome, _error, oracle_distance, oracle_extension
 from plenofir_studies.ray_validation import Check, all_checks, rounding_sentences
-from plenofir_studies.report_parts import table
+from plenofir_studies.report_parts import Report
 from plenofir_studies.thesis_tables import load_table
 
-Progress = Callable[[str, int, int], None]
+NamedProgress = Callable[[str, int, int], None]
 _FLOOR = 1e-17
 
 
@@ -51,49 +48,42 @@ def _magnitude(error: float) -> str:
     return "no number" if isinf(error) else f"{error:.1e}"
 
 
-def _validation(checks: list[Check]) -> list[str]:
-    lines = [
+def _validation(report: Report, checks: list[Check]) -> None:
+    report.say(
         "## The thesis's predictions",
-        "",
         "Every prediction of the thesis's tables, computed anew. A number agrees if it rounds to "
         f"the printed digits. {rounding_sentences()}",
-        "",
-    ]
+    )
     rows = []
     for name in dict.fromkeys(check.table for check in checks):
         group = [check for check in checks if check.table == name]
         wrong = sum(check.erratum is not None for check in group)
         agree = sum(check.agrees for check in group if not check.erratum)
-        rows.append([name, str(len(group)), f"{agree} of {len(group) - wrong}", str(wrong)])
-    lines += table(["table", "numbers", "agree", "known errata"], rows)
+        rows.append((name, len(group), f"{agree} of {len(group) - wrong}", wrong))
+    report.table(["table", "numbers", "agree", "known errata"], rows)
     errata = [ERRATA[key] for key in dict.fromkeys(c.erratum for c in checks if c.erratum)]
-    lines += [f"- {erratum.where}: {erratum.holds} (`docs/thesis.md`)" for erratum in errata]
-    lines += ["", "<details><summary>All numbers</summary>", ""]
-    lines += table(
-        ["table", "row", "quantity", "printed", "computed", ""],
-        [
-            [
-                c.table,
-                c.row,
-                c.quantity,
-                c.printed.text,
-                f"{c.computed:.6f}",
-                "agrees" if c.agrees else ("erratum" if c.erratum else "differs"),
-            ]
-            for c in checks
-        ],
+    report.add(f"- {erratum.where}: {erratum.holds} (`docs/thesis.md`)" for erratum in errata)
+    report.say("", "<details><summary>All numbers</summary>")
+    report.table_of(
+        checks,
+        {
+            "table": "{.table}",
+            "row": "{.row}",
+            "quantity": "{.quantity}",
+            "printed": "{.printed.text}",
+            "computed": "{.computed:.6f}",
+            "": lambda c: "agrees" if c.agrees else ("erratum" if c.erratum else "differs"),
+        },
     )
-    return [*lines, "</details>", ""]
+    report.say("</details>")
 
 
-def _real_rays(pictures: dict[str, bytes]) -> list[str]:
-    lines = [
+def _real_rays(report: Report) -> None:
+    report.say(
         "## Real rays",
-        "",
         "The f100 lens of the text from its prescription: micro image centres from real chief rays "
         "beside the text's simulation.",
-        "",
-    ]
+    )
     rows = []
     for number in ("5.3", "5.4"):
         part = load_table(number).part("a")
@@ -104,134 +94,115 @@ def _real_rays(pictures: dict[str, bytes]) -> list[str]:
             printed = row.numbers["simulated_mm"]
             cells = [f"{number}a", f"{row['s_over_p_m']:g}", printed.text, f"{found:.5f}"]
             rows.append([*cells, f"{abs(found - printed.value):.1e}"])
-    lines += table(["table", "micro lens", "printed / mm", "traced / mm", "difference"], rows)
-    lines += [
+    report.table(["table", "micro lens", "printed / mm", "traced / mm", "difference"], rows)
+    report.say(
         "Refocusing distances predicted by the ray model and found with real rays, M = 13, micro "
         "lenses (II), focus at infinity, 550 nm. The text's predictions stay within 0.35 % of its "
         "simulation.",
-        "",
-        "![Deviation from real rays](real_rays.png)",
-        "",
-    ]
+    )
     settings = np.array([0.5, 1.0, 2.0, 3.0, 4.0])
     figure, axes = plt.subplots(figsize=(8, 4), dpi=110, constrained_layout=True)
     rows = []
     for lens in shipped_lenses():
-        worst = 0.0
-        for border in (1, 0, -1):
-            comparison = compare_distances(lens, settings, 13, border=border)
-            worst = max(worst, float(np.abs(comparison.deviation_percent).max()))
-        plane = compare_distances(lens, settings, 13)
+        found_borders = [compare_distances(lens, settings, 13, border=b) for b in (1, 0, -1)]
+        worst = max(float(np.abs(found.deviation_percent).max()) for found in found_borders)
+        plane = found_borders[1]
         axes.plot(settings, plane.deviation_percent, marker="o", label=lens)
         pairs = zip(plane.predicted, plane.real, strict=True)
         rows.append([lens, *(f"{p:.4f} / {r:.4f}" for p, r in pairs), f"{worst:.3f} %"])
-    axes.set_xlabel("a")
-    axes.set_ylabel("(predicted - real) / predicted in percent")
+    axes.set(xlabel="a", ylabel="(predicted - real) / predicted in percent")
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3)
-    pictures["real_rays.png"] = encode_png(figure_pixels(figure))
+    report.picture("real_rays", figure, "Deviation from real rays")
     heads = ["lens", *(f"a = {a:g}: predicted / real" for a in settings)]
-    lines += table([*heads, "largest deviation, borders too"], rows)
+    report.table([*heads, "largest deviation, borders too"], rows)
     for name, text, picture in (
         ("meetings", "Real rays that meet on refocused planes of f100", meetings_picture),
         ("distances", "Predicted and printed distances", distances_picture),
         ("dispersion", "The micro lenses' glass by its three formulas", dispersion_picture),
     ):
-        pictures[f"{name}.png"] = encode_png(picture())
-        lines += [f"![{text}]({name}.png)", ""]
-    return lines
+        report.picture(name, picture(), text)
 
 
-def _virtual_cameras() -> list[str]:
-    lines = [
+def _virtual_cameras(report: Report) -> None:
+    report.say(
         "## Real rays of virtual cameras",
-        "",
         "Virtual cameras and triangulated distances (section 5.2.3), predicted and found with real "
         "rays: G = 6, i = 0, micro lenses (II), 550 nm. Disparities of 0, 1 and 2 micro lenses for "
         "each view of the gap, as in Table 5.9. Largest deviations in percent; those of the text "
         "for its lenses are 0.9 (pupil), 0.14 (baseline), 0.28 (tilt) and 0.33 (distances).",
-        "",
-    ]
+    )
     rows = []
     for lens in shipped_lenses():
         for focus in (inf, 3000.0, 1500.0):
             extension = RayModel.focused(real_camera(lens).camera, focus, 13).extension_mm
             per_view = (1.0, 2.0) if focus == inf else (0.0, 1.0, 2.0)
             found = compare_virtual_cameras(lens, 6, extension_mm=extension, per_view=per_view)
-            deviations = found.deviations_percent
-            cells = [
+            label = "inf" if focus == inf else f"{focus / 1000:g} m"
+            row = [
+                lens,
+                label,
                 f"{found.predicted_pupil_mm:.4f} / {found.real_pupil_mm:.4f}",
                 f"{found.predicted_baseline_mm:.4f} / {found.real_baseline_mm:.4f}",
                 f"{found.predicted_tilt_deg:.4f} / {found.real_tilt_deg:.4f}",
             ]
-            largest = [
-                "" if np.isnan(deviations[name]).all() else f"{np.abs(deviations[name]).max():.3f}"
-                for name in ("pupil", "baseline", "tilt", "depths")
-            ]
-            label = "inf" if focus == inf else f"{focus / 1000:g} m"
-            rows.append([lens, label, *cells, *largest])
+            for name in ("pupil", "baseline", "tilt", "depths"):
+                percent = np.abs(found.deviations_percent[name])
+                row.append("" if np.isnan(percent).all() else f"{percent.max():.3f}")
+            rows.append(row)
     heads = ["lens", "focus", "pupil / mm", "baseline / mm", "tilt / degrees"]
-    return lines + table([*heads, "pupil / %", "baseline / %", "tilt / %", "distances / %"], rows)
+    report.table([*heads, "pupil / %", "baseline / %", "tilt / %", "distances / %"], rows)
 
 
-def _stability(pictures: dict[str, bytes], outcomes: list[Outcome]) -> list[str]:
-    lines = [
+def _stability(report: Report, outcomes: list[Outcome]) -> None:
+    report.say(
         "## Numerical stability",
-        "",
         "Relative error against an oracle of 700 digits, worst case of each group, and the text's "
         "formulas beside it. Where there is no distance, the model says so by name (`infinity`, "
         '`beyond infinity`); "no number" means that a formula gave inf or nan, or a number where '
         "there is none.",
-        "",
-        "![Relative errors](stability.png)",
-        "",
-    ]
+    )
     ways = list(dict.fromkeys(way for outcome in outcomes for way in outcome.naive))
+    groups = list(dict.fromkeys(outcome.group for outcome in outcomes))
     rows = []
-    groups = dict.fromkeys(outcome.group for outcome in outcomes)
     for group in groups:
         members = [outcome for outcome in outcomes if outcome.group == group]
-        cells = [group, str(len(members)), _magnitude(max(o.error for o in members))]
+        row = [group, str(len(members)), _magnitude(max(o.error for o in members))]
         for way in ways:
             errors = [o.naive[way] for o in members if way in o.naive]
-            cells.append(_magnitude(max(errors)) if errors else "")
-        rows.append(cells)
-    lines += table(["group", "cases", "plenofir", *ways], rows)
-    lines += ["<details><summary>All cases</summary>", ""]
-    lines += table(
-        ["group", "case", "value", "state", "plenofir", *ways],
-        [
-            [
-                o.group,
-                o.case,
-                "none" if o.want is None else f"{o.want:.10g}",
-                o.state,
-                _magnitude(o.error),
-                *(_magnitude(o.naive[way]) if way in o.naive else "" for way in ways),
-            ]
-            for o in outcomes
-        ],
-    )
-    lines += ["</details>", ""]
+            row.append(_magnitude(max(errors)) if errors else "")
+        rows.append(row)
 
     figure, axes = plt.subplots(figsize=(9, 5), dpi=110, constrained_layout=True)
-    place = {group: index for index, group in enumerate(groups)}
     for way, marker in (("plenofir", "o"), *zip(ways, "sx^v*", strict=False)):
+        offset = 0.15 if way == "plenofir" else -0.1
         points = [
-            (o.error if way == "plenofir" else o.naive.get(way), place[o.group]) for o in outcomes
+            (min(max(error, _FLOOR), 10.0), groups.index(o.group) + offset)
+            for o in outcomes
+            if (error := o.error if way == "plenofir" else o.naive.get(way)) is not None
         ]
-        shown = [(min(max(e, _FLOOR), 10.0), y) for e, y in points if e is not None]
-        offset = {"plenofir": 0.15}.get(way, -0.1)
-        axes.plot(
-            [e for e, _ in shown], [y + offset for _, y in shown], marker, label=way, alpha=0.6
-        )
+        axes.plot(*zip(*points, strict=True), marker, label=way, alpha=0.6)
     axes.axvline(1e-12, color="0.5", linestyle=":")
-    axes.set_xscale("log")
-    axes.set_yticks(range(len(groups)), list(groups))
-    axes.set_xlabel("relative error (10: no number)")
+    axes.set(xscale="log", xlabel="relative error (10: no number)")
+    axes.set_yticks(range(len(groups)), groups)
     axes.legend(fontsize=8)
-    pictures["stability.png"] = encode_png(figure_pixels(figure))
-    return lines
+    report.picture("stability", figure, "Relative errors")
+
+    report.table(["group", "cases", "plenofir", *ways], rows)
+    report.say("<details><summary>All cases</summary>")
+    cells = [
+        [
+            o.group,
+            o.case,
+            "none" if o.want is None else f"{o.want:.10g}",
+            o.state,
+            _magnitude(o.error),
+            *(_magnitude(o.naive[way]) if way in o.naive else "" for way in ways),
+        ]
+        for o in outcomes
+    ]
+    report.table(["group", "case", "value", "state", "plenofir", *ways], cells)
+    report.say("</details>")
 
 
 @dataclass(frozen=True)
@@ -300,56 +271,47 @@ def error_against_run_time() -> list[Timing]:
     return timings
 
 
-def _run_time(pictures: dict[str, bytes], timings: list[Timing]) -> list[str]:
-    figure, axes = plt.subplots(figsize=(8, 4), dpi=110, constrained_layout=True)
-    for timing in timings:
-        axes.plot(timing.nanoseconds, max(timing.error, _FLOOR), "o")
-        axes.annotate(
-            f"  {timing.way}", (timing.nanoseconds, max(timing.error, _FLOOR)), fontsize=8
-        )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("run time in nanoseconds for each plane")
-    axes.set_ylabel("largest relative error")
-    axes.margins(0.2)
-    axes.grid(alpha=0.3)
-    pictures["run_time.png"] = encode_png(figure_pixels(figure))
-    return [
+def _run_time(report: Report, timings: list[Timing]) -> None:
+    report.say(
         "## Error against run time",
-        "",
         "Planes between 0.25 m and 100 m (f100, infinity focus, M = 13), arrays of 100,000 planes "
         "and calls for one; focus settings from 0.5 m to 10 km, one call each. For real rays the "
         "error is the deviation of the paraxial model from them.",
-        "",
-        "![Error against run time](run_time.png)",
-        "",
-        *table(
-            ["way", "largest relative error", "ns a plane", "µs a call"],
-            [
-                [t.way, f"{t.error:.1e}", f"{t.nanoseconds:.0f}", f"{t.microseconds_single:.0f}"]
-                for t in timings
-            ],
-        ),
-    ]
+    )
+    figure, axes = plt.subplots(figsize=(8, 4), dpi=110, constrained_layout=True)
+    for timing in timings:
+        place = timing.nanoseconds, max(timing.error, _FLOOR)
+        axes.plot(*place, "o")
+        axes.annotate(f"  {timing.way}", place, fontsize=8)
+    axes.set(xscale="log", xlabel="run time in nanoseconds for each plane")
+    axes.set(yscale="log", ylabel="largest relative error")
+    axes.margins(0.2)
+    axes.grid(alpha=0.3)
+    report.picture("run_time", figure, "Error against run time")
+    report.table_of(
+        timings,
+        {
+            "way": "{.way}",
+            "largest relative error": "{.error:.1e}",
+            "ns a plane": "{.nanoseconds:.0f}",
+            "\u00b5s a call": "{.microseconds_single:.0f}",
+        },
+    )
 
 
-def write_report(folder: Path, progress: Progress | None = None) -> Path:
+def write_report(folder: Path, progress: NamedProgress | None = None) -> Path:
     """Write ``report.md`` and its figures, all or none."""
-    check_folder(folder, str(folder), ["report.md"])
-    pictures: dict[str, bytes] = {}
-
-    def tell(step: str, done: int) -> None:
+    report = Report(folder, "report.md")
+    report.say("# The ray model: validation and stability")
+    steps: dict[str, Callable[[], None]] = {
+        "the thesis's predictions": lambda: _validation(report, all_checks()),
+        "real rays": lambda: _real_rays(report),
+        "virtual cameras": lambda: _virtual_cameras(report),
+        "numerical stability": lambda: _stability(report, [o for c in CASES for o in c()]),
+        "error against run time": lambda: _run_time(report, error_against_run_time()),
+    }
+    for done, (name, step) in enumerate(steps.items()):
         if progress is not None:
-            progress(step, done, 4)
-
-    tell("the thesis's predictions", 0)
-    lines = ["# The ray model: validation and stability", "", *_validation(all_checks())]
-    tell("real rays", 1)
-    lines += _real_rays(pictures)
-    lines += _virtual_cameras()
-    tell("numerical stability", 2)
-    lines += _stability(pictures, [outcome for cases in CASES for outcome in cases()])
-    tell("error against run time", 3)
-    lines += _run_time(pictures, error_against_run_time())
-    publish({**pictures, "report.md": "\n".join(lines)}, folder)
-    return folder / "report.md"
+            progress(name, done, len(steps))
+        step()
+    return report.write()

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from math import isnan
+from math import isnan, nan
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +13,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.camera.lightfield.pictures import figure_pixels
-from plenofir.files import check_folder, publish
-from plenofir.images import encode_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir.refocus.fast import field
 from plenofir.refocus.operator import Image
 from plenofir_studies.methods import exact_sums, in_hardware, running_sums, shift_and_sum
-from plenofir_studies.report_parts import machine, table
+from plenofir_studies.report_parts import Progress, Report, machine
 
-Progress = Callable[[int, int], None]
 Work = Callable[[Any, int, int], Any]
 
 _LENGTHS = tuple(10**power for power in range(3, 9))
@@ -204,7 +200,7 @@ def widths() -> list[list[str]]:
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
     """Run everything and write ``stability.md`` with its figure."""
-    check_folder(folder, str(folder), ["stability.md"])
+    report = Report(folder, "stability.md")
     integers, floats = outcomes(progress)
     growth = long_sums()
     worst = max(max(o.errors[name] for o in integers) for name in ("refocus", "reference"))
@@ -215,48 +211,25 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
         else f"**The integer path is off by {worst:g} grey levels.**"
     )
     poisoned = [name for name in FLOATING if any(o.errors[name] == np.inf for o in floats)]
-    lines = [
+    report.say(
         "# Stability",
-        "",
         f"{verdict} Running sums in floating point lose digits with every pixel they have passed, "
         "and after one pixel of 10^9 all that is smaller; sums that start again for each output do "
         f"not. One nan spoils all that follows it in: {', '.join(poisoned) or 'none'}. "
         "`refocus` takes no floating point at all.",
-        "",
         f"Measured on: {machine()}.",
-        "",
         "## Extreme frames",
-        "",
         "Largest error in grey levels, beyond the correct rounding where results are rounded.",
-        "",
-    ]
-    lines += table(
-        ["input", "case", *METHODS],
-        [
-            [o.group, o.case, *(_cell(o.errors.get(name, float("nan"))) for name in METHODS)]
-            for o in integers
-        ],
     )
-    lines += [
+    cells = [[o.group, o.case, *(_cell(o.errors.get(n, nan)) for n in METHODS)] for o in integers]
+    report.table(["input", "case", *METHODS], cells)
+    report.say(
         "## Floating point frames",
-        "",
         "Largest relative error of a pixel that is a number in exact arithmetic.",
-        "",
-    ]
-    lines += table(
-        ["input", "case", *FLOATING],
-        [[o.group, o.case, *(_cell(o.errors[name]) for name in FLOATING)] for o in floats],
     )
-    lines += ["## Long sums", "", "![](stability_growth.png)", ""]
-    lines += table(
-        ["pixels", *growth],
-        [
-            [f"{length:.0e}", *(_cell(errors[n]) for errors in growth.values())]
-            for n, length in enumerate(_LENGTHS)
-        ],
-    )
-    lines += ["## Widths of sums", "", "Derived from M, order and depth.", ""]
-    lines += table(["M", "order", "bits of a pixel", "bits of the largest sum", "type"], widths())
+    cells = [[o.group, o.case, *(_cell(o.errors[n]) for n in FLOATING)] for o in floats]
+    report.table(["input", "case", *FLOATING], cells)
+    report.say("## Long sums")
     figure, axes = plt.subplots(figsize=(7, 4.5), constrained_layout=True)
     for name, errors in growth.items():
         axes.loglog(_LENGTHS, np.maximum(errors, 1e-16), "o-", label=name)
@@ -267,6 +240,12 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
     )
     axes.grid(True, alpha=0.3)
     axes.legend()
-    picture = encode_png(figure_pixels(figure))
-    publish({"stability_growth.png": picture, "stability.md": "\n".join(lines)}, folder)
-    return folder / "stability.md"
+    report.picture("stability_growth", figure)
+    of_length = zip(_LENGTHS, *growth.values(), strict=True)
+    report.table(
+        ["pixels", *growth],
+        [[f"{length:.0e}", *map(_cell, errors)] for length, *errors in of_length],
+    )
+    report.say("## Widths of sums", "Derived from M, order and depth.")
+    report.table(["M", "order", "bits of a pixel", "bits of the largest sum", "type"], widths())
+    return report.write()

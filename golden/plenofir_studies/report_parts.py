@@ -1,19 +1,83 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What all reports share: Markdown tables, and the machine that something was measured on."""
+"""What all reports share: Markdown with tables and pictures, and the machine it was made on."""
 
 import os
 import platform
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
+from matplotlib.figure import Figure
+
+from plenofir.camera.lightfield.pictures import figure_pixels
+from plenofir.files import check_folder, publish
+from plenofir.images import encode_png
 from plenofir.refocus import processors
+from plenofir.refocus.operator import Image
+
+Progress = Callable[[int, int], None]
+Columns = Mapping[str, str | Callable[[Any], str]]
+"""Head of a column to the cell of an item: a format, such as ``{.seconds:.2f}``, or a function."""
 
 
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
     """Format a Markdown table."""
     lines = [f"| {' | '.join(heads)} |", "| " + " | ".join("---" for _ in heads) + " |"]
-    return [*lines, *(f"| {' | '.join(row)} |" for row in rows), ""]
+    return [*lines, *(f"| {' | '.join(map(str, row))} |" for row in rows), ""]
+
+
+def table_of(items: Iterable[Any], columns: Columns) -> list[str]:
+    """Format a Markdown table with a row for each item."""
+    cells = [cell.format if isinstance(cell, str) else cell for cell in columns.values()]
+    return table(list(columns), [[cell(item) for cell in cells] for item in items])
+
+
+class Report:
+    """A page of Markdown with pictures beside it: all are written at the end, or nothing is."""
+
+    def __init__(
+        self, folder: Path, name: str, steps: int = 0, progress: Progress | None = None
+    ) -> None:
+        check_folder(folder, str(folder), [name])
+        self._folder, self._name = folder, name
+        self._lines: list[str] = []
+        self._pictures: dict[str, bytes] = {}
+        self._done, self._steps, self._progress = 0, steps, progress
+
+    def say(self, *paragraphs: str) -> None:
+        """Add headings and paragraphs."""
+        for paragraph in paragraphs:
+            self._lines += [paragraph, ""]
+
+    def add(self, lines: Iterable[str]) -> None:
+        """Add lines, such as those of a table."""
+        self._lines += lines
+
+    def table(self, heads: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+        """Add a table."""
+        self.add(table(heads, rows))
+
+    def table_of(self, items: Iterable[Any], columns: Columns) -> None:
+        """Add a table with a row for each item."""
+        self.add(table_of(items, columns))
+
+    def picture(self, name: str, picture: Image | Figure, text: str = "") -> None:
+        """Add a picture, ``name`` with ``.png``; the text is read where it cannot be shown."""
+        pixels = figure_pixels(picture) if isinstance(picture, Figure) else picture
+        self._pictures[f"{name}.png"] = encode_png(pixels)
+        self.say(f"![{text}]({name}.png)")
+
+    def step(self) -> None:
+        """Another step is done."""
+        self._done += 1
+        if self._progress is not None:
+            self._progress(self._done, self._steps)
+
+    def write(self) -> Path:
+        """Write the page and its pictures; returns the page."""
+        publish({**self._pictures, self._name: "\n".join(self._lines)}, self._folder)
+        return self._folder / self._name
 
 
 def machine() -> str:

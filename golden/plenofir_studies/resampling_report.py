@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Report: how far the chip's resampler is from `decode`, over fraction bits, pitch and rotation."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -19,15 +19,12 @@ from plenofir.camera.synthetic import (
     render,
     with_pitch,
 )
-from plenofir.files import check_folder, publish
 from plenofir.images import read_image
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies.calibration_report import MICROSCOPE, MICROSCOPE_M
 from plenofir_studies.experiments import CAMERA, textures
-from plenofir_studies.report_parts import table
-
-Progress = Callable[[int, int], None]
+from plenofir_studies.report_parts import Progress, Report
 
 PITCHES = (5.0, 8.31, 13.889, 30.4, 80.0)
 ROTATIONS = (-1.0, -0.3, 0.0, 0.3, 1.0)
@@ -104,75 +101,70 @@ def refocused_differences(
         yield setting, difference(refocus(got, m, setting), refocus(want, m, setting))
 
 
-def _lines_over_pitch(layout: str, progress: list[int], tell: Progress) -> list[str]:
+def _position_error(bits: int) -> float:
+    """Largest distance of a large sensor's centres in the registers from their places."""
+    shape = 3280, 3280
+    calibration = calibration_of_grid(regular_grid(shape, 10.13, rotation_degrees=0.4), shape)
+    _, accuracy = grid_registers(calibration, 10, Precision(fraction_bits=bits))
+    return accuracy.rounding_px
+
+
+def _over_pitch(report: Report, layout: str) -> None:
+    report.say(
+        f"## Pitch and rotation: {layout}",
+        "Rendered captures in 8 bit. Largest and root mean square difference of the raster of "
+        "micro images in grey levels; in parentheses how far a pixel at a micro image's corner "
+        "is from its place because steps follow the sensor's axes.",
+    )
     rows = []
     for pitch in PITCHES:
-        row = [f"{pitch:g}", str(int(pitch * (0.866 if layout != "rectangular" else 1)))]
+        m = int(pitch * (0.866 if layout != "rectangular" else 1))
+        row = [f"{pitch:g}", str(m)]
         for rotation in ROTATIONS:
             capture = rendered(pitch, rotation, layout)
             calibration = calibration_of_grid(capture.grid, capture.raw.shape[:2])
-            found, turn = raster_difference(capture.raw, calibration, int(row[1]))
+            found, turn = raster_difference(capture.raw, calibration, m)
             row.append(f"{found} ({turn:.2f} px)")
-            progress[0] += 1
-            tell(*progress)
+            report.step()
         rows.append(row)
-    return table(["pitch", "M", *(f"{rotation:g} degrees" for rotation in ROTATIONS)], rows)
+    report.table(["pitch", "M", *(f"{rotation:g} degrees" for rotation in ROTATIONS)], rows)
 
 
-def write_report(folder: Path, progress: Progress) -> Path:
-    """Write ``report.md``."""
-    check_folder(folder, str(folder), ["report.md"])
-    done = [0, len(LAYOUTS) * (len(PITCHES) * len(ROTATIONS) + len(WEIGHT_BITS))]
-    done[1] += len(FRACTION_BITS) + 4
-    lines = ["# The chip's resampler beside `plenofir decode`", ""]
-
-    def tell() -> None:
-        done[0] += 1
-        progress(*done)
-
-    for layout in LAYOUTS:
-        lines += [
-            f"## Pitch and rotation: {layout}",
-            "",
-            "Rendered captures in 8 bit. Largest and root mean square difference of the raster of "
-            "micro images in grey levels; in parentheses how far a pixel at a micro image's corner "
-            "is from its place because steps follow the sensor's axes.",
-            "",
-            *_lines_over_pitch(layout, done, progress),
-        ]
-    lines += [
+def _over_weight_bits(report: Report) -> None:
+    report.say(
         "## Bits of the weights",
-        "",
         "The same for pitch 13.889, rotation 0.3 degrees, M = 13 (hexagonal 12).",
-        "",
-    ]
-    rows = [[layout] for layout in LAYOUTS]
-    for row, m in zip(rows, (13, 12), strict=True):
-        capture = rendered(13.889, 0.3, row[0])
+    )
+    rows: list[list[object]] = []
+    for layout, m in zip(LAYOUTS, (13, 12), strict=True):
+        capture = rendered(13.889, 0.3, layout)
         calibration = calibration_of_grid(capture.grid, capture.raw.shape[:2])
+        rows.append([layout])
         for bits in WEIGHT_BITS:
             precision = Precision(weight_bits=bits)
-            row.append(str(raster_difference(capture.raw, calibration, m, precision)[0]))
-            tell()
-    lines += table(["layout", *(f"{bits} bit" for bits in WEIGHT_BITS)], rows)
-    lines += [
+            rows[-1].append(raster_difference(capture.raw, calibration, m, precision)[0])
+            report.step()
+    report.table(["layout", *(f"{bits} bit" for bits in WEIGHT_BITS)], rows)
+
+
+def _over_fraction_bits(report: Report) -> None:
+    report.say(
         "## Fraction bits of positions",
-        "",
         "Largest distance of a centre in the registers from its place, in pixels: a sensor of "
         "3280 x 3280 pixels, pitch 10.13, rotation 0.4 degrees.",
-        "",
-    ]
+    )
     row = ["error"]
     for bits in FRACTION_BITS:
         row.append(f"{_position_error(bits):.4f}")
-        tell()
-    lines += table(["bits", *(str(bits) for bits in FRACTION_BITS)], [row])
-    lines += [
+        report.step()
+    report.table(["bits", *map(str, FRACTION_BITS)], [row])
+
+
+def _refocused(report: Report) -> None:
+    report.say(
         "## Refocused",
-        "",
         "Largest and root mean square difference of refocused pictures in grey levels of 8 bit.",
-        "",
-    ]
+    )
     captures = [("microscope", *microscope(), MICROSCOPE_M)]
     for rotation in (0.1, 0.3, 1.0):
         capture = rendered(13.889, rotation)
@@ -181,16 +173,19 @@ def write_report(folder: Path, progress: Progress) -> Path:
     rows = []
     for name, raw, calibration, m in captures:
         found = refocused_differences(raw, calibration, m)
-        rows.append([name, *(str(apart) for _, apart in found)])
-        tell()
-    lines += table(["capture", *(f"a = {a}" for a in SETTINGS)], rows)
-    publish({"report.md": "\n".join(lines)}, folder)
-    return folder / "report.md"
+        rows.append([name, *(apart for _, apart in found)])
+        report.step()
+    report.table(["capture", *(f"a = {a}" for a in SETTINGS)], rows)
 
 
-def _position_error(bits: int) -> float:
-    """Largest distance of a large sensor's centres in the registers from their places."""
-    shape = 3280, 3280
-    calibration = calibration_of_grid(regular_grid(shape, 10.13, rotation_degrees=0.4), shape)
-    _, accuracy = grid_registers(calibration, 10, Precision(fraction_bits=bits))
-    return accuracy.rounding_px
+def write_report(folder: Path, progress: Progress) -> Path:
+    """Write ``report.md``."""
+    steps = len(LAYOUTS) * (len(PITCHES) * len(ROTATIONS) + len(WEIGHT_BITS))
+    report = Report(folder, "report.md", steps + len(FRACTION_BITS) + 4, progress)
+    report.say("# The chip's resampler beside `plenofir decode`")
+    for layout in LAYOUTS:
+        _over_pitch(report, layout)
+    _over_weight_bits(report)
+    _over_fraction_bits(report)
+    _refocused(report)
+    return report.write()

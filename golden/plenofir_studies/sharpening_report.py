@@ -8,21 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from plenofir import project
-from plenofir.files import check_folder, publish
-from plenofir.images import Image, encode_png, read_image
+from plenofir.images import Image, read_image
 from plenofir.refocus import automatic_units, refocus
 from plenofir.refocus.sharpening import WEIGHT_UNITS, taps
 from plenofir_studies import sharpening as study
-from plenofir_studies.report_parts import table
-
-Progress = Callable[[int, int], None]
+from plenofir_studies.report_parts import Progress, Report, table
 
 SETTINGS = ((5, 3), (11, 4), (7, 2), (3, 1), (9, 3), (4, 2), (5, 5))
 """M and a' of the tables."""
 _NOISES = (0, 2, 5, 10, 20, 40)
 _AWAY = (Fraction(0), Fraction(1, 20), Fraction(1, 10), Fraction(1, 5), Fraction(2, 5), Fraction(1))
 _CONTRASTS = (45, 80, 120)
-_STEPS = 8
 
 
 def _nearness(found: study.Nearness) -> str:
@@ -149,8 +145,7 @@ def plane_pictures() -> Image:
 
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
     """Write ``sharpening.md`` and its pictures."""
-    check_folder(folder, str(folder), ("sharpening.md",))
-    parts: list[tuple[str, str, Callable[[], list[str]]]] = [
+    sections: tuple[tuple[str, str, Callable[[], list[str]]], ...] = (
         (
             "Weights",
             "In 64ths, at full resolution: b of the second moment, the best b over natural "
@@ -187,30 +182,18 @@ def write_report(folder: Path, progress: Progress | None = None) -> Path:
             "(1 + 2b)^2 + 2b^2.",
             _gains,
         ),
-    ]
-    lines = ["# Sharpening at the distance of a lens", "", "`plenofir report sharpening`.", ""]
-    for number, (title, text, make) in enumerate(parts):
-        if progress is not None:
-            progress(number, _STEPS)
-        lines += [f"## {title}", "", text, "", *make()]
-    lines += [
-        "## Pictures",
-        "",
-        "The flower at a = -3/5, as it is and with b = 1/16:",
-        "",
-        "![](sharpening_flower.png)",
-        "",
+    )
+    report = Report(folder, "sharpening.md", len(sections), progress)
+    report.say("# Sharpening at the distance of a lens", "`plenofir report sharpening`.")
+    for title, text, make in sections:
+        report.say(f"## {title}", text)
+        report.add(make())
+        report.step()
+    report.say("## Pictures", "The flower at a = -3/5, as it is and with b = 1/16:")
+    report.picture("sharpening_flower", flower_pictures())
+    report.say(
         "A fine texture at M = 5, a' = 3: the object, refocused, sharpened; below, ten times what "
-        "they are off:",
-        "",
-        "![](sharpening_plane.png)",
-        "",
-    ]
-    if progress is not None:
-        progress(_STEPS, _STEPS)
-    pictures = {
-        "sharpening_flower.png": encode_png(flower_pictures()),
-        "sharpening_plane.png": encode_png(plane_pictures()),
-    }
-    publish({**pictures, "sharpening.md": "\n".join(lines)}, folder)
-    return folder / "sharpening.md"
+        "they are off:"
+    )
+    report.picture("sharpening_plane", plane_pictures())
+    return report.write()

@@ -185,73 +185,45 @@ def _time(seconds: float) -> str:
 
 
 def _clock_rows(recorded: Recorded) -> list[list[str]]:
-    """Rows of the table of clocks: ours, counted and simulated, at the thesis's clock."""
+    """Rows of the table of clocks: ours, counted and simulated."""
     rows = []
+
+    def add(design: str, how: str, clocks: tuple[int, int], mhz: float = 100) -> None:
+        times = (_time(n / mhz / 1e6) for n in clocks)
+        rows.append([f"ours, {design}", how, *map(str, clocks), f"{mhz:g}", *times])
+
     for rows_at_once in reversed(_ROWS_AT_ONCE):
         case = _array(rows_at_once)
         clocks = case.first_frame, case.next_frame
-        rows.append(
-            [
-                f"ours, array, {_rows(rows_at_once)} at once",
-                "formula",
-                *(str(n) for n in clocks),
-                "100",
-                *(_time(n / THESIS_CLOCK_HZ) for n in clocks),
-            ]
-        )
+        add(f"array, {_rows(rows_at_once)} at once", "formula", clocks)
     for kind, found in recorded.simulated.items():
-        clocks = found.first_frame, found.next_frame
-        rows.append(
-            [
-                f"ours, raster core, {kind}",
-                "simulated",
-                *(str(n) for n in clocks),
-                "100",
-                *(_time(n / THESIS_CLOCK_HZ) for n in clocks),
-            ]
-        )
+        add(f"raster core, {kind}", "simulated", (found.first_frame, found.next_frame))
     for pixels, placed in load_placed().items():
-        engine = MovingSumEngine.model_validate({"pixels_per_clock": pixels})
-        core = raster_core(engine)
+        core = raster_core(MovingSumEngine.model_validate({"pixels_per_clock": pixels}))
         frame = core.band_steps(SIZE) * core.frame_lines(SIZE)
+        name = f"moving_sum, {pixels} pixel{'s' if pixels > 1 else ''} a clock, ECP5 grade {GRADE}"
         clocks = core.latency_clocks(SIZE, SIZE) + frame, frame
-        rows.append(
-            [
-                f"ours, raster core, moving_sum, {pixels} pixel{'s' if pixels > 1 else ''} a "
-                f"clock, ECP5 grade {GRADE}",
-                "formula",
-                *(str(n) for n in clocks),
-                f"{placed.fmax_mhz:g}",
-                *(_time(n / placed.fmax_mhz / 1e6) for n in clocks),
-            ]
-        )
+        add(f"raster core, {name}", "formula", clocks, placed.fmax_mhz)
     return rows
 
 
 def _buildable_rows() -> list[list[str]]:
+    cores = {"moving_sum": raster_core(MovingSumEngine())}
+    for n in (1, 3, 11, MAX_PARALLEL_ROWS, SIZE):
+        cores[f"fir, {_rows(n)} at once"] = raster_core(FirEngine(parallel_rows=n))
     rows = []
-    sets: list[tuple[str, CoreConfiguration]] = [
-        (f"fir, {_rows(n)} at once", raster_core(FirEngine(parallel_rows=n)))
-        for n in (1, 3, 11, MAX_PARALLEL_ROWS, SIZE)
-    ]
-    sets.insert(0, ("moving_sum", raster_core(MovingSumEngine())))
-    for name, core in sets:
-        n = core.parallel_rows
-        inputs = f"{n * _BITS}, {n * _BITS * THESIS_CLOCK_HZ / 1e9:.4g} Gbit/s"
-        if n > MAX_PARALLEL_ROWS:
+    for name, core in cores.items():
+        bits = core.parallel_rows * _BITS
+        if core.parallel_rows > MAX_PARALLEL_ROWS:
             parts = structure(core)
-            bits = parts["register bits"] + parts["skew bits"] // 2
-            cells = ["", f"{bits} bits of registers", "", "none"]
+            registers = parts["register bits"] + parts["skew bits"] // 2
+            cells = ["", f"{registers} bits of registers", "", "none"]
         else:
             usage = estimate(core)
             fits = [d.name.upper() for d in SPARTAN6.values() if not d.overflow(usage)]
-            cells = [
-                str(usage.lut),
-                str(usage.flip_flops),
-                str(usage.block_rams),
-                fits[0] if fits else "none",
-            ]
-        rows.append([name, inputs, *cells])
+            amounts = usage.lut, usage.flip_flops, usage.block_rams
+            cells = [*map(str, amounts), fits[0] if fits else "none"]
+        rows.append([name, f"{bits}, {bits * THESIS_CLOCK_HZ / 1e9:.4g} Gbit/s", *cells])
     return rows
 
 
@@ -345,13 +317,8 @@ def page(recorded: Recorded) -> str:
     lines += table(
         ["way", "a frame", "thesis's software over it", "Pérez et al. over it"],
         [
-            [
-                name,
-                _time(seconds),
-                f"{THESIS_SOFTWARE_S / seconds:.3g}",
-                f"{PEREZ_S / seconds:.3g}",
-            ]
-            for name, seconds in recorded.seconds.items()
+            (name, _time(s), f"{THESIS_SOFTWARE_S / s:.3g}", f"{PEREZ_S / s:.3g}")
+            for name, s in recorded.seconds.items()
         ],
     )
     lines += [

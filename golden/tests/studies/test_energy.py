@@ -10,6 +10,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate.toggles import Activity, count_activity, read_toggles
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir_studies import energy
+from plenofir_studies.report_parts import Report
 
 FIGURES = Figures(lut=10, flip_flops=100, ramb16=2, ramb8=1, dsp=1, carry=0, path=1)
 
@@ -57,7 +58,7 @@ def test_changes_in_both_directions_are_added(tmp_path: Path) -> None:
     assert read_toggles(tmp_path / "toggles.dat") == {"n1[3]": 9, "n2": 1}
 
 
-def test_energy_is_the_sum_of_its_parts() -> None:
+def test_energy_is_the_sum_of_its_parts(tmp_path: Path) -> None:
     core = CoreConfiguration(micro_image_size=3, shifts=(1,), max_columns=100)
     load = energy.Load("core", core, np.zeros((1, 10, 100), np.uint8), 1000, 100)
     activity = Activity(FIGURES, clocks=1000, pixels=1000, nets=50, toggles=5000, inside=0)
@@ -68,13 +69,9 @@ def test_energy_is_the_sum_of_its_parts() -> None:
     assert found.block_rams == pytest.approx(2.5 * energy.BLOCK_RAM_PJ)
     assert found.multipliers == pytest.approx(energy.MULTIPLIER_PJ)
     assert found.frame_mj == pytest.approx(found.total * 1e5 * 1e-9)
-    text = "\n".join(energy.report_lines([found]))
+    report = Report(tmp_path, "energy.md")
+    energy.energies(report, [found])
+    text = report.write().read_text()
     assert f"| core | 1000 x 100 | {found.frame_mj:.2g} |" in text
     # Scaled down from 150 nm and 1.5 V, a net takes less than there: 0.3 of the size, 0.64 of V^2.
     assert pytest.approx(5.9 * 0.76 * 0.3 * 0.64) == energy.NET_PJ
-
-
-def test_counters_are_read_where_there_are_some() -> None:
-    found = energy.software(60, 60, 3, least_seconds=0.01)
-    assert 0 < found.seconds < 0.1
-    assert (found.millijoules is None) == (energy.package_microjoules() is None)

@@ -7,7 +7,7 @@ import pytest
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_studies import precision_report as report
 from plenofir_studies import refocus_stability as stability
-from plenofir_studies.methods import Method, exact_sums, hardware, running_sums, software
+from plenofir_studies.methods import exact_sums, hardware, running_sums, software
 
 
 @pytest.fixture(autouse=True)
@@ -55,22 +55,6 @@ def test_core_rows():
     )
     assert exact.seconds == pytest.approx(field.raw.size / 74.25e6)
     assert coarse.ram_bits < fine.ram_bits
-
-
-def test_other_software_that_does_not_run_is_left_out():
-    def broken(raw, m, shift):
-        raise AttributeError(f"no such function for M = {m}")
-
-    field = report.plane_field(5, 3, (20, 22))
-    steps = []
-    results, left_out = report.measure_all(
-        field, [software()[0], Method("peer", broken, peer=True)], steps.append
-    )
-    assert [r.method.name for r in results] == ["refocus"]
-    assert left_out == [f"peer does not run on {field.name}: no such function for M = 5"]
-    assert steps == [1, 2]
-    with pytest.raises(AttributeError):
-        report.measure_all(field, [Method("own", broken)])
 
 
 def test_pareto_front():
