@@ -16,25 +16,26 @@ class ToolError(RuntimeError):
 
 
 class InputError(ValueError):
-    """Input that cannot be used: what is wrong, where, and what was expected.
+    """Input that cannot be used: what is wrong and what to do.
 
     The command line prints it as one line and exits with code 2.
 
     Parameters
     ----------
     what
-        What is wrong.
+        What is wrong; a whole sentence if there is nothing else.
     where
         The file, option or field that it concerns.
     expected
         What would be accepted.
     """
 
-    def __init__(self, what: str, *, where: str, expected: str) -> None:
+    def __init__(self, what: str, *, where: str = "", expected: str = "") -> None:
         self.what = what
         self.where = where
         self.expected = expected
-        super().__init__(f"{where}: {what}; expected {expected}")
+        place = f"{where}: " if where else ""
+        super().__init__(place + what + (f"; expected {expected}" if expected else ""))
 
 
 def validation_error(error: "ValidationError", *, where: str) -> InputError:

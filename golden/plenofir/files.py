@@ -84,15 +84,13 @@ def check_result(target: Path, where: str = "", inputs: Iterable[Path] = ()) -> 
     """
     where = where or str(target)
     if target.is_dir():
-        raise InputError(f"{target} is a folder", where=where, expected="a file or nothing")
+        raise InputError(f"{target} is a folder; a file is to be written there", where=where)
     for path in {*(_inputs.get() or ()), *inputs}:
         # One of them that does not exist is not the other.
         with contextlib.suppress(OSError):
             if target.samefile(path):
                 raise InputError(
-                    f"{target} would replace what it is made from",
-                    where=where,
-                    expected="another name, or another folder",
+                    f"{target} would replace what it is made from; give another name", where=where
                 )
 
 
@@ -103,9 +101,8 @@ def remove_results(targets: Iterable[Path]) -> None:
         for path in _inputs.get() or ():
             if path.resolve().is_relative_to(target.resolve()):
                 raise InputError(
-                    f"{target} would be removed, and {path} is read",
+                    f"would be removed, but {path} is read; give another folder for results",
                     where=str(target),
-                    expected="another folder for results",
                 )
     for target in there:
         try:
@@ -225,7 +222,7 @@ def publish_files(folder: Path, out: Path) -> None:
 def write_file(path: Path, content: bytes | str) -> None:
     """Write a file into an existing folder in one step, see `Results`."""
     if not path.parent.is_dir():
-        raise InputError(f"no folder {path.parent}", where=str(path), expected="an existing folder")
+        raise InputError(f"there is no folder {path.parent}", where=str(path))
     publish({path.name: content}, path.parent)
 
 

@@ -27,7 +27,5 @@ def root() -> Path:
     if in_checkout():
         return _CHECKOUT
     if not _COPY.is_dir():
-        raise InputError(
-            "the VHDL sources are missing", where=str(_COPY), expected="plenofir installed by pip"
-        )
+        raise InputError("the VHDL sources are missing; install plenofir by pip", where=str(_COPY))
     return _COPY

@@ -256,7 +256,7 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["--raw", "grey.png", "--a", "0 1 5/5"], "--a: 1 is given twice"),
         (["--raw", "grey.png", "--parallel-rows", "0"], "--parallel-rows: '0'"),
         (["--raw", "grey.png", "--parallel-rows", "65"], "at most 64"),
-        (["--raw", "grey.png", "--any-rows"], "--any-rows: cannot be combined with --engine fir"),
+        (["--raw", "grey.png", "--any-rows"], "--any-rows cannot be combined with --engine fir"),
         (["--raw", "grey.png", "--interpolation", "cubic"], "'nearest', 'linear'"),
         (["--raw", "deep.png", "-M", "8", "--a", "0", "--interpolation", "3"], "--interpolation: "),
         (["--raw", "grey.png", "--arith", "float"], "--arith: 'float'"),
@@ -267,7 +267,7 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ),
         (
             ["--raw", "grey.png", "--fraction", "3"],
-            "--fraction: cannot be combined with --arith exact",
+            "--fraction cannot be combined with --arith exact",
         ),
         (["--raw", "deep.png", "--arith", "stored"], "2^18 words"),
         (["--raw", "grey.png", "--simulator", "isim"], "--simulator: 'isim'"),

@@ -125,8 +125,8 @@ def test_wide_hexagonal_mosaic_under_verilator(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--bayer", "rggb"], "--bayer: is for --calib; expected --calib too"),
-        (["--calib", "calib.json"], "--calib: is for --raw; expected --raw too"),
+        (["--bayer", "rggb"], "--bayer requires --calib"),
+        (["--calib", "calib.json"], "--calib requires --raw"),
         (["--calib", "{}/calib.json", "--raw", "{}/small.png"], "small.png: 40 x 34 pixels"),
         (["--calib", "{}/columns.json", "--raw", "{}/raw.png"], "straight rows of lenses"),
         (

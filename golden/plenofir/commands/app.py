@@ -108,7 +108,7 @@ def _usage_error(error: Any, options: Mapping[str, Any]) -> str:
         return str(error.format_message())
     where = named(parameter.name, options) if parameter.opts[0][0] == "-" else parameter.name
     if cause is None:
-        return f"{where}: is missing; expected a value"
+        return f"{where} is missing"
     first = cause.errors()[0]
     text = first["msg"].partition("Input should be ")[2] or first["msg"].partition("is not ")[2]
     return f"{where}: {first['input']!r}; expected {text.partition(', unable')[0].rstrip('.')}"
@@ -158,28 +158,20 @@ def explained(error: BaseException) -> tuple[int, str]:
         case KeyboardInterrupt():
             return 128 + signal.SIGINT, "interrupted"
         case MemoryError():
-            what = f"not enough memory ({error})" if str(error) else "not enough memory"
-            known = InputError(what, where="the machine", expected="smaller images or ranges")
+            cause = f" ({error})" if str(error) else ""
+            known = f"not enough memory{cause}; use smaller images or ranges"
         case RecursionError():
-            known = InputError("nested too deeply", where="the input", expected="a flat file")
+            known = "the input is nested too deeply"
         case OverflowError():
-            known = InputError(f"too large a number ({error})", where="the input", expected="less")
+            known = f"a number in the input is too large ({error})"
         case ModuleNotFoundError():
-            known = InputError(
-                f"the package {error.name} is missing",
-                where="the installation",
-                expected=f"pip install {error.name}",
-            )
+            known = f"the package {error.name} is missing; pip install {error.name}"
         case OSError():
-            known = unusable(error)
+            known = str(unusable(error))
         case _:
             text = "".join(traceback.format_exception_only(error)).partition("\n")[0]
-            known = InputError(
-                f"a fault of the program ({text[:200]})",
-                where="here",
-                expected="a report of what the same with --debug shows",
-            )
-    return EXIT_BAD_INPUT, _one_line(str(known))
+            known = f"internal error ({text[:200]}); run again with --debug and report the output"
+    return EXIT_BAD_INPUT, _one_line(known)
 
 
 def _one_line(message: str) -> str:

@@ -34,10 +34,7 @@ def board_generics(given: Mapping[str, Any]) -> "dict[str, top_level.Value]":
     )
     values: dict[str, top_level.Value] = {}
     if "micro_image" in given:
-        if "a" not in given:
-            raise InputError(
-                "needs a focus setting", where="micro_image", expected=f"{options.typed('a')} too"
-            )
+        options.require("micro_image", "a", "a" not in given)
         values["MICRO_IMAGE_SIZE"] = given["micro_image"]
     if "a" in given:
         size = int(values.get("MICRO_IMAGE_SIZE", top_level.default_generics()["MICRO_IMAGE_SIZE"]))
@@ -67,9 +64,9 @@ def scene_plan(path: str) -> "Plan":
     plan = make_plan(load_scene(path))
     if plan.path != "video":
         raise InputError(
-            f"{plan.scene} is a core without pins of a board",
-            where=f"{path}: build.path",
-            expected='path = "video"; for a core: make synth, or plenofir configure and ISE',
+            f"{plan.scene} is a core, not a board; synthesise it with make synth, or set "
+            'build.path = "video"',
+            where=path,
         )
     return plan
 
@@ -173,11 +170,7 @@ def build(
         if value not in (None, [], ()) and name not in ("scene", "board", "device", "out", "ise")
     }
     if scene is not None and given:
-        raise InputError(
-            f"cannot be combined with {options.typed('scene')}",
-            where=options.typed(next(iter(given))),
-            expected="one of them",
-        )
+        options.refuse_both(next(iter(given)), options.typed("scene"))
     plan = None if scene is None else scene_plan(scene)
     target, part = chosen_board(board, device, plan)
     generics = board_generics(given) if plan is None else scene_generics(plan)
@@ -241,7 +234,5 @@ def check() -> None:
     number = run_checks(report)
     if number:
         raise InputError(
-            f"{number} problem{'' if number == 1 else 's'}",
-            where="bitstream check",
-            expected="what is listed above put right",
+            f"bitstream check found {number} problem{'' if number == 1 else 's'}, listed above"
         )

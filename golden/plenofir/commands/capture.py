@@ -261,11 +261,9 @@ def decode(
         ("demosaic", demosaic != "edge-aware"),
     ):
         if given and not lytro:
-            what = "is for files of Lytro cameras"
-            raise InputError(what, where=option, expected="a .lfp, .lfr or .raw as the capture")
+            raise InputError("is for files of Lytro cameras only", where=option)
     if lytro and dark is not None:
-        what = "is not for files of Lytro cameras"
-        raise InputError(what, where="dark", expected="none: their metadata tell the black level")
+        raise InputError("is not needed: a Lytro's file tells its black level", where="dark")
     inputs = (raw, calib, dark, None if white is not None and white.is_dir() else white)
     path = check_file(out, (".png", ".tif", ".tiff"), *inputs)
     lines: tuple[tuple[str, str], ...] = ()
@@ -282,9 +280,7 @@ def decode(
                 divisor = _optional(white)
         else:
             if calib is None:
-                raise InputError(
-                    "is missing", where="calib", expected="a file of plenofir calibrate"
-                )
+                raise InputError("is missing; plenofir calibrate makes one", where="calib")
             calibration = load_calibration(calib)
             pixels, full_scale = read_picture(Path(raw))
             divisor = _optional(white)

@@ -68,9 +68,7 @@ def inspect(
         content, lines, pictures = _spots(files, position, dark)
     else:
         if len(files) > 1:
-            raise InputError(
-                f"{len(files)} pictures", where="--position", expected="one for each of them"
-            )
+            raise InputError("several pictures require --position, once for each of them")
         wanted = any(one is not None for one in (dark, collimator, camera, out))
         found = None if wanted else _recognised(files[0])
         if found is not None and found.white is None:
@@ -115,14 +113,10 @@ def _alone(
 ) -> None:
     """Refuse what does not go with positions."""
     if len(positions) != len(files):
-        raise InputError(
-            f"{len(positions)} positions for {len(files)} pictures",
-            where="--position",
-            expected="one for each of them",
-        )
+        raise InputError(f"{len(positions)} positions do not match {len(files)} pictures")
     for option, given in (("--collimator", collimator), ("--camera", camera)):
         if given is not None:
-            raise InputError("cannot be combined with --position", where=option, expected="neither")
+            raise InputError(f"{option} cannot be combined with --position")
 
 
 def _white(
@@ -161,9 +155,7 @@ def _white(
     infinity = None
     if star is not None:
         if overlapping:
-            raise InputError(
-                "micro images overlap", where=file, expected="a smaller aperture of the main lens"
-            )
+            raise InputError("micro images overlap; close the main lens's aperture", where=file)
         infinity = infinity_focus(
             star,
             found.calibration,

@@ -32,18 +32,15 @@ def arguments_of_make(
         taken.pop("STACK", None)
     for name in sorted(_on_command_line(environment.get("MAKEFLAGS", "")) - _IGNORED - set(taken)):
         if environment.get(name, "").strip():
-            raise InputError(
-                f"is no variable of make {target}", where=name, expected=", ".join(taken)
-            )
+            known = ", ".join(taken)
+            raise InputError(f"make {target} has no variable {name}; it takes {known}")
     values = {name: environment.get(name, "").strip() for name in taken}
     given = {name: value for name, value in values.items() if value}
     together = [name for name in _EXCLUSIVE if name in given]
     if len(together) > 1:
-        raise InputError(
-            f"cannot be combined with {together[0]}", where=together[1], expected="one of them"
-        )
+        raise InputError(f"{together[1]} cannot be combined with {together[0]}; use one of them")
     if "STACK" in given and "ENGINE" in given:
-        raise InputError("cannot be combined with STACK", where="ENGINE", expected="one of them")
+        raise InputError("ENGINE cannot be combined with STACK; use one of them")
     arguments = ["--engine=stack"] if "STACK" in given else []
     for name, value in given.items():
         parameter = parameters[taken[name]]

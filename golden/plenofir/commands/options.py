@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from fractions import Fraction
 from math import inf, isfinite, isnan
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, NoReturn, get_args
 
 import typer
 
@@ -125,11 +125,8 @@ def check_combinations(used: Iterable[str], decided: Mapping[str, str]) -> None:
     used = set(used)
     for option, other, values in _REQUIRES:
         if option in used and other in decided and decided[other] not in values:
-            raise InputError(
-                f"cannot be combined with {typed(other, decided[other])}",
-                where=typed(option),
-                expected=" or ".join(typed(other, value) for value in values),
-            )
+            possible = " or ".join(typed(other, value) for value in values)
+            refuse_both(option, typed(other, decided[other]), f"it is for {possible}")
 
 
 def arithmetic(kind: str, fraction: int | None, guard: int | None) -> "Arithmetic":
@@ -166,24 +163,23 @@ def focus_settings(texts: Iterable[str], micro_image_size: int) -> tuple[Fractio
             found.append(parse_focus(word, where="a"))
             continue
         if len(parts) > 3:
-            raise InputError(f"{word!r}", where="a", expected="FIRST:LAST or FIRST:LAST:STEP")
+            raise InputError(f"{word!r} is no range", where="a", expected="FIRST:LAST[:STEP]")
         first, last = (parse_focus(part, where="a") for part in parts[:2])
         step = parse_focus(parts[2], where="a") if parts[2:] else Fraction(1, micro_image_size)
         if step <= 0 or first > last:
             raise InputError(
-                f"{word!r}", where="a", expected="FIRST not above LAST, and a positive STEP"
+                f"{word!r} is empty: FIRST must not be above LAST, and STEP must be positive",
+                where="a",
             )
         count = (last - first) // step + 1
         if count > MAX_SETTINGS:
-            raise InputError(
-                f"{count} settings in {word!r}", where="a", expected=f"at most {MAX_SETTINGS}"
-            )
+            raise InputError(f"{word!r} has {count} settings, more than {MAX_SETTINGS}", where="a")
         found += [first + n * step for n in range(count)]
     if not found:
-        raise InputError("no focus setting", where="a", expected="a fraction, such as -3/5")
+        raise InputError("give a focus setting, such as -3/5", where="a")
     twice = next((a for n, a in enumerate(found) if a in found[:n]), None)
     if twice is not None:
-        raise InputError(f"{twice} is given twice", where="a", expected="each setting once")
+        raise InputError(f"{twice} is given twice", where="a")
     return tuple(found)
 
 
@@ -195,9 +191,12 @@ def finite(value: float) -> float | None:
 def require(option: str, other: str, missing: bool) -> None:
     """Refuse an option that another one is missing for."""
     if missing:
-        raise InputError(
-            f"is for {typed(other)}", where=typed(option), expected=f"{typed(other)} too"
-        )
+        raise InputError(f"{typed(option)} requires {typed(other)}")
+
+
+def refuse_both(option: str, other: str, advice: str = "use one of them") -> NoReturn:
+    """Refuse an option beside something else that was typed."""
+    raise InputError(f"{typed(option)} cannot be combined with {other}; {advice}")
 
 
 def shifts_of(settings: Iterable[Fraction], micro_image_size: int) -> tuple[int, ...]:
@@ -211,13 +210,13 @@ def one_focus_setting(texts: Iterable[str], micro_image_size: int) -> Fraction:
     """The only focus setting of a command that takes one."""
     found = focus_settings(texts, micro_image_size)
     if len(found) > 1:
-        raise InputError(f"{len(found)} focus settings", where="a", expected="one")
+        raise InputError(f"takes one focus setting, not {len(found)}", where="a")
     return found[0]
 
 
 def _finite(param: typer.CallbackParam, value: float) -> float:
     if isnan(value) or value in (inf, -inf):
-        raise InputError(f"{value}", where=str(param.name), expected="a number")
+        raise InputError(f"{value} is not a finite number", where=str(param.name))
     return value
 
 
@@ -264,23 +263,23 @@ _SETTINGS = typer.Option(
     help="Focus settings: fractions such as -3/5, or ranges FIRST:LAST[:STEP], with blanks or "
     "commas between them. May be repeated.",
 )
-_FRACTION = typer.Option(help="Stored products: fraction bits.", min=0, max=12)
-_GUARD = typer.Option(help="Stored products: guard bits.", min=0, max=12)
+_FRACTION = typer.Option(help="For stored products: fraction bits F.", min=0, max=12)
+_GUARD = typer.Option(help="For stored products: guard bits G.", min=0, max=12)
 _RADIUS = typer.Option(
-    help="Depth index: micro images on each side of one that its sharpness is averaged over.",
+    help="Sharpness is averaged over this many micro images on each side, for the depth index.",
     min=0,
     max=8,
 )
-_ENGINE = typer.Option(help="How the core adds.")
+_ENGINE = typer.Option(help="Architecture of the core.")
 _INTERPOLATION = typer.Option(help="Nearest, linear, or the order of a B-spline.")
 _SHARPEN = typer.Option(
-    help="Take back what refocusing between integer a blurs: auto, off, or the weight b of the "
-    "taps (-b, 1 + 2b, -b) a lens apart, such as 1/16.",
+    help="Undo the blur of refocusing between integer a: auto, off, or the weight b of the "
+    "taps (-b, 1 + 2b, -b), a micro lens apart, such as 1/16.",
     callback=_sharpening,
 )
-_ARITH = typer.Option(help="Exact, or stored products.")
+_ARITH = typer.Option(help="Exact sums, or products from tables.")
 _SCENE = typer.Option(
-    help="Scene profile (TOML file or shipped scene), which decides everything about the core."
+    help="Scene: a TOML file or a shipped scene; it settles everything about the core."
 )
 
 MicroImage = Annotated[int, _MICRO_IMAGE]
@@ -305,7 +304,8 @@ AlignedRaw = Annotated[
 Upsample = Annotated[
     bool,
     typer.Option(
-        "--upsample/--no-upsample", help="The raw image's size, or a pixel for each micro lens."
+        "--upsample/--no-upsample",
+        help="A picture of the raw image's size, or one pixel for each micro lens.",
     ),
 ]
 

@@ -171,7 +171,7 @@ def refocus_command(
             region=part,
         )
     if image.size == 0:
-        raise InputError(str(region), where="region", expected="a part of the picture")
+        raise InputError(f"{region} lies outside of the picture", where="region")
     publish({path.name: image}, path.parent)
     order = interpolation_order(interpolation)
     units = sharpening_units(sharpen, m, int(setting * m), order)
@@ -221,20 +221,15 @@ def stack(
     from plenofir.refocus.sharpness import MAX_STACK, depth_index, depth_index_picture
 
     if index and everywhere:
-        raise InputError(
-            "cannot be combined with --all-in-focus", where="--depth-index", expected="one of them"
-        )
-    if radius != 1 and not index:
-        raise InputError("is for --depth-index", where="radius", expected="--depth-index too")
+        raise InputError("--depth-index writes all_in_focus.png too; leave out --all-in-focus")
+    options.require("radius", "depth_index", radius != 1 and not index)
     m = micro_image
     raw = _raster(raster, m)
     settings = options.focus_settings(a or ["0:1"], m)
     shifts = options.shifts_of(settings, m)
     if index and len(settings) > MAX_STACK:
         raise InputError(
-            f"{len(settings)} slices",
-            where="a",
-            expected=f"at most {MAX_STACK} with --depth-index",
+            f"--depth-index takes at most {MAX_STACK} slices, not {len(settings)}", where="a"
         )
     check_folder(Path(out), out)
     # Near the borders views are missing.

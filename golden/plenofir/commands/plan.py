@@ -180,16 +180,13 @@ def _calibration_for(plan: "Plan", calib: str) -> "list[Load]":
     sensor, where = plan.sensor, options.typed("calib")
     if sensor is None or sensor.calibrated:
         what = "has no sensor" if sensor is None else "has its calibration built in"
-        raise InputError(
-            f"the scene {plan.scene} {what}", where=where, expected="a sensor with limits"
-        )
+        raise InputError(f"the scene {plan.scene} {what}: there is nothing to load", where=where)
     calibration = load_calibration(calib)
     if calibration.image_shape != (sensor.rows, sensor.columns):
         rows, columns = calibration.image_shape
         raise InputError(
-            f"a calibration for {columns} x {rows} pixels",
+            f"is for {columns} x {rows} pixels; the sensor has {sensor.columns} x {sensor.rows}",
             where=calib,
-            expected=f"{sensor.columns} x {sensor.rows}, the sensor's",
         )
     return calibration_loads(BoardResampler(sensor.core, sensor.shown), calibration, where=calib)
 
@@ -253,19 +250,16 @@ def synth(
     from plenofir.plan.configure import configure as write_project
     from plenofir.plan.figures import designs, is_ecp5_board, load_figures, scene_design
 
-    if out is not None and scene is None:
-        raise InputError(
-            "needs a scene", where=options.typed("out"), expected="a scene profile too"
-        )
+    options.require("out", "scene", out is not None and scene is None)
     folder = Path(out or f"build/synth/{Path(scene or '').stem}")
     ghdl, yosys = ghdl_version(), yosys_version()
     if scene:
         planned = make_plan(load_scene(scene))
         if is_ecp5_board(planned):
             raise InputError(
-                f"{planned.scene} is a board with an {planned.device.upper()}",
+                f"{planned.scene} is for a board with an {planned.device.upper()}; make bitstream "
+                "synthesises it",
                 where=scene,
-                expected="make bitstream, which synthesises for ECP5",
             )
         chosen = [scene_design(planned)]
     else:
@@ -295,7 +289,6 @@ def synth(
         print_line("files", f"{folder}/: {top}.edif, {top}.netlist.v, yosys.log")
     if scene and device == wanted and (over := device.overflow(rows[0][1].usage)):
         raise InputError(
-            f"does not fit the {device.name.upper()}: {'; '.join(over)}",
+            f"does not fit the {device.name.upper()}: {'; '.join(over)}; take a larger device",
             where=scene,
-            expected="a smaller scene or a larger device",
         )

@@ -25,7 +25,7 @@ def check_file(out: str, suffixes: tuple[str, ...], *inputs: str | Path | None) 
     """
     path = Path(out)
     if path.suffix.lower() not in suffixes:
-        raise InputError("no such kind of file", where=out, expected=" or ".join(suffixes))
+        raise InputError(f"the name must end in {' or '.join(suffixes)}", where=out)
     check_result(path, out, [Path(file) for file in inputs if file is not None])
     check_folder(path.parent, out)
     return path

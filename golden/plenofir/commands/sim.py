@@ -9,7 +9,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
-from plenofir.errors import EXIT_MISMATCH, InputError
+from plenofir.errors import EXIT_MISMATCH
 from plenofir.fpga.names import Chain, EngineName, HdmiBoardName, SimulatorName
 
 if TYPE_CHECKING:
@@ -99,11 +99,7 @@ def sim(
         for name in (*_BY_SCENE, "fraction", "guard", "radius"):
             source = context.get_parameter_source(name)
             if source is not None and source.name == "COMMANDLINE":
-                raise InputError(
-                    f"cannot be combined with {options.typed('scene')}",
-                    where=options.typed(name),
-                    expected="one of them",
-                )
+                options.refuse_both(name, options.typed("scene"))
     given = context.get_parameter_source("engine")
     if pixels != "1" and not (given is not None and given.name == "COMMANDLINE"):
         engine = "moving_sum"
@@ -112,11 +108,7 @@ def sim(
     options.require("bayer", "calib", calib is None and bayer is not None)
     options.require("calib", "raw", raw is None and calib is not None)
     if scene is not None and calib is not None:
-        raise InputError(
-            f"cannot be combined with {options.typed('scene')}",
-            where=options.typed("calib"),
-            expected="one of them",
-        )
+        options.refuse_both("calib", options.typed("scene"))
     settings = options.focus_settings(a or ["-3/5"], micro_image)
     shifts = options.shifts_of(settings, micro_image)
     from plenofir.fpga.screen.board_screen import Screen
@@ -162,11 +154,7 @@ def sim(
 
         sensor = load_sensor(raw, calib, micro_image, bayer)
         if waves and chain == "hdmi":
-            raise InputError(
-                "is not for a sensor's frames over HDMI",
-                where=options.typed("waves"),
-                expected=f"none, or {options.typed('chain', 'core')}",
-            )
+            options.refuse_both("waves", options.typed("chain", "hdmi"), "leave one of them out")
         _run_raw(sensor, lambda path, folder: run_of(path, core_for(path), folder), Path(out))
         return
     path = raw or DEFAULT_RAW

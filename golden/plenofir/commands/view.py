@@ -74,13 +74,9 @@ def view(
     The page is served on this machine alone, at an address with a random token, until Ctrl-C.
     """
     if (raster is None) == (source is None):
-        raise InputError(
-            "is missing" if raster is None else "cannot be combined with --source",
-            where="raster",
-            expected="a raw image, a folder, or --source",
-        )
+        raise InputError("give either a raw image or a folder of pictures, or --source")
     if source is not None and export is not None:
-        raise InputError("is for a picture", where="export", expected="none with --source")
+        raise InputError("--export cannot be combined with --source; it is for a picture")
     out = check_file(export, (".html", ".htm"), raster, calib) if export is not None else None
     settings = _Settings(micro_image, camera, focus, calib, a)
     with progress_bar("searching depth") as show:
@@ -124,9 +120,7 @@ class _Settings:
 
         for name in ("micro_image", "camera", "calib"):
             if getattr(self, name) is not None:
-                raise InputError(
-                    "is for a light field", where=options.typed(name), expected="none for a folder"
-                )
+                raise InputError(f"{options.typed(name)} is for a light field, not for a folder")
         return pictures_page(folder)
 
     def light_field(self, path: Path, show: "Callable[[int, int], None] | None") -> "Page":
@@ -180,11 +174,11 @@ class _Settings:
     def _checked(self, m: int | None) -> "tuple[int, tuple[float, float], RayModel | None]":
         """M, the range of focus settings, the camera."""
         if m is None:
-            raise InputError("is missing", where="micro_image", expected="M, as in -M 5")
+            raise InputError("is missing; give M as in -M 5", where="micro_image")
         options.require("focus", "camera", self.focus != inf and self.camera is None)
         parts = [options.focus_settings([part], m) for part in self.a.split(":")]
         if len(parts) != 2 or any(len(part) != 1 for part in parts):
-            raise InputError(f"{self.a!r}", where="a", expected="FIRST:LAST, such as -1:2")
+            raise InputError(f"{self.a!r} is no range FIRST:LAST, such as -1:2", where="a")
         model = None
         if self.camera is not None:
             from plenofir.camera.rays import RayModel, load_camera

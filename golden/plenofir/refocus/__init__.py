@@ -176,16 +176,16 @@ def refocus(
     order = interpolation_order(interpolation)
     if not upsample and (shift % M or order):
         raise InputError(
-            f"a = {shift_to_text(shift, M)}, interpolation of order {order}",
+            "one pixel for each micro lens needs an integer a and nearest neighbour, not "
+            f"a = {shift_to_text(shift, M)} with order {order}",
             where="upsample",
-            expected="an integer a and nearest neighbour for one pixel each micro lens",
         )
     if threads is not None:
         threads = whole_number(threads, "threads", 1)
     units = sharpening_units(sharpen, M, shift, order)
     if units and not upsample:
         raise InputError(
-            f"{sharpen}", where="sharpen", expected="off or auto for one pixel each micro lens"
+            f"one pixel for each micro lens takes off or auto, not {sharpen}", where="sharpen"
         )
     shift = clamped_shift(M, shift, raw.shape)
     step = 1 if upsample else M
@@ -194,7 +194,7 @@ def refocus(
         from plenofir.refocus.arrays import device_refocus
 
         if out is not None:
-            raise InputError("is for NumPy arrays", where="out", expected="none for other arrays")
+            raise InputError("is for NumPy arrays only", where="out")
         return cast(
             "Image",
             device_refocus(

@@ -188,7 +188,7 @@ class StoredProductArithmetic(BaseModel):
         asked = shift
         raw, micro_image_size, shift, order = _checked(raw, micro_image_size, shift, order)
         if sharpening_units(sharpen, micro_image_size, asked, order):
-            raise InputError(f"{sharpen}", where="sharpen", expected="off, or exact arithmetic")
+            raise InputError("stored products cannot be sharpened; use exact sums", where="sharpen")
         check_align(align)
         pixel_bits = 8 * raw.dtype.itemsize
         middle_bits = pixel_bits + self.guard_bits

@@ -71,13 +71,14 @@ class Settings:
             focus_to_shift(a, self.micro_image_size)
             if units and not self.upsample:
                 raise InputError(
-                    f"{self.sharpen}", where="sharpen", expected="off or auto with --no-upsample"
+                    f"one pixel for each micro lens takes off or auto, not {self.sharpen}",
+                    where="sharpen",
                 )
             if not self.upsample and (a.denominator != 1 or self.order):
                 raise InputError(
-                    f"a = {a}, interpolation of order {self.order}",
+                    "one pixel for each micro lens needs an integer a and nearest neighbour, not "
+                    f"a = {a} with order {self.order}",
                     where="upsample",
-                    expected="an integer a and nearest neighbour for one pixel each micro lens",
                 )
 
     def weights(self) -> list[int]:

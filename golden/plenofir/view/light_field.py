@@ -261,7 +261,7 @@ def live_page(
         return views_part(LightField(found.raw, live.micro_image_size), wanted.binning, facts)
 
     def packed(_: int) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
-        raise InputError("is for a picture", where="export", expected="none with --source")
+        raise InputError("--export cannot be combined with --source; it is for a picture")
 
     return Page("light_field.html", _SCRIPTS, described, {"views": views, "frame": frame}, packed)
 
@@ -285,9 +285,7 @@ def _packed(
         if found is not None:
             break
         if min(views.shape[2:4]) == 1:
-            raise InputError(
-                "the light field does not fit", where="limit", expected="a larger limit"
-            )
+            raise InputError("the light field does not fit; take a larger limit", where="limit")
         binning += 1
     rows, columns = field.raw.shape[:2]
     notes = [described["notes"][0], found.words]

@@ -221,7 +221,7 @@ def right(command: Words, call: Call, stock: Path) -> None:
         if code == 2:
             assert err.startswith("plenofir: ") or not call.words[len(command) :], err
             assert err.count("\n") == 1, err
-            assert "a fault of the program" not in err, err
+            assert "internal error" not in err, err
             assert after == before
             return
         if code == 1 and command == ("batch",):

@@ -17,14 +17,18 @@ from plenofir.errors import InputError, ToolError
 PLENOFIR = Path(sys.executable).with_name("plenofir")
 
 FAULTS = [
-    (MemoryError(), 2, "the machine: not enough memory; expected smaller images or ranges"),
-    (RecursionError(), 2, "the input: nested too deeply; expected a flat file"),
-    (OverflowError("int too large"), 2, "the input: too large a number (int too large); expected"),
+    (MemoryError(), 2, "not enough memory; use smaller images or ranges"),
+    (RecursionError(), 2, "the input is nested too deeply"),
+    (OverflowError("int too large"), 2, "a number in the input is too large (int too large)"),
     (OSError(errno.EACCES, "Permission denied", "/a/b"), 2, "/a/b: Permission denied; expected a"),
     (OSError(errno.ENAMETOOLONG, "File name too long", "x" * 300), 2, "x" * 300 + ": File name"),
     (OSError(errno.ENOSPC, "No space left on device"), 2, "the system: No space left on device;"),
-    (ModuleNotFoundError(name="distributed"), 2, "the installation: the package distributed is "),
-    (ZeroDivisionError("a\nb"), 2, "here: a fault of the program (ZeroDivisionError: a); expected"),
+    (
+        ModuleNotFoundError(name="distributed"),
+        2,
+        "the package distributed is missing; pip install",
+    ),
+    (ZeroDivisionError("a\nb"), 2, "internal error (ZeroDivisionError: a); run again with --debug"),
     (InputError("two\nlines", where="a\x1b[2J", expected="one"), 2, r"a\x1b[2J: two\nlines; exp"),
     (ToolError("ghdl failed"), 3, "ghdl failed"),
     (KeyboardInterrupt(), 130, "interrupted"),

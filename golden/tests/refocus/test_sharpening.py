@@ -172,7 +172,7 @@ def test_bad_weights(b: object) -> None:
 
 def test_what_cannot_be_sharpened() -> None:
     raw = random_image((20, 20), np.uint8)
-    with pytest.raises(InputError, match=r"^sharpen: .*one pixel each micro lens"):
+    with pytest.raises(InputError, match=r"^sharpen: .*one pixel for each micro lens"):
         refocus(raw, 5, 1, sharpen="1/16", upsample=False)
     stored = StoredProductArithmetic()
     with pytest.raises(InputError, match=r"^sharpen: auto; expected off, or exact arithmetic"):

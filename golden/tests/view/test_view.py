@@ -153,24 +153,24 @@ def test_what_cannot_be_viewed_is_refused_in_one_line(tmp_path: Path) -> None:
         taken.listen()
         port = str(taken.getsockname()[1])
         calls = (
-            ((), "raster: is missing"),
-            ((str(file), "--source", str(folder)), "raster: cannot be combined with --source"),
+            ((), "give either a raw image"),
+            ((str(file), "--source", str(folder)), "give either a raw image"),
             (("--source", str(folder), "-M", "3", "--export", "x.html"), "--export: is for"),
             (("--source", str(text), "-M", "3"), "cannot be opened|needs OpenCV"),
             (("--source", str(tmp_path / "none"), "-M", "3"), "no such file"),
             ((str(file), "-M", "3", "--calib", str(file)), "raw.png"),
-            ((str(folder), "--calib", str(file)), "--calib: is for a light field"),
+            ((str(folder), "--calib", str(file)), "--calib is for a light field"),
             ((str(file),), "--micro-image: is missing"),
             ((str(file), "-M", "24"), "less than one micro image"),
             ((str(tmp_path / "none.png"), "-M", "3"), "no such file"),
-            ((str(file), "-M", "3", "--focus", "3000"), "--focus: is for --camera"),
+            ((str(file), "-M", "3", "--focus", "3000"), "--focus requires --camera"),
             ((str(file), "-M", "3", "--camera", "none"), "none"),
             ((str(file), "-M", "3", "-a", "1"), "FIRST:LAST"),
             ((str(file), "-M", "3", "-a", "2:1"), "--a: 2 to 1"),
-            ((str(file), "-M", "3", "--export", "page.txt"), "no such kind of file"),
+            ((str(file), "-M", "3", "--export", "page.txt"), "must end in .html or .htm"),
             ((str(file), "-M", "3", "--export", str(tmp_path / "x.html"), "--limit", "0"), "limit"),
             ((str(folder),), "0 pictures"),
-            ((str(folder), "-M", "3"), "--micro-image: is for a light field"),
+            ((str(folder), "-M", "3"), "--micro-image is for a light field"),
             ((str(file), "-M", "3", "--port", port, "--no-browser"), f"--port: {port} cannot"),
         )
         for words, message in calls:

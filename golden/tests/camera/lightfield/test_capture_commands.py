@@ -95,9 +95,9 @@ def test_pupils_of_a_white_image(capture: Path, tmp_path: Path, run) -> None:
     assert "camera: 386.6549: disagrees by -74.0 %" in entrance
     wrong = {
         ("--camera", "lytro1-wide"): "--camera: micro images 14.27 pixels apart",
-        ("--focus", "3000"): "--focus: is for --camera",
-        ("--reversed-lens", white): "--reversed-lens: is for --camera",
-        ("--camera", "f197-mla2", "--reversed-focus", "1e4"): "is for --reversed-lens",
+        ("--focus", "3000"): "--focus requires --camera",
+        ("--reversed-lens", white): "--reversed-lens requires --camera",
+        ("--camera", "f197-mla2", "--reversed-focus", "1e4"): "requires --reversed-lens",
         ("--camera", "f197-mla2", "--focus", "100"): "--focus: 100.0 mm is nearer",
     }
     for options, message in wrong.items():
@@ -156,10 +156,13 @@ def test_inspect_spots(tmp_path: Path, run) -> None:
     ("words", "message"),
     [
         (("grey.png",), "grey.png: "),
-        (("white.png", "white.png"), "--position: 2 pictures; expected one for each of them"),
-        (("white.png", "--position", "1", "--position", "2"), "2 positions for 1 pictures"),
-        (("white.png", "--position", "1", "--camera", "f197-mla2"), "--camera: cannot be combined"),
-        (("white.png", "--focus", "3000"), "--focus: is for --camera"),
+        (("white.png", "white.png"), "several pictures require --position"),
+        (
+            ("white.png", "--position", "1", "--position", "2"),
+            "2 positions do not match",
+        ),
+        (("white.png", "--position", "1", "--camera", "f197-mla2"), "--camera cannot be combined"),
+        (("white.png", "--focus", "3000"), "--focus requires --camera"),
         (("white.png", "--camera", "lytro1-wide"), "micro images 14.27 pixels apart"),
         (("white.png", "--collimator", "grey.png"), "grey.png: 12 x 20 pixels"),
     ],

@@ -448,7 +448,7 @@ def test_a_scene_among_old_results_stays(tools: Path, tmp_path: Path, place: str
     text = (project.root() / "scenes" / "rgb-480p.toml").read_text()
     file.write_text(text)
     (tmp_path / "plenofir.bit").write_text("old")
-    with pytest.raises(InputError, match=f"would be removed, and {file} is read"):
+    with pytest.raises(InputError, match=f"would be removed, but {file} is read"):
         cli.run(["bitstream", "build", "--scene", str(file), "--out", str(tmp_path)])
     assert file.read_text() == text
     assert (tmp_path / "plenofir.bit").read_text() == "old"
@@ -459,7 +459,7 @@ def test_a_scene_among_old_results_stays(tools: Path, tmp_path: Path, place: str
     ("scene", "options", "message"),
     [
         ("grey-microscope", [], 'a core without pins of a board; expected path = "video"'),
-        ("rgb-480p", ["--max-columns", "640"], "--max-columns: cannot be combined with --scene"),
+        ("rgb-480p", ["--max-columns", "640"], "--max-columns cannot be combined with --scene"),
         ("none", [], "no such scene"),
     ],
 )

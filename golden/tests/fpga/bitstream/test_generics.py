@@ -55,9 +55,9 @@ def test_board_has_no_such_core(change: dict[str, object]) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"micro_image": 7}, "micro_image: needs a focus setting; expected --a too"),
+        ({"micro_image": 7}, "--micro-image requires --a"),
         ({"a": ["1/2"]}, "1/2 is not on the grid of M = 5"),
-        ({"fraction": 4, "arith": "exact"}, "--fraction: cannot be combined with --arith exact"),
+        ({"fraction": 4, "arith": "exact"}, "--fraction cannot be combined with --arith exact"),
         ({"guard": 3, "fraction": 2}, "guard_bits must not exceed fraction_bits"),
     ],
 )

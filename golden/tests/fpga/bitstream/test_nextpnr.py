@@ -148,7 +148,7 @@ def refused(tmp_path: Path, arguments: Sequence[str], message: str) -> None:
         ("--board ulx3s --scene rgb-480p", "rgb-480p is a scene for the Digilent Atlys"),
         ("--board atlys --scene ulx3s-480p", "ulx3s-480p is a scene for the Radiona ULX3S"),
         ("--device lfe5u-85f --scene ulx3s-480p", "expected --device lfe5u-45f"),
-        ("--board ulx3s --scene grey-microscope", "is a core without pins of a board"),
+        ("--board ulx3s --scene grey-microscope", "is a core, not a board"),
         ("--board ulx3s --scene ulx3s-480p -M 3", "cannot be combined with --scene"),
     ],
 )
