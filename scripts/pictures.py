@@ -36,7 +36,7 @@ from plenofir.camera.lightfield import (
     light_field,
     sub_aperture,
 )
-from plenofir.camera.lightfield.pictures import figure_pixels
+from plenofir.camera.plots import figure_pixels
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
 from plenofir.fpga.core.configuration import CoreConfiguration

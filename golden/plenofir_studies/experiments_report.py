@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The text's experiments with a camera (section 5.3), as a part of the report on calibration."""
 
-from plenofir.camera.lightfield.pictures import disparity_picture, sharpness_picture
+from plenofir.camera.plots import disparity_picture, sharpness_picture
 from plenofir_studies.experiments import (
     FIGURE_OBJECT_LENSES,
     FIGURES,

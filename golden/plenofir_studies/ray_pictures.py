@@ -9,13 +9,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from plenofir.camera.lightfield.pictures import figure_pixels
 from plenofir.camera.optics.dispersion import (
     MICRO_LENS_CAUCHY,
     MICRO_LENS_SCHOTT,
     MICRO_LENS_SELLMEIER,
 )
 from plenofir.camera.optics.tracing import trace_to_object
+from plenofir.camera.plots import figure_pixels
 from plenofir.camera.rays.real import MICRO_LENSES, compare_distances, real_camera
 from plenofir.refocus.operator import Image
 from plenofir_studies.ray_validation import table_model

@@ -10,7 +10,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from plenofir.camera.lightfield.pictures import figure_pixels
+from plenofir.camera.plots import figure_pixels
 from plenofir.files import check_folder, publish
 from plenofir.images import encode_png
 from plenofir.refocus import processors

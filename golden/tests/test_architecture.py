@@ -74,8 +74,7 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
     TopologicalSorter({name: imported(name) for name in MODULES}).prepare()
 
 
-# Of the camera's folders lytro and recognise still need each other.
-FOLDERS = sorted({path.parent for path in ROOT.rglob("__init__.py")} - {ROOT / "camera"})
+FOLDERS = sorted({path.parent for path in ROOT.rglob("__init__.py")})
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(ROOT.parent)))

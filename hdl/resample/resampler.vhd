@@ -19,7 +19,7 @@
 -- Throughput: one raw pixel each clock, one pixel of the raster each clock. The source is never refused if the sink
 --   takes a pixel each clock, a line of the raster has fewer pixels than a raw line has clocks, M is at most the lines
 --   from a row of lenses to the next, and the ring holds the lines that plenofir.plan.sensor.chip counts.
--- Equation: plenofir.camera.resampling.resample.
+-- Equation: plenofir.camera.resampling.grid_resampler.
 
 library ieee;
 use ieee.std_logic_1164.all;

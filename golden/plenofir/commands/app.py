@@ -19,7 +19,7 @@ from plenofir.commands import (
     board,
     capture,
     inspect,
-    pictures,
+    light_fields,
     plan,
     rays,
     sim,
@@ -61,7 +61,7 @@ def _root(
         raise typer.Exit
 
 
-for group in (sim, rays, plan, capture, inspect, pictures, view, batch):
+for group in (sim, rays, plan, capture, inspect, light_fields, view, batch):
     app.registered_commands += group.app.registered_commands
 for name, group in (
     ("bitstream", bitstream),

@@ -38,7 +38,7 @@ from plenofir.refocus import (
     shift_to_name,
 )
 from plenofir.refocus.checks import whole_number
-from plenofir.refocus.record import Content, Entry, Record
+from plenofir.refocus.finished_frames import Content, Entry, Record
 
 Progress = Callable[[int, int], None]
 State = Literal["done", "kept", "failed"]

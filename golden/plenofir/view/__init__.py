@@ -10,7 +10,7 @@ from plenofir.view.export import export
 from plenofir.view.light_field import light_field_page, live_page
 from plenofir.view.live import Live, folder_frames, video_frames
 from plenofir.view.page import Page
-from plenofir.view.pictures import pictures_page
+from plenofir.view.picture_folder import pictures_page
 from plenofir.view.server import serve
 
 __all__ = [

@@ -17,7 +17,7 @@ from test_batch import check_results
 
 from plenofir.images import write_png
 from plenofir.refocus.batch import find_frames
-from plenofir.refocus.record import RECORD
+from plenofir.refocus.finished_frames import RECORD
 
 COMMAND = ("batch", "in/*.png", "-M", "5", "-a", "1 1/5", "--out", "out", "--workers")
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from plenofir.camera.calibration.inspection import WhiteInspection, neighbours
 from plenofir.camera.calibration.spots import FocusScore
-from plenofir.camera.lightfield.pictures import figure_pixels
+from plenofir.camera.plots import figure_pixels
 from plenofir.camera.rays.measured import MeasuredPupil
 from plenofir.camera.rays.model import RayModel
 from plenofir.refocus.operator import Image

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.lightfield.folders import ViewOrder, read_paths, read_views
 from plenofir.camera.lightfield.indexing import views
-from plenofir.camera.recognise.rasters import find_mosaic, find_raster
+from plenofir.camera.patterns.rasters import find_mosaic, find_raster
 from plenofir.errors import InputError
 from plenofir.files import input_file
 from plenofir.images import read_picture

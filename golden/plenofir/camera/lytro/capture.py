@@ -21,8 +21,8 @@ from plenofir.camera.lytro.sensor import (
     develop,
     grey_mosaic,
 )
-from plenofir.camera.recognise.lenslets import find_lenslets
-from plenofir.camera.recognise.match import Match, match_capture
+from plenofir.camera.patterns.lenslets import find_lenslets
+from plenofir.camera.patterns.match import Match, match_capture
 from plenofir.errors import InputError
 from plenofir.refocus.operator import Image
 

@@ -184,7 +184,7 @@ class FrameMetadata(Numbers):
 
         Lens (0, 0) lies at the middle of the sensor plus `sensorOffset`; rotation is clockwise as
         the picture is seen. Readers of others (lightfields, UAM.Optics) agree on this; how well a
-        camera's pixels do is measured (`plenofir.camera.recognise.match`).
+        camera's pixels do is measured (`plenofir.camera.patterns.match`).
         """
         layout = _LAYOUTS[self.mla.tiling]
         turn, scale, offset = self.mla.rotation, self.mla.scaleFactor, self.mla.sensorOffset

@@ -10,14 +10,14 @@ from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.frames import grey as grey_levels
 from plenofir.camera.calibration.inspection import WhiteInspection, inspect_white
 from plenofir.camera.calibration.lattice import Lattice, lattices
-from plenofir.camera.recognise.lenslets import (
+from plenofir.camera.patterns.lenslets import (
     SURE,
     Lenslets,
     find_lenslets,
     repetition,
     unevenness_of_neighbours,
 )
-from plenofir.camera.recognise.rasters import find_mosaic, find_raster
+from plenofir.camera.patterns.rasters import find_mosaic, find_raster
 from plenofir.errors import InputError
 from plenofir.images import Picture
 from plenofir.refocus.operator import Image

@@ -5,6 +5,7 @@
 hold, `interpolate_mosaic` and `resample` compute what it makes of a frame.
 """
 
+from plenofir.camera.resampling.grid_resampler import Tables, resample, tables_of
 from plenofir.camera.resampling.mosaic import (
     BAYER_ORDERS,
     BayerOrder,
@@ -17,7 +18,6 @@ from plenofir.camera.resampling.registers import (
     Precision,
     grid_registers,
 )
-from plenofir.camera.resampling.resample import Tables, resample, tables_of
 
 __all__ = [
     "BAYER_ORDERS",

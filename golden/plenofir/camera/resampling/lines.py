@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plenofir.camera.resampling.grid_resampler import Tables
 from plenofir.camera.resampling.registers import GridRegisters, Integers
-from plenofir.camera.resampling.resample import Tables
 
 _LATENCY = 48
 """Clocks, rounded up, until a line that is complete is seen, and until one is given up."""

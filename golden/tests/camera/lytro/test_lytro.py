@@ -37,8 +37,8 @@ from plenofir.camera.lightfield.sources import read_mat
 from plenofir.camera.lytro import develop, frame_metadata, read_container, read_frame, read_lytro
 from plenofir.camera.lytro.frames import nearest_white
 from plenofir.camera.lytro.sensor import with_gamma
+from plenofir.camera.patterns.match import match_capture
 from plenofir.camera.recognise.files import recognise
-from plenofir.camera.recognise.match import match_capture
 from plenofir.errors import InputError
 from plenofir.images import read_image
 

@@ -4,7 +4,7 @@
 The picture repeats at shifts by whole lenses, as its micro images are darker between than within.
 What shifts it repeats at is guessed from the autocorrelation of its middle (as for white images).
 Scenes have repetitions of their own; so a guess counts only if the slowest waves of its lattice are
-there all over the picture, and in phase (`plenofir.camera.recognise.match.match_capture`).
+there all over the picture, and in phase (`plenofir.camera.patterns.match.match_capture`).
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Grid, Layout
 from plenofir.camera.calibration.lattice import Lattice, guess, lattices
 from plenofir.camera.calibration.shading import lens_indices, within
-from plenofir.camera.recognise.match import Match, match_capture
+from plenofir.camera.patterns.match import Match, match_capture
 from plenofir.errors import InputError
 
 _CANDIDATES = 4

@@ -215,8 +215,8 @@ def stack(
     """
     import numpy as np
 
-    from plenofir.camera.lightfield.pictures import sharpness_picture
     from plenofir.camera.lightfield.stack import FocalStack, all_in_focus, sharpness_curve
+    from plenofir.camera.plots import sharpness_picture
     from plenofir.fpga.simulate.request import picture_names
     from plenofir.refocus.sharpness import MAX_STACK, depth_index, depth_index_picture
 
@@ -293,7 +293,7 @@ def depth_map(
 
     from plenofir.camera.lightfield import exports, sub_aperture
     from plenofir.camera.lightfield.disparity import depth_map as measure
-    from plenofir.camera.lightfield.pictures import depth_picture
+    from plenofir.camera.plots import depth_picture
     from plenofir.camera.rays import RayModel, load_camera
 
     m = micro_image
