@@ -281,7 +281,7 @@ def test_bad_input_is_one_line_and_exit_code_2(images: Path, arguments, message)
     done = plenofir(*arguments, cwd=images)
     assert done.returncode == 2, done.stderr
     assert message in done.stderr
-    assert "expected" in done.stderr
+    assert done.stderr.startswith("plenofir: ")
     assert len(done.stderr.strip().splitlines()) == 1
     assert "Traceback" not in done.stderr
     assert sorted(images.rglob("*")) == before

@@ -155,7 +155,10 @@ def test_what_cannot_be_viewed_is_refused_in_one_line(tmp_path: Path) -> None:
         calls = (
             ((), "give either a raw image"),
             ((str(file), "--source", str(folder)), "give either a raw image"),
-            (("--source", str(folder), "-M", "3", "--export", "x.html"), "--export: is for"),
+            (
+                ("--source", str(folder), "-M", "3", "--export", "x.html"),
+                "--export cannot be",
+            ),
             (("--source", str(text), "-M", "3"), "cannot be opened|needs OpenCV"),
             (("--source", str(tmp_path / "none"), "-M", "3"), "no such file"),
             ((str(file), "-M", "3", "--calib", str(file)), "raw.png"),

@@ -466,7 +466,7 @@ def test_bad_input(bad: Path, run, arguments: str, message: str) -> None:
     done = run(*arguments.split(), cwd=bad)
     assert done.returncode == 2, done.stdout + done.stderr
     assert message in done.stderr
-    assert "expected" in done.stderr
+    assert done.stderr.startswith("plenofir: ")
     assert len(done.stderr.strip().splitlines()) == 1
     assert "Traceback" not in done.stderr
     assert sorted(bad.rglob("*")) == before

@@ -458,7 +458,7 @@ def test_a_scene_among_old_results_stays(tools: Path, tmp_path: Path, place: str
 @pytest.mark.parametrize(
     ("scene", "options", "message"),
     [
-        ("grey-microscope", [], 'a core without pins of a board; expected path = "video"'),
+        ("grey-microscope", [], "a core, not a board"),
         ("rgb-480p", ["--max-columns", "640"], "--max-columns cannot be combined with --scene"),
         ("none", [], "no such scene"),
     ],
