@@ -416,7 +416,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("decode white.png --calib calib.json -M five", "--micro-image: 'five'"),
         ("decode white.png --calib calib.json -M 5 --interpolation sinc", "sinc"),
         ("decode white.png --calib calib.json -M 5 --scale half", "half"),
-        ("decode white.png --calib calib.json -M 5 --out views", "no such kind"),
+        ("decode white.png --calib calib.json -M 5 --out views", "must end in"),
         ("decode white.png --calib calib.json -M 5 --white small.png", "white image"),
         ("views white.png -M 0", "--micro-image: '0'"),
         ("views white.png -M 200", "less than one micro image"),
