@@ -26,7 +26,7 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator
 
-from mutants import EXPLAINED
+from mutants import Key, explained
 from plenofir import project
 
 ROOT = project.root()
@@ -68,7 +68,7 @@ class PythonMutant:
     occurrence: int
 
     @property
-    def key(self) -> tuple[str, str, str, int]:
+    def key(self) -> Key:
         """As it stands in docs/verification.md."""
         return self.file, self.before, self.after, self.number
 
@@ -110,17 +110,6 @@ def chosen(room: str, seed: int, count: int, only: str) -> list[PythonMutant]:
         if mutant is not None:
             found.append(mutant)
     return sorted(found, key=lambda mutant: mutant.file)
-
-
-def explained() -> set[tuple[str, str, str, int]]:
-    """Keys of the Python's mutants in docs/verification.md."""
-    row = re.compile(r"\| (\S+\.py) \| `(.*?)` \| `(.*?)` \| (\d+) \| .+ \|")
-    found = set()
-    for line in EXPLAINED.read_text().splitlines():
-        if match := row.fullmatch(line):
-            before, after = (text.replace("\\|", "|") for text in match.group(2, 3))
-            found.add((match[1], before, after, int(match[4])))
-    return found
 
 
 def copy_package(mutant: PythonMutant | None) -> Path:

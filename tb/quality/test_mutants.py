@@ -42,7 +42,13 @@ def test_explained_mutants_exist() -> None:
     # What is explained is a change that the rules make of a line that is there.
     keys = {mutant.key for mutant in mutants.mutants(hdl.board_sources())}
     assert len(keys) > 3000
-    assert mutants.explained() - keys == set()
+    known = mutants.explained()
+    of_python = {key for key in known if key[0].endswith(".py")}
+    assert known - of_python - keys == set()
+    # What may be changed of Python cosmic-ray knows, which is not set up here.
+    for file, old, _, place in of_python:
+        lines = (project.root() / "golden" / "plenofir" / file).read_text().splitlines()
+        assert [line.strip() for line in lines].count(old) >= place, (file, old)
 
 
 def test_what_simulation_leaves_out_is_not_changed() -> None:
