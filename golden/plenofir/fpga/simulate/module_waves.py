@@ -75,7 +75,7 @@ class RowBench:
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory
-        self._simulator = find_simulator("ghdl")
+        self._simulator = find_simulator("ghdl", brief=True)
         bench = project.root() / "tb" / "fir" / f"{TOP}.vhd"
         for command in self._simulator.build_commands([*hdl.hdl_sources(), bench], TOP):
             self._simulator.run(command, directory)
