@@ -65,7 +65,7 @@ entity board_control is
     text_place    : out   std_logic_vector(1 downto 0);
     -- Clear the error flags, for a clock.
     clear_errors : out   std_logic;
-    -- As in load_port; the word in one.
+    -- Word for the resampler: kind (2 bits), address (20), data (40); busy: the one before is under way.
     load_busy  : in    std_logic;
     load_write : out   std_logic;
     load_word  : out   std_logic_vector(61 downto 0)

@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Control of a board with HDMI input and output: clocks, buttons, serial port, EDID, LEDs.
 --
--- Works with the board's oscillator, so it answers whatever comes in. Settings and reports cross to and
--- from the pixel clock here.
+-- Runs from the board's oscillator, so it works without an input clock. Settings and reports cross to and from the
+-- pixel clock here.
 --
 -- LEDs: 0 TMDS clock in range, 1 following (timing understood, picture refocused), 2 to 4 channels
 -- aligned, 5 error since the last clearing, 6 and 7 slice.

@@ -25,12 +25,12 @@ package hdmi_pkg is
   -- What the panel wants of the video path.
 
   type video_settings_t is record
-    -- As in refocus_video.
+    -- The input as it is; slice, sweep through all slices, frames for each.
     pass_through : std_logic;
     slice        : std_logic_vector(7 downto 0);
     sweep        : std_logic;
     sweep_frames : std_logic_vector(7 downto 0);
-    -- As in picture_core; place of the text: 0 none, 1 at the top, 2 at the bottom.
+    -- Place of the output that is shown; place of the text: 0 none, 1 at the top, 2 at the bottom.
     shown      : std_logic_vector(1 downto 0);
     text_place : std_logic_vector(1 downto 0);
     -- The test pattern instead of the input.
@@ -48,7 +48,7 @@ package hdmi_pkg is
   type video_state_t is record
     -- Channels of the receiver that are aligned to words.
     aligned : std_logic_vector(CHANNELS - 1 downto 0);
-    -- As in refocus_video.
+    -- The timing is understood and the picture refocused; it is stable but cannot be followed.
     following   : std_logic;
     unsupported : std_logic;
     -- Errors since the last clearing.

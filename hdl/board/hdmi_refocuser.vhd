@@ -24,7 +24,7 @@ use work.video_pkg.all;
 
 entity hdmi_refocuser is
   generic (
-    -- As in raster_refocuser.
+    -- M, the slices, and how they are computed; see raster_refocuser.
     MICRO_IMAGE_SIZE    : positive range 1 to 128;
     SHIFTS              : string;
     INTERPOLATION_ORDER : natural range 0 to 3;

@@ -24,7 +24,7 @@ use work.video_pkg.all;
 
 entity monitor_edid is
   generic (
-    -- As in i2c_reader.
+    -- Clocks in a quarter of a bit, and those that the monitor may hold the clock line low.
     QUARTER : positive := 500;
     STRETCH : positive := 3000000;
     -- Clocks between two reads: 2 s of 100 MHz.

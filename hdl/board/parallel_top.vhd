@@ -13,7 +13,7 @@ use ieee.numeric_std.all;
 
 entity parallel_top is
   generic (
-    -- As in raster_refocuser.
+    -- M, the slices, and how they are computed; see raster_refocuser.
     MICRO_IMAGE_SIZE    : positive range 1 to 128  := 5;
     SHIFTS              : string                   := "-3";
     INTERPOLATION_ORDER : natural range 0 to 3     := 0;

@@ -6,7 +6,7 @@ use ieee.std_logic_1164.all;
 
 package sensor_pkg is
 
-  -- As in refocus_video.
+  -- What refocus_video is built for, and the longest line of the raster.
   constant WITH_SENSOR    : boolean  := false;
   constant SENSOR_COLUMNS : positive := 2;
   constant SENSOR_ROWS    : positive := 2;
@@ -20,7 +20,7 @@ package sensor_pkg is
   constant MOVES          : boolean  := false;
   constant GAINS          : boolean  := false;
 
-  -- As in load_port.
+  -- What the board answers when it is asked for its resampler.
   constant RESAMPLER : string := "";
 
   -- Whether a calibration is built in; its words: kind (4 bits), address, data (40).

@@ -1,7 +1,7 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- Brings the settings of the panel, and the words for a sensor's resampler, into the pixel clock.
 --
--- Latency: that of bus_crossing and of synchroniser. Throughput: the latest settings; words as in load_crossing.
+-- Latency: that of bus_crossing and of synchroniser. Throughput: the latest settings; a word in two round trips.
 -- Equation: arrived = settings, with the words of load_crossing.
 
 library ieee;
@@ -16,7 +16,7 @@ entity settings_crossing is
     reset : in    std_logic;
     -- In clk; what it has of words does not count.
     settings : in    video_settings_t;
-    -- As in load_crossing.
+    -- A word from load_port; busy: the one before has not arrived. seen: toggle of the last that has.
     port_write : in    std_logic;
     port_word  : in    std_logic_vector(61 downto 0);
     port_busy  : out   std_logic;

@@ -16,7 +16,7 @@ use work.resample_pkg.all;
 
 entity lens_samples is
   generic (
-    -- As in resampler.
+    -- What the resampler is built for.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
     MAX_COLUMNS      : positive range 2 to 8192;
     LINES            : positive range 4 to 256;

@@ -15,7 +15,7 @@ entity sensor_raster is
   generic (
     -- Whether the sensor has a colour filter mosaic; CHANNELS is 3 then.
     MOSAIC : boolean := false;
-    -- As in resampler.
+    -- M, and what the resampler is built for.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
     HEXAGONAL        : boolean                     := false;
     MAX_COLUMNS      : positive range 2 to 8192    := 2048;
@@ -55,10 +55,10 @@ entity sensor_raster is
     m_axis_tdata  : out   std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- As in resampler.
+    -- Size of the raster; between frames that of the last one.
     raster_columns : out   std_logic_vector(15 downto 0);
     raster_rows    : out   std_logic_vector(15 downto 0);
-    -- As in resampler, 0 to 4 of either part. Set until error_clear.
+    -- Faults, set until error_clear; resampler says which. 0 to 4 are those of the mosaic, too.
     error_flags : out   std_logic_vector(5 downto 0);
     error_clear : in    std_logic
   );

@@ -22,7 +22,7 @@ use work.picture_pkg.all;
 
 entity picture_core is
   generic (
-    -- As in raster_refocuser; of a focal stack only M, the slices and the longest line count.
+    -- M, the slices, and how they are computed; of a focal stack M, the slices and the longest line alone count.
     MICRO_IMAGE_SIZE    : positive range 1 to 128;
     SHIFTS              : string;
     INTERPOLATION_ORDER : natural range 0 to 3 := 0;
@@ -37,7 +37,7 @@ entity picture_core is
     ENGINE         : string                := "fir";
     -- What can be shown, see picture_pkg.
     OUTPUTS : string := "r";
-    -- As in depth_index.
+    -- How the sharpest slice is found, see depth_index.
     RADIUS      : natural range 0 to 8          := 1;
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS : natural range 0 to 4          := 0;
@@ -52,13 +52,13 @@ entity picture_core is
     rows    : in    std_logic_vector(15 downto 0);
     -- Lines of the picture; with "r" alone all.
     picture_rows : in    std_logic_vector(15 downto 0);
-    -- As in slice_select, read with the first pixel of a frame.
+    -- Slice on show, or a sweep through all with so many frames for each; read with the first pixel of a frame.
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);
     -- Place in OUTPUTS, from 0, of what the next frame that leaves shows; beyond its end the first one.
     shown : in    std_logic_vector(1 downto 0);
-    -- AXI4-Stream video as in raster_refocuser: red in the low bits.
+    -- AXI4-Stream video, red in the low bits; tuser: first pixel of a frame, tlast: last one of a line.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(23 downto 0);
@@ -72,7 +72,7 @@ entity picture_core is
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tdest  : out   std_logic_vector(1 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- As in frame_sequencer, set until error_clear.
+    -- Faults of the stream that came in, set until error_clear; frame_sequencer says which.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic
   );

@@ -35,7 +35,7 @@ use work.video_pkg.all;
 
 entity refocus_video is
   generic (
-    -- As in picture_core.
+    -- M, the slices, how they are computed, what can be shown; see picture_core.
     MICRO_IMAGE_SIZE    : positive range 1 to 128;
     SHIFTS              : string;
     INTERPOLATION_ORDER : natural range 0 to 3          := 0;
@@ -56,7 +56,7 @@ entity refocus_video is
     SENSOR      : boolean                  := false;
     RAW_COLUMNS : positive range 2 to 4095 := 2;
     RAW_ROWS    : positive range 1 to 4095 := 2;
-    -- As in sensor_raster; RED_PLACE: line (2) and column (1) of the mosaic's first red pixel.
+    -- What the sensor's resampler is built for; RED_PLACE: line (2) and column (1) of the mosaic's first red pixel.
     MOSAIC    : boolean                     := false;
     RED_PLACE : natural range 0 to 3        := 0;
     HEXAGONAL : boolean                     := false;
@@ -70,7 +70,7 @@ entity refocus_video is
     reset : in    std_logic;
     -- Show the input as it is.
     pass_through : in    std_logic;
-    -- As in picture_core, from the next frame on.
+    -- Slice, sweep and its frames for each slice, place in OUTPUTS; from the next frame on.
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);

@@ -28,7 +28,7 @@ use work.video_pkg.all;
 
 entity sensor_front is
   generic (
-    -- As in sensor_raster; RED_PLACE is its red_place as a number. Pixels have 8 bits.
+    -- What sensor_raster is built for, with pixels of 8 bits; RED_PLACE: line (2) and column (1) of the first red one.
     MOSAIC           : boolean                     := false;
     RED_PLACE        : natural range 0 to 3        := 0;
     MICRO_IMAGE_SIZE : positive range 1 to 128;
@@ -39,7 +39,7 @@ entity sensor_front is
     MOVES            : boolean                     := false;
     GAINS            : boolean                     := false;
     CHANNELS         : positive range 1 to 3       := 1;
-    -- As in picture_core: r and m.
+    -- What can be shown, a letter for each place: r refocused, m the micro images.
     OUTPUTS : string;
     -- Lines of the core's delay.
     CORE_LINES : natural
@@ -55,9 +55,9 @@ entity sensor_front is
     -- Position of the raw pixel that comes in, also in the blanking.
     column : in    count_t;
     row    : in    count_t;
-    -- As in picture_core.
+    -- Place in OUTPUTS of what is wanted; beyond its end the first one.
     shown : in    std_logic_vector(1 downto 0);
-    -- As in sensor_raster.
+    -- Load port of the sensor's calibration.
     load_write   : in    std_logic;
     load_kind    : in    std_logic_vector(1 downto 0);
     load_address : in    std_logic_vector(19 downto 0);
@@ -84,7 +84,7 @@ entity sensor_front is
     lag : out   count_t;
     -- All has to begin again.
     restart : out   std_logic;
-    -- As in sensor_raster.
+    -- Faults of the raster, set until error_clear; resampler says which.
     error_flags : out   std_logic_vector(5 downto 0);
     error_clear : in    std_logic
   );
