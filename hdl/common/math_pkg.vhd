@@ -41,6 +41,12 @@ package math_pkg is
     divisor : positive
   ) return natural;
 
+  -- Greatest common divisor.
+  function common_divisor (
+    a : positive;
+    b : natural
+  ) return positive;
+
   -- Whether two texts, of any length, are the same: synthesis tools differ on "=" of different lengths.
   function same_text (
     a : string;
@@ -146,6 +152,32 @@ package body math_pkg is
     return (value - 1) / divisor + 1;
 
   end function divide_up;
+
+  function common_divisor (
+    a : positive;
+    b : natural
+  ) return positive is
+
+    variable divisor   : positive;
+    variable remainder : natural;
+    variable next_one  : natural;
+
+  begin
+
+    divisor   := a;
+    remainder := b mod a;
+
+    while remainder > 0 loop
+
+      next_one  := divisor mod remainder;
+      divisor   := remainder;
+      remainder := next_one;
+
+    end loop;
+
+    return divisor;
+
+  end function common_divisor;
 
   function same_text (
     a : string;

@@ -9,7 +9,8 @@
 -- chosen while it runs. All slices have the same output delay, that of the slice which needs most. So slices
 -- may change from line to line without a gap.
 --
--- All functions are evaluated at elaboration only.
+-- The text is read once in each entity, into a constant of type geometry_t; generics are text and numbers because
+-- ISE's synthesis is not known to take records there. All functions are evaluated at elaboration only.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -33,8 +34,14 @@ package refocus_pkg is
     most  : integer
   ) return boolean;
 
-  -- Stops elaboration, by a message that begins with a name, if SHIFTS or the longest line is none to build an engine
-  -- for; else true. A check comes before all that is computed from what it checks, so a constant takes its result.
+  -- Stops elaboration, by a message that begins with a name, if the longest line is none to build an engine for; else
+  -- true. A check comes before all that is computed from what it checks, so a constant takes its result.
+  function takes_columns (
+    name        : string;
+    max_columns : positive
+  ) return boolean;
+
+  -- The same, of SHIFTS too.
   function takes_shifts (
     name        : string;
     shifts      : string;
@@ -67,33 +74,53 @@ package refocus_pkg is
     pass   : natural
   ) return string;
 
-  -- The output of index k is S(k + centre_offset): floor((M-1) * shift / 2) when centred, otherwise 0.
-  function centre_offset (
-    micro_image_size : positive;
-    shift            : integer;
-    centred          : boolean
-  ) return integer;
+  -- Shifts by slice. The length is fixed because a field of a record has no length of its own in VHDL-93.
+  type shifts_t is array (natural range 0 to MOST_SLICES - 1) of integer range -MOST_SHIFT to MOST_SHIFT;
 
-  -- Steps between a pixel and the output of the same index, in an engine for one shift alone.
-  function own_delay (
+  -- All that the schedules of an engine follow from.
+  type geometry_t is record
+    -- M.
     micro_image_size : positive;
-    shift            : integer;
-    centred          : boolean
-  ) return natural;
+    -- Slices of the set and the shift of each; 0 behind the last one.
+    slices : positive range 1 to MOST_SLICES;
+    shifts : shifts_t;
+    -- Whether the picture stays put from slice to slice.
+    centred : boolean;
+    -- Steps between a pixel and the output of the same index, in all slices alike.
+    output_delay : natural;
+  end record geometry_t;
 
-  -- The same for a set of shifts: the largest of them.
-  function output_delay (
+  -- The geometry that generics stand for. Stops elaboration, by a message that begins with a name, if SHIFTS is none
+  -- to build an engine for.
+  function geometry_of (
+    name             : string;
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean
+  ) return geometry_t;
+
+  -- That of a pass, see pass_shifts.
+  function pass_geometry (
+    geometry : geometry_t;
+    pass     : natural
+  ) return geometry_t;
+
+  -- The output of index k is S(k + centre_offset): floor((M-1) * shift / 2) when centred, otherwise 0.
+  function centre_offset (
+    geometry : geometry_t;
+    slice    : natural
+  ) return integer;
+
+  -- output_delay of an engine for one slice alone.
+  function own_delay (
+    geometry : geometry_t;
+    slice    : natural
   ) return natural;
 
   -- output_delay summed over all passes of a dimension.
   function total_delay (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
-    order            : natural
+    geometry : geometry_t;
+    order    : natural
   ) return natural;
 
   -- Clocks from reading a stream's partial sums to the next possible read: block RAM 2, add 1, write 1.
@@ -168,6 +195,20 @@ package body refocus_pkg is
 
   end function is_set;
 
+  function takes_columns (
+    name        : string;
+    max_columns : positive
+  ) return boolean is
+  begin
+
+    assert max_columns <= MOST_COLUMNS
+      report name & ": MAX_COLUMNS must be at most 8192"
+      severity failure;
+
+    return true;
+
+  end function takes_columns;
+
   function takes_shifts (
     name        : string;
     shifts      : string;
@@ -183,11 +224,7 @@ package body refocus_pkg is
       report name & ": SHIFTS """ & shifts & """ must name 1 to 256 slices"
       severity failure;
 
-    assert max_columns <= MOST_COLUMNS
-      report name & ": MAX_COLUMNS must be at most 8192"
-      severity failure;
-
-    return true;
+    return takes_columns(name, max_columns);
 
   end function takes_shifts;
 
@@ -312,77 +349,104 @@ package body refocus_pkg is
   end function pass_shifts;
 
   function centre_offset (
-    micro_image_size : positive;
-    shift            : integer;
-    centred          : boolean
+    geometry : geometry_t;
+    slice    : natural
   ) return integer is
 
     variable span : integer;
 
   begin
 
-    if not centred then
+    if not geometry.centred then
       return 0;
     end if;
 
-    span := (micro_image_size - 1) * shift;
+    span := (geometry.micro_image_size - 1) * geometry.shifts(slice);
 
+    -- Division rounds towards 0, this must round down.
     return (span - (span mod 2)) / 2;
 
   end function centre_offset;
 
   function own_delay (
-    micro_image_size : positive;
-    shift            : integer;
-    centred          : boolean
+    geometry : geometry_t;
+    slice    : natural
   ) return natural is
 
     variable offset : integer;
 
   begin
 
-    offset := centre_offset(micro_image_size, shift, centred);
+    offset := centre_offset(geometry, slice);
 
-    if shift >= 1 then
+    if geometry.shifts(slice) >= 1 then
       return offset;
     end if;
 
     -- The last pixel of a micro image is added to outputs as many places before it.
-    return offset + (micro_image_size - 1) * (1 - shift);
+    return offset + (geometry.micro_image_size - 1) * (1 - geometry.shifts(slice));
 
   end function own_delay;
 
-  function output_delay (
+  function geometry_of (
+    name             : string;
     micro_image_size : positive;
     shifts           : string;
     centred          : boolean
-  ) return natural is
+  ) return geometry_t is
 
-    variable largest : natural;
+    constant REFUSED : boolean := not takes_shifts(name, shifts, 1);
+
+    variable geometry : geometry_t;
 
   begin
 
-    largest := 0;
+    geometry.micro_image_size := micro_image_size;
+    geometry.slices           := slice_count(shifts);
+    geometry.shifts           := (others => 0);
+    geometry.centred          := centred;
+    geometry.output_delay     := 0;
 
-    for i in 0 to slice_count(shifts) - 1 loop
+    for i in 0 to geometry.slices - 1 loop
 
-      largest := larger(largest, own_delay(micro_image_size, slice_shift(shifts, i), centred));
+      geometry.shifts(i)    := slice_shift(shifts, i);
+      geometry.output_delay := larger(geometry.output_delay, own_delay(geometry, i));
 
     end loop;
 
-    return largest;
+    return geometry;
 
-  end function output_delay;
+  end function geometry_of;
+
+  function pass_geometry (
+    geometry : geometry_t;
+    pass     : natural
+  ) return geometry_t is
+
+    variable interpolation : geometry_t;
+
+  begin
+
+    if pass = 0 then
+      return geometry;
+    end if;
+
+    interpolation              := geometry;
+    interpolation.slices       := 1;
+    interpolation.shifts       := (0 => 1, others => 0);
+    interpolation.output_delay := own_delay(interpolation, 0);
+
+    return interpolation;
+
+  end function pass_geometry;
 
   function total_delay (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
-    order            : natural
+    geometry : geometry_t;
+    order    : natural
   ) return natural is
   begin
 
-    return output_delay(micro_image_size, shifts, centred) + order * own_delay(micro_image_size, 1, centred);
+    return geometry.output_delay + order * pass_geometry(geometry, 1).output_delay;
 
   end function total_delay;
 

@@ -87,17 +87,21 @@ end entity fir_array;
 
 architecture rtl of fir_array is
 
+  constant GEOMETRY : geometry_t := geometry_of("fir_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   -- Passes are numbered from 0, rows first, then columns.
   constant PASSES     : positive     := INTERPOLATION_ORDER + 1;
   constant ARITHMETIC : arithmetic_t := (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS, PASSES);
-  constant REFUSED    : boolean      := not (takes_shifts("fir_array", SHIFTS, MAX_COLUMNS) and
-                                             takes_arithmetic("fir_array", ARITHMETIC) and
-                                             takes_sharpening("fir_array", SHARPENING, SHIFTS, EXACT, PARALLEL_ROWS) and
-                                             takes_filters("fir_array", ARITHMETIC, SHIFTS, CENTRED, HOLD,
-                                                            PARALLEL_ROWS, MAX_COLUMNS, CHANNELS, SHARPENING));
+
+  constant REFUSED : boolean := not (takes_columns("fir_array", MAX_COLUMNS) and
+                                     takes_arithmetic("fir_array", ARITHMETIC) and
+                                     takes_sharpening("fir_array", SHARPENING, GEOMETRY.slices, EXACT,
+                                                       PARALLEL_ROWS) and
+                                     takes_filters("fir_array", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS, MAX_COLUMNS,
+                                                    CHANNELS, SHARPENING));
 
   constant STORED     : boolean  := not EXACT;
-  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
+  constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
   -- Filters that work in step in a row stage, and streams of a column module.
   constant ROW_LANES : positive := PARALLEL_ROWS * CHANNELS;
   constant DEPTH     : positive := divide_up(MAX_COLUMNS, PARALLEL_ROWS);

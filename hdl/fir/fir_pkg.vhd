@@ -33,8 +33,7 @@ package fir_pkg is
   function takes_filters (
     name          : string;
     arithmetic    : arithmetic_t;
-    shifts        : string;
-    centred       : boolean;
+    geometry      : geometry_t;
     hold          : boolean;
     parallel_rows : positive;
     max_columns   : positive;
@@ -44,9 +43,7 @@ package fir_pkg is
 
   -- Number of taps that the slice with the most needs.
   function tap_count (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     hold             : boolean
   ) return positive;
 
@@ -58,18 +55,14 @@ package fir_pkg is
 
   -- The shortest delay of the taps whose switches are closed for pixels of a phase.
   function first_delay (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     phase            : natural
   ) return natural;
 
   -- Whether the M outputs of every micro image are equal in all slices.
   function can_hold (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean
+    geometry : geometry_t
   ) return boolean;
 
   -- The shortest band in tokens: a multiple of the rows taken at once, and not before the line
@@ -108,75 +101,57 @@ package body fir_pkg is
   end function closed_width;
 
   function tap_count (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     hold             : boolean
   ) return positive is
 
+    constant M : positive := geometry.micro_image_size;
+
     variable largest : natural;
-    variable shift   : integer;
 
   begin
 
     largest := 0;
 
-    for i in 0 to slice_count(shifts) - 1 loop
+    for i in 0 to geometry.slices - 1 loop
 
-      shift   := slice_shift(shifts, i);
-      largest := larger(largest, closed_width(micro_image_size, hold) + (micro_image_size - 1) * abs (shift - 1) -
-                        own_delay(micro_image_size, shift, centred));
+      largest := larger(largest, closed_width(M, hold) + (M - 1) * abs (geometry.shifts(i) - 1) -
+                        own_delay(geometry, i));
 
     end loop;
 
-    return largest + output_delay(micro_image_size, shifts, centred);
+    return largest + geometry.output_delay;
 
   end function tap_count;
 
   function first_delay (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     phase            : natural
   ) return natural is
-
-    variable shift : integer;
-
   begin
 
-    shift := slice_shift(shifts, slice);
-
-    return phase * (shift - 1) + output_delay(micro_image_size, shifts, centred) -
-           centre_offset(micro_image_size, shift, centred);
+    return phase * (geometry.shifts(slice) - 1) + geometry.output_delay - centre_offset(geometry, slice);
 
   end function first_delay;
 
   function can_hold (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean
+    geometry : geometry_t
   ) return boolean is
 
-    variable shift : integer;
-    variable equal : boolean;
+    constant M : positive := geometry.micro_image_size;
 
   begin
 
-    equal := true;
+    for i in 0 to geometry.slices - 1 loop
 
-    for i in 0 to slice_count(shifts) - 1 loop
-
-      shift := slice_shift(shifts, i);
-
-      if shift mod micro_image_size /= 0 or
-         centre_offset(micro_image_size, shift, centred) mod micro_image_size /= 0 then
-        equal := false;
+      if geometry.shifts(i) mod M /= 0 or centre_offset(geometry, i) mod M /= 0 then
+        return false;
       end if;
 
     end loop;
 
-    return equal;
+    return true;
 
   end function can_hold;
 
@@ -184,8 +159,7 @@ package body fir_pkg is
   -- needs none.
   function kept_bits (
     arithmetic : arithmetic_t;
-    shifts     : string;
-    centred    : boolean;
+    geometry   : geometry_t;
     hold       : boolean;
     stage      : natural
   ) return natural is
@@ -194,7 +168,7 @@ package body fir_pkg is
 
   begin
 
-    return (tap_count(M, shifts, centred, hold) - choose(hold, 0, 1)) *
+    return (tap_count(geometry, hold) - choose(hold, 0, 1)) *
            bits_for(M * product_max(arithmetic, arithmetic.passes + stage));
 
   end function kept_bits;
@@ -202,8 +176,7 @@ package body fir_pkg is
   function takes_filters (
     name          : string;
     arithmetic    : arithmetic_t;
-    shifts        : string;
-    centred       : boolean;
+    geometry      : geometry_t;
     hold          : boolean;
     parallel_rows : positive;
     max_columns   : positive;
@@ -223,19 +196,19 @@ package body fir_pkg is
       report name & ": PARALLEL_ROWS must be at most 64"
       severity failure;
 
-    assert not hold or can_hold(M, shifts, centred)
+    assert not hold or can_hold(geometry)
       report name & ": HOLD needs outputs that are equal throughout a micro image: SHIFTS that are multiples of " &
              "MICRO_IMAGE_SIZE, even ones if that is even"
       severity failure;
 
-    assert tap_count(M, shifts, centred, hold) + (arithmetic.passes - 1) * tap_count(M, "1", centred, false) <=
+    assert tap_count(geometry, hold) + (arithmetic.passes - 1) * tap_count(pass_geometry(geometry, 1), false) <=
            MOST_TAPS
-      report name & ": MICRO_IMAGE_SIZE and SHIFTS """ & shifts & """ need more than 512 taps"
+      report name & ": MICRO_IMAGE_SIZE and SHIFTS need more than 512 taps"
       severity failure;
 
     depth := divide_up(max_columns, parallel_rows);
     words := 0;
-    bits  := kept_bits(arithmetic, shifts, centred, hold, 0);
+    bits  := kept_bits(arithmetic, geometry, hold, 0);
 
     if depth > 1 then
       words := channels * parallel_rows * 2 ** bits_for(depth - 1);
@@ -243,7 +216,7 @@ package body fir_pkg is
 
     for i in 1 to arithmetic.passes - 1 loop
 
-      bits := bits + kept_bits(arithmetic, "1", centred, false, i);
+      bits := bits + kept_bits(arithmetic, pass_geometry(geometry, i), false, i);
 
     end loop;
 

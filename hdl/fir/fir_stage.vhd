@@ -92,8 +92,10 @@ end entity fir_stage;
 
 architecture rtl of fir_stage is
 
-  constant TAPS         : positive := tap_count(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, HOLD);
-  constant DELAY        : natural  := output_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant GEOMETRY : geometry_t := geometry_of("fir_stage", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
+  constant TAPS         : positive := tap_count(GEOMETRY, HOLD);
+  constant DELAY        : natural  := GEOMETRY.output_delay;
   constant PRODUCT_BITS : positive := bits_for(PRODUCT_MAX);
   constant SUM_BITS     : positive := bits_for(SUM_MAX);
   constant SLOT_BITS    : positive := bits_for(DEPTH - 1);

@@ -42,8 +42,10 @@ end entity switch_table;
 
 architecture rtl of switch_table is
 
+  constant GEOMETRY : geometry_t := geometry_of("switch_table", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   constant PHASE_BITS : positive := bits_for(MICRO_IMAGE_SIZE - 1);
-  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
+  constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
   subtype taps_t is std_logic_vector(0 to TAPS - 1);
 
@@ -59,11 +61,11 @@ architecture rtl of switch_table is
 
     switches := (others => (others => '0'));
 
-    for s in 0 to slice_count(SHIFTS) - 1 loop
+    for s in 0 to GEOMETRY.slices - 1 loop
 
       for p in 0 to MICRO_IMAGE_SIZE - 1 loop
 
-        last := TAPS - 1 - first_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, s, p);
+        last := TAPS - 1 - first_delay(GEOMETRY, s, p);
 
         for i in 0 to closed_width(MICRO_IMAGE_SIZE, HOLD) - 1 loop
 

@@ -42,7 +42,9 @@ end entity bank_exchange;
 
 architecture rtl of bank_exchange is
 
-  constant SLICES : positive := slice_count(SHIFTS);
+  constant GEOMETRY : geometry_t := geometry_of("bank_exchange", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
+  constant SLICES : positive := GEOMETRY.slices;
   constant BANKS  : positive := bank_count(MICRO_IMAGE_SIZE, PIXELS_PER_CLOCK);
 
   subtype bank_t is natural range 0 to larger(BANKS - 1, 1);
@@ -64,7 +66,7 @@ architecture rtl of bank_exchange is
 
       for r in 0 to BANKS - 1 loop
 
-        table(s)(r) := entering_bank(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, PIXELS_PER_CLOCK, s, r);
+        table(s)(r) := entering_bank(GEOMETRY, PIXELS_PER_CLOCK, s, r);
 
       end loop;
 

@@ -65,10 +65,12 @@ end entity lane_control;
 
 architecture rtl of lane_control is
 
+  constant GEOMETRY : geometry_t := geometry_of("lane_control", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   constant M      : positive := MICRO_IMAGE_SIZE;
   constant P      : positive := PIXELS_PER_CLOCK;
-  constant SLICES : positive := slice_count(SHIFTS);
-  constant DELAY  : natural  := lane_delay(M, SHIFTS, CENTRED, P);
+  constant SLICES : positive := GEOMETRY.slices;
+  constant DELAY  : natural  := lane_delay(GEOMETRY, P);
   constant PLACES : positive := token_places(M, P);
   -- Places that a token has, of banks that are P or more.
   constant TOKEN_STEPS : positive := P / bank_step(M, P);
@@ -112,7 +114,7 @@ architecture rtl of lane_control is
 
       for i in 0 to DELAY * P - 1 loop
 
-        if is_ahead(M, SHIFTS, CENTRED, s, i, held) then
+        if is_ahead(GEOMETRY, s, i, held) then
           table(s * COUNT_WORDS + i / P)(i mod P + 1) := '1';
         end if;
 

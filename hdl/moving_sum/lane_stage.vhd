@@ -62,19 +62,21 @@ end entity lane_stage;
 
 architecture rtl of lane_stage is
 
+  constant GEOMETRY : geometry_t := geometry_of("lane_stage", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   constant M      : positive := MICRO_IMAGE_SIZE;
   constant P      : positive := PIXELS_PER_CLOCK;
-  constant SLICES : positive := slice_count(SHIFTS);
+  constant SLICES : positive := GEOMETRY.slices;
   constant PLACES : positive := token_places(M, P);
   constant LEVELS : positive := bits_for(P - 1);
-  constant DELAY  : natural  := lane_delay(M, SHIFTS, CENTRED, P);
+  constant DELAY  : natural  := lane_delay(GEOMETRY, P);
   -- Clocks from a token to its differences, and to their prefix sums.
   constant DIFFERENT : positive := 6 + choose(SLICES > 1, 1, 0);
   constant SUMMED    : positive := DIFFERENT + LEVELS;
 
-  constant ROW_BITS  : positive := bits_for(bank_rows(M, SHIFTS, CENTRED, P) - 1);
-  constant MOST_ROWS : positive := larger(2 - lowest_row(M, SHIFTS, CENTRED, P), 1);
-  constant HOLDING   : boolean  := holds_outputs(M, SHIFTS);
+  constant ROW_BITS  : positive := bits_for(bank_rows(GEOMETRY, P) - 1);
+  constant MOST_ROWS : positive := larger(2 - lowest_row(GEOMETRY, P), 1);
+  constant HOLDING   : boolean  := holds_outputs(GEOMETRY);
 
   subtype place_t is natural range 0 to larger(PLACES - 1, 1);
 
@@ -103,7 +105,7 @@ architecture rtl of lane_stage is
 
         for j in 0 to P - 1 loop
 
-          if not begins_group(M, SHIFTS, CENTRED, s, (k * bank_step(M, P) + j) mod M) then
+          if not begins_group(GEOMETRY, s, (k * bank_step(M, P) + j) mod M) then
             table(s * 2 ** bits_for(PLACES - 1) + k)(j + 1) := '0';
           end if;
 
@@ -240,11 +242,11 @@ begin
 
   end generate pixels_ahead;
 
-  nothing_held : if DELAY = 0 or not begins_within_group(M, SHIFTS, CENTRED) generate
+  nothing_held : if DELAY = 0 or not begins_within_group(GEOMETRY) generate
     held <= (others => '0');
   end generate nothing_held;
 
-  sum_held : if DELAY > 0 and begins_within_group(M, SHIFTS, CENTRED) generate
+  sum_held : if DELAY > 0 and begins_within_group(GEOMETRY) generate
 
     gather : entity work.ahead_sum
       generic map (
@@ -338,7 +340,7 @@ begin
 
   tags : entity work.stage_tags
     generic map (
-      LATENCY        => lane_stage_latency(M, SHIFTS, P),
+      LATENCY        => lane_stage_latency(GEOMETRY, P),
       DELAY          => DELAY,
       STEP_TAG_BITS  => TAG_BITS,
       TOKEN_TAG_BITS => 1

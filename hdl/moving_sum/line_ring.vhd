@@ -63,11 +63,13 @@ end entity line_ring;
 
 architecture rtl of line_ring is
 
+  constant GEOMETRY : geometry_t := geometry_of("line_ring", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   constant M         : positive := MICRO_IMAGE_SIZE;
-  constant SLICES    : positive := slice_count(SHIFTS);
-  constant LEAVING   : boolean  := pixels_leave(M, SHIFTS);
+  constant SLICES    : positive := GEOMETRY.slices;
+  constant LEAVING   : boolean  := pixels_leave(GEOMETRY);
   constant BANKS     : positive := choose(LEAVING, 2, 1);
-  constant ALL_LINES : natural  := bank_lines(M, SHIFTS, CENTRED, ANY_ROWS, M);
+  constant ALL_LINES : natural  := bank_lines(GEOMETRY, ANY_ROWS, M);
   constant WORDS     : positive := larger(ALL_LINES, 1) * COLUMNS;
   constant WORD_BITS : positive := bits_for(WORDS - 1);
 
@@ -84,7 +86,7 @@ architecture rtl of line_ring is
   type places_t is array (natural range 0 to SLICE_STEP - 1) of place_t;
 
   -- By slice and phase.
-  type skips_t is array (natural range 0 to table_words(M, SHIFTS) - 1) of place_t;
+  type skips_t is array (natural range 0 to table_words(GEOMETRY) - 1) of place_t;
 
   type addresses_t is array (natural range 0 to BANKS - 1) of address_t;
 
@@ -101,7 +103,7 @@ architecture rtl of line_ring is
 
     for v in 0 to M - 1 loop
 
-      table(v) := ring_lines(M, SHIFTS, CENTRED, ANY_ROWS, v);
+      table(v) := ring_lines(GEOMETRY, ANY_ROWS, v);
 
     end loop;
 
@@ -152,7 +154,7 @@ architecture rtl of line_ring is
 
       for v in 0 to M - 1 loop
 
-        index := initial_index(M, SHIFTS, CENTRED, s, v, false);
+        index := initial_index(GEOMETRY, s, v, false);
         ring  := RING_OF(v);
 
         if ring > 0 then
@@ -334,7 +336,7 @@ begin
             write_place(v) <= next_own;
           end if;
           if take_2 = '1' then
-            enter_place(v) <= moved(frame_place(v), SKIP_OF(table_row(M, SHIFTS, slice_1, v)), RING_OF(v));
+            enter_place(v) <= moved(frame_place(v), SKIP_OF(table_row(SLICES, M, slice_1, v)), RING_OF(v));
           end if;
 
         end loop;

@@ -78,19 +78,23 @@ end entity moving_sum_array;
 
 architecture rtl of moving_sum_array is
 
+  constant GEOMETRY : geometry_t := geometry_of("moving_sum_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   constant PASSES     : positive     := INTERPOLATION_ORDER + 1;
   constant ARITHMETIC : arithmetic_t := (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS, PASSES);
-  constant REFUSED    : boolean      := not (takes_shifts("moving_sum_array", SHIFTS, MAX_COLUMNS) and
-                                             takes_arithmetic("moving_sum_array", ARITHMETIC) and
-                                             takes_sharpening("moving_sum_array", SHARPENING, SHIFTS, EXACT, 1) and
-                                             takes_sums("moving_sum_array", ARITHMETIC, SHIFTS, CENTRED, ANY_ROWS,
-                                                         PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS, SHARPENING));
+
+  constant REFUSED : boolean := not (takes_columns("moving_sum_array", MAX_COLUMNS) and
+                                     takes_arithmetic("moving_sum_array", ARITHMETIC) and
+                                     takes_sharpening("moving_sum_array", SHARPENING, GEOMETRY.slices, EXACT,
+                                                       1) and
+                                     takes_sums("moving_sum_array", ARITHMETIC, GEOMETRY, ANY_ROWS, PIXELS_PER_CLOCK, MAX_COLUMNS,
+                                                 CHANNELS, SHARPENING));
 
   constant STORED     : boolean  := not EXACT;
   constant P          : positive := PIXELS_PER_CLOCK;
   constant LANES      : positive := P * CHANNELS;
   constant LAST_STAGE : positive := 2 * PASSES - 1;
-  constant SLICE_BITS : positive := bits_for(slice_count(SHIFTS) - 1);
+  constant SLICE_BITS : positive := bits_for(GEOMETRY.slices - 1);
 
   -- Whether a stage filters columns.
   function filters_columns (

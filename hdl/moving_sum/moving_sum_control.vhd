@@ -29,6 +29,8 @@ entity moving_sum_control is
     SHIFTS : string;
     -- As in raster_refocuser.
     CENTRED : boolean;
+    -- reach of the above.
+    REACHED : positive;
     -- The slice, if it is always the same; -1: `slice`.
     FIXED_SLICE : integer := -1
   );
@@ -53,7 +55,7 @@ entity moving_sum_control is
     enter_phase_2 : out   natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
     -- 3 clocks behind advance: whether the pixel that enters does not lie before the line, and its age.
     moves_3 : out   std_logic;
-    age_3   : out   natural range 0 to reach(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+    age_3   : out   natural range 0 to REACHED;
     -- With them, what the step's tokens do.
     choice_3  : out   pixel_choice_t;
     command_3 : out   sum_command_t
@@ -62,10 +64,11 @@ end entity moving_sum_control;
 
 architecture rtl of moving_sum_control is
 
-  constant M       : positive := MICRO_IMAGE_SIZE;
-  constant SLICES  : positive := slice_count(SHIFTS);
-  constant DELAY   : natural  := output_delay(M, SHIFTS, CENTRED);
-  constant REACHED : positive := reach(M, SHIFTS, CENTRED);
+  constant GEOMETRY : geometry_t := geometry_of("moving_sum_control", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
+  constant M      : positive := MICRO_IMAGE_SIZE;
+  constant SLICES : positive := GEOMETRY.slices;
+  constant DELAY  : natural  := GEOMETRY.output_delay;
   -- Indices reach to here when M steps have passed.
   constant LEFT_MAX : positive := REACHED + 1 - M;
 
@@ -76,7 +79,7 @@ architecture rtl of moving_sum_control is
 
   -- Tables are by slice and phase.
   constant SLICE_STEP : positive := phase_words(M);
-  constant WORDS      : positive := table_words(M, SHIFTS);
+  constant WORDS      : positive := table_words(GEOMETRY);
 
   -- What the pixel of a phase is to the first sums: its index there, REACHED + 1 for none.
   type indices_t is array (natural range 0 to WORDS - 1) of count_t;
@@ -100,8 +103,8 @@ architecture rtl of moving_sum_control is
 
       for v in 0 to M - 1 loop
 
-        if is_initial(M, SHIFTS, CENTRED, s, v, held) then
-          table(s * SLICE_STEP + v) := initial_index(M, SHIFTS, CENTRED, s, v, held);
+        if is_initial(GEOMETRY, s, v, held) then
+          table(s * SLICE_STEP + v) := initial_index(GEOMETRY, s, v, held);
         end if;
 
       end loop;
@@ -125,7 +128,7 @@ architecture rtl of moving_sum_control is
 
       for k in 0 to M - 1 loop
 
-        table(s * SLICE_STEP + k) := entering_age(M, SHIFTS, CENTRED, s, entering_phase(M, SHIFTS, CENTRED, s, k));
+        table(s * SLICE_STEP + k) := entering_age(GEOMETRY, s, entering_phase(GEOMETRY, s, k));
 
       end loop;
 
@@ -147,7 +150,7 @@ architecture rtl of moving_sum_control is
 
       for k in 0 to M - 1 loop
 
-        table(s * SLICE_STEP + k) := entering_phase(M, SHIFTS, CENTRED, s, k);
+        table(s * SLICE_STEP + k) := entering_phase(GEOMETRY, s, k);
 
       end loop;
 
@@ -172,7 +175,7 @@ architecture rtl of moving_sum_control is
 
       for k in 0 to M - 1 loop
 
-        if begins_group(M, SHIFTS, CENTRED, s, (k + M - later mod M) mod M) then
+        if begins_group(GEOMETRY, s, (k + M - later mod M) mod M) then
           table(s * SLICE_STEP + k) := 2;
         end if;
 
@@ -343,8 +346,8 @@ begin
   begin
 
     if rising_edge(clk) then
-      own := table_row(M, SHIFTS, own_slice, own_phase);
-      row := table_row(M, SHIFTS, due_slice, due_phase);
+      own := table_row(SLICES, M, own_slice, own_phase);
+      row := table_row(SLICES, M, due_slice, due_phase);
       if FIXED_SLICE >= 0 then
         own := FIXED_SLICE * SLICE_STEP + own_phase;
         row := FIXED_SLICE * SLICE_STEP + due_phase;

@@ -45,18 +45,14 @@ package moving_sum_pkg is
   -- Lines of a phase that the column memory keeps; even if pixels leave, for two banks. any_rows: frames of any
   -- number of lines follow each other, once in `reach` lines at most; else those of a multiple of M.
   function ring_lines (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     any_rows         : boolean;
     phase            : natural
   ) return natural;
 
   -- Lines of all phases before a phase that a bank keeps (phase = M: of all).
   function bank_lines (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     any_rows         : boolean;
     phase            : natural
   ) return natural;
@@ -69,23 +65,20 @@ package moving_sum_pkg is
   -- Words of a table by slice and phase. A table must not end in 32 bits of zeros: GHDL 2.0 synthesises one whose
   -- size is a multiple of them as if all of it were zero. So words without a meaning are not zero.
   function table_words (
-    micro_image_size : positive;
-    shifts           : string
+    geometry : geometry_t
   ) return positive;
 
-  -- Row of a table by slice and phase.
+  -- Row of a table by slice and phase. It is wired, so it takes numbers: no circuit need be made of a geometry.
   function table_row (
+    slices           : positive;
     micro_image_size : positive;
-    shifts           : string;
     slice            : unsigned;
     phase            : natural
   ) return natural;
 
   -- Lines from the beginning of a frame to that of the next one at the earliest, of all passes.
   function least_frame (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     order            : natural;
     any_rows         : boolean
   ) return positive;
@@ -107,9 +100,7 @@ end package moving_sum_pkg;
 package body moving_sum_pkg is
 
   function ring_lines (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     any_rows         : boolean;
     phase            : natural
   ) return natural is
@@ -119,17 +110,17 @@ package body moving_sum_pkg is
 
   begin
 
-    oldest := oldest_entering(micro_image_size, shifts, centred, phase);
+    oldest := oldest_entering(geometry, phase);
 
     -- The first line of a frame may come early, that of phase v by M-1-v lines at most.
-    if any_rows and (oldest > 0 or pixels_leave(micro_image_size, shifts)) then
-      oldest := oldest + micro_image_size - 1 - phase;
+    if any_rows and (oldest > 0 or pixels_leave(geometry)) then
+      oldest := oldest + geometry.micro_image_size - 1 - phase;
     end if;
 
     -- One line of the phase comes every M lines; the one that comes may take the place of the one that goes.
-    lines := (oldest + micro_image_size - 1) / micro_image_size;
+    lines := (oldest + geometry.micro_image_size - 1) / geometry.micro_image_size;
 
-    if pixels_leave(micro_image_size, shifts) then
+    if pixels_leave(geometry) then
       lines := lines + 1;
       lines := lines + lines mod 2;
     end if;
@@ -139,9 +130,7 @@ package body moving_sum_pkg is
   end function ring_lines;
 
   function bank_lines (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     any_rows         : boolean;
     phase            : natural
   ) return natural is
@@ -154,11 +143,11 @@ package body moving_sum_pkg is
 
     for v in 0 to phase - 1 loop
 
-      lines := lines + ring_lines(micro_image_size, shifts, centred, any_rows, v);
+      lines := lines + ring_lines(geometry, any_rows, v);
 
     end loop;
 
-    if pixels_leave(micro_image_size, shifts) then
+    if pixels_leave(geometry) then
       lines := lines / 2;
     end if;
 
@@ -176,22 +165,21 @@ package body moving_sum_pkg is
   end function phase_words;
 
   function table_words (
-    micro_image_size : positive;
-    shifts           : string
+    geometry : geometry_t
   ) return positive is
   begin
 
-    if slice_count(shifts) = 1 then
-      return phase_words(micro_image_size);
+    if geometry.slices = 1 then
+      return phase_words(geometry.micro_image_size);
     end if;
 
-    return phase_words(micro_image_size) * 2 ** bits_for(slice_count(shifts) - 1);
+    return phase_words(geometry.micro_image_size) * 2 ** bits_for(geometry.slices - 1);
 
   end function table_words;
 
   function table_row (
+    slices           : positive;
     micro_image_size : positive;
-    shifts           : string;
     slice            : unsigned;
     phase            : natural
   ) return natural is
@@ -200,7 +188,7 @@ package body moving_sum_pkg is
 
   begin
 
-    if slice_count(shifts) = 1 then
+    if slices = 1 then
       return phase;
     end if;
 
@@ -211,9 +199,7 @@ package body moving_sum_pkg is
   end function table_row;
 
   function least_frame (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     order            : natural;
     any_rows         : boolean
   ) return positive is
@@ -222,11 +208,11 @@ package body moving_sum_pkg is
 
   begin
 
-    lines := total_delay(micro_image_size, shifts, centred, order) + 1;
+    lines := total_delay(geometry, order) + 1;
 
     -- No pass reaches further than the first.
     if any_rows then
-      return larger(lines, reach(micro_image_size, shifts, centred));
+      return larger(lines, reach(geometry));
     end if;
 
     return lines;

@@ -87,7 +87,10 @@ end entity moving_sum_stage;
 
 architecture rtl of moving_sum_stage is
 
+  constant GEOMETRY : geometry_t := geometry_of("moving_sum_stage", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   constant M            : positive := MICRO_IMAGE_SIZE;
+  constant REACHED      : positive := reach(GEOMETRY);
   constant PRODUCT_BITS : positive := bits_for(PRODUCT_MAX);
   constant SUM_BITS     : positive := bits_for(SUM_MAX);
   constant PIXEL_BITS   : positive := LANES * PRODUCT_BITS;
@@ -114,7 +117,7 @@ architecture rtl of moving_sum_stage is
   signal slice_1       : unsigned(slice'range);
   signal enter_phase_2 : natural range 0 to larger(M - 1, 1);
   signal moves_3       : std_logic;
-  signal age_3         : natural range 0 to reach(M, SHIFTS, CENTRED);
+  signal age_3         : natural range 0 to REACHED;
 
   -- A token from 3 clocks behind it on: whether the filter works on it, what it does, its column.
   signal token_tag_0 : std_logic_vector(1 downto 0);
@@ -223,6 +226,7 @@ begin
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SHIFTS           => SHIFTS,
       CENTRED          => CENTRED,
+      REACHED          => REACHED,
       FIXED_SLICE      => FIXED_SLICE
     )
     port map (
@@ -289,8 +293,8 @@ begin
     ring : entity work.pixel_ring
       generic map (
         MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        REACHED          => reach(M, SHIFTS, CENTRED),
-        WITH_LEAVING     => pixels_leave(M, SHIFTS),
+        REACHED          => REACHED,
+        WITH_LEAVING     => pixels_leave(GEOMETRY),
         WIDTH            => PIXEL_BITS
       )
       port map (
@@ -360,9 +364,9 @@ begin
       LANES        => LANES,
       PIXEL_BITS   => PRODUCT_BITS,
       SUM_BITS     => SUM_BITS,
-      WITH_LEAVING => pixels_leave(M, SHIFTS),
-      HOLDING      => holds_outputs(M, SHIFTS),
-      SPLIT        => begins_within_group(M, SHIFTS, CENTRED)
+      WITH_LEAVING => pixels_leave(GEOMETRY),
+      HOLDING      => holds_outputs(GEOMETRY),
+      SPLIT        => begins_within_group(GEOMETRY)
     )
     port map (
       clk      => clk,
@@ -379,7 +383,7 @@ begin
   tags : entity work.stage_tags
     generic map (
       LATENCY        => sum_stage_latency(STORED, DEPTH),
-      DELAY          => output_delay(M, SHIFTS, CENTRED),
+      DELAY          => GEOMETRY.output_delay,
       STEP_TAG_BITS  => STEP_TAG_BITS,
       TOKEN_TAG_BITS => TOKEN_TAG_BITS
     )

@@ -57,14 +57,16 @@ end entity pixel_banks;
 
 architecture rtl of pixel_banks is
 
+  constant GEOMETRY : geometry_t := geometry_of("pixel_banks", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   constant M       : positive := MICRO_IMAGE_SIZE;
   constant P       : positive := PIXELS_PER_CLOCK;
-  constant SLICES  : positive := slice_count(SHIFTS);
+  constant SLICES  : positive := GEOMETRY.slices;
   constant BANKS   : positive := bank_count(M, P);
   constant STEP    : positive := bank_step(M, P);
   constant PLACES  : positive := token_places(M, P);
-  constant LOWEST  : integer  := -larger(1 - lowest_row(M, SHIFTS, CENTRED, P), 1);
-  constant HIGHEST : integer  := larger(highest_row(M, SHIFTS, CENTRED, P) + 1, 1);
+  constant LOWEST  : integer  := -larger(1 - lowest_row(GEOMETRY, P), 1);
+  constant HIGHEST : integer  := larger(highest_row(GEOMETRY, P) + 1, 1);
   constant WIDTH   : positive := CHANNELS * PIXEL_BITS;
   -- Of a difference of all channels.
   constant DIFFERENCE_BITS  : positive := PIXEL_BITS + 1;
@@ -108,7 +110,7 @@ architecture rtl of pixel_banks is
 
       for r in 0 to BANKS - 1 loop
 
-        table(s)(entering_bank(M, SHIFTS, CENTRED, P, s, r)) := r;
+        table(s)(entering_bank(GEOMETRY, P, s, r)) := r;
 
       end loop;
 
@@ -131,7 +133,7 @@ architecture rtl of pixel_banks is
 
       for r in 0 to BANKS - 1 loop
 
-        table(s)(entering_bank(M, SHIFTS, CENTRED, P, s, r)) := entering_row(M, SHIFTS, CENTRED, P, s, r);
+        table(s)(entering_bank(GEOMETRY, P, s, r)) := entering_row(GEOMETRY, P, s, r);
 
       end loop;
 

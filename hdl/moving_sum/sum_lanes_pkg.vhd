@@ -30,8 +30,7 @@ package sum_lanes_pkg is
   function takes_sums (
     name        : string;
     arithmetic  : arithmetic_t;
-    shifts      : string;
-    centred     : boolean;
+    geometry    : geometry_t;
     any_rows    : boolean;
     pixels      : positive;
     max_columns : positive;
@@ -47,17 +46,13 @@ package sum_lanes_pkg is
 
   -- Tokens from a token to the outputs of the same pixels.
   function lane_delay (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive
   ) return natural;
 
   -- The same, summed over all passes of the rows.
   function total_lane_delay (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     order            : natural;
     pixels           : positive
   ) return natural;
@@ -81,27 +76,21 @@ package sum_lanes_pkg is
 
   -- Index of the pixel that enters with an output, counted from the output, by o mod M.
   function entering_offset (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     output_phase     : natural
   ) return integer;
 
   -- Bank of the pixel that enters with the outputs of a place, and its row, counted from the output's own.
   function entering_bank (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive;
     slice            : natural;
     place            : natural
   ) return natural;
 
   function entering_row (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive;
     slice            : natural;
     place            : natural
@@ -109,25 +98,19 @@ package sum_lanes_pkg is
 
   -- The least and the largest row of all slices.
   function lowest_row (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive
   ) return integer;
 
   function highest_row (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive
   ) return integer;
 
   -- Whether a pixel is in the sum ahead of output 0; with held: in the sum that output 0 shows, if that is of a group
   -- which began before.
   function is_ahead (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     index            : natural;
     held             : boolean
@@ -136,23 +119,19 @@ package sum_lanes_pkg is
   -- Rows of a bank, a power of two: from the newest pixel back to the oldest that leaves, and rows that are not full
   -- where a line ends.
   function bank_rows (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive
   ) return positive;
 
   -- Clocks from a token at a lane stage's input to its output.
   function lane_stage_latency (
-    micro_image_size : positive;
-    shifts           : string;
+    geometry : geometry_t;
     pixels           : positive
   ) return positive;
 
   -- Clocks from a token at the moving sum array's input to its output, with several pixels a token.
   function sum_lanes_latency (
-    micro_image_size : positive;
-    shifts           : string;
+    geometry : geometry_t;
     order            : natural;
     pixels           : positive
   ) return positive;
@@ -174,8 +153,7 @@ package body sum_lanes_pkg is
   -- Bits that a column stage keeps of a column of a channel: pixels, running and first sums, and held ones.
   function kept_bits (
     arithmetic : arithmetic_t;
-    shifts     : string;
-    centred    : boolean;
+    geometry   : geometry_t;
     any_rows   : boolean;
     stage      : natural
   ) return natural is
@@ -187,8 +165,8 @@ package body sum_lanes_pkg is
 
   begin
 
-    lines := bank_lines(M, shifts, centred, any_rows, M) * choose(pixels_leave(M, shifts), 2, 1);
-    sums  := 2 + choose(holds_outputs(M, shifts), 1, 0) + choose(begins_within_group(M, shifts, centred), 1, 0);
+    lines := bank_lines(geometry, any_rows, M) * choose(pixels_leave(geometry), 2, 1);
+    sums  := 2 + choose(holds_outputs(geometry), 1, 0) + choose(begins_within_group(geometry), 1, 0);
 
     return lines * bits_for(product_max(arithmetic, stage)) + sums * bits_for(M * product_max(arithmetic, stage));
 
@@ -197,8 +175,7 @@ package body sum_lanes_pkg is
   function takes_sums (
     name        : string;
     arithmetic  : arithmetic_t;
-    shifts      : string;
-    centred     : boolean;
+    geometry    : geometry_t;
     any_rows    : boolean;
     pixels      : positive;
     max_columns : positive;
@@ -222,8 +199,8 @@ package body sum_lanes_pkg is
       report name & ": PIXELS_PER_CLOCK above 1 needs EXACT"
       severity failure;
 
-    assert pixels = 1 or lane_delay(M, shifts, centred, pixels) <= MOST_LANE_DELAY
-      report name & ": SHIFTS """ & shifts & """ delay rows by more than 4096 tokens of PIXELS_PER_CLOCK pixels"
+    assert pixels = 1 or lane_delay(geometry, pixels) <= MOST_LANE_DELAY
+      report name & ": SHIFTS delay rows by more than 4096 tokens of PIXELS_PER_CLOCK pixels"
       severity failure;
 
     -- The sums of a column come back from memory, which a line of one pixel leaves no clock for.
@@ -234,11 +211,11 @@ package body sum_lanes_pkg is
     -- With exact sums columns come first.
     first := choose(arithmetic.exact, 0, arithmetic.passes);
     words := channels * pixels * line_tokens(max_columns, pixels);
-    bits  := kept_bits(arithmetic, shifts, centred, any_rows, first);
+    bits  := kept_bits(arithmetic, geometry, any_rows, first);
 
     for i in 1 to arithmetic.passes - 1 loop
 
-      bits := bits + kept_bits(arithmetic, "1", centred, any_rows, first + i);
+      bits := bits + kept_bits(arithmetic, pass_geometry(geometry, i), any_rows, first + i);
 
     end loop;
 
@@ -264,28 +241,24 @@ package body sum_lanes_pkg is
   end function line_tokens;
 
   function lane_delay (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive
   ) return natural is
   begin
 
-    return divide_up(output_delay(micro_image_size, shifts, centred), pixels);
+    return divide_up(geometry.output_delay, pixels);
 
   end function lane_delay;
 
   function total_lane_delay (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     order            : natural;
     pixels           : positive
   ) return natural is
   begin
 
-    return lane_delay(micro_image_size, shifts, centred, pixels) +
-           order * lane_delay(micro_image_size, "1", centred, pixels);
+    return lane_delay(geometry, pixels) +
+           order * lane_delay(pass_geometry(geometry, 1), pixels);
 
   end function total_lane_delay;
 
@@ -305,7 +278,7 @@ package body sum_lanes_pkg is
   ) return positive is
   begin
 
-    return group_size(bank_count(micro_image_size, pixels), pixels);
+    return common_divisor(bank_count(micro_image_size, pixels), pixels);
 
   end function bank_step;
 
@@ -320,9 +293,7 @@ package body sum_lanes_pkg is
   end function token_places;
 
   function entering_offset (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     output_phase     : natural
   ) return integer is
@@ -331,59 +302,51 @@ package body sum_lanes_pkg is
 
   begin
 
-    phase := entering_phase(micro_image_size, shifts, centred, slice, output_phase);
+    phase := entering_phase(geometry, slice, output_phase);
 
-    return output_delay(micro_image_size, shifts, centred) -
-           entering_age(micro_image_size, shifts, centred, slice, phase);
+    return geometry.output_delay -
+           entering_age(geometry, slice, phase);
 
   end function entering_offset;
 
   function entering_index (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     place            : natural
   ) return integer is
   begin
 
-    return place + entering_offset(micro_image_size, shifts, centred, slice, place mod micro_image_size);
+    return place + entering_offset(geometry, slice, place mod geometry.micro_image_size);
 
   end function entering_index;
 
   function entering_bank (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive;
     slice            : natural;
     place            : natural
   ) return natural is
   begin
 
-    return entering_index(micro_image_size, shifts, centred, slice, place) mod bank_count(micro_image_size, pixels);
+    return entering_index(geometry, slice, place) mod bank_count(geometry.micro_image_size, pixels);
 
   end function entering_bank;
 
   function entering_row (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive;
     slice            : natural;
     place            : natural
   ) return integer is
   begin
 
-    return floor_divided(entering_index(micro_image_size, shifts, centred, slice, place),
-                         bank_count(micro_image_size, pixels));
+    return floor_divided(entering_index(geometry, slice, place),
+                         bank_count(geometry.micro_image_size, pixels));
 
   end function entering_row;
 
   function lowest_row (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive
   ) return integer is
 
@@ -391,13 +354,13 @@ package body sum_lanes_pkg is
 
   begin
 
-    row := entering_row(micro_image_size, shifts, centred, pixels, 0, 0);
+    row := entering_row(geometry, pixels, 0, 0);
 
-    for s in 0 to slice_count(shifts) - 1 loop
+    for s in 0 to geometry.slices - 1 loop
 
-      for r in 0 to bank_count(micro_image_size, pixels) - 1 loop
+      for r in 0 to bank_count(geometry.micro_image_size, pixels) - 1 loop
 
-        row := -larger(-row, -entering_row(micro_image_size, shifts, centred, pixels, s, r));
+        row := -larger(-row, -entering_row(geometry, pixels, s, r));
 
       end loop;
 
@@ -408,9 +371,7 @@ package body sum_lanes_pkg is
   end function lowest_row;
 
   function highest_row (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive
   ) return integer is
 
@@ -418,13 +379,13 @@ package body sum_lanes_pkg is
 
   begin
 
-    row := entering_row(micro_image_size, shifts, centred, pixels, 0, 0);
+    row := entering_row(geometry, pixels, 0, 0);
 
-    for s in 0 to slice_count(shifts) - 1 loop
+    for s in 0 to geometry.slices - 1 loop
 
-      for r in 0 to bank_count(micro_image_size, pixels) - 1 loop
+      for r in 0 to bank_count(geometry.micro_image_size, pixels) - 1 loop
 
-        row := larger(row, entering_row(micro_image_size, shifts, centred, pixels, s, r));
+        row := larger(row, entering_row(geometry, pixels, s, r));
 
       end loop;
 
@@ -435,9 +396,7 @@ package body sum_lanes_pkg is
   end function highest_row;
 
   function is_ahead (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     index            : natural;
     held             : boolean
@@ -452,22 +411,19 @@ package body sum_lanes_pkg is
 
     if held then
       -- The output with which the group of output 0 begins.
-      last := -(centre_offset(micro_image_size, slice_shift(shifts, slice), centred) mod
-                group_size(micro_image_size, slice_shift(shifts, slice)));
+      last := -(centre_offset(geometry, slice) mod group_size(geometry, slice));
     end if;
 
     -- The output with which the pixel enters.
-    output := index + entering_age(micro_image_size, shifts, centred, slice, index mod micro_image_size) -
-              output_delay(micro_image_size, shifts, centred);
+    output := index + entering_age(geometry, slice, index mod geometry.micro_image_size) -
+              geometry.output_delay;
 
-    return output <= last and output > last - micro_image_size;
+    return output <= last and output > last - geometry.micro_image_size;
 
   end function is_ahead;
 
   function bank_rows (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     pixels           : positive
   ) return positive is
 
@@ -475,36 +431,34 @@ package body sum_lanes_pkg is
 
   begin
 
-    oldest := lane_delay(micro_image_size, shifts, centred, pixels) * pixels -
-              output_delay(micro_image_size, shifts, centred) + pixels - 1 + reach(micro_image_size, shifts, centred);
+    oldest := lane_delay(geometry, pixels) * pixels -
+              geometry.output_delay + pixels - 1 + reach(geometry);
 
-    return 2 ** bits_for(divide_up(oldest, bank_count(micro_image_size, pixels)) + 2);
+    return 2 ** bits_for(divide_up(oldest, bank_count(geometry.micro_image_size, pixels)) + 2);
 
   end function bank_rows;
 
   function lane_stage_latency (
-    micro_image_size : positive;
-    shifts           : string;
+    geometry : geometry_t;
     pixels           : positive
   ) return positive is
   begin
 
-    return 7 + bits_for(pixels - 1) + choose(slice_count(shifts) > 1, 1, 0) +
-           choose(holds_outputs(micro_image_size, shifts), 1, 0);
+    return 7 + bits_for(pixels - 1) + choose(geometry.slices > 1, 1, 0) +
+           choose(holds_outputs(geometry), 1, 0);
 
   end function lane_stage_latency;
 
   function sum_lanes_latency (
-    micro_image_size : positive;
-    shifts           : string;
+    geometry : geometry_t;
     order            : natural;
     pixels           : positive
   ) return positive is
   begin
 
     -- Columns of two tokens at least.
-    return (order + 1) * sum_stage_latency(false, 2) + lane_stage_latency(micro_image_size, shifts, pixels) +
-           order * lane_stage_latency(micro_image_size, "1", pixels) + DIVIDE_LATENCY;
+    return (order + 1) * sum_stage_latency(false, 2) + lane_stage_latency(geometry, pixels) +
+           order * lane_stage_latency(pass_geometry(geometry, 1), pixels) + DIVIDE_LATENCY;
 
   end function sum_lanes_latency;
 

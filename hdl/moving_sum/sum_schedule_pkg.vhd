@@ -25,49 +25,39 @@ package sum_schedule_pkg is
 
   -- g, the number of neighbouring outputs that are equal.
   function group_size (
-    micro_image_size : positive;
-    shift            : integer
+    geometry : geometry_t;
+    slice    : natural
   ) return positive;
 
   -- Phase of the pixel that enters with the outputs k, k mod M = output_phase.
   function entering_phase (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     output_phase     : natural
   ) return natural;
 
   -- Age at which pixels of a phase enter; they leave M steps later.
   function entering_age (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     phase            : natural
   ) return natural;
 
   -- Largest age of a pixel that enters, of a phase in any slice.
   function oldest_entering (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     phase            : natural
   ) return natural;
 
   -- The largest age at which a pixel is needed.
   function reach (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean
+    geometry : geometry_t
   ) return positive;
 
   -- Index in its line of the pixel of a phase that is in the sum with output 0, or -1. With held it is
   -- the sum of output 0 itself, else the sum as it goes on from there (they differ within a group).
   function initial_index (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     phase            : natural;
     held             : boolean
@@ -76,9 +66,7 @@ package sum_schedule_pkg is
   -- Whether the pixel of initial_index is added to the first sum. Where sums begin anew with each
   -- group, the sum that goes on from output 0 holds no pixel of the group before.
   function is_initial (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     phase            : natural;
     held             : boolean
@@ -86,30 +74,24 @@ package sum_schedule_pkg is
 
   -- Whether the output of index output_phase (mod M) begins a group.
   function begins_group (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     output_phase     : natural
   ) return boolean;
 
   -- Whether any slice holds outputs (g > 1).
   function holds_outputs (
-    micro_image_size : positive;
-    shifts           : string
+    geometry : geometry_t
   ) return boolean;
 
   -- Whether pixels leave the sum: unless all slices begin a new sum with each group (g = M).
   function pixels_leave (
-    micro_image_size : positive;
-    shifts           : string
+    geometry : geometry_t
   ) return boolean;
 
   -- Whether a slice begins a line within a group.
   function begins_within_group (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean
+    geometry : geometry_t
   ) return boolean;
 
 end package sum_schedule_pkg;
@@ -117,36 +99,20 @@ end package sum_schedule_pkg;
 package body sum_schedule_pkg is
 
   function group_size (
-    micro_image_size : positive;
-    shift            : integer
+    geometry : geometry_t;
+    slice    : natural
   ) return positive is
-
-    variable a : natural;
-    variable b : natural;
-    variable c : natural;
-
   begin
 
-    a := micro_image_size;
-    b := abs (shift) mod micro_image_size;
-
-    while b > 0 loop
-
-      c := a mod b;
-      a := b;
-      b := c;
-
-    end loop;
-
-    return a;
+    return common_divisor(geometry.micro_image_size, abs (geometry.shifts(slice)));
 
   end function group_size;
 
   -- r: place of a phase in its group. The pixel that comes last takes the last place.
   function place_in_group (
-    micro_image_size : positive;
-    shift            : integer;
-    phase            : natural
+    geometry : geometry_t;
+    slice    : natural;
+    phase    : natural
   ) return natural is
 
     variable equal : positive;
@@ -154,10 +120,10 @@ package body sum_schedule_pkg is
 
   begin
 
-    equal := group_size(micro_image_size, shift);
-    index := phase / (micro_image_size / equal);
+    equal := group_size(geometry, slice);
+    index := phase / (geometry.micro_image_size / equal);
 
-    if shift >= 1 then
+    if geometry.shifts(slice) >= 1 then
       return equal - 1 - index;
     end if;
 
@@ -166,26 +132,26 @@ package body sum_schedule_pkg is
   end function place_in_group;
 
   function entering_phase (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     output_phase     : natural
   ) return natural is
 
-    variable shift : integer;
+    constant M : positive := geometry.micro_image_size;
+
     variable place : integer;
     variable found : natural;
 
   begin
 
-    shift := slice_shift(shifts, slice);
-    place := output_phase + centre_offset(micro_image_size, shift, centred) + group_size(micro_image_size, shift) - 1;
+    place := output_phase + centre_offset(geometry, slice) + group_size(geometry, slice) - 1;
     found := 0;
 
-    for v in 0 to micro_image_size - 1 loop
+    -- A search, as it is run at elaboration alone: the re-ordering has an inverse, but no simple one.
 
-      if (v * shift + place_in_group(micro_image_size, shift, v) - place) mod micro_image_size = 0 then
+    for v in 0 to M - 1 loop
+
+      if (v * geometry.shifts(slice) + place_in_group(geometry, slice, v) - place) mod M = 0 then
         found := v;
       end if;
 
@@ -197,50 +163,42 @@ package body sum_schedule_pkg is
 
   -- Age at which pixels of a phase enter, without the output delay.
   function own_entering_age (
-    micro_image_size : positive;
-    shift            : integer;
-    centred          : boolean;
-    phase            : natural
+    geometry : geometry_t;
+    slice    : natural;
+    phase    : natural
   ) return integer is
   begin
 
-    return phase * (shift - 1) + place_in_group(micro_image_size, shift, phase) + 1 -
-           centre_offset(micro_image_size, shift, centred) - group_size(micro_image_size, shift);
+    return phase * (geometry.shifts(slice) - 1) + place_in_group(geometry, slice, phase) + 1 -
+           centre_offset(geometry, slice) - group_size(geometry, slice);
 
   end function own_entering_age;
 
   function entering_age (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     phase            : natural
   ) return natural is
   begin
 
-    return output_delay(micro_image_size, shifts, centred) +
-           own_entering_age(micro_image_size, slice_shift(shifts, slice), centred, phase);
+    return geometry.output_delay + own_entering_age(geometry, slice, phase);
 
   end function entering_age;
 
   function oldest_entering (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     phase            : natural
   ) return natural is
 
-    variable delay  : natural;
     variable oldest : natural;
 
   begin
 
-    delay  := output_delay(micro_image_size, shifts, centred);
     oldest := 0;
 
-    for i in 0 to slice_count(shifts) - 1 loop
+    for i in 0 to geometry.slices - 1 loop
 
-      oldest := larger(oldest, delay + own_entering_age(micro_image_size, slice_shift(shifts, i), centred, phase));
+      oldest := larger(oldest, entering_age(geometry, i, phase));
 
     end loop;
 
@@ -249,9 +207,7 @@ package body sum_schedule_pkg is
   end function oldest_entering;
 
   function reach (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean
+    geometry : geometry_t
   ) return positive is
 
     variable oldest : natural;
@@ -260,26 +216,23 @@ package body sum_schedule_pkg is
 
     oldest := 0;
 
-    for v in 0 to micro_image_size - 1 loop
+    for v in 0 to geometry.micro_image_size - 1 loop
 
-      oldest := larger(oldest, oldest_entering(micro_image_size, shifts, centred, v));
+      oldest := larger(oldest, oldest_entering(geometry, v));
 
     end loop;
 
-    return oldest + micro_image_size;
+    return oldest + geometry.micro_image_size;
 
   end function reach;
 
   function initial_index (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     phase            : natural;
     held             : boolean
   ) return integer is
 
-    variable shift : integer;
     variable equal : positive;
     variable first : integer;
     variable last  : integer;
@@ -287,9 +240,8 @@ package body sum_schedule_pkg is
 
   begin
 
-    shift := slice_shift(shifts, slice);
-    equal := group_size(micro_image_size, shift);
-    first := centre_offset(micro_image_size, shift, centred);
+    equal := group_size(geometry, slice);
+    first := centre_offset(geometry, slice);
 
     if held then
       first := first - first mod equal;
@@ -297,8 +249,8 @@ package body sum_schedule_pkg is
 
     last := first + equal - 1;
     -- The only pixel of the phase whose place is one of the M up to `last`.
-    index := last - phase * (shift - 1) - place_in_group(micro_image_size, shift, phase);
-    index := index - (index - phase) mod micro_image_size;
+    index := last - phase * (geometry.shifts(slice) - 1) - place_in_group(geometry, slice, phase);
+    index := index - (index - phase) mod geometry.micro_image_size;
 
     if index < 0 then
       return -1;
@@ -309,15 +261,12 @@ package body sum_schedule_pkg is
   end function initial_index;
 
   function is_initial (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     phase            : natural;
     held             : boolean
   ) return boolean is
 
-    variable shift : integer;
     variable index : integer;
     variable place : integer;
     variable equal : positive;
@@ -325,48 +274,39 @@ package body sum_schedule_pkg is
 
   begin
 
-    index := initial_index(micro_image_size, shifts, centred, slice, phase, held);
+    index := initial_index(geometry, slice, phase, held);
 
-    if index < 0 or held or pixels_leave(micro_image_size, shifts) then
+    if index < 0 or held or pixels_leave(geometry) then
       return index >= 0;
     end if;
 
-    shift := slice_shift(shifts, slice);
-    equal := group_size(micro_image_size, shift);
-    place := index + phase * (shift - 1) + place_in_group(micro_image_size, shift, phase);
-    last  := centre_offset(micro_image_size, shift, centred) + equal - 1;
+    equal := group_size(geometry, slice);
+    place := index + phase * (geometry.shifts(slice) - 1) + place_in_group(geometry, slice, phase);
+    last  := centre_offset(geometry, slice) + equal - 1;
 
     return place >= last - last mod equal;
 
   end function is_initial;
 
   function begins_group (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     output_phase     : natural
   ) return boolean is
-
-    variable shift : integer;
-
   begin
 
-    shift := slice_shift(shifts, slice);
-
-    return (output_phase + centre_offset(micro_image_size, shift, centred)) mod group_size(micro_image_size, shift) = 0;
+    return (output_phase + centre_offset(geometry, slice)) mod group_size(geometry, slice) = 0;
 
   end function begins_group;
 
   function holds_outputs (
-    micro_image_size : positive;
-    shifts           : string
+    geometry : geometry_t
   ) return boolean is
   begin
 
-    for i in 0 to slice_count(shifts) - 1 loop
+    for i in 0 to geometry.slices - 1 loop
 
-      if group_size(micro_image_size, slice_shift(shifts, i)) > 1 then
+      if group_size(geometry, i) > 1 then
         return true;
       end if;
 
@@ -377,14 +317,13 @@ package body sum_schedule_pkg is
   end function holds_outputs;
 
   function pixels_leave (
-    micro_image_size : positive;
-    shifts           : string
+    geometry : geometry_t
   ) return boolean is
   begin
 
-    for i in 0 to slice_count(shifts) - 1 loop
+    for i in 0 to geometry.slices - 1 loop
 
-      if group_size(micro_image_size, slice_shift(shifts, i)) /= micro_image_size then
+      if group_size(geometry, i) /= geometry.micro_image_size then
         return true;
       end if;
 
@@ -395,15 +334,13 @@ package body sum_schedule_pkg is
   end function pixels_leave;
 
   function begins_within_group (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean
+    geometry : geometry_t
   ) return boolean is
   begin
 
-    for i in 0 to slice_count(shifts) - 1 loop
+    for i in 0 to geometry.slices - 1 loop
 
-      if not begins_group(micro_image_size, shifts, centred, i, 0) then
+      if not begins_group(geometry, i, 0) then
         return true;
       end if;
 

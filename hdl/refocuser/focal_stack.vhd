@@ -70,13 +70,14 @@ end entity focal_stack;
 
 architecture rtl of focal_stack is
 
-  constant REFUSED : boolean := not takes_stack("focal_stack", MICRO_IMAGE_SIZE, SHIFTS, CENTRED, MAX_COLUMNS, CHANNELS,
-                                                PIXEL_BITS);
+  constant GEOMETRY : geometry_t := geometry_of("focal_stack", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
-  constant DELAY : natural := output_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant REFUSED : boolean := not takes_stack("focal_stack", GEOMETRY, MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+
+  constant DELAY : natural := GEOMETRY.output_delay;
 
   constant IN_BITS  : positive := CHANNELS * PIXEL_BITS;
-  constant OUT_BITS : positive := slice_count(SHIFTS) * IN_BITS;
+  constant OUT_BITS : positive := GEOMETRY.slices * IN_BITS;
 
   signal token       : token_t;
   signal token_data  : std_logic_vector(IN_BITS - 1 downto 0);

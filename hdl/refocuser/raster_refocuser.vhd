@@ -104,22 +104,25 @@ end entity raster_refocuser;
 
 architecture rtl of raster_refocuser is
 
+  constant GEOMETRY : geometry_t := geometry_of("raster_refocuser", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   constant ARITHMETIC : arithmetic_t :=
   (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS,
     INTERPOLATION_ORDER + 1
   );
-  constant REFUSED    : boolean      := not takes_refocuser("raster_refocuser", ARITHMETIC, SHIFTS, CENTRED, HOLD,
-                                                            PARALLEL_ROWS, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
-                                                            ENGINE, ANY_ROWS, SHARPENING);
+
+  constant REFUSED : boolean := not takes_refocuser("raster_refocuser", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS,
+                                                    PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS, ENGINE, ANY_ROWS,
+                                                    SHARPENING);
 
   constant MOVING_SUM : boolean  := same_text(ENGINE, "moving_sum");
-  constant SUM_DELAY  : natural  := total_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER);
+  constant SUM_DELAY  : natural  := total_delay(GEOMETRY, INTERPOLATION_ORDER);
   constant DELAY      : natural  := SUM_DELAY + sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE);
   constant DATA_BITS  : positive := PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS;
   -- Of a line, and of the rows, in tokens; without and with sharpening.
   constant TOKENS     : positive := line_tokens(MAX_COLUMNS, PIXELS_PER_CLOCK);
   constant SUM_TOKENS : natural  := choose(PIXELS_PER_CLOCK = 1, SUM_DELAY,
-                                           total_lane_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER,
+                                           total_lane_delay(GEOMETRY, INTERPOLATION_ORDER,
                                                              PIXELS_PER_CLOCK));
   constant ROW_DELAY  : natural  := SUM_TOKENS + divide_up(sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE),
                                                            PIXELS_PER_CLOCK);
@@ -140,19 +143,19 @@ begin
       PARALLEL_ROWS    => PARALLEL_ROWS,
       IN_BITS          => DATA_BITS,
       OUT_BITS         => DATA_BITS,
-      SLICES           => slice_count(SHIFTS),
+      SLICES           => GEOMETRY.slices,
       -- What arrives during a flush line, and 3 words of the FIFO's own latency.
       INPUT_PIXELS   => TOKENS + 2 * PARALLEL_ROWS - 1,
       ROW_DELAY      => ROW_DELAY,
       COLUMN_DELAY   => DELAY,
       ENGINE_LATENCY => choose(PIXELS_PER_CLOCK = 1,
                                engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS),
-                               sum_lanes_latency(MICRO_IMAGE_SIZE, SHIFTS, INTERPOLATION_ORDER, PIXELS_PER_CLOCK)) +
+                               sum_lanes_latency(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK)) +
                         sharpen_latency(SHARPENING),
       MIN_STEPS      => larger(engine_line_steps(ENGINE, SUM_TOKENS, PARALLEL_ROWS, TOKENS),
                                choose(sharpens(SHARPENING), PARTIAL_SUM_LOOP, 1)),
       MIN_BANDS      => choose(MOVING_SUM,
-                                least_frame(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, INTERPOLATION_ORDER, ANY_ROWS), 1),
+                                least_frame(GEOMETRY, INTERPOLATION_ORDER, ANY_ROWS), 1),
       BAND_MODULUS   => choose(MOVING_SUM and not ANY_ROWS, MICRO_IMAGE_SIZE, 1)
     )
     port map (

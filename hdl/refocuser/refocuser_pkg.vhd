@@ -19,8 +19,7 @@ package refocuser_pkg is
   function takes_refocuser (
     name          : string;
     arithmetic    : arithmetic_t;
-    shifts        : string;
-    centred       : boolean;
+    geometry      : geometry_t;
     hold          : boolean;
     parallel_rows : positive;
     pixels        : positive;
@@ -54,8 +53,7 @@ package body refocuser_pkg is
   function takes_refocuser (
     name          : string;
     arithmetic    : arithmetic_t;
-    shifts        : string;
-    centred       : boolean;
+    geometry      : geometry_t;
     hold          : boolean;
     parallel_rows : positive;
     pixels        : positive;
@@ -86,16 +84,14 @@ package body refocuser_pkg is
       report name & ": PARALLEL_ROWS above 1 needs the ENGINE fir"
       severity failure;
 
-    fits := takes_shifts(name, shifts, max_columns) and takes_arithmetic(name, arithmetic) and
-            takes_sharpening(name, sharpening, shifts, arithmetic.exact, parallel_rows);
+    fits := takes_columns(name, max_columns) and takes_arithmetic(name, arithmetic) and
+            takes_sharpening(name, sharpening, geometry.slices, arithmetic.exact, parallel_rows);
 
     if same_text(engine, "moving_sum") then
-      return fits and takes_sums(name, arithmetic, shifts, centred, any_rows, pixels, max_columns, channels,
-                                 sharpening);
+      return fits and takes_sums(name, arithmetic, geometry, any_rows, pixels, max_columns, channels, sharpening);
     end if;
 
-    return fits and takes_filters(name, arithmetic, shifts, centred, hold, parallel_rows, max_columns, channels,
-                                  sharpening);
+    return fits and takes_filters(name, arithmetic, geometry, hold, parallel_rows, max_columns, channels, sharpening);
 
   end function takes_refocuser;
 

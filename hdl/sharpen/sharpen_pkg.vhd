@@ -19,7 +19,7 @@ package sharpen_pkg is
   function takes_sharpening (
     name          : string;
     sharpening    : string;
-    shifts        : string;
+    slices        : positive;
     exact         : boolean;
     parallel_rows : positive
   ) return boolean;
@@ -97,7 +97,7 @@ package body sharpen_pkg is
   function takes_sharpening (
     name          : string;
     sharpening    : string;
-    shifts        : string;
+    slices        : positive;
     exact         : boolean;
     parallel_rows : positive
   ) return boolean is
@@ -107,7 +107,7 @@ package body sharpen_pkg is
       report name & ": SHARPENING """ & sharpening & """ must be whole numbers from 0 to 16 with blanks in between"
       severity failure;
 
-    assert slice_count(sharpening) = 0 or slice_count(sharpening) = slice_count(shifts)
+    assert slice_count(sharpening) = 0 or slice_count(sharpening) = slices
       report name & ": SHARPENING """ & sharpening & """ must have a weight for each slice of SHIFTS, or none"
       severity failure;
 

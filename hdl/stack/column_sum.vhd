@@ -34,7 +34,9 @@ entity column_sum is
     -- Pixels of a token.
     LANES : positive;
     -- Width of a lane of a pixel.
-    LANE_BITS : positive
+    LANE_BITS : positive;
+    -- history_word_bits of the above.
+    HISTORY_BITS : positive
   );
   port (
     clk   : in    std_logic;
@@ -49,13 +51,15 @@ entity column_sum is
     column_2  : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     active_3  : in    std_logic;
     pixel_3   : in    std_logic_vector(LANES * LANE_BITS - 1 downto 0);
-    history_3 : in    std_logic_vector(history_high(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, LANES * LANE_BITS) downto 0);
+    history_3 : in    std_logic_vector(HISTORY_BITS - 1 downto 0);
     -- The lanes.
     sum : out   std_logic_vector(LANES * column_sum_bits(MICRO_IMAGE_SIZE, LANE_BITS) - 1 downto 0)
   );
 end entity column_sum;
 
 architecture rtl of column_sum is
+
+  constant GEOMETRY : geometry_t := geometry_of("column_sum", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
   constant M          : positive := MICRO_IMAGE_SIZE;
   constant PIXEL_BITS : positive := LANES * LANE_BITS;
@@ -64,27 +68,63 @@ architecture rtl of column_sum is
 
   subtype phase_t is natural range 0 to larger(M - 1, 1);
 
-  constant NO_SLICE : unsigned(bits_for(slice_count(SHIFTS) - 1) - 1 downto 0) := (others => '0');
+  constant NO_SLICE : unsigned(bits_for(GEOMETRY.slices - 1) - 1 downto 0) := (others => '0');
 
-  -- The pixel of a phase at a place of its shift register, or none.
-  function pixel_at (
-    words : std_logic_vector;
-    phase : phase_t;
-    later : natural
-  ) return pixel_t is
+  -- By phase: the place in its shift register of the pixel that enters, -1 for the line that is just coming in, and
+  -- the place of the register among all.
+  type places_t is array (natural range 0 to M - 1) of integer;
 
-    variable place : integer;
-    variable low   : natural;
+  function enter_table return places_t is
+
+    variable table : places_t;
 
   begin
 
-    place := history_place(M, SHIFTS, CENTRED, SLICE, phase) + later;
+    for v in 0 to M - 1 loop
 
-    if place < 0 then
+      table(v) := history_place(GEOMETRY, SLICE, v);
+
+    end loop;
+
+    return table;
+
+  end function enter_table;
+
+  function base_table return places_t is
+
+    variable table : places_t;
+
+  begin
+
+    for v in 0 to M - 1 loop
+
+      table(v) := history_base(GEOMETRY, v);
+
+    end loop;
+
+    return table;
+
+  end function base_table;
+
+  constant ENTERS_AT : places_t := enter_table;
+  constant BASE_OF   : places_t := base_table;
+
+  -- The pixel of a phase that enters, or the one `later` places behind it; none if the memory does not have it yet.
+  function pixel_at (
+    words : std_logic_vector;
+    phase : natural;
+    later : natural
+  ) return pixel_t is
+
+    variable low : natural;
+
+  begin
+
+    if ENTERS_AT(phase) + later < 0 then
       return (others => '0');
     end if;
 
-    low := (history_base(M, SHIFTS, CENTRED, phase) + place) * PIXEL_BITS;
+    low := (BASE_OF(phase) + ENTERS_AT(phase) + later) * PIXEL_BITS;
 
     return words(low + PIXEL_BITS - 1 downto low);
 
@@ -108,6 +148,7 @@ begin
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SHIFTS           => SHIFTS,
       CENTRED          => CENTRED,
+      REACHED          => reach(GEOMETRY),
       FIXED_SLICE      => SLICE
     )
     port map (
@@ -148,7 +189,7 @@ begin
           if choice_3.enter = '1' then
             entering_4 <= pixel_at(history_3, v, 0);
           end if;
-          if choice_3.leave = '1' and pixels_leave(M, SHIFTS) then
+          if choice_3.leave = '1' and pixels_leave(GEOMETRY) then
             leaving_4 <= pixel_at(history_3, v, 1);
           end if;
         end if;
@@ -171,9 +212,9 @@ begin
       LANES        => LANES,
       PIXEL_BITS   => LANE_BITS,
       SUM_BITS     => column_sum_bits(M, LANE_BITS),
-      WITH_LEAVING => pixels_leave(M, SHIFTS),
-      HOLDING      => group_size(M, slice_shift(SHIFTS, SLICE)) > 1,
-      SPLIT        => not begins_group(M, SHIFTS, CENTRED, SLICE, 0)
+      WITH_LEAVING => pixels_leave(GEOMETRY),
+      HOLDING      => group_size(GEOMETRY, SLICE) > 1,
+      SPLIT        => not begins_group(GEOMETRY, SLICE, 0)
     )
     port map (
       clk      => clk,

@@ -19,10 +19,8 @@ package focal_stack_pkg is
 
   -- Stops elaboration, by a message that begins with a name, if the stack cannot be built; else true.
   function takes_stack (
-    name             : string;
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    name : string;
+    geometry : geometry_t;
     max_columns      : positive;
     channels         : positive;
     pixel_bits       : positive
@@ -31,36 +29,28 @@ package focal_stack_pkg is
   -- Place, among the lines of its phase, of the pixel that enters the sum of a slice: 0 is the newest in
   -- memory, -1 the line that is just coming in. The pixel that leaves lies one place further.
   function history_place (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     phase            : natural
   ) return integer;
 
   -- Lines of a phase that are kept for all slices.
   function history_lines (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     phase            : natural
   ) return natural;
 
   -- Lines of all phases before a phase (phase = M: of all).
   function history_base (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     phase            : natural
   ) return natural;
 
-  -- Highest index of a vector of all of them; it has a bit more than they need, so that there is always one.
-  function history_high (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+  -- Bits of a word of all of them; one more than they need, because a vector without bits is no port.
+  function history_word_bits (
+    geometry : geometry_t;
     pixel_bits       : positive
-  ) return natural;
+  ) return positive;
 
   -- Width of the sums of a slice over columns.
   function column_sum_bits (
@@ -87,16 +77,15 @@ end package focal_stack_pkg;
 package body focal_stack_pkg is
 
   function takes_stack (
-    name             : string;
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    name : string;
+    geometry : geometry_t;
     max_columns      : positive;
     channels         : positive;
     pixel_bits       : positive
   ) return boolean is
 
-    constant ARITHMETIC : arithmetic_t := (true, micro_image_size, pixel_bits, 0, 0, 1);
+    constant M          : positive     := geometry.micro_image_size;
+    constant ARITHMETIC : arithmetic_t := (true, M, pixel_bits, 0, 0, 1);
 
     variable fits : boolean;
     variable sums : natural;
@@ -104,22 +93,20 @@ package body focal_stack_pkg is
 
   begin
 
-    fits := takes_shifts(name, shifts, max_columns) and takes_arithmetic(name, ARITHMETIC);
+    fits := takes_columns(name, max_columns) and takes_arithmetic(name, ARITHMETIC);
     sums := 0;
     bits := 0;
 
     -- Pixels for all slices; of each slice running and first sums, and held ones.
     if max_columns > 1 then
 
-      for i in 0 to slice_count(shifts) - 1 loop
+      for i in 0 to geometry.slices - 1 loop
 
-        sums := sums + 2 + choose(group_size(micro_image_size, slice_shift(shifts, i)) > 1, 1, 0) +
-                choose(begins_group(micro_image_size, shifts, centred, i, 0), 0, 1);
+        sums := sums + 2 + choose(group_size(geometry, i) > 1, 1, 0) + choose(begins_group(geometry, i, 0), 0, 1);
 
       end loop;
 
-      bits := history_base(micro_image_size, shifts, centred, micro_image_size) * pixel_bits +
-              sums * column_sum_bits(micro_image_size, pixel_bits);
+      bits := history_base(geometry, M) * pixel_bits + sums * column_sum_bits(M, pixel_bits);
     end if;
 
     return fits and takes_line_bits(name, channels * max_columns, bits, 0);
@@ -127,23 +114,18 @@ package body focal_stack_pkg is
   end function takes_stack;
 
   function history_place (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     slice            : natural;
     phase            : natural
   ) return integer is
   begin
 
-    return (entering_age(micro_image_size, shifts, centred, slice, phase) + micro_image_size - 1) /
-           micro_image_size - 1;
+    return divide_up(entering_age(geometry, slice, phase), geometry.micro_image_size) - 1;
 
   end function history_place;
 
   function history_lines (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     phase            : natural
   ) return natural is
 
@@ -151,9 +133,9 @@ package body focal_stack_pkg is
 
   begin
 
-    lines := (oldest_entering(micro_image_size, shifts, centred, phase) + micro_image_size - 1) / micro_image_size;
+    lines := divide_up(oldest_entering(geometry, phase), geometry.micro_image_size);
 
-    if pixels_leave(micro_image_size, shifts) then
+    if pixels_leave(geometry) then
       lines := lines + 1;
     end if;
 
@@ -162,9 +144,7 @@ package body focal_stack_pkg is
   end function history_lines;
 
   function history_base (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+    geometry : geometry_t;
     phase            : natural
   ) return natural is
 
@@ -176,7 +156,7 @@ package body focal_stack_pkg is
 
     for v in 0 to phase - 1 loop
 
-      lines := lines + history_lines(micro_image_size, shifts, centred, v);
+      lines := lines + history_lines(geometry, v);
 
     end loop;
 
@@ -184,17 +164,15 @@ package body focal_stack_pkg is
 
   end function history_base;
 
-  function history_high (
-    micro_image_size : positive;
-    shifts           : string;
-    centred          : boolean;
+  function history_word_bits (
+    geometry : geometry_t;
     pixel_bits       : positive
-  ) return natural is
+  ) return positive is
   begin
 
-    return history_base(micro_image_size, shifts, centred, micro_image_size) * pixel_bits;
+    return history_base(geometry, geometry.micro_image_size) * pixel_bits + 1;
 
-  end function history_high;
+  end function history_word_bits;
 
   function column_sum_bits (
     micro_image_size : positive;

@@ -14,6 +14,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.math_pkg.all;
+use work.refocus_pkg.all;
 use work.focal_stack_pkg.all;
 
 entity line_history is
@@ -27,7 +28,9 @@ entity line_history is
     -- Longest line in pixels.
     COLUMNS : positive;
     -- Width of a pixel, all channels.
-    PIXEL_BITS : positive
+    PIXEL_BITS : positive;
+    -- history_word_bits of the above.
+    HISTORY_BITS : positive
   );
   port (
     clk : in    std_logic;
@@ -39,11 +42,13 @@ entity line_history is
     column_2 : in    unsigned(bits_for(COLUMNS - 1) - 1 downto 0);
     pixel    : in    std_logic_vector(PIXEL_BITS - 1 downto 0);
     -- With them the pixels of all phases before it, phase 0 and the newest line of a phase in the low bits.
-    history : out   std_logic_vector(history_high(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, PIXEL_BITS) downto 0)
+    history : out   std_logic_vector(HISTORY_BITS - 1 downto 0)
   );
 end entity line_history;
 
 architecture rtl of line_history is
+
+  constant GEOMETRY : geometry_t := geometry_of("line_history", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
   type lines_t is array (natural range 0 to MICRO_IMAGE_SIZE) of natural;
 
@@ -58,7 +63,7 @@ architecture rtl of line_history is
 
     for v in 0 to MICRO_IMAGE_SIZE - 1 loop
 
-      before(v + 1) := before(v) + history_lines(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, v);
+      before(v + 1) := before(v) + history_lines(GEOMETRY, v);
 
     end loop;
 

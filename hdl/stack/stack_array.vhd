@@ -49,11 +49,12 @@ end entity stack_array;
 
 architecture rtl of stack_array is
 
-  constant REFUSED : boolean := not takes_stack("stack_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED, MAX_COLUMNS, CHANNELS,
-                                                PIXEL_BITS);
+  constant GEOMETRY : geometry_t := geometry_of("stack_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
+  constant REFUSED : boolean := not takes_stack("stack_array", GEOMETRY, MAX_COLUMNS, CHANNELS, PIXEL_BITS);
 
   constant M          : positive := MICRO_IMAGE_SIZE;
-  constant SLICES     : positive := slice_count(SHIFTS);
+  constant SLICES     : positive := GEOMETRY.slices;
   constant SLICE_BITS : positive := bits_for(SLICES - 1);
   constant PIXEL_MAX  : positive := 2 ** PIXEL_BITS - 1;
   constant COLUMN_MAX : positive := M * PIXEL_MAX;

@@ -61,11 +61,14 @@ end entity stack_columns;
 
 architecture rtl of stack_columns is
 
-  constant M           : positive := MICRO_IMAGE_SIZE;
-  constant SLICES      : positive := slice_count(SHIFTS);
-  constant PIXEL_BITS  : positive := LANES * LANE_BITS;
-  constant SUMS_BITS   : positive := LANES * column_sum_bits(M, LANE_BITS);
-  constant COLUMN_BITS : positive := bits_for(COLUMNS - 1);
+  constant GEOMETRY : geometry_t := geometry_of("stack_columns", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
+  constant M            : positive := MICRO_IMAGE_SIZE;
+  constant SLICES       : positive := GEOMETRY.slices;
+  constant PIXEL_BITS   : positive := LANES * LANE_BITS;
+  constant SUMS_BITS    : positive := LANES * column_sum_bits(M, LANE_BITS);
+  constant COLUMN_BITS  : positive := bits_for(COLUMNS - 1);
+  constant HISTORY_BITS : positive := history_word_bits(GEOMETRY, PIXEL_BITS);
 
   subtype phase_t is natural range 0 to larger(M - 1, 1);
 
@@ -80,7 +83,7 @@ architecture rtl of stack_columns is
   signal phase_2   : phase_t := 0;
   signal phase_3   : phase_t := 0;
   signal pixel_3   : std_logic_vector(PIXEL_BITS - 1 downto 0);
-  signal history_3 : std_logic_vector(history_high(M, SHIFTS, CENTRED, PIXEL_BITS) downto 0);
+  signal history_3 : std_logic_vector(HISTORY_BITS - 1 downto 0);
 
   signal active_at : std_logic_vector(1 to 3) := (others => '0');
   signal column_at : columns_t                := (others => (others => '0'));
@@ -129,7 +132,8 @@ begin
       SHIFTS           => SHIFTS,
       CENTRED          => CENTRED,
       COLUMNS          => COLUMNS,
-      PIXEL_BITS       => PIXEL_BITS
+      PIXEL_BITS       => PIXEL_BITS,
+      HISTORY_BITS     => HISTORY_BITS
     )
     port map (
       clk      => clk,
@@ -151,7 +155,8 @@ begin
         SLICE            => s,
         COLUMNS          => COLUMNS,
         LANES            => LANES,
-        LANE_BITS        => LANE_BITS
+        LANE_BITS        => LANE_BITS,
+        HISTORY_BITS     => HISTORY_BITS
       )
       port map (
         clk       => clk,
@@ -172,7 +177,7 @@ begin
   tags : entity work.stage_tags
     generic map (
       LATENCY        => STACK_COLUMN_LATENCY,
-      DELAY          => output_delay(M, SHIFTS, CENTRED),
+      DELAY          => GEOMETRY.output_delay,
       STEP_TAG_BITS  => STEP_TAG_BITS,
       TOKEN_TAG_BITS => TOKEN_TAG_BITS
     )

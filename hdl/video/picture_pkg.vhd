@@ -207,7 +207,8 @@ package body picture_pkg is
     colours        : string
   ) return boolean is
 
-    constant M : positive := arithmetic.micro_image_size;
+    constant M        : positive   := arithmetic.micro_image_size;
+    constant GEOMETRY : geometry_t := geometry_of(name, M, shifts, true);
 
     variable fits : boolean;
 
@@ -226,15 +227,15 @@ package body picture_pkg is
         report name & ": OUTPUTS a and d need a MICRO_IMAGE_SIZE above 1"
         severity failure;
 
-      fits := takes_stack(name, M, shifts, true, max_columns, 3, 8) and
-              takes_index(name, M, slice_count(shifts), radius, vote_radius, max_columns, 3, 8);
+      fits := takes_stack(name, GEOMETRY, max_columns, 3, 8) and
+              takes_index(name, M, GEOMETRY.slices, radius, vote_radius, max_columns, 3, 8);
 
       assert is_hex(colours) and
-             (colours'length = 6 * slice_count(shifts) or (colours'length = 0 and not has_output(outputs, 'd')))
+             (colours'length = 6 * GEOMETRY.slices or (colours'length = 0 and not has_output(outputs, 'd')))
         report name & ": COLOURS """ & colours & """ must be six digits, 0 to 9 and a to f, for each slice of SHIFTS"
         severity failure;
     else
-      fits := takes_refocuser(name, arithmetic, shifts, true, hold, 1, 1, max_columns, channels, engine, false, "");
+      fits := takes_refocuser(name, arithmetic, GEOMETRY, hold, 1, 1, max_columns, channels, engine, false, "");
     end if;
 
     assert picture_delay_lines(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius) < 2 ** COUNT_BITS and
@@ -272,15 +273,18 @@ package body picture_pkg is
     radius           : natural;
     vote_radius      : natural
   ) return natural is
+
+    constant GEOMETRY : geometry_t := geometry_of("picture_delay_lines", micro_image_size, shifts, true);
+
   begin
 
     if needs_stack(outputs) then
       -- Lines of a frame with its blanking that are no multiple of M wait for the next one.
-      return output_delay(micro_image_size, shifts, true) + sharpness_delay(micro_image_size, radius, vote_radius) +
+      return GEOMETRY.output_delay + sharpness_delay(micro_image_size, radius, vote_radius) +
              micro_image_size - 1;
     end if;
 
-    return total_delay(micro_image_size, shifts, true, order);
+    return total_delay(GEOMETRY, order);
 
   end function picture_delay_lines;
 
@@ -295,14 +299,17 @@ package body picture_pkg is
     stored           : boolean;
     broadcast_taps   : natural
   ) return natural is
+
+    constant GEOMETRY : geometry_t := geometry_of("picture_delay_pixels", micro_image_size, shifts, true);
+
   begin
 
     if needs_stack(outputs) then
-      return output_delay(micro_image_size, shifts, true) + 2 * STREAM_LATENCY + stack_array_latency +
+      return GEOMETRY.output_delay + 2 * STREAM_LATENCY + stack_array_latency +
              index_latency(slice_count(shifts), radius, vote_radius);
     end if;
 
-    return total_delay(micro_image_size, shifts, true, order) + STREAM_LATENCY +
+    return total_delay(GEOMETRY, order) + STREAM_LATENCY +
            engine_latency(engine, stored, order, broadcast_taps);
 
   end function picture_delay_pixels;

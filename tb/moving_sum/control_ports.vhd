@@ -9,6 +9,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.sum_schedule_pkg.all;
 use work.moving_sum_pkg.all;
 
 entity control_ports is
@@ -37,6 +38,8 @@ end entity control_ports;
 
 architecture test of control_ports is
 
+  constant GEOMETRY : geometry_t := geometry_of("control_ports", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   signal choice  : pixel_choice_t;
   signal command : sum_command_t;
   signal step_1  : std_logic := '0';
@@ -49,7 +52,8 @@ begin
     generic map (
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED
+      CENTRED          => CENTRED,
+      REACHED          => reach(GEOMETRY)
     )
     port map (
       clk           => clk,

@@ -23,6 +23,8 @@ end entity moving_sum_schedule;
 
 architecture bench of moving_sum_schedule is
 
+  constant GEOMETRY : geometry_t := geometry_of("moving_sum_schedule", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
 begin
 
   write_all : process is
@@ -86,26 +88,26 @@ begin
     ) is
     begin
 
-      put("lane_delay", p, lane_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p));
+      put("lane_delay", p, lane_delay(GEOMETRY, p));
       put("bank_count", p, bank_count(MICRO_IMAGE_SIZE, p));
-      put("bank_rows", p, bank_rows(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p));
+      put("bank_rows", p, bank_rows(GEOMETRY, p));
       put("line_tokens", p, line_tokens(37, p));
-      put("lowest_row", p, lowest_row(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p));
-      put("highest_row", p, highest_row(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p));
+      put("lowest_row", p, lowest_row(GEOMETRY, p));
+      put("highest_row", p, highest_row(GEOMETRY, p));
 
       for order in 0 to 1 loop
 
-        put("total_lane_delay", p, order, total_lane_delay(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, order, p));
-        put("sum_lanes_latency", p, order, sum_lanes_latency(MICRO_IMAGE_SIZE, SHIFTS, order, p));
+        put("total_lane_delay", p, order, total_lane_delay(GEOMETRY, order, p));
+        put("sum_lanes_latency", p, order, sum_lanes_latency(GEOMETRY, order, p));
 
       end loop;
 
-      for s in 0 to slice_count(SHIFTS) - 1 loop
+      for s in 0 to GEOMETRY.slices - 1 loop
 
         for r in 0 to bank_count(MICRO_IMAGE_SIZE, p) - 1 loop
 
-          put("entering_bank", p, s, r, entering_bank(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p, s, r));
-          put("entering_row", p, s, r, entering_row(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, p, s, r));
+          put("entering_bank", p, s, r, entering_bank(GEOMETRY, p, s, r));
+          put("entering_row", p, s, r, entering_row(GEOMETRY, p, s, r));
 
         end loop;
 
@@ -114,7 +116,7 @@ begin
           for held in boolean loop
 
             put("is_ahead " & integer'image(p) & " " & integer'image(s), i, boolean'pos(held),
-                boolean'pos(is_ahead(MICRO_IMAGE_SIZE, SHIFTS, CENTRED, s, i, held)));
+                boolean'pos(is_ahead(GEOMETRY, s, i, held)));
 
           end loop;
 
@@ -128,11 +130,11 @@ begin
 
   begin
 
-    put("output_delay", output_delay(M, SHIFTS, CENTRED));
-    put("reach", reach(M, SHIFTS, CENTRED));
-    put("holds_outputs", boolean'pos(holds_outputs(M, SHIFTS)));
-    put("pixels_leave", boolean'pos(pixels_leave(M, SHIFTS)));
-    put("begins_within_group", boolean'pos(begins_within_group(M, SHIFTS, CENTRED)));
+    put("output_delay", GEOMETRY.output_delay);
+    put("reach", reach(GEOMETRY));
+    put("holds_outputs", boolean'pos(holds_outputs(GEOMETRY)));
+    put("pixels_leave", boolean'pos(pixels_leave(GEOMETRY)));
+    put("begins_within_group", boolean'pos(begins_within_group(GEOMETRY)));
 
     put_lanes(2);
     put_lanes(8);
@@ -142,13 +144,13 @@ begin
 
       for v in 0 to M - 1 loop
 
-        put("ring_lines", boolean'pos(any_rows), v, ring_lines(M, SHIFTS, CENTRED, any_rows, v));
+        put("ring_lines", boolean'pos(any_rows), v, ring_lines(GEOMETRY, any_rows, v));
 
       end loop;
 
       for order in 0 to 1 loop
 
-        put("least_frame", boolean'pos(any_rows), order, least_frame(M, SHIFTS, CENTRED, order, any_rows));
+        put("least_frame", boolean'pos(any_rows), order, least_frame(GEOMETRY, order, any_rows));
 
       end loop;
 
@@ -164,20 +166,20 @@ begin
 
     end loop;
 
-    for s in 0 to slice_count(SHIFTS) - 1 loop
+    for s in 0 to GEOMETRY.slices - 1 loop
 
-      put("group_size", s, group_size(M, slice_shift(SHIFTS, s)));
+      put("group_size", s, group_size(GEOMETRY, s));
 
       for v in 0 to M - 1 loop
 
-        put("entering_phase", s, v, entering_phase(M, SHIFTS, CENTRED, s, v));
-        put("entering_age", s, v, entering_age(M, SHIFTS, CENTRED, s, v));
-        put("begins_group", s, v, boolean'pos(begins_group(M, SHIFTS, CENTRED, s, v)));
+        put("entering_phase", s, v, entering_phase(GEOMETRY, s, v));
+        put("entering_age", s, v, entering_age(GEOMETRY, s, v));
+        put("begins_group", s, v, boolean'pos(begins_group(GEOMETRY, s, v)));
 
         for held in boolean loop
 
-          put("initial_index " & boolean'image(held), s, v, initial_index(M, SHIFTS, CENTRED, s, v, held));
-          put("is_initial " & boolean'image(held), s, v, boolean'pos(is_initial(M, SHIFTS, CENTRED, s, v, held)));
+          put("initial_index " & boolean'image(held), s, v, initial_index(GEOMETRY, s, v, held));
+          put("is_initial " & boolean'image(held), s, v, boolean'pos(is_initial(GEOMETRY, s, v, held)));
 
         end loop;
 

@@ -2,6 +2,7 @@
 -- Entities with the generics of the tops that refuse what these refuse, and build nothing.
 
 library work;
+use work.refocus_pkg.all;
 use work.arithmetic_pkg.all;
 use work.refocuser_pkg.all;
 
@@ -29,19 +30,23 @@ end entity core_verdict;
 
 architecture rtl of core_verdict is
 
+  constant GEOMETRY : geometry_t := geometry_of("raster_refocuser", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
   constant ARITHMETIC : arithmetic_t :=
   (EXACT, MICRO_IMAGE_SIZE, PIXEL_BITS, FRACTION_BITS, GUARD_BITS,
     INTERPOLATION_ORDER + 1
   );
-  constant REFUSED    : boolean      := not takes_refocuser("raster_refocuser", ARITHMETIC, SHIFTS, CENTRED, HOLD,
-                                                            PARALLEL_ROWS, PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS,
-                                                            ENGINE, ANY_ROWS, SHARPENING);
+
+  constant REFUSED : boolean := not takes_refocuser("raster_refocuser", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS,
+                                                    PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS, ENGINE, ANY_ROWS,
+                                                    SHARPENING);
 
 begin
 
 end architecture rtl;
 
 library work;
+use work.refocus_pkg.all;
 use work.focal_stack_pkg.all;
 
 entity stack_verdict is
@@ -58,8 +63,8 @@ end entity stack_verdict;
 
 architecture rtl of stack_verdict is
 
-  constant REFUSED : boolean := not takes_stack("focal_stack", MICRO_IMAGE_SIZE, SHIFTS, CENTRED, MAX_COLUMNS, CHANNELS,
-                                                PIXEL_BITS);
+  constant GEOMETRY : geometry_t := geometry_of("focal_stack", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+  constant REFUSED  : boolean    := not takes_stack("focal_stack", GEOMETRY, MAX_COLUMNS, CHANNELS, PIXEL_BITS);
 
 begin
 

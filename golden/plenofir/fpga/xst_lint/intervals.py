@@ -39,6 +39,7 @@ LARGEST: dict[str, float] = {
     "lane_delay": MAX_LANE_DELAY,
     "shift": MAX_SHIFT,
     "slice_count": MAX_SLICES,
+    "slices": MAX_SLICES,
     "bits_for": 31,
     # A shift takes five characters at most, and a blank.
     "shifts__length": 6 * MAX_SLICES,
