@@ -88,75 +88,82 @@ architecture rtl of frame_sequencer is
   -- What this clock sends to the stages.
   type send_t is (nothing, empty, stream_pixel, zero_pixel, flush_pixel);
 
-  constant LINE_EARLY  : natural := 0;
-  constant LINE_LATE   : natural := 1;
-  constant FRAME_EARLY : natural := 2;
-  constant FRAME_LATE  : natural := 3;
-  constant FRAME_SIZE  : natural := 4;
-
   constant LAST_BAND_ROW : natural := PARALLEL_ROWS - 1;
+  -- Bits of a place among the pixels of a clock.
+  constant PLACE_BITS : natural := choose(PIXELS_PER_CLOCK = 1, 0, bits_for(PIXELS_PER_CLOCK - 1));
   -- Of a column, and of MIN_STEPS to compare it with.
   constant COLUMN_BITS : positive := bits_for(larger(MAX_COLUMNS - 1, MIN_STEPS));
 
-  signal state        : state_t   := accept;
+  -- The decision of a clock.
   signal send         : send_t;
   signal take         : std_logic;
-  signal synchronised : std_logic := '0';
-  signal frame_open   : std_logic := '0';
-  -- Within the excess of a long line; what is on offer belongs to no frame.
-  signal excess : std_logic                          := '0';
-  signal stray  : std_logic;
-  signal column : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
-  -- column = 0, column = last_column.
-  signal at_first        : std_logic                                  := '1';
-  signal at_last         : std_logic                                  := '0';
-  signal column_count    : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
-  signal column_step     : std_logic;
-  signal column_restart  : std_logic;
-  signal row             : unsigned(15 downto 0)                      := (others => '0');
-  signal last_column     : unsigned(COLUMN_BITS - 1 downto 0)         := (others => '0');
-  signal last_row        : unsigned(15 downto 0)                      := (others => '0');
+  signal starts_frame : std_logic;
+  -- A pixel of the stream, one that fills a line up, or one of a flush line; of these the first two; one of the stream.
+  signal sends_pixel  : std_logic;
+  signal sends_image  : std_logic;
+  signal takes_pixel  : std_logic;
+  signal line_ends    : std_logic;
+  signal image_ends   : std_logic;
+  signal band_ends    : std_logic;
+  signal frame_ends   : std_logic;
+  signal frame_broken : std_logic;
+
+  signal state : state_t := accept;
+
+  -- A frame is under way; what is on offer is the excess of a long line; it belongs to no frame.
+  signal frame_open : std_logic := '0';
+  signal excess     : std_logic;
+  signal stray      : std_logic;
+
+  -- Size of the frame: as the ports say, as this clock needs it, and as it is kept. Kept too are the slice of the
+  -- frame and whether the line is its last one.
+  signal size_supported  : std_logic;
   signal new_last_column : unsigned(COLUMN_BITS - 1 downto 0);
   signal new_last_row    : unsigned(15 downto 0);
-  signal size_supported  : std_logic;
-  signal starts_frame    : std_logic;
-  signal line_ends       : std_logic;
-  signal band_row        : natural range 0 to PARALLEL_ROWS           := 0;
+  signal line_end        : unsigned(COLUMN_BITS - 1 downto 0);
+  signal row_end         : unsigned(15 downto 0);
+  signal last_column     : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
+  signal last_row        : unsigned(15 downto 0)              := (others => '0');
+  signal at_last_row     : std_logic                          := '0';
+  signal slice_now       : slice_t;
+  signal slice_held      : slice_t                            := (others => '0');
+
+  -- Place in the frame; at_first is column = 0, at_last column = last_column.
+  signal column       : unsigned(COLUMN_BITS - 1 downto 0) := (others => '0');
+  signal at_first     : std_logic                          := '1';
+  signal at_last      : std_logic                          := '0';
+  signal column_count : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
+  signal row          : unsigned(15 downto 0)              := (others => '0');
+  signal band_row     : natural range 0 to PARALLEL_ROWS   := 0;
+  signal first_band   : std_logic                          := '0';
+
+  -- Whether the line on hand completes a band, or the first line of a new frame, or what this clock sends.
   signal completes_band  : std_logic;
   signal completes_first : std_logic;
-  signal first_band      : std_logic                                  := '0';
-  signal band_wait       : std_logic;
-  signal slice_held      : slice_t                                    := (others => '0');
-  signal tokens_to_flush : natural range 0 to larger(ROW_FLUSH, 1)    := 0;
-  signal bands_to_flush  : natural range 0 to larger(COLUMN_FLUSH, 1) := 0;
-  signal steps_missing   : natural range 0 to MIN_STEPS               := 0;
-  -- Bands that have to come before the next frame, and those of the frame modulo BAND_MODULUS.
-  signal bands_missing : natural range 0 to MIN_BANDS    := 0;
-  signal band_phase    : natural range 0 to BAND_MODULUS := 0;
-  -- Whether these numbers are above 0, and row = last_row: decisions take no time for comparisons.
-  signal tokens_due  : std_logic := '0';
-  signal bands_due   : std_logic := '0';
-  signal steps_due   : std_logic := '0';
-  signal frame_short : std_logic := '0';
-  signal frame_odd   : std_logic := '0';
-  signal at_last_row : std_logic := '0';
-  signal frame_wait  : std_logic;
+  signal band_token      : std_logic;
+
+  -- See sequencer_waits.
+  signal any_step      : std_logic;
+  signal empty_step    : std_logic;
+  signal starts_flush  : std_logic;
+  signal steps_missing : natural range 0 to MIN_STEPS;
+  signal lacks_steps   : std_logic;
+  signal tokens_due    : std_logic;
+  signal bands_due     : std_logic;
+  signal steps_due     : std_logic;
+  signal band_wait     : std_logic;
+  signal frame_wait    : std_logic;
 
 begin
 
-  new_last_row   <= unsigned(rows) - 1;
-  size_supported <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
-                    '0';
+  --------------------------------------------------------------------------------------------------
+  -- What is on offer, and what has to be waited for.
 
-  one_pixel : if PIXELS_PER_CLOCK = 1 generate
-    new_last_column <= resize(unsigned(columns) - 1, COLUMN_BITS);
-  end generate one_pixel;
+  new_last_column <= resize(shift_right(unsigned(columns) - 1, PLACE_BITS), COLUMN_BITS);
+  new_last_row    <= unsigned(rows) - 1;
+  size_supported  <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
+                     '0';
 
-  several_pixels : if PIXELS_PER_CLOCK > 1 generate
-    new_last_column <= resize(shift_right(unsigned(columns) - 1, bits_for(PIXELS_PER_CLOCK - 1)), COLUMN_BITS);
-  end generate several_pixels;
-
-  -- Whether the line on hand, or the first line of a new frame, completes a band.
   completes_band  <= '1' when LAST_BAND_ROW = 0 or band_row = LAST_BAND_ROW or at_last_row = '1' else
                      '0';
   completes_first <= '1' when LAST_BAND_ROW = 0 or new_last_row = 0 else
@@ -165,9 +172,6 @@ begin
   -- No band may begin yet.
   band_wait <= '1' when at_first = '1' and steps_due = '1' else
                '0';
-
-  -- No frame may begin yet.
-  frame_wait <= frame_short or frame_odd;
 
   stray <= '1' when (s_axis_tuser = '0' and (frame_open = '0' or excess = '1')) or
                     (s_axis_tuser = '1' and frame_open = '0' and size_supported = '0') else
@@ -243,256 +247,240 @@ begin
   s_axis_tready <= take;
   frame_start   <= starts_frame;
 
-  line_ends <= '1' when (starts_frame = '1' and new_last_column = 0) or
-                        (starts_frame = '0' and at_last = '1') else
-               '0';
+  --------------------------------------------------------------------------------------------------
+  -- What the decision means.
+
+  any_step    <= '0' when send = nothing else
+                 '1';
+  empty_step  <= '1' when send = empty else
+                 '0';
+  takes_pixel <= '1' when send = stream_pixel else
+                 '0';
+  sends_image <= '1' when send = stream_pixel or send = zero_pixel else
+                 '0';
+  sends_pixel <= '1' when send = flush_pixel or sends_image = '1' else
+                 '0';
+
+  -- The first pixel of a frame reads the ports; they are kept for the others.
+  line_end  <= new_last_column when starts_frame = '1' else
+               last_column;
+  row_end   <= new_last_row when starts_frame = '1' else
+               last_row;
+  slice_now <= slice when starts_frame = '1' else
+               slice_held;
+
+  line_ends  <= '1' when (starts_frame = '1' and new_last_column = 0) or
+                         (starts_frame = '0' and at_last = '1') else
+                '0';
+  image_ends <= sends_image and line_ends;
+
+  band_token <= '1' when send = flush_pixel else
+                completes_first when starts_frame = '1' else
+                completes_band;
+  band_ends  <= sends_pixel and line_ends and band_token;
+
+  -- With its last line a frame ends. So it does with the filled-up line of one that was cut short.
+  frame_ends <= '1' when (starts_frame = '1' and new_last_row = 0) or
+                         (starts_frame = '0' and (at_last_row = '1' or frame_open = '0')) else
+                '0';
+
+  -- A start of frame inside a frame: nothing is sent, as the decision waits for the end of the broken frame.
+  frame_broken <= credit and s_axis_tvalid and s_axis_tuser and frame_open when state = accept else
+                  '0';
+
+  --------------------------------------------------------------------------------------------------
+  -- Place in the frame.
+
+  follow_line : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      last_column <= line_end;
+      if sends_pixel = '1' then
+        if line_ends = '1' then
+          column   <= (others => '0');
+          at_first <= '1';
+          at_last  <= to_logic(line_end = 0);
+        else
+          column   <= column + 1;
+          at_first <= '0';
+          at_last  <= to_logic(column + 1 = line_end);
+        end if;
+      end if;
+      if reset = '1' then
+        column   <= (others => '0');
+        at_first <= '1';
+        at_last  <= '0';
+      end if;
+    end if;
+
+  end process follow_line;
+
+  follow_state : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if sends_pixel = '1' and line_ends = '1' then
+        state <= accept;
+      elsif send = flush_pixel then
+        state <= flush;
+      elsif (takes_pixel = '1' and s_axis_tlast = '1') or (frame_broken = '1' and at_first = '0') then
+        state <= fill;
+      end if;
+      if reset = '1' then
+        state <= accept;
+      end if;
+    end if;
+
+  end process follow_state;
+
+  follow_frame : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      last_row   <= row_end;
+      slice_held <= slice_now;
+      if starts_frame = '1' then
+        frame_open  <= '1';
+        at_last_row <= to_logic(new_last_row = 0);
+      end if;
+      if image_ends = '1' then
+        if frame_ends = '1' then
+          frame_open <= '0';
+          row        <= (others => '0');
+        else
+          row         <= row + 1;
+          at_last_row <= to_logic(row + 1 = row_end);
+        end if;
+      end if;
+      if frame_broken = '1' then
+        frame_open <= '0';
+        if at_first = '1' then
+          row <= (others => '0');
+        end if;
+      end if;
+      if reset = '1' then
+        frame_open <= '0';
+        row        <= (others => '0');
+      end if;
+    end if;
+
+  end process follow_frame;
+
+  follow_band : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if starts_frame = '1' then
+        first_band <= '1';
+      end if;
+      if band_ends = '1' then
+        band_row   <= 0;
+        first_band <= '0';
+      elsif sends_pixel = '1' and line_ends = '1' then
+        band_row <= band_row + 1;
+      end if;
+      if reset = '1' then
+        band_row   <= 0;
+        first_band <= '0';
+      end if;
+    end if;
+
+  end process follow_band;
 
   -- The column modulo PARALLEL_ROWS.
-  column_step    <= '0' when send = nothing or send = empty else
-                    '1';
-  column_restart <= at_first;
-
   count_columns : entity work.pixel_counter
     generic map (
       MODULUS => PARALLEL_ROWS
     )
     port map (
       clk     => clk,
-      strobe  => column_step,
-      restart => column_restart,
+      strobe  => sends_pixel,
+      restart => at_first,
       count   => column_count
     );
 
-  follow : process (clk) is
+  --------------------------------------------------------------------------------------------------
+  -- What remains to be flushed or waited for.
 
-    variable image_token : boolean;
-    variable frame_ends  : boolean;
-    variable band_token  : std_logic;
-    variable line_end    : unsigned(COLUMN_BITS - 1 downto 0);
-    variable row_end     : unsigned(15 downto 0);
-    variable slice_now   : slice_t;
-    variable strobe      : std_logic;
-    variable line_first  : std_logic;
-    variable line_last   : std_logic;
-    variable band        : std_logic;
-    variable frame_first : std_logic;
-    variable pixel       : std_logic;
-    variable image       : std_logic;
+  -- A flush line counts with its first pixel.
+  starts_flush <= '1' when send = flush_pixel and at_first = '1' and band_row = 0 else
+                  '0';
 
+  -- What a short line lacks of MIN_STEPS, or of a multiple of PARALLEL_ROWS.
+  steps_missing <= MIN_STEPS - 1 - to_integer(column(bits_for(MIN_STEPS) - 1 downto 0)) when column < MIN_STEPS - 1 else
+                   LAST_BAND_ROW - column_count;
+  lacks_steps   <= '1' when column < MIN_STEPS - 1 or column_count /= LAST_BAND_ROW else
+                   '0';
+
+  waits : entity work.sequencer_waits
+    generic map (
+      ROW_FLUSH    => ROW_FLUSH,
+      COLUMN_FLUSH => COLUMN_FLUSH,
+      MIN_STEPS    => MIN_STEPS,
+      MIN_BANDS    => MIN_BANDS,
+      BAND_MODULUS => BAND_MODULUS,
+      KEEP_MODULUS => KEEP_MODULUS
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      any_step      => any_step,
+      empty_step    => empty_step,
+      sends_pixel   => sends_pixel,
+      sends_image   => sends_image,
+      starts_frame  => starts_frame,
+      starts_flush  => starts_flush,
+      band_ends     => band_ends,
+      first_band    => first_band,
+      steps_missing => steps_missing,
+      lacks_steps   => lacks_steps,
+      tokens_due    => tokens_due,
+      bands_due     => bands_due,
+      steps_due     => steps_due,
+      frame_wait    => frame_wait
+    );
+
+  faults : entity work.stream_faults
+    port map (
+      clk           => clk,
+      reset         => reset,
+      s_axis_tvalid => s_axis_tvalid,
+      s_axis_tuser  => s_axis_tuser,
+      s_axis_tlast  => s_axis_tlast,
+      credit        => credit,
+      take          => take,
+      takes_pixel   => takes_pixel,
+      starts_frame  => starts_frame,
+      line_ends     => line_ends,
+      frame_broken  => frame_broken,
+      excess        => excess,
+      error_flags   => error_flags,
+      error_clear   => error_clear
+    );
+
+  --------------------------------------------------------------------------------------------------
+  -- The token.
+
+  give : process (clk) is
   begin
 
     if rising_edge(clk) then
-      image_token := send = stream_pixel or send = zero_pixel;
-
-      if error_clear = '1' then
-        error_flags <= (others => '0');
-      end if;
-
-      -- Position, and what remains to be flushed.
-      if starts_frame = '1' then
-        last_column   <= new_last_column;
-        last_row      <= new_last_row;
-        frame_open    <= '1';
-        first_band    <= '1';
-        synchronised  <= '1';
-        bands_missing <= MIN_BANDS - 1;
-        frame_short   <= to_logic(MIN_BANDS > 1);
-        at_last_row   <= to_logic(new_last_row = 0);
-        line_end      := new_last_column;
-        row_end       := new_last_row;
-        frame_ends    := new_last_row = 0;
-        band_token    := completes_first;
-        slice_now     := slice;
-      else
-        line_end   := last_column;
-        row_end    := last_row;
-        frame_ends := at_last_row = '1';
-        band_token := completes_band;
-        slice_now  := slice_held;
-      end if;
-      slice_held <= slice_now;
-
-      if send = flush_pixel then
-        band_token := '1';
-      end if;
-
-      if send /= nothing and steps_due = '1' then
-        steps_missing <= steps_missing - 1;
-        steps_due     <= to_logic(steps_missing > 1);
-      end if;
-
-      if send = empty then
-        if tokens_due = '1' then
-          tokens_to_flush <= tokens_to_flush - 1;
-          tokens_due      <= to_logic(tokens_to_flush > 1);
-        end if;
-      elsif send /= nothing then
-        tokens_to_flush <= ROW_FLUSH;
-        tokens_due      <= to_logic(ROW_FLUSH > 0);
-        if image_token then
-          bands_to_flush <= COLUMN_FLUSH;
-          bands_due      <= to_logic(COLUMN_FLUSH > 0);
-        elsif at_first = '1' and band_row = 0 and bands_due = '1' then
-          bands_to_flush <= bands_to_flush - 1;
-          bands_due      <= to_logic(bands_to_flush > 1);
-        end if;
-
-        if line_ends = '1' then
-          column   <= (others => '0');
-          at_first <= '1';
-          state    <= accept;
-          if line_end = 0 then
-            at_last <= '1';
-          else
-            at_last <= '0';
-          end if;
-          if band_token = '1' then
-            if BAND_MODULUS > 1 and (image_token or frame_odd = '1' or KEEP_MODULUS) then
-              if band_phase = BAND_MODULUS - 1 then
-                band_phase <= 0;
-                frame_odd  <= '0';
-              else
-                band_phase <= band_phase + 1;
-                frame_odd  <= '1';
-              end if;
-            end if;
-            if starts_frame = '0' and first_band = '0' and frame_short = '1' then
-              bands_missing <= bands_missing - 1;
-              frame_short   <= to_logic(bands_missing > 1);
-            end if;
-            band_row   <= 0;
-            first_band <= '0';
-            if column < MIN_STEPS - 1 then
-              steps_missing <= MIN_STEPS - 1 - to_integer(column(bits_for(MIN_STEPS) - 1 downto 0));
-              steps_due     <= '1';
-            else
-              steps_missing <= LAST_BAND_ROW - column_count;
-              steps_due     <= to_logic(column_count /= LAST_BAND_ROW);
-            end if;
-          else
-            band_row <= band_row + 1;
-          end if;
-          if image_token then
-            -- The filled-up line of a frame that was cut short is its last one.
-            if frame_ends or (frame_open = '0' and starts_frame = '0') then
-              frame_open <= '0';
-              row        <= (others => '0');
-            else
-              row         <= row + 1;
-              at_last_row <= to_logic(row + 1 = row_end);
-            end if;
-          end if;
-        else
-          column   <= column + 1;
-          at_first <= '0';
-          if column + 1 = line_end then
-            at_last <= '1';
-          else
-            at_last <= '0';
-          end if;
-          if send = flush_pixel then
-            state <= flush;
-          end if;
-        end if;
-      end if;
-
-      -- Faults of the stream.
-      if send = stream_pixel then
-        excess <= '0';
-        if s_axis_tlast = '1' and line_ends = '0' then
-          state                   <= fill;
-          error_flags(LINE_EARLY) <= '1';
-        elsif s_axis_tlast = '0' and line_ends = '1' then
-          excess                 <= '1';
-          error_flags(LINE_LATE) <= '1';
-        end if;
-      elsif credit = '1' and s_axis_tvalid = '1' then
-        if s_axis_tuser = '1' or s_axis_tlast = '1' then
-          excess <= '0';
-        end if;
-        if state = accept and frame_open = '1' and s_axis_tuser = '1' then
-          error_flags(FRAME_EARLY) <= '1';
-          frame_open               <= '0';
-          if at_first = '1' then
-            row <= (others => '0');
-          else
-            state <= fill;
-          end if;
-        elsif take = '1' then
-          if s_axis_tuser = '1' then
-            error_flags(FRAME_SIZE) <= '1';
-          elsif synchronised = '1' and excess = '0' then
-            error_flags(FRAME_LATE) <= '1';
-          end if;
-        end if;
-      end if;
-
-      -- The token.
-      strobe      := '0';
-      pixel       := '0';
-      line_first  := '0';
-      line_last   := '0';
-      band        := '0';
-      frame_first := '0';
-      image       := '0';
-      token_row   <= band_row;
-      token_data  <= (others => '0');
-
-      if send /= nothing then
-        strobe := '1';
-      end if;
-      if send /= nothing and send /= empty then
-        pixel       := '1';
-        line_first  := at_first;
-        line_last   := line_ends;
-        band        := band_token;
-        frame_first := starts_frame or first_band;
-        if image_token then
-          image := '1';
-        end if;
-      end if;
-      if send = stream_pixel then
-        token_data <= s_axis_tdata;
-      end if;
-
-      if reset = '1' then
-        strobe := '0';
-      end if;
-
-      token.strobe      <= strobe;
-      token.pixel       <= pixel;
-      token.line_first  <= line_first;
-      token.line_last   <= line_last;
-      token.band        <= band;
-      token.frame_first <= frame_first;
-      token.image       <= image;
+      token.strobe      <= any_step and not reset;
+      token.pixel       <= sends_pixel;
+      token.line_first  <= sends_pixel and at_first;
+      token.line_last   <= sends_pixel and line_ends;
+      token.band        <= sends_pixel and band_token;
+      token.frame_first <= sends_pixel and (starts_frame or first_band);
+      token.image       <= sends_image;
       token.slice       <= slice_now;
-
-      if reset = '1' then
-        state           <= accept;
-        synchronised    <= '0';
-        frame_open      <= '0';
-        excess          <= '0';
-        first_band      <= '0';
-        column          <= (others => '0');
-        at_first        <= '1';
-        at_last         <= '0';
-        row             <= (others => '0');
-        band_row        <= 0;
-        tokens_to_flush <= 0;
-        bands_to_flush  <= 0;
-        bands_missing   <= 0;
-        band_phase      <= 0;
-        steps_missing   <= 0;
-        tokens_due      <= '0';
-        bands_due       <= '0';
-        steps_due       <= '0';
-        frame_short     <= '0';
-        frame_odd       <= '0';
-        error_flags     <= (others => '0');
+      token_row         <= band_row;
+      token_data        <= (others => '0');
+      if takes_pixel = '1' then
+        token_data <= s_axis_tdata;
       end if;
     end if;
 
-  end process follow;
+  end process give;
 
 end architecture rtl;

@@ -44,8 +44,8 @@ HOLD = CoreConfiguration(
         (NARROW, "refocus_pkg.vhd", "PARTIAL_SUM_LOOP : positive := 4",
          "PARTIAL_SUM_LOOP : positive := 2"),
         (CORE, "axis_fifo.vhd", "elsif word_moves = '1' then", "elsif m_axis_tready = '1' then"),
-        (CORE, "frame_sequencer.vhd", "to_logic(COLUMN_FLUSH > 0)", "'0'"),
-        (CORE, "frame_sequencer.vhd", "to_logic(ROW_FLUSH > 0)", "'0'"),
+        (CORE, "sequencer_waits.vhd", "=> SOME_BANDS,", "=> '0',"),
+        (CORE, "sequencer_waits.vhd", "=> SOME_TOKENS,", "=> '0',"),
         (CORE, "frame_sequencer.vhd",
          "if line_ends = '1' then\n          column   <= (others => '0');",
          "if line_ends = '1' and s_axis_tlast = '1' then\n          column   <= (others => '0');"),
@@ -59,7 +59,8 @@ HOLD = CoreConfiguration(
          "next_word when false else"),
         (ARRAY, "frame_sequencer.vhd", "if frame_open = '0' and band_row /= 0 then",
          "if false then"),
-        (SLICES, "frame_sequencer.vhd", "slice_now     := slice;", "slice_now     := slice_held;"),
+        (SLICES, "frame_sequencer.vhd", "<= slice when starts_frame",
+         "<= slice_held when starts_frame"),
         *(
             pytest.param(LANES, *fault, marks=pytest.mark.slow)
             for fault in (

@@ -1,0 +1,92 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Tells what is wrong with the stream that frame_sequencer takes, and which of its pixels are in excess.
+--
+-- A line that is too short is filled up, so it is known at its early end. Of one that is too long it is known at the
+-- last pixel that is wanted; what follows is the excess, up to the end of the line or the next frame.
+--
+-- Latency: 1 clock. Throughput: one pixel each clock.
+-- Equation: see error_flags of frame_sequencer.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+entity stream_faults is
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- What is on offer, and whether anything can be done with it in this clock.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tuser  : in    std_logic;
+    s_axis_tlast  : in    std_logic;
+    credit        : in    std_logic;
+    -- It is taken; as a pixel of the frame, which is the first one of the frame, the last one of its line.
+    take         : in    std_logic;
+    takes_pixel  : in    std_logic;
+    starts_frame : in    std_logic;
+    line_ends    : in    std_logic;
+    -- A frame starts inside a frame.
+    frame_broken : in    std_logic;
+    -- What is on offer is in excess, up to its end.
+    excess : out   std_logic;
+    -- 0 line ended early, 1 line ended late, 2 frame started early, 3 pixels without a start of frame, 4 frame size
+    -- that is not supported. They stay set until error_clear.
+    error_flags : out   std_logic_vector(4 downto 0);
+    error_clear : in    std_logic
+  );
+end entity stream_faults;
+
+architecture rtl of stream_faults is
+
+  constant LINE_EARLY  : natural := 0;
+  constant LINE_LATE   : natural := 1;
+  constant FRAME_EARLY : natural := 2;
+  constant FRAME_LATE  : natural := 3;
+  constant FRAME_SIZE  : natural := 4;
+
+  -- A frame began since the reset: before, the stream may be in the middle of one, which is no fault.
+  signal synchronised : std_logic := '0';
+  signal in_excess    : std_logic := '0';
+
+begin
+
+  excess <= in_excess;
+
+  find_faults : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if error_clear = '1' then
+        error_flags <= (others => '0');
+      end if;
+      if starts_frame = '1' then
+        synchronised <= '1';
+      end if;
+      if takes_pixel = '1' then
+        in_excess <= line_ends and not s_axis_tlast;
+        if s_axis_tlast = '1' and line_ends = '0' then
+          error_flags(LINE_EARLY) <= '1';
+        elsif s_axis_tlast = '0' and line_ends = '1' then
+          error_flags(LINE_LATE) <= '1';
+        end if;
+      elsif credit = '1' and s_axis_tvalid = '1' then
+        if s_axis_tuser = '1' or s_axis_tlast = '1' then
+          in_excess <= '0';
+        end if;
+        if frame_broken = '1' then
+          error_flags(FRAME_EARLY) <= '1';
+        elsif take = '1' and s_axis_tuser = '1' then
+          error_flags(FRAME_SIZE) <= '1';
+        elsif take = '1' and synchronised = '1' and in_excess = '0' then
+          error_flags(FRAME_LATE) <= '1';
+        end if;
+      end if;
+      if reset = '1' then
+        synchronised <= '0';
+        in_excess    <= '0';
+        error_flags  <= (others => '0');
+      end if;
+    end if;
+
+  end process find_faults;
+
+end architecture rtl;
