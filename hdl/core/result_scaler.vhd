@@ -15,7 +15,7 @@ use work.token_pkg.all;
 
 entity result_scaler is
   generic (
-    -- As in raster_refocuser.
+    -- Exact sums and one division at the end, or stored products, which round.
     EXACT : boolean;
     -- Values side by side.
     LANES : positive;

@@ -9,7 +9,7 @@
 --
 -- Latency: STREAM_LATENCY clocks without those of the engine, 1 more with parallel rows, 3 fewer without input FIFO.
 -- Throughput: one token each clock.
--- Equation: the n-th result of an image line out is the n-th in; tokens as in frame_sequencer.
+-- Equation: the n-th result of an image line out is the n-th in; for tokens see frame_sequencer.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -23,7 +23,7 @@ entity stream_shell is
   generic (
     -- Longest line in pixels.
     MAX_COLUMNS : positive;
-    -- As in frame_sequencer; above 1 with one row at a time only.
+    -- Neighbouring pixels of a line that come together, a power of two; above 1 with one row at a time only.
     PIXELS_PER_CLOCK : positive := 1;
     -- Lines that the engine takes at once.
     PARALLEL_ROWS : positive := 1;
@@ -41,13 +41,13 @@ entity stream_shell is
     COLUMN_DELAY : natural;
     -- Clocks from a token at the engine's input to its result.
     ENGINE_LATENCY : positive;
-    -- As in frame_sequencer.
+    -- The shortest band in tokens, a multiple of PARALLEL_ROWS.
     MIN_STEPS : positive;
-    -- As in frame_sequencer.
+    -- The shortest frame in bands.
     MIN_BANDS : positive;
-    -- As in frame_sequencer.
+    -- What the number of a frame's bands is filled up to a multiple of.
     BAND_MODULUS : positive;
-    -- As in frame_sequencer.
+    -- Whether flush lines that are not needed for that count as well.
     KEEP_MODULUS : boolean := false
   );
   port (
@@ -56,7 +56,8 @@ entity stream_shell is
     -- Frame size, read with the first pixel of a frame.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- As in slice_select, read with the first pixel of a frame.
+    -- The slice of the next frame as a number in the set, beyond it the last one; or with sweep all of them in turn,
+    -- each for sweep_frames frames (0 counts as 1). Read with the first pixel of a frame.
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);
@@ -73,7 +74,8 @@ entity stream_shell is
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- Faults of the stream in, as in frame_sequencer, set until error_clear.
+    -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
+    -- pixels without a start of frame, 4 frame size that the core does not support.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic;
     -- To the engine: a token, the rows that are image lines, their pixels, row 0 in the low bits.

@@ -10,7 +10,7 @@ package token_pkg is
   -- Number of a slice in its set, from 0.
   subtype slice_t is unsigned(7 downto 0);
 
-  -- A step of an engine. All but strobe counts with strobe alone.
+  -- A step of an engine. The other fields are valid only while strobe = '1'.
   type token_t is record
     strobe : std_logic;
     -- A pixel of a band of lines; other tokens push pixels out of the row filters.

@@ -27,7 +27,8 @@ entity depth_index is
     SLICES : positive range 1 to 256;
     -- Sharpness is judged in a window of (2 RADIUS + 1) x (2 RADIUS + 1) micro images.
     RADIUS : natural range 0 to 8 := 1;
-    -- As in index_vote; without VOTE_RADIUS every micro image keeps its own slice.
+    -- How far the sharpness of the sharpest and the dullest slice are apart where there is texture, and how many micro
+    -- images around one vote for its slice; with 0 every micro image keeps its own.
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS : natural range 0 to 4          := 0;
     -- Longest line in pixels.
@@ -38,7 +39,8 @@ entity depth_index is
     PIXEL_BITS : positive range 1 to 16 := 8;
     -- Whether the pixel of a chosen slice goes beside.
     CHOSEN_TOO : boolean := false;
-    -- As in focal_stack; false: frames may have lines below the picture, see picture_rows.
+    -- Whether the entity pushes the rest of a frame out when nothing follows. Without it the next frame does, and
+    -- frames may have lines below the picture, see picture_rows.
     FLUSH : boolean := true
   );
   port (
@@ -50,7 +52,8 @@ entity depth_index is
     -- Without FLUSH: lines of the picture, stable while it streams; those below it in a frame count as beyond its edge
     -- and do not come out.
     picture_rows : in    std_logic_vector(15 downto 0);
-    -- As in slice_select, read with the first pixel of a frame; with CHOSEN_TOO alone.
+    -- The slice of the next frame as a number in the set, beyond it the last one; or with sweep all of them in turn,
+    -- each for sweep_frames frames (0 counts as 1). Read with the first pixel of a frame; with CHOSEN_TOO alone.
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);
@@ -68,7 +71,8 @@ entity depth_index is
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- As in frame_sequencer, set until error_clear.
+    -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
+    -- pixels without a start of frame, 4 frame size that the core does not support.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic
   );

@@ -28,7 +28,8 @@ entity sharpness_index is
     SLICES : positive range 1 to 256;
     -- Micro images from the middle of the window to its edge.
     RADIUS : natural range 0 to 8 := 1;
-    -- As in index_vote; without VOTE_RADIUS every micro image keeps its own slice.
+    -- How far the sharpness of the sharpest and the dullest slice are apart where there is texture, and how many micro
+    -- images around one vote for its slice; with 0 every micro image keeps its own.
     CONFIDENCE  : natural range 0 to 1073741823 := 0;
     VOTE_RADIUS : natural range 0 to 4          := 0;
     -- Whether frames may have lines below the picture, see rows.

@@ -40,15 +40,15 @@ use work.sharpen_pkg.all;
 
 entity fir_array is
   generic (
-    -- As in raster_refocuser.
+    -- M: pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- As in raster_refocuser.
+    -- The slices: a' of each in pixels, with blanks in between.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean := true;
-    -- As in raster_refocuser.
+    -- Moving sums that follow in each dimension: 0 none, 1 for linear interpolation.
     INTERPOLATION_ORDER : natural range 0 to 3 := 0;
-    -- As in raster_refocuser.
+    -- Whether the first output of a micro image is held for its others, which are equal.
     HOLD : boolean := false;
     -- N: rows that are filtered at once.
     PARALLEL_ROWS : positive range 1 to 64 := 1;
@@ -58,15 +58,15 @@ entity fir_array is
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
-    -- As in raster_refocuser.
+    -- Exact sums and one division at the end, or stored products, which round.
     EXACT : boolean := true;
-    -- As in raster_refocuser.
+    -- Stored products only: fraction bits of the products.
     FRACTION_BITS : natural range 0 to 12 := 0;
-    -- As in raster_refocuser.
+    -- Stored products only: fraction bits of the image between rows and columns.
     GUARD_BITS : natural range 0 to 12 := 0;
-    -- As in raster_refocuser.
+    -- Taps that one latch of the broadcast net drives; 0: one register drives all.
     BROADCAST_TAPS : natural := 0;
-    -- As in raster_refocuser.
+    -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
     SHARPENING : string := "";
     -- Whether all rows of a column come out with the same token.
     DESKEW : boolean := false

@@ -30,9 +30,9 @@ entity fir_stage is
     MICRO_IMAGE_SIZE : positive;
     -- The set of a' in pixels.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
-    -- As in raster_refocuser.
+    -- Whether the first output of a micro image is held for its others, which are equal.
     HOLD : boolean;
     -- Filters that work one token after the other: 1 for rows, the rows of a band for columns.
     MODULES : positive;
@@ -54,7 +54,7 @@ entity fir_stage is
     DROP_BITS : natural;
     -- Width of a lane of the output.
     RESULT_BITS : positive;
-    -- As in raster_refocuser.
+    -- Taps that one latch of the broadcast net drives; 0: one register drives all.
     BROADCAST_TAPS : natural;
     -- Width of the side information of a step.
     STEP_TAG_BITS : positive;

@@ -25,9 +25,9 @@ entity switch_control is
     MICRO_IMAGE_SIZE : positive;
     -- The set of a' in pixels.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
-    -- As in raster_refocuser.
+    -- Whether the first output of a micro image is held for its others, which are equal.
     HOLD : boolean;
     -- tap_count of the above.
     TAPS : positive;

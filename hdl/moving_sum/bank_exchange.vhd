@@ -20,9 +20,9 @@ entity bank_exchange is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
-    -- As in raster_refocuser.
+    -- The slices: a' of each in pixels, with blanks in between.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
     -- P.
     PIXELS_PER_CLOCK : positive;

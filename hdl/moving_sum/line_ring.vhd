@@ -26,9 +26,9 @@ entity line_ring is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
-    -- As in raster_refocuser.
+    -- The slices: a' of each in pixels, with blanks in between.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
     -- Whether frames of any number of lines follow each other without a gap.
     ANY_ROWS : boolean;

@@ -35,13 +35,13 @@ use work.sharpen_pkg.all;
 
 entity moving_sum_array is
   generic (
-    -- As in raster_refocuser.
+    -- M: pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- As in raster_refocuser.
+    -- The slices: a' of each in pixels, with blanks in between.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean := true;
-    -- As in raster_refocuser.
+    -- Moving sums that follow in each dimension: 0 none, 1 for linear interpolation.
     INTERPOLATION_ORDER : natural range 0 to 3 := 0;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;
@@ -51,15 +51,15 @@ entity moving_sum_array is
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
-    -- As in raster_refocuser.
+    -- Exact sums and one division at the end, or stored products, which round.
     EXACT : boolean := true;
-    -- As in raster_refocuser.
+    -- Stored products only: fraction bits of the products.
     FRACTION_BITS : natural range 0 to 12 := 0;
-    -- As in raster_refocuser.
+    -- Stored products only: fraction bits of the image between rows and columns.
     GUARD_BITS : natural range 0 to 12 := 0;
-    -- As in raster_refocuser.
+    -- Whether frames of any number of lines follow each other without a pause.
     ANY_ROWS : boolean := false;
-    -- As in raster_refocuser.
+    -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
     SHARPENING : string := ""
   );
   port (
@@ -87,8 +87,8 @@ architecture rtl of moving_sum_array is
                                      takes_arithmetic("moving_sum_array", ARITHMETIC) and
                                      takes_sharpening("moving_sum_array", SHARPENING, GEOMETRY.slices, EXACT,
                                                        1) and
-                                     takes_sums("moving_sum_array", ARITHMETIC, GEOMETRY, ANY_ROWS, PIXELS_PER_CLOCK, MAX_COLUMNS,
-                                                 CHANNELS, SHARPENING));
+                                     takes_sums("moving_sum_array", ARITHMETIC, GEOMETRY, ANY_ROWS, PIXELS_PER_CLOCK,
+                                                 MAX_COLUMNS, CHANNELS, SHARPENING));
 
   constant STORED     : boolean  := not EXACT;
   constant P          : positive := PIXELS_PER_CLOCK;

@@ -27,7 +27,7 @@ entity moving_sum_control is
     MICRO_IMAGE_SIZE : positive;
     -- The set of a' in pixels.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
     -- reach of the above.
     REACHED : positive;
@@ -74,7 +74,7 @@ architecture rtl of moving_sum_control is
 
   subtype phase_t is natural range 0 to larger(M - 1, 1);
 
-  -- Steps since a line began, up to one beyond what matters.
+  -- Steps since a line began; saturates at REACHED + 1, as no age is larger.
   subtype count_t is natural range 0 to REACHED + 1;
 
   -- Tables are by slice and phase.
@@ -250,7 +250,7 @@ architecture rtl of moving_sum_control is
   signal due_ended_2    : count_t   := 0;
   signal due_first_2    : std_logic := '0';
   signal age_2          : count_t   := 0;
-  -- The counts as they were M steps before, when what leaves entered; ages come late from a block RAM.
+  -- The counts minus M, to compare the age of what leaves with. Registered, because the age comes late from its ROM.
   signal left_count_2 : integer range -M to LEFT_MAX := -M;
   signal left_ended_2 : integer range -M to LEFT_MAX := -M;
   signal update_2     : std_logic                    := '0';

@@ -29,9 +29,9 @@ entity moving_sum_stage is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
-    -- As in raster_refocuser.
+    -- The slices: a' of each in pixels, with blanks in between.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
     -- Columns only: whether frames of any number of lines follow each other without a gap.
     ANY_ROWS : boolean := false;

@@ -23,9 +23,9 @@ entity pixel_banks is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
-    -- As in raster_refocuser.
+    -- The slices: a' of each in pixels, with blanks in between.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
     -- P.
     PIXELS_PER_CLOCK : positive;
@@ -33,7 +33,7 @@ entity pixel_banks is
     CHANNELS : positive;
     -- Width of a channel.
     PIXEL_BITS : positive;
-    -- As in lane_control.
+    -- Bits of a row, and how many rows of a line are counted.
     ROW_BITS  : positive;
     MOST_ROWS : positive
   );

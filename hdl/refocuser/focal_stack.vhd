@@ -47,10 +47,10 @@ entity focal_stack is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- As in raster_refocuser.
+    -- Frame size, read with the first pixel of a frame.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- AXI4-Stream video as in raster_refocuser.
+    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 in the low bits of tdata.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
@@ -62,7 +62,8 @@ entity focal_stack is
     m_axis_tdata  : out   std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0);
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- As in frame_sequencer, set until error_clear.
+    -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
+    -- pixels without a start of frame, 4 frame size that the core does not support.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic
   );

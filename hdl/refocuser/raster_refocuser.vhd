@@ -78,7 +78,8 @@ entity raster_refocuser is
     -- Frame size, read with the first pixel of a frame.
     columns : in    std_logic_vector(15 downto 0);
     rows    : in    std_logic_vector(15 downto 0);
-    -- As in slice_select, read with the first pixel of a frame.
+    -- The slice of the next frame as a number in the set, beyond it the last one; or with sweep all of them in turn,
+    -- each for sweep_frames frames (0 counts as 1). Read with the first pixel of a frame.
     slice        : in    std_logic_vector(7 downto 0);
     sweep        : in    std_logic;
     sweep_frames : in    std_logic_vector(7 downto 0);
@@ -96,7 +97,8 @@ entity raster_refocuser is
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- As in frame_sequencer, set until error_clear.
+    -- Faults of the stream, set until error_clear: 0 line ended early, 1 line ended late, 2 frame started early, 3
+    -- pixels without a start of frame, 4 frame size that the core does not support.
     error_flags : out   std_logic_vector(4 downto 0);
     error_clear : in    std_logic
   );

@@ -15,25 +15,25 @@ use ieee.numeric_std.all;
 
 entity self_test is
   generic (
-    -- As in raster_refocuser.
+    -- M: pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128 := 5;
-    -- As in raster_refocuser; a single one.
+    -- The slice: a' in pixels.
     SHIFTS : string := "-3";
-    -- As in raster_refocuser.
+    -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 3;
-    -- As in raster_refocuser.
+    -- Exact sums and one division at the end, or stored products, which round.
     EXACT : boolean := true;
-    -- As in raster_refocuser.
+    -- Stored products only: fraction bits of the products.
     FRACTION_BITS : natural range 0 to 12 := 0;
-    -- As in raster_refocuser.
+    -- Stored products only: fraction bits of the image between rows and columns.
     GUARD_BITS : natural range 0 to 12 := 0;
-    -- Frame size.
+    -- Pixels of a line.
     COLUMNS : positive range 2 to 8192 := 640;
-    -- Frame size.
+    -- Lines of a frame.
     ROWS : positive range 2 to 65535 := 480;
-    -- Upper and lower half of the signature of a refocused frame.
+    -- Upper half of the signature of a refocused frame.
     EXPECTED_HIGH : natural range 0 to 65535 := 0;
-    -- As above.
+    -- Its lower half.
     EXPECTED_LOW : natural range 0 to 65535 := 0;
     -- Frames for each change of blink, as a power of two.
     BLINK_BITS : positive range 1 to 31 := 5

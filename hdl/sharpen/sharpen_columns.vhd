@@ -24,7 +24,7 @@ entity sharpen_columns is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
-    -- As in lens_sharpener.
+    -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
     SHARPENING : string;
     -- Tokens of the longest line.
     TOKENS : positive;
@@ -32,7 +32,7 @@ entity sharpen_columns is
     LANES : positive;
     -- Width of a sum.
     SUM_BITS : positive;
-    -- As in three_taps.
+    -- What three_taps adds, for the rounding behind the taps of rows.
     OFFSET : natural;
     -- Width of a result.
     RESULT_BITS : positive

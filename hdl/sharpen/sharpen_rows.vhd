@@ -20,7 +20,7 @@ entity sharpen_rows is
   generic (
     -- M.
     MICRO_IMAGE_SIZE : positive;
-    -- As in lens_sharpener.
+    -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
     SHARPENING : string;
     -- Neighbouring pixels of a line that a token has.
     PIXELS_PER_CLOCK : positive := 1;

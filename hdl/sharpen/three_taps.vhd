@@ -21,7 +21,7 @@ entity three_taps is
   generic (
     -- Width of a value, a signed number.
     VALUE_BITS : positive;
-    -- As in lens_sharpener.
+    -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
     SHARPENING : string;
     -- What is added, 0 to 2**SCALE_BITS - 1.
     OFFSET : natural;

@@ -25,7 +25,7 @@ entity column_sum is
     MICRO_IMAGE_SIZE : positive;
     -- The slices: a' in pixels.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
     -- Which of the slices.
     SLICE : natural;

@@ -22,11 +22,11 @@ use work.token_pkg.all;
 
 entity stack_array is
   generic (
-    -- As in focal_stack.
+    -- M: pixels of a micro image in each dimension.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    -- As in focal_stack.
+    -- The slices: a' of each in pixels, with blanks in between.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean := true;
     -- Longest line in pixels.
     MAX_COLUMNS : positive := 2048;

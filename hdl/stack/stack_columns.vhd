@@ -23,7 +23,7 @@ entity stack_columns is
     MICRO_IMAGE_SIZE : positive;
     -- The slices: a' in pixels.
     SHIFTS : string;
-    -- As in raster_refocuser.
+    -- Whether the picture stays put from slice to slice.
     CENTRED : boolean;
     -- Longest line in pixels.
     COLUMNS : positive;

@@ -12,7 +12,7 @@ use work.refocus_pkg.all;
 
 entity bench_core is
   generic (
-    -- As in raster_refocuser, focal_stack and depth_index; ENGINE may be "stack" too.
+    -- Those of raster_refocuser, focal_stack and depth_index under their names; ENGINE may be "stack" too.
     MICRO_IMAGE_SIZE    : positive := 2;
     SHIFTS              : string   := "0";
     CENTRED             : boolean  := true;
@@ -42,7 +42,7 @@ entity bench_core is
     rows    : in    std_logic_vector(15 downto 0);
     -- Frames of each slice of a sweep; 0: all frames are of the first slice.
     sweep_frames : in    std_logic_vector(7 downto 0);
-    -- AXI4-Stream video as in raster_refocuser.
+    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 in the low bits of tdata.
     s_axis_tvalid : in    std_logic;
     s_axis_tready : out   std_logic;
     s_axis_tdata  : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
@@ -61,7 +61,7 @@ entity bench_core is
     m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tlast  : out   std_logic;
-    -- As in frame_sequencer, never cleared.
+    -- Faults of the stream, see raster_refocuser; never cleared.
     error_flags : out   std_logic_vector(4 downto 0)
   );
 end entity bench_core;

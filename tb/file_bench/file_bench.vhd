@@ -25,7 +25,7 @@ use work.refocus_pkg.all;
 
 entity file_bench is
   generic (
-    -- As in bench_core.
+    -- Passed on to bench_core.
     MICRO_IMAGE_SIZE    : positive := 2;
     SHIFTS              : string   := "0";
     CENTRED             : boolean  := true;
