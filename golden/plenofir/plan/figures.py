@@ -22,8 +22,8 @@ from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.parts import left_out_in_turn
-from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.plan.configure import configure, top_of

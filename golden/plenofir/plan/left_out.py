@@ -10,8 +10,8 @@ from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import Device, Usage
 from plenofir.fpga.screen.board_screen import Screen
+from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate, slice_engine
-from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
 from plenofir.plan.scene_screen import scene_overlay
 from plenofir.plan.sensor.resampler import ResamplerConfiguration
 from plenofir.plan.sensor.scene_sensor import SensorChip

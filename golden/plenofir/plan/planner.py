@@ -16,8 +16,8 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Device, Usage
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
 from plenofir.fpga.names import SliceEngineName
+from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
-from plenofir.fpga.synthesis.picture_estimate import overlay_usage, picture_usage
 from plenofir.plan.left_out import extent, full_core, left_out, sensor_left_out
 from plenofir.plan.planned import EngineOption, Plan, PlannedSlice, planned_sensor
 from plenofir.plan.scene import LoadedScene

@@ -7,6 +7,8 @@ that were fitted to synthesised cores (scripts/resources.py fit); tests hold the
 What depends on the engine stands with the engine (`plenofir.fpga.core`).
 """
 
+from collections.abc import Mapping, Sequence
+
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.memory import Memory
@@ -95,24 +97,42 @@ def estimate(core: CoreConfiguration, family: Family = "spartan6") -> Usage:
     Block RAM and multipliers as Yosys maps them. LUTs and flip-flops within some percent for one
     pixel a clock and a Spartan-6; within a third for several, or an ECP5.
     """
-    engine, parts = slice_engine(core), structure(core)
-    found = memories(core)
-
-    def weighed(weights: dict[str, float]) -> int:
-        return round(sum(weight * parts[name] for name, weight in weights.items()))
-
-    in_memories = sum((memory.usage for memory in found), Usage())
-    logic = Usage(
-        lut=weighed(engine.LUT_WEIGHTS),
-        flip_flops=weighed(engine.FLIP_FLOP_WEIGHTS),
-        dsp=multipliers(core),
+    engine = slice_engine(core)
+    return usage_of_parts(
+        structure(core),
+        (engine.LUT_WEIGHTS, engine.FLIP_FLOP_WEIGHTS),
+        memories(core),
+        multipliers(core),
+        family,
+        (LUT4, _ECP5_FLIP_FLOPS[engine.kind]),
+        sharpener_usage(core, core.pixels_per_clock),
     )
-    usage = in_memories + sharpener_usage(core, core.pixels_per_clock) + logic
+
+
+def usage_of_parts(
+    parts: Mapping[str, int],
+    weights: tuple[Mapping[str, float], Mapping[str, float]],
+    memories: Sequence[Memory],
+    multipliers: int,
+    family: Family,
+    on_ecp5: tuple[float, float],
+    more: Usage = Usage(),  # noqa: B008 (frozen)
+) -> Usage:
+    """What a design takes: its memories, and its parts, each with its weight.
+
+    `weights` are LUTs and flip-flops of each part on a Spartan-6, `on_ecp5` those of an ECP5 for
+    one of these; `more` comes on top.
+    """
+    in_memories = sum((memory.usage for memory in memories), Usage())
+    lut, flip_flops = (
+        round(sum(weight * parts[name] for name, weight in table.items())) for table in weights
+    )
+    usage = in_memories + more + Usage(lut=lut, flip_flops=flip_flops, dsp=multipliers)
     if family == "spartan6":
         return usage
     return Usage(
-        lut=round(LUT4 * usage.lut),
-        flip_flops=round(_ECP5_FLIP_FLOPS[engine.kind] * usage.flip_flops),
-        ramb16=usage.block_rams - in_memories.block_rams + sum(m.ecp5_blocks for m in found),
+        lut=round(on_ecp5[0] * usage.lut),
+        flip_flops=round(on_ecp5[1] * usage.flip_flops),
+        ramb16=usage.block_rams - in_memories.block_rams + sum(m.ecp5_blocks for m in memories),
         dsp=usage.dsp,
     )

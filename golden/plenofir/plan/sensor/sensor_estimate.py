@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from plenofir.fpga.core.memory import Memory, block_sizes
 from plenofir.fpga.devices import Family, Usage
-from plenofir.fpga.synthesis.estimate import LUT4, dsp_parts
+from plenofir.fpga.synthesis.estimate import LUT4, dsp_parts, usage_of_parts
 from plenofir.plan.sensor.resampler import ResamplerConfiguration
 
 LUT_WEIGHTS = {
@@ -29,6 +29,7 @@ FLIP_FLOP_WEIGHTS = {
     "mosaic bits": 55.6,
     "lines": 1.67,
 }
+_ECP5_FLIP_FLOPS = 1.4
 _GAIN_INTEGER_BITS = 4
 
 
@@ -98,22 +99,15 @@ def sensor_usage(
     Multipliers as Yosys maps them, block RAM or up to two more, LUTs and flip-flops within some
     percent on a Spartan-6; within a third on an ECP5.
     """
-    parts = sensor_structure(core, mosaic=mosaic)
-    memories = list(sensor_memories(core, mosaic=mosaic))
-    in_memories = sum((memory.usage for memory in memories), Usage())
-    usage = in_memories + Usage(
-        lut=round(sum(weight * parts[name] for name, weight in LUT_WEIGHTS.items())),
-        flip_flops=round(sum(weight * parts[name] for name, weight in FLIP_FLOP_WEIGHTS.items())),
-        dsp=sensor_multipliers(core),
-    )
-    if family == "spartan6":
-        # The size of the raster, M times the numbers of lenses: Yosys takes a multiplier for each,
-        # on an ECP5 it adds. By a power of two it is a shift.
-        m = core.micro_image_size
-        return usage + Usage(dsp=2 * (m & (m - 1) != 0))
-    return Usage(
-        lut=round(LUT4 * usage.lut),
-        flip_flops=round(1.4 * usage.flip_flops),
-        ramb16=sum(memory.ecp5_blocks for memory in memories),
-        dsp=usage.dsp,
+    # The size of the raster, M times the numbers of lenses: Yosys takes a multiplier for each, on
+    # an ECP5 it adds. By a power of two it is a shift.
+    m = core.micro_image_size
+    sizes = 2 * (family == "spartan6" and m & (m - 1) != 0)
+    return usage_of_parts(
+        sensor_structure(core, mosaic=mosaic),
+        (LUT_WEIGHTS, FLIP_FLOP_WEIGHTS),
+        list(sensor_memories(core, mosaic=mosaic)),
+        sensor_multipliers(core) + sizes,
+        family,
+        (LUT4, _ECP5_FLIP_FLOPS),
     )

@@ -15,7 +15,7 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import Family, Usage
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.overlay import Overlay
-from plenofir.fpga.synthesis.estimate import multipliers
+from plenofir.fpga.synthesis.estimate import multipliers, usage_of_parts
 
 # Fitted by scripts/resources.py fit.
 LUT_WEIGHTS = {
@@ -97,12 +97,6 @@ def index_memories(index: DepthIndexConfiguration, *, chosen_too: bool) -> Itera
     yield Memory("output FIFO", _bits(2 * under_way + 1), out, 1)
 
 
-def picture_memories(core: CoreConfiguration, screen: Screen) -> list[Memory]:
-    """Memories of the entity ``picture_core`` with a focal stack."""
-    index = screen.index(core)
-    return [*stack_memories(core), *index_memories(index, chosen_too=True)]
-
-
 def stack_structure(core: CoreConfiguration) -> dict[str, int]:
     """Parts of ``focal_stack`` that look-up tables and flip-flops go to."""
     engine, pixel = core.engine, core.channels * core.pixel_bits
@@ -127,31 +121,20 @@ def index_structure(index: DepthIndexConfiguration) -> dict[str, int]:
     }
 
 
-def picture_structure(core: CoreConfiguration, screen: Screen) -> dict[str, int]:
-    """Parts of ``picture_core`` with a focal stack."""
-    return stack_structure(core) | index_structure(screen.index(core))
-
-
 def picture_usage(core: CoreConfiguration, screen: Screen, family: Family = "spartan6") -> Usage:
     """Estimate what a focal stack and the depth index behind it take of a device.
 
     Multipliers as Yosys maps them, block RAM too on an ECP5, else or up to five more; LUTs and
     flip-flops within 15 % on a Spartan-6, within a third on an ECP5.
     """
-    parts, memories = picture_structure(core, screen), picture_memories(core, screen)
-    in_memories = sum((memory.usage for memory in memories), Usage())
-    usage = in_memories + Usage(
-        lut=round(sum(weight * parts[name] for name, weight in LUT_WEIGHTS.items())),
-        flip_flops=round(sum(weight * parts[name] for name, weight in FLIP_FLOP_WEIGHTS.items())),
-        dsp=len(core.shifts) * multipliers(core),
-    )
-    if family == "spartan6":
-        return usage
-    return Usage(
-        lut=round(_ECP5_LUT4 * usage.lut),
-        flip_flops=round(_ECP5_FLIP_FLOPS * usage.flip_flops),
-        ramb16=sum(memory.ecp5_blocks for memory in memories),
-        dsp=usage.dsp,
+    index = screen.index(core)
+    return usage_of_parts(
+        stack_structure(core) | index_structure(index),
+        (LUT_WEIGHTS, FLIP_FLOP_WEIGHTS),
+        [*stack_memories(core), *index_memories(index, chosen_too=True)],
+        len(core.shifts) * multipliers(core),
+        family,
+        (_ECP5_LUT4, _ECP5_FLIP_FLOPS),
     )
 
 
