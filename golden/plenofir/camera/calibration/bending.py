@@ -2,19 +2,7 @@
 """How a grid is bent by a tilted array and a distorting lens, and which model its lenses bear out.
 
 Few lenses cannot tell all terms of a polynomial of order 3, but they can tell the few terms that a
-camera has. With z a lens's place in an even grid from the middle of the image, in half diagonals, a
-complex number, centres are sums of terms z^a conj(z)^b with real factors:
-
-    even        1, i, z, iz, conj(z), i conj(z)     offset, pitch, rotation, shear
-    radial      z |z|^2                             distortion, r' = r + k r^3
-    tilt        z Re(z), z Im(z)                    perspective
-    axis        |z|^2, i |z|^2                      distortion about another point
-    quadratic, cubic                                all that is left of orders 2 and 3
-    high        z |z|^4, z |z|^2 Re(z), z |z|^2 Im(z)
-    quintic                                         all that is left of orders 4 and 5
-
-Perspective and distortion are exact where orders 2 and 3 are not tried in full: a camera's
-terms of higher order follow from tilt and distortion (`_beyond`).
+camera has (`plenofir.camera.calibration.models`).
 
 Each factor has a normal distribution that is known beforehand (of the even ones nothing is), so a
 model has a likelihood that pays for its terms. The most likely one is taken. What the others say of
@@ -27,18 +15,29 @@ makes no outliers, so lenses at the border that it misses tell against it.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from plenofir.camera.calibration.grid import Floats, Indices, exponents, polynomial_terms
+from plenofir.camera.calibration.models import (
+    BENT,
+    EVEN,
+    FULL,
+    GROUPS,
+    HIGHEST,
+    MODELS,
+    SPREADS,
+    TERMS,
+    Complexes,
+    Frame,
+    Model,
+    beyond,
+    columns,
+    places_of,
+)
 from plenofir.camera.calibration.moire import USUAL, waves
-
-Complexes = npt.NDArray[np.complex128]
-_Term = dict[tuple[int, int], complex]
 
 # Tukey's biweight: residuals beyond this many (robust) standard deviations do not count.
 _TUKEY = 6.0
@@ -56,136 +55,6 @@ _EVEN_ODDS = 4.0
 _NOTHING, _LARGEST_TILT = 1e-4, 0.1
 # Lenses and rows of them that it takes to try all terms of an order.
 _NEEDED = {2: (24, 4), 3: (40, 6), 4: (80, 8), 5: (160, 12)}
-
-
-def _both(a: int, b: int) -> list[_Term]:
-    return [{(a, b): 1.0}, {(a, b): 1j}]
-
-
-def _tilt(times: int) -> list[_Term]:
-    """Terms z Re(z) and z Im(z), times a power of |z|^2."""
-    high, low = (2 + times, times), (1 + times, 1 + times)
-    return [{high: 0.5, low: 0.5}, {high: -0.5j, low: 0.5j}]
-
-
-# Terms of each group, and the standard deviations of their factors in half diagonals.
-_GROUPS: dict[str, tuple[list[_Term], float]] = {
-    "even": ([*_both(0, 0), *_both(1, 0), *_both(0, 1)], np.inf),
-    "radial": ([{(2, 1): 1.0}], 0.02),
-    "tilt": (_tilt(0), 0.03),
-    "axis": (_both(1, 1), 0.005),
-    "quadratic": (_both(0, 2), 0.005),
-    "cubic": ([{(2, 1): 1j}, *_both(3, 0), *_both(1, 2), *_both(0, 3)], 0.005),
-    "high": ([{(3, 2): 1.0}, *_tilt(1)], 0.003),
-    "quintic": (
-        [
-            *(term for a in (4, 3, 1, 0) for term in _both(a, 4 - a)),
-            {(3, 2): 1j},
-            *(term for a in (5, 4, 2, 1, 0) for term in _both(a, 5 - a)),
-        ],
-        0.002,
-    ),
-}
-_PLANE = ("even", "tilt", "axis", "quadratic")
-
-
-@dataclass(frozen=True)
-class Model:
-    """Groups of terms, and the order of the polynomial that they make."""
-
-    groups: tuple[str, ...]
-    order: int
-
-    @property
-    def perspective(self) -> bool:
-        """Whether its terms of higher order follow from its tilt."""
-        return "tilt" in self.groups and "quadratic" not in self.groups
-
-    @property
-    def needs(self) -> tuple[int, ...]:
-        """Orders all of whose terms have to be tried for it."""
-        found = {"quadratic": 2, "cubic": 3, "high": 4, "quintic": 5}
-        return tuple(found[name] for name in self.groups if name in found)
-
-
-EVEN = Model(("even",), 1)
-BENT = Model(("even", "tilt", "radial"), 3)
-FULL = {
-    1: EVEN,
-    2: Model(_PLANE, 2),
-    3: Model((*_PLANE, "radial", "cubic"), 3),
-    5: Model((*_PLANE, "radial", "cubic", "high", "quintic"), 5),
-}
-"""Models that have all terms of an order."""
-_LENS = Model(("even", "tilt", "axis", "radial"), 3)
-_HIGH = Model((*_LENS.groups, "high"), 5)
-MODELS = (
-    EVEN,
-    Model(("even", "radial"), 3),
-    Model(("even", "tilt"), 2),
-    BENT,
-    _LENS,
-    FULL[2],
-    FULL[3],
-    _HIGH,
-    Model((*FULL[3].groups, "high"), 5),
-    FULL[5],
-)
-_ORDER = max(model.order for model in MODELS)
-_ALL = tuple(_GROUPS)
-
-
-@cache
-def _places(groups: tuple[str, ...]) -> npt.NDArray[np.int64]:
-    """Where the terms of some groups are among all of them."""
-    ends = np.cumsum([0, *(len(_GROUPS[name][0]) for name in _ALL)])
-    parts = [np.arange(ends[_ALL.index(n)], ends[_ALL.index(n) + 1]) for n in groups]
-    return np.sort(np.concatenate(parts))
-
-
-_TERMS = [term for name in _ALL for term in _GROUPS[name][0]]
-_SPREADS = np.concatenate([np.full(len(terms), spread) for terms, spread in _GROUPS.values()])
-
-
-def _columns(z: Complexes, groups: tuple[str, ...]) -> Complexes:
-    """Terms of some groups at places z, shape (places, terms)."""
-    powers = [np.ones_like(z)]
-    for _ in range(_ORDER):
-        powers.append(powers[-1] * z)
-    result = np.empty((len(z), len(_places(groups))), dtype=np.complex128)
-    for column, n in enumerate(_places(groups)):
-        result[:, column] = sum(
-            factor * powers[a] * powers[b].conj() for (a, b), factor in _TERMS[n].items()
-        )
-    return result
-
-
-def _beyond(z: Complexes, tilt: Floats, bend: float) -> Complexes:
-    """What a tilt and a distortion add beyond their first order, in half diagonals.
-
-    It is z / (1 - s), s = tilt . z, distorted, up to the fifth order.
-    """
-    s = z.real * tilt[0] + z.imag * tilt[1]
-    return np.asarray(z * (s**2 + s**3 + s**4 + bend * np.abs(z) ** 2 * (3 * s + 6 * s**2)))
-
-
-@dataclass(frozen=True)
-class Frame:
-    """An even grid in the middle of an image: what places z are counted in.
-
-    `vectors` are its steps along rows and columns in pixels, `origin` the lattice coordinates at
-    `middle` (y, x), and `half` the half diagonal in pixels.
-    """
-
-    vectors: Floats
-    origin: Floats
-    middle: Floats
-    half: float
-
-    def places(self, lattice: Floats) -> Complexes:
-        """Places z of lattice coordinates."""
-        away = (lattice - self.origin) @ self.vectors / self.half
-        return away[..., 0] + 1j * away[..., 1]
 
 
 @dataclass(frozen=True)
@@ -288,7 +157,7 @@ class Lenses:
 
     def _known(self, groups: tuple[str, ...]) -> Floats:
         """What is known of factors beforehand: the reciprocals of their variances."""
-        known = 1 / (_SPREADS[_places(groups)] * self.frame.half) ** 2
+        known = 1 / (SPREADS[places_of(groups)] * self.frame.half) ** 2
         pulls = (self.pitch / USUAL) ** 2 if self.pulled else np.empty(0)
         return np.concatenate([known, pulls])
 
@@ -303,16 +172,16 @@ class Lenses:
 
     def _lens(self, groups: tuple[str, ...], factors: Floats) -> tuple[Floats, float]:
         """Tilt and distortion that the factors of some groups tell."""
-        whole = np.zeros(len(_TERMS))
-        whole[_places(groups)] = factors[: len(_places(groups))] / self.frame.half
-        tilt, radial = whole[_places(("tilt",))], whole[_places(("radial",))]
+        whole = np.zeros(len(TERMS))
+        whole[places_of(groups)] = factors[: len(places_of(groups))] / self.frame.half
+        tilt, radial = whole[places_of(("tilt",))], whole[places_of(("radial",))]
         return np.clip(tilt, -_LARGEST_TILT, _LARGEST_TILT), float(radial[0])
 
     def _robust(self, groups: tuple[str, ...], *, perspective: bool) -> _Robust:
         """Fit all terms of some groups, outliers left out."""
-        columns = _columns(self.frame.places(self.lattice), groups)
-        size = columns.shape[1]
-        terms = np.stack([columns.real, columns.imag], axis=1).reshape(-1, size)
+        complexes = columns(self.frame.places(self.lattice), groups)
+        size = complexes.shape[1]
+        terms = np.stack([complexes.real, complexes.imag], axis=1).reshape(-1, size)
         measured = values = (self.values - self.frame.middle).ravel()
         shift = np.tile(self.frame.middle, len(self.values))
         known = self._known(groups)
@@ -365,7 +234,7 @@ class Lenses:
             few = self._part(drawn)
         given = None if order is None else FULL[order]
         models = tuple(m for m in models if all(map(few.tried, m.needs)) or m is given)
-        groups = tuple(n for n in _GROUPS if any(n in m.groups for m in models))
+        groups = tuple(n for n in GROUPS if any(n in m.groups for m in models))
         exact = BENT in models and FULL[3] not in models
         rich = few._robust(groups, perspective=exact)
         lens = few._lens(groups, rich.factors)
@@ -383,7 +252,7 @@ class Lenses:
         others = np.einsum("m,mi,mj->ij", chances, away, away)
         others += np.einsum("m,mij->ij", chances, np.stack([f.covariance for f in fits]))
         others -= chosen.covariance
-        part = np.searchsorted(_places(groups), _places(model.groups))
+        part = np.searchsorted(places_of(groups), places_of(model.groups))
         weights = np.zeros(len(self.points))
         weights[drawn] = few.prior * rich.tukey
         factors, own = chosen.factors[part], chosen.covariance
@@ -399,14 +268,14 @@ class Lenses:
             own = own * noise / (compared.noise + compared.common)
         made = model.order
         if model.perspective and np.abs(more).max() > _NOTHING:
-            made = _ORDER
+            made = HIGHEST
         fixed = np.zeros((len(exponents(made)), 2))
         if model.perspective:
-            fixed = self._polynomial(lambda z: self.frame.half * _beyond(z, *lens), made)
+            fixed = self._polynomial(lambda z: self.frame.half * beyond(z, *lens), made)
         fixed[0] += self.frame.middle
-        basis = self._polynomial(lambda z: _columns(z, model.groups), made)
+        basis = self._polynomial(lambda z: columns(z, model.groups), made)
         top = max(made, *(m.order for m in models))
-        turn = self._polynomial(lambda z: _columns(z, groups), top)
+        turn = self._polynomial(lambda z: columns(z, groups), top)
         size = turn.shape[-1]
         own, whole = (
             np.einsum("iap,pq,jbq->aibj", turn, c[:size, :size], turn) for c in (own, own + others)
@@ -427,7 +296,7 @@ class Lenses:
 
     def _more(self, lens: tuple[Floats, float]) -> Floats:
         """What a tilt and a distortion add to centres beyond their first order, in pixels."""
-        more = self.frame.half * _beyond(self.frame.places(self.lattice), *lens)
+        more = self.frame.half * beyond(self.frame.places(self.lattice), *lens)
         return np.stack([more.real, more.imag], axis=1).ravel()
 
     def _polynomial(self, of: Callable[[Complexes], Complexes], order: int) -> Floats:
@@ -477,9 +346,9 @@ class _Compared:
 
     def part(self, model: Model) -> Indices:
         """Where a model's factors are among all of them, the pull's strengths too."""
-        places = _places(self.groups)
+        places = places_of(self.groups)
         pulls = np.arange(len(places), len(self.gram))
-        return np.concatenate([np.searchsorted(places, _places(model.groups)), pulls])
+        return np.concatenate([np.searchsorted(places, places_of(model.groups)), pulls])
 
     def solve(self, model: Model) -> _Solved:
         """Fit a model."""

@@ -7,7 +7,6 @@ from typing import get_args
 import numpy as np
 from scipy import ndimage
 
-from plenofir.camera.calibration.bending import BENT, EVEN, MODELS
 from plenofir.camera.calibration.centroids import (
     Image32,
     core_brightness,
@@ -41,6 +40,7 @@ from plenofir.camera.calibration.lattice import (
     layout_misfits,
     no_grid,
 )
+from plenofir.camera.calibration.models import BENT, EVEN, MODELS
 from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
     extents,

@@ -4,7 +4,7 @@
 import numpy as np
 from scipy import ndimage
 
-from plenofir.camera.calibration.bending import MODELS, BentFit, Frame, Lenses, Model
+from plenofir.camera.calibration.bending import BentFit, Lenses
 from plenofir.camera.calibration.centroids import (
     CORE_HALF_WIDTH,
     Image32,
@@ -27,6 +27,7 @@ from plenofir.camera.calibration.lattice import (
     no_grid,
     reduced,
 )
+from plenofir.camera.calibration.models import MODELS, Frame, Model
 from plenofir.camera.calibration.pixels import pixel_fit
 from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
