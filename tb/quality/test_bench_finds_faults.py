@@ -34,7 +34,7 @@ HOLD = CoreConfiguration(
 )
 
 
-@pytest.mark.drawn(9)
+@pytest.mark.drawn(6)
 @pytest.mark.parametrize(
     ("core", "file", "old", "new"),
     [
