@@ -31,10 +31,10 @@ from plenofir.camera.calibration import calibrate, decode, text_calibration
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import regular_grid, white_image
-from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground.errors import InputError
 from plenofir.refocus import (
     ExactArithmetic,
     StoredProductArithmetic,

@@ -15,11 +15,11 @@ from pathlib import Path
 
 from entity_pages import entity_pages, instance_tree
 from marks import between_marks
-from plenofir import project
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.fpga.core import clock_counts
 from plenofir.fpga.hdmi import status
-from plenofir.images import read_image
+from plenofir.ground import project
+from plenofir.ground.images import read_image
 from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.view import export, light_field_page
 from plenofir_studies import many_pixels, thesis_benchmark

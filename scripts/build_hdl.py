@@ -11,12 +11,12 @@ import sys
 from pathlib import Path
 
 from core_files import core_files
-from plenofir import project
 from plenofir.fpga.hdmi.colour import colour_package
 from plenofir.fpga.hdmi.edid import edid_package
 from plenofir.fpga.hdmi.pll import settings_package
 from plenofir.fpga.hdmi.status import status_package
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, screen_package
+from plenofir.ground import project
 from plenofir.plan.sensor.board_sensor import SENSOR_PACKAGE, sensor_package
 
 HDL = project.root() / "hdl"

@@ -18,7 +18,7 @@ import tempfile
 from pathlib import Path
 
 from entity_pages import entity_pages
-from plenofir import project
+from plenofir.ground import project
 
 ROOT = project.root()
 OUT = ROOT / "build" / "site"
@@ -35,8 +35,8 @@ PACKAGES = {
     "plenofir.camera.resampling": "Resampling as the VHDL does it",
     "plenofir.camera.synthetic": "A synthetic camera",
     "plenofir.plan": "From a scene to a core",
-    "plenofir.images": "Reading and writing images",
-    "plenofir.errors": "Errors",
+    "plenofir.ground.images": "Reading and writing images",
+    "plenofir.ground.errors": "Errors",
 }
 
 # Four ways in; pages of docs/ that are in none come behind the first.

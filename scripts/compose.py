@@ -18,8 +18,8 @@ from skimage import data
 from skimage.transform import resize
 
 from plenofir.fpga.simulate.request import DEFAULT_RAW, FLOWER, FLOWER_MICRO_IMAGE_SIZE
-from plenofir.images import read_image, write_png
-from plenofir.project import DATA
+from plenofir.ground.images import read_image, write_png
+from plenofir.ground.project import DATA
 
 M = 5
 LENSES = (80, 150)  # rows, columns of the planes

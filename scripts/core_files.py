@@ -5,8 +5,8 @@ import tomllib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from plenofir import project
 from plenofir.fpga import hdl
+from plenofir.ground import project
 from plenofir.plan.configure import needed_sources
 
 ROOT = project.root()

@@ -4,9 +4,9 @@
 import re
 from pathlib import Path
 
-from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import Declaration, declarations, instances
+from plenofir.ground import project
 
 SECTIONS = ("Latency", "Throughput", "Equation")
 

@@ -13,7 +13,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-from plenofir import project
+from plenofir.ground import project
 
 ROOT = project.root()
 CONFIGURATION = ROOT / "scripts" / "vsg.yaml"

@@ -10,10 +10,10 @@ import subprocess
 import sys
 import tempfile
 
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.xst_lint import lint
+from plenofir.ground.errors import InputError
 
 
 def refused_by_nvc() -> str:

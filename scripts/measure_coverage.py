@@ -26,10 +26,10 @@ from xml.etree import ElementTree
 
 from coverage import Coverage
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 
 ROOT = project.root()
 PAGE = ROOT / "docs" / "measured" / "coverage.md"

@@ -28,11 +28,11 @@ import pytest
 from mutant_bench import CASES
 from mutant_tests import rounds_of
 from mutants import Mutant, write_mutant
-from plenofir import project
-from plenofir.errors import ToolError
 from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.formal import abc_program
 from plenofir.fpga.tools.synthesis import run_yosys, write_verilog
+from plenofir.ground import project
+from plenofir.ground.errors import ToolError
 
 # Processor time of one proof.
 PROOF_SECONDS = 90

@@ -5,8 +5,8 @@ import fnmatch
 from pathlib import Path
 
 from mutants import Mutant
-from plenofir import project
 from plenofir.fpga import hdl
+from plenofir.ground import project
 
 RASTER = "tb/core/test_raster_refocuser.py"
 SUMS = "tb/moving_sum/test_moving_sum_engine.py"

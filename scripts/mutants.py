@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from plenofir import project
+from plenofir.ground import project
 
 # What may be changed: pattern, and what takes its place.
 RULES: tuple[tuple[str, tuple[str, ...]], ...] = (

@@ -41,9 +41,9 @@ from mutant_bench import bench_notices
 from mutant_proof import proved_circuits
 from mutant_tests import CHAIN, relative, rounds_of
 from mutants import Key, Mutant, chosen, explained, is_explained, mutants, write_mutant
-from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.tools.simulators import SimulationError, find_simulator
+from plenofir.ground import project
 
 # Processor time of a simulation until a mutant counts as one that hangs; of the chain's.
 TEST_SECONDS, CHAIN_SECONDS = 150, 400

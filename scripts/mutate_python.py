@@ -27,7 +27,7 @@ from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator
 
 from mutants import Key, explained
-from plenofir import project
+from plenofir.ground import project
 
 ROOT = project.root()
 PACKAGE = ROOT / "golden" / "plenofir"

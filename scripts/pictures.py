@@ -27,7 +27,6 @@ from PIL import Image, ImageDraw, ImageFont
 from playwright.sync_api import sync_playwright
 from skimage import data
 
-from plenofir import project
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.lightfield import (
     all_in_focus,
@@ -48,7 +47,8 @@ from plenofir.fpga.simulate.module_waves import RowBench, timing_diagrams
 from plenofir.fpga.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts, load_comparison
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.images import read_image, write_png
+from plenofir.ground import project
+from plenofir.ground.images import read_image, write_png
 from plenofir.plan.scene_screen import SceneScreen, screen_of
 from plenofir.refocus import refocus
 from plenofir.refocus.moving_sum import SumLayout

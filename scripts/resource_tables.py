@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from marks import between_marks
-from plenofir import project
 from plenofir.fpga.bitstream.nextpnr import load_builds
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -27,6 +26,7 @@ from plenofir.fpga.synthesis.comparison import (
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
 from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.ground import project
 from plenofir.plan.figures import (
     Design,
     core_designs,

@@ -27,9 +27,6 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import nnls
 
-from plenofir import project
-from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
-from plenofir.files import publish_files
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.nextpnr import build, load_builds, save_builds
 from plenofir.fpga.bitstream.top_level import board_generics
@@ -52,6 +49,9 @@ from plenofir.fpga.synthesis.self_test import TOP as SELF_TEST
 from plenofir.fpga.synthesis.self_test import self_test_generics
 from plenofir.fpga.synthesis.spartan6 import Figures, synthesise
 from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
+from plenofir.ground import project
+from plenofir.ground.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
+from plenofir.ground.files import publish_files
 from plenofir.plan.configure import board_packages, clock_range_of, configure
 from plenofir.plan.figures import (
     CORE,

@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from build_hdl import packages
-from plenofir import project
+from plenofir.ground import project
 
 ROOT = project.root()
 OF_OTHERS = ROOT / "docs" / "site"

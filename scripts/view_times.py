@@ -20,8 +20,8 @@ import psutil
 
 from marks import between_marks
 from pictures import FLOWER, browser, opened
-from plenofir import project
-from plenofir.images import encode_png, read_image
+from plenofir.ground import project
+from plenofir.ground.images import encode_png, read_image
 from plenofir.view import light_field_page
 
 FRAMES = 3

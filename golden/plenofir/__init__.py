@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real-time refocusing for standard plenoptic cameras: golden model and tools."""
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 __all__ = ["InputError"]
 

@@ -19,10 +19,10 @@ from plenofir.camera.calibration.grid import Grid, Layout
 from plenofir.camera.calibration.text_method import rotated
 from plenofir.camera.lightfield import fourier_slice, shifted_views
 from plenofir.camera.synthetic.pattern import centres_within, regular_grid, white_image
-from plenofir.errors import InputError
-from plenofir.files import input_file
-from plenofir.images import read_image
-from plenofir.project import DATA
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import input_file
+from plenofir.ground.images import read_image
+from plenofir.ground.project import DATA
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies.drawn_calibration import DRAWS, drawn

@@ -15,7 +15,6 @@ from fractions import Fraction
 import numpy as np
 import numpy.typing as npt
 
-from plenofir import project
 from plenofir.camera.lightfield import (
     FocalStack,
     all_in_focus,
@@ -24,7 +23,8 @@ from plenofir.camera.lightfield import (
 )
 from plenofir.camera.rays import RayModel
 from plenofir.camera.synthetic.render import Capture, TexturedPlane, field_of_view, render
-from plenofir.images import read_image
+from plenofir.ground import project
+from plenofir.ground.images import read_image
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import depth_index
 from plenofir_studies.experiments import textures

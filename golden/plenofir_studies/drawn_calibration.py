@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from plenofir.camera.calibration import calibrate
 from plenofir.camera.synthetic.drawn import DrawnWhite, drawn_white
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir_studies.report_parts import Report
 
 DRAWS = 200

@@ -32,13 +32,13 @@ from pathlib import Path
 
 import numpy as np
 
-from plenofir import project
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.simulate.toggles import Activity, simulate_activity
 from plenofir.fpga.tools.simulators import Simulator, find_simulator
-from plenofir.images import read_image
+from plenofir.ground import project
+from plenofir.ground.images import read_image
 from plenofir.plan import load_scene, make_plan
 from plenofir.refocus.operator import Image
 from plenofir_studies.experiments import textures

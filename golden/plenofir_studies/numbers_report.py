@@ -9,8 +9,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from plenofir import project
-from plenofir.images import read_image
+from plenofir.ground import project
+from plenofir.ground.images import read_image
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies import centres, depth_methods, noise

@@ -3,8 +3,8 @@
 
 import json
 
-from plenofir.files import write_file
 from plenofir.fpga.synthesis.ecp5 import Placed
+from plenofir.ground.files import write_file
 from plenofir_studies import DATA
 
 SCENE = "video-m11"

@@ -17,10 +17,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import ndimage
 
-from plenofir import project
 from plenofir.camera.lightfield.stack import sharpness
 from plenofir.fpga.core.configuration import CoreConfiguration
-from plenofir.images import read_image
+from plenofir.ground import project
+from plenofir.ground.images import read_image
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus, shift_to_text
 from plenofir.refocus.operator import Image
 from plenofir_studies.methods import (

@@ -11,8 +11,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from plenofir.camera.plots import figure_pixels
-from plenofir.files import check_folder, publish
-from plenofir.images import encode_png
+from plenofir.ground.files import check_folder, publish
+from plenofir.ground.images import encode_png
 from plenofir.refocus import processors
 from plenofir.refocus.operator import Image
 

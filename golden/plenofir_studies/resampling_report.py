@@ -19,7 +19,7 @@ from plenofir.camera.synthetic import (
     render,
     with_pitch,
 )
-from plenofir.images import read_image
+from plenofir.ground.images import read_image
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir_studies.calibration_report import MICROSCOPE, MICROSCOPE_M

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from plenofir import project
-from plenofir.images import Image, read_image
+from plenofir.ground import project
+from plenofir.ground.images import Image, read_image
 from plenofir.refocus import automatic_units, refocus
 from plenofir.refocus.sharpening import WEIGHT_UNITS, taps
 from plenofir_studies import sharpening as study

@@ -15,8 +15,6 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.errors import InputError
-from plenofir.files import write_file
 from plenofir.fpga.core.clock_counts import ClockCase
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import MAX_PARALLEL_ROWS, FirEngine
@@ -25,6 +23,8 @@ from plenofir.fpga.devices import SPARTAN6
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.synthesis.estimate import estimate, structure
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import write_file
 from plenofir.refocus import ExactArithmetic, refocus, scatter_sums
 from plenofir.refocus.operator import Image, divide_half_up, output_offset
 from plenofir_studies import DATA

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir_studies import DATA
 
 TABLES = tuple(f"5.{number}" for number in range(1, 14))

@@ -9,7 +9,6 @@ from lytro_writer import F01, ILLUM, changed, write_capture, write_whites
 from scipy.io import savemat
 from tifffile import imwrite
 
-from plenofir import project
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.rays.camera import CAMERAS
 from plenofir.camera.synthetic import (
@@ -19,7 +18,8 @@ from plenofir.camera.synthetic import (
     render,
     white_image,
 )
-from plenofir.images import read_image, write_png
+from plenofir.ground import project
+from plenofir.ground.images import read_image, write_png
 
 LENSES = 22, 27
 

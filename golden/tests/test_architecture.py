@@ -19,14 +19,11 @@ LAYERS = (
     ("plan", "view"),
     ("camera", "fpga"),
     ("refocus",),
-    ("images",),
-    ("files",),
-    ("project",),
-    ("errors",),
+    ("ground",),
 )
 LEVELS = {room: level for level, rooms in enumerate(LAYERS) for room in rooms}
-# An alias for users, which nothing in the package imports.
-ALIASES = {"calibration": "camera"}
+# Aliases for users, which nothing in the package imports.
+ALIASES = {"calibration": "camera", "errors": "ground"}
 
 
 def module_name(path: Path) -> str:

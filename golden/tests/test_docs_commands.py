@@ -14,9 +14,9 @@ import pytest
 from docs_stock import make_docs_stock
 from in_process import plenofir
 
-from plenofir import project
 from plenofir.commands.app import command_line
 from plenofir.commands.options import VARIABLES
+from plenofir.ground import project
 
 ROOT = project.root()
 PAGES = sorted(

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.errors import InputError
-from plenofir.files import (
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import (
     Results,
     check_folder,
     publish,
@@ -117,7 +117,7 @@ def test_long_names_and_files_for_folders(tmp_path: Path) -> None:
 def test_killed_at_any_moment_a_file_is_old_or_new(tmp_path: Path) -> None:
     path = tmp_path / "a"
     program = (
-        "import sys; from pathlib import Path; from plenofir.files import write_file\n"
+        "import sys; from pathlib import Path; from plenofir.ground.files import write_file\n"
         "for n in range(10**9): write_file(Path(sys.argv[1]), bytes([n % 256]) * 300000)"
     )
     for number in range(4):

@@ -19,8 +19,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from PIL import Image as PillowImage
 
-from plenofir.errors import InputError
-from plenofir.images import encode_png, read_image, read_picture, write_png
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import encode_png, read_image, read_picture, write_png
 
 RNG = np.random.default_rng(5)
 
@@ -199,7 +199,7 @@ def test_what_decoders_say_is_not_printed(tmp_path: Path) -> None:
     """A whole PNG with an odd time stamp: libpng warns of it."""
     path = tmp_path / "image.png"
     path.write_bytes(with_chunk(encode_png(GREY), b"tIME", bytes(7)))
-    read = f"from plenofir.images import *; read_image(Path({str(path)!r}))"
+    read = f"from plenofir.ground.images import *; read_image(Path({str(path)!r}))"
     done = subprocess.run([sys.executable, "-c", read], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 

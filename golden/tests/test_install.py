@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 import plenofir
-from plenofir import InputError, project
+from plenofir import InputError
 from plenofir.fpga.hdl import board_sources, model_sources
-from plenofir.images import read_image, write_png
+from plenofir.ground import project
+from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import refocus
 
 # Folders whose files are all read.
@@ -68,7 +69,7 @@ def call(bin_folder: Path, tmp_path: Path):
 
 
 def test_commands_find_their_files(call, tmp_path: Path) -> None:
-    code = "import plenofir.project as p; print(p.root(), p.in_checkout())"
+    code = "import plenofir.ground.project as p; print(p.root(), p.in_checkout())"
     root, _, inside = call("python", "-c", code).stdout.strip().rpartition(" ")
     assert Path(root).parts[-3:] == ("site-packages", "plenofir", "_project")
     assert inside == "False"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
+from plenofir.ground import project
 
 ROOT = project.root()
 WRITTEN = (*ROOT.glob("*.md"), ROOT / "hdl/README.md")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
+from plenofir.ground import project
 
 ROOT = project.root()
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]

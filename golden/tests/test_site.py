@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
+from plenofir.ground import project
 
 
 @pytest.mark.slow

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga.bitstream.check import elaborate
 from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line, top_with_generics
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 
 
 @pytest.fixture

@@ -6,8 +6,6 @@ import re
 import numpy as np
 import pytest
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga.simulate.module_waves import (
     MARKED_OUTPUT,
     MICRO_IMAGE_SIZE,
@@ -18,6 +16,8 @@ from plenofir.fpga.simulate.module_waves import (
     simulation_diagram,
     timing_diagrams,
 )
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 from plenofir.refocus import FilterLayout, filter_lines
 from plenofir.refocus.arithmetic import round_saturate, scaled_quotient
 from plenofir_tb.runner import draw_seed

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.errors import InputError
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
 from plenofir_tb.flows import EXAMPLES, Run

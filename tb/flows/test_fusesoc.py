@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdl_text import declarations
 from plenofir.fpga.synthesis.self_test import self_test_generics
+from plenofir.ground import project
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import needed_sources
 

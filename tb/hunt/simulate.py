@@ -17,10 +17,10 @@ from cocotb_tools.runner import get_runner
 
 from hunt import VARIABLE
 from hunt.start_values import with_start_values
-from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.tools.simulators import coverage_options, find_simulator
+from plenofir.ground import project
 from plenofir_tb.runner import simulator_name
 from plenofir_tb.wrapper import TOP, wrapper
 

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.nextpnr import range_generics, synthesise_board
 from plenofir.fpga.bitstream.top_level import board_generics
@@ -20,6 +19,7 @@ from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdmi.link import encode_frames
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.tools.synthesis import cell_declarations, run_yosys, write_verilog
+from plenofir.ground import project
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.configure import clock_range_of
 from plenofir_tb.serial import last_frames

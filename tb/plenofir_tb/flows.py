@@ -4,7 +4,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from plenofir import project
+from plenofir.ground import project
 
 Run = Callable[..., str]
 EXAMPLES = project.root() / "examples"

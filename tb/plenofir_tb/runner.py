@@ -21,7 +21,6 @@ from xml.etree import ElementTree
 import pytest
 from cocotb_tools.runner import Runner, get_runner
 
-from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdl_text import used_units
@@ -32,6 +31,7 @@ from plenofir.fpga.tools.simulators import (
     coverage_options,
     find_simulator,
 )
+from plenofir.ground import project
 from plenofir_tb.case import CASES_VARIABLE
 from plenofir_tb.wrapper import TOP, wrapper
 

@@ -8,7 +8,7 @@ import numpy as np
 from cocotb_bus.scoreboard import Scoreboard
 
 from plenofir.fpga.compare import compare_frames, difference_picture
-from plenofir.images import write_png
+from plenofir.ground.images import write_png
 from plenofir_tb.axi_video import AxiVideoSink, Beat, Frame, frame_beats
 
 

@@ -10,7 +10,7 @@ from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
-from plenofir.images import read_image
+from plenofir.ground.images import read_image
 from plenofir_tb.faults import FOUND, STALE, plant
 from plenofir_tb.runner import run_case
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 
 sys.path.append(str(project.root() / "scripts"))
 

@@ -9,8 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
@@ -18,6 +16,8 @@ from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.hdl_text import declarations, unexplained_ports, used_units
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 from plenofir.refocus import StoredProductArithmetic
 
 

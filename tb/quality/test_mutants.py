@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
 from plenofir.fpga import hdl
+from plenofir.ground import project
 
 sys.path.insert(0, str(project.root() / "scripts"))
 

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground.errors import InputError
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.refusals import Elaborator, Generics, declared, draw_integer, may_be
 

@@ -15,7 +15,7 @@ from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.resampling import GridRegisters, Precision, Tables, grid_registers, resample
 from plenofir.camera.resampling.lines import line_needs, ring_needs
 from plenofir.camera.synthetic import regular_grid
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.chip import check_fits, loads
 from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
 from plenofir_tb.axi_video import (

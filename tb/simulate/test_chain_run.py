@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.errors import InputError
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -22,7 +21,8 @@ from plenofir.fpga.simulate.report import ScreenReport
 from plenofir.fpga.simulate.request import FLOWER, Run, core_for_image
 from plenofir.fpga.simulate.run import run
 from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.images import read_image, write_png
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import read_image, write_png
 from plenofir.plan.scene_screen import scene_overlay, slice_colours
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.arithmetic import Arithmetic

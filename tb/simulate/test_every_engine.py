@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.images import write_png
+from plenofir.ground.images import write_png
 from plenofir_tb.runner import simulator_name
 
 pytestmark = pytest.mark.quick

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.errors import EXIT_MISMATCH
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.simulate.file_bench import run_bench, wave_signals
 from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.images import read_image, write_png
+from plenofir.ground.errors import EXIT_MISMATCH
+from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name

@@ -20,7 +20,7 @@ from plenofir.camera.synthetic import (
     render,
     with_pitch,
 )
-from plenofir.images import read_image, write_png
+from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import refocus
 from plenofir_studies.experiments import CAMERA, textures
 

@@ -18,13 +18,13 @@ from plenofir.camera.resampling import (
     resample,
 )
 from plenofir.camera.synthetic import regular_grid
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.block_rams import block_ram_models
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import SimulationError, find_simulator
 from plenofir.fpga.tools.synthesis import yosys_version
-from plenofir.images import read_image, write_png
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import read_image, write_png
 from plenofir.plan.sensor.chip import resampling
 from plenofir.plan.sensor.sensor_bench import CORE, run_sensor, sensor_generics
 from plenofir.refocus import refocus

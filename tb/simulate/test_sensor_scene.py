@@ -9,11 +9,11 @@ import pytest
 from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.resampling import interpolate_mosaic, red_place, resample
 from plenofir.camera.synthetic import regular_grid
-from plenofir.errors import InputError
 from plenofir.fpga.synthesis.block_rams import block_ram_models
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.tools.synthesis import ghdl_version, write_verilog, yosys_version
+from plenofir.ground.errors import InputError
 from plenofir.plan import Plan, load_scene, make_plan
 from plenofir.plan.configure import configure
 from plenofir.plan.scene_top import TOP

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir import project
 from plenofir.commands.app import main
-from plenofir.errors import EXIT_MISMATCH
 from plenofir.fpga.simulate import file_bench
-from plenofir.images import read_image, write_png
+from plenofir.ground import project
+from plenofir.ground.errors import EXIT_MISMATCH
+from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
 from plenofir_tb.faults import plant

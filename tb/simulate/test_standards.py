@@ -10,7 +10,6 @@ import pytest
 from plenofir.camera.calibration import calibration_of_grid
 from plenofir.camera.resampling import interpolate_mosaic, red_place, resample
 from plenofir.camera.synthetic import regular_grid
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -21,6 +20,7 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.simulate.chain import run_chain
 from plenofir.fpga.simulate.file_bench import run_bench
 from plenofir.fpga.tools.simulators import STANDARDS, Simulator, Standard, find_simulator
+from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.chip import resampling
 from plenofir.plan.sensor.sensor_bench import run_sensor
 from plenofir.refocus.sharpness import depth_index

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.simulate.toggles import simulate_activity
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.fpga.tools.synthesis import yosys_version
+from plenofir.ground.errors import InputError
 from plenofir.refocus import StoredProductArithmetic
 
 STORED = StoredProductArithmetic(fraction_bits=0, guard_bits=0)

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -17,6 +16,7 @@ from plenofir.fpga.simulate.file_bench import CORE, core_generics, core_sources,
 from plenofir.fpga.synthesis.spartan6 import cell_models, synthesise
 from plenofir.fpga.tools.simulators import Simulator, find_simulator
 from plenofir.fpga.tools.synthesis import yosys_version
+from plenofir.ground.errors import InputError
 from plenofir.refocus import StoredProductArithmetic
 
 STORED = StoredProductArithmetic(fraction_bits=4, guard_bits=2)

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.simulate import file_bench
 from plenofir.fpga.simulate.dump_compare import DumpComparison, compare_dumps
 from plenofir.fpga.tools.simulators import Simulator, find_simulator
+from plenofir.ground.errors import InputError
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import simulator_name
 

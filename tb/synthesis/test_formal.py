@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.errors import InputError, ToolError
 from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.formal import (
     LONG_PROOFS,
@@ -16,6 +15,7 @@ from plenofir.fpga.synthesis.formal import (
     RingProof,
 )
 from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
+from plenofir.ground.errors import InputError, ToolError
 from plenofir_tb.faults import plant
 
 

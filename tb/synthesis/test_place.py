@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.synthesis.ecp5 import check_tools, make_netlist, place, write_bitstream
 from plenofir.fpga.synthesis.self_test import TOP, self_test_generics
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.figures import is_ecp5_board
 from plenofir.plan.scene import scene_files

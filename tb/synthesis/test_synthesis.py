@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
-from plenofir.errors import InputError, ToolError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import TOP as BOARD
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -23,6 +21,8 @@ from plenofir.fpga.tools.synthesis import (
     write_verilog,
     yosys_version,
 )
+from plenofir.ground import project
+from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan.configure import configure
 from plenofir.plan.figures import (
     CORE,

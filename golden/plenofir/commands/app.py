@@ -28,8 +28,8 @@ from plenofir.commands import (
 )
 from plenofir.commands.make_variables import arguments_of_make
 from plenofir.commands.options import called_by_make, named
-from plenofir.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
-from plenofir.files import inputs_kept, unusable
+from plenofir.ground.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError, ToolError
+from plenofir.ground.files import inputs_kept, unusable
 
 app = typer.Typer(
     no_args_is_help=True,

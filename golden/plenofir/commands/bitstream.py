@@ -9,8 +9,8 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_line, steps_bar
-from plenofir.errors import InputError
 from plenofir.fpga.names import BoardName
+from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
     from plenofir.fpga.bitstream import nextpnr, top_level

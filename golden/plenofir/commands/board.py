@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from plenofir.commands.console import print_line, steps_bar
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 app = typer.Typer(no_args_is_help=True, help="A board on a serial port.")
 

@@ -10,8 +10,8 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
 from plenofir.commands.results import check_file, publish
-from plenofir.errors import InputError
-from plenofir.files import Results
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import Results
 
 if TYPE_CHECKING:
     from plenofir.camera.calibration import Calibration
@@ -25,7 +25,7 @@ app = typer.Typer()
 
 
 def _optional(path: Path | None) -> "Image | None":
-    from plenofir.images import read_image
+    from plenofir.ground.images import read_image
 
     return read_image(path) if path else None
 
@@ -64,7 +64,7 @@ def calibrate(
 
     from plenofir.camera.calibration import calibrate as find
     from plenofir.camera.calibration.inspection import nowhere_dark
-    from plenofir.images import read_picture
+    from plenofir.ground.images import read_picture
 
     options.require("focus", "camera", camera is None and focus != inf)
     options.require("reversed_lens", "camera", camera is None and reversed_lens is not None)
@@ -141,7 +141,7 @@ class _Pupils:
         """What to print about them."""
         from plenofir.camera.calibration import calibrate as find
         from plenofir.camera.rays import measured_focal_length
-        from plenofir.images import read_picture
+        from plenofir.ground.images import read_picture
 
         pupil = self._measured(self.model, found)
         lines = [f"pupils        exit {pupil_text(pupil)}"]
@@ -253,7 +253,7 @@ def decode(
     from plenofir.camera.calibration import largest_odd_size, load_calibration
     from plenofir.camera.lytro import is_lytro, read_lytro
     from plenofir.camera.lytro.sensor import FULL_SCALE, with_gamma
-    from plenofir.images import encode_png, encode_tiff, read_picture
+    from plenofir.ground.images import encode_png, encode_tiff, read_picture
 
     lytro = is_lytro(Path(raw)) or Path(raw).suffix.lower() in (".lfp", ".lfr")
     for option, given in (

@@ -11,8 +11,8 @@ from plenofir.commands import options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import print_json, progress_bar
 from plenofir.commands.results import publish
-from plenofir.errors import InputError
-from plenofir.files import check_folder
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import check_folder
 
 if TYPE_CHECKING:
     from plenofir.camera.calibration.inspection import WhiteInspection
@@ -132,7 +132,7 @@ def _white(
     from plenofir.camera.calibration.pictures import chief_ray_picture, micro_image_picture
     from plenofir.camera.calibration.spots import infinity_focus
     from plenofir.camera.rays import RayModel, load_camera, measure_pupil
-    from plenofir.images import read_image, read_picture
+    from plenofir.ground.images import read_image, read_picture
 
     # M does not matter here.
     model = None if camera is None else RayModel.focused(load_camera(camera), focus, 2)
@@ -327,7 +327,7 @@ def _spots(
     from plenofir.camera.calibration.frames import white_signal
     from plenofir.camera.calibration.pictures import focus_picture
     from plenofir.camera.calibration.spots import focus_score, measure_spots
-    from plenofir.images import read_image, read_picture
+    from plenofir.ground.images import read_image, read_picture
 
     dark_image = None if dark is None else read_image(dark)
     spots = []

@@ -12,8 +12,8 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
 from plenofir.commands.results import check_file, publish, save
-from plenofir.errors import InputError
-from plenofir.files import Results, check_folder
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import Results, check_folder
 
 if TYPE_CHECKING:
     from plenofir.commands.results import Floats
@@ -23,7 +23,7 @@ app = typer.Typer()
 
 
 def _raster(path: str, micro_image: int) -> "Image":
-    from plenofir.images import read_image
+    from plenofir.ground.images import read_image
     from plenofir.refocus import check_raw
 
     raw = read_image(Path(path))

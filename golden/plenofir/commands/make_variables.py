@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from plenofir.commands.options import VARIABLES
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 # Of make itself or of other targets; harmless everywhere.
 _IGNORED = {"JOBS", "SHELL", "MAKE"}

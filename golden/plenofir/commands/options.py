@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Literal, NoReturn, get_args
 
 import typer
 
-from plenofir.errors import InputError
 from plenofir.fpga.names import (
     EngineName,
     SliceEngineName,
 )
+from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
     from plenofir.refocus.arithmetic import Arithmetic

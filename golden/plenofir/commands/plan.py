@@ -11,7 +11,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_line, print_table, steps_bar
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 if TYPE_CHECKING:
     from plenofir.fpga.core.configuration import CoreConfiguration
@@ -243,9 +243,9 @@ def synth(
     ] = None,
 ) -> None:
     """Synthesise for Spartan-6 with GHDL and Yosys; "path" counts cells between registers."""
-    from plenofir.files import publish_files
     from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
+    from plenofir.ground.files import publish_files
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.configure import configure as write_project
     from plenofir.plan.figures import designs, is_ecp5_board, load_figures, scene_design

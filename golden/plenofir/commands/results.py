@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from plenofir.errors import InputError
-from plenofir.files import Results, check_folder, check_result
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import Results, check_folder, check_result
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,7 +35,7 @@ def save(results: Results, name: str, values: "Image | Floats") -> None:
     """Add a PNG or NumPy file to results."""
     import numpy as np
 
-    from plenofir.images import encode_png
+    from plenofir.ground.images import encode_png
 
     if name.endswith(".npy"):
         content = io.BytesIO()

@@ -9,8 +9,8 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
-from plenofir.errors import EXIT_MISMATCH
 from plenofir.fpga.names import Chain, EngineName, HdmiBoardName, SimulatorName
+from plenofir.ground.errors import EXIT_MISMATCH
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -169,7 +169,7 @@ def sim(
 def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Path) -> None:
     """Resample a capture in the VHDL, and refocus what comes out."""
     from plenofir.fpga.simulate.report import report_summary
-    from plenofir.images import write_png
+    from plenofir.ground.images import write_png
     from plenofir.plan.sensor.sensor_run import ALIGNED, run_raw, sensor_summary
 
     golden = sensor.golden()
@@ -211,7 +211,7 @@ def _of_scene(
     The flower made to measure, in a folder, if no image is given.
     """
     from plenofir.fpga.simulate.request import scene_image
-    from plenofir.images import write_png
+    from plenofir.ground.images import write_png
     from plenofir.plan import load_scene, make_plan
 
     plan = make_plan(load_scene(path))

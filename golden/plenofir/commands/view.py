@@ -13,14 +13,14 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
 from plenofir.commands.results import check_file
-from plenofir.errors import InputError
-from plenofir.files import as_text, write_file
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import as_text, write_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from plenofir.camera.rays import RayModel
-    from plenofir.images import Image, Picture
+    from plenofir.ground.images import Image, Picture
     from plenofir.view import Page
 
 app = typer.Typer()
@@ -126,7 +126,7 @@ class _Settings:
     def light_field(self, path: Path, show: "Callable[[int, int], None] | None") -> "Page":
         """The page of a raw image, or of a Lytro's file."""
         from plenofir.camera.lytro import is_lytro
-        from plenofir.images import read_picture
+        from plenofir.ground.images import read_picture
         from plenofir.view import light_field_page
 
         if is_lytro(path):
@@ -152,7 +152,7 @@ class _Settings:
         from plenofir.camera.calibration import decode, largest_odd_size, load_calibration
         from plenofir.camera.lytro import read_lytro
         from plenofir.camera.lytro.sensor import FULL_SCALE, with_gamma
-        from plenofir.images import Picture
+        from plenofir.ground.images import Picture
 
         taken = read_lytro(path)
         calibration = load_calibration(self.calib) if self.calib else taken.calibration

@@ -11,7 +11,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, progress_bar
-from plenofir.errors import EXIT_MISMATCH
+from plenofir.ground.errors import EXIT_MISMATCH
 
 if TYPE_CHECKING:
     from plenofir.fpga.simulate.dump_compare import DumpComparison

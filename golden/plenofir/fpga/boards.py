@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from plenofir import project
 from plenofir.fpga.hdmi.modes import CLOCK_RANGES, VideoMode, modes_of_range
 from plenofir.fpga.names import BoardName
+from plenofir.ground import project
 
 Flow = Literal["ise", "nextpnr"]
 

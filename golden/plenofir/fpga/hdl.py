@@ -3,8 +3,8 @@
 
 from pathlib import Path
 
-from plenofir.files import input_file
-from plenofir.project import root
+from plenofir.ground.files import input_file
+from plenofir.ground.project import root
 
 
 def _listed(path: str) -> list[Path]:

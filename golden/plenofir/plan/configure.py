@@ -5,7 +5,6 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from plenofir.files import publish
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import ise, nextpnr, top_level
 from plenofir.fpga.boards import Board, board_of
@@ -14,6 +13,7 @@ from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
 from plenofir.fpga.hdmi.modes import find_mode, range_limits
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
+from plenofir.ground.files import publish
 from plenofir.plan.planned import Plan
 from plenofir.plan.scene_top import PACKAGE, TOP, package_text, top_text
 from plenofir.plan.sensor.board_load import load_lines

@@ -13,7 +13,6 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
@@ -26,6 +25,7 @@ from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.parts import left_out_in_turn
 from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
+from plenofir.ground import project
 from plenofir.plan.configure import configure, top_of
 from plenofir.plan.left_out import full_core
 from plenofir.plan.planned import Plan

@@ -7,7 +7,6 @@ from math import inf
 
 from plenofir.camera.rays import Cover, RayModel, covering_slices, diffraction_note
 from plenofir.camera.rays.cover import Slice, depth_of_field, gaps_between
-from plenofir.errors import InputError
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
@@ -18,6 +17,7 @@ from plenofir.fpga.hdmi.modes import VideoMode, find_mode
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
+from plenofir.ground.errors import InputError
 from plenofir.plan.left_out import extent, full_core, left_out, sensor_left_out
 from plenofir.plan.planned import EngineOption, Plan, PlannedSlice, planned_sensor
 from plenofir.plan.scene import LoadedScene

@@ -9,10 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from plenofir import project
 from plenofir.camera.rays import Camera, RayModel, load_camera
-from plenofir.errors import InputError, validation_error
-from plenofir.files import input_file
 from plenofir.fpga.boards import BOARDS, board_of
 from plenofir.fpga.core.configuration import (
     MAX_COLUMNS,
@@ -25,6 +22,9 @@ from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdmi.edid import check_edid
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.screen.board_screen import Screen
+from plenofir.ground import project
+from plenofir.ground.errors import InputError, validation_error
+from plenofir.ground.files import input_file
 from plenofir.plan.scene_screen import SceneScreen
 from plenofir.plan.sensor.scene_sensor import SceneSensor, SensorChip, sensor_chip
 from plenofir.refocus.sharpening import check_sharpen, sharpening_units

@@ -11,9 +11,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plenofir.camera.rays import RayModel
 from plenofir.camera.rays.distances import Distances, State
-from plenofir.errors import InputError
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.overlay import Overlay
+from plenofir.ground.errors import InputError
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS, MAX_VOTE_RADIUS, confidence_level
 from plenofir.refocus.shifts import shift_to_text
 

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.arithmetic import (
     Arithmetic,
     ExactArithmetic,

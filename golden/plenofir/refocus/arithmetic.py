@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.checks import check_align, check_pixels, interpolation_order, whole_number
 from plenofir.refocus.operator import (
     Align,

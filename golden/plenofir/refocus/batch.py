@@ -24,9 +24,9 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 from uuid import uuid4
 
-from plenofir.errors import InputError
-from plenofir.files import as_text, cannot_write, write_flushed
-from plenofir.images import encode_png, read_image
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import as_text, cannot_write, write_flushed
+from plenofir.ground.images import encode_png, read_image
 from plenofir.refocus import (
     Sharpen,
     check_raw,

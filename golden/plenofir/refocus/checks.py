@@ -5,8 +5,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from plenofir.errors import InputError
-from plenofir.images import Image
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import Image
 
 Align = Literal["centred", "causal"]
 Interpolation = Literal["nearest", "linear"] | int

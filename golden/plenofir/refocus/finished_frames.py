@@ -12,8 +12,8 @@ from types import TracebackType
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from plenofir.errors import InputError
-from plenofir.files import cannot_write
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import cannot_write
 
 RECORD = "batch.jsonl"
 _OLD_RECORD = "batch.json"

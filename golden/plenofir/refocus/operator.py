@@ -15,8 +15,8 @@ some hardware computes the operator.
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.errors import InputError
-from plenofir.images import Image as Image
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import Image as Image
 from plenofir.refocus.checks import Align as Align
 from plenofir.refocus.checks import check_align
 

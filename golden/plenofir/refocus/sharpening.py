@@ -17,7 +17,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Sums, divide_half_up
 
 Sharpen = Literal["auto", "off"] | str | float | Fraction

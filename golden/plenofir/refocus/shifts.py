@@ -4,7 +4,7 @@
 from fractions import Fraction
 from numbers import Integral
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 
 def parse_focus(a: int | str | Fraction, *, where: str = "a") -> Fraction:

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plenofir.errors import InputError
-from plenofir.images import Picture, read_picture
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import Picture, read_picture
 from plenofir.refocus.operator import Image
 
 _SUFFIXES = {".png", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".bmp", ".jpg", ".jpeg"}

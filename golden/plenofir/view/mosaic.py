@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image as PillowImage
 
-from plenofir.images import Image
+from plenofir.ground.images import Image
 from plenofir.view.page import Part
 
 # WebP's largest side.

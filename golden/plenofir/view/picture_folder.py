@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from plenofir.errors import InputError
-from plenofir.files import as_text, input_file
-from plenofir.images import read_image
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import as_text, input_file
+from plenofir.ground.images import read_image
 from plenofir.view.page import Page, Part, Wanted
 
 _EXPECTED = "a folder with two pictures (PNG) or more, such as make sim leaves"

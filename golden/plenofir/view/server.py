@@ -15,7 +15,7 @@ from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, RequestHandler
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.view.page import STYLE, Page, Part, Wanted
 
 ADDRESS = "127.0.0.1"

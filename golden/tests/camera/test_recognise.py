@@ -18,8 +18,8 @@ from plenofir.camera.recognise.files import recognise
 from plenofir.camera.recognise.picture import recognise_picture
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, regular_grid, render
 from plenofir.camera.synthetic.render import with_pitch
-from plenofir.images import Picture, read_image, write_png
-from plenofir.project import DATA
+from plenofir.ground.images import Picture, read_image, write_png
+from plenofir.ground.project import DATA
 from plenofir.refocus import refocus
 
 MICROSCOPE = DATA / "microscope"

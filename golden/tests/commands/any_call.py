@@ -24,12 +24,12 @@ from PIL import Image as PillowImage
 from scipy.io import savemat
 from tifffile import imwrite
 
-from plenofir import project
 from plenofir.camera.calibration import calibrate
 from plenofir.camera.lightfield.exports import encode_pfm
 from plenofir.camera.rays.camera import CAMERAS
 from plenofir.commands.app import command_line, main
-from plenofir.images import write_png
+from plenofir.ground import project
+from plenofir.ground.images import write_png
 
 Words = tuple[str, ...]
 M = 5

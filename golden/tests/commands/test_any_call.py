@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 from plenofir.camera.calibration import decode, load_calibration
 from plenofir.camera.lytro.sensor import with_gamma
 from plenofir.commands import options
-from plenofir.images import read_image, read_picture
+from plenofir.ground.images import read_image, read_picture
 from plenofir.refocus import interpolation_order, refocus
 
 # They take ten seconds to minutes.

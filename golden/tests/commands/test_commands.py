@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from any_call import COMMANDS
 
-from plenofir import project
 from plenofir.commands import options
 from plenofir.commands.app import main
 from plenofir.commands.make_variables import arguments_of_make
-from plenofir.errors import InputError
-from plenofir.images import write_png
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import write_png
 
 Words = tuple[str, ...]
 

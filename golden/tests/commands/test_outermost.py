@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from plenofir.commands import app, rays
-from plenofir.errors import InputError, ToolError
+from plenofir.ground.errors import InputError, ToolError
 
 PLENOFIR = Path(sys.executable).with_name("plenofir")
 
@@ -99,7 +99,7 @@ def test_names_that_are_no_text(tmp_path: Path) -> None:
 def test_signals_leave_nothing_behind(tmp_path: Path, number: int, code: int, text: str) -> None:
     waiting = (
         "import sys, time; from pathlib import Path\n"
-        "from plenofir.commands import app, rays; from plenofir.files import Results\n"
+        "from plenofir.commands import app, rays; from plenofir.ground.files import Results\n"
         "def wait(*_):\n"
         "    with Results(Path('out')) as results:\n"
         "        results.write('a', 'x'); time.sleep(60)\n"

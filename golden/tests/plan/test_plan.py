@@ -13,10 +13,10 @@ from written_scenes import BASE, scene, write
 from plenofir.camera.rays import Cover, Slice, covering_slices
 from plenofir.camera.rays.camera import CAMERAS
 from plenofir.commands.plan import print_plan
-from plenofir.errors import InputError
-from plenofir.files import publish_files
 from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import publish_files
 from plenofir.plan import DEVICES, LoadedScene, load_scene, make_plan
 from plenofir.plan.configure import TOP, configure, needed_sources, package_text, top_text
 from plenofir.plan.planned import Plan

@@ -9,9 +9,9 @@ import pytest
 from in_process import plenofir
 
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.errors import InputError
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.screen.board_screen import Screen, screen_package
+from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import board_packages, configure
 from plenofir.plan.planned import Plan

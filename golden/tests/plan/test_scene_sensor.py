@@ -14,7 +14,7 @@ from plenofir.camera.calibration import Calibration, calibration_of_grid
 from plenofir.camera.resampling import Tables, grid_registers
 from plenofir.camera.resampling.lines import ring_needs
 from plenofir.camera.synthetic import regular_grid
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
 from plenofir.plan.configure import configure
 from plenofir.plan.sensor.board_load import calibration_loads, described, description

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from written_scenes import scene
 
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.hdmi.edid import make_edid
 from plenofir.fpga.hdmi.modes import HD720
+from plenofir.ground.errors import InputError
 from plenofir.plan import make_plan
 from plenofir.plan.configure import configure
 

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 from plenofir.commands.app import main
-from plenofir.errors import InputError
-from plenofir.images import read_image, write_png
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import read_image, write_png
 from plenofir.refocus import batch, processors, refocus
 from plenofir.refocus.batch import (
     Made,

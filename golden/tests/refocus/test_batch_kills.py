@@ -15,7 +15,7 @@ import psutil
 import pytest
 from test_batch import check_results
 
-from plenofir.images import write_png
+from plenofir.ground.images import write_png
 from plenofir.refocus.batch import find_frames
 from plenofir.refocus.finished_frames import RECORD
 

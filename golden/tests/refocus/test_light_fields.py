@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from plenofir.images import read_image
-from plenofir.project import DATA
+from plenofir.ground.images import read_image
+from plenofir.ground.project import DATA
 from plenofir.refocus import refocus
 
 M = 5

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus import (
     ExactArithmetic,
     StoredProductArithmetic,

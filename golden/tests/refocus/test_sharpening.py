@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_refocus import random_image
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus import (
     ExactArithmetic,
     StoredProductArithmetic,

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plenofir import project
 from plenofir.camera.lightfield.stack import focal_stack
-from plenofir.errors import InputError
-from plenofir.images import read_image
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import read_image
 from plenofir.refocus.sharpness import (
     depth_index,
     lens_sums,

@@ -5,9 +5,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from plenofir import project
 from plenofir.camera.lightfield import FocalStack, light_field_disparity
-from plenofir.images import read_image
+from plenofir.ground import project
+from plenofir.ground.images import read_image
 from plenofir.refocus.sharpness import confidence_level, depth_index, local_sharpness
 
 M = 5

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import pytest
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir_studies.thesis_tables import TABLES, Printed, load_table
 
 ROWS = {

@@ -19,8 +19,8 @@ from in_browser import pixels, served
 
 from plenofir.camera.lightfield import compose
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.images import encode_png, read_image, write_png
-from plenofir.project import DATA
+from plenofir.ground.images import encode_png, read_image, write_png
+from plenofir.ground.project import DATA
 from plenofir.refocus import output_offset, refocus
 from plenofir.view import (
     Live,

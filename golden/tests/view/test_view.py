@@ -23,7 +23,7 @@ from scipy import ndimage
 from plenofir import InputError
 from plenofir.camera.calibration import calibrate, decode, load_calibration
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.images import Picture, encode_png, write_png
+from plenofir.ground.images import Picture, encode_png, write_png
 from plenofir.view import (
     Live,
     export,

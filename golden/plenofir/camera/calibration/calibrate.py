@@ -10,7 +10,7 @@ from plenofir.camera.calibration.frames import clipped_level, clipped_share, gre
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
 from plenofir.camera.calibration.record import PROFILE_REACH, Calibration
 from plenofir.camera.calibration.shading import lens_indices, shading_at, within
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 _PROFILE_SAMPLES = 31
@@ -43,7 +43,7 @@ def calibrate(
         Order of the grid's polynomial: 1 without distortion, 2 with tilt, 3 with distortion. None
         for what the lenses bear out.
     full_scale
-        Grey level at which the white image's pixels clip, as `plenofir.images.Picture` has it. None
+        Grey level at which the white image's pixels clip, as the image's file has it. None
         if it is not known: 255, 65535, or that of 10, 12 or 14 bits if no pixel is brighter.
     where, dark_where
         Names of the two images for messages.

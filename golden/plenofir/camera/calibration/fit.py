@@ -49,7 +49,7 @@ from plenofir.camera.calibration.shading import (
     unit_positions,
     within,
 )
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 _FIRST_RADIUS = 5.0
 _GROWTH = 1.6

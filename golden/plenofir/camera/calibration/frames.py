@@ -5,7 +5,7 @@ import numpy as np
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Flags, Floats
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 _LUMINANCE = np.array([0.2125, 0.7154, 0.0721], dtype=np.float32)

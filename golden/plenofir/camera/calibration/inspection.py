@@ -17,7 +17,7 @@ from plenofir.camera.calibration.frames import white_signal
 from plenofir.camera.calibration.grid import Flags, Floats, Indices, Layout
 from plenofir.camera.calibration.record import Calibration
 from plenofir.camera.calibration.shading import extents
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 Verdict = Literal["gaps", "touching", "overlapping"]

@@ -16,7 +16,7 @@ from scipy import fft, ndimage
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 GRID_EXPECTED = "a white image: a regular grid of micro images, evenly lit, at least 5 x 5 of them"
 

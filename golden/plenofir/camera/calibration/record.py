@@ -12,8 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from plenofir.camera.calibration.evidence import Evidence
 from plenofir.camera.calibration.grid import Flags, Floats, Grid, exponents
 from plenofir.camera.calibration.shading import shading_at, within
-from plenofir.errors import InputError
-from plenofir.files import input_file, write_file
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import input_file, write_file
 
 PROFILE_REACH = 0.6
 """Half width of the stored profile of a micro image in pitches."""

@@ -22,7 +22,7 @@ from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.frames import check_same_size, grey
 from plenofir.camera.calibration.grid import Floats
 from plenofir.camera.calibration.record import PROFILE_REACH, Calibration
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 Interpolation = Literal["nearest", "bilinear", "cubic"]

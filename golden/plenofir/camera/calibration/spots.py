@@ -21,7 +21,7 @@ from plenofir.camera.calibration.frames import check_same_size, grey
 from plenofir.camera.calibration.grid import Flags, Floats
 from plenofir.camera.calibration.inspection import MeanMicroImage, mean_micro_image
 from plenofir.camera.calibration.record import Calibration
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 SIDES = ("left", "right", "top", "bottom")

@@ -15,7 +15,7 @@ from scipy import ndimage
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.lightfield.indexing import views
 from plenofir.camera.rays.model import RayModel
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]

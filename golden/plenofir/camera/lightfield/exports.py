@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from plenofir.camera.lightfield.indexing import compose, sub_aperture, views
 from plenofir.camera.rays.model import RayModel
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]

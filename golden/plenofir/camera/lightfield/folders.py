@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 
 from plenofir.camera.lightfield.indexing import views
-from plenofir.errors import InputError
-from plenofir.images import read_image, write_png
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import read_image, write_png
 from plenofir.refocus.operator import Image
 
 ViewOrder = Literal["rows", "columns"]

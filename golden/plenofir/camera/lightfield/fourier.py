@@ -13,7 +13,7 @@ from scipy import fft
 from scipy.special import i0
 
 from plenofir.camera.lightfield.indexing import light_field
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus import check_raw
 from plenofir.refocus.operator import Image
 

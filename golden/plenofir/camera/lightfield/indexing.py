@@ -9,7 +9,7 @@ s = floor(k / M); the text counts u from the micro image's centre, i = u - c wit
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus import check_raw
 from plenofir.refocus.operator import Image
 

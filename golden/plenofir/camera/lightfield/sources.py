@@ -23,9 +23,9 @@ from plenofir.camera.calibration.frames import grey
 from plenofir.camera.lightfield.folders import ViewOrder, read_paths, read_views
 from plenofir.camera.lightfield.indexing import views
 from plenofir.camera.patterns.rasters import find_mosaic, find_raster
-from plenofir.errors import InputError
-from plenofir.files import input_file
-from plenofir.images import read_picture
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import input_file
+from plenofir.ground.images import read_picture
 from plenofir.refocus.operator import Image
 
 PictureLayout = Literal["auto", "mosaic", "raster"]

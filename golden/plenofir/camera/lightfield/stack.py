@@ -11,7 +11,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus import check_raw, focus_to_shift, refocus
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import Slices, bands

@@ -23,7 +23,7 @@ from plenofir.camera.lytro.sensor import (
 )
 from plenofir.camera.patterns.lenslets import find_lenslets
 from plenofir.camera.patterns.match import Match, match_capture
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 # Pitches of a white image and of the capture's metadata may differ by this share.

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from plenofir.errors import InputError
-from plenofir.files import input_file
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import input_file
 
 MAGIC = b"\x89LFP\r\n\x1a\n"
 _KINDS = {b"\x89LFM\r\n\x1a\n": "table", b"\x89LFC\r\n\x1a\n": "content"}

@@ -21,7 +21,7 @@ from plenofir.camera.lytro.container import (
 )
 from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata, steps_apart, steps_text
 from plenofir.camera.lytro.sensor import Mosaic, packed_size, unpack
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 _METADATA_SUFFIXES = (".txt", ".TXT", ".json", ".JSON")
 _CONTAINERS = (".lfp", ".lfr")

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from plenofir.camera.calibration.grid import Grid, Layout
 from plenofir.camera.lytro.container import Json, part_of
-from plenofir.errors import InputError, validation_error
+from plenofir.ground.errors import InputError, validation_error
 
 Corner = Literal["r", "gr", "gb", "b"]
 CHANNELS: tuple[Corner, ...] = ("r", "gr", "gb", "b")

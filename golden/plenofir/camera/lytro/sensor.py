@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.lytro.metadata import CHANNELS, Corner, FrameMetadata
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 Colour = Literal["camera", "balanced", "srgb"]

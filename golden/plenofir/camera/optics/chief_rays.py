@@ -16,7 +16,7 @@ from plenofir.camera.optics.tracing import (
     meridional_rays,
     trace,
 )
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 _AIM_STEPS = 80
 _AIM_TOLERANCE = 1e-12

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -25,8 +25,8 @@ from plenofir.camera.optics.dispersion import (
     Sellmeier,
 )
 from plenofir.camera.optics.tables import parse_number, read_text
-from plenofir.errors import InputError
-from plenofir.project import DATA
+from plenofir.ground.errors import InputError
+from plenofir.ground.project import DATA
 
 LENS_DATA = DATA / "lenses"
 """Prescriptions and glass tables that the package ships."""

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 
 class ThickLens(BaseModel):

@@ -12,7 +12,7 @@ import numpy as np
 
 from plenofir.camera.optics.dispersion import FloatArray
 from plenofir.camera.optics.prescription import LensSystem, Prescription
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 from plenofir.camera.optics.dispersion import D_LINE_NM, Constant, FloatArray
 from plenofir.camera.optics.glass import AIR, LENS_DATA, Glass, glass_catalogue, glass_from_abbe
 from plenofir.camera.optics.tables import parse_number, read_text
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 _INDEX_TOLERANCE = 2e-3
 

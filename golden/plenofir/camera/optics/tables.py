@@ -4,8 +4,8 @@
 import math
 from pathlib import Path
 
-from plenofir.errors import InputError
-from plenofir.files import input_file
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import input_file
 
 
 def read_text(path: Path) -> str:

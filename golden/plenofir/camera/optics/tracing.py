@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from plenofir.camera.optics.dispersion import FloatArray
 from plenofir.camera.optics.prescription import LensSystem
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 BoolArray = npt.NDArray[np.bool_]
 StateArray = npt.NDArray[np.int8]

@@ -17,7 +17,7 @@ from plenofir.camera.calibration.grid import Grid, Layout
 from plenofir.camera.calibration.lattice import Lattice, guess, lattices
 from plenofir.camera.calibration.shading import lens_indices, within
 from plenofir.camera.patterns.match import Match, match_capture
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 _CANDIDATES = 4
 _LEAST_AGREEMENT, SURE = 0.7, 0.9

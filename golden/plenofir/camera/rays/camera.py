@@ -11,9 +11,9 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from plenofir import project
-from plenofir.errors import InputError, validation_error
-from plenofir.files import input_file
+from plenofir.ground import project
+from plenofir.ground.errors import InputError, validation_error
+from plenofir.ground.files import input_file
 
 CAMERAS = project.DATA / "cameras"
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from plenofir.camera.rays.distances import State
 from plenofir.camera.rays.model import RayModel
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.camera.rays.precise import CONTEXT, Values, exact
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 
 class State(StrEnum):

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from plenofir.camera.rays.camera import Camera
 from plenofir.camera.rays.distances import lens_extension
 from plenofir.camera.rays.precise import CONTEXT, Values, exact
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 Origin = Literal["exit pupil", "principal plane", "aperture stop", "ideal"]
 """Where the chief rays of micro image centres may come from."""

@@ -15,7 +15,7 @@ from math import hypot, inf, sqrt
 
 from plenofir.camera.rays.camera import Camera
 from plenofir.camera.rays.model import RayModel
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 # How far pitches of one camera may be apart: more, and the white image is another camera's.
 _SAME_CAMERA = 0.2

@@ -32,7 +32,7 @@ import numpy.typing as npt
 from plenofir.camera.rays.distances import BEYOND, INFINITY, INSIDE, REAL, Distances, Planes
 from plenofir.camera.rays.precise import CONTEXT, Line, Values, exact, split
 from plenofir.camera.rays.virtual import VirtualCameras
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 # Beyond this the products of the coefficients would overflow.
 _LARGEST_A = 1e100

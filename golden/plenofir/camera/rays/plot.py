@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import ScalarFormatter
 
 from plenofir.camera.rays.model import RayModel
-from plenofir.files import write_file
+from plenofir.ground.files import write_file
 
 _COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "tab:brown")
 

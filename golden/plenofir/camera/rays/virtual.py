@@ -11,7 +11,7 @@ import numpy.typing as npt
 from plenofir.camera.rays.distances import BEYOND, INFINITY, REAL, Distances
 from plenofir.camera.rays.focused import FocusedCamera
 from plenofir.camera.rays.precise import Values
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 DisparityUnit = Literal["pixels", "pixels per view"]
 

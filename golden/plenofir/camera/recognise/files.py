@@ -16,8 +16,8 @@ from plenofir.camera.lytro.frames import is_lytro, read_frame
 from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata
 from plenofir.camera.lytro.sensor import balanced, grey_mosaic
 from plenofir.camera.recognise.picture import Recognition, recognise_picture
-from plenofir.errors import InputError
-from plenofir.images import read_picture
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import read_picture
 from plenofir.refocus.operator import Image
 
 _FEWEST_VIEWS, _SMALLEST_VIEW, _WINDOW, _FAR = 3, 24, 15, 2

@@ -18,8 +18,8 @@ from plenofir.camera.patterns.lenslets import (
     unevenness_of_neighbours,
 )
 from plenofir.camera.patterns.rasters import find_mosaic, find_raster
-from plenofir.errors import InputError
-from plenofir.images import Picture
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import Picture
 from plenofir.refocus.operator import Image
 
 Kind = Literal[

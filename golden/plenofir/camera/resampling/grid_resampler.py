@@ -31,7 +31,7 @@ from plenofir.camera.calibration.grid import Floats
 from plenofir.camera.calibration.record import Calibration
 from plenofir.camera.calibration.resample import DARKEST, profile_at, raster_window
 from plenofir.camera.resampling.registers import GridRegisters, Integers, Precision
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 GAIN_INTEGER_BITS = 4

@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 BayerOrder = Literal["rggb", "grbg", "gbrg", "bggr"]

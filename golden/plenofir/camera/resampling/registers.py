@@ -27,7 +27,7 @@ from plenofir.camera.calibration.resample import (
     check_micro_image_size,
     raster_window,
 )
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 Integers = npt.NDArray[np.int64]
 ChipLayout = Literal["rectangular", "hexagonal-rows"]

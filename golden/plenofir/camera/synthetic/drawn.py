@@ -13,7 +13,7 @@ from plenofir.camera.synthetic.pattern import (
     pixel_positions,
     regular_grid,
 )
-from plenofir.images import Image
+from plenofir.ground.images import Image
 
 _LAYOUTS: tuple[Layout, ...] = ("rectangular", "hexagonal-rows", "hexagonal-columns")
 _FORMS: tuple[Form, ...] = ("disc", "disc", "square", "spot")

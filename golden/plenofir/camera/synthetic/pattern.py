@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import erf
 
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 Form = Literal["disc", "square", "spot"]

@@ -19,7 +19,7 @@ from skimage.util import img_as_float64
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
 from plenofir.camera.rays.model import RayModel
 from plenofir.camera.synthetic.pattern import Form, aperture, pixel_positions, regular_grid
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 _BLOCK_PIXELS = 1 << 19

@@ -13,8 +13,6 @@ from collections.abc import Callable, Mapping, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.clock_nets import (
     Net,
@@ -31,6 +29,8 @@ from plenofir.fpga.bitstream.top_level import TOP, project_lines, source_of_line
 from plenofir.fpga.bitstream.ucf import Constraints, read_constraints
 from plenofir.fpga.hdl_text import instances
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 
 # Modules that bring something from one clock into another: ports of the clock that it comes
 # from (None: any clock, or none) and of the clock that it goes to.

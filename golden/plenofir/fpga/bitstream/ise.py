@@ -16,9 +16,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from plenofir import project
-from plenofir.errors import InputError
-from plenofir.files import publish, remove_results
 from plenofir.fpga.bitstream.ise_reports import (
     Message,
     Timing,
@@ -43,6 +40,9 @@ from plenofir.fpga.bitstream.top_level import (
     top_with_generics,
 )
 from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import publish, remove_results
 
 TOOLS = ("xst", "ngdbuild", "map", "par", "trce", "bitgen")
 OPTION_FILES = tuple(f"{tool}.opt" for tool in TOOLS)

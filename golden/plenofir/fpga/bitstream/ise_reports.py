@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 
 @dataclass(frozen=True)

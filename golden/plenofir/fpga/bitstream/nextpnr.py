@@ -10,9 +10,6 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir import project
-from plenofir.errors import InputError, ToolError
-from plenofir.files import publish, remove_results
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import default_generics
 from plenofir.fpga.boards import Board
@@ -28,6 +25,9 @@ from plenofir.fpga.tools.synthesis import (
     write_verilog,
     yosys_version,
 )
+from plenofir.ground import project
+from plenofir.ground.errors import InputError, ToolError
+from plenofir.ground.files import publish, remove_results
 
 Progress = Callable[[str, int, int], None]
 """Called with the tool's name, how many are done, and how many there are."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir import project
+from plenofir.ground import project
 
 _FOLDER = project.DATA / "devices"
 

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.hdl_text import declarations
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 
 TOP = "atlys_top"

@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 
 @dataclass

@@ -7,7 +7,6 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP as PARTIAL_SUM_LOOP
 from plenofir.fpga.core.engine import Generics, Raster
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -16,6 +15,7 @@ from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.sharpener import SHARPENER_CLOCKS, check_sharpener, sharpener_bits
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.names import SliceEngineName
+from plenofir.ground.errors import InputError
 from plenofir.refocus.arithmetic import ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpening import WEIGHT_UNITS

@@ -5,9 +5,9 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.engine import Generics
 from plenofir.fpga.core.memory import MAX_LINE_BUFFER_BITS
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import (
     MAX_CONFIDENCE,

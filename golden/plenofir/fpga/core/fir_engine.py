@@ -6,9 +6,9 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.engine import Generics, Raster, Scope, SliceEngine
 from plenofir.fpga.core.memory import Memory, rom_luts
+from plenofir.ground.errors import InputError
 from plenofir.refocus.switches import FilterLayout
 
 MAX_TAPS = 512

@@ -4,9 +4,9 @@
 from collections.abc import Iterator
 from typing import ClassVar, Literal, Self
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP, Generics, Raster, Scope, SliceEngine
 from plenofir.fpga.core.memory import Memory, block_sizes, rom_luts
+from plenofir.ground.errors import InputError
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
 

@@ -3,10 +3,10 @@
 
 from collections.abc import Iterator
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.engine import Raster
 from plenofir.fpga.core.memory import Memory, block_sizes
 from plenofir.fpga.devices import Usage
+from plenofir.ground.errors import InputError
 
 SHARPENER_CLOCKS = 15
 """Clocks of lens_sharpener (sharpen_pkg.sharpen_latency)."""

@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.engine import Engine, Generics, Raster
+from plenofir.ground.errors import InputError
 from plenofir.refocus.focal_stack import StackLayout
 
 # stack_columns (focal_stack_pkg.STACK_COLUMN_LATENCY), a row stage.

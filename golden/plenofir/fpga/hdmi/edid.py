@@ -8,7 +8,6 @@ supports.
 
 from collections.abc import Sequence
 
-from plenofir.errors import InputError
 from plenofir.fpga.hdmi.modes import (
     CLOCK_RANGES,
     MODES,
@@ -18,6 +17,7 @@ from plenofir.fpga.hdmi.modes import (
     VideoMode,
     modes_of_range,
 )
+from plenofir.ground.errors import InputError
 
 EDID_PACKAGE = "edid_pkg"
 """Name of the VHDL package."""

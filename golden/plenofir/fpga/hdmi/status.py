@@ -8,7 +8,7 @@ it, ``scripts/build_docs.py`` the table of ``docs/boards.md``.
 import re
 from dataclasses import dataclass
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from plenofir import project
-from plenofir.errors import InputError
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 
 GLYPH_COLUMNS, GLYPH_ROWS, RULER_ROWS, MARGIN = 8, 16, 8, 8
 ROWS = 2 * GLYPH_ROWS + RULER_ROWS

@@ -14,7 +14,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.script import Command, typed
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.overlay import Shown as Kind
-from plenofir.images import write_png
+from plenofir.ground.images import write_png
 from plenofir.refocus import shift_to_name
 from plenofir.refocus.operator import Image
 

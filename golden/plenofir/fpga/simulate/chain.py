@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import BOARDS, Board
@@ -22,6 +20,8 @@ from plenofir.fpga.screen.shown import ShownFrame, shown_frames, told_before
 from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 TOP = "hdmi_bench"

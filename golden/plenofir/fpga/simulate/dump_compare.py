@@ -27,7 +27,6 @@ from pathlib import Path
 
 import numpy as np
 
-from plenofir.errors import InputError
 from plenofir.fpga.simulate.dump_values import (
     DEFINED,
     LEVELS,
@@ -47,6 +46,7 @@ from plenofir.fpga.simulate.dumps import (
     canonical_name,
     time_text,
 )
+from plenofir.ground.errors import InputError
 
 CLOCK_NAME = "clk"
 """Name of the clock where none is given."""

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import pywellen
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 TIME_UNITS = {"fs": -15, "ps": -12, "ns": -9, "us": -6, "ms": -3, "s": 0}
 """Exponents of ten of the time units, in seconds."""

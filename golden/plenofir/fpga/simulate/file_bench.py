@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
@@ -19,6 +17,8 @@ from plenofir.fpga.simulate import verilator
 from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.fpga.tools.simulators import SimulationError, Simulator
 from plenofir.fpga.tools.synthesis import write_verilog
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
 TOP = "file_bench"

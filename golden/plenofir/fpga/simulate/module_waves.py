@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 import wavedrom
 
-from plenofir import project
 from plenofir.fpga import hdl
 from plenofir.fpga.simulate.dumps import Dump, Value
 from plenofir.fpga.tools.simulators import find_simulator
+from plenofir.ground import project
 from plenofir.refocus.operator import gather_sums
 from plenofir.refocus.switches import FilterLayout
 

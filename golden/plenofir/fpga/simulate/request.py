@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import MAX_ROWS, CoreConfiguration
 from plenofir.fpga.names import BoardName, Chain
 from plenofir.fpga.screen.board_screen import Screen
-from plenofir.images import read_image
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import read_image
 from plenofir.refocus import check_raw, shift_to_name
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS

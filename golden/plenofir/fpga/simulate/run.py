@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from plenofir.files import as_text, check_folder, publish_run
 from plenofir.fpga.compare import compare_frames, difference_picture
 from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.report import REPORT, Report, SliceReport
@@ -16,7 +15,8 @@ from plenofir.fpga.simulate.request import Progress, Run, read_raw
 from plenofir.fpga.simulate.simulations import Simulation, simulation_of
 from plenofir.fpga.simulate.waves import write_save_file
 from plenofir.fpga.tools.simulators import Simulator, find_simulator
-from plenofir.images import write_png
+from plenofir.ground.files import as_text, check_folder, publish_run
+from plenofir.ground.images import write_png
 from plenofir.refocus import error_against_operator, shift_to_text
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpening import WEIGHT_UNITS

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from plenofir.errors import InputError
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.compare import compare_frames
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -25,7 +24,8 @@ from plenofir.fpga.simulate.report import Report, ScreenReport, StackReport
 from plenofir.fpga.simulate.request import Run, picture_names
 from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.fpga.tools.simulators import SimulationError, Simulator
-from plenofir.images import write_png
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import write_png
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import depth_index_picture
 

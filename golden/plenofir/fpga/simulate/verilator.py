@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from plenofir import project
 from plenofir.fpga.tools.simulators import Simulator
+from plenofir.ground import project
 
 # Compiling a fast program takes some seconds more.
 _PIXELS_TO_OPTIMISE_FOR = 100_000

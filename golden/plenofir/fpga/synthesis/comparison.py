@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir import project
 from plenofir.fpga.core.configuration import (
     MAX_COLUMNS,
     SLICE_ENGINES,
@@ -24,6 +23,7 @@ from plenofir.fpga.synthesis.ecp5 import Placed
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures
+from plenofir.ground import project
 
 FILE = project.DATA / "comparison.json"
 SIZES = (3, 5, 7, 11, 15)

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
-from plenofir.errors import InputError
 from plenofir.fpga.synthesis.few_pins import NAME, few_pins
 from plenofir.fpga.synthesis.output_registers import use_output_registers
 from plenofir.fpga.tools.synthesis import Generics, run_tool, run_yosys, write_verilog
+from plenofir.ground.errors import InputError
 
 DEVICE = "45k"
 PACKAGE = "CABGA381"

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from plenofir import project
-from plenofir.errors import ToolError
 from plenofir.fpga import hdl
 from plenofir.fpga.tools.synthesis import Generics, run_yosys, write_verilog, yosys_version
+from plenofir.ground import project
+from plenofir.ground.errors import ToolError
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.operator import output_offset
 from plenofir.refocus.sum_lanes import LaneLayout

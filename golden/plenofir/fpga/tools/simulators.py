@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from plenofir.errors import InputError, ToolError
 from plenofir.fpga.names import SimulatorName
+from plenofir.ground.errors import InputError, ToolError
 
 Standard = Literal["1993", "2008"]
 STANDARDS: tuple[Standard, ...] = get_args(Standard)

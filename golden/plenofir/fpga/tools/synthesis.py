@@ -13,10 +13,10 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from plenofir import project
-from plenofir.errors import InputError, ToolError
 from plenofir.fpga.tools.primitives import component_package, with_primitives
 from plenofir.fpga.tools.simulators import find_simulator, generic_text
+from plenofir.ground import project
+from plenofir.ground.errors import InputError, ToolError
 
 Generics = Mapping[str, int | bool | str]
 

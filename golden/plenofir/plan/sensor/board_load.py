@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from plenofir.camera.calibration import Calibration
 from plenofir.camera.resampling import Precision, grid_registers, tables_of
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.chip import loads, shown_lines
 from plenofir.plan.sensor.resampler import Load, ResamplerConfiguration
 

@@ -13,7 +13,7 @@ from plenofir.camera.resampling import (
     tables_of,
 )
 from plenofir.camera.resampling.lines import RingNeeds, reach, ring_needs, ring_needs_shown
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.board_sensor import SENSOR_BLANK_LINES, sensor_delay_lines
 from plenofir.plan.sensor.resampler import MAX_LINES, Load, ResamplerConfiguration
 

@@ -12,8 +12,8 @@ from plenofir.camera.calibration import load_calibration
 from plenofir.camera.calibration.shading import BORDER
 from plenofir.camera.resampling import BayerOrder
 from plenofir.camera.resampling.registers import ChipLayout
-from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import MAX_MICRO_IMAGE_SIZE
+from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.board_load import Shown
 from plenofir.plan.sensor.board_sensor import sensor_delay_lines
 from plenofir.plan.sensor.chip import Resampling, check_ring, resampling, shown_lines

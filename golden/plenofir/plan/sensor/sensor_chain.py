@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from plenofir.errors import InputError
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.link import encode_frames
@@ -18,6 +17,7 @@ from plenofir.fpga.simulate.file_bench import BenchResult
 from plenofir.fpga.simulate.request import Run
 from plenofir.fpga.simulate.simulations import Simulation
 from plenofir.fpga.tools.simulators import SimulationError, Simulator
+from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.board_sensor import (
     SENSOR_OUTPUTS,
     SENSOR_PACKAGE,

@@ -12,14 +12,14 @@ import numpy as np
 
 from plenofir.camera.calibration import Calibration, decode, load_calibration
 from plenofir.camera.resampling import BayerOrder, interpolate_mosaic, red_place, resample
-from plenofir.errors import InputError
-from plenofir.files import as_text, check_folder, publish_run
 from plenofir.fpga.compare import compare_frames
 from plenofir.fpga.simulate.report import REPORT, Report
 from plenofir.fpga.simulate.request import Progress, Run
 from plenofir.fpga.simulate.run import run
 from plenofir.fpga.tools.simulators import find_simulator
-from plenofir.images import Picture, read_picture, write_png
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import as_text, check_folder, publish_run
+from plenofir.ground.images import Picture, read_picture, write_png
 from plenofir.plan.sensor.board_load import Shown, description
 from plenofir.plan.sensor.board_sensor import BoardSensor
 from plenofir.plan.sensor.chip import Resampling, check_ring, resampling, shown_lines

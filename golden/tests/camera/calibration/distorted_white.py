@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from scipy.special import erf
 
 from plenofir.camera.calibration import calibrate
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 _SUB_PIXELS = (np.arange(4) + 0.5) / 4 - 0.5
 

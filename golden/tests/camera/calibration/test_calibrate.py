@@ -18,7 +18,7 @@ from plenofir.camera.calibration import (
 from plenofir.camera.calibration.frames import clipped_share, grey
 from plenofir.camera.calibration.text_method import normalised, regression, rotated
 from plenofir.camera.synthetic import centres_within, regular_grid, white_image
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 SHAPE = (440, 600)
 

@@ -17,7 +17,7 @@ from distorted_white import (
 )
 
 from plenofir.camera.calibration import calibrate
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 _CHEAP = 12
 

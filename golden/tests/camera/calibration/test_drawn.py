@@ -9,7 +9,7 @@ import pytest
 from plenofir.camera.calibration import calibrate
 from plenofir.camera.synthetic import centres_within, regular_grid, white_image
 from plenofir.camera.synthetic.drawn import drawn_white
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir_studies.drawn_calibration import tried
 
 

@@ -24,7 +24,7 @@ from plenofir.camera.synthetic import (
     render,
     white_image,
 )
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 F197 = load_camera("f197-mla2")
 

@@ -16,7 +16,7 @@ from plenofir.camera.calibration import (
 )
 from plenofir.camera.calibration.resample import raster_window
 from plenofir.camera.synthetic import regular_grid, white_image
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 SHAPE = (130, 170)
 # All samples of 7 x 7 lenses are inside, with the largest pitch and rotation.

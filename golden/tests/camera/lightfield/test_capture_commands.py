@@ -27,8 +27,8 @@ from plenofir.camera.synthetic import (
 from plenofir.commands.app import main
 from plenofir.fpga.hdmi.edid import make_edid
 from plenofir.fpga.hdmi.modes import HD720
-from plenofir.images import encode_tiff, read_image, read_picture, write_png
-from plenofir.project import root
+from plenofir.ground.images import encode_tiff, read_image, read_picture, write_png
+from plenofir.ground.project import root
 from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
 from plenofir_studies.calibration_report import MICROSCOPE, microscope_raster

@@ -31,9 +31,9 @@ from plenofir.camera.lightfield.exports import (
 from plenofir.camera.lightfield.sources import central, hci_scene, read_mat, read_pfm, read_source
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
-from plenofir.errors import InputError
-from plenofir.images import read_image, write_png
-from plenofir.project import DATA
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import read_image, write_png
+from plenofir.ground.project import DATA
 
 M = 5
 

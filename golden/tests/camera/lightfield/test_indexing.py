@@ -19,8 +19,8 @@ from plenofir.camera.lightfield import (
     views,
     write_views,
 )
-from plenofir.errors import InputError
-from plenofir.images import write_png
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import write_png
 
 
 @st.composite

@@ -22,7 +22,7 @@ from plenofir.camera.lightfield import (
     sub_aperture,
 )
 from plenofir.camera.lightfield.fourier import kaiser_bessel, kaiser_bessel_transform
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
 

@@ -39,8 +39,8 @@ from plenofir.camera.lytro.frames import nearest_white
 from plenofir.camera.lytro.sensor import with_gamma
 from plenofir.camera.patterns.match import match_capture
 from plenofir.camera.recognise.files import recognise
-from plenofir.errors import InputError
-from plenofir.images import read_image
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import read_image
 
 # Both cameras only where all tests are run.
 BOTH_IN_FULL = pytest.mark.parametrize(

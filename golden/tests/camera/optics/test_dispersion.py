@@ -22,7 +22,7 @@ from plenofir.camera.optics import (
     naive_sellmeier_index,
     read_glass_table,
 )
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 # Eq. (5.7) as printed, so that the oracle does not inherit the rounding of doubles.
 PRINTED_SELLMEIER = [

@@ -24,7 +24,7 @@ from plenofir.camera.optics import (
     shipped_lenses,
     transfer_matrix,
 )
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 GLASS = Glass(name="glass", dispersion=Constant(value=1.5))
 

@@ -18,7 +18,7 @@ from plenofir.camera.optics import (
     read_prescription,
     shipped_lenses,
 )
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 HEADER = "radius;thickness;material;index;v-no;sa\n"
 SINGLET = HEADER + "50;5;BK7;1.517;64.2;10\n-50;2;air;;;10\n;45;air;;;4\n"

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plenofir.camera.optics import MICRO_LENS_CAUCHY, ThickLens, plano_convex
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 focal_lengths = st.floats(0.01, 1e5)
 thicknesses = st.floats(0, 1e3)

@@ -27,7 +27,7 @@ from plenofir.camera.optics import (
     trace,
     trace_to_object,
 )
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 GLASS = Glass(name="glass", dispersion=Constant(value=1.5))
 PITCH = 0.125  # p_M, mm

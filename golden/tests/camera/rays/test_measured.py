@@ -16,7 +16,7 @@ from plenofir.camera.rays import (
     measured_focal_length,
 )
 from plenofir.camera.synthetic import micro_image_pitch, regular_grid, render, white_image
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 F193 = load_camera("f193-mla2")
 

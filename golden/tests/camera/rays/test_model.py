@@ -27,7 +27,7 @@ from plenofir.camera.rays import (
     rayleigh_limit,
 )
 from plenofir.camera.rays.distances import STATES
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 F193 = load_camera("f193-mla2")
 

@@ -19,7 +19,7 @@ from plenofir.camera.resampling import (
     tables_of,
 )
 from plenofir.camera.synthetic import regular_grid
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 LAYOUTS = "rectangular", "hexagonal-rows"
 

@@ -11,7 +11,7 @@ from plenofir.camera.resampling import GridRegisters, Precision, Tables, grid_re
 from plenofir.camera.resampling.grid_resampler import mirrored
 from plenofir.camera.resampling.lines import line_needs, ring_needs
 from plenofir.camera.synthetic import regular_grid
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 from plenofir.plan.sensor.chip import check_fits, resampling
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plenofir.camera.resampling import BAYER_ORDERS, interpolate_mosaic
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 
 def mean_of_neighbours(raw: np.ndarray, order: str, y: int, x: int, colour: str) -> int:

@@ -18,7 +18,7 @@ from plenofir.camera.synthetic import (
     with_pitch,
 )
 from plenofir.camera.synthetic.render import box_kernel
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 
 def camera(focus_mm: float = inf, m: int = 5) -> RayModel:

@@ -14,14 +14,14 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from plenofir import project
 from plenofir.commands import app as cli
 from plenofir.commands.app import app
-from plenofir.errors import EXIT_BAD_INPUT, InputError
 from plenofir.fpga.bitstream import ise, ise_reports, top_level
 from plenofir.fpga.bitstream.spartan6_sites import device
 from plenofir.fpga.hdmi.edid import make_edid
 from plenofir.fpga.hdmi.modes import HD720
+from plenofir.ground import project
+from plenofir.ground.errors import EXIT_BAD_INPUT, InputError
 from plenofir.plan import load_scene, make_plan
 
 TOP = top_level.TOP

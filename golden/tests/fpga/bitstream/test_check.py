@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import check, ise, top_level
 from plenofir.fpga.bitstream.clock_nets import read_netlist
 from plenofir.fpga.bitstream.clock_routing import GlobalBuffer, can_place, check_clock_routing
 from plenofir.fpga.bitstream.spartan6_sites import device, pins
 from plenofir.fpga.bitstream.ucf import read_constraints
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 
 UCF = check.constraints_file().read_text()
 SOURCES = {path.stem: path.read_text() for path in hdl.board_sources()}

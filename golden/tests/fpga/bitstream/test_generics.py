@@ -4,11 +4,11 @@
 import pytest
 
 from plenofir.commands.bitstream import board_generics
-from plenofir.errors import InputError
 from plenofir.fpga.bitstream import top_level
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.ground.errors import InputError
 from plenofir.refocus import StoredProductArithmetic
 
 

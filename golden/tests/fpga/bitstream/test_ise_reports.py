@@ -17,7 +17,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plenofir.errors import InputError
 from plenofir.fpga.bitstream import ise
 from plenofir.fpga.bitstream.ise_reports import (
     Timing,
@@ -29,6 +28,7 @@ from plenofir.fpga.bitstream.ise_reports import (
     treatments,
     trimmed_by_module,
 )
+from plenofir.ground.errors import InputError
 
 # Clocks of the receiver and the transmitter, as NGDBuild derives them from TS_tmds.
 CLOCKS = {

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 from in_process import plenofir
 
-from plenofir.errors import InputError, ToolError
 from plenofir.fpga.bitstream import nextpnr
 from plenofir.fpga.boards import BOARDS
 from plenofir.fpga.hdmi.modes import range_limits
+from plenofir.ground.errors import InputError, ToolError
 from plenofir.plan.scene import scene_files
 
 RANGE = 4

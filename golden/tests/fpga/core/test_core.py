@@ -5,14 +5,14 @@ import re
 
 import pytest
 
-from plenofir import project
-from plenofir.errors import InputError
 from plenofir.fpga import hdl
 from plenofir.fpga.core import configuration as core
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP
 from plenofir.fpga.core.fir_engine import FirEngine
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
 from plenofir.refocus import MAX_INTERPOLATION_ORDER, StoredProductArithmetic
 
 

@@ -3,10 +3,10 @@
 
 import pytest
 
-from plenofir.errors import InputError
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine, PixelsPerClock
 from plenofir.fpga.synthesis.estimate import memories, multipliers
+from plenofir.ground.errors import InputError
 from plenofir.refocus import StoredProductArithmetic
 
 pytestmark = pytest.mark.quick

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from plenofir.errors import InputError
 from plenofir.fpga.hdmi.edid import (
     check_edid,
     describe_edid,
@@ -19,6 +18,7 @@ from plenofir.fpga.hdmi.edid import (
     timing_of,
 )
 from plenofir.fpga.hdmi.modes import HD720, HD720_50, MODES, SVGA, VGA, XGA, VideoMode
+from plenofir.ground.errors import InputError
 
 
 def detailed_timing(block: bytes) -> dict[str, int]:

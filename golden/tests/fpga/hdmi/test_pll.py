@@ -5,7 +5,6 @@ import re
 
 import pytest
 
-from plenofir import project
 from plenofir.fpga.hdmi.modes import HD720, MODES, SVGA, VGA
 from plenofir.fpga.hdmi.pll import (
     HIGH,
@@ -19,6 +18,7 @@ from plenofir.fpga.hdmi.pll import (
     registers,
     setting_for,
 )
+from plenofir.ground import project
 
 
 @pytest.mark.parametrize("setting", SETTINGS, ids=lambda s: s.name)

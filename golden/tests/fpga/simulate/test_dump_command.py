@@ -9,9 +9,9 @@ import pytest
 from in_process import plenofir
 from vcd import Vcd, counter
 
-from plenofir.errors import InputError
 from plenofir.fpga.simulate.dump_compare import compare_dumps
 from plenofir.fpga.simulate.dumps import Dump
+from plenofir.ground.errors import InputError
 
 
 def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:

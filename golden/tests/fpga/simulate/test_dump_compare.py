@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from vcd import COUNT, Vcd, bits, counter
 
-from plenofir.errors import InputError
 from plenofir.fpga.simulate.dump_compare import DumpComparison, compare_dumps, parse_bound
 from plenofir.fpga.simulate.dumps import canonical_name, time_text
+from plenofir.ground.errors import InputError
 
 
 def compared(tmp_path: Path, a: Vcd, b: Vcd, **options) -> DumpComparison:

@@ -17,7 +17,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from types import TracebackType
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
 _REMEDIES = {
     errno.ENOSPC: "enough room on the disk",

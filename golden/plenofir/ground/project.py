@@ -3,9 +3,9 @@
 
 from pathlib import Path
 
-from plenofir.errors import InputError
+from plenofir.ground.errors import InputError
 
-_PACKAGE = Path(__file__).resolve().parent
+_PACKAGE = Path(__file__).resolve().parents[1]
 _CHECKOUT = _PACKAGE.parents[1]
 # Where pyproject.toml has the wheel put its copy of the VHDL and what goes with it.
 _COPY = _PACKAGE / "_project"

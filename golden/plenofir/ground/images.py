@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.errors import InputError
-from plenofir.files import input_file, write_file
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import input_file, write_file
 
 # What they say of a file that they read is not printed.
 for _library in ("imagecodecs", "netpbmfile", "tifffile"):
