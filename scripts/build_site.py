@@ -24,6 +24,8 @@ ROOT = project.root()
 OUT = ROOT / "build" / "site"
 LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
 LIGHT_FIELD = "planes.html"
+# Where the entities' pages are in the site.
+ENTITIES = Path("hdl/entities")
 
 # What the reference shows: the packages that people import.
 PACKAGES = {
@@ -96,7 +98,12 @@ def heading(page: Path) -> str:
 
 
 def copied(page: Path, pages: Path) -> None:
-    """Copy a page, and what it links to; links to folders become plain text."""
+    """Copy a page and what it links to; of a VHDL source that is its entity's page.
+
+    Links to folders become plain text.
+    """
+
+    copy = pages / page.relative_to(ROOT)
 
     def target(match: re.Match[str]) -> str:
         mark, text, link = match.groups()
@@ -107,17 +114,18 @@ def copied(page: Path, pages: Path) -> None:
         if file.is_dir():
             return str(text)
         there = pages / file.relative_to(ROOT)
+        if file.suffix == ".vhd" and (entity := pages / ENTITIES / f"{file.stem}.md").exists():
+            return f"{mark}[{text}]({os.path.relpath(entity, copy.parent)})"
         if file.suffix != ".md" and not there.exists():
             there.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(file, there)
         # A place in a source is of no use in a browser.
         return match[0] if file.suffix == ".md" else f"{mark}[{text}]({place})"
 
-    there = pages / page.relative_to(ROOT)
-    there.parent.mkdir(parents=True, exist_ok=True)
+    copy.parent.mkdir(parents=True, exist_ok=True)
     parts = re.split(r"(^```.*?^```)", page.read_text(), flags=re.S | re.M)
     parts[::2] = [LINK.sub(target, part) for part in parts[::2]]
-    there.write_text("".join(parts))
+    copy.write_text("".join(parts))
 
 
 def among_entities(match: re.Match[str]) -> str:
@@ -132,12 +140,12 @@ def main() -> int:
         pages = folder / "pages"
         written = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), ROOT / "hdl" / "README.md"]
         written += ROOT.glob("golden/plenofir/data/**/CREDITS.md")
-        for page in written:
-            copied(page, pages)
-        entities = pages / "hdl" / "entities"
-        entities.mkdir()
+        entities = pages / ENTITIES
+        entities.mkdir(parents=True)
         for path, text in entity_pages(ROOT / "build" / "docs" / "entities").items():
             (entities / path.name).write_text(LINK.sub(among_entities, text))
+        for page in written:
+            copied(page, pages)
         # What the search needs where browsers start no workers: pages opened from files.
         (pages / "assets").mkdir()
         shutil.copy(ROOT / "docs" / "site" / "iframe-worker.js", pages / "assets")
