@@ -102,7 +102,6 @@ def copied(page: Path, pages: Path) -> None:
 
     Links to folders become plain text.
     """
-
     copy = pages / page.relative_to(ROOT)
 
     def target(match: re.Match[str]) -> str:

@@ -12,7 +12,7 @@ from hunt.references.focal_stack import stack
 ENTITY = "focal_stack"
 FAULTS = [
     ("focal_stack.vhd", "KEEP_MODULUS   => true", "KEEP_MODULUS   => false"),
-    ("column_sum.vhd", "SLICE, phase) + later", "0, phase) + later"),
+    ("column_sum.vhd", "GEOMETRY, SLICE, v)", "GEOMETRY, 0, v)"),
 ]
 
 

@@ -76,7 +76,11 @@ def test_crop_of_a_light_field(tmp_path: Path, plenofir) -> None:
 def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) -> None:
     # Exit code 1; the pictures are there all the same.
     sources = plant(
-        tmp_path / "hdl", file_bench.core_sources(), "column_sum.vhd", "SLICE, phase)", "0, phase)"
+        tmp_path / "hdl",
+        file_bench.core_sources(),
+        "column_sum.vhd",
+        "GEOMETRY, SLICE, v)",
+        "GEOMETRY, 0, v)",
     )
     monkeypatch.setattr(file_bench, "core_sources", lambda: sources)
     raw = np.random.default_rng(2).integers(0, 256, (13, 24), np.uint8)

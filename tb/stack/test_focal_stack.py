@@ -92,7 +92,7 @@ def test_more_random_stacks(number: int) -> None:
     ("options", "file", "old", "new"),
     [
         ({"shifts": (-2, 3)}, "stack_columns.vhd", "=> phase_3,", "=> phase_2,"),
-        ({"shifts": (-2, 3)}, "column_sum.vhd", "SLICE, phase) + later", "0, phase) + later"),
+        ({"shifts": (-2, 3)}, "column_sum.vhd", "GEOMETRY, SLICE, v)", "GEOMETRY, 0, v)"),
         ({"shifts": (-2, 3)}, "focal_stack.vhd", "KEEP_MODULUS   => true",
          "KEEP_MODULUS   => false"),
         ({"shifts": (3, -3)}, "moving_sum_adder.vhd",

@@ -140,7 +140,11 @@ def test_configure_writes_the_lines_for_the_serial_port(folder: Path) -> None:
     ("scene", "calib", "message"),
     [
         ("{}/small.toml", "{}/hex.json", "hex.json: hexagonal True; expected False"),
-        ("{}/small.toml", "{}/wide.json", "wide.json: a calibration for 84 x 61 pixels"),
+        (
+            "{}/small.toml",
+            "{}/wide.json",
+            "wide.json: is for 84 x 61 pixels; the sensor has 83 x 61",
+        ),
         ("grey-microscope", "{}/calib.json", "--calib: the scene grey-microscope has no sensor"),
     ],
 )

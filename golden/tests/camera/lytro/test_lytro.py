@@ -351,7 +351,10 @@ def test_decode_command(written: Written, file: Path, monkeypatch: pytest.Monkey
     out = "--out", "new.png"
     for words, message in (
         (("none.lfp",), "none.lfp: no such file"),
-        ((file.name, "--dark", "aligned.png"), "--dark: is not for files of Lytro"),
+        (
+            (file.name, "--dark", "aligned.png"),
+            "--dark: is not needed: a Lytro's file tells its black level",
+        ),
         (("aligned.png", "--colour", "srgb"), "--colour: is for files of Lytro"),
         (("aligned.png",), "--calib: is missing"),
         ((file.name, "--white", "none"), "none: no such file"),
