@@ -138,7 +138,7 @@ def main() -> int:
         folder = Path(name)
         pages = folder / "pages"
         written = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), ROOT / "hdl" / "README.md"]
-        written += ROOT.glob("golden/plenofir/data/**/CREDITS.md")
+        written += [ROOT / "tb/hunt/README.md", *ROOT.glob("golden/plenofir/data/**/CREDITS.md")]
         entities = pages / ENTITIES
         entities.mkdir(parents=True)
         for path, text in entity_pages(ROOT / "build" / "docs" / "entities").items():
