@@ -27,7 +27,7 @@ from plenofir_tb.axi_video import (
     stall_pattern,
 )
 from plenofir_tb.case import read_case
-from plenofir_tb.frames import KINDS, make_frame, repaired_frames
+from plenofir_tb.frames import KINDS, damaged, make_frame, repaired_frames
 from plenofir_tb.scoreboard import FrameScoreboard
 from plenofir_tb.slices import SliceModel
 
@@ -399,23 +399,7 @@ async def broken_frames(dut: Any) -> None:
         good = bench.frame("random", columns, rows)
         beats = bench.beats(good)
         for _ in range(3):
-            broken = bench.beats(bench.frame("random", columns, rows))
-            fault = rng.choice(["drop", "repeat", "cut", "no last", "no start", "noise"])
-            at = rng.randrange(len(broken))
-            if fault == "drop":
-                del broken[at : at + rng.randint(1, 3)]
-            elif fault == "repeat":
-                extra = [Beat(b.data, False, b.end_of_line) for b in broken[at : at + tokens]]
-                broken[at:at] = extra[: rng.randint(1, tokens)]
-            elif fault == "cut":
-                broken = broken[: at + 1]
-            elif fault == "no last":
-                broken = [Beat(b.data, b.start_of_frame, False) for b in broken]
-            elif fault == "no start":
-                broken = [Beat(b.data, False, b.end_of_line) for b in broken]
-            else:
-                broken = [Beat(b.data, rng.random() < 0.05, rng.random() < 0.2) for b in broken]
-            beats += broken
+            beats += damaged(bench.beats(bench.frame("random", columns, rows)), tokens, rng)
         beats += bench.beats(good)
         frames, faults = repaired_frames(beats, tokens, rows)
         mask = (1 << core.pixel_bits) - 1

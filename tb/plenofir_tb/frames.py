@@ -2,6 +2,7 @@
 """Frames to test with, and what becomes of broken ones."""
 
 import random
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -34,6 +35,27 @@ def make_frame(
             0, largest, shape, dtype, endpoint=True
         )
     raise ValueError(kind)
+
+
+def damaged(beats: Sequence[Beat], tokens: int, rng: random.Random) -> list[Beat]:
+    """A frame with a fault: beats missing or doubled, cut off, without a mark, wild marks."""
+    broken = list(beats)
+    fault = rng.choice(["drop", "repeat", "cut", "no last", "no start", "noise"])
+    at = rng.randrange(len(broken))
+    if fault == "drop":
+        del broken[at : at + rng.randint(1, 3)]
+    elif fault == "repeat":
+        extra = [Beat(b.data, False, b.end_of_line) for b in broken[at : at + tokens]]
+        broken[at:at] = extra[: rng.randint(1, tokens)]
+    elif fault == "cut":
+        broken = broken[: at + 1]
+    elif fault == "no last":
+        broken = [Beat(b.data, b.start_of_frame, False) for b in broken]
+    elif fault == "no start":
+        broken = [Beat(b.data, False, b.end_of_line) for b in broken]
+    else:
+        broken = [Beat(b.data, rng.random() < 0.05, rng.random() < 0.2) for b in broken]
+    return broken
 
 
 def repaired_frames(

@@ -10,10 +10,8 @@ from plenofir.camera.calibration.grid import (
     Grid,
     Indices,
 )
-from plenofir.camera.calibration.growing import GrowingFit, primitive_vectors, reduced_lengths
-from plenofir.camera.calibration.lattice import (
-    no_grid,
-)
+from plenofir.camera.calibration.growing import GrowingFit
+from plenofir.camera.calibration.lattice import no_grid, primitive_vectors, reduced_lengths
 
 _CELL_SAMPLES = 12
 _CELL_LENSES = 600

@@ -32,13 +32,13 @@ from plenofir.camera.calibration.growing import (
     SHADING_ORDER,
     GrowingFit,
     enough,
-    primitive_vectors,
 )
 from plenofir.camera.calibration.lattice import (
     guess,
     lattices,
     layout_misfits,
     no_grid,
+    primitive_vectors,
 )
 from plenofir.camera.calibration.models import BENT, EVEN, MODELS
 from plenofir.camera.calibration.robust import robust_fit

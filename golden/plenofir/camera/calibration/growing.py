@@ -23,10 +23,7 @@ from plenofir.camera.calibration.grid import (
     exponents,
     polynomial_terms,
 )
-from plenofir.camera.calibration.lattice import (
-    no_grid,
-    reduced,
-)
+from plenofir.camera.calibration.lattice import no_grid, primitive_vectors, reduced_lengths
 from plenofir.camera.calibration.models import MODELS, Frame, Model
 from plenofir.camera.calibration.pixels import pixel_fit
 from plenofir.camera.calibration.robust import robust_fit
@@ -78,22 +75,6 @@ _FEWEST_TOLD, _LEAST_TOLD = 20, 0.15
 _SMALLEST_CELL = 0.8
 # Response of the small window, as a share of what spots would give it, for an even middle.
 _EVEN_MIDDLE = 0.6
-
-
-def reduced_lengths(grid: Grid) -> tuple[float, float]:
-    """Distances to the nearest lenses."""
-    a, b = reduced(*primitive_vectors(grid))
-    return float(np.hypot(*a)), float(np.hypot(*b))
-
-
-def primitive_vectors(grid: Grid) -> Floats:
-    """Vectors to two neighbouring lenses, in the middle of a grid."""
-    down, right = grid.vectors
-    if grid.layout == "hexagonal-rows":
-        down = down + right / 2
-    elif grid.layout == "hexagonal-columns":
-        right = right + down / 2
-    return np.array([down, right])
 
 
 def enough(count: int) -> slice | Indices:

@@ -295,3 +295,19 @@ def guess(image: Image32, vectors: Floats, layout: Layout | None = None) -> Grid
 def no_grid(what: str) -> InputError:
     """Error of a white image without a grid."""
     return InputError(what, where="white image", expected=GRID_EXPECTED)
+
+
+def reduced_lengths(grid: Grid) -> tuple[float, float]:
+    """Distances to the nearest lenses."""
+    a, b = reduced(*primitive_vectors(grid))
+    return float(np.hypot(*a)), float(np.hypot(*b))
+
+
+def primitive_vectors(grid: Grid) -> Floats:
+    """Vectors to two neighbouring lenses, in the middle of a grid."""
+    down, right = grid.vectors
+    if grid.layout == "hexagonal-rows":
+        down = down + right / 2
+    elif grid.layout == "hexagonal-columns":
+        right = right + down / 2
+    return np.array([down, right])
