@@ -46,7 +46,7 @@ _SETTLED = 1e-3
 # Models are compared by so many lenses, drawn at random (always the same).
 _COMPARED = 4000
 # Centroids err together by so much, in pixels: at least, by the pitch, and by its reciprocal.
-_COMMON = (0.0004, 0.00003, 0.003)
+_COMMON = (0.0001, 0.0000075, 0.00075)
 # So much of the scatter moves centroids together, where models are compared.
 _TOGETHER = 0.12
 # Logarithm of how much more likely an even grid is beforehand than one of another model.

@@ -90,9 +90,14 @@ def windowed_moments(
     )
 
 
-def core_brightness(image: Image32, positions: Floats, pitch: tuple[float, float]) -> Floats:
+def core_brightness(
+    image: Image32,
+    positions: Floats,
+    pitch: tuple[float, float],
+    half_width: float = CORE_HALF_WIDTH,
+) -> Floats:
     """Mean brightness of the middle of micro images."""
-    return windowed_moments(image, positions, pitch, CORE_HALF_WIDTH).sums
+    return windowed_moments(image, positions, pitch, half_width).sums
 
 
 def response(

@@ -21,6 +21,8 @@ class Evidence(BaseModel):
         Standard error in pixels of the centre that is known worst: the root mean square of its
         distance from the true one. It takes in the tilt and the distortion that the lenses cannot
         tell.
+    mean_error_px
+        The same of all centres: root mean square over them. None in files that do not have it.
     periodicity
         How much more the image looks like itself when it is moved by whole lenses than by parts of
         them: 1 for a perfect white image.
@@ -54,6 +56,7 @@ class Evidence(BaseModel):
     order_gains_px: tuple[_Number, ...] = ()
     untried_orders: tuple[int, ...] = ()
     pitch_error_px: _Number | None = None
+    mean_error_px: _Number | None = None
 
     def lines(self) -> list[str]:
         """The evidence in words.

@@ -26,13 +26,7 @@ from plenofir.camera.calibration.grid import (
     Layout,
     polynomial_terms,
 )
-from plenofir.camera.calibration.growing import (
-    DARK,
-    DIMMEST,
-    SHADING_ORDER,
-    GrowingFit,
-    enough,
-)
+from plenofir.camera.calibration.growing import GrowingFit
 from plenofir.camera.calibration.lattice import (
     guess,
     lattices,
@@ -40,6 +34,7 @@ from plenofir.camera.calibration.lattice import (
     no_grid,
     primitive_vectors,
 )
+from plenofir.camera.calibration.light import light_order
 from plenofir.camera.calibration.models import BENT, EVEN, MODELS
 from plenofir.camera.calibration.robust import robust_fit
 from plenofir.camera.calibration.shading import (
@@ -49,6 +44,7 @@ from plenofir.camera.calibration.shading import (
     unit_positions,
     within,
 )
+from plenofir.camera.calibration.white import DARK, DIMMEST, enough
 from plenofir.ground.errors import InputError
 
 _FIRST_RADIUS = 5.0
@@ -67,11 +63,12 @@ _LARGEST_MISSING = 0.45
 _LARGEST_CENTRE_ERROR, _LARGEST_OF_BENT = 0.19, 0.12
 # Light that falls off and dirt add to it.
 _LARGEST_CLAIM = 0.25
+# By how much outliers (their share times this) make the variance of centres larger, before it is
+# compared.
+_HARMED = 8.0
 # So many standard errors of the standard error of centres are added to it, before it is compared.
 _SURE = 1.0
 _SMALLEST_CELL_MARGIN = 0.4
-# By how much outliers (their share times this) make the variance of centres larger.
-_HARMED = 8.0
 _CANDIDATES = 4
 # Lattices with less than this share of the highest score are not tried.
 _LIKELY = 0.5
@@ -245,12 +242,13 @@ def _fit(
         for covariance in (fitter.covariance, fitter.own)
     ]
     error, alone = (float(np.sqrt(spread.max())) for spread in spreads)
-    # Beside lenses that are missing or dirty others are off by less than makes outliers.
-    harmed = 1 + _HARMED * float((fitter.weights == 0).mean())
-    claimed = float(np.sqrt((shared + harmed * spreads[0]).max()))
+    every = shared + spreads[0]
+    claimed = float(np.sqrt(every.max()))
     # Few lenses leave the standard error uncertain too.
     freedom = max(1.0, 2 * float((fitter.weights > 0).sum()) - len(fitter.bent.factors))
     sure = 1 + _SURE / np.sqrt(2 * freedom)
+    # So do lenses that are off: others may be off by less than makes outliers.
+    sure *= np.sqrt(1 + _HARMED * float((fitter.weights == 0).mean()))
     # Bent grids go astray beyond the lenses that they were fitted to: they have to be surer.
     largest_error = _LARGEST_CENTRE_ERROR if fit.grid.order == 1 else _LARGEST_OF_BENT
     if alone * sure > largest_error:
@@ -266,7 +264,13 @@ def _fit(
     missing = 1 - float(fit.present[lit].mean()) if lit.any() else 1.0
     if missing > _LARGEST_MISSING:
         raise no_grid(f"{100 * missing:.0f} % of the micro images missing")
-    known = evidence.model_copy(update={"missing_share": missing, "centre_error_px": claimed})
+    known = evidence.model_copy(
+        update={
+            "missing_share": missing,
+            "centre_error_px": claimed,
+            "mean_error_px": float(np.sqrt(every.mean())),
+        }
+    )
     return replace(fit, evidence=known)
 
 
@@ -288,7 +292,7 @@ def _shading(fitter: GrowingFit) -> Floats:
     centres = centres[enough(len(centres))]
     level = core_brightness(fitter.raw, centres + fitter.margin, extents(fitter.grid))
     lit = level > DARK * np.percentile(level, 95)
-    order = next((n for n in range(SHADING_ORDER, 0, -1) if lit.sum() >= 4 * n * n + 1), 0)
+    order = light_order(int(lit.sum()))
     terms = polynomial_terms(unit_positions(centres[lit], fitter.shape), order)
     return robust_fit(terms, np.log(level[lit])[:, np.newaxis], 1e-3)[0][:, 0]
 

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A white image drawn again from what was found: what measuring does to known centres.
+
+Where the pitch changes, neighbours reach into the windows of centroids from one side more than from
+the other, and lenses without a neighbour are pulled too. So the usual micro image is taken from the
+white image as a function of the distance from its centre alone, and drawn at all centres of the
+grid found. There the same windows see the same neighbours, and the centres are known.
+"""
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from plenofir.camera.calibration.centroids import Image32
+from plenofir.camera.calibration.grid import Flags, Floats
+from plenofir.refocus.kernels import compiled
+
+# The usual micro image: its radius in pitches; places at which it is known in a pitch, and their
+# least distance in pixels.
+_RADIUS, _PLACES, _FINEST = 0.75, 50.0, 0.35
+_LENSES, _PIXELS = 400, 40_000
+_NEIGHBOURS = 7
+# How even the usual micro image is beforehand, as a share of what the pixels tell.
+_EVEN = 1e-3
+# Pixels off by more than so many times what nine of ten are off by do not count.
+_OUTLIERS = 3.0
+
+
+def redrawn(image: Image32, places: Floats, levels: Floats, usual: Flags, pitch: float) -> Image32:
+    """An image drawn again.
+
+    Lenses are at `places` of it, so bright (1 is usual, 0 unlit); the `usual` ones tell what micro
+    images look like.
+    """
+    result = np.zeros_like(image)
+    if usual.any():
+        spot, step = usual_spot(image, places, levels, places[usual], pitch)
+        add_spots(result, places, levels, spot, step)
+    return result
+
+
+def usual_spot(
+    image: Image32, places: Floats, levels: Floats, chosen: Floats, pitch: float
+) -> tuple[Floats, float]:
+    """Brightness of the usual micro image by the distance from its centre, and the step of it.
+
+    `chosen` are places of lenses to learn from.
+    """
+    step = max(_FINEST, pitch / _PLACES)
+    count = int(np.ceil(_RADIUS * pitch / step))
+    few = chosen[np.random.default_rng(8).permutation(len(chosen))[:_LENSES]]
+    side = int(pitch / 2)
+    every = max(1, int(np.sqrt(len(few) * (2 * side + 1) ** 2 / _PIXELS)))
+    moves = np.arange(-side, side + 1, every)
+    away = np.stack(np.meshgrid(moves, moves, indexing="ij"), axis=-1).reshape(-1, 2)
+    pixels = (np.rint(few).astype(np.int64)[:, np.newaxis] + away).reshape(-1, 2)
+    values = image[pixels[:, 0], pixels[:, 1]].astype(np.float64)
+    bright = levels > 0
+    tree = cKDTree(places[bright])
+    nearest = list(range(1, min(_NEIGHBOURS, int(bright.sum())) + 1))
+    distance, which = tree.query(pixels, nearest, distance_upper_bound=count * step)
+    columns = np.zeros((len(pixels), count + 1))
+    levels = np.append(levels[bright], 0.0)  # The last is no lens.
+    for away_from, lens in zip(distance.T, which.T, strict=True):
+        near = np.isfinite(away_from)
+        rows, place = np.nonzero(near)[0], away_from[near] / step
+        low = np.minimum(place.astype(np.int64), count - 1)
+        columns[rows, low] += levels[lens[near]] * (low + 1 - place)
+        columns[rows, low + 1] += levels[lens[near]] * (place - low)
+    columns = columns[:, :-1]  # Nothing at the end.
+    ridge = _EVEN * len(pixels) / count * _bends(count)
+    weights = np.ones(len(pixels))
+    for _ in range(3):
+        weighted = columns * weights[:, np.newaxis]
+        found = np.linalg.lstsq(weighted.T @ columns + ridge, weighted.T @ values, rcond=None)[0]
+        left = np.abs(values - columns @ found)
+        weights = (left <= _OUTLIERS * np.percentile(left, 90)).astype(np.float64)
+    return np.append(found, 0.0), step
+
+
+def _bends(count: int) -> Floats:
+    """Squares of second differences of a profile that is even in its middle and 0 at its end."""
+    whole = np.vstack([np.eye(count)[1], np.eye(count), np.zeros(count)])
+    second = np.diff(whole, 2, axis=0)
+    return np.asarray(second.T @ second)
+
+
+@compiled
+def add_spots(
+    image: npt.NDArray[np.float32], places: Floats, levels: Floats, spot: Floats, step: float
+) -> None:
+    """Add a round spot at each place, so many times as bright."""
+    reach = step * (len(spot) - 1)
+    for n in range(len(places)):
+        if levels[n] == 0.0:
+            continue
+        top = max(0, int(np.ceil(places[n, 0] - reach)))
+        bottom = min(image.shape[0] - 1, int(np.floor(places[n, 0] + reach)))
+        left = max(0, int(np.ceil(places[n, 1] - reach)))
+        right = min(image.shape[1] - 1, int(np.floor(places[n, 1] + reach)))
+        for y in range(top, bottom + 1):
+            dy = y - places[n, 0]
+            for x in range(left, right + 1):
+                dx = x - places[n, 1]
+                away = np.sqrt(dy * dy + dx * dx) / step
+                low = int(away)
+                if low < len(spot) - 1:
+                    share = away - low
+                    value = (1 - share) * spot[low] + share * spot[low + 1]
+                    image[y, x] += levels[n] * value

@@ -1,0 +1,376 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A white image as its grid shows it: its lenses, their light and where they are."""
+
+import numpy as np
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from plenofir.camera.calibration.centroids import (
+    CORE_HALF_WIDTH,
+    Image32,
+    Moments,
+    core_brightness,
+    matched_offsets,
+    reach,
+    response,
+    windowed_moments,
+)
+from plenofir.camera.calibration.grid import (
+    Flags,
+    Floats,
+    Grid,
+    Indices,
+    polynomial_terms,
+)
+from plenofir.camera.calibration.lattice import no_grid, primitive_vectors
+from plenofir.camera.calibration.light import (
+    constant,
+    divide_by_light,
+    fitted_light,
+    light_order,
+    order_of,
+)
+from plenofir.camera.calibration.redrawn import redrawn
+from plenofir.camera.calibration.robust import robust_fit
+from plenofir.camera.calibration.shading import (
+    extents,
+    indices_within,
+    outline,
+    shading_at,
+    unit_positions,
+)
+
+_SLOPE_LENSES = 8000
+DARK = 0.02
+# Flattened micro images beyond these shares of the usual brightness are left out.
+DIMMEST, _BRIGHTEST = 0.25, 1.8
+# A lens beside this many unlit ones is at the border of the image circle, which cuts it off.
+_UNLIT_NEIGHBOURS = 3
+_SMOOTH = 0.06
+_ENOUGH_LENSES = 12000
+MANY_LENSES = 400
+_LARGE_PITCH = 16.0
+# Lenses of less than this share of the usual brightness show the light of their neighbours.
+_UNLIT = 0.1
+_PROBE = 0.18
+# Lenses whose brightness varies less than this say nothing about the level without light.
+_EVEN_LIGHT = 0.15
+_WEAKEST_RESPONSE = 0.02
+_EVEN_BELOW, _TOLD_BELOW = 0.85, 0.95
+_FEWEST_TOLD, _LEAST_TOLD = 20, 0.15
+# Windows are not made smaller than by this share where distortion makes cells smaller.
+_SMALLEST_CELL = 0.8
+# Steps by which the light of clipped micro images is found, how much brighter they are tried, and
+# the least share by which they have to grow with their light.
+_RELIT, _BRIGHTER, _LEAST_WIDER = 3, 1.05, 0.01
+# Half width in pitches of the window that tells how wide they are, and the share of the usual
+# brightness from which they are taken to be as bright as the others.
+_AS_WIDE, _CLIPPED_ALIKE = 0.5, 0.6
+# Lenses count half where drawn and true image differ by so many times as much as usual, and by a
+# share of the light at least, in a window of this half width in pitches.
+_MISSED_USUALLY, _LEAST_MISSED, _AROUND = 2.5, 0.01, 0.65
+# Response of the small window, as a share of what spots would give it, for an even middle.
+_EVEN_MIDDLE = 0.6
+
+
+def enough(count: int) -> slice | Indices:
+    """Lenses that suffice of so many: all, or some at random (always the same)."""
+    if count <= _ENOUGH_LENSES:
+        return slice(None)
+    return np.random.default_rng(6).permutation(count)[:_ENOUGH_LENSES]
+
+
+def repeat_edges(image: Image32, margin: int) -> None:
+    """Fill the border of an image with the pixels at the edge of its inner part."""
+    image[:margin], image[-margin:] = image[margin], image[-margin - 1]
+    image[:, :margin] = image[:, margin : margin + 1]
+    image[:, -margin:] = image[:, -margin - 1 : -margin]
+
+
+class WhiteImage:
+    """A white image and the grid of its lenses, as far as it is known."""
+
+    def __init__(self, image: Image32, grid: Grid, clipped: float | None = None) -> None:
+        self.image = image
+        # Level at which many pixels clip.
+        self.clipped = clipped
+        self.shape = image.shape[0], image.shape[1]
+        self.grid = grid
+        self.shading: Floats | None = None
+        # Level without light.
+        self.dark = 0.0
+        self._smooth: Image32 | None = None
+        # Standard errors of the grid's size along y and x, as shares, that come of inner slopes.
+        self.stretch: Floats = np.zeros(2)
+        # Windows of lenses at the border reach beyond it, where the edge pixels are repeated.
+        self.margin = int(reach(1.1 * max(extents(grid)))) + 2
+        self.raw = np.pad(image, self.margin, mode="edge")
+        # Lenses in boxes, of the grid as it is.
+        self._listed_for = grid
+        self._listed: dict[tuple[tuple[float, ...], ...], tuple[Indices, Indices, Floats]] = {}
+        self.padded = self.raw
+        # The flattened image drawn again, and the grid that it was drawn from.
+        self.redrawn = self.raw
+        self.drawn_grid: Grid | None = None
+        self.missed = self.raw
+
+    def windows(self) -> tuple[float, float]:
+        """Pitch along y and x for windows, which fit the smallest cell of the image."""
+        down, right = extents(self.grid)
+        if self.grid.order > 1:
+            end = np.array(self.shape) - 1.0
+            corners = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]) * end
+            cells = np.abs(np.linalg.det(self.grid.jacobian(self.grid.inverse(corners))))
+            share = float(np.sqrt(cells.min() / abs(np.linalg.det(self.grid.vectors))))
+            share = min(1.0, max(_SMALLEST_CELL, share))
+            down, right = share * down, share * right
+        return down, right
+
+    def lenses(self, radius: float, margin: float) -> tuple[Indices, Indices, Floats]:
+        """Lenses in the box of a radius around the middle, and margin inside the image."""
+        end = np.array(self.shape) - 1.0
+        middle = end / 2
+        low = np.maximum(middle - radius, margin)
+        high = np.minimum(middle + radius, end - margin)
+        if (low >= high).any():
+            raise no_grid("image too small for its micro images")
+        box = tuple(low), tuple(high)
+        if self._listed_for is not self.grid:
+            self._listed_for, self._listed = self.grid, {}
+        if box not in self._listed:
+            t, s = indices_within(self.grid, outline(low, high))
+            centres = self.grid.centres(t, s)
+            inside = ((centres >= low) & (centres <= high)).all(axis=-1)
+            self._listed[box] = t[inside], s[inside], centres[inside]
+        return self._listed[box]
+
+    def whole_lenses(self, radius: float) -> tuple[Indices, Indices, Floats]:
+        """Lenses whose micro images are whole; of few lenses also those close to the border."""
+        pitch = max(extents(self.grid))
+        found = self.lenses(radius, 0.5 * pitch)
+        if len(found[0]) > MANY_LENSES:
+            found = self.lenses(radius, 0.65 * pitch + 1)
+        return found
+
+    def core(self, centres: Floats) -> Floats:
+        """Brightness of the middle of micro images."""
+        return core_brightness(self.padded, centres + self.margin, extents(self.grid))
+
+    def measure(self, image: Image32, centres: Floats) -> Floats:
+        """Places of micro images around expected centres, in pixels."""
+        pitch = self.windows()
+        places = centres + self.margin
+        if self.large:
+            return centres + matched_offsets(image, places, pitch)
+        moments = windowed_moments(image, places, pitch)
+        factors = response(image, places, pitch)
+        if factors.min() < _WEAKEST_RESPONSE:
+            raise no_grid("nothing that repeats like micro images")
+        offsets = moments.offsets
+        if self.shading is not None:
+            slope, unsure = self.inner_slope(image, centres, moments, factors)
+            offsets = offsets - slope * moments.variances
+            if image is self.padded:
+                self.stretch = unsure / ((np.array(self.shape) - 1) / 2)
+        largest = np.array(pitch) / 2
+        return centres + np.clip(offsets / factors, -largest, largest)
+
+    @property
+    def large(self) -> bool:
+        """Whether micro images tell their place by their borders."""
+        return self.shading is not None and min(extents(self.grid)) > _LARGE_PITCH
+
+    def inner_slope(
+        self, image: Image32, centres: Floats, moments: Moments, factors: Floats
+    ) -> tuple[Floats, Floats]:
+        """Slope of the light within micro images, besides that of the shading.
+
+        Of each micro image along y and x, and by how many pixels (standard error) the correction
+        makes the places of those at the border of the image less sure.
+        """
+        # Light falls off with the angle to the axis, so micro images far from the middle are a
+        # little brighter on one side, which moves their centroids but not their borders. The slope
+        # shows in a small window over the middle, which does not reach the borders. It points away
+        # from the axis, so the slope along y grows with y only, and along x with x. Spots have no
+        # even middle: for them it is not known.
+        pitch = self.windows()
+        few = np.random.default_rng(2).permutation(len(centres))[:_SLOPE_LENSES]
+        places = centres[few] + self.margin
+        core = windowed_moments(image, places, pitch, CORE_HALF_WIDTH)
+        core_factors = response(image, places, pitch, CORE_HALF_WIDTH)
+        # Both windows see the place d and the slope g: offset = factor d + variance g.
+        spread, core_spread = (np.median(m.variances, axis=0) for m in (moments, core))
+        known = factors * core_spread - core_factors * spread
+        result, errors = np.zeros_like(centres), np.zeros(2)
+        far = unit_positions(centres, self.shape)
+        for axis in (0, 1):
+            if known[axis] < _EVEN_MIDDLE * factors[axis] * core_spread[axis]:
+                continue
+            slope = (
+                factors[axis] * core.offsets[:, axis]
+                - core_factors[axis] * (moments.offsets[few, axis])
+            )
+            slope = (slope / known[axis])[:, np.newaxis]
+            terms = np.stack([far[few, axis], np.ones(len(slope))], axis=1)
+            coefficients, weights, _ = robust_fit(terms, slope, 1e-9)
+            # Without the constant: the axis is in the middle, and sampling adds another constant.
+            result[:, axis] = far[:, axis] * coefficients[0, 0]
+            # What the correction adds to the scatter of centroids: it is measured with their noise.
+            place = moments.offsets[few, axis, np.newaxis] / factors[axis]
+            moved = place - slope * spread[axis] / factors[axis]
+            alone, both = (robust_fit(terms, part, 1e-9)[2] for part in (place, moved))
+            inverse = np.linalg.pinv((terms * weights[:, np.newaxis]).T @ terms)
+            errors[axis] = np.sqrt(max(0.0, both**2 - alone**2) * inverse[0, 0])
+        return result, errors
+
+    def lit(self, t: Indices, s: Indices, centres: Floats) -> Flags:
+        """Lenses whose centroids are worth measuring."""
+        level = self.core(centres)
+        if self.shading is None:
+            return np.asarray(level > DARK * float(np.percentile(level, 95)))
+        usual = float(np.median(level[level > DIMMEST * float(np.percentile(level, 80))]))
+        lit = (level > DIMMEST * usual) & (level < _BRIGHTEST * usual)
+        # Inside the image circle: lenses beyond the image count as lit.
+        states = np.ones(np.array([np.ptp(t), np.ptp(s)]) + 3)
+        places = t - t.min() + 1, s - s.min() + 1
+        states[places] = level > DIMMEST * usual
+        unlit = 8 - (ndimage.uniform_filter(states, 3, mode="nearest") * 9 - states)[places]
+        inner = lit & (unlit < _UNLIT_NEIGHBOURS - 0.5)
+        return np.asarray(inner if inner.sum() >= max(25, 0.4 * lit.sum()) else lit)
+
+    def flatten(self) -> None:
+        """Fit the smooth part of the brightness, and divide the image by it."""
+        _, _, centres = self.whole_lenses(max(self.shape))
+        centres = centres[enough(len(centres))]
+        self.dark = self.base()
+        places, probes = centres, np.zeros(len(centres))
+        pitch = extents(self.grid)
+        width = CORE_HALF_WIDTH
+        if min(pitch) > _LARGE_PITCH:
+            # Large micro images show the slope of the light themselves.
+            moves = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]) * _PROBE * min(pitch)
+            places = (centres[:, np.newaxis] + moves).reshape(-1, 2)
+            probes = np.tile([0.0, 1.0, 1.0, 1.0, 1.0], len(centres))
+            width = _PROBE
+        level = windowed_moments(self.raw, places + self.margin, pitch, width).sums - self.dark
+        lit = level > DARK * np.percentile(level, 95)
+        if not lit.any():
+            raise no_grid("micro images no brighter than the gaps between them")
+        bright = places[lit]
+        if self.clipped is not None:
+            # Clipped ones do not tell the light.
+            told = lit & (level < _TOLD_BELOW * (self.clipped - self.dark))
+            lit = told if told.sum() > max(_FEWEST_TOLD, _LEAST_TOLD * lit.sum()) else lit
+        every = self.clipped is not None
+        self.shading = fitted_light(places[lit], level[lit], probes[lit], self.shape, every=every)
+        self.divide(bright)
+        if self.clipped is not None:
+            for _ in range(_RELIT):
+                self.relight(centres)
+
+    def divide(self, places: Floats) -> None:
+        """Divide the image by its light, which is 1 at the brightest of some places."""
+        if self.shading is None:
+            return
+        self.shading = self.shading - constant(np.log(self.light(places).max()), self.shading)
+        if self.padded is self.raw:
+            self.padded = np.empty_like(self.raw)
+        inner = self.padded[self.margin : -self.margin, self.margin : -self.margin]
+        divide_by_light(self.image, self.dark, self.shading, inner)
+        if self.clipped is not None:
+            # Clipped micro images are even; divided by the light they would lean to one side. Cut
+            # off below, all are even, those that are not clipped too.
+            np.minimum(inner, self.cut, out=inner)
+        repeat_edges(self.padded, self.margin)
+        self.redraw()
+
+    @property
+    def cut(self) -> np.float32:
+        """Level at which the flattened image is cut off where many pixels clip."""
+        return np.float32(_EVEN_BELOW * ((self.clipped or np.inf) - self.dark))
+
+    def light(self, centres: Floats) -> Floats:
+        """Smooth part of the brightness as it was fitted."""
+        return (
+            np.ones(len(centres))
+            if self.shading is None
+            else shading_at(self.shading, centres, self.shape)
+        )
+
+    def relight(self, centres: Floats) -> None:
+        """Correct the light by how wide clipped micro images are: the brighter, the wider."""
+        if self.shading is None:
+            return
+        centres = centres[self.core(centres) > DIMMEST * self.cut]
+        brighter = np.minimum(np.float32(_BRIGHTER) * self.padded, self.cut)
+        found, drawn, more = (
+            np.log(core_brightness(image, centres + self.margin, extents(self.grid), _AS_WIDE))
+            for image in (self.padded, self.redrawn, brighter)
+        )
+        wider = float(np.median(more - found)) / np.log(_BRIGHTER)
+        if len(centres) < _FEWEST_TOLD or wider < _LEAST_WIDER:
+            return
+        order = min(light_order(len(centres)), order_of(self.shading))
+        terms = polynomial_terms(unit_positions(centres, self.shape), order)
+        more_light = robust_fit(terms, (found - drawn)[:, np.newaxis] / wider, 1e-3)[0][:, 0]
+        self.shading = self.shading.copy()
+        self.shading[: len(more_light)] += more_light
+        self.divide(centres)
+
+    def redraw(self) -> None:
+        """Draw the flattened image again at the centres found."""
+        pitch = max(extents(self.grid))
+        end = np.array(self.shape) - 1.0
+        t, s = indices_within(self.grid, outline(np.full(2, -pitch), end + pitch))
+        centres = self.grid.centres(t, s).reshape(-1, 2)
+        centres = centres[((centres > -pitch) & (centres < end + pitch)).all(axis=1)]
+        inside = ((centres >= 0) & (centres <= end)).all(axis=1)
+        level = self.core(centres[inside])
+        level = level / float(np.median(level[level > DIMMEST * np.percentile(level, 80)]))
+        level = np.where(level > _UNLIT, np.minimum(level, _BRIGHTEST), 0.0)
+        if self.clipped is not None:  # Their light is what has to be found.
+            level = np.where(level > _CLIPPED_ALIKE, 1.0, level)
+        # Those beyond the border are taken to be as bright as the nearest.
+        level = level[cKDTree(centres[inside]).query(centres)[1]]
+        inner = ((centres > pitch / 2) & (centres < end - pitch / 2)).all(axis=1)
+        self.redrawn = redrawn(
+            self.padded, centres + self.margin, level, inner & (level > DIMMEST), pitch
+        )
+        np.minimum(self.redrawn, self.cut, out=self.redrawn)
+        repeat_edges(self.redrawn, self.margin)
+        self.missed = np.abs(self.padded - self.redrawn)
+        self.drawn_grid = self.grid
+
+    def as_drawn(self, centres: Floats) -> Floats:
+        """How much lenses count: less if they or their neighbours do not look as drawn."""
+        around, light = (
+            core_brightness(image, centres + self.margin, extents(self.grid), _AROUND)
+            for image in (self.missed, self.redrawn)
+        )
+        usual = max(_MISSED_USUALLY * float(np.median(around)), _LEAST_MISSED * float(light.max()))
+        return np.asarray(1 / (1 + (around / usual) ** 4))
+
+    def smooth(self) -> Image32:
+        """The image with less noise."""
+        if self._smooth is None:
+            self._smooth = ndimage.gaussian_filter(self.image, _SMOOTH * min(extents(self.grid)))
+        return self._smooth
+
+    def base(self) -> float:
+        """Level of the image without light: what the darkest places keep where lenses are dark."""
+        _, _, centres = self.whole_lenses(max(self.shape))
+        centres = centres[enough(len(centres))]
+        part = 2 if self.grid.layout == "rectangular" else 3
+        gaps = centres + primitive_vectors(self.grid).sum(axis=0) / part
+        core, gap = (
+            ndimage.map_coordinates(self.smooth(), places.T, order=1, mode="nearest")
+            for places in (centres, gaps)
+        )
+        low, middle, high = np.percentile(core, [10, 50, 90])
+        if high - low < _EVEN_LIGHT * middle:
+            return 0.0
+        terms = np.stack([np.ones_like(core), core / high], axis=-1).astype(np.float64)
+        (level, _), _, _ = robust_fit(terms, gap[:, np.newaxis], 1e-6 * float(high))
+        # Nor is it brighter than a lens that is not lit.
+        darkest = min(float(np.percentile(gap, 5)), float(core.min()))
+        return float(np.clip(level[0], 0.0, max(0.0, darkest)))
