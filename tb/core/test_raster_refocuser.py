@@ -8,6 +8,7 @@ import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
@@ -78,6 +79,14 @@ FAULTS = [
         arithmetic=STORED_VARIANTS[0],
     ),
     CoreConfiguration(micro_image_size=7, shifts=(1,), max_columns=7),
+    # Without a delay.
+    CoreConfiguration(
+        micro_image_size=3,
+        shifts=(1,),
+        max_columns=10,
+        align="causal",
+        engine=MovingSumEngine(pixels_per_clock=2),
+    ),
 ]
 ARRAYS = [
     CoreConfiguration(

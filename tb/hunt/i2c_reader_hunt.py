@@ -165,7 +165,7 @@ class Hunt:
             self.expect(await self.end(), (0, 0), [])
         elif kind == "refused":
             await self.begin(4, content)
-            bus.device.refuse = rng.randrange(2)
+            bus.device.refuse = rng.randrange(3)
             self.expect(await self.end(), (0, 0), [])
         elif kind in ("clock line low", "data line low"):
             name = "scl" if kind.startswith("clock") else "sda"

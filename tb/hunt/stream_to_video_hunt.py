@@ -47,13 +47,14 @@ class Screen:
         self.size = (0, 0)
         # Clock at which a frame of the raster is at the ports, and its mode.
         self.begin = -1
-        self.coming: list[tuple[int, Mode, tuple[int, int]]] = []
+        self.coming: list[tuple[int, Mode, tuple[int, int], int]] = []
         self.shown: Mode | None = None
         self.shown_size = (0, 0)
         # What is shown is the frame of the stream; the beat of the next clock.
         self.in_step = False
-        # A size of the picture counts from the first frame of its mode on.
+        # A size of the picture counts from the first frame of its segment on.
         self.blind = True
+        self.segment = 0
         self.clocks = 0
         self.taken: Beat | None = None
         self.whole = self.underflows = 0
@@ -78,8 +79,8 @@ class Screen:
         ready, active, h_sync, v_sync, pixel, running, underflow = (int(t, 2) for t in texts)
         self.underflows += underflow
         while self.coming and self.coming[0][0] <= clock:
-            self.begin, self.shown, self.shown_size = self.coming.pop(0)
-            self.blind = False
+            self.begin, self.shown, self.shown_size, segment = self.coming.pop(0)
+            self.blind = self.blind and segment != self.segment
         place = clock - self.begin
         want = (0, 0, 0) if self.shown is None else self.shown.at(place)
         # Behind a reset the syncs are those of the clock before; the levels of a new mode come a
@@ -156,7 +157,7 @@ class Screen:
         y, x = divmod(self.position % self.mode.total, self.mode.line)
         self.dut.row.value, self.dut.column.value = y, x
         if (y, x) == (self.lines, self.pixels):
-            self.coming.append((clock + self.late, self.mode, self.size))
+            self.coming.append((clock + self.late, self.mode, self.size, self.segment))
         self.position += 1
 
 
@@ -178,6 +179,7 @@ class Hunt:
         screen.following = False
         await bench.clocks(rng.choice([1, 1, 7, 200]))
         screen.blind = True
+        screen.segment += 1
         while True:
             mode = draw_mode(rng, (4, 12))
             if mode.line > screen.pixels:

@@ -97,6 +97,17 @@ def test_every_calibration_within_the_limits_fits(pitch, rotation, layout, shape
         assert needs.full_rate <= chip.core.lines
 
 
+def test_narrow_frames_have_lines_for_the_latency() -> None:
+    # A line of 30 pixels takes less time than a finished line needs to be seen.
+    sensor = SceneSensor(columns=30, rows=30, pitch_px=3.0, rotation_degrees=0.0)
+    chip = sensor_chip(sensor, 2, "grey", Path("scene.toml"))
+    registers, _ = grid_registers(calibration_of_grid(regular_grid((30, 30), 3.0), (30, 30)), 2)
+    needs = ring_needs(registers)
+    assert chip.full_rate
+    assert needs.full_rate is not None
+    assert needs.full_rate <= chip.core.lines
+
+
 def test_calibration_is_built_in(tmp_path: Path) -> None:
     camera().save(tmp_path / "calib.json")
     sensor = 'calibration = "calib.json"\nmosaic = "grbg"\nbits = 10'

@@ -27,7 +27,7 @@ class Device:
     """A device's side of the lines: `low` says whether it pulls the data line.
 
     `content` is sent from the address on that was written, 0xFF behind its end; None: no answer.
-    `refuse` is the number of a byte of a transfer that is not acknowledged.
+    `refuse` is the number of a byte of a transfer that is not acknowledged; 2: the address to read.
     """
 
     def __init__(self, content: Sequence[int] | None) -> None:
@@ -66,7 +66,8 @@ class Device:
         self.low = False
         if self.mode == "take" and self.bits == 8:
             addressed = self.number > 0 or self.byte >> 1 == DEVICE
-            answers = self.content is not None and addressed and self.number != self.refuse
+            number = 2 if self.number == 0 and self.byte & 1 else self.number
+            answers = self.content is not None and addressed and number != self.refuse
             self.log.append(("taken", self.byte, int(answers)))
             self.mode, self.low = ("answered", True) if answers else ("idle", False)
         elif self.mode == "answered":

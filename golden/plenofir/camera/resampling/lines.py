@@ -13,7 +13,7 @@ import numpy as np
 from plenofir.camera.resampling.grid_resampler import Tables
 from plenofir.camera.resampling.registers import GridRegisters, Integers
 
-_LATENCY = 48
+LATENCY = 48
 """Clocks, rounded up, until a line that is complete is seen, and until one is given up."""
 _LINES_TO_LEAVE = 2
 """Lines of video until a line of the raster that is due has left the ring.
@@ -74,7 +74,7 @@ def ring_needs(registers: GridRegisters, tables: Tables | None = None) -> RingNe
     # Two frames back to back: when each line of the raster is done.
     needs = np.concatenate([needed, needed + rows])
     keeps = np.concatenate([kept, kept + rows])
-    ready = (needs + 1) * columns + _LATENCY
+    ready = (needs + 1) * columns + LATENCY
     # done(i) = max(done(i - 1), ready(i)) + clocks.
     steps = np.arange(len(ready)) * clocks
     done = np.maximum.accumulate(ready - steps) + steps + clocks
@@ -82,7 +82,7 @@ def ring_needs(registers: GridRegisters, tables: Tables | None = None) -> RingNe
         return RingNeeds(least, None)
     # The raw line n is written from n columns on; what is kept then.
     line = np.arange(2 * rows)
-    current = np.searchsorted(done, line * columns - _LATENCY, side="right")
+    current = np.searchsorted(done, line * columns - LATENCY, side="right")
     # Behind the last line of a frame nothing is kept but the next frame.
     held = np.append(keeps, 2 * rows)[current]
     return RingNeeds(least, max(least, int((line - np.minimum(held, line)).max()) + 1))

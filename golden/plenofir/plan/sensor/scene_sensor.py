@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from plenofir.camera.calibration import load_calibration
 from plenofir.camera.calibration.shading import BORDER
 from plenofir.camera.resampling import BayerOrder
+from plenofir.camera.resampling.lines import LATENCY
 from plenofir.camera.resampling.registers import ChipLayout
 from plenofir.fpga.core.configuration import MAX_MICRO_IMAGE_SIZE
 from plenofir.ground.errors import InputError
@@ -164,7 +165,8 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
         outputs = floor((lenses_across - 1.5) / (row_pitch / pitch)) + 1
     moves = sensor.distortion or False
     drift = ceil(sensor.columns * tan(angle)) + _LINES_OF_MOVES * moves
-    lines = drift + m + 4
+    # A line is late by clocks, which are whole lines where columns are few.
+    lines = drift + m + 4 + 4 * LATENCY // sensor.columns
     what = f"a rotation of {rotation:g} degrees"
     if video:
         # Lenses of the largest pitch whose rows lie in the image for certain.
