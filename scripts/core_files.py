@@ -16,24 +16,25 @@ CAPI=2:
 # Built by scripts/build_hdl.py from hdl/sources*.txt and scripts/core_files.py.
 """
 
-CORE = """\
-name: plenofir:ip:refocuser:{version}
-description: Refocuses the raster scan of a light field, AXI4-Stream video on both sides
+# Sources with an example design: the refocuser, the video path.
+EXAMPLE = """\
+name: plenofir:ip:{name}:{version}
+description: {description}
 
 filesets:
   rtl:
     file_type: vhdlSource-93
-    files:
+{depend}    files:
 {rtl}
   example:
     file_type: vhdlSource-93
     files:
-      - examples/vhdl/refocus_button.vhd
+      - examples/vhdl/{top}.vhd
   bench:
     file_type: vhdlSource-93
     files:
       - examples/vhdl/definition_pkg.vhd
-      - examples/vhdl/tb_refocus_button.vhd
+      - examples/vhdl/tb_{top}.vhd
 
 targets:
   default: &default
@@ -41,17 +42,17 @@ targets:
 
   sim:
     <<: *default
-    description: The example design, each pixel against the definition, in GHDL
+    description: {what}, each pixel against the definition, in GHDL
     filesets_append: [example, bench]
     flow: sim
     flow_options:
       tool: ghdl
       sim_options: [--ieee-asserts=disable-at-0]
-    toplevel: tb_refocus_button
+    toplevel: tb_{top}
 
   synth:
     <<: *default
-    description: The example design for a Spartan-6 (ISE) or an Artix-7 (--tool vivado)
+    description: {built} for a Spartan-6 (ISE) or an Artix-7 (--tool vivado)
     filesets_append: [example]
     default_tool: ise
     tools:
@@ -63,58 +64,7 @@ targets:
       vivado:
         part: xc7a35ticsg324-1L
         pnr: none
-    toplevel: refocus_button
-"""
-
-VIDEO = """\
-name: plenofir:ip:video:{version}
-description: Video path around the refocuser - TMDS decoding, timing, refocused video, TMDS encoding
-
-filesets:
-  rtl:
-    file_type: vhdlSource-93
-    depend: ["plenofir:ip:refocuser:{version}"]
-    files:
-{rtl}
-  example:
-    file_type: vhdlSource-93
-    files:
-      - examples/vhdl/pattern_video.vhd
-  bench:
-    file_type: vhdlSource-93
-    files:
-      - examples/vhdl/definition_pkg.vhd
-      - examples/vhdl/tb_pattern_video.vhd
-
-targets:
-  default: &default
-    filesets: [rtl]
-
-  sim:
-    <<: *default
-    description: A pattern through the video path, each pixel against the definition, in GHDL
-    filesets_append: [example, bench]
-    flow: sim
-    flow_options:
-      tool: ghdl
-      sim_options: [--ieee-asserts=disable-at-0]
-    toplevel: tb_pattern_video
-
-  synth:
-    <<: *default
-    description: The pattern and the video path for a Spartan-6 (ISE) or an Artix-7 (--tool vivado)
-    filesets_append: [example]
-    default_tool: ise
-    tools:
-      ise:
-        family: Spartan6
-        device: xc6slx45
-        package: csg324
-        speed: "-2"
-      vivado:
-        part: xc7a35ticsg324-1L
-        pnr: none
-    toplevel: pattern_video
+    toplevel: {top}
 """
 
 ATLYS = """\
@@ -245,8 +195,28 @@ def core_files() -> dict[Path, str]:
         for name, value in generics.items()
     ]
     texts = {
-        "refocuser": CORE.format(version=version, rtl=_listed(core)),
-        "video": VIDEO.format(version=version, rtl=_listed(video, core)),
+        "refocuser": EXAMPLE.format(
+            version=version,
+            name="refocuser",
+            description="Refocuses the raster scan of a light field, AXI4-Stream video on both "
+            "sides",
+            depend="",
+            rtl=_listed(core),
+            top="refocus_button",
+            what="The example design",
+            built="The example design",
+        ),
+        "video": EXAMPLE.format(
+            version=version,
+            name="video",
+            description="Video path around the refocuser - TMDS decoding, timing, refocused video, "
+            "TMDS encoding",
+            depend=f'    depend: ["plenofir:ip:refocuser:{version}"]\n',
+            rtl=_listed(video, core),
+            top="pattern_video",
+            what="A pattern through the video path",
+            built="The pattern and the video path",
+        ),
         "atlys": ATLYS.format(
             version=version,
             rtl=_listed(_needed("atlys_top"), [*core, *video]),

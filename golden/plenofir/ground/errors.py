@@ -20,14 +20,8 @@ class InputError(ValueError):
 
     The command line prints it as one line and exits with code 2.
 
-    Parameters
-    ----------
-    what
-        What is wrong; a whole sentence if there is nothing else.
-    where
-        The file, option or field that it concerns.
-    expected
-        What would be accepted.
+    `what`: what is wrong; a whole sentence if there is nothing else. `expected`: what would be
+    accepted.
     """
 
     def __init__(self, what: str, *, where: str = "", expected: str = "") -> None:

@@ -37,13 +37,9 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 class Picture(NamedTuple):
     """An image as its file has it.
 
-    Attributes
-    ----------
-    pixels
-        Shape (rows, columns) or (rows, columns, 3), uint8 or uint16.
-    full_scale
-        Value of white that the file tells: 4095 of a camera's 12 bit capture in words of 16. That
-        of a PNG is always 255 or 65535; its samples are scaled to that by definition.
+    `pixels`: shape (rows, columns) or (rows, columns, 3), uint8 or uint16. `full_scale`: value of
+    white that the file tells: 4095 of a camera's 12 bit capture in words of 16. That of a PNG is
+    always 255 or 65535; its samples are scaled to that by definition.
     """
 
     pixels: Image
@@ -133,23 +129,9 @@ _READERS: tuple[tuple[bytes, Callable[[bytes], tuple[Any, int]]], ...] = (
 def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
     """Read an image as it is stored, and what it counts as white.
 
-    Parameters
-    ----------
-    path
-        Image file.
-    drop_alpha
-        Leave out a fourth channel instead of refusing it.
-
-    Returns
-    -------
-    Picture
-        Pixels and full scale.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is damaged, holds several images, or its depth or number of
-        channels is not supported.
+    `drop_alpha`: leave out a fourth channel instead of refusing it. Raises `InputError` if the file
+    cannot be read, is damaged, holds several images, or its depth or number of channels is not
+    supported.
     """
     where = str(path)
     try:

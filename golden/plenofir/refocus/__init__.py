@@ -2,7 +2,10 @@
 """Shift and integration: refocusing a calibrated raw image.
 
 `refocus` is the call for users; the modules hold the operator's forms (`operator`), its form
-as a switched filter (`switches`) and the hardware's arithmetic (`arithmetic`).
+as a switched filter (`switches`) and the hardware's arithmetic (`arithmetic`). In all of them
+`raw` is a raw image, shape (rows, columns[, channels]), uint8 or uint16; `micro_image_size` is M
+and `shift` a' = a M, both in pixels; `align` is as in `output_offset`, `order` that of the
+interpolation (`interpolated_sums`); `where` names the input in messages.
 """
 
 from fractions import Fraction

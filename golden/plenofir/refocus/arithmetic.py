@@ -76,30 +76,10 @@ class ExactArithmetic(BaseModel):
     ) -> Image:
         """Refocus an image as the hardware does.
 
-        Parameters
-        ----------
-        raw
-            Raw image, shape (rows, columns[, channels]), uint8 or uint16.
-        micro_image_size
-            M in pixels.
-        shift
-            a' = a M in pixels (`refocus` takes a).
-        align
-            See `plenofir.refocus.operator.output_offset`.
-        order
-            Order of the interpolation, see `plenofir.refocus.operator.interpolated_sums`.
-        sharpen
-            See `plenofir.refocus.sharpening`; one rounding for sums and sharpening together.
-
-        Returns
-        -------
-        Image
-            Size and type of `raw`.
-
-        Raises
-        ------
-        InputError
-            If an argument cannot be used, or the sums could wrap around.
+        `raw`: raw image, shape (rows, columns[, channels]), uint8 or uint16. `shift`: a' = a M in
+        pixels (`refocus` takes a). `sharpen`: see `plenofir.refocus.sharpening`; one rounding for
+        sums and sharpening together. Result: size and type of `raw`. Raises `InputError` if an
+        argument cannot be used, or the sums could wrap around.
         """
         asked = shift
         raw, micro_image_size, shift, order = _checked(raw, micro_image_size, shift, order)
@@ -114,38 +94,14 @@ class ExactArithmetic(BaseModel):
     def largest_sum(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> int:
         """Largest number that the arithmetic's sums can reach.
 
-        Parameters
-        ----------
-        micro_image_size
-            M in pixels.
-        pixel_bits
-            Width of a pixel in bits.
-        order
-            Order of the interpolation.
-
-        Returns
-        -------
-        int
-            The largest sum of the last column filter.
+        Result: the largest sum of the last column filter.
         """
         return int(micro_image_size ** (2 * (order + 1))) * ((1 << pixel_bits) - 1)
 
     def error_bound(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> Fraction:
         """Largest possible distance from the real-valued operator, in grey levels.
 
-        Parameters
-        ----------
-        micro_image_size
-            M in pixels.
-        pixel_bits
-            Width of a pixel in bits.
-        order
-            Order of the interpolation.
-
-        Returns
-        -------
-        Fraction
-            Half a grey level (odd divisors stay below it).
+        Result: half a grey level (odd divisors stay below it).
         """
         divisor = micro_image_size ** (2 * (order + 1))
         return Fraction(divisor // 2, divisor)
@@ -272,27 +228,9 @@ def error_against_operator(
 ) -> npt.NDArray[np.float64]:
     """Distance of a refocused image from the real-valued operator, S2 / M^2 without interpolation.
 
-    Parameters
-    ----------
-    image
-        Refocused image.
-    raw
-        The raw image it was made from.
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    align
-        See `plenofir.refocus.operator.output_offset`.
-    order
-        Order of the interpolation.
-    units
-        64 b of the sharpening; what it makes of the operator is limited to the range of the pixels.
-
-    Returns
-    -------
-    numpy.ndarray
-        image - S2 / M^(2 + 2 order) in grey levels, shape of `image`.
+    `image`: refocused image. `raw`: the raw image it was made from. `units`: 64 b of the
+    sharpening; what it makes of the operator is limited to the range of the pixels. Result: image -
+    S2 / M^(2 + 2 order) in grey levels, shape of `image`.
     """
     sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order)
     sums = sharpened_sums(sums, micro_image_size, units)

@@ -53,24 +53,9 @@ def check_pixels(raw: Image, where: str = "raw") -> Image:
 def check_raw(raw: Image, micro_image_size: int, *, where: str = "raw") -> Image:
     """Refuse an array that is not a raw image of micro images of M x M pixels.
 
-    Parameters
-    ----------
-    raw
-        Candidate, expected shape (rows, columns) or (rows, columns, 3), uint8 or uint16.
-    micro_image_size
-        M in pixels.
-    where
-        Name used in the error message.
-
-    Returns
-    -------
-    Image
-        The same pixels in this machine's byte order.
-
-    Raises
-    ------
-    InputError
-        If M, the type, the number of channels or the size is not supported.
+    `raw`: candidate, expected shape (rows, columns) or (rows, columns, 3), uint8 or uint16. Result:
+    the same pixels in this machine's byte order. Raises `InputError` if M, the type, the number of
+    channels or the size is not supported.
     """
     m = whole_number(micro_image_size, "M", 1)
     image = check_pixels(raw, where)
@@ -87,22 +72,9 @@ def check_raw(raw: Image, micro_image_size: int, *, where: str = "raw") -> Image
 def interpolation_order(interpolation: Interpolation | str, *, where: str = "interpolation") -> int:
     """Order of an interpolation.
 
-    Parameters
-    ----------
-    interpolation
-        "nearest", "linear", or a number from 0 to 3, as a number or as text.
-    where
-        Name used in the error message.
-
-    Returns
-    -------
-    int
-        0 for nearest neighbour, 1 for linear, the number itself otherwise.
-
-    Raises
-    ------
-    InputError
-        If there is no such interpolation.
+    `interpolation`: "nearest", "linear", or a number from 0 to 3, as a number or as text. Result: 0
+    for nearest neighbour, 1 for linear, the number itself otherwise. Raises `InputError` if there
+    is no such interpolation.
     """
     names = {"nearest": 0, "linear": 1}
     if isinstance(interpolation, str) and interpolation in names:

@@ -28,21 +28,9 @@ _SUM_BITS = 61
 def output_offset(micro_image_size: int, shift: int, align: Align) -> int:
     """Index of S that output pixel 0 takes.
 
-    Parameters
-    ----------
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    align
-        "centred" keeps the picture in place while focus is stepped: floor((M-1) a' / 2), by
-        which the middle replica of a micro image's central pixel moves. "causal" takes S
-        unshifted: 0.
-
-    Returns
-    -------
-    int
-        Offset in pixels.
+    `align`: "centred" keeps the picture in place while focus is stepped: floor((M-1) a' / 2), by
+    which the middle replica of a micro image's central pixel moves. "causal" takes S unshifted: 0.
+    Result: offset in pixels.
     """
     check_align(align)
     return (micro_image_size - 1) * shift // 2 if align == "centred" else 0
@@ -66,23 +54,8 @@ def gather_sums(
 
     S[k'] = sum over u = 0..M-1 of x[M floor((k' - u a') / M) + u]
 
-    Parameters
-    ----------
-    samples
-        Image or sums, any shape.
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    axis
-        Axis to sum along.
-    offset
-        Index of S that output 0 takes.
-
-    Returns
-    -------
-    Sums
-        S[offset] ... S[offset + K - 1] along the axis, shape of `samples`.
+    `samples`: image or sums, any shape. `axis`: axis to sum along. `offset`: index of S that output
+    0 takes. Result: S[offset] ... S[offset + K - 1] along the axis, shape of `samples`.
     """
     x = np.moveaxis(np.asarray(samples, dtype=np.int64), axis, 0)
     length = x.shape[0]
@@ -152,25 +125,8 @@ def interpolated_sums(
     pixels: the kernel is a box for order 0 (nearest neighbour), a triangle for order 1 (linear),
     a B-spline of the order in general. Each of them works on an image of the input's size.
 
-    Parameters
-    ----------
-    samples
-        Image or sums, any shape.
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    axis
-        Axis to sum along.
-    align
-        See `output_offset`.
-    order
-        Order of the interpolation.
-
-    Returns
-    -------
-    Sums
-        M^order times the interpolated sums, shape of `samples`.
+    `samples`: image or sums, any shape. `axis`: axis to sum along. Result: M^order times the
+    interpolated sums, shape of `samples`.
     """
     sums: Sums = np.asarray(samples, dtype=np.int64)
     for pass_shift in (shift, *[1] * order):
@@ -194,23 +150,8 @@ def refocus_sums(
 ) -> Sums:
     """Sums of both dimensions, rows first: M^(2 + 2 order) times the refocused image.
 
-    Parameters
-    ----------
-    raw
-        Raw image, shape (rows, columns) or (rows, columns, channels).
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    align
-        See `output_offset`.
-    order
-        Order of the interpolation, see `interpolated_sums`.
-
-    Returns
-    -------
-    Sums
-        S2, shape of `raw`.
+    `raw`: raw image, shape (rows, columns) or (rows, columns, channels). Result: S2, shape of
+    `raw`.
     """
     shift = clamped_shift(micro_image_size, shift, raw.shape)
     rows = interpolated_sums(raw, micro_image_size, shift, axis=1, align=align, order=order)

@@ -61,19 +61,7 @@ def taps(units: int) -> Taps:
 def derived_moment(micro_image_size: int, shift: int, order: int = 0) -> Fraction:
     """Second moment of the operator along a dimension, in lenses squared.
 
-    Parameters
-    ----------
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    order
-        Order of the interpolation.
-
-    Returns
-    -------
-    Fraction
-        ((1 - g^2/M^2) + order (1 - 1/M^2)) / 12 with g = gcd(a', M).
+    Result: ((1 - g^2/M^2) + order (1 - 1/M^2)) / 12 with g = gcd(a', M).
     """
     m, common = micro_image_size, gcd(shift, micro_image_size)
     share = (1 - Fraction(common, m) ** 2) + order * (1 - Fraction(1, m) ** 2)
@@ -83,19 +71,8 @@ def derived_moment(micro_image_size: int, shift: int, order: int = 0) -> Fractio
 def automatic_units(micro_image_size: int, shift: int, order: int = 0) -> int:
     """Weight that `auto` takes, in 64ths: three quarters of the second moment; 0 for an integer a.
 
-    Parameters
-    ----------
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    order
-        Order of the interpolation.
-
-    Returns
-    -------
-    int
-        64 b: with nearest neighbour 0 for an integer a, 3 where M/g = 2, 4 (b = 1/16) elsewhere.
+    Result: 64 b: with nearest neighbour 0 for an integer a, 3 where M/g = 2, 4 (b = 1/16)
+    elsewhere.
     """
     if shift % micro_image_size == 0:
         return 0
@@ -113,28 +90,8 @@ def sharpening_units(
 ) -> int:
     """Weight b of an option, in 64ths.
 
-    Parameters
-    ----------
-    sharpen
-        "auto", "off", or b itself, as a number or as text such as "1/16".
-    micro_image_size
-        M in pixels.
-    shift
-        a' in pixels.
-    order
-        Order of the interpolation.
-    where
-        Name used in the error message.
-
-    Returns
-    -------
-    int
-        64 b, 0 to 16.
-
-    Raises
-    ------
-    InputError
-        If there is no such sharpening.
+    `sharpen`: "auto", "off", or b itself, as a number or as text such as "1/16". Result: 64 b, 0 to
+    16. Raises `InputError` if there is no such sharpening.
     """
     if isinstance(sharpen, str) and sharpen == "auto":
         return automatic_units(micro_image_size, shift, order)

@@ -10,22 +10,8 @@ from plenofir.ground.errors import InputError
 def parse_focus(a: int | str | Fraction, *, where: str = "a") -> Fraction:
     """Read a focus setting.
 
-    Parameters
-    ----------
-    a
-        An integer, a `Fraction`, or text such as ``"-3/5"`` or ``"1"``.
-    where
-        Name used in the error message.
-
-    Returns
-    -------
-    Fraction
-        The focus setting in units of the micro lens pitch.
-
-    Raises
-    ------
-    InputError
-        If `a` is not a rational number.
+    `a`: an integer, a `Fraction`, or text such as ``"-3/5"`` or ``"1"``. Result: the focus setting
+    in units of the micro lens pitch. Raises `InputError` if `a` is not a rational number.
     """
     expected = "an integer or a fraction, such as -3/5 or 1"
     if isinstance(a, bool) or not isinstance(a, (Integral, str, Fraction)):
@@ -42,24 +28,8 @@ def parse_focus(a: int | str | Fraction, *, where: str = "a") -> Fraction:
 def focus_to_shift(a: int | str | Fraction, micro_image_size: int, *, where: str = "a") -> int:
     """Convert a focus setting to a shift in pixels, a' = a * M (Eq. 6.1).
 
-    Parameters
-    ----------
-    a
-        Focus setting, a fraction whose denominator divides M.
-    micro_image_size
-        M in pixels.
-    where
-        Name used in the error message.
-
-    Returns
-    -------
-    int
-        a' in pixels.
-
-    Raises
-    ------
-    InputError
-        If a * M is not an integer.
+    `a`: focus setting, a fraction whose denominator divides M. Result: a' in pixels. Raises
+    `InputError` if a * M is not an integer.
     """
     focus = parse_focus(a, where=where)
     shift = focus * int(micro_image_size)
@@ -75,17 +45,7 @@ def focus_to_shift(a: int | str | Fraction, micro_image_size: int, *, where: str
 def shift_to_text(shift: int, micro_image_size: int) -> str:
     """Write a shift as a focus setting with denominator M, or as an integer.
 
-    Parameters
-    ----------
-    shift
-        a' in pixels.
-    micro_image_size
-        M in pixels.
-
-    Returns
-    -------
-    str
-        For instance ``"-3/5"`` or ``"1"``.
+    Result: for instance ``"-3/5"`` or ``"1"``.
     """
     whole, rest = divmod(shift, micro_image_size)
     return str(whole) if rest == 0 else f"{shift}/{micro_image_size}"

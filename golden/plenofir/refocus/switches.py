@@ -35,17 +35,9 @@ def _own_delay(micro_image_size: int, shift: int, align: Align) -> int:
 class FilterLayout:
     """Taps and switches of a filter for a set of shifts.
 
-    Attributes
-    ----------
-    micro_image_size
-        M in pixels.
-    shifts
-        The set of a' in pixels; a slice is an index into it.
-    align
-        See `plenofir.refocus.operator.output_offset`.
-    hold
-        Whether the first output of each micro image is computed and held for the others (the write
-        enable of Eq. 6.7). A phase then closes one switch instead of M.
+    `shifts`: the set of a' in pixels; a slice is an index into it. `hold`: whether the first output
+    of each micro image is computed and held for the others (the write enable of Eq. 6.7). A phase
+    then closes one switch instead of M.
     """
 
     micro_image_size: int
@@ -112,19 +104,9 @@ def filter_lines(
     This is the filter register by register, with the moving mask that keeps neighbouring lines
     apart. Empty steps behind the last line push its tail out.
 
-    Parameters
-    ----------
-    lines
-        Lines of samples, each of shape (K,), lengths may differ.
-    layout
-        Taps and switches.
-    slices
-        Slice of each line; the first of the set if None.
-
-    Yields
-    ------
-    numpy.ndarray
-        One line of sums for each line in, same length.
+    `lines`: lines of samples, each of shape (K,), lengths may differ. `layout`: taps and switches.
+    `slices`: slice of each line; the first of the set if None. Yields one line of sums for each
+    line in, same length.
     """
     taps, delay = layout.taps, layout.delay
     own_at_first_step = np.arange(taps) <= taps - 1 - delay

@@ -5,11 +5,5 @@ import os
 
 
 def processors() -> int:
-    """Processors that this process may use.
-
-    Returns
-    -------
-    int
-        1 or more.
-    """
+    """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -3,6 +3,7 @@
 
 `calibrate` finds the grid, `load_calibration` reads it back, `decode` resamples captures.
 `inspect_white`, `focus_score` and `infinity_focus` tell how a camera is adjusted.
+`where` names the input in messages; `progress` is called with the parts done and to do.
 """
 
 from plenofir.camera.calibration.calibrate import calibrate, calibration_of_grid

@@ -70,45 +70,24 @@ class _Robust:
 
 @dataclass(frozen=True)
 class BentFit:
-    """The model that lenses bear out.
+    """The model that lenses bear out."""
 
-    Attributes
-    ----------
-    order
-        Of the polynomial in `Lenses.points`.
-    basis
-        What each of the model's factors adds to its coefficients, shape (coefficients, 2, factors).
-    factors
-        Of the model's terms, in pixels.
-    fixed
-        What coefficients are without factors.
-    weights
-        Robust weights of the lenses; of many, 0 for those that were not looked at.
-    scatter
-        Robust standard deviation of the lenses from the model in pixels.
-    covariance
-        Of the coefficients of a polynomial of order `covariance_order`, for y and x: shape
-        (2, coefficients, 2, coefficients). It takes in what less likely models say.
-    own
-        The same of the model alone, were it the true one.
-    gains
-        For the orders 2 and 3, by how many pixels (root mean square) they predict lenses left out
-        of the fit better than the best lower order, negative if worse.
-    untried
-        Orders whose terms could not all be tried, for want of lenses.
-    """
-
-    order: int
+    order: int  # Of the polynomial in `Lenses.points`.
+    # What each of the model's factors adds to its coefficients, shape (coefficients, 2, factors).
     basis: Floats
-    factors: Floats
-    fixed: Floats
-    weights: Floats
-    scatter: float
+    factors: Floats  # Of the model's terms, in pixels.
+    fixed: Floats  # What coefficients are without factors.
+    weights: Floats  # Robust weights of the lenses; of many, 0 for those that were not looked at.
+    scatter: float  # Robust standard deviation of the lenses from the model in pixels.
+    # Of the coefficients of a polynomial of order `covariance_order`, for y and x: shape (2,
+    # coefficients, 2, coefficients). It takes in what less likely models say.
     covariance: Floats
-    own: Floats
+    own: Floats  # The same of the model alone, were it the true one.
     covariance_order: int
+    # For the orders 2 and 3, by how many pixels (root mean square) they predict lenses left out of
+    # the fit better than the best lower order, negative if worse.
     gains: tuple[float, ...]
-    untried: tuple[int, ...]
+    untried: tuple[int, ...]  # Orders whose terms could not all be tried, for want of lenses.
 
     @property
     def coefficients(self) -> Floats:
@@ -118,36 +97,19 @@ class BentFit:
 
 @dataclass(frozen=True)
 class Lenses:
-    """Lenses that models are fitted to.
+    """Lenses that models are fitted to."""
 
-    Attributes
-    ----------
-    frame
-        An even grid near them.
-    points, lattice, values
-        Arguments of the polynomial, lattice coordinates, and measured centres (y, x) in pixels, all
-        of shape (n, 2).
-    scale
-        Lattice coordinates are points times this, plus that.
-    prior
-        How much each counts.
-    floor
-        Least scatter in pixels that makes outliers.
-    pitch
-        In pixels.
-    pulled
-        Whether pixels pull centroids.
-    """
-
-    frame: Frame
+    frame: Frame  # An even grid near them.
+    # Arguments of the polynomial, lattice coordinates, and measured centres (y, x) in pixels, all
+    # of shape (n, 2).
     points: Floats
     lattice: Floats
     values: Floats
-    prior: Floats
-    floor: float
-    pitch: float
-    pulled: bool
-    scale: tuple[float, Floats]
+    prior: Floats  # How much each counts.
+    floor: float  # Least scatter in pixels that makes outliers.
+    pitch: float  # In pixels.
+    pulled: bool  # Whether pixels pull centroids.
+    scale: tuple[float, Floats]  # Lattice coordinates are points times this, plus that.
 
     def tried(self, order: int) -> bool:
         """Whether there are lenses enough to try all terms of an order."""

@@ -31,6 +31,10 @@ def calibrate(
 ) -> Calibration:
     """Calibrate a camera from its white image.
 
+    Result: the calibration; `Calibration.evidence` tells what speaks for it. Raises `InputError` if
+    the white image is too dark, too bright, of another size than the dark frame, or too little
+    speaks for a grid of micro images.
+
     Parameters
     ----------
     white
@@ -43,21 +47,8 @@ def calibrate(
         Order of the grid's polynomial: 1 without distortion, 2 with tilt, 3 with distortion. None
         for what the lenses bear out.
     full_scale
-        Grey level at which the white image's pixels clip, as the image's file has it. None
-        if it is not known: 255, 65535, or that of 10, 12 or 14 bits if no pixel is brighter.
-    where, dark_where
-        Names of the two images for messages.
-
-    Returns
-    -------
-    Calibration
-        The calibration; `Calibration.evidence` tells what speaks for it.
-
-    Raises
-    ------
-    InputError
-        If the white image is too dark, too bright, of another size than the dark frame, or too
-        little speaks for a grid of micro images.
+        Grey level at which the white image's pixels clip, as the image's file has it. None if it is
+        not known: 255, 65535, or that of 10, 12 or 14 bits if no pixel is brighter.
     """
     signal = white_signal(white, dark, where=where, dark_where=dark_where, full_scale=full_scale)
     try:
@@ -99,17 +90,8 @@ def calibrate(
 def calibration_of_grid(grid: Grid, image_shape: tuple[int, int]) -> Calibration:
     """Calibration of a camera whose grid is known from elsewhere, without a white image.
 
-    Parameters
-    ----------
-    grid
-        The grid, whichever lens it counts from.
-    image_shape
-        Rows and columns of the raw image.
-
-    Returns
-    -------
-    Calibration
-        All lenses whose centres lie in the image; no vignetting.
+    `grid`: the grid, whichever lens it counts from. `image_shape`: rows and columns of the raw
+    image. Result: all lenses whose centres lie in the image; no vignetting.
     """
     t, s = lens_indices(grid, image_shape)
     inside = within(grid.centres(t, s), image_shape)

@@ -37,8 +37,8 @@ class Evidence(BaseModel):
         left out of the fit were predicted better than by the best lower order, negative if worse.
         Empty if the order was given.
     untried_orders
-        Orders of the grid's polynomial of which only tilt and radial distortion could be tried,
-        for want of lenses.
+        Orders of the grid's polynomial of which only tilt and radial distortion could be tried, for
+        want of lenses.
     pitch_error_px
         Standard error of the distance of neighbouring micro images (`Grid.lens_pitch`) in pixels;
         None in files that do not have it.
@@ -61,10 +61,7 @@ class Evidence(BaseModel):
     def lines(self) -> list[str]:
         """The evidence in words.
 
-        Returns
-        -------
-        list of str
-            Lines with a heading of 14 characters.
+        Result: lines with a heading of 14 characters.
         """
         gains = [f"order {n}: {gain:.4f}" for n, gain in enumerate(self.order_gains_px, 2)]
         orders = " and ".join(map(str, self.untried_orders))

@@ -125,6 +125,8 @@ def fit_grid(
     fitted to all of them again, outliers left out. A grid that its lenses do not bear out is
     refused.
 
+    Raises `InputError` if there is no grid, or too little speaks for it.
+
     Parameters
     ----------
     image
@@ -135,16 +137,6 @@ def fit_grid(
         Order of the grid's polynomial, None for what its lenses bear out.
     clipped
         Level at which many pixels clip, None if there are few.
-
-    Returns
-    -------
-    Fit
-        The grid and what was measured.
-
-    Raises
-    ------
-    InputError
-        If there is no grid, or too little speaks for it.
     """
     if layout is not None and layout not in get_args(Layout):
         raise InputError(f"{layout!r}", where="layout", expected=", ".join(get_args(Layout)))

@@ -91,60 +91,30 @@ class Grid(BaseModel):
     def positions(self, lattice: Floats) -> Floats:
         """Pixel positions of lattice coordinates.
 
-        Parameters
-        ----------
-        lattice
-            Shape (..., 2).
-
-        Returns
-        -------
-        Floats
-            (y, x) in pixels, pixel centres at integers, shape (..., 2).
+        `lattice`: shape (..., 2). Result: (y, x) in pixels, pixel centres at integers, shape (...,
+        2).
         """
         return np.asarray(self._terms(lattice, self.order) @ np.array(self.coefficients))
 
     def lattice(self, t: npt.ArrayLike, s: npt.ArrayLike) -> Floats:
         """Lattice coordinates of lenses, see `lattice_coordinates`.
 
-        Parameters
-        ----------
-        t, s
-            Rows and columns, broadcast.
-
-        Returns
-        -------
-        Floats
-            Shape (..., 2).
+        `t`, `s`: rows and columns, broadcast. Result: shape (..., 2).
         """
         return lattice_coordinates(self.layout, self.stagger, np.asarray(t), np.asarray(s))
 
     def centres(self, t: npt.ArrayLike, s: npt.ArrayLike) -> Floats:
         """Micro image centres of lenses.
 
-        Parameters
-        ----------
-        t, s
-            Rows and columns, broadcast.
-
-        Returns
-        -------
-        Floats
-            (y, x) in pixels, shape (..., 2).
+        `t`, `s`: rows and columns, broadcast. Result: (y, x) in pixels, shape (..., 2).
         """
         return self.positions(self.lattice(t, s))
 
     def jacobian(self, lattice: Floats) -> Floats:
         """Pixel vectors of a step of one lattice unit along rows and along columns.
 
-        Parameters
-        ----------
-        lattice
-            Shape (..., 2).
-
-        Returns
-        -------
-        Floats
-            [..., k, :] is the vector (y, x) of lattice coordinate k, shape (..., 2, 2).
+        `lattice`: shape (..., 2). Result: [..., k, :] is the vector (y, x) of lattice coordinate k,
+        shape (..., 2, 2).
         """
         p = (np.asarray(lattice, dtype=np.float64) - self.middle) / self.scale
         powers = exponents(self.order)
@@ -157,15 +127,7 @@ class Grid(BaseModel):
     def inverse(self, positions: Floats) -> Floats:
         """Lattice coordinates of pixel positions (Newton's method, if they are not affine).
 
-        Parameters
-        ----------
-        positions
-            (y, x), shape (..., 2).
-
-        Returns
-        -------
-        Floats
-            Shape (..., 2).
+        `positions`: (y, x), shape (..., 2). Result: shape (..., 2).
         """
         target = np.asarray(positions, dtype=np.float64)
         middle = np.array(self.middle)
@@ -191,16 +153,8 @@ class Grid(BaseModel):
     def nearest(self, positions: Floats) -> tuple[Indices, Indices, Floats]:
         """Micro images that pixel positions belong to.
 
-        Parameters
-        ----------
-        positions
-            (y, x), shape (..., 2).
-
-        Returns
-        -------
-        tuple
-            Rows, columns, and the positions from the micro image's centre in pixels; shapes
-            (...), (...), (..., 2).
+        `positions`: (y, x), shape (..., 2). Result: rows, columns, and the positions from the micro
+        image's centre in pixels; shapes (...), (...), (..., 2).
         """
         down, right = np.moveaxis(self.inverse(positions), -1, 0)
         if self.layout == "rectangular":
@@ -223,15 +177,7 @@ class Grid(BaseModel):
     def moved(self, rows: int, columns: int) -> "Grid":
         """The same grid with indices counted from another lens.
 
-        Parameters
-        ----------
-        rows, columns
-            Old index of the lens that becomes (0, 0).
-
-        Returns
-        -------
-        Grid
-            The grid.
+        `rows`, `columns`: old index of the lens that becomes (0, 0).
         """
         stagger = self.stagger
         if self.layout == "hexagonal-rows":

@@ -41,24 +41,13 @@ LARGEST_UNEVENNESS = 0.04
 
 @dataclass(frozen=True, eq=False)
 class MeanMicroImage:
-    """Mean of many micro images.
+    """Mean of many micro images."""
 
-    Attributes
-    ----------
-    values
-        Grey levels, shape (n, n).
-    places
-        Where they are along each axis, in pitches from the centre, shape (n,). The axes are those
-        of the grid.
-    cell
-        Whether a place is nearer to this lens than to any other, shape (n, n).
-    layout
-        Arrangement of the lenses.
-    """
-
-    values: Floats
+    values: Floats  # Grey levels, shape (n, n).
+    # Where they are along each axis, in pitches from the centre, shape (n,). The axes are those of
+    # the grid.
     places: Floats
-    cell: Flags
+    cell: Flags  # Whether a place is nearer to this lens than to any other, shape (n, n).
     layout: Layout
 
     def at(self, points: Floats) -> Floats:
@@ -90,26 +79,9 @@ def mean_micro_image(
 ) -> MeanMicroImage:
     """Take the mean (median) of the micro images of a white or spot image.
 
-    Parameters
-    ----------
-    signal
-        Grey levels, dark frame subtracted.
-    calibration
-        Where the micro images are.
-    part
-        Lenses that count, shape `Calibration.lenses`; None for all.
-    where
-        Name of the image for messages.
-
-    Returns
-    -------
-    MeanMicroImage
-        Of up to 400 of them, drawn at random (always the same).
-
-    Raises
-    ------
-    InputError
-        If none of them is in the image as a whole.
+    `calibration`: where the micro images are. `part`: lenses that count, shape
+    `Calibration.lenses`; None for all. Result: of up to 400 of them, drawn at random (always the
+    same). Raises `InputError` if none of them is in the image as a whole.
     """
     pitch = calibration.grid.lens_pitch
     centres, levels = calibration.centres, calibration.lens_brightness
@@ -168,19 +140,9 @@ class FillFactor:
 def nowhere_dark(layout: Layout, pitch_px: float, darkest: float) -> bool:
     """Whether there is no dark place between micro images, as where they overlap.
 
-    Parameters
-    ----------
-    layout
-        Arrangement of the lenses.
-    pitch_px
-        Distance of neighbouring micro images in pixels.
-    darkest
-        Brightness of the darkest place, as a share of the middle's.
-
-    Returns
-    -------
-    bool
-        Whether that place is brighter than it is between sharp micro images that touch.
+    `layout`: arrangement of the lenses. `pitch_px`: distance of neighbouring micro images in
+    pixels. `darkest`: brightness of the darkest place, as a share of the middle's. Result: whether
+    that place is brighter than it is between sharp micro images that touch.
     """
     many = pitch_px >= _FEW_PIXELS
     return darkest > (_NOWHERE_DARK[layout] if many else _NOWHERE_DARK_OF_FEW)
@@ -189,17 +151,8 @@ def nowhere_dark(layout: Layout, pitch_px: float, darkest: float) -> bool:
 def fill_factor(mean: MeanMicroImage, pitch_px: float) -> FillFactor:
     """Tell by the mean micro image whether micro images touch, overlap or leave gaps.
 
-    Parameters
-    ----------
-    mean
-        Of a white image.
-    pitch_px
-        Distance of neighbouring micro images in pixels.
-
-    Returns
-    -------
-    FillFactor
-        Its numbers; the level without light is taken from the darkest place where there are gaps.
+    `mean`: of a white image. `pitch_px`: distance of neighbouring micro images in pixels. Result:
+    its numbers; the level without light is taken from the darkest place where there are gaps.
     """
     near = neighbours(mean.layout)
     smooth = ndimage.gaussian_filter(mean.values, 0.02 / (mean.places[1] - mean.places[0]))
@@ -229,17 +182,8 @@ def fill_factor(mean: MeanMicroImage, pitch_px: float) -> FillFactor:
 def unevenness(signal: Image32, calibration: Calibration) -> float:
     """How much lenses differ from the smooth light around them: robust share.
 
-    Parameters
-    ----------
-    signal
-        Grey levels, dark frame subtracted.
-    calibration
-        Where the micro images are.
-
-    Returns
-    -------
-    float
-        Robust standard deviation; small for a white image, large where a picture has content.
+    `calibration`: where the micro images are. Result: robust standard deviation; small for a white
+    image, large where a picture has content.
     """
     inside = ~np.isnan(calibration.centres[..., 0])
     pitch = extents(calibration.grid)
@@ -258,10 +202,6 @@ class WhiteInspection:
     ----------
     calibration
         Its grid; of overlapping micro images it need not be that of the lenses.
-    signal
-        Grey levels, dark frame subtracted.
-    mean
-        Mean micro image.
     fill
         Whether micro images touch, overlap or leave gaps.
     unevenness
@@ -288,22 +228,8 @@ def inspect_white(
 ) -> WhiteInspection:
     """Recognise and inspect a white image.
 
-    Parameters
-    ----------
-    white, dark, full_scale
-        As for `plenofir.camera.calibration.calibrate`.
-    where, dark_where
-        Their names for messages.
-
-    Returns
-    -------
-    WhiteInspection
-        What there is to see.
-
-    Raises
-    ------
-    InputError
-        If it is not a white image, or cannot be used.
+    `white`, `dark`, `full_scale`: as for `plenofir.camera.calibration.calibrate`. Raises
+    `InputError` if it is not a white image, or cannot be used.
     """
     found = calibrate(white, dark, full_scale=full_scale, where=where, dark_where=dark_where)
     signal = white_signal(white, dark, full_scale=full_scale, where=where, dark_where=dark_where)

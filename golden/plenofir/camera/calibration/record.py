@@ -140,13 +140,7 @@ class Calibration(BaseModel):
         return level
 
     def save(self, path: Path) -> None:
-        """Write the file.
-
-        Parameters
-        ----------
-        path
-            JSON file to write.
-        """
+        """Write the file."""
         write_file(path, self.text())
 
     def text(self) -> str:
@@ -160,20 +154,8 @@ class Calibration(BaseModel):
 def load_calibration(path: str | Path) -> Calibration:
     """Read a calibration file.
 
-    Parameters
-    ----------
-    path
-        What `Calibration.save` wrote.
-
-    Returns
-    -------
-    Calibration
-        The calibration; `Calibration.centres` are the micro image centres.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is not a calibration.
+    `path`: what `Calibration.save` wrote. Result: the calibration; `Calibration.centres` are the
+    micro image centres. Raises `InputError` if there is no such file, or it is not a calibration.
     """
     expected = "a file written by plenofir calibrate"
     try:

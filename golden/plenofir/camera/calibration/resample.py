@@ -40,15 +40,7 @@ _BLOCK_PIXELS = 1 << 21
 def raster_window(calibration: Calibration) -> tuple[slice, slice]:
     """Rows and columns of lenses that make up the raster: the grid without its ragged border.
 
-    Parameters
-    ----------
-    calibration
-        The calibration.
-
-    Returns
-    -------
-    tuple of slice
-        Largest part found (greedily, from the borders) in which every lens is in the image.
+    Result: largest part found (greedily, from the borders) in which every lens is in the image.
     """
     inside = calibration.inside
     top, bottom, left, right = 0, inside.shape[0], 0, inside.shape[1]
@@ -103,15 +95,7 @@ def profile_at(calibration: Calibration, m: int, scale: Scale) -> Floats:
 def largest_odd_size(calibration: Calibration) -> int:
     """Largest odd number of pixels that a micro image has, 1 or more.
 
-    Parameters
-    ----------
-    calibration
-        The calibration.
-
-    Returns
-    -------
-    int
-        M in pixels.
+    Result: M in pixels.
     """
     return max(1, int((calibration.grid.lens_pitch - 1) // 2 * 2 + 1))
 
@@ -149,12 +133,14 @@ def decode(
 ) -> Image:
     """Resample a raw capture to micro images of M x M pixels.
 
+    Result: raster of micro images, type and channels of `raw`, rows and columns multiples of M. A
+    hexagonal grid is made rectangular (`hexagonal_to_rectangular`). Raises `InputError` if an image
+    has another size than the calibration's, or M is too large.
+
     Parameters
     ----------
     raw
         Raw capture, grey or RGB, uint8 or uint16.
-    calibration
-        Calibration of the camera.
     micro_image_size
         M, odd or even.
     dark
@@ -171,21 +157,6 @@ def decode(
         Whether to divide by the white image or its model at all.
     full_scale
         Largest value of the capture, where results saturate; its type's largest if None.
-    where
-        Name of the raw capture for messages.
-    progress
-        Called with the rows of lenses done and to do.
-
-    Returns
-    -------
-    Image
-        Raster of micro images, type and channels of `raw`, rows and columns multiples of M. A
-        hexagonal grid is made rectangular (`hexagonal_to_rectangular`).
-
-    Raises
-    ------
-    InputError
-        If an image has another size than the calibration's, or M is too large.
     """
     m = micro_image_size
     check_micro_image_size(calibration, m, scale)
@@ -287,6 +258,9 @@ def hexagonal_to_rectangular(
     makes that narrower by sqrt(3). Both happen in one interpolation along each row: column n of the
     result lies at n `step` of the row, and all its rows line up.
 
+    Result: shape of `samples` with another length of that axis; column 0 lies half a pitch to the
+    right of the rows that are not moved.
+
     Parameters
     ----------
     samples
@@ -299,12 +273,6 @@ def hexagonal_to_rectangular(
         Axis of the lenses of a row.
     order
         0 for the nearest lens, 1 for linear interpolation, 3 for cubic splines.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape of `samples` with another length of that axis; column 0 lies half a pitch to the
-        right of the rows that are not moved.
     """
     lenses = samples.shape[axis]
     if lenses < order + 1:

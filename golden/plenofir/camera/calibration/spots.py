@@ -38,15 +38,7 @@ _LARGEST_LIT_SHARE = 0.25
 def spot_radius(mean: MeanMicroImage) -> float:
     """Radius of a spot: the root of its mean variance along both axes.
 
-    Parameters
-    ----------
-    mean
-        Mean micro image.
-
-    Returns
-    -------
-    float
-        Pitches.
+    Result in pitches.
     """
     y, x = np.meshgrid(mean.places, mean.places, indexing="ij")
     inside = mean.cell
@@ -59,42 +51,20 @@ def spot_radius(mean: MeanMicroImage) -> float:
 
 @dataclass(frozen=True)
 class Best:
-    """Position at which spots are smallest.
+    """Position at which spots are smallest."""
 
-    Attributes
-    ----------
-    position
-        In the units of the positions.
-    error
-        Its standard error; None for three positions, which a parabola always fits.
-    bracketed
-        Whether there are positions on both sides of it.
-    """
-
-    position: float
+    position: float  # In the units of the positions.
+    # Its standard error; None for three positions, which a parabola always fits.
     error: float | None
-    bracketed: bool
+    bracketed: bool  # Whether there are positions on both sides of it.
 
 
 def best_position(positions: Sequence[float], radii: Sequence[float]) -> Best | None:
     """Vertex of the parabola through the variances of spots.
 
-    Parameters
-    ----------
-    positions
-        Positions of the micro lens array, three or more different ones.
-    radii
-        Radii of the spots there.
-
-    Returns
-    -------
-    Best or None
-        None where the spots do not get larger on both sides.
-
-    Raises
-    ------
-    InputError
-        If there are too few positions.
+    `positions`: positions of the micro lens array, three or more different ones. `radii`: radii of
+    the spots there. Result: None where the spots do not get larger on both sides. Raises
+    `InputError` if there are too few positions.
     """
     z, variances = np.array(positions, dtype=np.float64), np.square(radii)
     if len(np.unique(z)) < _FEWEST_POSITIONS:
@@ -156,26 +126,8 @@ def measure_spots(
 ) -> Spots:
     """Measure the spots of micro lenses in collimated light.
 
-    Parameters
-    ----------
-    signal
-        Grey levels, dark frame subtracted.
-    calibration
-        Where the spots are.
-    position
-        Position of the micro lens array.
-    where
-        Name of the picture for messages.
-
-    Returns
-    -------
-    Spots
-        Their sizes.
-
-    Raises
-    ------
-    InputError
-        If a half of the picture has no spot with its surroundings.
+    `calibration`: where the spots are. `position`: position of the micro lens array. Raises
+    `InputError` if a half of the picture has no spot with its surroundings.
     """
 
     def radius_of(part: Flags | None) -> float:
@@ -190,14 +142,9 @@ def measure_spots(
 class FocusScore:
     """Where micro lenses are in focus.
 
-    Attributes
-    ----------
-    spots
-        From the lowest position to the highest.
-    best
-        Best position of the whole array, None where there is none.
-    sides
-        Best positions of its halves, by `SIDES`: where they differ the array is tilted.
+    `spots`: from the lowest position to the highest. `best`: best position of the whole array, None
+    where there is none. `sides`: best positions of its halves, by `SIDES`: where they differ the
+    array is tilted.
     """
 
     spots: tuple[Spots, ...]
@@ -208,20 +155,8 @@ class FocusScore:
 def focus_score(spots: Sequence[Spots]) -> FocusScore:
     """Find the position of the micro lens array at which its spots are smallest.
 
-    Parameters
-    ----------
-    spots
-        Of pictures at three or more positions.
-
-    Returns
-    -------
-    FocusScore
-        Best positions.
-
-    Raises
-    ------
-    InputError
-        If there are too few positions.
+    `spots`: of pictures at three or more positions. Raises `InputError` if there are too few
+    positions.
     """
     ordered = tuple(sorted(spots, key=lambda one: one.position))
     positions = [one.position for one in ordered]
@@ -273,6 +208,9 @@ def infinity_focus(
 ) -> InfinityFocus:
     """Tell from the picture of a collimator (or a star) how the main lens is focused.
 
+    Raises `InputError` if the picture has another size, no light that stands out, or light
+    everywhere.
+
     Parameters
     ----------
     picture
@@ -283,18 +221,6 @@ def infinity_focus(
         Diameter of a micro image in pixels.
     dark
         Frame without light, or None.
-    where, dark_where
-        Names for messages.
-
-    Returns
-    -------
-    InfinityFocus
-        The slice in which it is sharp.
-
-    Raises
-    ------
-    InputError
-        If the picture has another size, no light that stands out, or light everywhere.
     """
     check_same_size(picture, calibration.image_shape, where, "the white image")
     signal = grey(picture)

@@ -103,15 +103,7 @@ def rotated(centroids: Floats, degrees: float, shape: tuple[int, int]) -> Floats
 def text_calibration(image: Image32) -> TextCalibration:
     """Calibrate by the text's method.
 
-    Parameters
-    ----------
-    image
-        White image in grey levels, shape (rows, columns).
-
-    Returns
-    -------
-    TextCalibration
-        Centroids and rotation.
+    `image`: white image in grey levels, shape (rows, columns).
     """
     centroids, _ = region_centroids(binary(normalised(image)))
     row = central_row(centroids, (image.shape[0], image.shape[1]))

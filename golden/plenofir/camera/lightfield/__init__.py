@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Light fields from aligned raw images: indexing, views, focal stacks, disparity, depth."""
+"""Light fields from aligned raw images: indexing, views, focal stacks, disparity, depth.
+
+`raw` is a raw image, shape (rows, columns[, 3]), `micro_image_size` its M in pixels; `progress` is
+called with the parts done and to do.
+"""
 
 from plenofir.camera.lightfield.disparity import (
     DepthMap,

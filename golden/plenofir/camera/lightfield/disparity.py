@@ -28,12 +28,8 @@ _STEP = 0.25
 class Disparity:
     """Disparity of each pixel of a view.
 
-    Attributes
-    ----------
-    pixels_per_view
-        Disparity between neighbouring views in pixels (micro lenses), shape (t, s).
-    confidence
-        0 where all disparities fit equally well, towards 1 where one fits far better.
+    `pixels_per_view`: disparity between neighbouring views in pixels (micro lenses), shape (t, s).
+    `confidence`: 0 where all disparities fit equally well, towards 1 where one fits far better.
     """
 
     pixels_per_view: Floats
@@ -44,12 +40,8 @@ class Disparity:
 class DepthMap:
     """Depth of each pixel of the central view.
 
-    Attributes
-    ----------
-    distance_mm
-        Distance from the micro lenses; nan at and beyond infinity and where confidence is low.
-    disparity
-        What it comes from.
+    `distance_mm`: distance from the micro lenses; nan at and beyond infinity and where confidence
+    is low. `disparity`: what it comes from.
     """
 
     distance_mm: Floats
@@ -69,6 +61,9 @@ def sad_disparity(
     Differences are summed over a window and over all views given; of views on opposite sides of
     the reference, the side that fits better counts, because a point may be hidden from the other.
 
+    Result: positive for what is nearer than the plane of disparity zero. Raises `InputError` if the
+    views, the search range or the window cannot be used.
+
     Parameters
     ----------
     reference
@@ -79,18 +74,6 @@ def sad_disparity(
         Smallest and largest disparity in pixels per view.
     window
         Side of the window in pixels, odd.
-    progress
-        Called with the candidates done and to do.
-
-    Returns
-    -------
-    Disparity
-        Positive for what is nearer than the plane of disparity zero.
-
-    Raises
-    ------
-    InputError
-        If the views, the search range or the window cannot be used.
     """
     if not others or any(gap == (0, 0) for _, gap in others):
         raise InputError("no other view", where="views", expected="views with gaps from the first")
@@ -169,20 +152,9 @@ def light_field_disparity(
 ) -> Disparity:
     """Disparity of the central view against those above, below, left and right of it.
 
-    Parameters
-    ----------
-    raw
-        Raw image.
-    micro_image_size
-        M in pixels, 2 or more; for even M the central view is the one below and right of the
-        centre.
-    search, window, progress
-        As in `sad_disparity`.
-
-    Returns
-    -------
-    Disparity
-        Shape (t, s).
+    `micro_image_size`: M in pixels, 2 or more; for even M the central view is the one below and
+    right of the centre. `search`, `window`, `progress`: as in `sad_disparity`. Result: shape (t,
+    s).
     """
     m = micro_image_size
     if m < 2:
@@ -210,6 +182,8 @@ def depth_map(
 ) -> DepthMap:
     """Depth of what a camera sees, in mm.
 
+    Result: distances from the micro lenses, shape (t, s).
+
     Parameters
     ----------
     raw
@@ -220,11 +194,6 @@ def depth_map(
         As in `sad_disparity`.
     least_confidence
         Pixels below this confidence get no distance.
-
-    Returns
-    -------
-    DepthMap
-        Distances from the micro lenses, shape (t, s).
     """
     found = light_field_disparity(
         raw, model.micro_image_size, search=search, window=window, progress=progress

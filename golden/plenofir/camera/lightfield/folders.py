@@ -70,25 +70,10 @@ def read_views(
 ) -> Image:
     """Read the views of a light field from a folder.
 
-    Parameters
-    ----------
-    folder
-        Folder with M x M images and no others.
-    order
-        "rows": the first number in the names counts downwards, the second to the right;
-        "columns": the other way round.
-    progress
-        Called with the views done and to do.
-
-    Returns
-    -------
-    Image
-        Shape (v, u, t, s[, 3]), as `plenofir.camera.lightfield.compose` takes it.
-
-    Raises
-    ------
-    InputError
-        If the folder, the names or the images cannot be used.
+    `folder`: folder with M x M images and no others. `order`: "rows": the first number in the names
+    counts downwards, the second to the right; "columns": the other way round. Result: shape (v, u,
+    t, s[, 3]), as `plenofir.camera.lightfield.compose` takes it. Raises `InputError` if the folder,
+    the names or the images cannot be used.
     """
     if not folder.is_dir():
         raise InputError("no such folder", where=str(folder), expected=_EXPECTED)
@@ -134,22 +119,7 @@ def named_views(raw: Image, m: int) -> dict[str, Image]:
 
 
 def write_views(raw: Image, micro_image_size: int, folder: Path) -> list[Path]:
-    """Write the views of a raw image, see `named_views`.
-
-    Parameters
-    ----------
-    raw
-        Raw image.
-    micro_image_size
-        M in pixels.
-    folder
-        Existing folder.
-
-    Returns
-    -------
-    list of Path
-        Files written.
-    """
+    """Write the views of a raw image, see `named_views`."""
     paths = []
     for name, image in named_views(raw, micro_image_size).items():
         write_png(folder / name, np.ascontiguousarray(image))

@@ -62,23 +62,9 @@ def fourier_slice(
 ) -> Floats:
     """Refocus by slicing the 4-D spectrum (Eq. 2.17).
 
-    Parameters
-    ----------
-    raw
-        Raw image.
-    micro_image_size
-        M in pixels.
-    a
-        Focus setting, any number.
-    width
-        Width of the Kaiser-Bessel window in samples; the text takes 3.5.
-    oversampling
-        Samples of the spectrum for each of the pixels of a micro image, 1 or more.
-
-    Returns
-    -------
-    Floats
-        Mean of the shifted views, a sample for each micro lens, shape (t, s[, 3]).
+    `a`: focus setting, any number. `width`: width of the Kaiser-Bessel window in samples; the text
+    takes 3.5. `oversampling`: samples of the spectrum for each of the pixels of a micro image, 1 or
+    more. Result: mean of the shifted views, a sample for each micro lens, shape (t, s[, 3]).
     """
     if not oversampling >= 1:
         raise InputError(f"{oversampling}", where="oversampling", expected="1 or more")
@@ -88,19 +74,7 @@ def fourier_slice(
 def shifted_views(raw: Image, micro_image_size: int, a: float) -> Floats:
     """Refocus by shifting each view by a (u - c) micro lenses (Eq. 3.50), band-limited.
 
-    Parameters
-    ----------
-    raw
-        Raw image.
-    micro_image_size
-        M in pixels.
-    a
-        Focus setting, any number.
-
-    Returns
-    -------
-    Floats
-        What `fourier_slice` approximates, shape (t, s[, 3]).
+    `a`: focus setting, any number. Result: what `fourier_slice` approximates, shape (t, s[, 3]).
     """
     return _in_frequency(raw, micro_image_size, a, None)
 

@@ -19,19 +19,8 @@ def raw_index(
 ) -> npt.NDArray[np.int64]:
     """Pixel of the raw image from micro lens and offset (Eqs. 3.46, 3.48).
 
-    Parameters
-    ----------
-    lens
-        Micro lens j (or h).
-    offset
-        i (or g), counted from the micro image's centre; half-integers if M is even.
-    micro_image_size
-        M.
-
-    Returns
-    -------
-    numpy.ndarray
-        k = j M + c + i.
+    `lens`: micro lens j (or h). `offset`: i (or g), counted from the micro image's centre;
+    half-integers if M is even. Result: k = j M + c + i.
     """
     pixel = np.asarray(lens) * micro_image_size + (micro_image_size - 1) / 2 + np.asarray(offset)
     return np.asarray(np.rint(pixel), dtype=np.int64)
@@ -42,17 +31,7 @@ def light_field_index(
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
     """Micro lens and offset from a pixel of the raw image (Eqs. 3.47, 3.49).
 
-    Parameters
-    ----------
-    pixel
-        k (or l).
-    micro_image_size
-        M.
-
-    Returns
-    -------
-    tuple
-        Micro lens j and offset i from the micro image's centre.
+    `pixel`: k (or l). Result: micro lens j and offset i from the micro image's centre.
     """
     lens, place = np.divmod(np.asarray(pixel, dtype=np.int64), micro_image_size)
     return lens, place - (micro_image_size - 1) / 2
@@ -61,23 +40,9 @@ def light_field_index(
 def light_field(raw: Image, micro_image_size: int) -> Image:
     """Light field of a raw image, as a view of the same memory.
 
-    Parameters
-    ----------
-    raw
-        Raw image, shape (rows, columns[, 3]); incomplete micro images at the right and at the
-        bottom are left out.
-    micro_image_size
-        M in pixels.
-
-    Returns
-    -------
-    Image
-        Shape (t, s, v, u[, 3]).
-
-    Raises
-    ------
-    InputError
-        If the image is not a raw image of that M.
+    `raw`: raw image, shape (rows, columns[, 3]); incomplete micro images at the right and at the
+    bottom are left out. Result: shape (t, s, v, u[, 3]). Raises `InputError` if the image is not a
+    raw image of that M.
     """
     m = micro_image_size
     check_raw(raw, m)
@@ -89,20 +54,8 @@ def light_field(raw: Image, micro_image_size: int) -> Image:
 def raw_image(field: Image) -> Image:
     """Raw image of a light field; a view where the light field is one of a raw image.
 
-    Parameters
-    ----------
-    field
-        Shape (t, s, v, u[, 3]) with as many pixel rows as columns in a micro image.
-
-    Returns
-    -------
-    Image
-        Shape (t M, s M[, 3]).
-
-    Raises
-    ------
-    InputError
-        If the micro images are not square.
+    `field`: shape (t, s, v, u[, 3]) with as many pixel rows as columns in a micro image. Result:
+    shape (t M, s M[, 3]). Raises `InputError` if the micro images are not square.
     """
     if field.ndim not in (4, 5) or field.shape[2] != field.shape[3]:
         raise InputError(
@@ -115,24 +68,8 @@ def raw_image(field: Image) -> Image:
 def sub_aperture(raw: Image, micro_image_size: int, v: int, u: int) -> Image:
     """Sub-aperture image: pixel (v, u) of all micro images (Eq. 3.45), as a view.
 
-    Parameters
-    ----------
-    raw
-        Raw image.
-    micro_image_size
-        M in pixels.
-    v, u
-        Pixel of the micro images, 0 to M - 1.
-
-    Returns
-    -------
-    Image
-        Shape (t, s[, 3]).
-
-    Raises
-    ------
-    InputError
-        If there is no such view.
+    `v`, `u`: pixel of the micro images, 0 to M - 1. Result: shape (t, s[, 3]). Raises `InputError`
+    if there is no such view.
     """
     m = micro_image_size
     if not (0 <= v < m and 0 <= u < m):
@@ -143,17 +80,7 @@ def sub_aperture(raw: Image, micro_image_size: int, v: int, u: int) -> Image:
 def views(raw: Image, micro_image_size: int) -> Image:
     """All sub-aperture images, as a view.
 
-    Parameters
-    ----------
-    raw
-        Raw image.
-    micro_image_size
-        M in pixels.
-
-    Returns
-    -------
-    Image
-        Shape (v, u, t, s[, 3]).
+    Result: shape (v, u, t, s[, 3]).
     """
     return np.moveaxis(light_field(raw, micro_image_size), (2, 3), (0, 1))
 
@@ -161,19 +88,7 @@ def views(raw: Image, micro_image_size: int) -> Image:
 def compose(images: Image) -> Image:
     """Raw image from its sub-aperture images: the inverse of `views`.
 
-    Parameters
-    ----------
-    images
-        Shape (v, u, t, s[, 3]) with as many rows of views as columns.
-
-    Returns
-    -------
-    Image
-        Shape (t M, s M[, 3]).
-
-    Raises
-    ------
-    InputError
-        If the views are not a square of views.
+    `images`: shape (v, u, t, s[, 3]) with as many rows of views as columns. Result: shape (t M, s
+    M[, 3]). Raises `InputError` if the views are not a square of views.
     """
     return raw_image(np.moveaxis(images, (0, 1), (2, 3)))

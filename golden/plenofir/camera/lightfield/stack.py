@@ -25,21 +25,8 @@ _LINES = 64
 class FocalStack:
     """Focal stack whose slices are made when they are asked for, and not kept.
 
-    Parameters
-    ----------
-    raw
-        Raw image.
-    micro_image_size
-        M in pixels.
-    settings
-        Focus settings a, as `plenofir.refocus.refocus` takes them.
-    progress
-        Called with the slices, or lines of them, done and to do, each time they are gone through.
-
-    Raises
-    ------
-    InputError
-        If the raw image or a setting cannot be used, or there is none.
+    `settings`: focus settings a, as `plenofir.refocus.refocus` takes them. Raises `InputError` if
+    the raw image or a setting cannot be used, or there is none.
     """
 
     def __init__(
@@ -86,21 +73,8 @@ def focal_stack(
 ) -> Image:
     """Refocus a raw image to several planes, all in memory; `FocalStack` makes one by one.
 
-    Parameters
-    ----------
-    raw
-        Raw image.
-    micro_image_size
-        M in pixels.
-    settings
-        Focus settings a, as `plenofir.refocus.refocus` takes them.
-    progress
-        Called with the slices done and to do.
-
-    Returns
-    -------
-    Image
-        Shape (slices, rows, columns[, 3]).
+    `settings`: focus settings a, as `plenofir.refocus.refocus` takes them. Result: shape (slices,
+    rows, columns[, 3]).
     """
     stack = FocalStack(raw, micro_image_size, settings, progress)
     slices = np.empty((len(stack), *stack.raw.shape), stack.raw.dtype)
@@ -112,27 +86,20 @@ def focal_stack(
 def sharpness(region: Image | Floats, micro_image_size: int = 1, low: float = 0.01) -> float:
     """Sharpness of a region of interest (Eqs. 5.20-5.23): energy of high frequencies over all.
 
+    Result: HE / TE, 0 for an even region. Raises `InputError` if the region has less than 4 x 4
+    micro lenses.
+
     Parameters
     ----------
     region
         Grey or RGB image.
     micro_image_size
         Pixels for each micro lens: M for pictures of the raw image's size. Frequencies above half a
-        cycle a micro lens are left out; there are only replicas of lower ones, more or less of
-        them depending on how the views' samples fall, not on the focus.
+        cycle a micro lens are left out; there are only replicas of lower ones, more or less of them
+        depending on how the views' samples fall, not on the focus.
     low
         Q / Omega: share of the frequencies, from zero on, that count as low (at least the first
         two); the text takes 1/100.
-
-    Returns
-    -------
-    float
-        HE / TE, 0 for an even region.
-
-    Raises
-    ------
-    InputError
-        If the region has less than 4 x 4 micro lenses.
     """
     m = micro_image_size
     if min(region.shape[:2]) < 4 * m:
@@ -162,19 +129,9 @@ def sharpness_curve(
 ) -> Floats:
     """Sharpness of a region in each slice of a focal stack.
 
-    Parameters
-    ----------
-    stack
-        Array of shape (slices, rows, columns[, 3]), or a `FocalStack`.
-    region
-        Rows and columns of the region of interest.
-    micro_image_size, low
-        See `sharpness`.
-
-    Returns
-    -------
-    Floats
-        Shape (slices,), divided by its largest value as in Fig. 5.16.
+    `stack`: array of shape (slices, rows, columns[, 3]), or a `FocalStack`. `region`: rows and
+    columns of the region of interest. `micro_image_size`, `low`: see `sharpness`. Result: shape
+    (slices,), divided by its largest value as in Fig. 5.16.
     """
     values = []
     for image in stack:
@@ -188,17 +145,8 @@ def sharpness_curve(
 def peak(positions: Sequence[float] | Floats, curve: Floats) -> float:
     """Position of a curve's maximum, between samples: a parabola through the highest three.
 
-    Parameters
-    ----------
-    positions
-        Equally spaced positions of the samples.
-    curve
-        Samples.
-
-    Returns
-    -------
-    float
-        Position; that of the sample if the highest one is the first or the last.
+    `positions`: equally spaced positions of the samples. Result: position; that of the sample if
+    the highest one is the first or the last.
     """
     places = np.asarray(positions, dtype=np.float64)
     k = int(np.argmax(curve))
@@ -214,12 +162,8 @@ def peak(positions: Sequence[float] | Floats, curve: Floats) -> float:
 class AllInFocus:
     """Picture that is sharp everywhere.
 
-    Attributes
-    ----------
-    image
-        Type and size of the stack's slices.
-    slices
-        Slice that each micro lens was taken from, fractions between slices, shape (t, s).
+    `image`: type and size of the stack's slices. `slices`: slice that each micro lens was taken
+    from, fractions between slices, shape (t, s).
     """
 
     image: Image
@@ -229,19 +173,9 @@ class AllInFocus:
 def all_in_focus(stack: Slices, micro_image_size: int, window: float = 2.0) -> AllInFocus:
     """Take every part of a picture from the slice in which it is sharpest.
 
-    Parameters
-    ----------
-    stack
-        Focal stack: array of shape (slices, rows, columns[, 3]), or a `FocalStack`.
-    micro_image_size
-        M: sharpness is judged between micro lenses, of which each fills M pixels.
-    window
-        Standard deviation of the window that sharpness is averaged over, in micro lenses.
-
-    Returns
-    -------
-    AllInFocus
-        Picture and slices.
+    `stack`: focal stack: array of shape (slices, rows, columns[, 3]), or a `FocalStack`.
+    `micro_image_size`: M: sharpness is judged between micro lenses, of which each fills M pixels.
+    `window`: standard deviation of the window that sharpness is averaged over, in micro lenses.
     """
     slices, shape, dtype = _sharpest_slices(stack, micro_image_size, window)
     places = [(np.arange(n) - (micro_image_size - 1) / 2) / micro_image_size for n in shape[:2]]

@@ -32,27 +32,13 @@ _SAME_PITCH = 0.005
 
 @dataclass(frozen=True, eq=False)
 class LytroCapture:
-    """A capture ready to be decoded.
+    """A capture ready to be decoded."""
 
-    Attributes
-    ----------
-    image
-        RGB in linear light, uint16, 0 to 65535.
-    calibration
-        Its grid; vignetting only if it came from a white image.
-    white
-        White image to divide by, RGB, where one was given.
-    metadata
-        Of the file.
-    lines
-        What was done, headings and texts for people.
-    """
-
-    image: Image
-    calibration: Calibration
-    white: Image | None
+    image: Image  # RGB in linear light, uint16, 0 to 65535.
+    calibration: Calibration  # Its grid; vignetting only if it came from a white image.
+    white: Image | None  # White image to divide by, RGB, where one was given.
     metadata: FrameMetadata
-    lines: tuple[tuple[str, str], ...]
+    lines: tuple[tuple[str, str], ...]  # What was done, headings and texts for people.
 
 
 def checked_grid(grey: Image32, metadata: FrameMetadata, where: str) -> Match:
@@ -85,25 +71,10 @@ def read_lytro(
 ) -> LytroCapture:
     """Read a Lytro capture, with or without a white image.
 
-    Parameters
-    ----------
-    path
-        A .lfp, .lfr or .raw file, see `read_frame`.
-    white
-        White image, or a set of them, see `nearest_white`; without one the grid is that of the
-        file's metadata, moved to where the capture's own pixels have it.
-    colour, demosaic
-        See `develop`.
-
-    Returns
-    -------
-    LytroCapture
-        Picture, grid, white image.
-
-    Raises
-    ------
-    InputError
-        If the file or the white image cannot be used, or its pixels contradict its metadata.
+    `path`: a .lfp, .lfr or .raw file, see `read_frame`. `white`: white image, or a set of them, see
+    `nearest_white`; without one the grid is that of the file's metadata, moved to where the
+    capture's own pixels have it. `colour`, `demosaic`: see `develop`. Raises `InputError` if the
+    file or the white image cannot be used, or its pixels contradict its metadata.
     """
     frame = read_frame(path)
     metadata = frame.metadata

@@ -30,21 +30,11 @@ Contents = Literal["raw", "stack", "depth", "storage", "other"]
 
 @dataclass(frozen=True, eq=False)
 class Container:
-    """What a container holds.
-
-    Attributes
-    ----------
-    where
-        Its file, for messages.
-    table
-        Table of contents.
-    sections
-        Name (``sha1-...``) to content, in the order of the file.
-    """
+    """What a container holds."""
 
     where: str
-    table: Json
-    sections: Mapping[str, bytes]
+    table: Json  # Table of contents.
+    sections: Mapping[str, bytes]  # Name (``sha1-...``) to content, in the order of the file.
 
     @property
     def frame(self) -> Json | None:
@@ -130,20 +120,9 @@ def file_bytes(path: Path, expected: str) -> bytes:
 def read_container(path: Path) -> Container:
     """Read a container.
 
-    Parameters
-    ----------
-    path
-        File ending in .lfp or .lfr, whatever its name.
-
-    Returns
-    -------
-    Container
-        Table of contents and sections; each is what its SHA-1 says.
-
-    Raises
-    ------
-    InputError
-        If it is no container, is cut off, or a section is damaged.
+    `path`: file ending in .lfp or .lfr, whatever its name. Result: table of contents and sections;
+    each is what its SHA-1 says. Raises `InputError` if it is no container, is cut off, or a section
+    is damaged.
     """
     where = str(path)
     data = file_bytes(path, "a Lytro file (.lfp, .lfr)")

@@ -66,20 +66,9 @@ def _beside(path: Path) -> Path | None:
 def read_frame(path: Path) -> Frame:
     """Read a raw frame.
 
-    Parameters
-    ----------
-    path
-        A container, or a .raw file with metadata beside it (.txt, .json).
-
-    Returns
-    -------
-    Frame
-        Metadata, and as many bytes of pixels as they say.
-
-    Raises
-    ------
-    InputError
-        If there is no raw frame, no metadata, or they contradict each other.
+    `path`: a container, or a .raw file with metadata beside it (.txt, .json). Result: metadata, and
+    as many bytes of pixels as they say. Raises `InputError` if there is no raw frame, no metadata,
+    or they contradict each other.
     """
     where = str(path)
     if not is_container(path):
@@ -175,21 +164,11 @@ def _raw_frame(path: Path) -> bool:
 
 @dataclass(frozen=True)
 class White:
-    """A white image that was chosen.
-
-    Attributes
-    ----------
-    frame
-        The white image.
-    count
-        Of how many that fit it was taken.
-    apart
-        How far its zoom and focus steps are from the capture's.
-    """
+    """A white image that was chosen."""
 
     frame: Frame
-    count: int
-    apart: tuple[float, float]
+    count: int  # Of how many that fit it was taken.
+    apart: tuple[float, float]  # How far its zoom and focus steps are from the capture's.
 
     def described(self) -> str:
         """One line for people."""
@@ -204,22 +183,8 @@ class White:
 def nearest_white(path: Path, capture: FrameMetadata) -> White:
     """Take the white image that is nearest to a capture in zoom, then in focus.
 
-    Parameters
-    ----------
-    path
-        A white image as a raw frame, or a set of them.
-    capture
-        Of the capture.
-
-    Returns
-    -------
-    White
-        The white image.
-
-    Raises
-    ------
-    InputError
-        If none has the capture's size; the message tells what was looked for.
+    `path`: a white image as a raw frame, or a set of them. Raises `InputError` if none has the
+    capture's size; the message tells what was looked for.
     """
     if not path.exists():
         raise InputError("no such file", where=str(path), expected=FRAME_EXPECTED)

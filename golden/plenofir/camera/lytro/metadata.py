@@ -97,46 +97,24 @@ class MainLens(Numbers):
 
 
 class FrameMetadata(Numbers):
-    """A frame's metadata.
+    """A frame's metadata."""
 
-    Attributes
-    ----------
-    model
-        Camera, such as F01 or ILLUM.
-    serial
-        Its number, where the file tells.
-    width, height
-        Pixels of the raw picture.
-    packing, mosaic
-        How it is stored.
-    black, white
-        Grey levels without light and of full scale.
-    gains
-        White balance: factor for each colour.
-    matrix
-        Camera's colours to sRGB, three rows, where the file tells.
-    gamma
-        Exponent that the camera's own pictures are encoded with, where the file tells.
-    pixel_pitch
-        In metres.
-    mla
-        Micro lenses.
-    lens
-        Main lens.
-    """
-
-    model: str
-    serial: str | None = None
+    model: str  # Camera, such as F01 or ILLUM.
+    serial: str | None = None  # Its number, where the file tells.
+    # Pixels of the raw picture.
     width: int = Field(ge=16, le=_LARGEST_SIDE, multiple_of=4)
     height: int = Field(ge=16, le=_LARGEST_SIDE, multiple_of=2)
     packing: Packing
     mosaic: Mosaic
+    # Grey levels without light and of full scale.
     black: Bayer
     white: Bayer
-    gains: Bayer | None = None
+    gains: Bayer | None = None  # White balance: factor for each colour.
+    # Camera's colours to sRGB, three rows, where the file tells.
     matrix: tuple[float, ...] | None = Field(default=None, min_length=9, max_length=9)
+    # Exponent that the camera's own pictures are encoded with, where the file tells.
     gamma: float | None = Field(default=None, gt=0.1, le=4)
-    pixel_pitch: float = Field(gt=0, le=1e-3)
+    pixel_pitch: float = Field(gt=0, le=1e-3)  # In metres.
     mla: MicroLenses
     lens: MainLens = MainLens()
 
@@ -246,24 +224,9 @@ def _first(content: Any, *paths: tuple[str | int, ...]) -> Any:
 def frame_metadata(content: Json, where: str, private: Json | None = None) -> FrameMetadata:
     """Read a frame's metadata.
 
-    Parameters
-    ----------
-    content
-        As a container, a .json or a .txt beside a .raw file has them.
-    where
-        Their file, for messages.
-    private
-        Private metadata, for the serial number.
-
-    Returns
-    -------
-    FrameMetadata
-        What counts of them.
-
-    Raises
-    ------
-    InputError
-        If something is missing, unknown or contradicts something else.
+    `content`: as a container, a .json or a .txt beside a .raw file has them. `private`: private
+    metadata, for the serial number. Raises `InputError` if something is missing, unknown or
+    contradicts something else.
     """
     frame = part_of(content, "master", "picture", "frameArray", 0, "frame")
     if isinstance(frame, dict):

@@ -36,25 +36,9 @@ def packed_size(metadata: FrameMetadata) -> int:
 def unpack(data: bytes, metadata: FrameMetadata, where: str) -> Mosaic:
     """Pixels of a packed frame.
 
-    Parameters
-    ----------
-    data
-        12 bit: two pixels in three bytes, high bits first. 10 bit: the high eight bits of four
-        pixels, then a byte with their low two bits, first pixel lowest.
-    metadata
-        Of the frame.
-    where
-        Its file, for messages.
-
-    Returns
-    -------
-    Mosaic
-        Shape (rows, columns).
-
-    Raises
-    ------
-    InputError
-        If there are more or fewer bytes than the metadata say.
+    `data`: 12 bit: two pixels in three bytes, high bits first. 10 bit: the high eight bits of four
+    pixels, then a byte with their low two bits, first pixel lowest. Result: shape (rows, columns).
+    Raises `InputError` if there are more or fewer bytes than the metadata say.
     """
     wanted = packed_size(metadata)
     if len(data) != wanted:
@@ -119,27 +103,11 @@ def develop(
 ) -> Image:
     """RGB picture of a mosaic.
 
-    Parameters
-    ----------
-    mosaic
-        Of `unpack`.
-    metadata
-        Of the frame.
-    colour
-        "camera": colours of the sensor. "balanced": with the white balance of the file. "srgb":
-        with its colour matrix too.
-    demosaic
-        How missing colours are interpolated, both by OpenCV: along edges, or bilinear.
-
-    Returns
-    -------
-    Image
-        Shape (rows, columns, 3), uint16, 0 to 65535, in linear light.
-
-    Raises
-    ------
-    InputError
-        If OpenCV is missing, or the file has no colour matrix for "srgb".
+    `mosaic`: of `unpack`. `colour`: "camera": colours of the sensor. "balanced": with the white
+    balance of the file. "srgb": with its colour matrix too. `demosaic`: how missing colours are
+    interpolated, both by OpenCV: along edges, or bilinear. Result: shape (rows, columns, 3),
+    uint16, 0 to 65535, in linear light. Raises `InputError` if OpenCV is missing, or the file has
+    no colour matrix for "srgb".
     """
     if colour == "srgb" and metadata.matrix is None:
         raise InputError("srgb", where="colour", expected="camera or balanced: no matrix is known")

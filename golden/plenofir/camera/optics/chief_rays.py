@@ -31,8 +31,8 @@ class ChiefRays:
     image_slopes
         dy/dz where the rays meet the image plane, z towards the sensor, shape (rays,).
     object_rays
-        The same rays in object space, travelling towards the object: z = 0 at the first vertex
-        V_1U and growing towards the object.
+        The same rays in object space, travelling towards the object: z = 0 at the first vertex V_1U
+        and growing towards the object.
     states
         `RayState` of each ray, shape (rays,); slopes and rays are nan where it is not PASSED.
     """
@@ -56,24 +56,9 @@ def chief_rays(
     method until the real ray arrives at the height, to 1e-12 of it; steps towards rays that are
     lost are halved.
 
-    Parameters
-    ----------
-    system
-        The lens at a wavelength.
-    heights_mm
-        Heights in the image plane (micro lens positions s), mm.
-    image_distance_mm
-        From the last vertex to the image plane, mm.
-
-    Returns
-    -------
-    ChiefRays
-        One for each height.
-
-    Raises
-    ------
-    InputError
-        If the prescription has no stop or a height is not finite.
+    `heights_mm`: heights in the image plane (micro lens positions s), mm. `image_distance_mm`: from
+    the last vertex to the image plane, mm. Raises `InputError` if the prescription has no stop or a
+    height is not finite.
     """
     stop = system.stop_surface
     target = np.atleast_1d(np.asarray(heights_mm, dtype=np.float64)).ravel()
@@ -144,12 +129,8 @@ def _finish_chief_rays(
 class MicroImageCentres:
     """Where real chief rays put the centres of micro images.
 
-    Attributes
-    ----------
-    positions_mm
-        u_c: heights on the sensor in mm, shape (micro lenses,); nan where there is no chief ray.
-    states
-        `RayState` of each chief ray, shape (micro lenses,).
+    `positions_mm`: u_c: heights on the sensor in mm, shape (micro lenses,); nan where there is no
+    chief ray. `states`: `RayState` of each chief ray, shape (micro lenses,).
     """
 
     positions_mm: FloatArray
@@ -166,6 +147,8 @@ def micro_image_centres(
 
     A chief ray goes straight on through the middle of the micro lens and f_s further to the sensor.
 
+    Raises `InputError` if the prescription has no stop.
+
     Parameters
     ----------
     system
@@ -176,16 +159,6 @@ def micro_image_centres(
         From the main lens's last vertex to the micro lenses, mm.
     micro_focal_length_mm
         f_s in mm.
-
-    Returns
-    -------
-    MicroImageCentres
-        One for each micro lens.
-
-    Raises
-    ------
-    InputError
-        If the prescription has no stop.
     """
     positions = np.atleast_1d(np.asarray(micro_lens_positions_mm, dtype=np.float64)).ravel()
     rays = chief_rays(system, positions, image_distance_mm)

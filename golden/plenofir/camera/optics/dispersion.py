@@ -65,20 +65,9 @@ class _Formula(BaseModel):
     def index(self, wavelength_nm: npt.ArrayLike) -> FloatArray:
         """Refractive index.
 
-        Parameters
-        ----------
-        wavelength_nm
-            Wavelengths in nm, any shape.
-
-        Returns
-        -------
-        FloatArray
-            Indices, shape of `wavelength_nm`.
-
-        Raises
-        ------
-        InputError
-            If a wavelength is none of light, or the formula has no real, positive index there.
+        `wavelength_nm`: wavelengths in nm, any shape. Result: indices, shape of `wavelength_nm`.
+        Raises `InputError` if a wavelength is none of light, or the formula has no real, positive
+        index there.
         """
         return self._at(_checked_wavelengths(wavelength_nm))
 
@@ -89,10 +78,7 @@ class _Formula(BaseModel):
 class Constant(_Formula):
     """An index without dispersion.
 
-    Attributes
-    ----------
-    value
-        Refractive index.
+    `value`: refractive index.
     """
 
     value: Annotated[FiniteFloat, Field(gt=0)]
@@ -106,10 +92,7 @@ class Schott(_Formula):
 
     n^2 = G0 + G1 L^2 + G2 L^-2 + G3 L^-4 + G4 L^-6 + G5 L^-8
 
-    Attributes
-    ----------
-    coefficients
-        G0, G1 in um^-2, then G2 ... G5 in um^2 ... um^8.
+    `coefficients`: G0, G1 in um^-2, then G2 ... G5 in um^2 ... um^8.
     """
 
     coefficients: Annotated[
@@ -132,10 +115,7 @@ class Cauchy(_Formula):
 
     n = G0 + G1 / L^2 + G2 / L^4 + ...
 
-    Attributes
-    ----------
-    coefficients
-        G0, then G1 in nm^2, G2 in nm^4 and so on.
+    `coefficients`: G0, then G1 in nm^2, G2 in nm^4 and so on.
     """
 
     coefficients: Annotated[tuple[FiniteFloat, ...], Field(min_length=1)]
@@ -162,16 +142,8 @@ class Cauchy(_Formula):
         arithmetic from the decimal numbers that the coefficients were written as, so the only
         rounding is that of each result to a double.
 
-        Returns
-        -------
-        Schott
-            Coefficients in micrometres.
-
-        Raises
-        ------
-        InputError
-            If there are more than three coefficients, whose square has terms that the Schott
-            formula lacks.
+        Result: coefficients in micrometres. Raises `InputError` if there are more than three
+        coefficients, whose square has terms that the Schott formula lacks.
         """
         if len(self.coefficients) > 3:
             raise InputError(
@@ -193,12 +165,8 @@ class Sellmeier(_Formula):
 
     n^2 = 1 + sum of B_k L^2 / (L^2 - C_k)
 
-    Attributes
-    ----------
-    strengths
-        B_k (the thesis's Upsilon), dimensionless.
-    resonances_um2
-        C_k (the thesis's Lambda) in um^2.
+    `strengths`: B_k (the thesis's Upsilon), dimensionless. `resonances_um2`: C_k (the thesis's
+    Lambda) in um^2.
     """
 
     strengths: Annotated[tuple[FiniteFloat, ...], Field(min_length=1)]
@@ -257,22 +225,9 @@ def naive_sellmeier_index(formula: Sellmeier, wavelength_nm: npt.ArrayLike) -> F
     Loses about as many digits as the terms are larger than their sum: some 6 of 16 for the
     coefficients of thesis Eq. (5.7).
 
-    Parameters
-    ----------
-    formula
-        Coefficients.
-    wavelength_nm
-        Wavelengths in nm, any shape.
-
-    Returns
-    -------
-    FloatArray
-        Indices, shape of `wavelength_nm`.
-
-    Raises
-    ------
-    InputError
-        If a wavelength is not positive or the formula has no real index there.
+    `formula`: coefficients. `wavelength_nm`: wavelengths in nm, any shape. Result: indices, shape
+    of `wavelength_nm`. Raises `InputError` if a wavelength is not positive or the formula has no
+    real index there.
     """
     squared_um = (_checked_wavelengths(wavelength_nm) / _NM_PER_UM) ** 2
     squared_index = np.ones_like(squared_um)

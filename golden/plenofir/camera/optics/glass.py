@@ -37,12 +37,7 @@ _TABLE_TOLERANCE = 1e-3
 class Glass(BaseModel):
     """A medium: its name and its dispersion.
 
-    Attributes
-    ----------
-    name
-        For instance ``"N-SK16"``.
-    dispersion
-        The formula of its index.
+    `name`: for instance ``"N-SK16"``. `dispersion`: the formula of its index.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -72,24 +67,9 @@ def glass_from_abbe(name: str, index_d: float, abbe_number: float) -> Glass:
     (v_d > 40) or 5e-4 (dense flints); from 400 to 700 nm, the most at the blue end, by less than
     7e-4 (v_d > 50), 2e-3 (v_d > 40) or 8e-3.
 
-    Parameters
-    ----------
-    name
-        Name of the glass.
-    index_d
-        n_d at 587.5618 nm, above 1.
-    abbe_number
-        v_d = (n_d - 1) / (n_F - n_C), positive.
-
-    Returns
-    -------
-    Glass
-        With a two-term Cauchy equation.
-
-    Raises
-    ------
-    InputError
-        If the index is not above 1 or the Abbe number is not positive.
+    `index_d`: n_d at 587.5618 nm, above 1. `abbe_number`: v_d = (n_d - 1) / (n_F - n_C), positive.
+    Result: with a two-term Cauchy equation. Raises `InputError` if the index is not above 1 or the
+    Abbe number is not positive.
     """
     if not 1 < index_d < float("inf"):
         raise InputError(f"index {index_d:g}", where=f"glass {name}", expected="an index above 1")
@@ -121,23 +101,9 @@ def read_glass_table(path: Path, formula: Literal["sellmeier", "schott"]) -> dic
     Lines that are empty or start with ``#`` are skipped. n_d is checked against the formula, so
     that a slip in a coefficient does not pass.
 
-    Parameters
-    ----------
-    path
-        CSV file without a header.
-    formula
-        "sellmeier": B_1, B_2, B_3, then C_1, C_2, C_3 in um^2. "schott": G0 ... G5, wavelength in
-        um.
-
-    Returns
-    -------
-    dict
-        Glasses by name.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, or naming the line and field that is wrong.
+    `path`: CSV file without a header. `formula`: "sellmeier": B_1, B_2, B_3, then C_1, C_2, C_3 in
+    um^2. "schott": G0 ... G5, wavelength in um. Result: glasses by name. Raises `InputError` if the
+    file cannot be read, or naming the line and field that is wrong.
     """
     glasses: dict[str, Glass] = {}
     for number, line in enumerate(read_text(path).splitlines(), start=1):

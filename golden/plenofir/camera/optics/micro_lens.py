@@ -61,10 +61,7 @@ class ThickLens(BaseModel):
     def focal_length_mm(self) -> float:
         """f_s in mm.
 
-        Raises
-        ------
-        InputError
-            If the lens has no power.
+        Raises `InputError` if the lens has no power.
         """
         power = self.power_per_mm
         if power == 0:
@@ -77,10 +74,7 @@ class ThickLens(BaseModel):
     def front_principal_plane_mm(self) -> float:
         """H_1s in mm from the front vertex, positive towards the sensor (thesis Eq. 5.11).
 
-        Raises
-        ------
-        InputError
-            If the lens has no power.
+        Raises `InputError` if the lens has no power.
         """
         return self._shift(self.back_curvature_per_mm)
 
@@ -88,10 +82,7 @@ class ThickLens(BaseModel):
     def back_principal_plane_mm(self) -> float:
         """H_2s in mm from the back vertex, positive towards the sensor (thesis Eq. 5.12).
 
-        Raises
-        ------
-        InputError
-            If the lens has no power.
+        Raises `InputError` if the lens has no power.
         """
         return self._shift(self.front_curvature_per_mm)
 
@@ -99,10 +90,7 @@ class ThickLens(BaseModel):
     def principal_plane_separation_mm(self) -> float:
         """From the front to the back principal plane in mm (Eq. 5.13 for either orientation).
 
-        Raises
-        ------
-        InputError
-            If the lens has no power.
+        Raises `InputError` if the lens has no power.
         """
         return self.thickness_mm + self.back_principal_plane_mm - self.front_principal_plane_mm
 
@@ -112,10 +100,7 @@ class ThickLens(BaseModel):
 
         Equals f_s when the plane side faces the object.
 
-        Raises
-        ------
-        InputError
-            If the lens has no power.
+        Raises `InputError` if the lens has no power.
         """
         return self.focal_length_mm + self.back_principal_plane_mm
 
@@ -137,6 +122,9 @@ def plano_convex(
 ) -> ThickLens:
     """A plano-convex micro lens of a given focal length (thesis Eqs. 5.9 and 5.10).
 
+    Result: the other surface is a plane. Raises `InputError` if the focal length, thickness or
+    index is not allowed.
+
     Parameters
     ----------
     focal_length_mm
@@ -147,16 +135,6 @@ def plano_convex(
         Refractive index, positive and not 1.
     curved_side
         "front": towards the object, as in thesis Table 5.1. "back": towards the sensor.
-
-    Returns
-    -------
-    ThickLens
-        The other surface is a plane.
-
-    Raises
-    ------
-    InputError
-        If the focal length, thickness or index is not allowed.
     """
     if not math.isfinite(focal_length_mm) or focal_length_mm == 0:
         raise InputError(

@@ -47,14 +47,9 @@ class CardinalPoints:
 class Pupil:
     """An image of the aperture stop.
 
-    Attributes
-    ----------
-    position_mm
-        Entrance pupil: from the first vertex. Exit pupil: from the last vertex.
-    magnification
-        Height in the pupil for each unit of height in the stop; negative if inverted.
-    semi_diameter_mm
-        Radius of the pupil.
+    `position_mm`: entrance pupil: from the first vertex. Exit pupil: from the last vertex.
+    `magnification`: height in the pupil for each unit of height in the stop; negative if inverted.
+    `semi_diameter_mm`: radius of the pupil.
     """
 
     position_mm: float
@@ -82,15 +77,8 @@ def _departure_from_identity(system: LensSystem) -> FloatArray:
 def transfer_matrix(system: LensSystem) -> FloatArray:
     """Ray transfer matrix from the first to the last vertex.
 
-    Parameters
-    ----------
-    system
-        The lens at a wavelength.
-
-    Returns
-    -------
-    FloatArray
-        [[A, B], [C, D]] on (height in mm, reduced angle), determinant 1; -C is the power in 1/mm.
+    Result: [[A, B], [C, D]] on (height in mm, reduced angle), determinant 1; -C is the power in
+    1/mm.
     """
     return np.eye(2) + _departure_from_identity(system)
 
@@ -98,15 +86,7 @@ def transfer_matrix(system: LensSystem) -> FloatArray:
 def is_afocal(system: LensSystem) -> bool:
     """Whether the lens has no power, up to the rounding errors of its surfaces' powers.
 
-    Parameters
-    ----------
-    system
-        The lens at a wavelength.
-
-    Returns
-    -------
-    bool
-        True for plane plates and telescopes in infinity adjustment.
+    Result: True for plane plates and telescopes in infinity adjustment.
     """
     departure = _departure_from_identity(system)
     powers = np.diff(system.indices) * system.curvatures
@@ -117,20 +97,8 @@ def is_afocal(system: LensSystem) -> bool:
 def cardinal_points(system: LensSystem) -> CardinalPoints:
     """Focal length, focal points and principal planes.
 
-    Parameters
-    ----------
-    system
-        The lens at a wavelength, in air (equal media in front and behind).
-
-    Returns
-    -------
-    CardinalPoints
-        Lengths in mm.
-
-    Raises
-    ------
-    InputError
-        If the lens is afocal.
+    `system`: the lens at a wavelength, in air (equal media in front and behind). Result: lengths in
+    mm. Raises `InputError` if the lens is afocal.
     """
     if is_afocal(system):
         raise InputError(
@@ -154,21 +122,9 @@ def cardinal_points(system: LensSystem) -> CardinalPoints:
 def exit_pupil(system: LensSystem) -> Pupil:
     """The stop's image by the surfaces behind it: where chief rays to the sensor seem to come from.
 
-    Parameters
-    ----------
-    system
-        The lens at a wavelength; with the image plane at a distance b behind the last vertex, the
-        exit pupil distance is d_A' = b - `Pupil.position_mm`.
-
-    Returns
-    -------
-    Pupil
-        Position from the last vertex in mm.
-
-    Raises
-    ------
-    InputError
-        If the prescription has no stop, or the exit pupil is at infinity.
+    `system`: the lens at a wavelength; with the image plane at a distance b behind the last vertex,
+    the exit pupil distance is d_A' = b - `Pupil.position_mm`. Result: position from the last vertex
+    in mm. Raises `InputError` if the prescription has no stop, or the exit pupil is at infinity.
     """
     stop = system.stop_surface
     behind = system.section(stop, len(system.curvatures) - 1)
@@ -188,20 +144,8 @@ def exit_pupil(system: LensSystem) -> Pupil:
 def entrance_pupil(system: LensSystem) -> Pupil:
     """The stop's image by the surfaces in front of it, seen from the object.
 
-    Parameters
-    ----------
-    system
-        The lens at a wavelength.
-
-    Returns
-    -------
-    Pupil
-        Position from the first vertex in mm, positive behind it.
-
-    Raises
-    ------
-    InputError
-        If the prescription has no stop, or the entrance pupil is at infinity.
+    Result: position from the first vertex in mm, positive behind it. Raises `InputError` if the
+    prescription has no stop, or the entrance pupil is at infinity.
     """
     # Up to its vertex only: what the stop surface itself refracts is behind the entrance pupil.
     stop = system.stop_surface
@@ -224,25 +168,11 @@ def paraxial_properties(
 ) -> dict[str, float | None]:
     """What the ray model needs to know of a main lens, by name.
 
-    Parameters
-    ----------
-    prescription
-        The lens.
-    wavelength_nm
-        Wavelength in nm.
-
-    Returns
-    -------
-    dict
-        Lengths in mm: the fields of `CardinalPoints`; ``entrance_pupil_mm`` from V_1U and
-        ``exit_pupil_mm`` from V_2U; ``exit_pupil_distance_mm`` and ``aperture_stop_distance_mm``,
-        d_A' and d_A at infinity focus. None where there is no number: for an afocal lens, without a
-        stop, or for a pupil at infinity.
-
-    Raises
-    ------
-    InputError
-        If the wavelength is not positive, or a glass has no index there.
+    Result: lengths in mm: the fields of `CardinalPoints`; ``entrance_pupil_mm`` from V_1U and
+    ``exit_pupil_mm`` from V_2U; ``exit_pupil_distance_mm`` and ``aperture_stop_distance_mm``, d_A'
+    and d_A at infinity focus. None where there is no number: for an afocal lens, without a stop, or
+    for a pupil at infinity. Raises `InputError` if the wavelength is not positive, or a glass has
+    no index there.
     """
     system = prescription.at(wavelength_nm)
     properties: dict[str, float | None] = {field.name: None for field in fields(CardinalPoints)}

@@ -72,10 +72,6 @@ class LensSystem:
 
     Attributes
     ----------
-    name
-        Name of the lens.
-    wavelength_nm
-        Wavelength in nm.
     curvatures
         Shape (surfaces,), 1/mm.
     gaps
@@ -114,10 +110,7 @@ class LensSystem:
     def stop_surface(self) -> int:
         """Number of the stop surface, from 0.
 
-        Raises
-        ------
-        InputError
-            If the prescription has no stop.
+        Raises `InputError` if the prescription has no stop.
         """
         if self.stop is None:
             raise InputError(
@@ -130,10 +123,7 @@ class LensSystem:
     def reversed(self) -> "LensSystem":
         """The lens seen from the sensor: surface order and signs of curvature turned round.
 
-        Returns
-        -------
-        LensSystem
-            With its first vertex at what was the last. It has no stated image distance (0).
+        Result: with its first vertex at what was the last. It has no stated image distance (0).
         """
         return LensSystem(
             name=self.name,
@@ -149,15 +139,7 @@ class LensSystem:
     def section(self, first: int, last: int) -> "LensSystem":
         """A run of surfaces.
 
-        Parameters
-        ----------
-        first, last
-            Numbers of the first and the last surface, from 0, both included.
-
-        Returns
-        -------
-        LensSystem
-            The surfaces and the media around them.
+        `first`, `last`: numbers of the first and the last surface, from 0, both included.
         """
         count = len(self.curvatures)
         if not 0 <= first <= last < count:
@@ -178,12 +160,7 @@ class LensSystem:
 class Prescription(BaseModel):
     """A lens in air, surface by surface.
 
-    Attributes
-    ----------
-    name
-        Name of the lens.
-    surfaces
-        From the object side; one at most is the stop, and behind the last one is air.
+    `surfaces`: from the object side; one at most is the stop, and behind the last one is air.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -202,20 +179,7 @@ class Prescription(BaseModel):
     def at(self, wavelength_nm: float) -> LensSystem:
         """The lens as numbers at a wavelength.
 
-        Parameters
-        ----------
-        wavelength_nm
-            Wavelength in nm.
-
-        Returns
-        -------
-        LensSystem
-            In air.
-
-        Raises
-        ------
-        InputError
-            If the wavelength is not positive, or a glass has no index there.
+        Raises `InputError` if the wavelength is not positive, or a glass has no index there.
         """
         stops = [number for number, surface in enumerate(self.surfaces) if surface.stop]
         glasses = [AIR, *(surface.glass for surface in self.surfaces)]
@@ -233,20 +197,7 @@ class Prescription(BaseModel):
     def scaled(self, factor: float) -> "Prescription":
         """The lens with every length multiplied.
 
-        Parameters
-        ----------
-        factor
-            Positive.
-
-        Returns
-        -------
-        Prescription
-            The scaled lens.
-
-        Raises
-        ------
-        InputError
-            If the factor is not positive.
+        Raises `InputError` if the factor is not positive.
         """
         if not 0 < factor < math.inf:
             raise InputError(f"{factor:g}", where="factor", expected="a positive number")
@@ -278,20 +229,8 @@ def read_prescription(path: Path) -> Prescription:
     otherwise the row's own index and Abbe number hold (see `glass_from_abbe`), or the index alone,
     without dispersion, where the Abbe number is left out.
 
-    Parameters
-    ----------
-    path
-        CSV file in UTF-8.
-
-    Returns
-    -------
-    Prescription
-        Named after the file, without its ending.
-
-    Raises
-    ------
-    InputError
-        Naming file, line and field, and what is allowed.
+    Result: named after the file, without its ending. Raises `InputError` naming file, line and
+    field, and what is allowed.
     """
     lines = [
         (number, line)
@@ -405,10 +344,7 @@ def _glass(row: dict[str, str], *, where: str) -> Glass:
 def shipped_lenses() -> list[str]:
     """Names of the prescriptions that the package ships.
 
-    Returns
-    -------
-    list of str
-        In alphabetical order.
+    Result: in alphabetical order.
     """
     return sorted(
         path.stem for path in LENS_DATA.glob("*.csv") if not path.stem.startswith("glasses_")
@@ -418,20 +354,8 @@ def shipped_lenses() -> list[str]:
 def load_prescription(name_or_path: str | Path) -> Prescription:
     """A shipped lens by its name, or a prescription file.
 
-    Parameters
-    ----------
-    name_or_path
-        One of `shipped_lenses`, or the path of a CSV file.
-
-    Returns
-    -------
-    Prescription
-        The lens.
-
-    Raises
-    ------
-    InputError
-        If there is neither such a lens nor such a file, or the file is wrong.
+    `name_or_path`: one of `shipped_lenses`, or the path of a CSV file. Raises `InputError` if there
+    is neither such a lens nor such a file, or the file is wrong.
     """
     if str(name_or_path) in shipped_lenses():
         return read_prescription(LENS_DATA / f"{name_or_path}.csv")

@@ -42,12 +42,8 @@ class RayState(IntEnum):
 class Rays:
     """A bundle of rays.
 
-    Attributes
-    ----------
-    points
-        A point on each ray, (x, y, z) in mm, shape (rays, 3).
-    directions
-        Unit vectors, shape (rays, 3).
+    `points`: a point on each ray, (x, y, z) in mm, shape (rays, 3). `directions`: unit vectors,
+    shape (rays, 3).
     """
 
     points: FloatArray
@@ -61,15 +57,8 @@ class Rays:
     def at(self, z_mm: npt.ArrayLike) -> FloatArray:
         """Points of the rays in planes across the axis.
 
-        Parameters
-        ----------
-        z_mm
-            Position of the plane in mm, one or one for each ray.
-
-        Returns
-        -------
-        FloatArray
-            (x, y) in mm, shape (rays, 2).
+        `z_mm`: position of the plane in mm, one or one for each ray. Result: (x, y) in mm, shape
+        (rays, 2).
         """
         advance = np.asarray(z_mm, dtype=np.float64) - self.points[:, 2]
         return self.points[:, :2] + advance[:, np.newaxis] * self.slopes
@@ -109,19 +98,8 @@ def meridional_rays(
 ) -> Rays:
     """Rays in the y-z plane.
 
-    Parameters
-    ----------
-    heights_mm
-        y in mm.
-    slopes
-        dy/dz.
-    z_mm
-        Where the heights are, in mm.
-
-    Returns
-    -------
-    Rays
-        Arguments broadcast together, one ray for each element.
+    `heights_mm`: y in mm. `slopes`: dy/dz. `z_mm`: where the heights are, in mm. Result: arguments
+    broadcast together, one ray for each element.
     """
     y, m, z = np.broadcast_arrays(
         *(np.atleast_1d(np.asarray(v, dtype=np.float64)) for v in (heights_mm, slopes, z_mm))
@@ -143,19 +121,8 @@ def trace(system: LensSystem, rays: Rays, *, clip: bool = False) -> Trace:
     numbers and holds for planes; refraction is Snell's law in vectors, and likewise free of
     differences that cancel.
 
-    Parameters
-    ----------
-    system
-        The lens at a wavelength.
-    rays
-        Rays towards positive z in the first medium, origin at the first vertex.
-    clip
-        Whether rays outside a surface's clear semi aperture are lost.
-
-    Returns
-    -------
-    Trace
-        Points, outgoing rays and states.
+    `rays`: rays towards positive z in the first medium, origin at the first vertex. `clip`: whether
+    rays outside a surface's clear semi aperture are lost.
     """
     points = np.array(rays.points, dtype=np.float64)
     directions = np.array(rays.directions, dtype=np.float64)
@@ -233,8 +200,8 @@ class Meetings:
     Attributes
     ----------
     points
-        Half-way between the points where the two rays come closest, in mm, shape (pairs, 3);
-        nan where they are parallel or one of the rays was lost.
+        Half-way between the points where the two rays come closest, in mm, shape (pairs, 3); nan
+        where they are parallel or one of the rays was lost.
     gaps_mm
         Distance between these points, 0 for rays in one plane, shape (pairs,).
     parallel
@@ -260,15 +227,8 @@ class Meetings:
 def intersect(first: Rays, second: Rays) -> Meetings:
     """Intersect rays pair by pair.
 
-    Parameters
-    ----------
-    first, second
-        As many rays each; rays with nan count as lost.
-
-    Returns
-    -------
-    Meetings
-        In the frame of the rays.
+    `first`, `second`: as many rays each; rays with nan count as lost. Result: in the frame of the
+    rays.
     """
     p1, d1, p2, d2 = first.points, first.directions, second.points, second.directions
     lost = ~np.all(np.isfinite(np.concatenate([p1, d1, p2, d2], axis=1)), axis=1)
@@ -298,6 +258,10 @@ def trace_to_object(
 ) -> Trace:
     """Trace meridional rays from the micro lenses through the main lens into object space.
 
+    Result: in the frame of the reversed lens: z = 0 at the vertex next to the sensor, growing
+    towards the object, so the micro lenses are at z = -`image_distance_mm`. Surfaces are counted
+    from the sensor.
+
     Parameters
     ----------
     system
@@ -310,13 +274,6 @@ def trace_to_object(
         From the micro lenses to the lens's last vertex, mm.
     clip
         Whether rays outside a clear aperture are lost.
-
-    Returns
-    -------
-    Trace
-        In the frame of the reversed lens: z = 0 at the vertex next to the sensor, growing
-        towards the object, so the micro lenses are at z = -`image_distance_mm`. Surfaces
-        are counted from the sensor.
     """
     return trace(
         system.reversed(), meridional_rays(heights_mm, slopes, -image_distance_mm), clip=clip
@@ -327,14 +284,10 @@ def trace_to_object(
 class RefocusedPlanes:
     """Distances at which pairs of rays from the sensor meet in object space.
 
-    Attributes
-    ----------
-    distances_mm
-        d_a: from the micro lenses to the meeting point along the axis, mm, shape (pairs,); nan
-        where `meetings` names the pair parallel or lost. Where it names the pair behind, the rays
-        meet only when they are drawn backwards, and the distance is that of no real plane.
-    meetings
-        The meeting points and their states, in the frame of `trace_to_object`.
+    `distances_mm`: d_a: from the micro lenses to the meeting point along the axis, mm, shape
+    (pairs,); nan where `meetings` names the pair parallel or lost. Where it names the pair behind,
+    the rays meet only when they are drawn backwards, and the distance is that of no real plane.
+    `meetings`: the meeting points and their states, in the frame of `trace_to_object`.
     """
 
     distances_mm: FloatArray
@@ -361,11 +314,6 @@ def refocused_planes(
         From the micro lenses to the lens's last vertex, mm.
     clip
         Whether rays outside a clear aperture are lost.
-
-    Returns
-    -------
-    RefocusedPlanes
-        Distances and states.
     """
     traced = [
         trace_to_object(system, heights, slopes, image_distance_mm, clip=clip)

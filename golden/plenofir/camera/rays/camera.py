@@ -28,12 +28,7 @@ class _Part(BaseModel):
 class MicroLensArray(_Part):
     """Micro lenses at one focal length from the sensor.
 
-    Attributes
-    ----------
-    focal_length_mm
-        f_s.
-    pitch_mm
-        p_M, distance between neighbouring micro lenses.
+    `focal_length_mm`: f_s. `pitch_mm`: p_M, distance between neighbouring micro lenses.
     """
 
     focal_length_mm: Length
@@ -71,12 +66,7 @@ class MainLens(_Part):
 class Sensor(_Part):
     """Image sensor.
 
-    Attributes
-    ----------
-    pixel_pitch_mm
-        p_p.
-    columns, rows
-        Number of pixels, if known.
+    `pixel_pitch_mm`: p_p. `columns`, `rows`: number of pixels, if known.
     """
 
     pixel_pitch_mm: Length
@@ -85,17 +75,7 @@ class Sensor(_Part):
 
 
 class Camera(_Part):
-    """A standard plenoptic camera.
-
-    Attributes
-    ----------
-    name
-        Short name.
-    title
-        Description in a line.
-    main_lens, micro_lenses, sensor
-        Its parts.
-    """
+    """A standard plenoptic camera."""
 
     name: Annotated[str, Field(min_length=1)]
     title: str = ""
@@ -106,15 +86,8 @@ class Camera(_Part):
     def reversed(self) -> "Camera":
         """The camera with its main lens the other way round: the exit is the entrance pupil then.
 
-        Returns
-        -------
-        Camera
-            By Newton's equation the pupils' distances from the focal points multiply to f_U^2.
-
-        Raises
-        ------
-        InputError
-            If that is no number.
+        Result: by Newton's equation the pupils' distances from the focal points multiply to f_U^2.
+        Raises `InputError` if that is no number.
         """
         lens = self.main_lens
         shrunk = lens.exit_pupil_mm / lens.focal_length_mm
@@ -134,33 +107,15 @@ class Camera(_Part):
 
 
 def camera_names() -> list[str]:
-    """Names of the shipped cameras.
-
-    Returns
-    -------
-    list of str
-        Names that `load_camera` takes.
-    """
+    """Names of the shipped cameras."""
     return sorted(path.stem for path in CAMERAS.glob("*.toml"))
 
 
 def load_camera(source: str | Path) -> Camera:
     """Load a shipped camera by name, or any camera from a file.
 
-    Parameters
-    ----------
-    source
-        Name (`camera_names`) or path of a TOML file.
-
-    Returns
-    -------
-    Camera
-        The camera.
-
-    Raises
-    ------
-    InputError
-        If there is no such camera, or the file is not valid: field, value and what is allowed.
+    `source`: name (`camera_names`) or path of a TOML file. Raises `InputError` if there is no such
+    camera, or the file is not valid: field, value and what is allowed.
     """
     shipped = CAMERAS / f"{source}.toml"
     path = shipped if str(source) in camera_names() else Path(source)

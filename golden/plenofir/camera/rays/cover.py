@@ -16,12 +16,7 @@ from plenofir.ground.errors import InputError
 class Slice:
     """One refocused slice.
 
-    Attributes
-    ----------
-    a
-        Focus setting.
-    near_mm, far_mm
-        Depth of field; inf where it reaches infinity.
+    `near_mm`, `far_mm`: depth of field; inf where it reaches infinity.
     """
 
     a: Fraction
@@ -33,12 +28,8 @@ class Slice:
 class Cover:
     """Slices, and the parts of the range that none of them covers.
 
-    Attributes
-    ----------
-    slices
-        From far to near.
-    gaps
-        (near, far) in mm of each uncovered part of the range, from far to near.
+    `slices`: from far to near. `gaps`: (near, far) in mm of each uncovered part of the range, from
+    far to near.
     """
 
     slices: tuple[Slice, ...]
@@ -48,17 +39,7 @@ class Cover:
 def depth_of_field(model: RayModel, a: Fraction) -> Slice | None:
     """Depth of field of a slice in front of the lens.
 
-    Parameters
-    ----------
-    model
-        The focused camera.
-    a
-        Focus setting.
-
-    Returns
-    -------
-    Slice or None
-        None if no real distance is in focus.
+    Result: None if no real distance is in focus.
     """
     near, far = model.near_border(float(a)), model.far_border(float(a))
     if near.state() in (State.INFINITY, State.BEYOND_INFINITY):
@@ -74,17 +55,8 @@ def gaps_between(
 ) -> tuple[tuple[float, float], ...]:
     """Find the parts of a range that no slice covers.
 
-    Parameters
-    ----------
-    slices
-        Slices in any order.
-    near_mm, far_mm
-        The range.
-
-    Returns
-    -------
-    tuple
-        (near, far) of each gap, from far to near.
+    `slices`: slices in any order. `near_mm`, `far_mm`: the range. Result: (near, far) of each gap,
+    from far to near.
     """
     gaps = []
     covered_down_to = far_mm
@@ -107,24 +79,8 @@ def covering_slices(
     From the far end on, each slice is the nearest-focused one whose depth of field still reaches
     what is not covered yet. Behind a gap that the grid leaves it goes on with the next slice.
 
-    Parameters
-    ----------
-    model
-        The focused camera.
-    near_mm, far_mm
-        Range of distances from the micro lenses; far may be inf.
-    step
-        Grid of focus settings; 1/M if None.
-
-    Returns
-    -------
-    Cover
-        Slices and remaining gaps.
-
-    Raises
-    ------
-    InputError
-        If the range is empty.
+    `near_mm`, `far_mm`: range of distances from the micro lenses; far may be inf. `step`: grid of
+    focus settings; 1/M if None. Raises `InputError` if the range is empty.
     """
     if not near_mm < far_mm or not near_mm > 0 or np.isnan(near_mm + far_mm):
         raise InputError(

@@ -16,19 +16,7 @@ def airy_radius(
 ) -> Values:
     """Radius of the central disc of an Airy pattern (Eq. 3.35), the Rayleigh limit.
 
-    Parameters
-    ----------
-    wavelength_mm
-        Wavelength.
-    focal_length_mm
-        Focal length f.
-    aperture_mm
-        Diameter A of the aperture.
-
-    Returns
-    -------
-    Values
-        1.22 f lambda / A in mm.
+    `aperture_mm`: diameter A of the aperture. Result: 1.22 f lambda / A in mm.
     """
     wavelength, f = np.asarray(wavelength_mm, float), np.asarray(focal_length_mm, float)
     return np.asarray(1.22 * f * wavelength / np.asarray(aperture_mm, float))
@@ -37,17 +25,7 @@ def airy_radius(
 def abbe_limit(wavelength_mm: npt.ArrayLike, numerical_aperture: npt.ArrayLike) -> Values:
     """Smallest resolvable image point (Eq. 2.8).
 
-    Parameters
-    ----------
-    wavelength_mm
-        Wavelength.
-    numerical_aperture
-        n sin(theta_max).
-
-    Returns
-    -------
-    Values
-        lambda / (2 NA) in mm.
+    `numerical_aperture`: n sin(theta_max). Result: lambda / (2 NA) in mm.
     """
     return np.asarray(
         np.asarray(wavelength_mm, float) / (2 * np.asarray(numerical_aperture, float))
@@ -57,18 +35,8 @@ def abbe_limit(wavelength_mm: npt.ArrayLike, numerical_aperture: npt.ArrayLike) 
 def rayleigh_limit(camera: Camera, wavelength_mm: float = WAVELENGTH_MM) -> float:
     """Rayleigh limit of a camera's micro lenses on its sensor (Eq. 3.35, section 3.3.2).
 
-    Parameters
-    ----------
-    camera
-        The camera.
-    wavelength_mm
-        Wavelength.
-
-    Returns
-    -------
-    float
-        Airy radius of a micro lens in mm, its whole pitch open. Where pixels are smaller,
-        diffraction and not the pixel decides about the depth of field.
+    Result: Airy radius of a micro lens in mm, its whole pitch open. Where pixels are smaller,
+    diffraction and not the pixel decides about the depth of field.
     """
     array = camera.micro_lenses
     return float(airy_radius(wavelength_mm, array.focal_length_mm, array.pitch_mm))
@@ -77,15 +45,7 @@ def rayleigh_limit(camera: Camera, wavelength_mm: float = WAVELENGTH_MM) -> floa
 def diffraction_note(camera: Camera) -> str:
     """Say if pixels are smaller than the Rayleigh limit.
 
-    Parameters
-    ----------
-    camera
-        The camera.
-
-    Returns
-    -------
-    str
-        A line, empty where they are not.
+    Result: a line, empty where they are not.
     """
     pixel, limit = camera.sensor.pixel_pitch_mm, rayleigh_limit(camera)
     if pixel >= limit:

@@ -44,31 +44,15 @@ REAL, INFINITY, BEYOND, INSIDE = range(len(STATES))
 class Distances:
     """Distances of planes from the micro lenses.
 
-    Attributes
-    ----------
-    mm
-        Distance in mm; nan for planes at and beyond infinity. Planes inside the lens have the
-        number at which their rays would meet.
-    states
-        Indices into `STATES`, same shape.
+    `mm`: distance in mm; nan for planes at and beyond infinity. Planes inside the lens have the
+    number at which their rays would meet. `states`: indices into `STATES`, same shape.
     """
 
     mm: Values
     states: States
 
     def state(self, *index: int) -> State:
-        """State of one plane.
-
-        Parameters
-        ----------
-        *index
-            Its index.
-
-        Returns
-        -------
-        State
-            The state.
-        """
+        """State of one plane."""
         return STATES[int(self.states[index])]
 
 
@@ -76,12 +60,7 @@ class Distances:
 class Planes:
     """Refocused planes with their depths of field.
 
-    Attributes
-    ----------
-    a
-        Focus settings.
-    centre, near, far
-        Distances of the planes and of the borders of their depths of field.
+    `centre`, `near`, `far`: distances of the planes and of the borders of their depths of field.
     """
 
     a: Values
@@ -98,24 +77,9 @@ def lens_extension(
     With S = d_f - H1H2 and T = S - 2 f_U, e is the smaller root of e^2 - T e + f_U^2 = 0:
     e = 2 f_U^2 / (T + sqrt(S (S - 4 f_U))). S = 4 f_U is imaging at 1:1; nearer there is no image.
 
-    Parameters
-    ----------
-    focal_length_mm
-        f_U.
-    principal_plane_separation_mm
-        H1H2.
-    focus_mm
-        d_f from the micro lenses to the focused plane; inf is allowed.
-
-    Returns
-    -------
-    Decimal
-        e in mm to about sixty digits, 0 for infinity.
-
-    Raises
-    ------
-    InputError
-        If no real image exists at that distance.
+    `focal_length_mm`: f_U. `principal_plane_separation_mm`: H1H2. `focus_mm`: d_f from the micro
+    lenses to the focused plane; inf is allowed. Result: e in mm to about sixty digits, 0 for
+    infinity. Raises `InputError` if no real image exists at that distance.
     """
     if focus_mm == inf:
         return Decimal(0)

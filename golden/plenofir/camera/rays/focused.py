@@ -35,24 +35,8 @@ class FocusedCamera:
     def focused(cls, camera: Camera, focus_mm: float, micro_image_size: int) -> Self:
         """Focus a camera on a plane.
 
-        Parameters
-        ----------
-        camera
-            The camera.
-        focus_mm
-            d_f from the micro lenses to the plane; inf is allowed.
-        micro_image_size
-            M, 2 or more.
-
-        Returns
-        -------
-        RayModel
-            The model.
-
-        Raises
-        ------
-        InputError
-            If M or the focus is not possible.
+        `focus_mm`: d_f from the micro lenses to the plane; inf is allowed. `micro_image_size`: M, 2
+        or more. Raises `InputError` if M or the focus is not possible.
         """
         lens = camera.main_lens
         f, separation = lens.focal_length_mm, lens.principal_plane_separation_mm
@@ -87,15 +71,8 @@ class FocusedCamera:
     def micro_lens_position(self, j: npt.ArrayLike) -> Values:
         """Positions s_j of micro lenses, counted from the optical axis (Eq. 3.19).
 
-        Parameters
-        ----------
-        j
-            Index relative to the central micro lens (j - o of the text), any shape.
-
-        Returns
-        -------
-        Values
-            mm, same shape.
+        `j`: index relative to the central micro lens (j - o of the text), any shape. Result: mm,
+        same shape.
         """
         return np.asarray(j, dtype=np.float64) * self.camera.micro_lenses.pitch_mm
 
@@ -104,24 +81,10 @@ class FocusedCamera:
     ) -> Values:
         """Micro image centres (Eqs. 3.21, 3.22, 5.17, 5.18).
 
-        Parameters
-        ----------
-        position_mm
-            Positions s_j of micro lenses, any shape.
-        origin
-            Where their chief rays come from: the exit pupil (5.18), the principal plane (5.17),
-            the aperture stop (5.18 with d_A, for Tables 5.3 and 5.4) or infinitely far (the ideal
-            model).
-
-        Returns
-        -------
-        Values
-            u_c,j in mm, same shape.
-
-        Raises
-        ------
-        InputError
-            If the place of the aperture stop is asked for and not known.
+        `position_mm`: positions s_j of micro lenses, any shape. `origin`: where their chief rays
+        come from: the exit pupil (5.18), the principal plane (5.17), the aperture stop (5.18 with
+        d_A, for Tables 5.3 and 5.4) or infinitely far (the ideal model). Result: u_c,j in mm, same
+        shape. Raises `InputError` if the place of the aperture stop is asked for and not known.
         """
         s = np.asarray(position_mm, dtype=np.float64)
         if origin == "ideal":
@@ -143,17 +106,8 @@ class FocusedCamera:
     def chief_ray_slope(self, i: npt.ArrayLike, position_mm: npt.ArrayLike) -> Values:
         """Slopes of chief rays between micro lenses and main lens (Eq. 3.24).
 
-        Parameters
-        ----------
-        i
-            Pixel of the micro image, counted from its centre; fractions are allowed.
-        position_mm
-            Positions s_j of micro lenses, broadcast with `i`.
-
-        Returns
-        -------
-        Values
-            m_c+i,j.
+        `i`: pixel of the micro image, counted from its centre; fractions are allowed.
+        `position_mm`: positions s_j of micro lenses, broadcast with `i`. Result: m_c+i,j.
         """
         s = np.asarray(position_mm, dtype=np.float64)
         return -s / self.exit_pupil_mm - np.asarray(i, dtype=np.float64) * self.pixel_slope
@@ -161,15 +115,8 @@ class FocusedCamera:
     def object_ray(self, i: npt.ArrayLike, position_mm: npt.ArrayLike) -> tuple[Values, Values]:
         """Chief rays in object space (Eqs. 3.25-3.28).
 
-        Parameters
-        ----------
-        i, position_mm
-            As in `chief_ray_slope`.
-
-        Returns
-        -------
-        tuple of Values
-            Slope q and height U at the object-side principal plane: height(z) = q z + U.
+        `i`, `position_mm`: as in `chief_ray_slope`. Result: slope q and height U at the object-side
+        principal plane: height(z) = q z + U.
         """
         s = np.asarray(position_mm, dtype=np.float64)
         slope = self.chief_ray_slope(i, s)

@@ -32,19 +32,8 @@ def _pair(model: RayModel, a: Values, border: int) -> tuple[Values, Values, Valu
 def image_side_distance(model: RayModel, a: npt.ArrayLike, border: int = 0) -> Values:
     """Distance by intersection behind the micro lenses (Eqs. 3.31-3.34, 3.39-3.43).
 
-    Parameters
-    ----------
-    model
-        The focused camera.
-    a
-        Focus settings, any shape.
-    border
-        1 for the near border of the depth of field, 0 for the plane, -1 for the far border.
-
-    Returns
-    -------
-    Values
-        d_a from the micro lenses in mm, same shape.
+    `a`: focus settings, any shape. `border`: 1 for the near border of the depth of field, 0 for the
+    plane, -1 for the far border. Result: d_a from the micro lenses in mm, same shape.
     """
     slope1, height1, slope2, height2 = _pair(model, np.asarray(a, dtype=np.float64), border)
     lens = model.camera.main_lens
@@ -83,19 +72,9 @@ def iterated_image_distance(
 ) -> tuple[float, int]:
     """Image distance b_U by the text's fixed-point iteration of Eq. (5.16).
 
-    Parameters
-    ----------
-    focal_length_mm, principal_plane_separation_mm, focus_mm
-        f_U, H1H2, d_f.
-    tolerance
-        Relative change at which it stops.
-    limit
-        Largest number of steps.
-
-    Returns
-    -------
-    tuple of float and int
-        b_U in mm and the number of steps; the limit where it has not settled.
+    `focal_length_mm`, `principal_plane_separation_mm`, `focus_mm`: f_U, H1H2, d_f. `tolerance`:
+    relative change at which it stops. `limit`: largest number of steps. Result: b_U in mm and the
+    number of steps; the limit where it has not settled.
     """
     if focus_mm == inf:
         return focal_length_mm, 0

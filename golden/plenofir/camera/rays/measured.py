@@ -58,25 +58,10 @@ class MeasuredPupil:
 def measure_pupil(model: RayModel, pitch_px: float, error_px: float) -> MeasuredPupil:
     """Measure the distance of the exit pupil by the pitch of the micro images.
 
-    Parameters
-    ----------
-    model
-        The camera as it was focused. For a white image that was taken with the main lens reversed,
-        that of `Camera.reversed`; the result is the entrance pupil then.
-    pitch_px
-        Distance of neighbouring micro images in pixels.
-    error_px
-        Its standard error.
-
-    Returns
-    -------
-    MeasuredPupil
-        Beside what the camera's data say.
-
-    Raises
-    ------
-    InputError
-        If the white image cannot be that camera's.
+    `model`: the camera as it was focused. For a white image that was taken with the main lens
+    reversed, that of `Camera.reversed`; the result is the entrance pupil then. `pitch_px`: distance
+    of neighbouring micro images in pixels. `error_px`: its standard error. Result: beside what the
+    camera's data say. Raises `InputError` if the white image cannot be that camera's.
     """
     array, pixel = model.camera.micro_lenses, model.camera.sensor.pixel_pitch_mm
     predicted = model.exit_pupil_mm
@@ -111,17 +96,9 @@ def measured_focal_length(
 
     The pupils are images of each other, so their distances from the focal points multiply to f_U^2.
 
-    Parameters
-    ----------
-    model, pupil
-        The camera, and its exit pupil as measured.
-    reversed_model, reversed_pupil
-        The same with the main lens reversed: its entrance pupil.
-
-    Returns
-    -------
-    tuple of float
-        f_U and its standard error in mm; nan where the pupils cannot belong to one lens.
+    `model`, `pupil`: the camera, and its exit pupil as measured. `reversed_model`,
+    `reversed_pupil`: the same with the main lens reversed: its entrance pupil. Result: f_U and its
+    standard error in mm; nan where the pupils cannot belong to one lens.
     """
     exit_mm = pupil.distance_mm - model.extension_mm
     entrance_mm = reversed_pupil.distance_mm - reversed_model.extension_mm
@@ -135,18 +112,9 @@ def measured_focal_length(
 def extension_of_infinity(camera: Camera, a: float) -> float:
     """Extension of a main lens that has infinity in slice a.
 
-    Parameters
-    ----------
-    camera
-        The camera.
-    a
-        Slice in which infinity is sharp (`RayModel.focus_setting` of infinity).
-
-    Returns
-    -------
-    float
-        e = b_U - f_U in mm: positive where the main lens is too far from the micro lenses, focused
-        nearer than infinity. nan where no extension has infinity there.
+    `a`: slice in which infinity is sharp (`RayModel.focus_setting` of infinity). Result: e = b_U -
+    f_U in mm: positive where the main lens is too far from the micro lenses, focused nearer than
+    infinity. nan where no extension has infinity there.
     """
     # d' = e of plane a, with d_A' = P + e: kappa e^2 + kappa P e + a p_M P = 0.
     slope = camera.sensor.pixel_pitch_mm / camera.micro_lenses.focal_length_mm

@@ -46,19 +46,8 @@ class RayModel(VirtualCameras):
 
     `RayModel.focused` makes one from a focus distance.
 
-    Attributes
-    ----------
-    camera
-        The camera.
-    extension
-        e = b_U - f_U in mm, 0 for infinity focus.
-    micro_image_size
-        M, 2 or more.
-
-    Raises
-    ------
-    InputError
-        If M is not possible.
+    `extension`: e = b_U - f_U in mm, 0 for infinity focus. `micro_image_size`: M, 2 or more. Raises
+    `InputError` if M is not possible.
     """
 
     @cached_property
@@ -126,15 +115,7 @@ class RayModel(VirtualCameras):
     def distance(self, a: npt.ArrayLike) -> Distances:
         """Distances of refocused planes from the micro lenses (Eqs. 3.29-3.34).
 
-        Parameters
-        ----------
-        a
-            Focus settings, any shape.
-
-        Returns
-        -------
-        Distances
-            Same shape.
+        `a`: focus settings, any shape. Result: same shape.
         """
         return self._distances(a, 0)
 
@@ -149,15 +130,7 @@ class RayModel(VirtualCameras):
     def planes(self, a: npt.ArrayLike) -> Planes:
         """Refocused planes with their depths of field.
 
-        Parameters
-        ----------
-        a
-            Focus settings, any shape.
-
-        Returns
-        -------
-        Planes
-            Same shape.
+        `a`: focus settings, any shape. Result: same shape.
         """
         values = np.asarray(a, dtype=np.float64)
         return Planes(values, *(self._distances(values, k) for k in (0, 1, -1)))
@@ -167,17 +140,9 @@ class RayModel(VirtualCameras):
     ) -> Values:
         """Focus setting a of the plane at a distance: the inverse of `distance`.
 
-        Parameters
-        ----------
-        distance_mm
-            Distances from the micro lenses, any shape; inf is allowed.
-        border
-            Which of a plane's distances is meant: its own, or a border of its depth of field.
-
-        Returns
-        -------
-        Values
-            a, same shape.
+        `distance_mm`: distances from the micro lenses, any shape; inf is allowed. `border`: which
+        of a plane's distances is meant: its own, or a border of its depth of field. Result: a, same
+        shape.
         """
         top, bottom = self._lines[{"centre": 0, "near": 1, "far": -1}[border]]
         distance = np.asarray(distance_mm, dtype=np.float64)
@@ -197,16 +162,8 @@ class RayModel(VirtualCameras):
     def alpha(self, a: npt.ArrayLike) -> Values:
         """Refocusing parameter alpha of Ng (Eqs. 2.10 to 2.17): image distance b_U' over b_U.
 
-        Parameters
-        ----------
-        a
-            Focus settings, any shape.
-
-        Returns
-        -------
-        Values
-            alpha, same shape: 1 for a = 0, below 1 for planes beyond the focused one; inf where
-            the rays behind the micro lenses are parallel.
+        `a`: focus settings, any shape. Result: alpha, same shape: 1 for a = 0, below 1 for planes
+        beyond the focused one; inf where the rays behind the micro lenses are parallel.
         """
         shift = np.asarray(a, dtype=np.float64) * self.camera.micro_lenses.pitch_mm
         with np.errstate(divide="ignore", over="ignore"):
@@ -217,20 +174,8 @@ class RayModel(VirtualCameras):
     def focus_setting_of_alpha(self, alpha: npt.ArrayLike) -> Values:
         """Focus setting a of Ng's parameter: the inverse of `alpha`.
 
-        Parameters
-        ----------
-        alpha
-            Image distance over b_U, any shape; inf is allowed.
-
-        Returns
-        -------
-        Values
-            a, same shape.
-
-        Raises
-        ------
-        InputError
-            If an alpha is not a number, or its image plane lies in the exit pupil.
+        `alpha`: image distance over b_U, any shape; inf is allowed. Result: a, same shape. Raises
+        `InputError` if an alpha is not a number, or its image plane lies in the exit pupil.
         """
         behind = (np.asarray(alpha, dtype=np.float64) - 1) * self.image_distance_mm
         with np.errstate(divide="ignore", over="ignore"):

@@ -25,15 +25,7 @@ class VirtualCameras(FocusedCamera):
     def virtual_camera(self, i: npt.ArrayLike) -> Values:
         """Heights of virtual cameras on the entrance pupil (Eq. 3.54).
 
-        Parameters
-        ----------
-        i
-            Views, counted from the central one.
-
-        Returns
-        -------
-        Values
-            A_i'' in mm, same shape.
+        `i`: views, counted from the central one. Result: A_i'' in mm, same shape.
         """
         lens = self.camera.main_lens
         step = self.pixel_slope * lens.focal_length_mm * (self.exit_pupil_mm / lens.exit_pupil_mm)
@@ -42,30 +34,14 @@ class VirtualCameras(FocusedCamera):
     def baseline(self, gap: npt.ArrayLike) -> Values:
         """Baseline between virtual cameras (Eq. 3.55 as a difference).
 
-        Parameters
-        ----------
-        gap
-            G, views between the two cameras.
-
-        Returns
-        -------
-        Values
-            B_G in mm, same shape.
+        `gap`: G, views between the two cameras. Result: B_G in mm, same shape.
         """
         return -self.virtual_camera(gap)
 
     def exit_pupil_baseline(self, gap: npt.ArrayLike) -> Values:
         """Baseline B_A' between views at the exit pupil (Eq. 3.51 as a difference).
 
-        Parameters
-        ----------
-        gap
-            G, views between the two cameras.
-
-        Returns
-        -------
-        Values
-            B_A' in mm, same shape.
+        `gap`: G, views between the two cameras. Result: B_A' in mm, same shape.
         """
         return np.asarray(gap, dtype=np.float64) * (self.pixel_slope * self.exit_pupil_mm)
 
@@ -87,15 +63,8 @@ class VirtualCameras(FocusedCamera):
     def vignetting_note(self, *views: int) -> str:
         """Say if views lie beyond the entrance pupil.
 
-        Parameters
-        ----------
-        *views
-            Views, counted from the central one.
-
-        Returns
-        -------
-        str
-            A line, empty where all lie in it or its diameter is not known.
+        `*views`: views, counted from the central one. Result: a line, empty where all lie in it or
+        its diameter is not known.
         """
         bound, diameter = self.outermost_view, self.camera.main_lens.entrance_pupil_diameter_mm
         if bound is None or diameter is None or max(map(abs, views)) <= bound:
@@ -108,17 +77,8 @@ class VirtualCameras(FocusedCamera):
     def tilt(self, gap: npt.ArrayLike, view: npt.ArrayLike = 0) -> Values:
         """Tilt between the axes of virtual cameras view and view + gap (Eqs. 3.58, 3.59).
 
-        Parameters
-        ----------
-        gap
-            G, views between the two cameras.
-        view
-            i, the first camera.
-
-        Returns
-        -------
-        Values
-            Phi_i - Phi_i+G in degrees: 0 at infinity focus, negative where the axes converge.
+        `gap`: G, views between the two cameras. `view`: i, the first camera. Result: Phi_i -
+        Phi_i+G in degrees: 0 at infinity focus, negative where the axes converge.
         """
         return -np.rad2deg(np.arctan(self._convergence(gap, view)))
 
@@ -147,6 +107,8 @@ class VirtualCameras(FocusedCamera):
     ) -> Distances:
         """Distance of an object from its disparity (Eqs. 2.5, 3.60, 3.61).
 
+        Result: Z from the entrance pupil (add `entrance_pupil_mm` to count from the micro lenses).
+
         Parameters
         ----------
         disparity
@@ -156,13 +118,8 @@ class VirtualCameras(FocusedCamera):
         view
             i, the first view.
         unit
-            "pixels": of the two sub-aperture images (micro lenses). "pixels per view": divided
-            by the gap, as Table 5.9 of the text counts.
-
-        Returns
-        -------
-        Distances
-            Z from the entrance pupil (add `entrance_pupil_mm` to count from the micro lenses).
+            "pixels": of the two sub-aperture images (micro lenses). "pixels per view": divided by
+            the gap, as Table 5.9 of the text counts.
         """
         pixels = self._in_pixels(disparity, gap, unit)
         turn = pixels * self._pixel_at_unit_distance + self._convergence(gap, view)
@@ -185,17 +142,8 @@ class VirtualCameras(FocusedCamera):
     ) -> Values:
         """Disparity of an object from its distance: the inverse of `depth`.
 
-        Parameters
-        ----------
-        depth_mm
-            Z from the entrance pupil, any shape; inf is allowed.
-        gap, view, unit
-            As in `depth`.
-
-        Returns
-        -------
-        Values
-            Disparity, same shape.
+        `depth_mm`: Z from the entrance pupil, any shape; inf is allowed. `gap`, `view`, `unit`: as
+        in `depth`. Result: disparity, same shape.
         """
         self._in_pixels(0.0, gap, unit)
         z = np.asarray(depth_mm, dtype=np.float64)

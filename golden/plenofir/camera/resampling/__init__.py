@@ -2,7 +2,8 @@
 """From the raw sensor to the raster of micro images as the chip does it: bit-true models.
 
 `grid_registers` and `tables_of` turn a calibration into what the chip's registers and memories
-hold, `interpolate_mosaic` and `resample` compute what it makes of a frame.
+hold, `interpolate_mosaic` and `resample` compute what it makes of a frame. `where` names the input
+in messages.
 """
 
 from plenofir.camera.resampling.grid_resampler import Tables, resample, tables_of

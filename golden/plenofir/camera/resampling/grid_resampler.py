@@ -47,8 +47,8 @@ class Tables:
     black
         Level without light, in 2**-guard_bits grey tables.
     moves
-        (y, x) from the grid in the registers to each lens in 2**-weight_bits pixels, shape
-        (rows, lenses, 2); None for a grid without distortion.
+        (y, x) from the grid in the registers to each lens in 2**-weight_bits pixels, shape (rows,
+        lenses, 2); None for a grid without distortion.
     lenses
         Gain of each lens in 2**-gain_bits, shape (rows, lenses); None for no correction of
         vignetting.
@@ -72,28 +72,9 @@ def tables_of(
 ) -> Tables:
     """Black level, gains and moves of a calibration.
 
-    Parameters
-    ----------
-    calibration
-        The calibration.
-    registers
-        Its registers.
-    devignette
-        Whether vignetting is corrected.
-    distortion
-        Whether each lens is moved to its own place; where the grid has distortion if None.
-    where
-        Name of the calibration for messages.
-
-    Returns
-    -------
-    Tables
-        For the lenses of the registers.
-
-    Raises
-    ------
-    InputError
-        If a lens is more than 2 pixels from the grid in the registers.
+    `devignette`: whether vignetting is corrected. `distortion`: whether each lens is moved to its
+    own place; where the grid has distortion if None. Result: for the lenses of the registers.
+    Raises `InputError` if a lens is more than 2 pixels from the grid in the registers.
     """
     bits, m = registers.precision, registers.micro_image_size
     window = raster_window(calibration)
@@ -139,6 +120,9 @@ def resample(
 ) -> Image:
     """Resample a raw frame as the chip does.
 
+    Result: raster of micro images, type and channels of `raw`. Raises `InputError` if the frame has
+    another size than the registers', or a micro image more than half outside.
+
     Parameters
     ----------
     raw
@@ -149,18 +133,6 @@ def resample(
         Black level, gains and moves; none if None.
     full_scale
         Largest value of the frame, where results saturate; its type's largest if None.
-    where
-        Name of the raw frame for messages.
-
-    Returns
-    -------
-    Image
-        Raster of micro images, type and channels of `raw`.
-
-    Raises
-    ------
-    InputError
-        If the frame has another size than the registers', or a micro image more than half outside.
     """
     check_same_size(raw, registers.image_shape, where, "the calibration's white image")
     tables, m, bits = tables or Tables(), registers.micro_image_size, registers.precision

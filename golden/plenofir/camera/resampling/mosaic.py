@@ -25,24 +25,9 @@ def red_place(order: BayerOrder) -> tuple[int, int]:
 def interpolate_mosaic(raw: Image, order: BayerOrder, *, where: str = "raw capture") -> Image:
     """Three channels from a colour filter mosaic.
 
-    Parameters
-    ----------
-    raw
-        Raw frame, shape (rows, columns), uint8 or uint16.
-    order
-        Filters of the top left 2 x 2 pixels, line by line.
-    where
-        Name of the raw frame for messages.
-
-    Returns
-    -------
-    Image
-        Shape (rows, columns, 3), red, green, blue.
-
-    Raises
-    ------
-    InputError
-        If the frame is not a mosaic of at least 2 x 2 pixels, or there is no such order.
+    `raw`: raw frame, shape (rows, columns), uint8 or uint16. `order`: filters of the top left 2 x 2
+    pixels, line by line. Result: shape (rows, columns, 3), red, green, blue. Raises `InputError` if
+    the frame is not a mosaic of at least 2 x 2 pixels, or there is no such order.
     """
     if order not in BAYER_ORDERS:
         raise InputError(f"{order!r}", where="bayer", expected="rggb, grbg, gbrg or bggr")

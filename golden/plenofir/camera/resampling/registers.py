@@ -70,8 +70,6 @@ class GridRegisters(BaseModel):
         Rows of lenses, and lenses that are sampled in each.
     layout
         Of the lenses.
-    micro_image_size
-        M.
     precision
         Of the numbers below.
     origin
@@ -149,27 +147,9 @@ def grid_registers(
 ) -> tuple[GridRegisters, Accuracy]:
     """Registers of a calibration.
 
-    Parameters
-    ----------
-    calibration
-        The calibration.
-    micro_image_size
-        M.
-    precision
-        Bits; the defaults if None.
-    where
-        Name of the calibration for messages.
-
-    Returns
-    -------
-    tuple
-        The registers, and how far they are from the calibration.
-
-    Raises
-    ------
-    InputError
-        If the chip cannot follow the grid: staggered columns, M larger than the pitch, an image of
-        more than `LARGEST_SIDE` pixels.
+    `precision`: bits; the defaults if None. Result: the registers, and how far they are from the
+    calibration. Raises `InputError` if the chip cannot follow the grid: staggered columns, M larger
+    than the pitch, an image of more than `LARGEST_SIDE` pixels.
     """
     bits, m, grid = precision or Precision(), micro_image_size, calibration.grid
     check_micro_image_size(calibration, m, "native")

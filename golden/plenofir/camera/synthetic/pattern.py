@@ -41,11 +41,6 @@ def regular_grid(
         Arrangement of the micro lenses.
     offset
         (y, x) of lens (0, 0) from the middle of the image, in pixels.
-
-    Returns
-    -------
-    Grid
-        The grid.
     """
     if not 0 < pitch < np.inf:
         raise InputError(f"pitch = {pitch}", where="pitch", expected="a positive number of pixels")
@@ -93,6 +88,8 @@ def white_image(
 ) -> Image:
     """White image of a grid.
 
+    Result: uint8 or uint16.
+
     Parameters
     ----------
     shape
@@ -111,16 +108,9 @@ def white_image(
         Standard deviation of the noise (normal distribution) as a share of the brightest level.
     bits
         8 or 16.
-    seed
-        Of the noise.
     mixed
         Whether micro images reach beyond their cells and add up there, as they do on a sensor. The
         brightest place has the brightest level then.
-
-    Returns
-    -------
-    Image
-        uint8 or uint16.
     """
     rows, columns = shape
     around = np.arange(-_MIXED, _MIXED + 1) if mixed else np.zeros(1, dtype=np.int64)
@@ -158,17 +148,7 @@ def pixel_positions(rows: slice, columns: int) -> Floats:
 def centres_within(grid: Grid, shape: tuple[int, int]) -> Floats:
     """True centres of all micro images whose centres lie in an image.
 
-    Parameters
-    ----------
-    grid
-        The grid.
-    shape
-        Rows and columns of the image.
-
-    Returns
-    -------
-    Floats
-        (y, x), shape (n, 2).
+    `shape`: rows and columns of the image. Result: (y, x), shape (n, 2).
     """
     rows, columns = shape
     corners = np.array([[-1, -1], [-1, columns], [rows, -1], [rows, columns]], dtype=np.float64)

@@ -61,8 +61,6 @@ class Capture:
         Dark frame.
     grid
         True micro image centres.
-    model
-        The camera.
     """
 
     raw: Image
@@ -75,15 +73,7 @@ class Capture:
 def micro_image_pitch(model: RayModel) -> float:
     """Pitch of the micro images in pixels: p_M (1 + f_s / d_A') / p_p.
 
-    Parameters
-    ----------
-    model
-        The camera.
-
-    Returns
-    -------
-    float
-        Pixels.
+    Result in pixels.
     """
     pitch = model.camera.micro_lenses.pitch_mm
     return float(model.micro_image_centre(pitch)) / model.camera.sensor.pixel_pitch_mm
@@ -92,17 +82,8 @@ def micro_image_pitch(model: RayModel) -> float:
 def with_pitch(model: RayModel, pitch_px: float) -> RayModel:
     """The same camera with a sensor that gives micro images another pitch.
 
-    Parameters
-    ----------
-    model
-        The camera.
-    pitch_px
-        Pitch of the micro images in pixels.
-
-    Returns
-    -------
-    RayModel
-        The camera with another pixel pitch, which changes where its refocused planes lie.
+    `pitch_px`: pitch of the micro images in pixels. Result: the camera with another pixel pitch,
+    which changes where its refocused planes lie.
     """
     if not 0 < pitch_px < np.inf:
         raise InputError(f"{pitch_px}", where="pitch", expected="a positive number of pixels")
@@ -117,19 +98,7 @@ def with_pitch(model: RayModel, pitch_px: float) -> RayModel:
 def field_of_view(model: RayModel, distance_mm: float, lenses: float) -> float:
     """Width of what some micro lenses see in the central view at a distance.
 
-    Parameters
-    ----------
-    model
-        The camera.
-    distance_mm
-        From the micro lenses.
-    lenses
-        Number of micro lenses.
-
-    Returns
-    -------
-    float
-        mm.
+    `distance_mm`: from the micro lenses. Result in mm.
     """
     scale, _ = _plane_scales(model, distance_mm)
     return abs(scale) * lenses * model.camera.micro_lenses.pitch_mm
@@ -239,9 +208,8 @@ def render(
     rotation_degrees, layout, offset
         Of that regular grid, see `plenofir.camera.synthetic.pattern.regular_grid`.
     form, radius, softness
-        Shape of a micro image, radius in pitches, see
-        `plenofir.camera.synthetic.pattern.aperture`; a square of radius 0.5 or more fills
-        the sensor.
+        Shape of a micro image, radius in pitches, see `plenofir.camera.synthetic.pattern.aperture`;
+        a square of radius 0.5 or more fills the sensor.
     shading
         Share of light lost in the corners besides cos^4.
     level
@@ -252,13 +220,6 @@ def render(
         Level without light as a share of full scale.
     bits
         8 or 16.
-    seed
-        Of the noise.
-
-    Returns
-    -------
-    Capture
-        Raw capture, white image, dark frame, and the truth.
     """
     pitch = micro_image_pitch(model)
     shape = int(np.ceil(lenses[0] * pitch)), int(np.ceil(lenses[1] * pitch))

@@ -51,71 +51,24 @@ class VideoMode(BaseModel):
         return self.model_copy(update={"name": "measured", "pixel_clock": 1, "vic": 0})
 
 
-VGA = VideoMode(
-    name="640x480p60",
-    pixel_clock=25_175,
-    h_active=640,
-    h_front=16,
-    h_sync=96,
-    h_back=48,
-    v_active=480,
-    v_front=10,
-    v_sync=2,
-    v_back=33,
-    h_positive=False,
-    v_positive=False,
-    vic=1,
-)
-"""VESA DMT and CEA-861, 640 x 480 at 60 Hz."""
+def _mode(
+    name: str, pixel_clock: int, line: str, frame: str, sync: bool, vic: int = 0
+) -> VideoMode:
+    """Mode from its parts of a line and of a frame: active, front porch, sync, back porch."""
+    keys = [f"{d}_{part}" for d in "hv" for part in ("active", "front", "sync", "back")]
+    parts = dict(zip(keys, map(int, f"{line} {frame}".split()), strict=True))
+    polarity = {"h_positive": sync, "v_positive": sync}
+    return VideoMode.model_validate(
+        {"name": name, "pixel_clock": pixel_clock, "vic": vic, **parts, **polarity}
+    )
 
-SVGA = VideoMode(
-    name="800x600p60",
-    pixel_clock=40_000,
-    h_active=800,
-    h_front=40,
-    h_sync=128,
-    h_back=88,
-    v_active=600,
-    v_front=1,
-    v_sync=4,
-    v_back=23,
-    h_positive=True,
-    v_positive=True,
-)
-"""VESA DMT 800 x 600 at 60 Hz."""
 
-XGA = VideoMode(
-    name="1024x768p60",
-    pixel_clock=65_000,
-    h_active=1024,
-    h_front=24,
-    h_sync=136,
-    h_back=160,
-    v_active=768,
-    v_front=3,
-    v_sync=6,
-    v_back=29,
-    h_positive=False,
-    v_positive=False,
-)
-"""VESA DMT 1024 x 768 at 60 Hz."""
-
-HD720 = VideoMode(
-    name="1280x720p60",
-    pixel_clock=74_250,
-    h_active=1280,
-    h_front=110,
-    h_sync=40,
-    h_back=220,
-    v_active=720,
-    v_front=5,
-    v_sync=5,
-    v_back=20,
-    h_positive=True,
-    v_positive=True,
-    vic=4,
-)
-"""CEA-861, 1280 x 720 at 60 Hz."""
+# VESA DMT; 640 x 480 and 1280 x 720 also in CEA-861.
+VGA = _mode("640x480p60", 25_175, "640 16 96 48", "480 10 2 33", False, vic=1)
+SVGA = _mode("800x600p60", 40_000, "800 40 128 88", "600 1 4 23", True)
+SVGA_72 = _mode("800x600p72", 50_000, "800 56 120 64", "600 37 6 23", True)
+XGA = _mode("1024x768p60", 65_000, "1024 24 136 160", "768 3 6 29", False)
+HD720 = _mode("1280x720p60", 74_250, "1280 110 40 220", "720 5 5 20", True, vic=4)
 
 HD720_50 = HD720.model_copy(update={"name": "1280x720p50", "h_front": 440, "vic": 19})
 """CEA-861, 1280 x 720 at 50 Hz: longer lines."""
@@ -125,15 +78,6 @@ HD720_30 = HD720.model_copy(update={"name": "1280x720p30", "pixel_clock": 37_125
 
 MODES = (VGA, SVGA, XGA, HD720_50, HD720)
 """The modes that the EDID of a board without limits offers, smallest first."""
-
-SVGA_72 = SVGA.model_copy(
-    update={
-        **{"name": "800x600p72", "pixel_clock": 50_000},
-        **{"h_front": 56, "h_sync": 120, "h_back": 64},
-        **{"v_front": 37, "v_sync": 6, "v_back": 23},
-    }
-)
-"""VESA DMT 800 x 600 at 72 Hz."""
 
 _FIXED_MODES = (VGA, SVGA, HD720_30, XGA, HD720_50, HD720)
 _FASTEST = 74_300
