@@ -20,6 +20,7 @@ from plenofir.refocus.arithmetic import (
     StoredProductArithmetic,
     error_against_operator,
 )
+from plenofir.refocus.border import Border, check_border
 from plenofir.refocus.checks import (
     MAX_INTERPOLATION_ORDER,
     Align,
@@ -56,6 +57,7 @@ __all__ = [
     "MAX_INTERPOLATION_ORDER",
     "Align",
     "Arithmetic",
+    "Border",
     "ExactArithmetic",
     "FilterLayout",
     "Image",
@@ -111,6 +113,7 @@ def refocus(
     align: Align = "centred",
     interpolation: Interpolation = "nearest",
     sharpen: Sharpen = "off",
+    border: Border = "zero",
     region: Region | None = None,
     upsample: bool = True,
     out: Image | None = None,
@@ -144,6 +147,11 @@ def refocus(
         apart, along rows and columns takes back what the operator blurs; b follows from M, a and
         the interpolation, and is 0 for an integer a (`plenofir.refocus.sharpening`). Or b itself, a
         multiple of 1/64 from 0 to 1/4. A tap outside the picture counts as the pixel itself.
+    border
+        Near the border of the picture some of the M^2 views have no pixel. "zero": they count as
+        black, as Eq. 6.1 has it. "normalise": the sum is divided by the number of those that have
+        one, so the picture is not darker there (`plenofir.refocus.border`); sharpened are then only
+        pixels that all views reach.
     region
         Rows and columns of the result to compute, as slices.
     upsample
@@ -176,6 +184,7 @@ def refocus(
     M = int(M)  # noqa: N806
     shift = focus_to_shift(a, M)
     check_align(align)
+    check_border(border)
     order = interpolation_order(interpolation)
     if not upsample and (shift % M or order):
         raise InputError(
@@ -198,6 +207,8 @@ def refocus(
 
         if out is not None:
             raise InputError("is for NumPy arrays only", where="out")
+        if border != "zero":
+            raise InputError("'normalise' is for NumPy arrays only", where="border")
         return cast(
             "Image",
             device_refocus(
@@ -214,9 +225,10 @@ def refocus(
     if out is not None:
         check_out(out, raw, (len(ranges[0]), len(ranges[1]), *raw.shape[2:]))
     # Compiled code is loaded only where something is refocused.
-    from plenofir.refocus.fast import fast_refocus
+    from plenofir.refocus.fast import fast_refocus, normalised_refocus
 
-    return fast_refocus(
+    work = normalised_refocus if border == "normalise" else fast_refocus
+    return work(
         raw,
         M,
         shift,

@@ -8,14 +8,23 @@ region asked for is computed.
 
 import threading
 from collections.abc import Callable
+from itertools import pairwise
 from math import gcd
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from plenofir.refocus.border import arrived, complete, divide_by_weights, sharpened_inside
 from plenofir.refocus.kernels import Axis, Plan, refocus_blocks
-from plenofir.refocus.operator import Align, Image, check_sums, output_offset, refocus_sums
+from plenofir.refocus.operator import (
+    Align,
+    Image,
+    Sums,
+    check_sums,
+    output_offset,
+    refocus_sums,
+)
 from plenofir.refocus.sharp_kernels import Filter, sharpened_blocks
 from plenofir.refocus.sharpening import sharpened_picture, taps
 from plenofir.refocus.threads import processors
@@ -29,6 +38,8 @@ _BLOCK_LINES = 64
 _LEAST_MEMORY, _SHARE_OF_FRAME = 12 << 20, 64
 # Below this many samples a second thread is not worth its start.
 _SAMPLES_FOR_A_THREAD = 1 << 19
+# The border is made in strips of so many pixels; fewer than the other number are one thread's.
+_BORDER_PIXELS, _SAMPLES_OF_A_BORDER = 1 << 16, 1 << 16
 
 
 class Field(NamedTuple):
@@ -264,19 +275,154 @@ def fast_refocus(
     if units:
         _sharpen(raw, image, work, like, units, threads)
         return image
+    _refocus_into(raw, image, work, like, threads)
+    return image
+
+
+def _refocus_into(
+    raw: Image,
+    image: Image,
+    work: Plan,
+    like: npt.NDArray[Any],
+    threads: int | None,
+    part: tuple[range, range] | None = None,
+) -> None:
+    """Fill a part of a result; with a plan that does not divide, of the type of `like`, with sums.
+
+    `part`: rows and columns of the result, all of them if None.
+    """
+    rows, columns = part or (range(work.rows.outputs), range(work.columns.outputs))
     # One compiled variant for arrays that may and may not be written, and for wide sums that are
     # rarely needed (M or order large) only that of 16 bit pixels: each takes seconds to compile.
-    wide = like.itemsize == 8 and raw.dtype == np.uint8
-    x = np.ascontiguousarray(raw, np.uint16 if wide else None).reshape(raw.shape[0], -1)
+    wide = like.itemsize == 8 and image.dtype == np.uint8
+    x = np.ascontiguousarray(raw, np.uint16 if like.itemsize == 8 else None)
+    x = x.reshape(raw.shape[0], -1)
     x.flags.writeable = False
-    flat = np.empty(shape, np.uint16) if wide else image
-    flat = flat.reshape(shape[0], -1)
+    flat = np.empty(image.shape, np.uint16) if wide else image
+    flat = flat.reshape(image.shape[0], -1)
     count = processors() if threads is None else threads
-    samples = image.size * (work.step // work.rows.scale) ** 2
+    samples = len(rows) * len(columns) * work.channels * (work.step // work.rows.scale) ** 2
     count = max(1, min(count, samples // _SAMPLES_FOR_A_THREAD))
     most = max(_LEAST_MEMORY, raw.nbytes // _SHARE_OF_FRAME)
-    blocks = _blocks(work, like.itemsize, most, count)
+    of_part = work._replace(
+        rows=work.rows._replace(outputs=len(rows)),
+        columns=work.columns._replace(outputs=len(columns)),
+    )
+    blocks = _blocks(of_part, like.itemsize, most, count)
+    blocks += np.array([rows.start, rows.start, columns.start, columns.start])
     _share_out(lambda chunk: refocus_blocks(x, flat, work, chunk, like), blocks, count)
     if wide:
-        image[...] = flat.reshape(shape)
+        within = slice(rows.start, rows.stop), slice(columns.start, columns.stop)
+        image[within] = flat.reshape(image.shape)[within]
+
+
+def normalised_refocus(
+    raw: Image,
+    micro_image_size: int,
+    shift: int,
+    *,
+    align: Align = "centred",
+    order: int = 0,
+    units: int = 0,
+    region: tuple[range, range],
+    upsample: bool = True,
+    out: Image | None = None,
+    threads: int | None = None,
+) -> Image:
+    """`fast_refocus` with its border divided by the weights there (`plenofir.refocus.border`)."""
+    m, full = micro_image_size, micro_image_size ** (1 + order)
+    shape = (len(region[0]), len(region[1]), *raw.shape[2:])
+    image: Image = np.empty(shape, raw.dtype) if out is None else out
+    if image.size == 0:
+        return image
+    kinds: dict[str, Any] = {"align": align, "order": order, "region": region, "upsample": upsample}
+    work, like = plan(raw.shape, 8 * raw.dtype.itemsize, m, shift, **kinds)
+    step = 1 if upsample else m
+    down, across = (arrived(n, m, shift, order, align)[::step] for n in raw.shape[:2])
+    rows = _within(complete(down, full, m, units), region[0])
+    columns = _within(complete(across, full, m, units), region[1])
+    if units or m == 1:
+        fast_refocus(raw, m, shift, units=units, out=image, threads=threads, **kinds)
+    elif rows and columns:
+        _refocus_into(raw, image, work, like, threads, (rows, columns))
+    strips = _border_strips(rows, columns, image)
+    if not len(strips):
+        return image
+
+    def fill(chunk: npt.NDArray[np.int64]) -> None:
+        for strip in chunk:
+            _normalise(raw, image, work, like, units, (down, across), strip)
+
+    count = processors() if threads is None else threads
+    samples = int(((strips[:, 1] - strips[:, 0]) * (strips[:, 3] - strips[:, 2])).sum())
+    _share_out(fill, strips, max(1, min(count, len(strips), samples // _SAMPLES_OF_A_BORDER)))
     return image
+
+
+def _within(part: range, region: range) -> range:
+    """What a region has of some outputs, counted from its first."""
+    start, stop = max(part.start, region.start), min(part.stop, region.stop)
+    return range(start - region.start, max(start, stop) - region.start)
+
+
+def _border_strips(rows: range, columns: range, image: Image) -> npt.NDArray[np.int64]:
+    """Strips of a result around what is complete, shape (strips, 4): as blocks are."""
+    height, width = image.shape[:2]
+    if not rows or not columns:
+        rows, columns = range(height), range(0)
+    sides = [(0, rows.start, 0, width), (rows.stop, height, 0, width)]
+    sides += [(rows.start, rows.stop, 0, columns.start)]
+    sides += [(rows.start, rows.stop, columns.stop, width)]
+    found = []
+    for top, bottom, left, right in sides:
+        if bottom > top and right > left:
+            parts = -(-(bottom - top) * (right - left) // _BORDER_PIXELS)
+            ends = np.unique(np.linspace(top, bottom, parts + 1).astype(np.int64))
+            found += [(a, b, left, right) for a, b in pairwise(ends.tolist())]
+    return np.array(found, np.int64).reshape(-1, 4)
+
+
+def _normalise(
+    raw: Image,
+    image: Image,
+    work: Plan,
+    like: npt.NDArray[Any],
+    units: int,
+    weights: tuple[Sums, Sums],
+    strip: npt.NDArray[np.int64],
+) -> None:
+    """Fill a strip of a result with sums over the weights that reached them."""
+    m, full = work.micro_image_size, work.micro_image_size ** (1 + work.order)
+    axes = work.rows, work.columns
+    place = slice(strip[0], strip[1]), slice(strip[2], strip[3])
+    # Pixels of the image, with taps those that they reach, too.
+    parts = [range(a.start + k.start, a.start + k.stop) for a, k in zip(axes, place, strict=True)]
+    reach = m if units else 0
+    taken = [
+        range(max(0, part.start - reach), min(len(weight), part.stop + reach))
+        for part, weight in zip(parts, weights, strict=True)
+    ]
+    down, across = (w[k.start : k.stop] for w, k in zip(weights, taken, strict=True))
+    sums: Sums = np.empty((len(down), len(across), *raw.shape[2:]), like.dtype)
+    if m == 1:
+        sums[...] = raw[taken[0].start : taken[0].stop, taken[1].start : taken[1].stop]
+    else:
+        rows, columns = (
+            axis._replace(
+                outputs=len(part), start=part.start, base=axis.base - axis.start + part.start
+            )
+            for axis, part in zip(axes, taken, strict=True)
+        )
+        undivided = {"half": 0, "divisor": 1, "multiplier": 0, "drop": 0}
+        of_strip = work._replace(rows=rows, columns=columns, **undivided)
+        _refocus_into(raw, sums, of_strip, like, 1)
+    if units:
+        scale = taps(units).scale
+        wide = sharpened_inside(sums.astype(np.int64), (down, across), full, m, units)
+        top, left = (part.start - more.start for part, more in zip(parts, taken, strict=True))
+        rows_of, columns_of = slice(top, top + len(parts[0])), slice(left, left + len(parts[1]))
+        sums = np.ascontiguousarray(wide[rows_of, columns_of])
+        down, across = scale * down[rows_of], scale * across[columns_of]
+    made = np.empty(sums.shape, raw.dtype)
+    divide_by_weights(sums, (down, across), made)
+    image[place] = made

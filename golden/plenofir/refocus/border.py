@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The border of a picture: what to divide by where not all views reach.
+
+An output takes one pixel of each view. Near the border some views have none there: their pixels
+would lie outside of the raw image. ``border="zero"`` counts these as black, so pictures get darker
+towards their border, by half of a' (M - 1) pixels. ``border="normalise"`` divides by the weights
+that did reach an output instead. These are a product of one number for its row and one for its
+column, which follow from M, a', the order and the size of the frame. Elsewhere both are equal.
+"""
+
+from functools import lru_cache
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from plenofir.ground.errors import InputError
+from plenofir.refocus.kernels import Integers, compiled
+from plenofir.refocus.operator import Align, Image, Sums, interpolated_sums
+from plenofir.refocus.sharpening import neighbours, taps
+
+Border = Literal["zero", "normalise"]
+
+
+def check_border(border: str) -> None:
+    """Refuse a border that does not exist."""
+    if border not in get_args(Border):
+        raise InputError(f"{border!r} is no border; use 'zero' or 'normalise'", where="border")
+
+
+@lru_cache(maxsize=32)
+def arrived(length: int, micro_image_size: int, shift: int, order: int, align: Align) -> Sums:
+    """Weights that reach each output of one dimension; M^(1 + order) where all views do.
+
+    They are the sums of a row of ones, shape (length,).
+    """
+    ones = np.ones(length, np.int64)
+    weights = interpolated_sums(ones, micro_image_size, shift, axis=0, align=align, order=order)
+    weights.flags.writeable = False
+    return weights
+
+
+def complete(weights: Sums, full: int, micro_image_size: int, units: int = 0) -> range:
+    """Most outputs in a row that all views reach, and their taps if they are sharpened."""
+    whole = weights == full
+    if units:
+        before, behind = neighbours(len(weights), micro_image_size)
+        whole = whole & whole[before] & whole[behind]
+    # Where runs of them begin and end.
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]])))
+    runs = [range(int(start), int(stop)) for start, stop in ends.reshape(-1, 2)]
+    return max(runs, key=len, default=range(0))
+
+
+def sharpened_inside(
+    sums: Sums, weights: tuple[Sums, Sums], full: int, micro_image_size: int, units: int
+) -> Sums:
+    """The taps of `sharpened_sums` where all views reach the pixel; it stays as it is elsewhere.
+
+    A tap that some views do not reach counts as the pixel itself, as one outside the picture does.
+    """
+    filter_ = taps(units)
+    for axis, reached in enumerate(weights):
+        before, behind = neighbours(len(reached), micro_image_size)
+        own = np.arange(len(reached))
+        sharp = reached == full
+        around = [np.take(sums, np.where(sharp & sharp[k], k, own), axis) for k in (before, behind)]
+        sums = filter_.centre * sums - filter_.side * (around[0] + around[1])
+    return sums
+
+
+def divide_by_weights(sums: Sums, weights: tuple[Sums, Sums], out: Image) -> None:
+    """Divide sums by the product of a weight for the row and one for the column.
+
+    Rounded, halves up, and limited to the range of `out`; 0 where the weight is 0. `sums` and `out`
+    have the shape (rows, columns[, channels]).
+    """
+    down, across = weights
+    lines = sums.reshape(sums.shape[0], -1)
+    across = np.repeat(across, lines.shape[1] // len(across))
+    most = int(np.iinfo(out.dtype).max)
+    # Sums of pixels are at most white times their weight, with taps a few times as much.
+    largest = 16 * most * int(down.max(initial=1)) * int(across.max(initial=1))
+    if largest < 1 << 53:
+        kind = np.float32 if largest < 1 << 24 else np.float64
+        flat = out.reshape(lines.shape)
+        _divide_lines(lines, down.astype(kind), across.astype(kind), kind(0.5), kind(most), flat)
+        return
+    weight = np.outer(down, across)
+    quotient = (2 * lines.astype(np.int64) + weight) // (2 * np.maximum(weight, 1))
+    out[...] = np.where(weight > 0, np.clip(quotient, 0, most), 0).reshape(out.shape)
+
+
+@compiled
+def _divide_lines(
+    sums: Integers, down: Integers, across: Integers, half: Any, most: Any, out: Integers
+) -> None:
+    """Divide in floating point; it holds the sums, weights and their products without an error."""
+    numerators, weights = np.empty_like(across), np.empty_like(across)
+    one = half + half
+    # One where nothing arrives: the sum is 0 there, too.
+    inverses = one / np.maximum(across, one)
+    for line in range(sums.shape[0]):
+        for k in range(across.size):
+            numerators[k] = sums[line, k]
+        inverse = one / max(down[line], one)
+        for k in range(across.size):
+            weights[k] = max(down[line] * across[k], one)
+            numerators[k] += np.floor(weights[k] * half)
+        for k in range(across.size):
+            # Off by one at most, because the quotient is small.
+            quotient = np.floor(numerators[k] * (inverse * inverses[k]))
+            rest = numerators[k] - quotient * weights[k]
+            if rest >= weights[k]:
+                quotient += one
+            if rest < one - one:
+                quotient -= one
+            numerators[k] = max(one - one, min(most, quotient))
+        for k in range(across.size):
+            out[line, k] = numerators[k]
