@@ -11,11 +11,13 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
-from plenofir.commands.results import check_file, publish, save
+from plenofir.commands.results import PICTURES, check_file, publish, save
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, check_folder
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from plenofir.commands.results import Floats
     from plenofir.refocus.operator import Image
 
@@ -142,10 +144,13 @@ def refocus_command(
     raster: options.AlignedRaw,
     micro_image: options.MicroImage,
     a: options.FocusSetting,
-    out: options.OutPng = "refocused.png",
+    out: Annotated[str, typer.Option(help="PNG, TIFF or JPEG file to write.")] = "refocused.png",
     interpolation: options.Interpolation = "nearest",
     sharpen: options.Sharpen = "off",
     upsample: options.Upsample = True,
+    border: options.Border = "normalise",
+    exposure: options.Exposure = "off",
+    gamma: options.Gamma = 1.0,
     region: Annotated[
         str | None, typer.Option(help="Part of the result: TOP:BOTTOM,LEFT:RIGHT in its pixels.")
     ] = None,
@@ -154,12 +159,13 @@ def refocus_command(
     from plenofir.refocus import interpolation_order, refocus, sharpening_units
     from plenofir.refocus.sharpening import WEIGHT_UNITS
 
-    path = check_file(out, (".png",), raster)
+    path = check_file(out, PICTURES, raster)
     m = micro_image
     raw = _raster(raster, m)
     setting = options.one_focus_setting(a, m)
     options.shifts_of((setting,), m)
     part = _region(region) if region else None
+    look = _look(raw, m, exposure, gamma)
     with progress_bar("refocusing"):
         image = refocus(
             raw,
@@ -168,16 +174,26 @@ def refocus_command(
             interpolation=interpolation_order(interpolation),
             sharpen=sharpen,
             upsample=upsample,
+            border=border,
             region=part,
         )
     if image.size == 0:
         raise InputError(f"{region} lies outside of the picture", where="region")
-    publish({path.name: image}, path.parent)
+    publish({path.name: look(image)}, path.parent)
     order = interpolation_order(interpolation)
     units = sharpening_units(sharpen, m, int(setting * m), order)
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
     typer.echo(f"{out}: a = {setting}, {size}{sharpened}")
+
+
+def _look(raw: "Image", m: int, exposure: str, gamma: float) -> "Callable[[Image], Image]":
+    """What makes a picture of the light field one to look at; nothing by default."""
+    if exposure == "off" and gamma == 1:
+        return lambda image: image
+    from plenofir.camera.exposure import exposure as chosen
+
+    return chosen(raw, m, exposure, gamma).apply
 
 
 def _region(text: str) -> tuple[slice, slice]:
@@ -208,10 +224,14 @@ def stack(
         ),
     ] = False,
     radius: options.Radius = 1,
+    border: options.BorderIfGiven = None,
+    exposure: options.Exposure = "off",
+    gamma: options.Gamma = 1.0,
 ) -> None:
     """Refocus an aligned raw image to a stack of planes, and plot how sharp each is.
 
-    Without focus settings it goes from 0 to 1 in steps of 1/M.
+    Without focus settings it goes from 0 to 1 in steps of 1/M. Without a border it is normalised;
+    with --depth-index, which equals the VHDL's, it is zero.
     """
     import numpy as np
 
@@ -234,14 +254,16 @@ def stack(
     check_folder(Path(out), out)
     # Near the borders views are missing.
     margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * m
+    look = _look(raw, m, exposure, gamma)
     lines = [f"{out}: {len(settings)} slices"]
     with progress_bar("refocusing") as show, Results(Path(out)) as results:
         # Slices are made again where they are needed again: that takes less than keeping them.
-        slices = FocalStack(raw, m, settings, show)
+        edge = border or ("zero" if index else "normalise")
+        slices = FocalStack(raw, m, settings, show, border=edge)
         # Two or more: even the only slice has its a in its name.
         names = iter([picture_names(shift, m, 2)[0] for shift in shifts])
         for image in slices:
-            save(results, next(names), image)
+            save(results, next(names), look(image))
             # Before the next one is made.
             del image
         if min(raw.shape[:2]) >= 2 * margin + 8 * m:
@@ -251,10 +273,10 @@ def stack(
             save(results, "sharpness.png", plot)
             lines.insert(0, f"sharpest: a = {settings[int(np.argmax(curve))]}")
         if everywhere:
-            save(results, "all_in_focus.png", all_in_focus(slices, m).image)
+            save(results, "all_in_focus.png", look(all_in_focus(slices, m).image))
         if index:
             found = depth_index(slices, m, radius)
-            save(results, "all_in_focus.png", found.image)
+            save(results, "all_in_focus.png", look(found.image))
             of_pixels = found.index.repeat(m, 0).repeat(m, 1)[: raw.shape[0], : raw.shape[1]]
             save(results, "depth_index.png", depth_index_picture(of_pixels, len(slices)))
     for line in lines:

@@ -301,6 +301,23 @@ Focus = Annotated[
 AlignedRaw = Annotated[
     str, typer.Argument(help="Aligned raw image: micro images of exactly M x M pixels.")
 ]
+_BORDER = typer.Option(
+    "--border",
+    help="Where not all views reach: normalise divides by those that do, zero counts the others "
+    "as black, as the VHDL does.",
+)
+Border = Annotated[Literal["normalise", "zero"], _BORDER]
+Exposure = Annotated[
+    str,
+    typer.Option(
+        help="To look at: auto takes black and white from the picture, a number is EV (1: twice as "
+        "bright). off: values as they are."
+    ),
+]
+Gamma = Annotated[
+    float,
+    typer.Option(help="To look at: 2.2 brightens linear light.", min=0.2, max=5.0),
+]
 Upsample = Annotated[
     bool,
     typer.Option(
@@ -310,6 +327,7 @@ Upsample = Annotated[
 ]
 
 # Of a command that has a default of its own, or can do without.
+BorderIfGiven = Annotated[Literal["normalise", "zero"] | None, _BORDER]
 CameraIfGiven = Annotated[str | None, _CAMERA]
 MicroImageIfGiven = Annotated[int | None, _MICRO_IMAGE]
 SettingsIfGiven = Annotated[list[str] | None, _SETTINGS]

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     Floats = npt.NDArray[np.float64]
 
 
+PICTURES = (".png", ".tif", ".tiff", ".jpg", ".jpeg")
+"""Endings of pictures that can be written."""
+
+
 def check_file(out: str, suffixes: tuple[str, ...], *inputs: str | Path | None) -> Path:
     """Refuse a result file that cannot be written, before any work is done.
 
@@ -32,21 +36,21 @@ def check_file(out: str, suffixes: tuple[str, ...], *inputs: str | Path | None) 
 
 
 def save(results: Results, name: str, values: "Image | Floats") -> None:
-    """Add a PNG or NumPy file to results."""
+    """Add a picture (by its ending: PNG, TIFF, JPEG) or a NumPy file to results."""
     import numpy as np
 
-    from plenofir.ground.images import encode_png
+    from plenofir.ground.images import encode_picture
 
     if name.endswith(".npy"):
         content = io.BytesIO()
         np.save(content, values)
         results.write(name, content.getbuffer())
     else:
-        results.write(name, encode_png(cast("Image", values)))
+        results.write(name, encode_picture(Path(name).suffix, cast("Image", values)))
 
 
 def publish(files: "Mapping[str, Image | Floats]", folder: Path) -> None:
-    """Write PNG and NumPy files, all or none of them."""
+    """Write pictures and NumPy files, all or none of them."""
     with Results(folder) as results:
         for name, values in files.items():
             save(results, name, values)

@@ -31,6 +31,7 @@ Image = npt.NDArray[np.integer]
 
 _EXPECTED = "an 8 to 16 bit grey or RGB image file (PNG, TIFF, PGM/PPM, BMP or JPEG)"
 _WHOLE = "a whole file: copy or convert it again"
+_JPEG_QUALITY = 92
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -202,6 +203,18 @@ def encode_tiff(image: Image, full_scale: int) -> bytes:
     bits = full_scale.bit_length()
     imwrite(file, np.ascontiguousarray(image), photometric=kind, bitspersample=bits, metadata=None)
     return file.getvalue()
+
+
+def encode_picture(suffix: str, image: Image) -> bytes:
+    """A file of the kind that its ending says: PNG, TIFF, or JPEG, whose 16 bit become 8."""
+    if suffix.lower() in (".tif", ".tiff"):
+        return encode_tiff(image, int(np.iinfo(image.dtype).max))
+    if suffix.lower() not in (".jpg", ".jpeg"):
+        return encode_png(image)
+    from imagecodecs import jpeg8_encode
+
+    eight = (image >> 8).astype(np.uint8) if image.dtype == np.uint16 else image
+    return bytes(jpeg8_encode(np.ascontiguousarray(eight), level=_JPEG_QUALITY))
 
 
 def write_png(path: Path, image: Image) -> None:

@@ -219,16 +219,18 @@ def test_chain(capture: Path, run) -> None:
 
     done = run("refocus", "aligned.png", "-M", "5", "-a", "2/5", cwd=capture)
     assert done.returncode == 0, done.stderr
-    assert np.array_equal(read_image(capture / "refocused.png"), refocus(aligned, M, "2/5"))
+    want = refocus(aligned, M, "2/5", border="normalise")
+    assert np.array_equal(read_image(capture / "refocused.png"), want)
     cases: list[tuple[tuple[str, ...], dict[str, Any]]] = [
         (("-a", "2/5", "--interpolation", "linear"), {"a": "2/5", "interpolation": 1}),
         (("-a", "1", "--no-upsample"), {"a": 1, "upsample": False}),
+        (("-a", "1/5", "--border", "zero"), {"a": "1/5", "border": "zero"}),
         (("-a", "0", "--region", "5:,:20"), {"a": 0, "region": (slice(5, None), slice(20))}),
     ]
     for options, keywords in cases:
         done = run("refocus", "aligned.png", "-M", "5", *options, cwd=capture)
         assert done.returncode == 0, done.stderr
-        want = refocus(aligned, M, **keywords)
+        want = refocus(aligned, M, **{"border": "normalise", **keywords})
         assert np.array_equal(read_image(capture / "refocused.png"), want)
     for bad, where in (("5:,20", "--region"), ("900:,:", "--region")):
         done = run("refocus", "aligned.png", "-M", "5", "-a", "0", "--region", bad, cwd=capture)
@@ -254,7 +256,7 @@ def test_chain(capture: Path, run) -> None:
         ["all_in_focus.png", "sharpness.png", *(f"refocused_{a}.png" for a in slices)]
     )
     found = read_image(capture / "stack" / "refocused_-1_5.png")
-    assert np.array_equal(found, refocus(aligned, M, "-1/5"))
+    assert np.array_equal(found, refocus(aligned, M, "-1/5", border="normalise"))
 
     options = ("stack", "aligned.png", "-M", "5", "-a", "0:1:2/5", "--out", "index")
     done = run(*options, "--depth-index", "--radius", "2", cwd=capture)
@@ -337,7 +339,9 @@ def test_captures_of_fewer_bits_keep_their_numbers(tmp_path: Path, run, bits, co
     assert (tmp_path / "a.tif").stat().st_size < want.size * bits / 8 + 1000
     done = run("refocus", "a.tif", "-M", "7", "-a", "1/7", "--out", "b.png", cwd=tmp_path)
     assert done.returncode == 0
-    assert np.array_equal(read_image(tmp_path / "b.png"), refocus(want, 7, "1/7"))
+    assert np.array_equal(
+        read_image(tmp_path / "b.png"), refocus(want, 7, "1/7", border="normalise")
+    )
 
 
 def test_microscope_capture() -> None:
@@ -354,6 +358,21 @@ def test_microscope_capture() -> None:
         float(refocus(raster, 13, f"{k}/13")[60:-60, 60:-60].max()) for k in (-10, -5, 0, 5, 10)
     ]
     assert max(largest) == largest[2]
+
+
+def test_endings_tell_the_kind_of_file(tmp_path: Path, run) -> None:
+    levels = np.linspace(100, 400, 400).reshape(20, 20).astype(np.uint16)
+    write_png(tmp_path / "raw.png", levels.repeat(5, 0).repeat(5, 1))
+    for name in ("a.png", "a.tif", "a.jpg"):
+        done = run(
+            *("refocus", "raw.png", "-M", "5", "-a", "1/5", "--out", name, "--exposure", "auto"),
+            cwd=tmp_path,
+        )
+        assert (done.returncode, done.stderr) == (0, "")
+    png, tiff, jpeg = (read_image(tmp_path / f"a.{end}") for end in ("png", "tif", "jpg"))
+    assert np.array_equal(png, tiff)
+    assert jpeg.dtype == np.uint8
+    assert np.abs(jpeg.astype(int) - (png >> 8)).max() < 12
 
 
 @pytest.fixture(scope="module")
