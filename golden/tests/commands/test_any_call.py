@@ -114,7 +114,11 @@ def check_stack(p: Parameters) -> set[str]:
     names = set()
     for a in options.focus_settings(p["a"] or ["0:1"], m):
         file = Path(p["out"]) / f"refocused_{str(a).replace('/', '_')}.png"
-        assert (read_image(file) == refocus(raw, m, a)).all()
+        border = p["border"] or ("zero" if p["index"] else "normalise")
+        want = refocus(raw, m, a, border=border)
+        if (p["exposure"], p["gamma"]) != ("off", 1):
+            want = exposure(raw, m, p["exposure"], p["gamma"]).apply(want)
+        assert (read_image(file) == want).all()
         names.add(str(file))
     for name, wanted in (
         ("all_in_focus", p["everywhere"] or p["index"]),

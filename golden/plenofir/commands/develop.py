@@ -1,0 +1,353 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command develop: from a capture to all pictures that it holds, and a page that shows them."""
+
+import html
+import io
+from fractions import Fraction
+from math import ceil, floor, inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+from plenofir.commands import options
+from plenofir.commands.capture import Dark
+from plenofir.commands.console import steps_bar
+from plenofir.commands.results import save
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import Results, as_text, check_folder
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from plenofir.camera.lightfield.disparity import Searched
+    from plenofir.refocus.operator import Image
+
+    Show = Callable[[str, int, int], None]
+
+app = typer.Typer()
+
+# Least confidence of a depth that counts.
+_SURE = 0.3
+_VIEWER_BYTES = 8_000_000
+# Gamma that linear light of a camera is shown with.
+_GAMMA = 2.2
+# Pixels of an animation along its longer side, and how long a picture of it stays, in ms.
+_ANIMATION_PIXELS, _STAYS = 640, 120
+_STYLE = (
+    "body{font:16px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:64rem;padding:0 1rem;"
+    "background:#fff;color:#222}figure{display:inline-block;margin:.5rem;max-width:30rem;"
+    "vertical-align:top}img{max-width:100%}figcaption{font-size:.9rem}"
+)
+
+
+class _Field(NamedTuple):
+    """An aligned raw image, M, and what was done or assumed to have it."""
+
+    raster: "Image"
+    micro_image_size: int
+    linear: bool  # light as the camera counts it, without a gamma
+    calibration: str | None
+    lines: tuple[str, ...]
+
+
+@app.command()
+def develop(
+    capture: Annotated[
+        str,
+        typer.Argument(
+            help="Raw capture with --white or --calib, Lytro file, folder of views, or aligned raw "
+            "image with -M."
+        ),
+    ],
+    white: Annotated[
+        Path | None, typer.Option(help="White image of the camera, to calibrate with.")
+    ] = None,
+    calib: Annotated[
+        str | None, typer.Option(help="Calibration file instead (plenofir calibrate).")
+    ] = None,
+    dark: Dark = None,
+    micro_image: options.MicroImageIfGiven = None,
+    camera: options.CameraIfGiven = None,
+    focus: options.Focus = inf,
+    out: Annotated[str, typer.Option(help="Folder for pictures and page.")] = "developed",
+    slices: Annotated[
+        int, typer.Option(help="Most refocused pictures over the range of depths.", min=1, max=99)
+    ] = 9,
+    exposure: options.Exposure = "auto",
+    gamma: Annotated[
+        float | None,
+        typer.Option(help="To look at; 2.2 for a camera's linear light, else 1.", min=0.2, max=5),
+    ] = None,
+) -> None:
+    """Make all pictures of a capture: views, refocused, all in focus, depth, animations, a page.
+
+    Data are kept beside them: aligned.png is linear, disparity.npy are numbers.
+    """
+    from plenofir.camera.exposure import exposure as chosen
+
+    folder = Path(out)
+    check_folder(folder, out)
+    options.require("focus", "camera", focus != inf and camera is None)
+    with steps_bar("reading") as show, Results(folder) as results:
+        field = _read(Path(capture), white, calib, dark, micro_image, show)
+        brightness = (_GAMMA if field.linear else 1.0) if gamma is None else gamma
+        look = chosen(field.raster, field.micro_image_size, exposure, brightness)
+        lines = [
+            *field.lines,
+            f"shown: black {look.black:g}, white {look.white:g}, gamma {brightness:g}",
+        ]
+        pictures = _Pictures(results, field, look.apply, show)
+        lines += pictures.make(camera, focus, slices)
+        pictures.viewer(as_text(Path(capture).name), camera, focus)
+        title = as_text(Path(capture).name)
+        results.write("index.html", _page(title, pictures.shown, lines).encode())
+    for line in lines:
+        typer.echo(line)
+    typer.echo(f"{out}: {len(pictures.shown)} pictures; open {folder / 'index.html'}")
+
+
+def _read(
+    path: Path,
+    white: Path | None,
+    calib: str | None,
+    dark: Path | None,
+    micro_image: int | None,
+    show: "Show",
+) -> _Field:
+    """The light field of a source, whatever it is."""
+    from plenofir.camera.calibration import calibrate, decode, largest_odd_size, load_calibration
+    from plenofir.camera.lightfield.indexing import compose
+    from plenofir.camera.lightfield.sources import read_source
+    from plenofir.camera.lytro import is_lytro, read_lytro
+    from plenofir.camera.lytro.sensor import FULL_SCALE
+    from plenofir.ground.images import read_image, read_picture
+    from plenofir.refocus import check_raw
+
+    where = str(path)
+    if is_lytro(path):
+        taken = read_lytro(path, white=white)
+        m = micro_image or largest_odd_size(taken.calibration)
+        raster = decode(
+            taken.image,
+            taken.calibration,
+            m,
+            white=taken.white,
+            full_scale=FULL_SCALE,
+            where=where,
+            progress=lambda done, total: show("decoding", done, total),
+        )
+        told = tuple(f"{name}: {text}" for name, text in taken.lines)
+        return _Field(raster, m, True, None, (*told, _size(raster, m)))
+    if path.is_dir() or path.suffix.lower() == ".mat":
+        source = read_source(path, progress=lambda done, total: show("reading", done, total))
+        raster, m = compose(source.images), source.images.shape[0]
+        told = tuple(f"{name}: {text}" for name, text in source.lines)
+        return _Field(raster, m, False, None, (*told, _size(raster, m)))
+    picture = read_picture(path)
+    if white is None and calib is None:
+        if micro_image is None:
+            raise InputError(
+                "give --white or --calib for a raw capture, or -M for an aligned raw image",
+                where=where,
+            )
+        raster = check_raw(picture.pixels, micro_image, where=where)
+        told = (f"taken as aligned, M = {micro_image}", _size(raster, micro_image))
+        return _Field(raster, micro_image, False, None, told)
+    black = read_image(dark) if dark else None
+    if calib is not None:
+        found, made = load_calibration(calib), None
+    else:
+        show("calibrating", 0, 1)
+        flat = read_picture(Path(str(white)))
+        found = calibrate(
+            flat.pixels, black, full_scale=flat.full_scale, where=str(white), dark_where=str(dark)
+        )
+        made = found.text()
+    m = micro_image or largest_odd_size(found)
+    raster = decode(
+        picture.pixels,
+        found,
+        m,
+        dark=black,
+        full_scale=picture.full_scale,
+        where=where,
+        progress=lambda done, total: show("decoding", done, total),
+    )
+    pitch = " x ".join(f"{p:.3f}" for p in found.grid.lens_pitch[::-1])
+    told = (f"calibrated: {found.grid.layout}, {pitch} pixels a lens", _size(raster, m))
+    return _Field(raster, m, True, made, told)
+
+
+def _size(raster: "Image", m: int) -> str:
+    return f"{raster.shape[1] // m} x {raster.shape[0] // m} micro images of {m} x {m} pixels"
+
+
+class _Pictures:
+    """Makes and writes the pictures of a light field; keeps their names and captions."""
+
+    def __init__(
+        self, results: Results, field: _Field, look: "Callable[[Image], Image]", show: "Show"
+    ) -> None:
+        self.results, self.field, self.look, self.show = results, field, look, show
+        self.shown: list[tuple[str, str]] = []
+
+    def make(self, camera: str | None, focus: float, slices: int) -> list[str]:
+        """All of them; lines for the summary."""
+        import numpy as np
+
+        from plenofir.camera.lightfield import sub_aperture
+        from plenofir.camera.lightfield.disparity import search_disparity
+        from plenofir.camera.lightfield.stack import FocalStack, all_in_focus
+        from plenofir.fpga.simulate.request import picture_names
+        from plenofir.refocus import focus_to_shift
+
+        raster, m = self.field.raster, self.field.micro_image_size
+        save(self.results, "aligned.png", raster)
+        if self.field.calibration is not None:
+            self.results.write("calib.json", self.field.calibration)
+        central = sub_aperture(raster, m, m // 2, m // 2)
+        self.add("central_view.png", central, "The view through the middle of the lens")
+        found = search_disparity(
+            raster, m, progress=lambda done, total: self.show("searching depth", done, total)
+        )
+        values, sure = found.disparity.pixels_per_view, found.disparity.confidence >= _SURE
+        known = values[sure] if sure.any() else values.ravel()
+        settings = _settings(*np.percentile(known, [2, 98]).tolist(), m, slices)
+        stack = FocalStack(
+            raster,
+            m,
+            settings,
+            lambda done, total: self.show("refocusing", done, total),
+            border="normalise",
+        )
+        frames = []
+        for a, image in zip(settings, stack, strict=True):
+            name = picture_names(focus_to_shift(a, m), m, 2)[0]
+            self.add(name, image, f"a = {a}")
+            frames.append(_small(self.look(image)))
+        sharp = all_in_focus(stack, m).image
+        self.add("all_in_focus.png", sharp, "Sharp everywhere")
+        self.animation("focus.gif", frames + frames[-2:0:-1], "Through the focus")
+        around = _around(m)
+        views = [_small(self.look(sub_aperture(raster, m, v, u))) for v, u in around]
+        self.animation("views.gif", views, "Around the lens")
+        lines = self.depth(found, camera, focus)
+        return [
+            f"range: a = {settings[0]} to {settings[-1]}, {len(settings)} pictures",
+            *lines,
+        ]
+
+    def depth(self, found: "Searched", camera: str | None, focus: float) -> list[str]:
+        """The map of depths: in mm where the camera is known."""
+        import numpy as np
+
+        from plenofir.camera.lightfield.disparity import sure_distances
+        from plenofir.camera.plots import depth_picture
+        from plenofir.camera.rays import RayModel, load_camera
+
+        m, disparity = self.field.micro_image_size, found.disparity
+        save(self.results, "disparity.npy", disparity.pixels_per_view)
+        share = 100 * float((disparity.confidence >= _SURE).mean())
+        if camera is None:
+            values = np.where(
+                disparity.confidence >= _SURE, disparity.pixels_per_view, np.nan
+            )
+            caption = "Depth in units of a; give --camera for mm"
+        else:
+            model = RayModel.focused(load_camera(camera), focus, m)
+            values = sure_distances(disparity, model, _SURE)
+            save(self.results, "distance_mm.npy", values)
+            caption = "Distance from the micro lenses"
+        self.results.write("depth.png", _png(depth_picture(values, in_mm=camera is not None)))
+        self.shown.append(("depth.png", caption))
+        return [f"depth: known of {share:.0f} % of the micro lenses"]
+
+    def viewer(self, title: str, camera: str | None, focus: float) -> None:
+        """The viewer with the light field in it, one file."""
+        import numpy as np
+
+        from plenofir.camera.rays import RayModel, load_camera
+        from plenofir.view import export, light_field_page
+
+        raster, m = self.look(self.field.raster), self.field.micro_image_size
+        model = None if camera is None else RayModel.focused(load_camera(camera), focus, m)
+        page = light_field_page(
+            raster,
+            m,
+            full_scale=int(np.iinfo(raster.dtype).max),
+            title=title,
+            model=model,
+            progress=lambda done, total: self.show("making the viewer", done, total),
+        )
+        self.results.write("viewer.html", export(page, _VIEWER_BYTES))
+
+    def add(self, name: str, image: "Image", caption: str) -> None:
+        """A picture to be looked at."""
+        save(self.results, name, self.look(image))
+        self.shown.append((name, caption))
+
+    def animation(self, name: str, frames: "Sequence[Image]", caption: str) -> None:
+        """A GIF that goes on for ever."""
+        from PIL import Image as Pillow
+
+        first, *others = [Pillow.fromarray(frame) for frame in frames]
+        content = io.BytesIO()
+        first.save(
+            content, "GIF", save_all=True, append_images=others, duration=_STAYS, loop=0
+        )
+        self.results.write(name, content.getvalue())
+        self.shown.append((name, caption))
+
+
+def _settings(low: float, high: float, m: int, most: int) -> list[Fraction]:
+    """Focus settings over a range of depths: multiples of 1/M, evenly apart."""
+    first, last = floor(low * m), ceil(high * m)
+    step = max(1, ceil((last - first) / max(most - 1, 1)))
+    return [Fraction(shift, m) for shift in range(first, last + 1, step)]
+
+
+def _around(m: int) -> list[tuple[int, int]]:
+    """Views on a circle about the middle one, (v, u), once around."""
+    from math import cos, pi, sin
+
+    radius = 0.8 * (m - 1) / 2
+    turns = [2 * pi * n / 24 for n in range(24)]
+    places = [
+        (round((m - 1) / 2 + radius * sin(t)), round((m - 1) / 2 + radius * cos(t))) for t in turns
+    ]
+    return [place for n, place in enumerate(places) if place != places[n - 1]] or places[:1]
+
+
+def _small(image: "Image") -> "Image":
+    """A frame of an animation: 8 bit, larger sides reduced by leaving out pixels' detail."""
+    import numpy as np
+    from PIL import Image as Pillow
+
+    eight = (image >> 8).astype(np.uint8) if image.dtype == np.uint16 else image
+    rows, columns = image.shape[:2]
+    scale = _ANIMATION_PIXELS / max(rows, columns)
+    size = max(1, round(columns * scale)), max(1, round(rows * scale))
+    return np.asarray(Pillow.fromarray(eight).resize(size, Pillow.Resampling.BICUBIC))
+
+
+def _png(image: "Image") -> bytes:
+    from plenofir.ground.images import encode_png
+
+    return encode_png(image)
+
+
+def _page(title: str, pictures: "Sequence[tuple[str, str]]", lines: "Sequence[str]") -> str:
+    """A page of the pictures, which lie beside it."""
+    figures = "\n".join(
+        f'<figure><a href="{html.escape(name)}"><img src="{html.escape(name)}" '
+        f'alt="{html.escape(caption)}"></a><figcaption>{html.escape(caption)}</figcaption></figure>'
+        for name, caption in pictures
+    )
+    said = "\n".join(f"<li>{html.escape(line)}</li>" for line in lines)
+    return (
+        f'<!doctype html>\n<html lang="en">\n<head><meta charset="utf-8">'
+        f'<meta name="viewport" content="width=device-width"><title>{html.escape(title)}</title>'
+        f"<style>{_STYLE}</style></head>\n<body>\n<h1>{html.escape(title)}</h1>\n"
+        f'<p><a href="viewer.html">Refocus it by hand</a></p>\n<ul>\n{said}\n</ul>\n{figures}\n</body>\n</html>\n'
+    )
