@@ -174,7 +174,7 @@ def _read(
         where=where,
         progress=lambda done, total: show("decoding", done, total),
     )
-    pitch = " x ".join(f"{p:.3f}" for p in found.grid.lens_pitch[::-1])
+    pitch = " x ".join(f"{p:.3f}" for p in found.grid.pitch[::-1])
     told = (f"calibrated: {found.grid.layout}, {pitch} pixels a lens", _size(raster, m))
     return _Field(raster, m, True, made, told)
 
@@ -207,7 +207,9 @@ class _Pictures:
         if self.field.calibration is not None:
             self.results.write("calib.json", self.field.calibration)
         central = sub_aperture(raster, m, m // 2, m // 2)
-        self.add("central_view.png", central, "The view through the middle of the lens")
+        large = _enlarged(self.look(central), m)
+        save(self.results, "central_view.png", large)
+        self.shown.append(("central_view.png", "The view through the middle of the lens"))
         found = search_disparity(
             raster, m, progress=lambda done, total: self.show("searching depth", done, total)
         )
@@ -220,6 +222,8 @@ class _Pictures:
             settings,
             lambda done, total: self.show("refocusing", done, total),
             border="normalise",
+            # Without it, micro lenses show as squares where a is a whole number.
+            interpolation="linear",
         )
         frames = []
         for a, image in zip(settings, stack, strict=True):
@@ -250,9 +254,7 @@ class _Pictures:
         save(self.results, "disparity.npy", disparity.pixels_per_view)
         share = 100 * float((disparity.confidence >= _SURE).mean())
         if camera is None:
-            values = np.where(
-                disparity.confidence >= _SURE, disparity.pixels_per_view, np.nan
-            )
+            values = np.where(disparity.confidence >= _SURE, disparity.pixels_per_view, np.nan)
             caption = "Depth in units of a; give --camera for mm"
         else:
             model = RayModel.focused(load_camera(camera), focus, m)
@@ -293,9 +295,7 @@ class _Pictures:
 
         first, *others = [Pillow.fromarray(frame) for frame in frames]
         content = io.BytesIO()
-        first.save(
-            content, "GIF", save_all=True, append_images=others, duration=_STAYS, loop=0
-        )
+        first.save(content, "GIF", save_all=True, append_images=others, duration=_STAYS, loop=0)
         self.results.write(name, content.getvalue())
         self.shown.append((name, caption))
 
@@ -319,8 +319,18 @@ def _around(m: int) -> list[tuple[int, int]]:
     return [place for n, place in enumerate(places) if place != places[n - 1]] or places[:1]
 
 
+def _enlarged(image: "Image", times: int) -> "Image":
+    """A view, a pixel for each micro lens, as large as the other pictures."""
+    import numpy as np
+    from scipy import ndimage
+
+    zoom = (times, times, 1)[: image.ndim]
+    large = ndimage.zoom(image.astype(np.float32), zoom, order=3, mode="nearest", grid_mode=True)
+    return np.clip(np.rint(large), 0, np.iinfo(image.dtype).max).astype(image.dtype)
+
+
 def _small(image: "Image") -> "Image":
-    """A frame of an animation: 8 bit, larger sides reduced by leaving out pixels' detail."""
+    """A frame of an animation: 8 bit, its longer side always the same."""
     import numpy as np
     from PIL import Image as Pillow
 
@@ -349,5 +359,6 @@ def _page(title: str, pictures: "Sequence[tuple[str, str]]", lines: "Sequence[st
         f'<!doctype html>\n<html lang="en">\n<head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width"><title>{html.escape(title)}</title>'
         f"<style>{_STYLE}</style></head>\n<body>\n<h1>{html.escape(title)}</h1>\n"
-        f'<p><a href="viewer.html">Refocus it by hand</a></p>\n<ul>\n{said}\n</ul>\n{figures}\n</body>\n</html>\n'
+        f'<p><a href="viewer.html">Refocus it by hand</a></p>\n'
+        f"<ul>\n{said}\n</ul>\n{figures}\n</body>\n</html>\n"
     )

@@ -12,7 +12,14 @@ from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
 from plenofir.ground.errors import InputError
-from plenofir.refocus import Border, check_raw, focus_to_shift, refocus
+from plenofir.refocus import (
+    Border,
+    Interpolation,
+    check_raw,
+    focus_to_shift,
+    interpolation_order,
+    refocus,
+)
 from plenofir.refocus.border import check_border
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import Slices, bands
@@ -26,8 +33,8 @@ _LINES = 64
 class FocalStack:
     """Focal stack whose slices are made when they are asked for, and not kept.
 
-    `settings`, `border`: as `plenofir.refocus.refocus` takes them. Raises `InputError` if the raw
-    image or a setting cannot be used, or there is none.
+    `settings`, `border`, `interpolation`: as `plenofir.refocus.refocus` takes them. Raises
+    `InputError` if the raw image or a setting cannot be used, or there is none.
     """
 
     def __init__(
@@ -38,9 +45,11 @@ class FocalStack:
         progress: Callable[[int, int], None] | None = None,
         *,
         border: Border = "zero",
+        interpolation: Interpolation = "nearest",
     ) -> None:
         check_border(border)
         self.border: Border = border
+        self.interpolation = interpolation_order(interpolation)
         self.raw, self.micro_image_size = check_raw(raw, micro_image_size), micro_image_size
         self.settings = tuple(settings)
         self.progress = progress
@@ -62,7 +71,14 @@ class FocalStack:
         part = slice(first, last), slice(None)
         rows, slices = self.raw.shape[0], len(self)
         for number, a in enumerate(self.settings, 1):
-            yield refocus(self.raw, self.micro_image_size, a, border=self.border, region=part)
+            yield refocus(
+                self.raw,
+                self.micro_image_size,
+                a,
+                border=self.border,
+                interpolation=self.interpolation,
+                region=part,
+            )
             if self.progress is not None:
                 if last - first == rows:
                     self.progress(number, slices)

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`plenofir develop`: all pictures of a capture, from each kind of source."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plenofir.camera.calibration import calibrate, decode
+from plenofir.camera.lightfield.folders import named_views
+from plenofir.commands.app import run
+from plenofir.ground.errors import InputError
+from plenofir.ground.images import read_image, write_png
+from plenofir.ground.project import root
+
+DATA = root() / "golden" / "plenofir" / "data"
+PICTURES = {
+    "all_in_focus.png",
+    "central_view.png",
+    "depth.png",
+    "focus.gif",
+    "views.gif",
+}
+PAGES = {"aligned.png", "disparity.npy", "index.html", "viewer.html"}
+
+
+def names(folder: Path) -> set[str]:
+    return {p.name for p in folder.iterdir()}
+
+
+def slices(folder: Path) -> list[Path]:
+    return sorted(folder.glob("refocused_*.png"))
+
+
+def test_capture_and_white_image(tmp_path: Path, capsys) -> None:
+    """The microscope: nothing black, and the page shows all of it."""
+    capture = DATA / "microscope"
+    white, dark = capture / "white.png", capture / "dark.png"
+    out = tmp_path / "out"
+    words = ("develop", capture / "raw.png", "--white", white, "--dark", dark, "-M", 13)
+    assert run([*map(str, words), "--out", str(out), "--slices", "3"]) == 0
+    assert names(out) - {p.name for p in slices(out)} == PICTURES | PAGES | {"calib.json"}
+    assert 1 <= len(slices(out)) <= 3
+    for path in slices(out):
+        image = read_image(path)
+        assert image.shape == (364, 364)
+        # Half of the range is used, and no frame is dark.
+        assert np.percentile(image, 99) > 0.5 * 65535
+        rim = np.concatenate([image[:6].ravel(), image[:, :6].ravel()])
+        assert rim.mean() > 0.5 * image[40:60].mean()
+    found = calibrate(read_image(white), read_image(dark))
+    want = decode(read_image(capture / "raw.png"), found, 13, dark=read_image(dark))
+    assert np.array_equal(read_image(out / "aligned.png"), want)
+    page = (out / "index.html").read_text()
+    assert all(f'src="{name}"' in page for name in PICTURES)
+    said = capsys.readouterr().out
+    assert "calibrated: rectangular" in said
+    assert "gamma 2.2" in said
+
+
+def test_aligned_image_and_folder_of_views_are_the_same(tmp_path: Path, capsys) -> None:
+    raster = read_image(DATA / "flower_detail_5x5.png")[:150, :150]
+    write_png(tmp_path / "raw.png", raster)
+    for name, view in named_views(raster, 5).items():
+        (tmp_path / "views").mkdir(exist_ok=True)
+        write_png(tmp_path / "views" / name, view)
+    for source, more in (("raw.png", ["-M", "5"]), ("views", [])):
+        out = str(tmp_path / f"of_{source}")
+        assert run(["develop", str(tmp_path / source), *more, "--out", out, "--slices", "4"]) == 0
+    one, other = tmp_path / "of_raw.png", tmp_path / "of_views"
+    assert names(one) == names(other)
+    assert np.array_equal(read_image(one / "aligned.png"), raster)
+    for path in slices(one):
+        assert np.array_equal(read_image(path), read_image(other / path.name))
+    assert "taken as aligned, M = 5" in capsys.readouterr().out
+
+
+def test_distances_with_a_camera(tmp_path: Path) -> None:
+    words = ["develop", str(DATA / "planes_5x5.png"), "-M", "5", "--out", str(tmp_path / "out")]
+    assert run([*words, "--camera", "f193-mla2", "--focus", "1500", "--slices", "2"]) == 0
+    distances = np.load(tmp_path / "out" / "distance_mm.npy")
+    assert np.nanmax(distances) > 2 * np.nanmin(distances)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ((), "give --white or --calib for a raw capture, or -M for an aligned raw image"),
+        (("-M", "5", "--focus", "900"), "--focus requires --camera"),
+        (("-M", "5", "--exposure", "much"), "use auto, off, or a number of EV"),
+    ],
+)
+def test_bad_calls(tmp_path: Path, words, message) -> None:
+    write_png(tmp_path / "raw.png", np.zeros((20, 20), np.uint8))
+    with pytest.raises(InputError, match=message):
+        run(["develop", str(tmp_path / "raw.png"), *words, "--out", str(tmp_path / "out")])
+    assert not (tmp_path / "out").exists()
