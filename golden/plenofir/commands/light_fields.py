@@ -287,19 +287,24 @@ def stack(
 def depth_map(
     raster: options.AlignedRaw,
     micro_image: options.MicroImage,
-    camera: options.Camera,
+    camera: options.CameraIfGiven = None,
     focus: options.Focus = inf,
     near: Annotated[
-        float, options.number("--near", "Largest disparity searched, pixels per view.")
-    ] = 2.0,
+        float | None,
+        options.number("--near", "Largest disparity searched, pixels per view; 2 or more without."),
+    ] = None,
     far: Annotated[
-        float, options.number("--far", "Smallest disparity searched, pixels per view.")
-    ] = -0.5,
+        float | None,
+        options.number(
+            "--far", "Smallest disparity searched, pixels per view; -1 or less without."
+        ),
+    ] = None,
     window: Annotated[
         int, typer.Option("--window", help="Side of the matching window, odd.", min=1)
     ] = 7,
     confidence: Annotated[
-        float, typer.Option("--confidence", help="Least confidence of a distance.", min=0, max=1)
+        float,
+        typer.Option("--confidence", help="Least confidence of what is known.", min=0, max=1),
     ] = 0.3,
     out: Annotated[str, typer.Option(help="Folder for the maps.")] = "depth",
     pfm: Annotated[bool, typer.Option("--pfm", help="Write distance_mm.pfm too.")] = False,
@@ -310,53 +315,75 @@ def depth_map(
         bool, typer.Option("--ply", help="Write points.ply too, a cloud of coloured points in mm.")
     ] = False,
 ) -> None:
-    """Distances in mm from an aligned raw image and the camera's lens data."""
+    """Depth from an aligned raw image: distances in mm with the camera's lens data, else a.
+
+    Without --near and --far the range searched grows to what the picture needs.
+    """
     import numpy as np
 
     from plenofir.camera.lightfield import exports, sub_aperture
-    from plenofir.camera.lightfield.disparity import depth_map as measure
+    from plenofir.camera.lightfield.disparity import MANY, search_disparity, sure_distances
     from plenofir.camera.plots import depth_picture
     from plenofir.camera.rays import RayModel, load_camera
 
     m = micro_image
+    for option, given in (("focus", focus != inf), ("pfm", pfm), ("tiff", tiff), ("ply", ply)):
+        options.require(option, "camera", given and camera is None)
     raw = _raster(raster, m)
-    model = RayModel.focused(load_camera(camera), focus, m)
+    model = None if camera is None else RayModel.focused(load_camera(camera), focus, m)
+    warning = "" if model is None else model.micro_image_note()
     check_folder(Path(out), out)
     with progress_bar("matching") as show:
-        found = measure(
+        found = search_disparity(
             raw,
-            model,
-            search=(far, near),
+            m,
+            smallest=far,
+            largest=near,
             window=window,
             least_confidence=confidence,
             progress=show,
         )
-    known = found.distance_mm[~np.isnan(found.distance_mm)]
-    tenths = np.nan_to_num(np.rint(10 * found.distance_mm), nan=0.0)
+    disparity = found.disparity
     files: dict[str, Image | Floats] = {
-        "depth.png": depth_picture(found.distance_mm),
-        "distance_tenth_mm.png": np.clip(tenths, 0, 65535).astype(np.uint16),
-        "distance_mm.npy": found.distance_mm,
-        "disparity.npy": found.disparity.pixels_per_view,
+        "disparity.npy": disparity.pixels_per_view,
+        "confidence.png": np.rint(255 * disparity.confidence).astype(np.uint8),
     }
+    if model is None:
+        sure = disparity.confidence >= confidence
+        depth = np.where(sure, disparity.pixels_per_view, np.nan)
+    else:
+        depth = sure_distances(disparity, model, confidence)
+        tenths = np.nan_to_num(np.rint(10 * depth), nan=0.0)
+        files["distance_mm.npy"] = depth
+        files["distance_tenth_mm.png"] = np.clip(tenths, 0, 65535).astype(np.uint16)
+    files["depth.png"] = depth_picture(depth, in_mm=model is not None)
     with Results(Path(out)) as results:
         for name, values in files.items():
             save(results, name, values)
         if pfm:
-            results.write("distance_mm.pfm", exports.encode_pfm(found.distance_mm))
+            results.write("distance_mm.pfm", exports.encode_pfm(depth))
         if tiff:
-            results.write("distance_mm.tif", exports.encode_float_tiff(found.distance_mm))
-        if ply:
-            places = exports.points(found.distance_mm, model)
+            results.write("distance_mm.tif", exports.encode_float_tiff(depth))
+        if ply and model is not None:
             central = sub_aperture(raw, m, m // 2, m // 2)
-            results.write("points.ply", exports.encode_ply(places, central))
-    share = 100 * known.size / found.distance_mm.size
-    spread = (
-        f", {np.percentile(known, 5):.0f} to {np.percentile(known, 95):.0f} mm"
-        if known.size
-        else ""
-    )
+            points = exports.points(depth, model)
+            results.write("points.ply", exports.encode_ply(points, central))
+    known = depth[~np.isnan(depth)]
+    spread = ""
+    if known.size:
+        first, last = np.percentile(known, [5, 95])
+        spread = f", a = {first:.2f} to {last:.2f}"
+        if model is not None:
+            spread = f", {first:.0f} to {last:.0f} mm"
     typer.echo(
-        f"{out}: distances for {share:.0f} % of {raw.shape[1] // m} x {raw.shape[0] // m}"
-        f" pixels{spread}"
+        f"{out}: {'disparities' if model is None else 'distances'} of {known.size} of {depth.size}"
+        f" pixels ({100 * known.size / depth.size:.1f} %){spread}"
     )
+    for share, end, option in zip(found.at_ends, found.search, ("far", "near"), strict=True):
+        if share > MANY:
+            typer.echo(
+                f"note: {100 * share:.0f} % of the matched pixels lie at the {option} end of the "
+                f"search, {end:g} pixels per view; widen it with {options.typed(option)}"
+            )
+    if warning:
+        typer.echo(f"warning: {warning}", err=True)

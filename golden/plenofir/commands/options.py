@@ -214,8 +214,8 @@ def one_focus_setting(texts: Iterable[str], micro_image_size: int) -> Fraction:
     return found[0]
 
 
-def _finite(param: typer.CallbackParam, value: float) -> float:
-    if isnan(value) or value in (inf, -inf):
+def _finite(param: typer.CallbackParam, value: float | None) -> float | None:
+    if value is not None and not isfinite(value):
         raise InputError(f"{value} is not a finite number", where=str(param.name))
     return value
 
@@ -235,7 +235,7 @@ def _sharpening(param: typer.CallbackParam, value: str) -> str:
     return value
 
 
-def number(flag: str, help_text: str, callback: Callable[..., float] = _finite) -> object:
+def number(flag: str, help_text: str, callback: Callable[..., float | None] = _finite) -> object:
     """Declare an option that takes a finite number."""
     return typer.Option(flag, help=help_text, callback=callback)
 
@@ -244,7 +244,9 @@ def numbers(flag: str, help_text: str) -> object:
     """Declare an option that takes finite numbers, repeated."""
 
     def all_finite(param: typer.CallbackParam, values: list[float] | None) -> list[float]:
-        return [_finite(param, value) for value in values or ()]
+        for value in values or ():
+            _finite(param, value)
+        return values or []
 
     return typer.Option(flag, help=help_text, callback=all_finite)
 

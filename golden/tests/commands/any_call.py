@@ -305,6 +305,11 @@ def run(words: Words, environment: Mapping[str, str]) -> tuple[int, str, str]:
     return code, texts[0], texts[1]
 
 
+def is_warning(err: str) -> bool:
+    """Whether standard error holds one warning: the camera has other micro images."""
+    return err.startswith("warning: the micro images of ") and err.count("\n") == 1
+
+
 def contents(folder: Path) -> dict[str, bytes]:
     return {
         str(path.relative_to(folder)): path.read_bytes()

@@ -20,8 +20,15 @@ from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
 
+SEARCH = -1.0, 2.0
+"""Range of disparities in pixels per view that is searched if nothing else is said."""
+
 # Candidates are this many pixels apart in the views that are farthest from each other.
 _STEP = 0.25
+# More than this share of the matched pixels at an end of the range: what they see lies beyond it.
+MANY = 0.03
+# No end is moved farther out than this without being asked to.
+_WIDEST = 8.0
 
 
 @dataclass(frozen=True)
@@ -34,6 +41,19 @@ class Disparity:
 
     pixels_per_view: Floats
     confidence: Floats
+
+
+@dataclass(frozen=True)
+class Searched:
+    """Disparity, and how its search went.
+
+    `search`: smallest and largest disparity searched. `at_ends`: shares of the matched pixels that
+    were found at the one and at the other.
+    """
+
+    disparity: Disparity
+    search: tuple[float, float]
+    at_ends: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -52,7 +72,7 @@ def sad_disparity(
     reference: Image | Floats,
     others: Sequence[tuple[Image | Floats, tuple[float, float]]],
     *,
-    search: tuple[float, float] = (-0.5, 2.0),
+    search: tuple[float, float] = SEARCH,
     window: int = 7,
     progress: Callable[[int, int], None] | None = None,
 ) -> Disparity:
@@ -146,7 +166,7 @@ def light_field_disparity(
     raw: Image,
     micro_image_size: int,
     *,
-    search: tuple[float, float] = (-0.5, 2.0),
+    search: tuple[float, float] = SEARCH,
     window: int = 7,
     progress: Callable[[int, int], None] | None = None,
 ) -> Disparity:
@@ -171,11 +191,51 @@ def light_field_disparity(
     )
 
 
+def search_disparity(
+    raw: Image,
+    micro_image_size: int,
+    *,
+    smallest: float | None = None,
+    largest: float | None = None,
+    window: int = 7,
+    least_confidence: float = 0.3,
+    progress: Callable[[int, int], None] | None = None,
+) -> Searched:
+    """Disparity of the central view in a range that fits the picture.
+
+    `smallest`, `largest`: ends of the range; one that is None starts at that of `SEARCH`, and moves
+    to twice that while many matched pixels lie there. Pixels of `least_confidence` are matched. The
+    others: as in `light_field_disparity`.
+    """
+    m = micro_image_size
+    given = smallest, largest
+    search = tuple(start if end is None else end for end, start in zip(given, SEARCH, strict=True))
+    widest = min(_WIDEST, float(max(raw.shape[:2]) // m))
+    while True:
+        low, high = search
+        found = light_field_disparity(raw, m, search=(low, high), window=window, progress=progress)
+        matched = found.pixels_per_view[found.confidence >= least_confidence]
+        beyond = [float((matched == end).sum()) / max(matched.size, 1) for end in search]
+        wider = tuple(
+            float(np.clip(2 * end, -widest, widest)) if limit is None and share > MANY else end
+            for end, limit, share in zip(search, given, beyond, strict=True)
+        )
+        if wider == search:
+            return Searched(found, (low, high), (beyond[0], beyond[1]))
+        search = wider
+
+
+def sure_distances(found: Disparity, model: RayModel, least_confidence: float) -> Floats:
+    """Distances in mm of pixels of at least that confidence, as in `DepthMap`."""
+    distances = model.distance(found.pixels_per_view).mm
+    return np.where(found.confidence >= least_confidence, distances, np.nan)
+
+
 def depth_map(
     raw: Image,
     model: RayModel,
     *,
-    search: tuple[float, float] = (-0.5, 2.0),
+    search: tuple[float, float] = SEARCH,
     window: int = 7,
     least_confidence: float = 0.3,
     progress: Callable[[int, int], None] | None = None,
@@ -198,6 +258,4 @@ def depth_map(
     found = light_field_disparity(
         raw, model.micro_image_size, search=search, window=window, progress=progress
     )
-    distances = model.distance(found.pixels_per_view)
-    sure = found.confidence >= least_confidence
-    return DepthMap(np.where(sure, distances.mm, np.nan), found)
+    return DepthMap(sure_distances(found, model, least_confidence), found)

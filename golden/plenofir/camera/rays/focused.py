@@ -42,6 +42,19 @@ class FocusedCamera:
         f, separation = lens.focal_length_mm, lens.principal_plane_separation_mm
         return cls(camera, lens_extension(f, separation, focus_mm), micro_image_size)
 
+    def micro_image_note(self) -> str:
+        """What is wrong with M for this camera; empty if its micro images have M pixels."""
+        m, camera = self.micro_image_size, self.camera
+        pixels = camera.micro_lenses.pitch_mm / camera.sensor.pixel_pitch_mm
+        # From the largest odd size, which decoding takes by itself.
+        if int((pixels - 1) // 2 * 2 + 1) <= m <= round(pixels):
+            return ""
+        hold = "hold only for their middle pixels, as decode crops them"
+        return (
+            f"the micro images of {camera.name} have {pixels:.1f} pixels, not {m}; distances "
+            f"{hold if m < pixels else 'are wrong'}"
+        )
+
     @property
     def extension_mm(self) -> float:
         """Extension e = b_U - f_U of the main lens."""

@@ -2,6 +2,7 @@
 """The commands from a raw capture to pictures."""
 
 import json
+import re
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -278,12 +279,34 @@ def test_chain(capture: Path, run) -> None:
         cwd=capture,
     )
     assert done.returncode == 0, done.stderr
+    warning = "warning: the micro images of f197-mla2 have 13.9 pixels, not 5; distances hold only"
+    assert done.stderr.startswith(warning)
+    assert done.stderr.count("\n") == 1
     distances = np.load(capture / "depth" / "distance_mm.npy")
+    known, total = int((~np.isnan(distances)).sum()), distances.size
+    share = f"({100 * known / total:.1f} %)"
+    assert done.stdout.startswith(f"depth: distances of {known} of {total} pixels {share}, ")
+    assert done.stdout.count("\n") == 1
     true = float(RayModel.focused(load_camera("f197-mla2"), inf, M).distance(A).mm)
     assert np.nanmedian(distances) == pytest.approx(true, rel=0.03)
     tenths = read_image(capture / "depth" / "distance_tenth_mm.png")
     assert np.median(tenths) == pytest.approx(10 * np.nanmedian(distances), abs=1)
     assert min(read_image(capture / "depth" / "depth.png").shape[:2]) > 200
+
+    # Without a camera; and what lies beyond the range is not passed over.
+    done = run(*("depth-map", "aligned.png", "-M", "5", "--out", "a"), cwd=capture)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert re.fullmatch(r"a: disparities of .* %\), a = 0\.[34]\d to 0\.4\d\n", done.stdout)
+    files = {"depth.png", "disparity.npy", "confidence.png"}
+    assert {file.name for file in (capture / "a").iterdir()} == files
+    disparity = np.load(capture / "a" / "disparity.npy")
+    assert np.median(disparity) == pytest.approx(A, abs=0.02)
+    confidence = read_image(capture / "a" / "confidence.png")
+    assert confidence.shape == disparity.shape
+    assert np.median(confidence) > 0.5 * 255
+    done = run(*("depth-map", "aligned.png", "-M", "5", "--near", "0.2", "--out", "a"), cwd=capture)
+    note = "of the matched pixels lie at the near end of the search, 0.2 pixels per view; widen it"
+    assert done.stdout.splitlines()[1].endswith(f" % {note} with --near")
 
 
 def test_overlaps_are_noted(tmp_path: Path, run) -> None:
@@ -455,6 +478,12 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("depth-map white.png -M 5 --camera f197-mla2 --near x", "--near"),
         ("depth-map white.png -M 5 --camera f197-mla2 --near=-2", "search"),
         ("depth-map white.png -M 5 --camera f197-mla2 --near 1e9", "-28 to 28, the views' size"),
+        ("depth-map white.png -M 5 --near nan", "--near: nan is not a finite number"),
+        ("depth-map white.png -M 5 --focus 1500", "--focus requires --camera"),
+        *(
+            (f"depth-map white.png -M 5 {option}", f"{option} requires --camera")
+            for option in ("--pfm", "--tiff", "--ply")
+        ),
         ("refocus views -M 5 -a 1", "views: is a folder"),
         # Results never replace what they are made from, whatever it is called.
         ("refocus white.png -M 5 -a 1 --out white.png", "white.png would replace what it is made"),

@@ -358,3 +358,15 @@ def test_never_a_silent_infinity():
     far = m.distance(1e100)
     assert far.state() is State.INSIDE_LENS
     assert np.isfinite(float(far.mm))
+
+
+def test_a_camera_that_contradicts_m():
+    """Micro images of 13.9 pixels: decoding takes 13, or crops them; 15 they never have."""
+    camera = load_camera("f193-mla2")
+    notes = {m: RayModel.focused(camera, inf, m).micro_image_note() for m in (5, 13, 14, 15)}
+    assert notes[13] == notes[14] == ""
+    assert notes[5].endswith(
+        "f193-mla2 have 13.9 pixels, not 5; distances hold only for their "
+        "middle pixels, as decode crops them"
+    )
+    assert notes[15].endswith("have 13.9 pixels, not 15; distances are wrong")

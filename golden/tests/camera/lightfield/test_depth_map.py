@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Depth maps: the range that is searched, and how the map is drawn."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from plenofir.camera.lightfield.disparity import MANY, search_disparity
+from plenofir.camera.plots import depth_picture
+from plenofir.ground import project
+from plenofir.ground.images import read_image
+
+
+def test_the_planes_of_the_demo_are_told_apart() -> None:
+    """The wall at a = -1 lies at the end of the range: it is widened."""
+    found = search_disparity(read_image(project.DATA / "planes_5x5.png"), 5)
+    assert found.search == (-2, 2)
+    assert max(found.at_ends) < 0.01
+    disparity = found.disparity.pixels_per_view
+    for a in (-1, -0.6, 0.2, 1):
+        assert (np.abs(disparity - a) < 0.05).mean() > 0.1
+
+
+@pytest.mark.parametrize("a", [-2.6, 2.6])
+def test_range_grows_unless_it_is_given(a: float) -> None:
+    """One view shows a texture, the next the same moved by a."""
+    row = np.arange(40)[:, np.newaxis]
+    rng = np.random.default_rng(4)
+    waves = [(rng.uniform(0.2, 1.2, 2), phase) for phase in rng.uniform(0, 6, 12)]
+    raw = np.zeros((40 * 3, 40 * 3), np.uint8)
+    for v, u in np.ndindex(3, 3):
+        y, x = row + a * (v - 1), row.T + a * (u - 1)
+        texture = sum(np.sin(slope[0] * y + slope[1] * x + phase) for slope, phase in waves)
+        raw[v::3, u::3] = np.clip(128 + 20 * texture, 0, 255)
+    found = search_disparity(raw, 3)
+    assert np.median(found.disparity.pixels_per_view) == pytest.approx(a, abs=0.1)
+    assert max(found.at_ends) < MANY
+    found = search_disparity(raw, 3, smallest=-1, largest=2, least_confidence=0.1)
+    assert found.search == (-1, 2)
+    assert found.at_ends[int(a > 0)] > MANY
+
+
+def _parts(picture: np.ndarray, colour: tuple[float, ...]) -> float:
+    """Part of a picture that has a colour."""
+    wanted = np.rint(255 * np.array(colour[:3]))
+    return float((np.abs(picture - wanted) <= 2).all(axis=2).mean())
+
+
+def test_colours_are_even_in_one_over_distance() -> None:
+    depth = np.repeat([[1000.0, 1500, 3000, np.nan, -5]], 4, axis=0).repeat(3, axis=1)
+    viridis = plt.get_cmap("viridis")
+    picture = depth_picture(depth, in_mm=True)
+    # 1/1500 lies in the middle of 1/1000 and 1/3000; what is no distance is grey.
+    shares = [_parts(picture, viridis(place)) for place in (1.0, 0.5, 0.0)]
+    assert min(shares) > 0.05
+    assert _parts(picture, (0.6, 0.6, 0.6)) > 1.8 * shares[1]
+    # A disparity may be negative, and is linear.
+    picture = depth_picture(np.repeat([[-1.0, 0, 1]], 4, axis=0), in_mm=False)
+    assert min(_parts(picture, viridis(place)) for place in (1.0, 0.5, 0.0)) > 0.1
+    for nothing in (True, False):
+        depth_picture(np.full((3, 4), np.nan), in_mm=nothing)
+
+
+@pytest.mark.parametrize(
+    ("near", "far", "want"),
+    [
+        (795, 15891, ["0.8", "1", "1.2", "1.5", "2", "2.5", "4", "6", "12"]),
+        (990, 2010, ["1000", "1200", "1500", "2000"]),
+        (1499, 1516, ["1500", "1503", "1506", "1509", "1512", "1515"]),
+    ],
+)
+def test_scale_has_round_distances(near, far, want, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = []
+    monkeypatch.setattr("plenofir.camera.plots.figure_pixels", drawn.append)
+    depth_picture(np.repeat([[near, far]], 4, axis=0) * np.float64(1), in_mm=True)
+    (figure,) = drawn
+    assert [text.get_text() for text in figure.axes[1].get_yticklabels()] == want
+    plt.close(figure)
