@@ -89,19 +89,20 @@ def develop(
     folder = Path(out)
     check_folder(folder, out)
     options.require("focus", "camera", focus != inf and camera is None)
-    with steps_bar("reading") as show, Results(folder) as results:
+    with steps_bar("reading") as show:
         field = _read(Path(capture), white, calib, dark, micro_image, show)
         brightness = (_GAMMA if field.linear else 1.0) if gamma is None else gamma
         look = chosen(field.raster, field.micro_image_size, exposure, brightness)
         lines = [
             *field.lines,
-            f"shown: black {look.black:g}, white {look.white:g}, gamma {brightness:g}",
+            f"shown: black {look.black:.0f}, white {look.white:.0f}, gamma {brightness:g}",
         ]
-        pictures = _Pictures(results, field, look.apply, show)
-        lines += pictures.make(camera, focus, slices)
-        pictures.viewer(as_text(Path(capture).name), camera, focus)
         title = as_text(Path(capture).name)
-        results.write("index.html", _page(title, pictures.shown, lines).encode())
+        with Results(folder) as results:
+            pictures = _Pictures(results, field, look.apply, show)
+            lines += pictures.make(camera, focus, slices)
+            pictures.viewer(title, camera, focus)
+            results.write("index.html", _page(title, pictures.shown, lines).encode())
     for line in lines:
         typer.echo(line)
     typer.echo(f"{out}: {len(pictures.shown)} pictures; open {folder / 'index.html'}")
