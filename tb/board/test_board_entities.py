@@ -1,32 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The board's control, entity by entity."""
+"""The board's control, entity by entity, in one simulation."""
+
+import pytest
 
 from plenofir_tb.runner import Case, run_cases
-
-
-def run_unit(entity: str, generics: dict, **case: object) -> None:
-    run_cases([unit(entity, generics, **case)])
 
 
 def unit(entity: str, generics: dict, **case: object) -> Case:
     return Case(entity, "board.unit_bench", generics, {"entity": entity, **case})
 
 
-def test_i2c_rom_slave() -> None:
-    run_cases(
-        [
-            unit("i2c_rom_slave", {"MAX_COLUMNS": columns}, max_columns=columns)
-            for columns in (64, 640, 1279, 1280, 2000)
-        ]
-    )
+CONTROL = {"slices": 3, "first_slice": 1, "bit_clocks": 8, "stable": 4, "switch_frames": 30}
+UNITS = [
+    *(
+        unit("i2c_rom_slave", {"MAX_COLUMNS": columns}, max_columns=columns)
+        for columns in (64, 640, 1279, 1280, 2000)
+    ),
+    unit("debouncer", {"STABLE": 20}, stable=20),
+    unit(
+        "board_control",
+        {
+            **{name.upper(): value for name, value in CONTROL.items()},
+            **{"OUTPUTS": 3, "WITH_TEXT": True, "FIELDS": 3},
+            "STATUS": "clock=# rows=# taps=#.",
+        },
+        **CONTROL,
+    ),
+]
 
 
-def test_debouncer() -> None:
-    run_unit("debouncer", {"STABLE": 20}, stable=20)
-
-
-def test_board_control() -> None:
-    case = {"slices": 3, "first_slice": 1, "bit_clocks": 8, "stable": 4, "switch_frames": 30}
-    generics = {name.upper(): value for name, value in case.items()}
-    generics |= {"OUTPUTS": 3, "WITH_TEXT": True}
-    run_unit("board_control", {**generics, "STATUS": "clock=# rows=# taps=#.", "FIELDS": 3}, **case)
+# `make mutants` chooses by the names of entities.
+@pytest.mark.parametrize("cases", [UNITS], ids=["i2c_rom_slave-debouncer-board_control"])
+def test_unit(cases: list[Case]) -> None:
+    run_cases(cases)

@@ -3,61 +3,52 @@
 
 import pytest
 
-from plenofir_tb.runner import Case, run_case, run_cases
-
-PHASE = {"filter": 5, "interval": 40, "quiet": 16, "timeout": 100}
+from plenofir_tb.runner import Case, run_cases
 
 
-def run_unit(entity: str, **case: int) -> None:
-    """Run the bench; the entity's generics are among what the case says."""
+def unit(entity: str, bench: str = "link", **case: int) -> Case:
+    """The entity's generics are among what the case says."""
     generics = {name.upper(): value for name, value in case.items() if name != "faults"}
-    case_and_name = {"entity": entity, **case}
-    bench = "phase_bench" if entity == "phase_detector_control" else "link_bench"
-    run_case(entity, f"board.{bench}", generics=generics, case=case_and_name)
+    return Case(entity, f"board.{bench}_bench", generics, {"entity": entity, **case})
 
 
-def test_link_supervisor() -> None:
-    run_unit("link_supervisor", counts_10_mhz=100, timeout=300, patience=5)
+def phases(faults: int) -> Case:
+    times = {"filter": 5, "interval": 40, "quiet": 16, "timeout": 100}
+    return unit("phase_detector_control", "phase", **times, faults=faults)
 
 
-def test_pll_configure() -> None:
-    run_unit("pll_configure", timeout=60)
-
-
-def test_frame_rate_meter() -> None:
-    run_unit("frame_rate_meter", tick=2)
-
-
-def test_clock_meter() -> None:
-    run_unit("clock_meter", window=400)
-
-
-def test_event_counter() -> None:
-    run_unit("event_counter", width=3)
-
-
-def test_phase_detector_control() -> None:
-    run_unit("phase_detector_control", **PHASE, faults=20)
-
-
-@pytest.mark.slow
-def test_many_hung_delay_lines() -> None:
-    run_unit("phase_detector_control", **PHASE, faults=2000)
-
-
-def run_search(bit_taps: list[int], late_step: int) -> None:
+def search(bit_taps: list[int], late_step: int) -> Case:
     case = {"entity": "phase_search", "timeout": 150, "bit_taps": bit_taps, "late_step": late_step}
-    run_case("phase_search", "board.search_bench", generics={"TIMEOUT": 150}, case=case)
+    return Case("phase_search", "board.search_bench", {"TIMEOUT": 150}, case)
 
 
-def test_phase_search() -> None:
+UNITS = [
+    unit("link_supervisor", counts_10_mhz=100, timeout=300, patience=5),
+    unit("pll_configure", timeout=60),
+    unit("frame_rate_meter", tick=2),
+    unit("clock_meter", window=400),
+    unit("event_counter", width=3),
+    phases(20),
     # From 720p60 (1347 ps, 25 ps a tap) to longer than the delay line.
-    run_search([54, 160], 4)
+    search([54, 160], 4),
+]
 
 
-@pytest.mark.slow
-def test_phase_search_of_many_bits() -> None:
-    run_search([*range(50, 180, 10)], 1)
+# `make mutants` chooses by the names of entities.
+@pytest.mark.parametrize(
+    "cases",
+    [
+        UNITS,
+        pytest.param(
+            [phases(2000), search([*range(50, 180, 10)], 1)],
+            marks=pytest.mark.slow,
+            id="many-phase_detector_control-phase_search",
+        ),
+    ],
+    ids=lambda cases: "-".join(case.top for case in cases),
+)
+def test_unit(cases: list[Case]) -> None:
+    run_cases(cases)
 
 
 def test_hdmi_control() -> None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parts of the refocuser, each on its own."""
+"""The parts of the refocuser, each on its own, in one simulation."""
 
+from collections.abc import Iterator
 from dataclasses import asdict
 from itertools import cycle, product
 
@@ -8,6 +9,7 @@ import pytest
 
 from plenofir.fpga.core.memory import block_sizes
 from plenofir.refocus import FilterLayout
+from plenofir_tb.drawn import drawn
 from plenofir_tb.runner import Case, run_cases
 
 
@@ -15,70 +17,38 @@ def unit(entity: str, generics: dict, **case: object) -> Case:
     return Case(entity, "core.unit_bench", generics, {"entity": entity, **case})
 
 
-@pytest.mark.drawn(1)
-@pytest.mark.parametrize("bits", [8, 16])
-def test_divide_round(bits: int) -> None:
-    cases = []
-    for m in (1, 2, 3, 4, 5, 7, 8, 11, 15, 128):
+def divide_round() -> Iterator[Case]:
+    taken = map(int, drawn(["8", "16"], 1))
+    for bits, m in product(taken, (1, 2, 3, 4, 5, 7, 8, 11, 15, 128)):
         divisor = m * m
         largest = divisor * (2**bits - 1)
         generics = {"VALUE_MAX": largest, "DIVISOR": divisor, "QUOTIENT_BITS": bits}
-        cases.append(unit("divide_round", generics, value_max=largest, divisor=divisor))
-    run_cases(cases)
+        yield unit("divide_round", generics, value_max=largest, divisor=divisor)
 
 
-def test_ram_blocks() -> None:
+def ram_blocks() -> Iterator[Case]:
     sizes = [(2, 1), (8, 700), (8, 5000), (9, 4099), (24, 6656), (1, 40000)]
-    run_cases(
-        [
-            unit(
-                "ram_blocks",
-                {"WIDTH": width, "WORDS": words, "READ_LATENCY": latency},
-                width=width,
-                words=words,
-                latency=latency,
-                blocks=block_sizes(words, width),
-            )
-            for latency, (width, words) in zip(cycle((2, 3)), sizes, strict=False)
-        ]
-    )
+    for latency, (width, words) in zip(cycle((2, 3)), sizes, strict=False):
+        generics = {"WIDTH": width, "WORDS": words, "READ_LATENCY": latency}
+        blocks = block_sizes(words, width)
+        yield unit("ram_blocks", generics, width=width, words=words, latency=latency, blocks=blocks)
 
 
-def test_round_saturate() -> None:
-    run_cases(
-        [
-            unit(
-                "round_saturate",
-                {"VALUE_MAX": value_max, "DROP_BITS": drop, "RESULT_BITS": bits},
-                value_max=value_max,
-                drop_bits=drop,
-                result_bits=bits,
-            )
-            for value_max, drop, bits in [(1000, 0, 8), (5000, 4, 8), (2047, 3, 8)]
-        ]
-    )
+def round_saturate() -> Iterator[Case]:
+    for value_max, drop, bits in [(1000, 0, 8), (5000, 4, 8), (2047, 3, 8)]:
+        generics = {"VALUE_MAX": value_max, "DROP_BITS": drop, "RESULT_BITS": bits}
+        yield unit(
+            "round_saturate", generics, value_max=value_max, drop_bits=drop, result_bits=bits
+        )
 
 
-def test_stored_product() -> None:
-    cases = []
+def stored_product() -> Iterator[Case]:
     for value_bits, scale_bits, divisor in [(8, 0, 3), (8, 8, 5), (10, 6, 7), (8, 3, 1), (8, 0, 2)]:
         product_max = round((2**value_bits - 1) * 2**scale_bits / divisor + 0.5)
-        generics = {
-            "VALUE_BITS": value_bits,
-            "PRODUCT_BITS": product_max.bit_length(),
-            "SCALE_BITS": scale_bits,
-            "DIVISOR": divisor,
-        }
-        cases.append(
-            unit(
-                "stored_product",
-                generics,
-                value_bits=value_bits,
-                scale_bits=scale_bits,
-                divisor=divisor,
-            )
-        )
-    run_cases(cases)
+        case = {"value_bits": value_bits, "scale_bits": scale_bits, "divisor": divisor}
+        generics = {name.upper(): value for name, value in case.items()}
+        generics["PRODUCT_BITS"] = product_max.bit_length()
+        yield unit("stored_product", generics, **case)
 
 
 def geometry(layout: FilterLayout) -> dict[str, int | bool | str]:
@@ -102,11 +72,12 @@ LAYOUTS = [
 ]
 
 
-def test_switch_table() -> None:
-    run_cases([unit("switch_table", geometry(f), layout=asdict(f)) for f in LAYOUTS])
+def switch_table() -> Iterator[Case]:
+    for layout in LAYOUTS:
+        yield unit("switch_table", geometry(layout), layout=asdict(layout))
 
 
-def test_switched_fir() -> None:
+def switched_fir() -> Iterator[Case]:
     layouts = [
         FilterLayout(3, (2,)),
         FilterLayout(3, (0, 4)),
@@ -114,92 +85,58 @@ def test_switched_fir() -> None:
         FilterLayout(1, (5,)),
         FilterLayout(3, (0, -6), hold=True),
     ]
-    run_cases(
-        [
-            unit(
-                "switched_fir",
-                {
-                    "TAPS": layout.taps,
-                    "DELAY": layout.delay,
-                    "DEPTH": depth,
-                    "HOLD": layout.hold,
-                    "DATA_MAX": 255,
-                    "SUM_MAX": 255 * layout.micro_image_size,
-                    "BROADCAST_TAPS": broadcast_taps,
-                },
-                layout=asdict(layout),
-                depth=depth,
-                latency=2 if broadcast_taps else 1,
-            )
-            for layout, depth, broadcast_taps in product(layouts, (1, 2, 3, 7), (0, 2))
-        ]
-    )
+    for layout, depth, broadcast_taps in product(layouts, (1, 2, 3, 7), (0, 2)):
+        generics = {
+            "TAPS": layout.taps,
+            "DELAY": layout.delay,
+            "DEPTH": depth,
+            "HOLD": layout.hold,
+            "DATA_MAX": 255,
+            "SUM_MAX": 255 * layout.micro_image_size,
+            "BROADCAST_TAPS": broadcast_taps,
+        }
+        latency = 2 if broadcast_taps else 1
+        yield unit("switched_fir", generics, layout=asdict(layout), depth=depth, latency=latency)
 
 
-def test_pixel_counter() -> None:
-    run_cases([unit("pixel_counter", {"MODULUS": n}, modulus=n) for n in (1, 2, 5)])
+def pixel_counter() -> Iterator[Case]:
+    for n in (1, 2, 5):
+        yield unit("pixel_counter", {"MODULUS": n}, modulus=n)
 
 
-def test_lane_skew() -> None:
-    run_cases(
-        [
-            unit(
-                "lane_skew",
-                {"LANES": lanes, "WIDTH": 5, "REVERSED": backwards},
-                lanes=lanes,
-                backwards=backwards,
-            )
-            for lanes, backwards in product((1, 4), (False, True))
-        ]
-    )
+def lane_skew() -> Iterator[Case]:
+    for lanes, backwards in product((1, 4), (False, True)):
+        generics = {"LANES": lanes, "WIDTH": 5, "REVERSED": backwards}
+        yield unit("lane_skew", generics, lanes=lanes, backwards=backwards)
 
 
-def test_lane_exchange() -> None:
-    run_cases([unit("lane_exchange", {"LANES": n, "WIDTH": 4}, lanes=n) for n in (1, 2, 5)])
+def lane_exchange() -> Iterator[Case]:
+    for n in (1, 2, 5):
+        yield unit("lane_exchange", {"LANES": n, "WIDTH": 4}, lanes=n)
 
 
-def test_slice_select() -> None:
-    run_cases(
-        [
-            unit(
-                "slice_select",
-                {"SLICES": slices, "SLICE_BITS": max((slices - 1).bit_length(), 1)},
-                slices=slices,
-            )
-            for slices in (1, 2, 3, 256)
-        ]
-    )
+def slice_select() -> Iterator[Case]:
+    for slices in (1, 2, 3, 256):
+        generics = {"SLICES": slices, "SLICE_BITS": max((slices - 1).bit_length(), 1)}
+        yield unit("slice_select", generics, slices=slices)
 
 
-def test_axis_fifo() -> None:
-    run_cases(
-        [
-            unit(
-                "axis_fifo",
-                {"WIDTH": width, "ADDRESS_BITS": address_bits},
-                width=width,
-                address_bits=address_bits,
-            )
-            for width, address_bits in [(8, 1), (26, 3), (10, 5)]
-        ]
-    )
+def axis_fifo() -> Iterator[Case]:
+    for width, address_bits in [(8, 1), (26, 3), (10, 5)]:
+        generics = {"WIDTH": width, "ADDRESS_BITS": address_bits}
+        yield unit("axis_fifo", generics, width=width, address_bits=address_bits)
 
 
-def test_tag_delay() -> None:
-    run_cases(
-        [
-            unit("tag_delay", {"WIDTH": width, "LENGTH": length}, width=width, length=length)
-            for width, length in [(1, 0), (3, 1), (5, 9)]
-        ]
-    )
+def tag_delay() -> Iterator[Case]:
+    for width, length in [(1, 0), (3, 1), (5, 9)]:
+        yield unit("tag_delay", {"WIDTH": width, "LENGTH": length}, width=width, length=length)
 
 
-def test_bus_crossing() -> None:
-    run_cases([unit("bus_crossing", {"WIDTH": 24}, width=24)])
+def bus_crossing() -> Iterator[Case]:
+    yield unit("bus_crossing", {"WIDTH": 24}, width=24)
 
 
-def test_row_scatter() -> None:
-    cases = []
+def row_scatter() -> Iterator[Case]:
     # Two whose memory is just as large as it must be, two that need a few words more than half.
     for rows, columns, under_way, slice_bits in [
         (1, 5, 7, 0),
@@ -215,5 +152,19 @@ def test_row_scatter() -> None:
             "UNDER_WAY": under_way,
         }
         case = {name.lower(): value for name, value in generics.items()}
-        cases.append(Case("scatter_ports", "core.scatter_bench", generics, case))
-    run_cases(cases)
+        yield Case("scatter_ports", "core.scatter_bench", generics, case)
+
+
+# Simulations start more slowly than they run. `make mutants` chooses by the names of entities.
+PARTS = [
+    [divide_round, ram_blocks, round_saturate, stored_product, switch_table, pixel_counter],
+    [switched_fir, lane_skew, lane_exchange, slice_select],
+    [axis_fifo, tag_delay, bus_crossing, row_scatter],
+]
+
+
+@pytest.mark.parametrize(
+    "parts", PARTS, ids=lambda parts: "-".join(part.__name__ for part in parts)
+)
+def test_unit(parts: list) -> None:
+    run_cases([case for part in parts for case in part()])

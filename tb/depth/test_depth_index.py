@@ -11,25 +11,21 @@ from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
-def run_indices(*cases: dict, resets: int = 0) -> None:
-    """Run the raster core's bench on the sharpness of stacks, side by side; or many resets."""
+def index_case(options: dict, resets: int = 0) -> Case:
+    """The raster core's bench on the sharpness of stacks; or many resets."""
     tests = {"thorough": False, "resets": resets} if resets else {"thorough": True}
-    cores = [DepthIndexConfiguration.model_validate(options) for options in cases]
-    run_cases(
-        [
-            Case(
-                "depth_index",
-                "core.raster_bench",
-                core.generics(),
-                {"core": core.model_dump(mode="json"), "kind": "depth_index", **tests},
-            )
-            for core in cores
-        ]
-    )
+    core = DepthIndexConfiguration.model_validate(options)
+    case = {"core": core.model_dump(mode="json"), "kind": "depth_index", **tests}
+    return Case("depth_index", "core.raster_bench", core.generics(), case)
+
+
+def run_indices(*cases: dict) -> None:
+    """Run benches side by side."""
+    run_cases([index_case(options) for options in cases])
 
 
 def test_index_and_picture() -> None:
-    run_indices(
+    cases: list[dict] = [
         {"micro_image_size": 3, "slices": 3, "max_columns": 16, "channels": 3},
         # Sums of all their bits; a power of two of micro images a line, the last one cut.
         {"micro_image_size": 2, "slices": 3, "max_columns": 15, "radius": 3},
@@ -70,12 +66,11 @@ def test_index_and_picture() -> None:
         },
         # Lines shorter than the window.
         {"micro_image_size": 2, "slices": 2, "max_columns": 17, "radius": 8},
-    )
-
-
-def test_resets() -> None:
+        random_options(0),
+    ]
     votes = {"vote_radius": 1, "confidence": 600, "radius": 0}
-    run_indices({"micro_image_size": 2, "slices": 3, "max_columns": 28, **votes}, resets=24)
+    resets = {"micro_image_size": 2, "slices": 3, "max_columns": 28, **votes}
+    run_cases([*map(index_case, cases), index_case(resets, resets=24)])
 
 
 @pytest.mark.slow
@@ -88,7 +83,7 @@ def test_more_indices_and_pictures() -> None:
     )
 
 
-def run_random(number: int) -> None:
+def random_options(number: int) -> dict[str, int]:
     rng = random.Random(draw_seed() + number)
     m = rng.choice([2, 2, 3, 4, 5, 6])
     radius = rng.randint(0, 3)
@@ -105,18 +100,13 @@ def run_random(number: int) -> None:
     shortest = DepthIndexConfiguration(**options, max_columns=1).band_steps(1)
     options["max_columns"] = max(2 * m, shortest) + rng.randint(0, 4 * m)
     print(options)
-    run_indices(options)
-
-
-@pytest.mark.parametrize("number", range(1))
-def test_random_windows(number: int) -> None:
-    run_random(number)
+    return options
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(100, 130))
+@pytest.mark.parametrize("number", range(10))
 def test_more_random_windows(number: int) -> None:
-    run_random(number)
+    run_indices(*(random_options(100 + 3 * number + n) for n in range(3)))
 
 
 @pytest.mark.slow

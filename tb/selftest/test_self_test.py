@@ -1,27 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """The design that tests itself on a board, against the golden model."""
 
-import pytest
+from itertools import product
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.synthesis.self_test import TOP, self_test_generics
-from plenofir.refocus import StoredProductArithmetic
-from plenofir_tb.runner import run_case
+from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmetic
+from plenofir_tb.runner import Case, run_cases
 
 COLUMNS, ROWS = 20, 12
 
 
-@pytest.mark.parametrize(
-    ("channels", "arithmetic"), [(3, None), (1, StoredProductArithmetic(fraction_bits=4))]
-)
-@pytest.mark.parametrize("wrong", [0, 1])
-def test_self_test(channels: int, arithmetic, wrong: int) -> None:
+def self_test(channels: int, arithmetic: Arithmetic, wrong: int) -> Case:
     core = CoreConfiguration(
         micro_image_size=3,
         shifts=(2,),
         max_columns=COLUMNS,
         channels=channels,
-        **({"arithmetic": arithmetic} if arithmetic else {}),
+        arithmetic=arithmetic,
     )
     generics = self_test_generics(core, ROWS)
     generics["EXPECTED_LOW"] ^= wrong
@@ -34,4 +30,9 @@ def test_self_test(channels: int, arithmetic, wrong: int) -> None:
         "passes": int(not wrong),
         "pixels": pixels,
     }
-    run_case(TOP, "selftest.bench", generics=generics, case=case)
+    return Case(TOP, "selftest.bench", generics, case)
+
+
+def test_self_test() -> None:
+    kinds = [(3, ExactArithmetic()), (1, StoredProductArithmetic(fraction_bits=4))]
+    run_cases([self_test(*kind, wrong) for kind, wrong in product(kinds, (0, 1))])

@@ -45,11 +45,10 @@ MORE_STACKS: list[dict] = [
 ]
 
 
-@pytest.mark.parametrize(
-    "stacks", [STACKS[::2], STACKS[1::2], pytest.param(MORE_STACKS, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("stacks", [STACKS, pytest.param(MORE_STACKS, marks=pytest.mark.slow)])
 def test_stacks_stalls_and_faults(stacks: list[dict]) -> None:
-    run_cases([stack_case(configuration(**options), thorough=True) for options in stacks])
+    cores = [configuration(**options) for options in stacks] + [random_core(0, 300)]
+    run_cases([stack_case(core, thorough=True) for core in cores])
 
 
 def draw(rng: random.Random) -> dict[str, object]:
@@ -68,23 +67,20 @@ def sums_of_a_line(core: CoreConfiguration) -> int:
     return core.max_columns * core.micro_image_size * len(core.shifts) * core.channels
 
 
-def run_random(number: int, most: int) -> None:
+def random_core(number: int, most: int) -> CoreConfiguration:
     rng = random.Random(draw_seed() + number)
     core = configuration(**draw(rng))
     while sums_of_a_line(core) > most:
         core = configuration(**draw(rng))
     print(core)
-    run_cases([stack_case(core, thorough=number % 2 == 0)])
-
-
-def test_random_stack() -> None:
-    run_random(0, 300)
+    return core
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", range(100, 140))
+@pytest.mark.parametrize("number", range(10))
 def test_more_random_stacks(number: int) -> None:
-    run_random(number, 10**6)
+    cores = [random_core(100 + 4 * number + n, 10**6) for n in range(4)]
+    run_cases([stack_case(core, thorough=n % 2 == 0) for n, core in enumerate(cores)])
 
 
 @pytest.mark.slow

@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parallel video in and out: the evaluation target without pins."""
 
-import pytest
-
 from plenofir_tb.runner import Case, run_cases
 
 
-@pytest.mark.parametrize("bits", [8, 12])
-def test_parallel_top(bits: int) -> None:
+def parallel_top(bits: int) -> Case:
     m, shifts, columns, rows = 3, (2, -1), 24, 12
     case = {
         **{"m": m, "shifts": shifts, "columns": columns, "rows": rows, "pixel_bits": bits},
@@ -17,10 +14,11 @@ def test_parallel_top(bits: int) -> None:
         **{"MICRO_IMAGE_SIZE": m, "SHIFTS": " ".join(map(str, shifts)), "MAX_COLUMNS": columns},
         **{"ROWS": rows, "PIXEL_BITS": bits, "ENGINE": "moving_sum"},
     }
-    run_cases([Case("parallel_top", "video.parallel_bench", generics, case)])
+    return Case("parallel_top", "video.parallel_bench", generics, case)
 
 
-def test_stream_to_parallel() -> None:
+def test_parallel_video() -> None:
     case = {"rows": 4, "columns": 9, "stall": 100}
     generics = {"WIDTH": 8, "MAX_COLUMNS": 9, "ROWS": 4, "STALL": 100}
-    run_cases([Case("stream_to_parallel", "video.sender_bench", generics, case)])
+    sender = Case("stream_to_parallel", "video.sender_bench", generics, case)
+    run_cases([parallel_top(8), parallel_top(12), sender])

@@ -8,11 +8,11 @@ import pytest
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.modes import VideoMode
 from plenofir_tb.drawn import bench_filter
-from plenofir_tb.runner import Case, run_case, run_cases
+from plenofir_tb.runner import Case, run_cases
 from plenofir_tb.video import MODE_720, shrunken
 
 
-def run_video(
+def video_case(
     m: int,
     shifts: tuple[int, ...],
     mode: VideoMode,
@@ -21,7 +21,7 @@ def run_video(
     outputs: str = "r",
     radius: int = 1,
     **options: int | bool,
-) -> None:
+) -> Case:
     colours = [[(40 * i + 90 * c) % 256 for c in range(3)] for i in range(len(shifts))]
     stack = (
         {
@@ -35,17 +35,17 @@ def run_video(
     layout = CoreConfiguration(micro_image_size=m, shifts=shifts, max_columns=64)
     vote_radius = options.get("VOTE_RADIUS", 0)
     delay_lines = layout.delay + ((radius + vote_radius + 3) * m - 1) * (outputs != "r")
-    run_case(
+    return Case(
         "refocus_video",
         "video.video_bench",
-        generics={
+        {
             "MICRO_IMAGE_SIZE": m,
             "SHIFTS": " ".join(map(str, shifts)),
             "MAX_COLUMNS": 64,
             **stack,
             **options,
         },
-        case={
+        {
             "m": m,
             "shifts": shifts,
             "outputs": outputs,
@@ -60,76 +60,65 @@ def run_video(
             "mode": mode.model_dump(),
             "thorough": thorough,
         },
-        long=thorough,
     )
+
+
+def run_thorough(outputs: str) -> None:
+    """The whole bench; what simulates longer than it compiles."""
+    mode = shrunken("mini")
+    run_cases([video_case(3, (2, -1, 0), mode, thorough=True, outputs=outputs)], long=True)
 
 
 def test_refocus_video(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = Path(__file__).with_name("video_bench.py")
     monkeypatch.setenv("COCOTB_TEST_FILTER", bench_filter(3, bench))
-    run_video(3, (2, -1, 0), shrunken("mini"), thorough=True)
+    run_thorough("r")
 
 
 def test_all_in_focus_and_depth(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COCOTB_TEST_FILTER", "slices_change")
-    run_video(3, (2, -1, 0), shrunken("mini"), thorough=True, outputs="rad")
+    run_thorough("rad")
 
 
 @pytest.mark.slow
 def test_more_of_all_in_focus_and_depth() -> None:
-    run_video(3, (2, -1, 0), shrunken("mini"), thorough=True, outputs="rad")
+    run_thorough("rad")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("m", "shifts", "outputs", "radius", "changes"),
-    [
+def test_blanking_of_stacks() -> None:
+    cases = []
+    for m, shifts, outputs, radius, changes in [
         # Lines of a frame with its blanking that are M - 1, M - 2, 0 too many.
         (5, (-1, 2), "dr", 0, {"v_active": 24, "v_front": 1, "v_sync": 1, "v_back": 3}),
         (4, (1, 0, 3), "ad", 1, {"v_active": 30, "v_back": 1, "h_back": 60}),
         (3, (-2, 1), "d", 2, {"v_active": 22, "v_front": 1, "v_sync": 1, "v_back": 21}),
-    ],
-)
-def test_blanking_of_stacks(
-    m: int, shifts: tuple[int, ...], outputs: str, radius: int, changes: dict
-) -> None:
-    mode = shrunken("stack", **{"v_active": 22, **changes})
-    run_video(m, shifts, mode, outputs=outputs, radius=radius)
-
-
-@pytest.mark.slow
-def test_lines_longer_than_the_index_holds() -> None:
-    # With four slices 32 pixels are under way in the index: 64 words are too few behind a stall.
+    ]:
+        mode = shrunken("stack", **{"v_active": 22, **changes})
+        cases.append(video_case(m, shifts, mode, outputs=outputs, radius=radius))
+    # Lines longer than the index holds: with four slices 32 pixels are under way in it, and 64
+    # words are too few behind a stall.
     mode = shrunken("wide", h_active=80, v_active=16, v_back=5, h_back=30)
     votes = {"VOTE_RADIUS": 1, "CONFIDENCE": 5400, "MAX_COLUMNS": 80}
-    run_video(2, (-1, 0, 1, 2), mode, outputs="rad", **votes)
+    run_cases([*cases, video_case(2, (-1, 0, 1, 2), mode, outputs="rad", **votes)])
 
 
-@pytest.mark.parametrize(
-    ("m", "shift", "changes"),
-    [
-        # Flush lines in the vertical blanking, as many as fit, one more, and many more.
-        (5, -1, {"v_back": 6}),
-        (3, -2, {"v_front": 1, "v_sync": 1, "v_back": 2, "h_positive": False}),
-        (5, -2, {"v_back": 3, "h_back": 30}),
-        (5, -3, {"v_back": 2, "h_back": 40}),
-        (1, 0, {"v_positive": False}),
-    ],
-)
-def test_blanking(m: int, shift: int, changes: dict) -> None:
-    mode = MODE_720.model_copy(update=changes)
-    run_video(m, (shift,), mode)
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"INTERPOLATION_ORDER": 1},
-        {"EXACT": False, "FRACTION_BITS": 4, "GUARD_BITS": 2, "BROADCAST_TAPS": 2},
-    ],
-)
-def test_other_latencies(options: dict) -> None:
-    run_video(3, (-1, 2), MODE_720, **options)
+def test_blanking_and_other_latencies() -> None:
+    cases = [
+        video_case(m, (shift,), MODE_720.model_copy(update=changes))
+        for m, shift, changes in [
+            # Flush lines in the vertical blanking, as many as fit, one more, and many more.
+            (5, -1, {"v_back": 6}),
+            (3, -2, {"v_front": 1, "v_sync": 1, "v_back": 2, "h_positive": False}),
+            (5, -2, {"v_back": 3, "h_back": 30}),
+            (5, -3, {"v_back": 2, "h_back": 40}),
+            (1, 0, {"v_positive": False}),
+        ]
+    ]
+    stored = {"EXACT": False, "FRACTION_BITS": 4, "GUARD_BITS": 2, "BROADCAST_TAPS": 2}
+    for options in ({"INTERPOLATION_ORDER": 1}, stored):
+        cases.append(video_case(3, (-1, 2), MODE_720, **options))
+    run_cases(cases)
 
 
 def unit(entity: str, generics: dict, *, bench: str = "unit", **case: object) -> Case:
