@@ -216,7 +216,8 @@ class _Pictures:
         )
         values, sure = found.disparity.pixels_per_view, found.disparity.confidence >= _SURE
         known = values[sure] if sure.any() else values.ravel()
-        settings = _settings(*np.percentile(known, [2, 98]).tolist(), m, slices)
+        low, high = np.percentile(known, [2, 98])
+        settings = _settings(float(low), float(high), m, slices)
         stack = FocalStack(
             raster,
             m,
@@ -327,7 +328,8 @@ def _enlarged(image: "Image", times: int) -> "Image":
 
     zoom = (times, times, 1)[: image.ndim]
     large = ndimage.zoom(image.astype(np.float32), zoom, order=3, mode="nearest", grid_mode=True)
-    return np.clip(np.rint(large), 0, np.iinfo(image.dtype).max).astype(image.dtype)
+    most = np.iinfo(image.dtype).max
+    return np.asarray(np.clip(np.rint(large), 0, most).astype(image.dtype))
 
 
 def _small(image: "Image") -> "Image":
