@@ -232,3 +232,12 @@ def test_far_beyond_the_picture(a):
         assert np.array_equal(image, want)
         assert np.array_equal(image, ExactArithmetic().refocus(raw, m, shift=int(a) * m))
         assert np.array_equal(refocus(raw, m, a, upsample=False), want[::m, ::m])
+
+
+def test_regions_have_no_steps():
+    raw = random_image((9, 9), np.uint8)
+    part = refocus(raw, 3, "1/3", region=(slice(0, 5, 1), slice(2, None, 1)))
+    assert np.array_equal(part, refocus(raw, 3, "1/3")[:5, 2:])
+    for step in (0, 2, -1):
+        with pytest.raises(InputError, match="region"):
+            refocus(raw, 3, "1/3", region=(slice(0, 5, step), slice(None)))
