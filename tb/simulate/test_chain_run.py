@@ -92,7 +92,15 @@ def run_screen(
         **{"outputs": "rad", "colours": colours, **screen},
         overlay=scene_overlay(shifts, m, None, colours),
     )
-    what = Run(raw=path, core=core, out=folder / "out", chain="hdmi", board=board, screen=shown)
+    what = Run(
+        raw=path,
+        core=core,
+        out=folder / "out",
+        simulator=simulator_name(),
+        chain="hdmi",
+        board=board,
+        screen=shown,
+    )
     report = run(what)
     assert isinstance(report, ScreenReport)
     assert report.mismatches == 0
