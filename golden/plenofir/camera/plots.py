@@ -91,7 +91,7 @@ def _distance_ticks(near: float, far: float) -> list[float]:
     round_ones = np.outer(decades, [1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8]).ravel()
     inside = round_ones[(near <= round_ones) & (round_ones <= far)]
     if inside.size < 4:
-        round_ones = MaxNLocator(6).tick_values(near, far)
+        round_ones = np.asarray(MaxNLocator(6).tick_values(near, far))
         inside = round_ones[(near <= round_ones) & (round_ones <= far)]
     # Far ones lie close together.
     apart = (1 / near - 1 / far) / 15
