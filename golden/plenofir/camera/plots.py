@@ -56,7 +56,7 @@ def depth_picture(depth: Floats, *, in_mm: bool) -> Image:
     """
     rows, columns = depth.shape
     if in_mm:
-        with np.errstate(divide="ignore", over="ignore"):
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
             nearness = np.where(depth > 0, 1 / depth, np.nan)
     else:
         nearness = depth

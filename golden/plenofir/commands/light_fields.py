@@ -291,12 +291,16 @@ def depth_map(
     focus: options.Focus = inf,
     near: Annotated[
         float | None,
-        options.number("--near", "Largest disparity searched, pixels per view; 2 or more without."),
+        options.number(
+            "--near",
+            "Largest disparity searched, pixels per view; without it 2, or more if needed.",
+        ),
     ] = None,
     far: Annotated[
         float | None,
         options.number(
-            "--far", "Smallest disparity searched, pixels per view; -1 or less without."
+            "--far",
+            "Smallest disparity searched, pixels per view; without it -1, or less if needed.",
         ),
     ] = None,
     window: Annotated[
@@ -304,7 +308,9 @@ def depth_map(
     ] = 7,
     confidence: Annotated[
         float,
-        typer.Option("--confidence", help="Least confidence of what is known.", min=0, max=1),
+        typer.Option(
+            "--confidence", help="Least confidence of a pixel that counts as known.", min=0, max=1
+        ),
     ] = 0.3,
     out: Annotated[str, typer.Option(help="Folder for the maps.")] = "depth",
     pfm: Annotated[bool, typer.Option("--pfm", help="Write distance_mm.pfm too.")] = False,

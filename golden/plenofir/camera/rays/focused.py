@@ -49,7 +49,7 @@ class FocusedCamera:
         # From the largest odd size, which decoding takes by itself.
         if int((pixels - 1) // 2 * 2 + 1) <= m <= round(pixels):
             return ""
-        hold = "hold only for their middle pixels, as decode crops them"
+        hold = "hold only if the picture has their middle pixels, as decode crops them"
         return (
             f"the micro images of {camera.name} have {pixels:.1f} pixels, not {m}; distances "
             f"{hold if m < pixels else 'are wrong'}"

@@ -4,6 +4,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from plenofir.camera.lightfield.disparity import MANY, search_disparity
 from plenofir.camera.plots import depth_picture
@@ -69,8 +70,10 @@ def test_colours_are_even_in_one_over_distance() -> None:
         (1499, 1516, ["1500", "1503", "1506", "1509", "1512", "1515"]),
     ],
 )
-def test_scale_has_round_distances(near, far, want, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn = []
+def test_scale_has_round_distances(
+    near: float, far: float, want: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Figure] = []
     monkeypatch.setattr("plenofir.camera.plots.figure_pixels", drawn.append)
     depth_picture(np.repeat([[near, far]], 4, axis=0) * np.float64(1), in_mm=True)
     (figure,) = drawn

@@ -366,7 +366,7 @@ def test_a_camera_that_contradicts_m():
     notes = {m: RayModel.focused(camera, inf, m).micro_image_note() for m in (5, 13, 14, 15)}
     assert notes[13] == notes[14] == ""
     assert notes[5].endswith(
-        "f193-mla2 have 13.9 pixels, not 5; distances hold only for their "
-        "middle pixels, as decode crops them"
+        "f193-mla2 have 13.9 pixels, not 5; distances hold only if the picture has their middle "
+        "pixels, as decode crops them"
     )
     assert notes[15].endswith("have 13.9 pixels, not 15; distances are wrong")
