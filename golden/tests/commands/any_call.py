@@ -69,6 +69,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "files": ("white.png", *IMAGES, "capture.lfp", "views", "whites", "known.json", "field.mat"),
     "collimator": ("star.png",),
     "calib": ("known.json",),
+    "capture": (*IMAGES, "white.png", "capture.lfp", "views", "field.mat"),
     "port": ("grey.png", "missing"),
     "frames": ("grey.png", "*.png"),
     "folder": ("views", "mosaic.png", "field.mat", "new.mat", "hci"),

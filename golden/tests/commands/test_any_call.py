@@ -211,12 +211,20 @@ def check_view(p: Parameters) -> set[str]:
     return {p["export"]}
 
 
+def check_develop(p: Parameters) -> set[str]:
+    files = {str(file) for file in Path(p["out"]).iterdir()}
+    for file in Path(p["out"]).glob("*.png"):
+        read_image(file)
+    return files
+
+
 CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("views",): check_views,
     ("compose",): check_compose,
     ("mosaic",): check_mosaic,
     ("quilt",): check_quilt,
     ("refocus",): check_refocus,
+    ("develop",): check_develop,
     ("stack",): check_stack,
     ("depth-map",): check_depth_map,
     ("calibrate",): check_calibrate,
@@ -269,8 +277,11 @@ QUICK = settings(
 )
 
 
-# Each call of batch starts and ends some processes.
-@pytest.mark.parametrize("command", [word for word in LEAVES if word != ("batch",)], ids=" ".join)
+# Each call of batch starts and ends some processes, one of develop makes a dozen pictures.
+LONG = [("batch",), ("develop",)]
+
+
+@pytest.mark.parametrize("command", [word for word in LEAVES if word not in LONG], ids=" ".join)
 @QUICK
 @given(st.data())
 def test_any_call(stock: Path, command: Words, data: st.DataObject) -> None:
@@ -280,7 +291,7 @@ def test_any_call(stock: Path, command: Words, data: st.DataObject) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("command", LEAVES, ids=" ".join)
 def test_many_calls(stock: Path, command: Words) -> None:
-    @settings(QUICK, max_examples=25 if command == ("batch",) else 150, derandomize=False)
+    @settings(QUICK, max_examples=25 if command in LONG else 150, derandomize=False)
     @given(calls(command))
     def try_it(call: Call) -> None:
         right(command, call, stock)
