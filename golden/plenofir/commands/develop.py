@@ -20,7 +20,8 @@ from plenofir.ground.files import Results, as_text, check_folder
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from plenofir.camera.lightfield.disparity import Searched
+    from plenofir.camera.lightfield.disparity import Disparity
+    from plenofir.camera.rays import RayModel
     from plenofir.refocus.operator import Image
 
     Show = Callable[[str, int, int], None]
@@ -85,27 +86,33 @@ def develop(
     Data are kept beside them: aligned.png is linear, disparity.npy are numbers.
     """
     from plenofir.camera.exposure import exposure as chosen
+    from plenofir.camera.rays import RayModel, load_camera
 
     folder = Path(out)
     check_folder(folder, out)
     options.require("focus", "camera", focus != inf and camera is None)
+    known = None if camera is None else load_camera(camera)
     with steps_bar("reading") as show:
         field = _read(Path(capture), white, calib, dark, micro_image, show)
+        m = field.micro_image_size
+        model = None if known is None else RayModel.focused(known, focus, m)
         brightness = (_GAMMA if field.linear else 1.0) if gamma is None else gamma
-        look = chosen(field.raster, field.micro_image_size, exposure, brightness)
+        look = chosen(field.raster, m, exposure, brightness)
         lines = [
             *field.lines,
             f"shown: black {look.black:.0f}, white {look.white:.0f}, gamma {brightness:g}",
         ]
         title = as_text(Path(capture).name)
         with Results(folder) as results:
-            pictures = _Pictures(results, field, look.apply, show)
-            lines += pictures.make(camera, focus, slices)
-            pictures.viewer(title, camera, focus)
+            pictures = _Pictures(results, field, model, look.apply, show)
+            lines += pictures.make(slices)
+            pictures.viewer(title)
             results.write("index.html", _page(title, pictures.shown, lines).encode())
     for line in lines:
         typer.echo(line)
     typer.echo(f"{out}: {len(pictures.shown)} pictures; open {folder / 'index.html'}")
+    if model is not None and model.micro_image_note():
+        typer.echo(f"warning: {model.micro_image_note()}", err=True)
 
 
 def _read(
@@ -126,7 +133,18 @@ def _read(
     from plenofir.refocus import check_raw
 
     where = str(path)
-    if is_lytro(path):
+    lytro, views = is_lytro(path), path.is_dir() or path.suffix.lower() == ".mat"
+    aligned = not (lytro or views or white or calib)
+    if white is not None and calib is not None:
+        raise InputError("cannot be combined with --calib; give one of them", where="white")
+    for option, given, wanted in (
+        ("white", white, not views),
+        ("calib", calib, not (lytro or views)),
+        ("dark", dark, not (lytro or views or aligned)),
+    ):
+        if given is not None and not wanted:
+            raise InputError(f"{where} needs none", where=option)
+    if lytro:
         taken = read_lytro(path, white=white)
         m = micro_image or largest_odd_size(taken.calibration)
         raster = decode(
@@ -140,13 +158,15 @@ def _read(
         )
         told = tuple(f"{name}: {text}" for name, text in taken.lines)
         return _Field(raster, m, True, None, (*told, _size(raster, m)))
-    if path.is_dir() or path.suffix.lower() == ".mat":
-        source = read_source(path, progress=lambda done, total: show("reading", done, total))
+    if views:
+        source = read_source(
+            path, size=micro_image, progress=lambda done, total: show("reading", done, total)
+        )
         raster, m = compose(source.images), source.images.shape[0]
         told = tuple(f"{name}: {text}" for name, text in source.lines)
         return _Field(raster, m, False, None, (*told, _size(raster, m)))
     picture = read_picture(path)
-    if white is None and calib is None:
+    if aligned:
         if micro_image is None:
             raise InputError(
                 "give --white or --calib for a raw capture, or -M for an aligned raw image",
@@ -188,12 +208,18 @@ class _Pictures:
     """Makes and writes the pictures of a light field; keeps their names and captions."""
 
     def __init__(
-        self, results: Results, field: _Field, look: "Callable[[Image], Image]", show: "Show"
+        self,
+        results: Results,
+        field: _Field,
+        model: "RayModel | None",
+        look: "Callable[[Image], Image]",
+        show: "Show",
     ) -> None:
-        self.results, self.field, self.look, self.show = results, field, look, show
+        self.results, self.field, self.model = results, field, model
+        self.look, self.show = look, show
         self.shown: list[tuple[str, str]] = []
 
-    def make(self, camera: str | None, focus: float, slices: int) -> list[str]:
+    def make(self, slices: int) -> list[str]:
         """All of them; lines for the summary."""
         import numpy as np
 
@@ -209,8 +235,7 @@ class _Pictures:
             self.results.write("calib.json", self.field.calibration)
         central = sub_aperture(raster, m, m // 2, m // 2)
         large = _enlarged(self.look(central), m)
-        save(self.results, "central_view.png", large)
-        self.shown.append(("central_view.png", "The view through the middle of the lens"))
+        self.add("central_view.png", large, "The view through the middle of the lens")
         found = search_disparity(
             raster, m, progress=lambda done, total: self.show("searching depth", done, total)
         )
@@ -230,65 +255,59 @@ class _Pictures:
         frames = []
         for a, image in zip(settings, stack, strict=True):
             name = picture_names(focus_to_shift(a, m), m, 2)[0]
-            self.add(name, image, f"a = {a}")
-            frames.append(_small(self.look(image)))
-        sharp = all_in_focus(stack, m).image
+            shown = self.look(image)
+            self.add(name, shown, f"a = {a}")
+            frames.append(_small(shown))
+        sharp = self.look(all_in_focus(stack, m).image)
         self.add("all_in_focus.png", sharp, "Sharp everywhere")
         self.animation("focus.gif", frames + frames[-2:0:-1], "Through the focus")
         around = _around(m)
         views = [_small(self.look(sub_aperture(raster, m, v, u))) for v, u in around]
         self.animation("views.gif", views, "Around the lens")
-        lines = self.depth(found, camera, focus)
         return [
             f"range: a = {settings[0]} to {settings[-1]}, {len(settings)} pictures",
-            *lines,
+            self.depth(found.disparity),
         ]
 
-    def depth(self, found: "Searched", camera: str | None, focus: float) -> list[str]:
+    def depth(self, disparity: "Disparity") -> str:
         """The map of depths: in mm where the camera is known."""
         import numpy as np
 
         from plenofir.camera.lightfield.disparity import sure_distances
         from plenofir.camera.plots import depth_picture
-        from plenofir.camera.rays import RayModel, load_camera
 
-        m, disparity = self.field.micro_image_size, found.disparity
         save(self.results, "disparity.npy", disparity.pixels_per_view)
-        share = 100 * float((disparity.confidence >= _SURE).mean())
-        if camera is None:
-            values = np.where(disparity.confidence >= _SURE, disparity.pixels_per_view, np.nan)
+        sure = disparity.confidence >= _SURE
+        if self.model is None:
+            values = np.where(sure, disparity.pixels_per_view, np.nan)
             caption = "Depth in units of a; give --camera for mm"
         else:
-            model = RayModel.focused(load_camera(camera), focus, m)
-            values = sure_distances(disparity, model, _SURE)
+            values = sure_distances(disparity, self.model, _SURE)
             save(self.results, "distance_mm.npy", values)
             caption = "Distance from the micro lenses"
-        self.results.write("depth.png", _png(depth_picture(values, in_mm=camera is not None)))
-        self.shown.append(("depth.png", caption))
-        return [f"depth: known of {share:.0f} % of the micro lenses"]
+        self.add("depth.png", depth_picture(values, in_mm=self.model is not None), caption)
+        return f"depth: known of {100 * sure.mean():.0f} % of the micro lenses"
 
-    def viewer(self, title: str, camera: str | None, focus: float) -> None:
+    def viewer(self, title: str) -> None:
         """The viewer with the light field in it, one file."""
         import numpy as np
 
-        from plenofir.camera.rays import RayModel, load_camera
         from plenofir.view import export, light_field_page
 
-        raster, m = self.look(self.field.raster), self.field.micro_image_size
-        model = None if camera is None else RayModel.focused(load_camera(camera), focus, m)
+        raster = self.look(self.field.raster)
         page = light_field_page(
             raster,
-            m,
+            self.field.micro_image_size,
             full_scale=int(np.iinfo(raster.dtype).max),
             title=title,
-            model=model,
+            model=self.model,
             progress=lambda done, total: self.show("making the viewer", done, total),
         )
         self.results.write("viewer.html", export(page, _VIEWER_BYTES))
 
     def add(self, name: str, image: "Image", caption: str) -> None:
-        """A picture to be looked at."""
-        save(self.results, name, self.look(image))
+        """A picture as it is shown."""
+        save(self.results, name, image)
         self.shown.append((name, caption))
 
     def animation(self, name: str, frames: "Sequence[Image]", caption: str) -> None:
@@ -342,12 +361,6 @@ def _small(image: "Image") -> "Image":
     scale = _ANIMATION_PIXELS / max(rows, columns)
     size = max(1, round(columns * scale)), max(1, round(rows * scale))
     return np.asarray(Pillow.fromarray(eight).resize(size, Pillow.Resampling.BICUBIC))
-
-
-def _png(image: "Image") -> bytes:
-    from plenofir.ground.images import encode_png
-
-    return encode_png(image)
 
 
 def _page(title: str, pictures: "Sequence[tuple[str, str]]", lines: "Sequence[str]") -> str:

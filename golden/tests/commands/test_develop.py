@@ -88,6 +88,9 @@ def test_distances_with_a_camera(tmp_path: Path) -> None:
         ((), "give --white or --calib for a raw capture, or -M for an aligned raw image"),
         (("-M", "5", "--focus", "900"), "--focus requires --camera"),
         (("-M", "5", "--exposure", "much"), "use auto, off, or a number of EV"),
+        (("-M", "5", "--camera", "missing"), "missing"),
+        (("-M", "5", "--dark", "dark.png"), "--dark: .*raw.png needs none"),
+        (("--white", "w.png", "--calib", "c.json"), "--white: cannot be combined with --calib"),
     ],
 )
 def test_bad_calls(tmp_path: Path, words, message) -> None:
