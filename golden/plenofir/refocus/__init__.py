@@ -225,10 +225,9 @@ def refocus(
     if out is not None:
         check_out(out, raw, (len(ranges[0]), len(ranges[1]), *raw.shape[2:]))
     # Compiled code is loaded only where something is refocused.
-    from plenofir.refocus.fast import fast_refocus, normalised_refocus
+    from plenofir.refocus.fast import fast_refocus
 
-    work = normalised_refocus if border == "normalise" else fast_refocus
-    return work(
+    return fast_refocus(
         raw,
         M,
         shift,
@@ -237,6 +236,7 @@ def refocus(
         units=units,
         region=ranges,
         upsample=upsample,
+        normalise=border == "normalise",
         out=out,
         threads=threads,
     )

@@ -249,15 +249,21 @@ def fast_refocus(
     units: int = 0,
     region: tuple[range, range],
     upsample: bool = True,
+    normalise: bool = False,
     out: Image | None = None,
     threads: int | None = None,
 ) -> Image:
-    """Refocus an image, arguments checked by the caller (`plenofir.refocus.refocus`)."""
+    """Refocus an image, arguments checked by the caller (`plenofir.refocus.refocus`).
+
+    `normalise`: divide the border by the weights there (`plenofir.refocus.border`).
+    """
     m = micro_image_size
     shape = (len(region[0]), len(region[1]), *raw.shape[2:])
     image: Image = np.empty(shape, raw.dtype) if out is None else out
     if image.size == 0:
         return image
+    # The only view is everywhere.
+    normalise = normalise and m > 1
     if m == 1 and units == 0:
         rows, columns = (slice(part.start, part.stop) for part in region)
         np.copyto(image, raw[rows, columns])
@@ -272,10 +278,18 @@ def fast_refocus(
         region=region,
         upsample=upsample,
     )
+    inside = None
+    if normalise:
+        full, step = m ** (1 + order), 1 if upsample else m
+        down, across = (arrived(n, m, shift, order, align)[::step] for n in raw.shape[:2])
+        rows_inside = _within(complete(down, full, m, units), region[0])
+        inside = rows_inside, _within(complete(across, full, m, units), region[1])
     if units:
         _sharpen(raw, image, work, like, units, threads)
-        return image
-    _refocus_into(raw, image, work, like, threads)
+    elif inside is None or all(inside):
+        _refocus_into(raw, image, work, like, threads, inside)
+    if inside is not None:
+        _normalise_border(raw, image, work, like, units, (down, across), inside, threads)
     return image
 
 
@@ -316,47 +330,28 @@ def _refocus_into(
         image[within] = flat.reshape(image.shape)[within]
 
 
-def normalised_refocus(
+def _normalise_border(
     raw: Image,
-    micro_image_size: int,
-    shift: int,
-    *,
-    align: Align = "centred",
-    order: int = 0,
-    units: int = 0,
-    region: tuple[range, range],
-    upsample: bool = True,
-    out: Image | None = None,
-    threads: int | None = None,
-) -> Image:
-    """`fast_refocus` with its border divided by the weights there (`plenofir.refocus.border`)."""
-    m, full = micro_image_size, micro_image_size ** (1 + order)
-    shape = (len(region[0]), len(region[1]), *raw.shape[2:])
-    image: Image = np.empty(shape, raw.dtype) if out is None else out
-    if image.size == 0:
-        return image
-    kinds: dict[str, Any] = {"align": align, "order": order, "region": region, "upsample": upsample}
-    work, like = plan(raw.shape, 8 * raw.dtype.itemsize, m, shift, **kinds)
-    step = 1 if upsample else m
-    down, across = (arrived(n, m, shift, order, align)[::step] for n in raw.shape[:2])
-    rows = _within(complete(down, full, m, units), region[0])
-    columns = _within(complete(across, full, m, units), region[1])
-    if units or m == 1:
-        fast_refocus(raw, m, shift, units=units, out=image, threads=threads, **kinds)
-    elif rows and columns:
-        _refocus_into(raw, image, work, like, threads, (rows, columns))
-    strips = _border_strips(rows, columns, image)
+    image: Image,
+    work: Plan,
+    like: npt.NDArray[Any],
+    units: int,
+    weights: tuple[Sums, Sums],
+    inside: tuple[range, range],
+    threads: int | None,
+) -> None:
+    """Fill what lies around the complete rows and columns of a result."""
+    strips = _border_strips(*inside, image)
     if not len(strips):
-        return image
+        return
 
     def fill(chunk: npt.NDArray[np.int64]) -> None:
         for strip in chunk:
-            _normalise(raw, image, work, like, units, (down, across), strip)
+            _normalise(raw, image, work, like, units, weights, strip)
 
     count = processors() if threads is None else threads
     samples = int(((strips[:, 1] - strips[:, 0]) * (strips[:, 3] - strips[:, 2])).sum())
     _share_out(fill, strips, max(1, min(count, len(strips), samples // _SAMPLES_OF_A_BORDER)))
-    return image
 
 
 def _within(part: range, region: range) -> range:
@@ -404,18 +399,13 @@ def _normalise(
     ]
     down, across = (w[k.start : k.stop] for w, k in zip(weights, taken, strict=True))
     sums: Sums = np.empty((len(down), len(across), *raw.shape[2:]), like.dtype)
-    if m == 1:
-        sums[...] = raw[taken[0].start : taken[0].stop, taken[1].start : taken[1].stop]
-    else:
-        rows, columns = (
-            axis._replace(
-                outputs=len(part), start=part.start, base=axis.base - axis.start + part.start
-            )
-            for axis, part in zip(axes, taken, strict=True)
-        )
-        undivided = {"half": 0, "divisor": 1, "multiplier": 0, "drop": 0}
-        of_strip = work._replace(rows=rows, columns=columns, **undivided)
-        _refocus_into(raw, sums, of_strip, like, 1)
+    rows, columns = (
+        axis._replace(outputs=len(part), start=part.start, base=axis.base - axis.start + part.start)
+        for axis, part in zip(axes, taken, strict=True)
+    )
+    undivided = {"half": 0, "divisor": 1, "multiplier": 0, "drop": 0}
+    of_strip = work._replace(rows=rows, columns=columns, **undivided)
+    _refocus_into(raw, sums, of_strip, like, 1)
     if units:
         scale = taps(units).scale
         wide = sharpened_inside(sums.astype(np.int64), (down, across), full, m, units)
