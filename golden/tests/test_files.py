@@ -19,6 +19,7 @@ from plenofir.ground.errors import InputError
 from plenofir.ground.files import (
     Results,
     check_folder,
+    checksum,
     publish,
     publish_files,
     publish_run,
@@ -149,4 +150,6 @@ def test_a_run_takes_the_place_of_an_earlier_one(tmp_path: Path) -> None:
         assert elsewhere.exists()
         assert (out / "own").read_text() == "out"
         assert (out / "same").read_text() == "work"
-        assert json.loads((out / "report").read_text()) == {"files": ["new", "report", "same"]}
+        told = json.loads((out / "report").read_text())
+        assert told["files"] == ["new", "report", "same"]
+        assert told["sha256"] == {name: checksum(out / name) for name in ("new", "same")}

@@ -20,7 +20,15 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from PIL import Image as PillowImage
 
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import encode_png, read_image, read_picture, write_png
+from plenofir.ground.images import (
+    Picture,
+    eight_bits,
+    encode_picture,
+    encode_png,
+    read_image,
+    read_picture,
+    write_png,
+)
 
 RNG = np.random.default_rng(5)
 
@@ -117,6 +125,60 @@ def test_white_that_is_no_power_of_two(tmp_path: Path) -> None:
     path.write_bytes(netpbm(TWELVE[:, :, 0] // 8, 1000))
     assert read_picture(path).full_scale == 1000
     refuses(path, netpbm(TWELVE[:, :, 0], 1000), "the largest value is 1000")
+
+
+PROFILE = imagecodecs.cms_profile("adobergb")
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".jpg"])
+@pytest.mark.parametrize("profile", [None, PROFILE], ids=["no profile", "profile"])
+@pytest.mark.parametrize(
+    ("full_scale", "gamma"), [(65535, None), (4095, 1.0), (1000, 1 / 0.45455), (65535, 1.0)]
+)
+def test_what_numbers_mean_travels(
+    tmp_path: Path, suffix: str, profile: bytes | None, full_scale: int, gamma: float | None
+) -> None:
+    pixels = np.minimum(DEEP, full_scale)
+    path = tmp_path / f"image{suffix}"
+    path.write_bytes(encode_picture(suffix, Picture(pixels, full_scale, gamma, profile)))
+    found = read_picture(path)
+    assert found.profile == profile
+    if suffix == ".jpg":
+        assert (found.full_scale, found.gamma) == (255, 2.2)
+        assert np.abs(found.pixels - 255.0 * pixels / full_scale).mean() < 6
+        return
+    assert np.array_equal(found.pixels, pixels)
+    assert found.full_scale == full_scale
+    assert found.gamma == (None if gamma is None else pytest.approx(gamma, abs=1e-4))
+
+
+def test_values_above_white_are_kept(tmp_path: Path) -> None:
+    for suffix in (".png", ".tif"):
+        path = tmp_path / f"image{suffix}"
+        path.write_bytes(encode_picture(suffix, Picture(DEEP, 4095)))
+        assert np.array_equal(read_image(path), DEEP)
+        assert read_picture(path).full_scale == 4095
+
+
+def test_wrong_white_is_refused(tmp_path: Path) -> None:
+    for text, match in ((b"70000", "white is 70000"), (b"5", "3 bit"), (b"x", "damaged")):
+        data = with_chunk(encode_png(DEEP), b"tEXt", b"White level\0" + text)
+        refuses(tmp_path / "image", data, match)
+
+
+def test_pictures_for_screens_are_known(tmp_path: Path) -> None:
+    path = tmp_path / "image"
+    path.write_bytes(with_chunk(encode_png(DEEP), b"sRGB", b"\0"))
+    assert read_picture(path).gamma == 2.2
+
+
+def test_eight_bits_are_rounded_once() -> None:
+    values = np.arange(65536, dtype=np.uint16)
+    for full_scale in (65535, 4095, 1000):
+        want = np.minimum(np.floor(values * 255.0 / full_scale + 0.5), 255)
+        assert np.array_equal(eight_bits(values, full_scale), want)
+    assert eight_bits(EIGHT) is EIGHT
+    assert np.array_equal(eight_bits(EIGHT, 200), np.minimum((EIGHT * 255.0 + 100) // 200, 255))
 
 
 def refuses(path: Path, data: bytes, match: str) -> None:

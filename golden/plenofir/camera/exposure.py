@@ -1,17 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures to be looked at: black, white and gamma. Data stay linear, in files of their own."""
+"""Pictures to be looked at: black, white, gamma, colours. Data stay linear, in files of their own.
 
-from typing import NamedTuple
+Commands and the viewer show values v as 2^(EV / 2.2) ((v - black) / (white - black))^(1 / gamma) of
+what the screen can. One EV is twice the light there, as screens have a gamma of 2.2.
+"""
+
+import io
+import re
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from plenofir.ground.errors import InputError
+from plenofir.ground.images import SCREEN_GAMMA, Image, Picture
 from plenofir.refocus import refocus
-from plenofir.refocus.operator import Image
 
 # Percentiles of the picture that auto takes for black and white.
 _BLACK, _WHITE = 0.1, 99.9
-_MOST_EV = 16.0
+# What reaches this share of white is exposed already, unless it is linear.
+_BRIGHT = 0.5
+_MOST_EV = 24.0
+_SETTING = re.compile(r"(auto)?([+-]?\d+\.?\d*|[+-]?\.\d+)?")
+
+
+def _most(image: Image) -> int:
+    return int(np.iinfo(image.dtype).max)
 
 
 class Exposure(NamedTuple):
@@ -19,34 +32,87 @@ class Exposure(NamedTuple):
 
     black: float
     white: float
-    gamma: float
+    gamma: float  # values are brightened by it
+    ev: float = 0.0
 
     def apply(self, image: Image) -> Image:
-        """The picture from black to white over the range of its type, brightened by gamma."""
-        most = int(np.iinfo(image.dtype).max)
-        levels = (np.arange(most + 1) - self.black) / (self.white - self.black)
-        table = np.rint(most * np.clip(levels, 0, 1) ** (1 / self.gamma)).astype(image.dtype)
+        """The picture as it is shown, over the range of its type."""
+        most = _most(image)
+        levels = np.clip((np.arange(most + 1) - self.black) / (self.white - self.black), 0, None)
+        shown = 2 ** (self.ev / SCREEN_GAMMA) * levels ** (1 / self.gamma)
+        # Halves up, as the viewer rounds.
+        table = np.floor(most * np.minimum(shown, 1) + 0.5).astype(image.dtype)
         return np.asarray(table[image])
 
+    def as_stored(self, picture: Picture) -> bool:
+        """Whether values are shown as they are."""
+        return self == (0, picture.full_scale, 1, 0) and self.white == _most(picture.pixels)
 
-def exposure(raster: Image, micro_image_size: int, setting: str, gamma: float = 1.0) -> Exposure:
+    def shown(self, picture: Picture) -> Picture:
+        """The picture as it is shown, with what its numbers mean then."""
+        gamma = None if picture.gamma is None else picture.gamma * self.gamma
+        return Picture(self.apply(picture.pixels), _most(picture.pixels), gamma, picture.profile)
+
+    def words(self) -> str:
+        """For a summary."""
+        ev = f", {self.ev:+g} EV" if self.ev else ""
+        return f"black {self.black:.0f}, white {self.white:.0f}, gamma {self.gamma:g}{ev}"
+
+
+def exposure(
+    picture: Picture, micro_image_size: int, setting: str = "auto", gamma: float | None = None
+) -> Exposure:
     """Exposure for all pictures of an aligned raw image.
 
-    `setting`: "auto" takes black and white from the picture at a = 0 (0.1 and 99.9 % of its values
-    are below); a number in EV, 1 for twice as bright, -1 for half; "off" is 0 EV. Raises
-    `InputError` for anything else.
+    `setting`: "off" is 0 EV. "auto" takes black and white from the picture at a = 0 (0.1 and 99.9 %
+    of its values are below), and leaves as it is what is even, or not linear and reaches half of
+    white. A number is EV from values as they are: 1 for twice the light, -1 for half; "auto+1" adds
+    EV to auto. `gamma`: None takes 2.2 for linear light, and 1 for what is not known. A picture
+    that is no light field has M = 1. Raises `InputError` for another setting.
     """
-    if setting == "auto":
-        picture = refocus(raster, micro_image_size, 0, upsample=False)
-        black, white = np.percentile(picture, [_BLACK, _WHITE])
-        return Exposure(float(black), float(max(white, black + 1)), gamma)
-    try:
-        ev = 0.0 if setting == "off" else float(setting)
-    except ValueError:
-        ev = np.nan
+    linear = picture.gamma is not None and SCREEN_GAMMA / picture.gamma > 1.5
+    brighter = SCREEN_GAMMA / (picture.gamma or SCREEN_GAMMA) if gamma is None else gamma
+    found = _SETTING.fullmatch("0" if setting == "off" else setting)
+    ev = float(found[2] or 0) if found and setting else np.nan
     if not abs(ev) <= _MOST_EV:
         raise InputError(
             f"{setting!r} is no exposure; use auto, off, or a number of EV such as 1.5",
             where="exposure",
         )
-    return Exposure(0.0, float(np.iinfo(raster.dtype).max) / 2**ev, gamma)
+    stored = Exposure(0.0, float(picture.full_scale), brighter, ev)
+    if found is None or not found[1]:
+        return stored
+    middle = refocus(picture.pixels, micro_image_size, 0, upsample=False)
+    black, white = (float(level) for level in np.percentile(middle, [_BLACK, _WHITE]))
+    even = white - black < 1
+    if even or (not linear and white >= _BRIGHT * picture.full_scale):
+        return stored
+    return stored._replace(black=black, white=white)
+
+
+def to_srgb(picture: Picture, where: str) -> Picture:
+    """The picture with the colours of sRGB, where it has another profile.
+
+    Raises `InputError` for a damaged one; `where` is the picture's name.
+    """
+    if picture.profile is None:
+        return picture
+    from imagecodecs import cms_profile, cms_transform
+    from PIL.ImageCms import ImageCmsProfile, getProfileDescription
+
+    kind = "rgb" if picture.pixels.ndim == 3 else "gray"
+    options: Any = {"colorspace": kind, "outcolorspace": kind}
+    try:
+        name = getProfileDescription(ImageCmsProfile(io.BytesIO(picture.profile)))
+        pixels = picture.pixels
+        if "sRGB" not in name or "linear" in name.lower():
+            to = cms_profile("srgb" if kind == "rgb" else "gray", gamma=SCREEN_GAMMA)
+            pixels = cms_transform(picture.pixels, picture.profile, to, **options)
+    except Exception as error:  # It raises whatever a damaged profile leads it to.
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(
+            f"its colour profile cannot be used ({reason})",
+            where=where,
+            expected="a picture in sRGB, or without a profile",
+        ) from None
+    return Picture(pixels, picture.full_scale, SCREEN_GAMMA)

@@ -74,7 +74,7 @@ def calibrate(
     path = check_file(out, (".json",), *inputs)
     picture_path = check_file(picture, (".png",), *inputs) if picture else None
     pupils = None if camera is None else _Pupils(camera, focus, reversed_lens, reversed_focus)
-    image, full_scale = read_picture(Path(white))
+    image, full_scale, *_ = read_picture(Path(white))
     with progress_bar("calibrating"):
         found = find(
             image,
@@ -147,7 +147,7 @@ class _Pupils:
         lines = [f"pupils        exit {pupil_text(pupil)}"]
         if self.reversed is not None:
             white, model = self.reversed
-            image, full_scale = read_picture(white)
+            image, full_scale, *_ = read_picture(white)
             calibration = find(image, full_scale=full_scale, where=str(white))
             other = self._measured(model, calibration)
             lines.append(f"              entrance {pupil_text(other)}")
@@ -208,7 +208,7 @@ def decode(
     micro_image: options.MicroImageIfGiven = None,
     out: Annotated[
         str,
-        typer.Option(help="PNG or TIFF file to write; a TIFF tells white of 10 to 14 bits, too."),
+        typer.Option(help="PNG or TIFF file to write."),
     ] = "aligned.png",
     dark: Dark = None,
     white: Annotated[
@@ -247,13 +247,11 @@ def decode(
 
     Without M it is the largest odd number of pixels that a micro image has.
     """
-    import numpy as np
-
     from plenofir.camera.calibration import decode as resample
     from plenofir.camera.calibration import largest_odd_size, load_calibration
     from plenofir.camera.lytro import is_lytro, read_lytro
     from plenofir.camera.lytro.sensor import FULL_SCALE, with_gamma
-    from plenofir.ground.images import encode_png, encode_tiff, read_picture
+    from plenofir.ground.images import Picture, read_picture
 
     lytro = is_lytro(Path(raw)) or Path(raw).suffix.lower() in (".lfp", ".lfr")
     for option, given in (
@@ -273,7 +271,7 @@ def decode(
             taken = read_lytro(
                 Path(raw), white=None if calib else white, colour=colour, demosaic=demosaic
             )
-            pixels, full_scale, divisor = taken.image, FULL_SCALE, taken.white
+            picture, divisor = Picture(taken.image, FULL_SCALE, 1.0), taken.white
             calibration = taken.calibration if calib is None else load_calibration(calib)
             lines = taken.lines[: -1 if calib else None]
             if calib is not None:
@@ -282,11 +280,11 @@ def decode(
             if calib is None:
                 raise InputError("is missing; plenofir calibrate makes one", where="calib")
             calibration = load_calibration(calib)
-            pixels, full_scale = read_picture(Path(raw))
+            picture = read_picture(Path(raw))
             divisor = _optional(white)
         m = micro_image or largest_odd_size(calibration)
         raster = resample(
-            pixels,
+            picture.pixels,
             calibration,
             m,
             dark=_optional(dark),
@@ -294,23 +292,24 @@ def decode(
             interpolation=interpolation,
             scale=scale,
             devignette=devignette,
-            full_scale=full_scale,
+            full_scale=picture.full_scale,
             where=raw,
             progress=show,
         )
-    raster = with_gamma(raster, gamma, full_scale)
-    with Results(path.parent) as results:
-        png = path.suffix.lower() == ".png"
-        content = encode_png(raster) if png else encode_tiff(raster, full_scale)
-        results.write(path.name, content)
+    # A camera's pixels count light, unless the file says otherwise.
+    encoded = picture.gamma or 1.0
+    raster = with_gamma(raster, gamma, picture.full_scale)
+    decoded = picture.like(raster)._replace(gamma=encoded * gamma)
+    publish({path.name: decoded}, path.parent)
     for heading, text in lines:
         typer.echo(f"{heading:<13} {text}")
     rows, columns = (length // m for length in raster.shape[:2])
     typer.echo(f"{out}: {columns} x {rows} micro images of {m} x {m} pixels")
-    if lytro and gamma == 1:
-        typer.echo("note: in linear light, which looks dark; --gamma 2.2 is for looking at")
-    if png and full_scale < np.iinfo(raster.dtype).max:
-        typer.echo(f"note: white is {full_scale}, which a TIFF (--out NAME.tif) tells")
+    if decoded.gamma == 1:
+        typer.echo(
+            f"note: in linear light, white is {picture.full_scale}; plenofir's commands read that "
+            "in the file, others may show it dark (for them: --gamma 2.2)"
+        )
 
 
 @app.command()

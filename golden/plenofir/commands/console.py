@@ -14,6 +14,12 @@ def print_line(name: str, text: object) -> None:
     typer.echo(f"{name:<11} {text}")
 
 
+def print_lines(*lines: str) -> None:
+    """Print lines, those that are empty left out."""
+    for line in filter(None, lines):
+        typer.echo(line)
+
+
 def print_json(content: Any) -> None:
     """Print JSON."""
     typer.echo(json.dumps(content, indent=2, allow_nan=False))

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from plenofir.camera.lightfield.disparity import Disparity
     from plenofir.camera.rays import RayModel
-    from plenofir.refocus.operator import Image
+    from plenofir.ground.images import Image, Picture
 
     Show = Callable[[str, int, int], None]
 
@@ -31,8 +31,6 @@ app = typer.Typer()
 # Least confidence of a depth that counts.
 _SURE = 0.3
 _VIEWER_BYTES = 8_000_000
-# Gamma that linear light of a camera is shown with.
-_GAMMA = 2.2
 # Pixels of an animation along its longer side, and how long a picture of it stays, in ms.
 _ANIMATION_PIXELS, _STAYS = 640, 120
 _STYLE = (
@@ -45,11 +43,14 @@ _STYLE = (
 class _Field(NamedTuple):
     """An aligned raw image, M, and what was done or assumed to have it."""
 
-    raster: "Image"
+    picture: "Picture"
     micro_image_size: int
-    linear: bool  # light as the camera counts it, without a gamma
     calibration: str | None
     lines: tuple[str, ...]
+
+    @property
+    def raster(self) -> "Image":
+        return self.picture.pixels
 
 
 @app.command()
@@ -76,10 +77,7 @@ def develop(
         int, typer.Option(help="Most refocused pictures over the range of depths.", min=1, max=99)
     ] = 9,
     exposure: options.Exposure = "auto",
-    gamma: Annotated[
-        float | None,
-        typer.Option(help="To look at; 2.2 for a camera's linear light, else 1.", min=0.2, max=5),
-    ] = None,
+    gamma: options.Gamma = None,
 ) -> None:
     """Make all pictures of a capture: views, refocused, all in focus, depth, animations, a page.
 
@@ -96,12 +94,8 @@ def develop(
         field = _read(Path(capture), white, calib, dark, micro_image, show)
         m = field.micro_image_size
         model = None if known is None else RayModel.focused(known, focus, m)
-        brightness = (_GAMMA if field.linear else 1.0) if gamma is None else gamma
-        look = chosen(field.raster, m, exposure, brightness)
-        lines = [
-            *field.lines,
-            f"shown: black {look.black:.0f}, white {look.white:.0f}, gamma {brightness:g}",
-        ]
+        look = chosen(field.picture, m, exposure, gamma)
+        lines = [*field.lines, f"shown: {look.words()}"]
         title = as_text(Path(capture).name)
         with Results(folder) as results:
             pictures = _Pictures(results, field, model, look.apply, show)
@@ -125,11 +119,12 @@ def _read(
 ) -> _Field:
     """The light field of a source, whatever it is."""
     from plenofir.camera.calibration import calibrate, decode, largest_odd_size, load_calibration
+    from plenofir.camera.exposure import to_srgb
     from plenofir.camera.lightfield.indexing import compose
     from plenofir.camera.lightfield.sources import read_source
     from plenofir.camera.lytro import is_lytro, read_lytro
     from plenofir.camera.lytro.sensor import FULL_SCALE
-    from plenofir.ground.images import read_image, read_picture
+    from plenofir.ground.images import Picture, read_image, read_picture
     from plenofir.refocus import check_raw
 
     where = str(path)
@@ -157,15 +152,16 @@ def _read(
             progress=lambda done, total: show("decoding", done, total),
         )
         told = tuple(f"{name}: {text}" for name, text in taken.lines)
-        return _Field(raster, m, True, None, (*told, _size(raster, m)))
+        return _Field(Picture(raster, FULL_SCALE, 1.0), m, None, (*told, _size(raster, m)))
     if views:
         source = read_source(
             path, size=micro_image, progress=lambda done, total: show("reading", done, total)
         )
         raster, m = compose(source.images), source.images.shape[0]
         told = tuple(f"{name}: {text}" for name, text in source.lines)
-        return _Field(raster, m, False, None, (*told, _size(raster, m)))
-    picture = read_picture(path)
+        picture = to_srgb(source.picture.like(raster), where)
+        return _Field(picture, m, None, (*told, _size(raster, m)))
+    picture = to_srgb(read_picture(path), where)
     if aligned:
         if micro_image is None:
             raise InputError(
@@ -174,7 +170,7 @@ def _read(
             )
         raster = check_raw(picture.pixels, micro_image, where=where)
         told = (f"taken as aligned, M = {micro_image}", _size(raster, micro_image))
-        return _Field(raster, micro_image, False, None, told)
+        return _Field(picture.like(raster), micro_image, None, told)
     black = read_image(dark) if dark else None
     if calib is not None:
         found, made = load_calibration(calib), None
@@ -197,7 +193,9 @@ def _read(
     )
     pitch = " x ".join(f"{p:.3f}" for p in found.grid.pitch[::-1])
     told = (f"calibrated: {found.grid.layout}, {pitch} pixels a lens", _size(raster, m))
-    return _Field(raster, m, True, made, told)
+    # A camera's pixels count light, unless the file says otherwise.
+    decoded = picture.like(raster)._replace(gamma=picture.gamma or 1.0)
+    return _Field(decoded, m, made, told)
 
 
 def _size(raster: "Image", m: int) -> str:
@@ -230,7 +228,7 @@ class _Pictures:
         from plenofir.refocus import focus_to_shift
 
         raster, m = self.field.raster, self.field.micro_image_size
-        save(self.results, "aligned.png", raster)
+        save(self.results, "aligned.png", self.field.picture)
         if self.field.calibration is not None:
             self.results.write("calib.json", self.field.calibration)
         central = sub_aperture(raster, m, m // 2, m // 2)
@@ -356,7 +354,9 @@ def _small(image: "Image") -> "Image":
     import numpy as np
     from PIL import Image as Pillow
 
-    eight = (image >> 8).astype(np.uint8) if image.dtype == np.uint16 else image
+    from plenofir.ground.images import eight_bits
+
+    eight = eight_bits(image)
     rows, columns = image.shape[:2]
     scale = _ANIMATION_PIXELS / max(rows, columns)
     size = max(1, round(columns * scale)), max(1, round(rows * scale))

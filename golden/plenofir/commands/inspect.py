@@ -141,7 +141,7 @@ def _white(
     if known is not None:
         found = known
     else:
-        image, full_scale = read_picture(Path(file))
+        image, full_scale, *_ = read_picture(Path(file))
         with progress_bar("inspecting"):
             found = inspect_white(
                 image, dark_image, full_scale=full_scale, where=file, dark_where=str(dark)
@@ -334,7 +334,7 @@ def _spots(
     with progress_bar("inspecting") as show:
         for number, (file, place) in enumerate(zip(files, positions, strict=True)):
             show(number, len(files))
-            image, full_scale = read_picture(Path(file))
+            image, full_scale, *_ = read_picture(Path(file))
             signal = white_signal(
                 image, dark_image, where=file, dark_where=str(dark), full_scale=full_scale
             )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from plenofir.commands import options
-from plenofir.commands.console import progress_bar
+from plenofir.commands.console import print_lines, progress_bar
 from plenofir.commands.results import PICTURES, check_file, publish, save
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, check_folder
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from plenofir.commands.results import Floats
-    from plenofir.refocus.operator import Image
+    from plenofir.ground.images import Image, Picture
 
 app = typer.Typer()
 
 
-def _raster(path: str, micro_image: int) -> "Image":
-    from plenofir.ground.images import read_image
+def _raster(path: str, micro_image: int) -> "Picture":
+    from plenofir.ground.images import read_picture
     from plenofir.refocus import check_raw
 
-    raw = read_image(Path(path))
-    check_raw(raw, micro_image, where=path)
+    raw = read_picture(Path(path))
+    check_raw(raw.pixels, micro_image, where=path)
     return raw
 
 
@@ -45,9 +45,9 @@ def views(
     m = micro_image
     raw = _raster(raster, m)
     check_folder(Path(out), out)
-    files = named_views(raw, m)
+    files = {name: raw.like(view) for name, view in named_views(raw.pixels, m).items()}
     publish(files, Path(out))
-    rows, columns = raw.shape[0] // m, raw.shape[1] // m
+    rows, columns = (length // m for length in raw.pixels.shape[:2])
     typer.echo(f"{out}: {len(files)} views of {columns} x {rows} pixels")
 
 
@@ -62,8 +62,9 @@ def mosaic(
 
     path = check_file(out, (".png",), raster)
     raw = _raster(raster, micro_image)
-    publish({path.name: side_by_side(raw, micro_image)}, path.parent)
-    rows, columns = raw.shape[0] // micro_image, raw.shape[1] // micro_image
+    whole = side_by_side(raw.pixels, micro_image)
+    publish({path.name: raw.like(whole)}, path.parent)
+    rows, columns = (length // micro_image for length in raw.pixels.shape[:2])
     typer.echo(f"{out}: {micro_image} x {micro_image} views of {columns} x {rows} pixels")
 
 
@@ -77,6 +78,8 @@ def quilt(
         str,
         typer.Option(help="Name without an ending: _qsCOLUMNSxROWSaASPECT.png is put behind it."),
     ] = "quilt",
+    exposure: options.Exposure = "auto",
+    gamma: options.Gamma = None,
 ) -> None:
     """Write the central row of views as a quilt for a Looking Glass.
 
@@ -90,12 +93,14 @@ def quilt(
         columns, rows = quilt_tiles(micro_image)
     else:
         columns, rows = columns or max(1, micro_image // (rows or 1)), rows or 1
-    image = arrange(raw, micro_image, columns, rows)
+    image = arrange(raw.pixels, micro_image, columns, rows)
     view = image.shape[0] // rows, image.shape[1] // columns
     name = f"{quilt_name(out, view, columns, rows)}.png"
     path = check_file(name, (".png",), raster)
-    publish({path.name: image}, path.parent)
+    look, exposed = _look(raw, micro_image, exposure, gamma)
+    publish({path.name: look(image)}, path.parent)
     typer.echo(f"{name}: {columns} x {rows} views of {view[1]} x {view[0]} pixels")
+    print_lines(exposed)
 
 
 @app.command()
@@ -132,7 +137,7 @@ def compose(
     with progress_bar("reading") as show:
         found = read_source(source, order=order, layout=layout, size=micro_image, progress=show)
     images = found.images if keep is None else central(found.images, keep)
-    publish({path.name: interleave(images)}, path.parent)
+    publish({path.name: found.picture.like(interleave(images))}, path.parent)
     for heading, text in found.lines:
         typer.echo(f"{heading:<15} {text}")
     m, _, rows, columns = images.shape[:4]
@@ -149,8 +154,8 @@ def refocus_command(
     sharpen: options.Sharpen = "off",
     upsample: options.Upsample = True,
     border: options.Border = "normalise",
-    exposure: options.Exposure = "off",
-    gamma: options.Gamma = 1.0,
+    exposure: options.Exposure = "auto",
+    gamma: options.Gamma = None,
     region: Annotated[
         str | None, typer.Option(help="Part of the result: TOP:BOTTOM,LEFT:RIGHT in its pixels.")
     ] = None,
@@ -165,10 +170,10 @@ def refocus_command(
     setting = options.one_focus_setting(a, m)
     options.shifts_of((setting,), m)
     part = _region(region) if region else None
-    look = _look(raw, m, exposure, gamma)
+    look, exposed = _look(raw, m, exposure, gamma)
     with progress_bar("refocusing"):
         image = refocus(
-            raw,
+            raw.pixels,
             m,
             setting,
             interpolation=interpolation_order(interpolation),
@@ -185,15 +190,20 @@ def refocus_command(
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
     typer.echo(f"{out}: a = {setting}, {size}{sharpened}")
+    print_lines(exposed)
 
 
-def _look(raw: "Image", m: int, exposure: str, gamma: float) -> "Callable[[Image], Image]":
-    """What makes a picture of the light field one to look at; nothing by default."""
-    if exposure == "off" and gamma == 1:
-        return lambda image: image
-    from plenofir.camera.exposure import exposure as chosen
+def _look(
+    raw: "Picture", m: int, setting: str, gamma: float | None
+) -> "tuple[Callable[[Image], Picture], str]":
+    """What makes a picture of the light field one to look at, and a line that says how."""
+    if setting == "off" and gamma is None:
+        return raw.like, ""
+    from plenofir.camera.exposure import exposure
 
-    return chosen(raw, m, exposure, gamma).apply
+    look = exposure(raw, m, setting, gamma)
+    changed = "" if look.as_stored(raw) else f"exposed: {look.words()} (--exposure off: as it is)"
+    return lambda image: look.shown(raw.like(image)), changed
 
 
 def _region(text: str) -> tuple[slice, slice]:
@@ -225,8 +235,8 @@ def stack(
     ] = False,
     radius: options.Radius = 1,
     border: options.BorderIfGiven = None,
-    exposure: options.Exposure = "off",
-    gamma: options.Gamma = 1.0,
+    exposure: options.Exposure = "auto",
+    gamma: options.Gamma = None,
 ) -> None:
     """Refocus an aligned raw image to a stack of planes, and plot how sharp each is.
 
@@ -245,6 +255,7 @@ def stack(
     options.require("radius", "depth_index", radius != 1 and not index)
     m = micro_image
     raw = _raster(raster, m)
+    shape = raw.pixels.shape[:2]
     settings = options.focus_settings(a or ["0:1"], m)
     shifts = options.shifts_of(settings, m)
     if index and len(settings) > MAX_STACK:
@@ -254,20 +265,20 @@ def stack(
     check_folder(Path(out), out)
     # Near the borders views are missing.
     margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * m
-    look = _look(raw, m, exposure, gamma)
-    lines = [f"{out}: {len(settings)} slices"]
+    look, exposed = _look(raw, m, exposure, gamma)
+    lines = [f"{out}: {len(settings)} slices", exposed]
     with progress_bar("refocusing") as show, Results(Path(out)) as results:
         # Slices are made again where they are needed again: that takes less than keeping them.
         edge = border or ("zero" if index else "normalise")
-        slices = FocalStack(raw, m, settings, show, border=edge)
+        slices = FocalStack(raw.pixels, m, settings, show, border=edge)
         # Two or more: even the only slice has its a in its name.
         names = iter([picture_names(shift, m, 2)[0] for shift in shifts])
         for image in slices:
             save(results, next(names), look(image))
             # Before the next one is made.
             del image
-        if min(raw.shape[:2]) >= 2 * margin + 8 * m:
-            inside = slice(margin, raw.shape[0] - margin), slice(margin, raw.shape[1] - margin)
+        if min(shape) >= 2 * margin + 8 * m:
+            inside = slice(margin, shape[0] - margin), slice(margin, shape[1] - margin)
             curve = sharpness_curve(slices, inside, m)
             plot = sharpness_picture([float(setting) for setting in settings], {"": curve})
             save(results, "sharpness.png", plot)
@@ -277,10 +288,9 @@ def stack(
         if index:
             found = depth_index(slices, m, radius)
             save(results, "all_in_focus.png", look(found.image))
-            of_pixels = found.index.repeat(m, 0).repeat(m, 1)[: raw.shape[0], : raw.shape[1]]
+            of_pixels = found.index.repeat(m, 0).repeat(m, 1)[: shape[0], : shape[1]]
             save(results, "depth_index.png", depth_index_picture(of_pixels, len(slices)))
-    for line in lines:
-        typer.echo(line)
+    print_lines(*lines)
 
 
 @app.command("depth-map")
@@ -327,6 +337,7 @@ def depth_map(
     """
     import numpy as np
 
+    from plenofir.camera.exposure import exposure
     from plenofir.camera.lightfield import exports, sub_aperture
     from plenofir.camera.lightfield.disparity import MANY, search_disparity, sure_distances
     from plenofir.camera.plots import depth_picture
@@ -335,7 +346,8 @@ def depth_map(
     m = micro_image
     for option, given in (("focus", focus != inf), ("pfm", pfm), ("tiff", tiff), ("ply", ply)):
         options.require(option, "camera", given and camera is None)
-    raw = _raster(raster, m)
+    picture = _raster(raster, m)
+    raw = picture.pixels
     model = None if camera is None else RayModel.focused(load_camera(camera), focus, m)
     warning = "" if model is None else model.micro_image_note()
     check_folder(Path(out), out)
@@ -372,8 +384,8 @@ def depth_map(
             results.write("distance_mm.tif", exports.encode_float_tiff(depth))
         if ply and model is not None:
             central = sub_aperture(raw, m, m // 2, m // 2)
-            points = exports.points(depth, model)
-            results.write("points.ply", exports.encode_ply(points, central))
+            colours = exposure(picture, m).apply(central)
+            results.write("points.ply", exports.encode_ply(exports.points(depth, model), colours))
     known = depth[~np.isnan(depth)]
     spread = ""
     if known.size:

@@ -312,13 +312,17 @@ Border = Annotated[Literal["normalise", "zero"], _BORDER]
 Exposure = Annotated[
     str,
     typer.Option(
-        help="To look at: auto takes black and white from the picture, a number is EV (1: twice as "
-        "bright). off: values as they are."
+        help="To look at: auto takes black and white from the picture, a number is EV (1: twice "
+        "the light), auto+1 is both. off: values as they are, for other programs."
     ),
 ]
 Gamma = Annotated[
-    float,
-    typer.Option(help="To look at: 2.2 brightens linear light.", min=0.2, max=5.0),
+    float | None,
+    typer.Option(
+        help="To look at; without it 2.2 for light that the file calls linear, else 1.",
+        min=0.2,
+        max=5.0,
+    ),
 ]
 Upsample = Annotated[
     bool,

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from plenofir.refocus.operator import Image
+    from plenofir.ground.images import Image, Picture
 
     Floats = npt.NDArray[np.float64]
 
@@ -35,7 +35,7 @@ def check_file(out: str, suffixes: tuple[str, ...], *inputs: str | Path | None) 
     return path
 
 
-def save(results: Results, name: str, values: "Image | Floats") -> None:
+def save(results: Results, name: str, values: "Image | Floats | Picture") -> None:
     """Add a picture (by its ending: PNG, TIFF, JPEG) or a NumPy file to results."""
     import numpy as np
 
@@ -43,13 +43,13 @@ def save(results: Results, name: str, values: "Image | Floats") -> None:
 
     if name.endswith(".npy"):
         content = io.BytesIO()
-        np.save(content, values)
+        np.save(content, cast("Floats", values))
         results.write(name, content.getbuffer())
     else:
-        results.write(name, encode_picture(Path(name).suffix, cast("Image", values)))
+        results.write(name, encode_picture(Path(name).suffix, cast("Image | Picture", values)))
 
 
-def publish(files: "Mapping[str, Image | Floats]", folder: Path) -> None:
+def publish(files: "Mapping[str, Image | Floats | Picture]", folder: Path) -> None:
     """Write pictures and NumPy files, all or none of them."""
     with Results(folder) as results:
         for name, values in files.items():

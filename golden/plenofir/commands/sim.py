@@ -176,7 +176,7 @@ def _run_raw(sensor: "Sensor", make_run: "Callable[[Path, Path], Run]", out: Pat
     with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:
         # What the refocuser cannot take is refused before anything is simulated.
         path = Path(drawn) / ALIGNED
-        write_png(path, golden)
+        write_png(path, sensor.raster(golden))
         what = make_run(path, out)
         what.core.check_limits()
         frame = sensor.board_frame if what.chain == "hdmi" else None

@@ -14,6 +14,7 @@ import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextvars import ContextVar
+from hashlib import file_digest
 from pathlib import Path
 from types import TracebackType
 
@@ -189,15 +190,23 @@ def _of_earlier_run(report: Path) -> set[str]:
     return set()
 
 
+def checksum(path: Path) -> str:
+    """SHA-256 of a file, as reports have it."""
+    with path.open("rb") as file:
+        return file_digest(file, "sha256").hexdigest()
+
+
 def publish_run(folder: Path, out: Path, report: str) -> None:
     """Copy the files of a run into another folder, in the place of all of an earlier run.
 
-    The report, a JSON object among the files, gets a list of them all, ``files``. What the report
-    in `out` lists and this run has not goes. Other files stay, and so do those that the command
-    has read.
+    The report, a JSON object among the files, gets a list of them all, ``files``, and ``sha256`` of
+    the others. What the report in `out` lists and this run has not goes. Other files stay, and so
+    do those that the command has read.
     """
     names = sorted(file.name for file in folder.iterdir() if file.is_file())
     content = json.loads((folder / report).read_bytes()) | {"files": names}
+    others = [name for name in names if name != report]
+    content["sha256"] = {name: checksum(folder / name) for name in others}
     (folder / report).write_text(json.dumps(content, indent=2) + "\n")
     old = {out / name for name in _of_earlier_run(out / report).difference(names)}
     read = {path.resolve() for path in _inputs.get() or ()}

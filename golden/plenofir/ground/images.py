@@ -5,6 +5,11 @@ Each format is read by the library that reports its errors best: PNG by libpng (
 by tifffile, PNM by netpbmfile, JPEG and BMP by Pillow. JPEG, PNM and BMP, and TIFF without
 compression or with LZW or PackBits, have no checksum: there a wrong length is found, a flipped bit
 may not be.
+
+What the numbers mean travels with them. White below the type's largest value: in a TIFF by its bits
+or the tag WhiteLevel (50717, as in DNG), in a PNG by a text chunk of this project, "White level".
+Gamma: in a PNG gAMA and sRGB, in a TIFF the tag Gamma (42240, as in EXIF). ICC profiles: where each
+format has them.
 """
 
 import io
@@ -33,28 +38,46 @@ _EXPECTED = "an 8 to 16 bit grey or RGB image file (PNG, TIFF, PGM/PPM, BMP or J
 _WHOLE = "a whole file: copy or convert it again"
 _JPEG_QUALITY = 92
 _PNG = b"\x89PNG\r\n\x1a\n"
+_WHITE_LEVEL = b"White level"
+_LARGEST_PROFILE = 1 << 24
+_TAG_WHITE_LEVEL, _TAG_PROFILE, _TAG_GAMMA = 50717, 34675, 42240
+# What screens show values with, about: sRGB, JPEG.
+SCREEN_GAMMA = 2.2
 
 
 class Picture(NamedTuple):
-    """An image as its file has it.
+    """An image as its file has it, and what the file says of its numbers.
 
     `pixels`: shape (rows, columns) or (rows, columns, 3), uint8 or uint16. `full_scale`: value of
-    white that the file tells: 4095 of a camera's 12 bit capture in words of 16. That of a PNG is
-    always 255 or 65535; its samples are scaled to that by definition.
+    white: 4095 of a camera's 12 bit capture in words of 16. `gamma`: light is value^gamma, 1 of a
+    camera's linear data, 2.2 of pictures made for screens, None where the file does not tell.
+    `profile`: ICC profile of the colours.
     """
 
     pixels: Image
     full_scale: int
+    gamma: float | None = None
+    profile: bytes | None = None
+
+    def like(self, pixels: Image) -> "Picture":
+        """Other pixels whose numbers mean the same."""
+        return self._replace(pixels=pixels)
+
+
+def bare(pixels: Image) -> Picture:
+    """An image of which nothing is known: white is the largest value of its type."""
+    return Picture(pixels, int(np.iinfo(pixels.dtype).max))
 
 
 class _DamagedError(ValueError):
     """A file that is not whole."""
 
 
-def _png(data: bytes) -> tuple[Any, int]:
+def _png(data: bytes) -> Picture:
     from imagecodecs import png_decode
 
     place, kind = len(_PNG), b""
+    full_scale, gamma, profile = 0, None, None
     while kind != b"IEND":
         head = data[place : place + 8]
         length, kind = int.from_bytes(head[:4], "big"), head[4:]
@@ -65,10 +88,20 @@ def _png(data: bytes) -> tuple[Any, int]:
         if int.from_bytes(checksum, "big") != zlib.crc32(kind + body):
             raise _DamagedError(f"wrong checksum at byte {place}")
         place += 12 + length
-    return png_decode(data), 0
+        if kind == b"gAMA" and any(body):
+            gamma = 1e5 / int.from_bytes(body, "big")
+        elif kind == b"sRGB":
+            gamma = SCREEN_GAMMA
+        elif kind == b"iCCP":
+            # Behind its name and the kind of compression.
+            packed = body.partition(b"\0")[2][1:]
+            profile = zlib.decompressobj().decompress(packed, _LARGEST_PROFILE)
+        elif kind == b"tEXt" and body.startswith(_WHITE_LEVEL + b"\0"):
+            full_scale = int(body[len(_WHITE_LEVEL) + 1 :])
+    return Picture(png_decode(data), full_scale, gamma, profile)
 
 
-def _tiff(data: bytes) -> tuple[Any, int]:
+def _tiff(data: bytes) -> Picture:
     from imagecodecs import lzw_decode
     from tifffile import COMPRESSION, PHOTOMETRIC, TiffFile
 
@@ -93,35 +126,41 @@ def _tiff(data: bytes) -> tuple[Any, int]:
             image = np.moveaxis(image, 0, -1)
         if page.photometric == PHOTOMETRIC.MINISWHITE:
             image = (1 << page.bitspersample) - 1 - image
-        return image, (1 << page.bitspersample) - 1
+
+        def told(tag: int) -> Any:
+            return page.tags[tag].value if tag in page.tags else None
+
+        full_scale = int(np.max(told(_TAG_WHITE_LEVEL) or (1 << page.bitspersample) - 1))
+        above, below = told(_TAG_GAMMA) or (0, 0)
+        return Picture(image, full_scale, above / below if below else None, told(_TAG_PROFILE))
 
 
-def _netpbm(data: bytes) -> tuple[Any, int]:
+def _netpbm(data: bytes) -> Picture:
     from netpbmfile import NetpbmFile
 
     with NetpbmFile(io.BytesIO(data)) as file:
         image, largest = file.asarray(), int(file.maxval)
     if image.max() > largest:
         raise _DamagedError(f"a pixel of {image.max()}, the largest value is {largest}")
-    return image, largest
+    return Picture(image, largest)
 
 
-def _pillow(plugin: str, data: bytes) -> tuple[Any, int]:
+def _pillow(plugin: str, data: bytes, gamma: float | None = None) -> Picture:
     # Not PIL.Image.open, which takes more than 179 million pixels for an attack.
     with getattr(import_module(f"PIL.{plugin}Plugin"), f"{plugin}File")(io.BytesIO(data)) as image:
         image.load()
         if image.mode not in ("L", "RGB"):
             raise InputError(f"pixels of mode {image.mode}", where="", expected=_EXPECTED)
-        return np.asarray(image), 255
+        return Picture(np.asarray(image), 255, gamma, image.info.get("icc_profile"))
 
 
-_READERS: tuple[tuple[bytes, Callable[[bytes], tuple[Any, int]]], ...] = (
+_READERS: tuple[tuple[bytes, Callable[[bytes], Picture]], ...] = (
     (_PNG, _png),
     (b"II*\0", _tiff),
     (b"MM\0*", _tiff),
     (b"II+\0", _tiff),
     (b"MM\0+", _tiff),
-    (b"\xff\xd8\xff", partial(_pillow, "JpegImage")),
+    (b"\xff\xd8\xff", partial(_pillow, "JpegImage", gamma=SCREEN_GAMMA)),
     (b"BM", partial(_pillow, "BmpImage")),
     *((b"P%d" % kind, _netpbm) for kind in (2, 3, 5, 6)),
 )
@@ -153,7 +192,7 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
         what = "an empty file" if not data else "no image of a known kind"
         raise InputError(what, where=where, expected=_EXPECTED)
     try:
-        image, full_scale = read(data)
+        found = read(data)
     except InputError as error:
         raise InputError(error.what, where=where, expected=error.expected) from None
     except MemoryError:
@@ -163,6 +202,7 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
     except Exception as error:  # Decoders raise whatever a damaged file leads them to.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"damaged ({reason})", where=where, expected=_WHOLE) from None
+    image, full_scale = found.pixels, found.full_scale
     if image.dtype.newbyteorder("=") not in (np.uint8, np.uint16) or 0 < full_scale < 128:
         few = 0 < full_scale < 128
         what = (
@@ -178,7 +218,10 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
         raise InputError(f"{image.shape[2]} channels", where=where, expected=_EXPECTED)
     if image.ndim not in (2, 3):
         raise InputError(f"{image.ndim} dimensions", where=where, expected=_EXPECTED)
-    return Picture(image, full_scale or np.iinfo(image.dtype).max)
+    most = int(np.iinfo(image.dtype).max)
+    if full_scale > most:
+        raise InputError(f"white is {full_scale}", where=where, expected=f"at most {most}")
+    return found._replace(pixels=image, full_scale=full_scale or most)
 
 
 def read_image(path: Path) -> Image:
@@ -186,37 +229,83 @@ def read_image(path: Path) -> Image:
     return read_picture(path).pixels
 
 
-def encode_png(image: Image) -> bytes:
-    """PNG with the depth and channels of the array."""
+def eight_bits(image: Image, full_scale: int | None = None) -> Image:
+    """Values of 8 bit for those of an image, white at `full_scale` (of the type); halves up."""
+    full_scale = full_scale or int(np.iinfo(image.dtype).max)
+    if image.dtype == np.uint8 and full_scale == 255:
+        return image
+    levels = (np.arange(np.iinfo(image.dtype).max + 1) * 255 + full_scale // 2) // full_scale
+    return np.asarray(np.minimum(levels, 255).astype(np.uint8)[image])
+
+
+def _chunks(picture: Picture) -> bytes:
+    """What a PNG says of its numbers."""
+    from PIL.PngImagePlugin import putchunk
+
+    chunks = io.BytesIO()
+    if picture.profile is not None:
+        putchunk(chunks, b"iCCP", b"ICC profile\0\0", zlib.compress(picture.profile))
+    if picture.gamma is not None:
+        putchunk(chunks, b"gAMA", round(1e5 / picture.gamma).to_bytes(4, "big"))
+    if picture.full_scale != np.iinfo(picture.pixels.dtype).max:
+        putchunk(chunks, b"tEXt", _WHITE_LEVEL + b"\0%d" % picture.full_scale)
+    return chunks.getvalue()
+
+
+def encode_png(image: Image | Picture) -> bytes:
+    """PNG with the depth and channels of the array, and what is known of its numbers."""
     from imagecodecs import png_encode
 
-    with_channels = image.reshape(*image.shape[:2], -1)
-    return bytes(png_encode(np.ascontiguousarray(with_channels), level=1))
+    picture = image if isinstance(image, Picture) else bare(image)
+    with_channels = picture.pixels.reshape(*picture.pixels.shape[:2], -1)
+    content = bytes(png_encode(np.ascontiguousarray(with_channels), level=1))
+    # Behind the header.
+    place = len(_PNG) + 25
+    return content[:place] + _chunks(picture) + content[place:]
 
 
-def encode_tiff(image: Image, full_scale: int) -> bytes:
-    """TIFF with the bits that this full scale needs, which a PNG cannot tell."""
+def encode_tiff(picture: Picture) -> bytes:
+    """TIFF with the bits that its white needs, and what is known of its numbers."""
     from tifffile import imwrite
 
     file = io.BytesIO()
-    kind = "rgb" if image.ndim == 3 else "minisblack"
+    image, full_scale = np.ascontiguousarray(picture.pixels), picture.full_scale
     bits = full_scale.bit_length()
-    imwrite(file, np.ascontiguousarray(image), photometric=kind, bitspersample=bits, metadata=None)
+    if image.max(initial=0) >> bits:  # Above white, by sharpening.
+        bits = 8 * image.dtype.itemsize
+    tags: list[tuple[int, int, int, Any, bool]] = []
+    if full_scale != (1 << bits) - 1:
+        tags.append((_TAG_WHITE_LEVEL, 4, 1, full_scale, True))
+    if picture.gamma is not None:
+        tags.append((_TAG_GAMMA, 5, 1, (round(1e4 * picture.gamma), 10000), True))
+    imwrite(
+        file,
+        image,
+        photometric="rgb" if image.ndim == 3 else "minisblack",
+        bitspersample=bits,
+        metadata=None,
+        iccprofile=picture.profile,
+        extratags=tags,
+    )
     return file.getvalue()
 
 
-def encode_picture(suffix: str, image: Image) -> bytes:
+def encode_picture(suffix: str, image: Image | Picture) -> bytes:
     """A file of the kind that its ending says: PNG, TIFF, or JPEG, whose 16 bit become 8."""
+    picture = image if isinstance(image, Picture) else bare(image)
     if suffix.lower() in (".tif", ".tiff"):
-        return encode_tiff(image, int(np.iinfo(image.dtype).max))
+        return encode_tiff(picture)
     if suffix.lower() not in (".jpg", ".jpeg"):
-        return encode_png(image)
-    from imagecodecs import jpeg8_encode
+        return encode_png(picture)
+    from PIL import Image as Pillow
 
-    eight = (image >> 8).astype(np.uint8) if image.dtype == np.uint16 else image
-    return bytes(jpeg8_encode(np.ascontiguousarray(eight), level=_JPEG_QUALITY))
+    file, eight = io.BytesIO(), eight_bits(picture.pixels, picture.full_scale)
+    Pillow.fromarray(eight).save(
+        file, "JPEG", quality=_JPEG_QUALITY, icc_profile=picture.profile, subsampling=0
+    )
+    return file.getvalue()
 
 
-def write_png(path: Path, image: Image) -> None:
+def write_png(path: Path, image: Image | Picture) -> None:
     """Write a PNG with the depth and channels of the array, in one step."""
     write_file(path, encode_png(image))

@@ -26,7 +26,7 @@ from uuid import uuid4
 
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import as_text, cannot_write, write_flushed
-from plenofir.ground.images import encode_png, read_image
+from plenofir.ground.images import encode_png, read_picture
 from plenofir.refocus import (
     Sharpen,
     check_raw,
@@ -167,11 +167,11 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
     """Refocus a frame and write its results into a folder, under names of their own."""
     results: list[tuple[Path, Content]] = []
     try:
-        raw = read_image(source)
-        check_raw(raw, settings.micro_image_size, where=str(source))
+        picture = read_picture(source)
+        check_raw(picture.pixels, settings.micro_image_size, where=str(source))
         for a in settings.a:
             image = refocus(
-                raw,
+                picture.pixels,
                 settings.micro_image_size,
                 a,
                 interpolation=settings.order,
@@ -179,7 +179,7 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
                 upsample=settings.upsample,
                 threads=1,
             )
-            content = encode_png(image)
+            content = encode_png(picture.like(image))
             path = folder / uuid4().hex
             try:
                 write_flushed(path, content)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from plenofir.camera.lightfield.indexing import compose, sub_aperture, views
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
+from plenofir.ground.images import eight_bits
 from plenofir.refocus.operator import Image
 
 Floats = npt.NDArray[np.float64]
@@ -113,8 +114,7 @@ def encode_ply(places: Floats, colours: Image) -> bytes:
     """
     known = ~np.isnan(places).any(axis=-1)
     levels = colours if colours.ndim == 3 else np.repeat(colours[..., np.newaxis], 3, axis=2)
-    if levels.dtype == np.uint16:
-        levels = levels >> 8
+    levels = eight_bits(levels)
     names = ("x", "y", "z"), ("red", "green", "blue")
     kinds = [(name, "<f4") for name in names[0]] + [(name, "u1") for name in names[1]]
     vertices = np.empty(int(known.sum()), dtype=kinds)

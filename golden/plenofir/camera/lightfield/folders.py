@@ -12,8 +12,7 @@ import numpy as np
 
 from plenofir.camera.lightfield.indexing import views
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import read_image, write_png
-from plenofir.refocus.operator import Image
+from plenofir.ground.images import Image, Picture, read_picture, write_png
 
 ViewOrder = Literal["rows", "columns"]
 Places = dict[tuple[int, int], Path]
@@ -75,6 +74,16 @@ def read_views(
     t, s[, 3]), as `plenofir.camera.lightfield.compose` takes it. Raises `InputError` if the folder,
     the names or the images cannot be used.
     """
+    return read_views_picture(folder, order=order, progress=progress).pixels
+
+
+def read_views_picture(
+    folder: Path,
+    *,
+    order: ViewOrder = "rows",
+    progress: Callable[[int, int], None] | None = None,
+) -> Picture:
+    """The views of `read_views`, with what their files say of the numbers."""
     if not folder.is_dir():
         raise InputError("no such folder", where=str(folder), expected=_EXPECTED)
     if order not in ("rows", "columns"):
@@ -88,25 +97,33 @@ def read_views(
     return read_paths(places, progress=progress)
 
 
-def read_paths(places: Places, *, progress: Callable[[int, int], None] | None = None) -> Image:
+def read_paths(places: Places, *, progress: Callable[[int, int], None] | None = None) -> Picture:
     """Read views of one size and depth by their places, a full square: shape (v, u, t, s[, 3])."""
     m = isqrt(len(places))
-    result: Image | None = None
+    first: Picture | None = None
     for done, (place, path) in enumerate(sorted(places.items()), 1):
-        image = read_image(path)
-        if result is None:
+        picture = read_picture(path)
+        image = picture.pixels
+        if first is None:
             result = np.empty((m, m, *image.shape), dtype=image.dtype)
-        if image.shape != result.shape[2:] or image.dtype != result.dtype:
+            first = picture
+        if image.shape != first.pixels.shape or image.dtype != result.dtype:
             raise InputError(
                 f"{image.shape} of {image.dtype}",
                 where=str(path),
-                expected=f"{result.shape[2:]} of {result.dtype} as the first view",
+                expected=f"{first.pixels.shape} of {result.dtype} as the first view",
+            )
+        if picture.full_scale != first.full_scale:
+            raise InputError(
+                f"white is {picture.full_scale}",
+                where=str(path),
+                expected=f"{first.full_scale} as in the first view",
             )
         result[place] = image
         if progress is not None:
             progress(done, len(places))
-    assert result is not None
-    return result
+    assert first is not None
+    return first.like(result)
 
 
 def named_views(raw: Image, m: int) -> dict[str, Image]:

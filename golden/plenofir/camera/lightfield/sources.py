@@ -20,13 +20,12 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.camera.calibration.frames import grey
-from plenofir.camera.lightfield.folders import ViewOrder, read_paths, read_views
+from plenofir.camera.lightfield.folders import ViewOrder, read_paths, read_views_picture
 from plenofir.camera.lightfield.indexing import views
 from plenofir.camera.patterns.rasters import find_mosaic, find_raster
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
-from plenofir.ground.images import read_picture
-from plenofir.refocus.operator import Image
+from plenofir.ground.images import Image, Picture, bare, read_picture
 
 PictureLayout = Literal["auto", "mosaic", "raster"]
 Floats32 = npt.NDArray[np.float32]
@@ -43,8 +42,13 @@ INSTALL = "the package h5py (pip install 'plenofir[cameras]')"
 class LightFieldSource:
     """A light field that was read."""
 
-    images: Image  # views, shape (v, u, t, s[, 3]), uint8 or uint16
+    picture: Picture  # its pixels: views, shape (v, u, t, s[, 3]), uint8 or uint16
     lines: tuple[tuple[str, str], ...]  # what was found, headings and texts for people
+
+    @property
+    def images(self) -> Image:
+        """Views, shape (v, u, t, s[, 3])."""
+        return self.picture.pixels
 
 
 def read_source(
@@ -71,9 +75,9 @@ def read_source(
     if path.is_dir():
         if hci_views(path):
             return read_hci(path, progress=progress)
-        return LightFieldSource(read_views(path, order=order, progress=progress), ())
+        return LightFieldSource(read_views_picture(path, order=order, progress=progress), ())
     if path.suffix.lower() == ".mat":
-        return LightFieldSource(read_mat(path), ())
+        return LightFieldSource(bare(read_mat(path)), ())
     return _picture(path, layout, size)
 
 
@@ -121,7 +125,7 @@ def _picture(path: Path, layout: PictureLayout, size: int | None) -> LightFieldS
         )
     if kind == "raster":
         text = f"{size} x {size} pixels for each of {columns // size} x {rows // size} lenses"
-        return LightFieldSource(views(image, size), (("raster", text),))
+        return LightFieldSource(picture.like(views(image, size)), (("raster", text),))
     if rows % size or columns % size:
         raise InputError(
             f"{columns} x {rows} pixels",
@@ -130,7 +134,8 @@ def _picture(path: Path, layout: PictureLayout, size: int | None) -> LightFieldS
         )
     tiles = image.reshape(size, rows // size, size, columns // size, *image.shape[2:])
     text = f"{size} x {size} views of {columns // size} x {rows // size} pixels"
-    return LightFieldSource(np.moveaxis(tiles, 2, 1), (("mosaic", text),))
+    found = np.moveaxis(tiles, 2, 1)
+    return LightFieldSource(picture.like(found), (("mosaic", text),))
 
 
 def read_mat(path: Path) -> Image:

@@ -14,7 +14,7 @@ from plenofir.fpga.names import BoardName, Chain
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import read_image
+from plenofir.ground.images import Picture, read_image, read_picture
 from plenofir.refocus import check_raw, shift_to_name
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import MAX_SHARPNESS_RADIUS
@@ -96,12 +96,13 @@ def scene_image(core: CoreConfiguration, rows: int) -> Image:
     return np.right_shift(image, 8 - core.pixel_bits)
 
 
-def read_raw(what: Run) -> Image:
+def read_raw(what: Run) -> Picture:
     """The raw image; InputError if the core cannot take it."""
     core, where = what.core, str(what.raw)
     if len(set(core.shifts)) < len(core.shifts):
         raise InputError("a slice is given twice", where="shifts", expected="each slice once")
-    raw = read_image(what.raw)
+    picture = read_picture(what.raw)
+    raw = picture.pixels
     check_raw(raw, core.micro_image_size, where=where)
     core.check_limits()
     if what.chain == "hdmi" and raw.ndim == 2:
@@ -117,4 +118,4 @@ def read_raw(what: Run) -> Image:
         )
     if rows > MAX_ROWS:
         raise InputError(f"{rows} rows", where=where, expected=f"at most {MAX_ROWS} rows")
-    return raw
+    return picture.like(raw)

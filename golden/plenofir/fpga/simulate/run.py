@@ -16,7 +16,7 @@ from plenofir.fpga.simulate.simulations import Simulation, simulation_of
 from plenofir.fpga.simulate.waves import write_save_file
 from plenofir.fpga.tools.simulators import Simulator, find_simulator
 from plenofir.ground.files import as_text, check_folder, publish_run
-from plenofir.ground.images import write_png
+from plenofir.ground.images import Picture, bare, write_png
 from plenofir.refocus import error_against_operator, shift_to_text
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpening import WEIGHT_UNITS
@@ -25,7 +25,7 @@ from plenofir.refocus.sharpening import WEIGHT_UNITS
 def run(
     what: Run,
     progress: Progress | None = None,
-    way: Callable[[Run, Image], Simulation] = simulation_of,
+    way: Callable[[Run, Picture], Simulation] = simulation_of,
 ) -> Report:
     """Refocus a raw image in the VHDL and in the golden model, and compare them.
 
@@ -34,8 +34,9 @@ def run(
     and ``refocused.gtkw``. A stack leaves the refocused picture of each slice,
     ``all_in_focus.png`` and ``depth_index.png``. All appear at the end or not at all.
     """
-    raw = read_raw(what)
-    simulation = way(what, raw)
+    picture = read_raw(what)
+    simulation = way(what, picture)
+    raw = simulation.raw
     simulation.check()
     pictures = simulation.pictures
     check_folder(what.out, "out", (*sum(pictures, ()), *simulation.more_files, REPORT))
@@ -61,7 +62,7 @@ def run(
         )
         tell(step, pixels, pixels)
         refocused = simulation.slices(result)
-        slices = _slices(what, raw, refocused, golden, pictures, results) if pictures else ()
+        slices = _slices(what, picture, refocused, golden, pictures, results) if pictures else ()
         report = _report(what, raw, simulator, result, slices, pixels)
         report = simulation.complete(report, result, golden, results)
         (results / REPORT).write_text(report.model_dump_json(indent=2) + "\n")
@@ -74,7 +75,7 @@ def run(
 
 def _slices(
     what: Run,
-    raw: Image,
+    raw: Picture,
     refocused: Image,
     golden: Image,
     pictures: list[tuple[str, ...]],
@@ -86,7 +87,9 @@ def _slices(
         core.shifts, core.weights, pictures, refocused, golden, strict=True
     ):
         comparison = compare_frames(got[np.newaxis], want[np.newaxis])
-        error = error_against_operator(got, raw, m, shift=shift, order=core.order, units=units)
+        error = error_against_operator(
+            got, raw.pixels, m, shift=shift, order=core.order, units=units
+        )
         found.append(
             SliceReport(
                 a=shift_to_text(shift, m),
@@ -100,7 +103,8 @@ def _slices(
             )
         )
         # A stack has the first of the three alone.
-        for name, picture in zip(names, (got, want, difference_picture(got, want)), strict=False):
+        shown = raw.like(got), raw.like(want), bare(difference_picture(got, want))
+        for name, picture in zip(names, shown, strict=False):
             write_png(folder / name, picture)
     return tuple(found)
 

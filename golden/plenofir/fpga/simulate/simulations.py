@@ -25,7 +25,7 @@ from plenofir.fpga.simulate.request import Run, picture_names
 from plenofir.fpga.simulate.waves import WaveSignal
 from plenofir.fpga.tools.simulators import SimulationError, Simulator
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import write_png
+from plenofir.ground.images import Picture, write_png
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import depth_index_picture
 
@@ -54,9 +54,10 @@ class Simulation(ABC):
     # Of a waveform.
     wave_signals: tuple[WaveSignal, ...] = ()
 
-    def __init__(self, what: Run, raw: Image) -> None:
+    def __init__(self, what: Run, raw: Picture) -> None:
         """Take a request and its raw image."""
-        self.what, self.core, self.raw = what, what.core, raw
+        self.what, self.core, self.picture = what, what.core, raw
+        self.raw = raw.pixels
 
     @property
     def pictures(self) -> list[tuple[str, ...]]:
@@ -103,7 +104,7 @@ class Simulation(ABC):
 class RasterSimulation(Simulation):
     """A raster core, set to a slice after the other."""
 
-    def __init__(self, what: Run, raw: Image) -> None:
+    def __init__(self, what: Run, raw: Picture) -> None:
         super().__init__(what, raw)
         self.wave_signals = wave_signals(what.core.engine)
 
@@ -134,7 +135,7 @@ class StackSimulation(Simulation):
     more_files = (ALL_IN_FOCUS, DEPTH_INDEX)
     frames = 1
 
-    def __init__(self, what: Run, raw: Image) -> None:
+    def __init__(self, what: Run, raw: Picture) -> None:
         super().__init__(what, raw)
         # The depth index of the scene's screen, or one with the radius of the request.
         screen = what.screen if what.screen.needs_stack else Screen(radius=what.radius)
@@ -184,7 +185,7 @@ class StackSimulation(Simulation):
             compare_frames(got[np.newaxis], wanted[np.newaxis])
             for got, wanted in ((image, want.image), (index, want_index))
         ]
-        write_png(folder / ALL_IN_FOCUS, image)
+        write_png(folder / ALL_IN_FOCUS, self.picture.like(image))
         write_png(folder / DEPTH_INDEX, depth_index_picture(index, depth.slices))
         waiting, judged = depth.memory_bits
         counted = np.bincount(index[::m, ::m].ravel(), minlength=depth.slices)
@@ -210,7 +211,7 @@ class BoardSimulation(Simulation):
     name = "board"
     wave_signals = chain.WAVE_SIGNALS
 
-    def __init__(self, what: Run, raw: Image) -> None:
+    def __init__(self, what: Run, raw: Picture) -> None:
         super().__init__(what, raw)
         self.shown = shown_frames(self.core, what.screen)
 
@@ -272,7 +273,7 @@ class BoardSimulation(Simulation):
         return ScreenReport(**{**dict(report), **more}, shown=shown)
 
 
-def simulation_of(what: Run, raw: Image) -> Simulation:
+def simulation_of(what: Run, raw: Picture) -> Simulation:
     """The way of a request."""
     if what.chain == "hdmi":
         return BoardSimulation(what, raw)

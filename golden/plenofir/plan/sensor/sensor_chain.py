@@ -18,6 +18,7 @@ from plenofir.fpga.simulate.request import Run
 from plenofir.fpga.simulate.simulations import Simulation
 from plenofir.fpga.tools.simulators import SimulationError, Simulator
 from plenofir.ground.errors import InputError
+from plenofir.ground.images import Picture
 from plenofir.plan.sensor.board_sensor import (
     SENSOR_OUTPUTS,
     SENSOR_PACKAGE,
@@ -55,7 +56,7 @@ class SensorBoardSimulation(Simulation):
 
     name = "board"
 
-    def __init__(self, what: Run, raw: Image, frame: SensorFrame) -> None:
+    def __init__(self, what: Run, raw: Picture, frame: SensorFrame) -> None:
         """Take the raster by the model as the raw image, and the frame that it was made of."""
         super().__init__(what, raw)
         self.frame = frame

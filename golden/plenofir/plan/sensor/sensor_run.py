@@ -76,6 +76,10 @@ class Sensor:
             where=str(self.raw),
         )
 
+    def raster(self, pixels: Image) -> Picture:
+        """A raster for a file: in linear light, unless the capture says otherwise."""
+        return self.capture.like(pixels)._replace(gamma=self.capture.gamma or 1.0)
+
 
 @dataclass(frozen=True)
 class SensorReport:
@@ -166,14 +170,14 @@ def run_raw(
         show(pixels)
         comparison = compare_frames(result.frames, golden[np.newaxis])
         aligned = work / ALIGNED
-        write_png(aligned, result.frames[0])
+        write_png(aligned, sensor.raster(result.frames[0]))
         results = work / "results"
         what = make_run(aligned, results)
         if frame is None:
             report = run(what, progress)
         else:
             report = run(what, progress, partial(SensorBoardSimulation, frame=frame))
-        write_png(results / ALIGNED, result.frames[0])
+        write_png(results / ALIGNED, sensor.raster(result.frames[0]))
         decoded = decode(
             sensor.frame,
             sensor.calibration,
