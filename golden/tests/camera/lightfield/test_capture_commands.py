@@ -5,10 +5,8 @@ import json
 import re
 import subprocess
 import sys
-from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from shutil import copy
 from typing import Any
 
 import numpy as np
@@ -17,7 +15,6 @@ import pytest
 from plenofir.camera.calibration import calibrate, decode, load_calibration
 from plenofir.camera.lightfield import focal_stack
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.rays.camera import CAMERAS
 from plenofir.camera.synthetic import (
     TexturedPlane,
     field_of_view,
@@ -25,11 +22,7 @@ from plenofir.camera.synthetic import (
     render,
     white_image,
 )
-from plenofir.commands.app import main
-from plenofir.fpga.hdmi.edid import make_edid
-from plenofir.fpga.hdmi.modes import HD720
 from plenofir.ground.images import Picture, encode_tiff, read_image, read_picture, write_png
-from plenofir.ground.project import root
 from plenofir.refocus import refocus
 from plenofir.refocus.sharpness import depth_index
 from plenofir_studies.calibration_report import MICROSCOPE, microscope_raster
@@ -38,29 +31,6 @@ PLENOFIR = str(Path(sys.executable).parent / "plenofir")
 M = 5
 A = 0.4
 PUPILS = "exit", "entrance"
-
-
-@dataclass
-class Done:
-    """What a command in this process did: faster than starting one."""
-
-    returncode: int
-    stdout: str
-    stderr: str
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]):
-    def command(*arguments: str, cwd: Path) -> Done:
-        monkeypatch.chdir(cwd)
-        monkeypatch.setattr(sys, "argv", ["plenofir", *arguments])
-        capfd.readouterr()
-        with pytest.raises(SystemExit) as exit_:
-            main()
-        out, err = capfd.readouterr()
-        return Done(int(exit_.value.code or 0), out, err)
-
-    return command
 
 
 def plenofir(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -409,128 +379,6 @@ def test_endings_tell_the_kind_of_file(tmp_path: Path, run) -> None:
     assert np.array_equal(png, tiff)
     assert jpeg.dtype == np.uint8
     assert np.abs(jpeg.astype(int) - (png >> 8)).max() < 12
-
-
-@pytest.fixture(scope="module")
-def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("bad")
-    shape = (120, 140)
-    white = white_image(shape, regular_grid(shape, 11.03), bits=8)
-    images = {
-        "white": white,
-        "dim": white // 40,
-        "bright": np.clip(white.astype(int) * 20, 0, 255).astype(np.uint8),
-        "small": white[:50],
-        "plain": np.full(shape, 90, np.uint8),
-    }
-    for name, image in images.items():
-        write_png(folder / f"{name}.png", image)
-    calibrate(white).save(folder / "calib.json")
-    (folder / "views").mkdir()
-    (folder / "linked.png").symlink_to("white.png")
-    (folder / "a").mkdir()
-    for name in ("refocused_1", "refocused", "sharpness", "view_00_00", "depth"):
-        write_png(folder / "a" / f"{name}.png", white)
-    scene = (root() / "scenes" / "rgb-480p.toml").read_text()
-    edid = make_edid((HD720,))
-    (folder / "a" / "sources.txt").write_bytes(edid)
-    (folder / "a" / "plan.json").write_text(scene)
-    with_edid = scene.replace("[build]", '[build]\nedid = "sources.txt"')
-    (folder / "a" / "scene.toml").write_text(with_edid)
-    copy(CAMERAS / "f193-mla2.toml", folder / "a" / "camera.png")
-    (folder / "a" / "spots").mkdir()
-    write_png(folder / "a" / "spots" / "drawn.png", white)
-    (folder / "a" / "spots" / "drawn.txt").write_text("1 2\n3 4\n")
-    write_png(folder / "w.png", white)
-    (folder / "text.json").write_text("{}")
-    for name, text in (("spots", "1 2\n3 4\n"), ("lines", "one two\n")):
-        (folder / name).mkdir()
-        (folder / name / "two.txt").write_text(text)
-    write_png(folder / "lines" / "two.png", white)
-    return folder
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ("calibrate none.png", "no such file"),
-        ("calibrate dim.png", "too dark"),
-        ("calibrate bright.png", "too bright"),
-        ("calibrate plain.png", "grid"),
-        ("calibrate white.png --dark small.png", "140 x 50"),
-        ("calibrate white.png --layout round", "--layout"),
-        ("calibrate white.png --order 4", "--order"),
-        ("calibrate white.png --order x", "--order"),
-        ("calibrate white.png --out calib.txt", ".json"),
-        ("calibrate white.png --out /proc/none/c.json", "cannot be written"),
-        ("calibrate white.png --picture grid.gif", ".png"),
-        ("decode white.png --calib none.json -M 5", "no such file"),
-        ("decode white.png --calib text.json -M 5", "image_shape"),
-        ("decode small.png --calib calib.json -M 5", "140 x 50"),
-        ("decode white.png --calib calib.json -M 13", "more than the pitch"),
-        ("decode white.png --calib calib.json -M five", "--micro-image: 'five'"),
-        ("decode white.png --calib calib.json -M 5 --interpolation sinc", "sinc"),
-        ("decode white.png --calib calib.json -M 5 --scale half", "half"),
-        ("decode white.png --calib calib.json -M 5 --out views", "must end in"),
-        ("decode white.png --calib calib.json -M 5 --white small.png", "white image"),
-        ("views white.png -M 0", "--micro-image: '0'"),
-        ("views white.png -M 200", "less than one micro image"),
-        ("views white.png -M 5 --out white.png/x", "white.png is not a folder"),
-        ("compose views", "no image files"),
-        ("compose none", "no such file or folder"),
-        ("compose views --order up", "order"),
-        ("refocus white.png -M 5 -a 1/3", "not on the grid"),
-        ("refocus white.png -M 5 -a x", "not a focus setting"),
-        ("stack white.png -M 5 -a 1:0", "--a: '1:0'"),
-        ("stack white.png -M 5 -a 0:1:1/3", "--a: 1/3 is not on the grid"),
-        ("stack white.png -M 5 -a 0:1:0", "--a: '0:1:0'"),
-        ("stack white.png -M 5 -a 0:1000", "5001 settings"),
-        ("depth-map white.png -M 5 --camera none", "no such camera"),
-        ("depth-map white.png -M 5 --camera f197-mla2 --focus 3", "focus"),
-        ("depth-map white.png -M 5 --camera f197-mla2 --window 4", "odd"),
-        ("depth-map white.png -M 5 --camera f197-mla2 --near x", "--near"),
-        ("depth-map white.png -M 5 --camera f197-mla2 --near=-2", "search"),
-        ("depth-map white.png -M 5 --camera f197-mla2 --near 1e9", "-28 to 28, the views' size"),
-        ("depth-map white.png -M 5 --near nan", "--near: nan is not a finite number"),
-        ("depth-map white.png -M 5 --focus 1500", "--focus requires --camera"),
-        *(
-            (f"depth-map white.png -M 5 {option}", f"{option} requires --camera")
-            for option in ("--pfm", "--tiff", "--ply")
-        ),
-        ("refocus views -M 5 -a 1", "views: is a folder"),
-        # Results never replace what they are made from, whatever it is called.
-        ("refocus white.png -M 5 -a 1 --out white.png", "white.png would replace what it is made"),
-        ("refocus linked.png -M 5 -a 1 --out white.png", "white.png would replace"),
-        ("refocus white.png -M 5 -a 1 --out views/../linked.png", "linked.png would replace"),
-        ("stack a/refocused_1.png -M 5 -a 1 --out a", "refocused_1.png would replace"),
-        ("stack a/sharpness.png -M 5 --out a", "sharpness.png would replace"),
-        ("views a/view_00_00.png -M 5 --out a", "view_00_00.png would replace"),
-        ("compose a --out a/view_00_00.png", "view_00_00.png would replace"),
-        ("depth-map a/depth.png -M 5 --camera f197-mla2 --out a", "depth.png would replace"),
-        ("decode white.png --calib calib.json -M 5 --out white.png", "white.png would replace"),
-        ("decode white.png --calib calib.json -M 5 --white w.png --out w.png", "would replace"),
-        ("calibrate white.png --picture white.png", "white.png would replace"),
-        ("sim --raw a/refocused.png -M 5 --out a", "refocused.png would replace"),
-        ("configure a/plan.json --out a", "plan.json would replace"),
-        ("configure a/scene.toml --out a", "sources.txt would replace"),
-        ("distance --camera a/camera.png -a 1 --plot a/camera.png", "camera.png would replace"),
-        ("distance --camera f197-mla2 -a 1 --plot a/scene.toml", ".png"),
-        ("report calibration --spots a/spots --out a/spots", "is the folder of the spots"),
-        ("report calibration --out /proc/none", "cannot be written"),
-        ("report calibration --out r --spots none", "no NAME.txt"),
-        ("report calibration --out r --spots spots", "two.png: no such file"),
-        ("report calibration --out r --spots lines", "no centres"),
-    ],
-)
-def test_bad_input(bad: Path, run, arguments: str, message: str) -> None:
-    before = sorted(bad.rglob("*"))
-    done = run(*arguments.split(), cwd=bad)
-    assert done.returncode == 2, done.stdout + done.stderr
-    assert message in done.stderr
-    assert done.stderr.startswith("plenofir: ")
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert "Traceback" not in done.stderr
-    assert sorted(bad.rglob("*")) == before
 
 
 @pytest.mark.slow
