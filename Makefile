@@ -38,7 +38,7 @@ mutants-python: venv # Change golden model, ray model and calibration in many wa
 	@scripts/setup.sh mutants
 	@nice $(PYTHON) scripts/mutate_python.py --room $(or $(ROOM),golden rays calibration) --seed $(or $(SEED),0) --count $(or $(COUNT),120)
 
-figures: venv # Write what `make test` wants of the synthesis anew (20 minutes; what was synthesised before is in build/yosys): JOBS=
+figures: venv # Write what `make test` wants of the synthesis anew (4 minutes; what was synthesised before is in build/yosys): JOBS=
 	@scripts/setup.sh ghdl
 	@JOBS=$(JOBS) $(PYTHON) scripts/resources.py figures
 	@$(PYTHON) scripts/build_docs.py

@@ -30,7 +30,6 @@ from resource_tables import (
     ecp5_table,
     engine_table,
     flow_figures,
-    grid_table,
     moving_sum_tables,
     resource_tables,
     sensor_table,
@@ -97,12 +96,7 @@ def measured_tables() -> str:
             "Both engines, cell by cell", "moving-sum.md", ("Spartan-6, XC6SLX45", engine_table())
         ),
         many_pixels.page(),
-        measured(
-            "Cores and arrays, and clocks",
-            "resources.md",
-            ("Cores and arrays on a Spartan-6", grid_table()),
-            ("Clocks on an ECP5", ecp5_table()),
-        ),
+        measured("Clocks of cores and arrays", "resources.md", ("Clocks on an ECP5", ecp5_table())),
         measured("Focal stacks", "stack.md", ("Stacks", of_stacks), ("Depth indices", of_indices)),
     )
     lines = ["# Measured tables", "", "Built by `make docs`."]

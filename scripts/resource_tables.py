@@ -12,7 +12,7 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.synthesis.comparison import (
     ENGINES,
     SETS,
@@ -23,17 +23,17 @@ from plenofir.fpga.synthesis.comparison import (
     shown_shifts,
     widest,
 )
-from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.fpga.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.ground import project
 from plenofir.plan.figures import (
+    SENSORS,
     Design,
     core_designs,
-    grid_designs,
     load_figures,
     scene_designs,
-    sensor_designs,
+    sensor_design,
     stack_designs,
 )
 from plenofir.plan.left_out import full_core
@@ -76,6 +76,12 @@ def recorded() -> dict[str, Figures]:
 def all_figures(f: Figures) -> tuple[int, ...]:
     """A design's numbers under `FIGURE_HEADS`."""
     return f.lut, f.flip_flops, f.ramb16, f.ramb8, f.usage.block_rams, f.dsp, f.carry, f.path
+
+
+def estimated(usage: Usage) -> tuple[object, ...]:
+    """An estimate under `FIGURE_HEADS`: block RAM and multipliers are exact."""
+    logic = f"~{usage.lut}", f"~{usage.flip_flops}"
+    return *logic, usage.ramb16, usage.ramb8, usage.block_rams, usage.dsp, "", ""
 
 
 def shown_set(shifts: tuple[int, ...]) -> str:
@@ -162,18 +168,19 @@ def engine_table() -> list[str]:
 
 def scene_rows(figures: Mapping[str, Figures]) -> Iterator[tuple[object, ...]]:
     """Rows of the shipped scenes: boards, cores, full builds, sensors, and the device."""
+
+    def amounts(name: str, usage: Usage) -> tuple[object, ...]:
+        return all_figures(figures[name]) if name in figures else estimated(usage)
+
     scenes = {design.name: design for design in scene_designs()}
     for design in core_designs():
-        scene = design.name.removesuffix(" core")
+        scene, usage = design.name.removesuffix(" core"), estimate(design.core)
         if scenes[scene].top == BOARD:
-            yield f"**{scene}**, the whole board", *all_figures(figures[scene])
-        yield f"**{scene}**, core", *all_figures(figures[design.name])
-        if f"{scene} full" in figures:
-            yield f"{scene}, full build", *all_figures(figures[f"{scene} full"])
-        else:
-            guess = estimate(full_core(design.core))
-            amounts = guess.lut, guess.flip_flops, guess.ramb16, guess.ramb8, guess.block_rams
-            yield f"{scene}, full build (estimate)", *amounts, guess.dsp, "", ""
+            board = usage + VIDEO_USAGES["spartan6"]
+            yield f"**{scene}**, the whole board", *amounts(scene, board)
+        yield f"**{scene}**, core", *amounts(design.name, usage)
+        full = estimate(full_core(design.core))
+        yield f"{scene}, full build", *amounts(f"{scene} full", full)
     for design in scenes.values():
         if design.plan is not None and design.plan.sensor is not None:
             yield f"**{design.name}**, sensor and core", *all_figures(figures[design.name])
@@ -188,9 +195,10 @@ def resource_tables(text: str) -> str:
     text = put(text, "scenes", table(f"scene | {FIGURE_HEADS}", scene_rows(figures)))
     lines = []
     for what, core in left_out_in_turn():
-        parts, f = needed_parts(core), figures[f"left out: {what}"]
+        parts, usage = needed_parts(core), estimate(core)
         counts = [parts[name] for name in PARTS]
-        lines.append((what, *counts, f.lut, f.flip_flops, f.usage.block_rams, f.dsp))
+        logic = f"~{usage.lut}", f"~{usage.flip_flops}"
+        lines.append((what, *counts, *logic, usage.block_rams, usage.dsp))
     heads = f"left out | {' | '.join(PARTS)} | LUT | flip-flops | block RAM | DSP48A1"
     text = put(text, "left out", table(heads, lines))
     boards = ", ".join(design.name for design in scene_designs() if design.top == BOARD)
@@ -201,10 +209,13 @@ def resource_tables(text: str) -> str:
 
 def sensor_table(text: str) -> str:
     """Put what resamplers take of a Spartan-6 between its marks in a page."""
-    figures = recorded()
-    rows = (
-        (d.name.removeprefix("sensor, "), *all_figures(figures[d.name])) for d in sensor_designs()
-    )
+    figures, rows = recorded(), []
+    for what in SENSORS:
+        design = sensor_design(what)
+        assert design.usage is not None
+        known = design.name in figures
+        amounts = all_figures(figures[design.name]) if known else estimated(design.usage)
+        rows.append((what, *amounts))
     return put(text, "resamplers", table(f"resampler | {FIGURE_HEADS}", rows))
 
 
@@ -218,22 +229,13 @@ def flow_figures(text: str) -> str:
     }
     rows = []
     for scene in (design.name.removesuffix(" core") for design in core_designs()):
-        f = figures.get(f"{scene} core", figures[scene])
+        f = figures.get(f"{scene} core") or figures[scene]
         clocks = (placed[scene].get(grade, {}).get("fmax_mhz", "") for grade in ("6", "8"))
         amounts = f.lut, f.flip_flops, f.usage.block_rams, f.dsp
         rows.append((scene, uses.get(scene, ""), *amounts, *clocks))
     heads = "core of the scene | where it is used | LUT | flip-flops | block RAM | DSP48A1 "
     heads += "| MHz, ECP5 grade 6 | grade 8"
     return put(text, "flows", table(heads, rows))
-
-
-def grid_table() -> list[str]:
-    """Make the table of what cores and arrays take of a Spartan-6."""
-    figures = recorded()
-    return table(
-        f"design | {FIGURE_HEADS}",
-        ((d.name, *all_figures(figures[d.name])) for d in grid_designs() if d.name in figures),
-    )
 
 
 def ecp5_table() -> list[str]:
@@ -255,25 +257,22 @@ def _stack_figures(f: Figures) -> tuple[int, ...]:
     return *amounts, path
 
 
-def each_slice_more(designs: list[Design], figures: Mapping[str, Figures]) -> tuple[object, ...]:
-    """Row of what a slice more takes: stacks of one M and colour, few slices first."""
-    # The first one has other ends, and so another delay, if there are more than two.
-    few, many = designs[1 if len(designs) > 2 else 0], designs[-1]
-    added = len(many.core.shifts) - len(few.core.shifts)
+def each_slice_more(few: Design, many: Design) -> tuple[object, ...]:
+    """Row of what a slice more takes: two stacks with the same ends."""
+    added, figures = len(many.core.shifts) - len(few.core.shifts), recorded()
     both = zip(*(_stack_figures(figures[d.name])[:-1] for d in (few, many)), strict=True)
     each = [(more - less) / added for less, more in both]
     # The memory that the slices share has the same size in both.
     own = many.core.line_buffer_bits - few.core.line_buffer_bits
     shown = [f"{value:.0f}" if value == int(value) else f"{value:.1f}" for value in each]
-    name = f"M = {many.core.micro_image_size}, {_KINDS[many.core.channels]}"
-    return f"**each slice more, {name}**", *shown, "", f"{own / added / 1024:.0f}", ""
+    return "**each slice more**", *shown, "", f"{own / added / 1024:.0f}", ""
 
 
 def stack_tables() -> tuple[list[str], list[str]]:
-    """Make the tables of what focal stacks and their depth indices take."""
+    """Make the tables of what focal stacks and their depth index take."""
     figures = recorded()
     rows: list[tuple[object, ...]] = []
-    stacks: dict[tuple[int, int], list[Design]] = {}
+    stacks: list[Design] = []
     indices: list[tuple[object, ...]] = []
     for design in stack_designs():
         amounts = _stack_figures(figures[design.name])
@@ -293,8 +292,8 @@ def stack_tables() -> tuple[list[str], list[str]]:
         )
         memory = f"{shared / 1024:.0f} + {own / 1024:.0f}"
         rows.append((design.name, *amounts, memory, f"{apart / 1024:.0f}"))
-        stacks.setdefault((core.micro_image_size, core.channels), []).append(design)
-    rows += [each_slice_more(stacks[kind], figures) for kind in sorted(stacks)]
+        stacks.append(design)
+    rows.append(each_slice_more(*stacks))
     heads = "design | LUT | flip-flops | RAMB16 | RAMB8 | block RAM | DSP48A1 | path"
     of_stacks = table(f"{heads} | shared + slices: kbit | an engine each: kbit", rows)
     return of_stacks, table(f"{heads} | waiting, judged: kbit", indices)

@@ -32,6 +32,7 @@ from plenofir.fpga.bitstream.nextpnr import build, load_builds, save_builds
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import board_of
 from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK
 from plenofir.fpga.devices import Usage
 from plenofir.fpga.synthesis import comparison
@@ -54,13 +55,14 @@ from plenofir.ground.errors import EXIT_BAD_INPUT, EXIT_TOOL_FAILED, InputError,
 from plenofir.ground.files import publish_files
 from plenofir.plan.configure import board_packages, clock_range_of, configure
 from plenofir.plan.figures import (
+    ARRAY,
     CORE,
     FILE,
     Design,
     FiguresFile,
     core_designs,
     designs,
-    grid_designs,
+    grey_core,
     is_ecp5_board,
     load_figures,
     save_figures,
@@ -73,10 +75,8 @@ from plenofir_studies import many_pixels, placed_pixels
 
 ECP5_RESULTS = project.DATA / "ecp5.json"
 BITSTREAMS = project.root() / "build" / "pnr"
-PLACED_DESIGNS = (
-    *("core M=1 a'=0 iota=1", "core M=3 a'=1 iota=1"),
-    *("array M=3 a'=1 iota=1", "array M=3 a'=1 iota=3"),
-)
+# Small designs that are placed beside the scenes: what, M, a', rows at once.
+PLACED = (("core", 1, 0, 1), ("core", 3, 1, 1), ("array", 3, 1, 1), ("array", 3, 1, 3))
 BOARD_CORE = CoreConfiguration(micro_image_size=5, shifts=(-3,), max_columns=640, channels=3)
 BOARD_ROWS = 480
 
@@ -190,7 +190,10 @@ def place_all(names: Sequence[str]) -> None:
             place_design(Design(plan.scene, plan.core, TOP, plan=plan))
         return
     chosen = [replace(d, name=d.name.removesuffix(" core")) for d in core_designs()]
-    chosen += [design for design in grid_designs() if design.name in PLACED_DESIGNS]
+    for kind, m, shift, rows in PLACED:
+        core = grey_core(m, (shift,), engine=FirEngine(parallel_rows=rows))
+        top = CORE if kind == "core" else ARRAY
+        chosen.append(Design(f"{kind} M={m} a'={shift} iota={rows}", core, top))
     results: dict[str, dict[str, object]] = {}
     for design in chosen:
         results[design.name] = place_design(design)

@@ -22,7 +22,6 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
-from plenofir.fpga.synthesis.parts import left_out_in_turn
 from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.spartan6 import Figures, Netlist, synthesise
 from plenofir.ground import project
@@ -36,14 +35,10 @@ from plenofir.plan.sensor.resampler import ResamplerConfiguration
 from plenofir.plan.sensor.sensor_bench import CORE as SENSOR
 from plenofir.plan.sensor.sensor_bench import sensor_generics
 from plenofir.plan.sensor.sensor_estimate import sensor_usage
-from plenofir.refocus.arithmetic import StoredProductArithmetic
-from plenofir.refocus.sharpness import confidence_level
 
 FILE = project.DATA / "figures.json"
 CORE = "raster_refocuser"
 ARRAY = "fir_array"
-# GHDL 2.0 needs some kilobytes for each word of a memory: 20 GB for 24 Mbit.
-_MAX_LINE_BUFFER_BITS = 1 << 23
 
 
 @dataclass(frozen=True)
@@ -113,100 +108,51 @@ def core_designs() -> Iterator[Design]:
             yield replace(core, name=f"{plan.scene} core")
 
 
-def full_designs() -> Iterator[Design]:
-    """Full build ("full") of those cores whose line buffers GHDL can synthesise."""
-    for design in core_designs():
-        full = full_core(design.core)
-        if full.line_buffer_bits <= _MAX_LINE_BUFFER_BITS:
-            yield Design(f"{design.name.removesuffix(' core')} full", full)
-
-
-def _core(m: int, shifts: tuple[int, ...], **fields: object) -> CoreConfiguration:
-    """A core of 640 columns, of grey pixels unless `fields` say something else."""
+def grey_core(m: int, shifts: tuple[int, ...], **fields: object) -> CoreConfiguration:
+    """A core for grey pixels of 8 bits, 640 columns, unless `fields` say something else."""
     values = {"micro_image_size": m, "shifts": shifts, "max_columns": 640, **fields}
     return CoreConfiguration.model_validate(values)
 
 
-# Cores and arrays by M, a' and rows at once; those that are synthesised in each run of the tests.
-_CORES = (
-    *((1, 0, 1), (2, 1, 1), (3, -2, 1), (3, 0, 1), (3, 1, 1), (3, 2, 1), (5, -3, 1), (5, 1, 1)),
-    *((5, 2, 1), (11, 1, 1), (3, 1, 3)),
-)
-_ARRAYS = ((3, 1, 1), (3, 1, 3), (5, 1, 5))
-_QUICK = ("core M=3 a'=1 iota=1", "core M=11 a'=1 iota=1", "array M=3 a'=1 iota=3")
-# What a core of M = 5, a' = 2 has besides.
-_VARIANTS: dict[str, tuple[tuple[int, ...], dict[str, object]]] = {
-    "a'=2 stored products": ((2,), {"arithmetic": StoredProductArithmetic()}),
-    "a'=2 linear interpolation": ((2,), {"order": 1}),
-    "a'=-5,0,5": ((-5, 0, 5), {}),
-    "a'=-5,0,5 hold": ((-5, 0, 5), {"engine": FirEngine(hold=True)}),
-    "a'=2 RGB": ((2,), {"channels": 3}),
-    "a'=2 16 bit": ((2,), {"pixel_bits": 16}),
-    "a'=2 latches of 4 taps": ((2,), {"engine": FirEngine(broadcast_taps=4)}),
-}
+def filter_designs() -> Iterator[Design]:
+    """What no scene has: linear interpolation, and the array of filters by itself."""
+    linear = grey_core(5, (2,), engine=FirEngine(), order=1)
+    yield Design("core M=5 a'=2 linear interpolation", linear)
+    rows = grey_core(3, (1,), engine=FirEngine(parallel_rows=3))
+    yield Design("array M=3 a'=1 iota=3", rows, ARRAY, slow=False)
 
 
-def grid_designs() -> Iterator[Design]:
-    """Cores and arrays for grey pixels and 640 columns, and variants of one of them."""
-    for kind, top, sizes in (("core", CORE, _CORES), ("array", ARRAY, _ARRAYS)):
-        for m, shift, rows in sizes:
-            core = _core(m, (shift,), engine=FirEngine(parallel_rows=rows))
-            name = f"{kind} M={m} a'={shift} iota={rows}"
-            yield Design(name, core, top, slow=name not in _QUICK)
-    for what, (shifts, fields) in _VARIANTS.items():
-        yield Design(f"core M=5 {what}", _core(5, shifts, **fields))
-
-
-# Slices of the stacks: from two on with the same ends, so that delay and shared memory are equal.
-STACK_SLICES = {
-    5: ((-3,), (-3, 3), (-3, 0, 3), (-3, -1, 1, 3)),
-    11: ((-5,), (-5, 5), (-5, 0, 5), (-5, -2, 2, 5)),
-}
-_COLOURS = {1: "grey", 3: "RGB"}
+# Slices of the stacks: with the same ends, so that delay and shared memory are equal.
+_STACK_SHIFTS = ((-3, 3), (-3, 0, 3))
 
 
 def stack_designs() -> Iterator[Design]:
-    """Focal stacks of 1 to 4 slices for 640 columns, and depth indices behind them."""
-    few, many = STACK_SLICES[5][0], STACK_SLICES[5][2]
-    stacks = [(m, shifts, 1) for m, sets in STACK_SLICES.items() for shifts in sets]
-    for m, shifts, channels in (*stacks, (5, few, 3), (5, many, 3)):
-        core = _core(m, shifts, channels=channels, engine=StackEngine())
+    """Focal stacks of two and three slices, and the depth index behind the larger one."""
+    for shifts in _STACK_SHIFTS:
         shown = ",".join(map(str, shifts))
-        yield Design(f"stack M={m} a'={shown} {_COLOURS[channels]}", core, "focal_stack")
-    for slices, channels in ((len(few), 1), (len(many), 1), (len(many), 3)):
-        index = DepthIndexConfiguration(
-            micro_image_size=5, slices=slices, max_columns=640, channels=channels
-        )
-        name = f"index M=5 slices={slices} {_COLOURS[channels]}"
-        yield Design(name, None, "depth_index", index.generics(), index=index)
+        core = grey_core(5, shifts, engine=StackEngine())
+        yield Design(f"stack M=5 a'={shown}", core, "focal_stack")
+    index = DepthIndexConfiguration(micro_image_size=5, slices=3, max_columns=640, channels=1)
+    yield Design("index M=5 slices=3", None, "depth_index", index.generics(), index=index)
 
 
-# Video cores that show depth: M, a', radius, radius of votes.
-_PICTURES = ((3, (-1, 2), 0, 0), (5, (-3, 0, 3), 1, 0), (3, (-2, -1, 0, 1, 2), 1, 1))
 _TEXT_SHIFTS = (0, 1, 2, 3, 4)
 
 
 def picture_designs() -> Iterator[Design]:
-    """Cores of video paths that show all in focus and depth, of 640 columns; a text over them."""
-    for m, shifts, radius, vote_radius in _PICTURES:
-        core = _core(m, shifts, channels=3, engine=StackEngine(input_lines=m))
-        screen = Screen(
-            outputs="rad",
-            radius=radius,
-            confidence=confidence_level(6, m, radius, 3) if vote_radius else 0,
-            vote_radius=vote_radius,
-            colours=slice_colours(shifts),
-        )
-        name = f"picture M={m} slices={len(shifts)} radius={radius} votes={vote_radius}"
-        generics, usage = screen.core_generics(core), picture_usage(core, screen)
-        yield Design(name, core, "picture_core", generics, usage=usage)
+    """The core of a video path that shows all in focus and depth; a text over the picture."""
+    shifts = _STACK_SHIFTS[1]
+    core = grey_core(5, shifts, channels=3, engine=StackEngine(input_lines=5))
+    screen = Screen(outputs="rad", radius=1, colours=slice_colours(shifts))
+    generics, usage = screen.core_generics(core), picture_usage(core, screen)
+    yield Design("picture M=5 slices=3", core, "picture_core", generics, usage=usage)
     text = scene_overlay(_TEXT_SHIFTS, 5, colours=slice_colours(_TEXT_SHIFTS))
-    name, generics = "text of 5 slices", text.generics()
-    yield Design(name, None, "text_overlay", {**generics}, usage=overlay_usage(text))
+    generics, usage = {**text.generics()}, overlay_usage(text)
+    yield Design("text of 5 slices", None, "text_overlay", generics, usage=usage)
 
 
 # What differs from a resampler for grey pixels, M = 5, 640 columns, 8 lines.
-_SENSORS: dict[str, dict[str, object]] = {
+SENSORS: dict[str, dict[str, object]] = {
     "grey": {},
     "grey, M = 13, 860 columns, 16 lines": {
         "micro_image_size": 13,
@@ -221,25 +167,35 @@ _SENSORS: dict[str, dict[str, object]] = {
 }
 
 
-def sensor_designs() -> Iterator[Design]:
-    """Resamplers, one of them behind a mosaic."""
-    for what, fields in _SENSORS.items():
-        values = {"micro_image_size": 5, "max_columns": 640, "lines": 8, **fields}
-        core, mosaic = ResamplerConfiguration.model_validate(values), "mosaic" in what
-        generics, usage = sensor_generics(core, mosaic=mosaic), sensor_usage(core, mosaic=mosaic)
-        yield Design(f"sensor, {what}", None, SENSOR, generics, usage=usage)
+def sensor_design(what: str) -> Design:
+    """A resampler of `SENSORS`, behind a mosaic if it has one."""
+    values = {"micro_image_size": 5, "max_columns": 640, "lines": 8, **SENSORS[what]}
+    core, mosaic = ResamplerConfiguration.model_validate(values), "mosaic" in what
+    generics, usage = sensor_generics(core, mosaic=mosaic), sensor_usage(core, mosaic=mosaic)
+    return Design(f"sensor, {what}", None, SENSOR, generics, usage=usage)
+
+
+# The second board differs from the first by its core alone, which is among them.
+_NOT_RECORDED = ("rgb-720p",)
+_FULL = "grey-microscope"
+
+
+def full_design() -> Design:
+    """A core beside its scene's: one that serves any scene of the camera."""
+    scene = next(design for design in core_designs() if design.name == _FULL)
+    return Design(f"{_FULL} full", full_core(scene.core))
 
 
 def designs() -> list[Design]:
+    """The recorded designs: each entity that a user instantiates, each engine, each option."""
+    scenes = {design.name: design for design in [*scene_designs(), *core_designs()]}
     return [
-        *{design.name: design for design in [*scene_designs(), *core_designs()]}.values(),
-        *grid_designs(),
-        # Full build of a small core, and the same without one thing after the other.
-        *(Design(f"left out: {what}", core) for what, core in left_out_in_turn()),
+        *(design for name, design in scenes.items() if name not in _NOT_RECORDED),
+        full_design(),
+        *filter_designs(),
         *stack_designs(),
         *picture_designs(),
-        *sensor_designs(),
-        *full_designs(),
+        sensor_design("grey"),
     ]
 
 

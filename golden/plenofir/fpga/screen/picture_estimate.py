@@ -2,8 +2,7 @@
 """What a focal stack with its depth index and the text over the picture take, without any tool.
 
 Block RAM and multipliers follow the rules of Yosys, as those of the core do. Look-up tables and
-flip-flops are sums over the parts, with weights fitted to synthesised designs
-(`plenofir.plan.figures`, scripts/resources.py fit).
+flip-flops are sums over the parts, with weights fitted to synthesised designs of several sizes.
 """
 
 from collections.abc import Iterator

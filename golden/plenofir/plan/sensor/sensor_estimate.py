@@ -2,8 +2,8 @@
 """What the way from a sensor to the core takes: mosaic and resampler, estimated without any tool.
 
 Block RAM and multipliers follow the rules of Yosys, as those of the core do. Look-up tables and
-flip-flops are sums over the parts, with weights fitted to the synthesised variants of
-`plenofir.plan.figures` (scripts/resources.py fit).
+flip-flops are sums over the parts, with weights fitted to the synthesised variants that
+`plenofir.plan.figures` lists in ``SENSORS``.
 """
 
 from collections.abc import Iterator
