@@ -88,6 +88,8 @@ bench: venv simulator ## Measure refocuser, ray model, calibration, simulators: 
 	@$(if $(RECORD),$(PYTHON) scripts/build_docs.py)
 
 docs: venv ## Build what the documentation takes from the sources
+	@scripts/setup.sh registers
+	@$(PYTHON) scripts/build_registers.py
 	@$(PYTHON) scripts/build_hdl.py
 	@$(PYTHON) scripts/build_docs.py
 

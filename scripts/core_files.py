@@ -67,6 +67,47 @@ targets:
     toplevel: {top}
 """
 
+# Cores with registers, for block designs; the generics without a default make an example.
+AXI = """\
+name: plenofir:ip:axi:{version}
+description: The cores with registers behind AXI4-Lite, for block designs
+
+filesets:
+  rtl:
+    file_type: vhdlSource-93
+    depend: ["plenofir:ip:refocuser:{version}"]
+    files:
+{rtl}
+
+parameters:
+  MICRO_IMAGE_SIZE: {{datatype: int, default: 5, paramtype: generic}}
+  SHIFTS: {{datatype: str, default: "-3 0", paramtype: generic}}
+
+targets:
+  default: &default
+    filesets: [rtl]
+
+  elaborate:
+    <<: *default
+    description: Elaborates refocuser_axi in GHDL
+    flow: sim
+    flow_options:
+      tool: ghdl
+      sim_options: [-gMICRO_IMAGE_SIZE=5, -gSHIFTS=2, --no-run]
+    toplevel: refocuser_axi
+
+  synth:
+    <<: *default
+    description: refocuser_axi for a Zynq (Vivado, synthesis alone)
+    default_tool: vivado
+    tools:
+      vivado:
+        part: xc7z020clg400-1
+        pnr: none
+    parameters: [MICRO_IMAGE_SIZE, SHIFTS]
+    toplevel: refocuser_axi
+"""
+
 ATLYS = """\
 name: plenofir:board:atlys:{version}
 description: Digilent Atlys - HDMI in, refocused HDMI out
@@ -216,6 +257,10 @@ def core_files() -> dict[Path, str]:
             top="pattern_video",
             what="A pattern through the video path",
             built="The pattern and the video path",
+        ),
+        "axi": AXI.format(
+            version=version,
+            rtl=_listed(_needed("refocuser_axi", "stack_axi", "sensor_axi"), core),
         ),
         "atlys": ATLYS.format(
             version=version,

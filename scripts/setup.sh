@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | mutants | tests
+# Sets up what the project needs: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | mutants | registers | tests
 #
 #   venv         creates .venv with the pinned Python packages and the command plenofir
 #   ghdl         makes sure that a GHDL simulator is installed
@@ -9,9 +9,10 @@
 #   site         installs what builds the documentation as a site
 #   compiler     makes sure that there is a C++ compiler, which Verilator needs
 #   mutants      installs what changes the Python
+#   registers    installs what builds the register map's files (hdl-registers)
 #   tests        makes sure of what the tests want besides: other people's tools from the package index
 #                (scripts/requirements-tests.txt), a C++ compiler, Icarus Verilog, Debian's decoder of monitors'
-#                EDID (a second opinion on ours), the GHDL that need not compile beside the fast one, and
+#                EDID (a second opinion on ours) and compiler of device trees, the GHDL that need not compile beside the fast one, and
 #                Chromium for the tests of the viewer (400 MB; without it they are skipped)
 #
 # Debian packages that are missing are installed as root or through sudo. What cannot be installed
@@ -94,12 +95,17 @@ setup_mutants() {
     install_pinned mutants "what changes the Python"
 }
 
+setup_registers() {
+    install_pinned registers "what builds the register map's files"
+}
+
 setup_compiler() {
     command -v g++ >/dev/null 2>&1 && command -v perl >/dev/null 2>&1 || install_packages "A C++ compiler" g++ make perl
 }
 
 setup_tests() {
     install_pinned tests "the tools that tests run"
+    setup_registers
     if ! command -v apt-get >/dev/null 2>&1; then
         echo "setup: there is no apt-get; tests of tools that are missing will be skipped" >&2
         return
@@ -107,6 +113,7 @@ setup_tests() {
     setup_compiler
     command -v iverilog >/dev/null 2>&1 || install_packages "Icarus Verilog" iverilog
     command -v edid-decode >/dev/null 2>&1 || install_packages "edid-decode" edid-decode
+    command -v dtc >/dev/null 2>&1 || install_packages "The device tree compiler" device-tree-compiler
     # A GHDL that is not Debian's is left alone.
     command -v ghdl-mcode >/dev/null 2>&1 || ! command -v ghdl-llvm >/dev/null 2>&1 ||
         install_packages "GHDL's back end mcode" ghdl-mcode
@@ -133,6 +140,7 @@ pnr) setup_pnr ;;
 site) setup_site ;;
 compiler) setup_compiler ;;
 mutants) setup_mutants ;;
+registers) setup_registers ;;
 tests) setup_tests ;;
-*) fail "usage: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | mutants | tests" ;;
+*) fail "usage: scripts/setup.sh venv | ghdl | libpython | pnr | site | compiler | mutants | registers | tests" ;;
 esac

@@ -16,6 +16,7 @@ ROOT = Path(plenofir.__file__).parent
 LAYERS = (
     ("__main__",),
     ("commands",),
+    ("driver",),
     ("plan", "view"),
     ("camera", "fpga"),
     ("refocus",),

@@ -46,8 +46,9 @@ def test_other_cores_in_ghdl(fusesoc, core: str, passes: str) -> None:
     assert passes in fusesoc("sim", core)
 
 
-def test_board_elaborates(fusesoc) -> None:
-    found = fusesoc("elaborate", "plenofir:board:atlys")
+@pytest.mark.parametrize("core", ["plenofir:board:atlys", "plenofir:ip:axi"])
+def test_core_elaborates(fusesoc, core: str) -> None:
+    found = fusesoc("elaborate", core)
     assert "--no-run" in found
 
 

@@ -209,6 +209,8 @@ MAY_USE = {
     "refocuser": {"common", "core", "sharpen", "fir", "moving_sum", "stack"},
     "depth": {"common", "core"},
     "resample": {"common", "core"},
+    # Cores with registers behind a bus.
+    "axi": {"common", "core", "refocuser", "depth", "resample"},
     "tmds": {"common"},
     "video": {"common", "core", "stack", "depth", "refocuser", "resample"},
     "selftest": {"common", "core", "refocuser"},

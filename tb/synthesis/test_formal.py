@@ -9,6 +9,7 @@ from plenofir.fpga import hdl
 from plenofir.fpga.synthesis.formal import (
     LONG_PROOFS,
     PROOFS,
+    BusProof,
     FifoProof,
     FirProof,
     LaneProof,
@@ -33,7 +34,9 @@ def tools() -> None:
     [*PROOFS, *(pytest.param(proof, marks=pytest.mark.slow) for proof in LONG_PROOFS)],
     ids=lambda proof: proof.name,
 )
-def test_proof(tmp_path: Path, proof: FirProof | LaneProof | FifoProof | RingProof) -> None:
+def test_proof(
+    tmp_path: Path, proof: FirProof | LaneProof | FifoProof | BusProof | RingProof
+) -> None:
     proof.prove(tmp_path)
 
 
@@ -60,11 +63,23 @@ def test_proof(tmp_path: Path, proof: FirProof | LaneProof | FifoProof | RingPro
             marks=pytest.mark.slow,
         ),
         (FifoProof(2), "axis_fifo.vhd", "elsif word_moves = '1'", "elsif m_axis_tready = '1'"),
+        (
+            BusProof(4),
+            "axi_lite_slave.vhd",
+            "s_axi_arvalid and not takes_read and not answers_read",
+            "s_axi_arvalid and not takes_read",
+        ),
+        (
+            BusProof(4),
+            "axi_lite_slave.vhd",
+            "<= takes_write and write_aligned",
+            "<= takes_write",
+        ),
     ],
 )
 def test_planted_fault_is_found(
     tmp_path: Path,
-    proof: FirProof | LaneProof | FifoProof | RingProof,
+    proof: FirProof | LaneProof | FifoProof | BusProof | RingProof,
     file: str,
     old: str,
     new: str,

@@ -146,6 +146,24 @@ class FifoProof:
 
 
 @dataclass(frozen=True)
+class BusProof:
+    """The slave keeps to AXI4-Lite, for all masters and registers and for ever."""
+
+    address_bits: int  # of an address in bytes
+
+    @property
+    def name(self) -> str:
+        """Name of the proof."""
+        return f"AXI4-Lite with addresses of {self.address_bits} bit, no bound"
+
+    def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
+        """Prove it; parameters as `FirProof.prove`."""
+        sizes = {"ADDRESS_BITS": self.address_bits}
+        _prepare("axi_lite_slave", "axi_lite_properties", sizes, sizes, directory, sources)
+        _check(directory, self.name, "scorr; pdr -T 300", "Property proved")
+
+
+@dataclass(frozen=True)
 class RingProof:
     """The resampler reads only lines that the ring holds, for every calibration and for ever."""
 
@@ -251,6 +269,7 @@ PROOFS = (
     FirProof(3, 2),
     LaneProof(3, 2, 2),
     FifoProof(2),
+    BusProof(4),
 )
 """Proofs of `make test`."""
 
@@ -268,6 +287,7 @@ LONG_PROOFS = (
     LaneProof(1, 2, 4),
     FifoProof(2, width=2),
     FifoProof(3),
+    BusProof(12),
     RingProof(3, 4),
     RingProof(5, 16, fraction_bits=16),
 )

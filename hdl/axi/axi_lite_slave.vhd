@@ -1,0 +1,145 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- AXI4-Lite with words of 32 bits: one write and one read at a time, each as a single clock on the side of the words.
+--
+-- A write waits until its address and its data are both there. An address between two words is answered with an error,
+-- and nothing is written.
+--
+-- Latency: from address and data to the answer 2 clocks. Throughput: a write and a read every 4 clocks.
+-- Equation: each request that is taken is answered once, in order, with OKAY or SLVERR; an answer stays until it is
+--   taken.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+entity axi_lite_slave is
+  generic (
+    -- Bits of an address in bytes.
+    ADDRESS_BITS : positive range 3 to 32
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- AXI4-Lite.
+    s_axi_awaddr  : in    std_logic_vector(ADDRESS_BITS - 1 downto 0);
+    s_axi_awvalid : in    std_logic;
+    s_axi_awready : out   std_logic;
+    s_axi_wdata   : in    std_logic_vector(31 downto 0);
+    s_axi_wstrb   : in    std_logic_vector(3 downto 0);
+    s_axi_wvalid  : in    std_logic;
+    s_axi_wready  : out   std_logic;
+    s_axi_bresp   : out   std_logic_vector(1 downto 0);
+    s_axi_bvalid  : out   std_logic;
+    s_axi_bready  : in    std_logic;
+    s_axi_araddr  : in    std_logic_vector(ADDRESS_BITS - 1 downto 0);
+    s_axi_arvalid : in    std_logic;
+    s_axi_arready : out   std_logic;
+    s_axi_rdata   : out   std_logic_vector(31 downto 0);
+    s_axi_rresp   : out   std_logic_vector(1 downto 0);
+    s_axi_rvalid  : out   std_logic;
+    s_axi_rready  : in    std_logic;
+    -- For a clock: writes the bytes of a word whose bits in write_bytes are 1. In the same clock write_refused says
+    -- whether there is no such word to write.
+    write         : out   std_logic;
+    write_place   : out   unsigned(ADDRESS_BITS - 3 downto 0);
+    write_bytes   : out   std_logic_vector(3 downto 0);
+    write_data    : out   std_logic_vector(31 downto 0);
+    write_refused : in    std_logic;
+    -- The word at read_place, and whether there is no such word to read.
+    read_place   : out   unsigned(ADDRESS_BITS - 3 downto 0);
+    read_data    : in    std_logic_vector(31 downto 0);
+    read_refused : in    std_logic
+  );
+end entity axi_lite_slave;
+
+architecture rtl of axi_lite_slave is
+
+  constant OKAY   : std_logic_vector(1 downto 0) := "00";
+  constant SLVERR : std_logic_vector(1 downto 0) := "10";
+
+  -- A request is taken in this clock; its answer is on offer.
+  signal takes_write    : std_logic                                   := '0';
+  signal answers_write  : std_logic                                   := '0';
+  signal write_address  : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');
+  signal write_aligned  : std_logic;
+  signal takes_read     : std_logic                                   := '0';
+  signal answers_read   : std_logic                                   := '0';
+  signal read_address   : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');
+  signal read_unaligned : std_logic;
+
+begin
+
+  s_axi_awready <= takes_write;
+  s_axi_wready  <= takes_write;
+  s_axi_bvalid  <= answers_write;
+  s_axi_arready <= takes_read;
+  s_axi_rvalid  <= answers_read;
+
+  write_aligned <= '1' when write_address(1 downto 0) = "00" else
+                   '0';
+  write         <= takes_write and write_aligned;
+  write_place   <= unsigned(write_address(ADDRESS_BITS - 1 downto 2));
+
+  read_unaligned <= '0' when read_address(1 downto 0) = "00" else
+                    '1';
+  read_place     <= unsigned(read_address(ADDRESS_BITS - 1 downto 2));
+
+  follow_writes : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      takes_write <= s_axi_awvalid and s_axi_wvalid and not takes_write and not answers_write;
+      if takes_write = '0' then
+        write_address <= s_axi_awaddr;
+        write_bytes   <= s_axi_wstrb;
+        write_data    <= s_axi_wdata;
+      end if;
+
+      if takes_write = '1' then
+        answers_write <= '1';
+        s_axi_bresp   <= OKAY;
+        if write_refused = '1' or write_aligned = '0' then
+          s_axi_bresp <= SLVERR;
+        end if;
+      elsif s_axi_bready = '1' then
+        answers_write <= '0';
+      end if;
+
+      if reset = '1' then
+        takes_write   <= '0';
+        answers_write <= '0';
+      end if;
+    end if;
+
+  end process follow_writes;
+
+  follow_reads : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      takes_read <= s_axi_arvalid and not takes_read and not answers_read;
+      if takes_read = '0' then
+        read_address <= s_axi_araddr;
+      end if;
+
+      if takes_read = '1' then
+        answers_read <= '1';
+        s_axi_rdata  <= read_data;
+        s_axi_rresp  <= OKAY;
+        if read_refused = '1' or read_unaligned = '1' then
+          s_axi_rdata <= (others => '0');
+          s_axi_rresp <= SLVERR;
+        end if;
+      elsif s_axi_rready = '1' then
+        answers_read <= '0';
+      end if;
+
+      if reset = '1' then
+        takes_read   <= '0';
+        answers_read <= '0';
+      end if;
+    end if;
+
+  end process follow_reads;
+
+end architecture rtl;

@@ -1,0 +1,240 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- What the registers of a core behind a bus read as, of its generics, and the width of its streams.
+-- All functions are evaluated at elaboration only.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.sharpness_pkg.all;
+use work.register_map_pkg.all;
+
+package axi_pkg is
+
+  -- A bit for each register.
+  subtype registers_t is std_logic_vector(0 to REGISTERS_TOTAL - 1);
+
+  -- Those registers of `modes` that a core of some parts has; parts is the word of the register `parts`.
+  function present_registers (
+    parts : natural;
+    modes : registers_t
+  ) return registers_t;
+
+  -- Bits of a stream's data: whole bytes, as AXI4-Stream has it.
+  function stream_bits (
+    bits : positive
+  ) return positive;
+
+  -- Bits of a pixel that stack_axi gives: all slices, or those of depth_index.
+  function stack_output_bits (
+    depth_index : boolean;
+    shifts      : string;
+    channels    : positive;
+    pixel_bits  : positive
+  ) return positive;
+
+  -- Of the stream that has them.
+  function stack_stream_bits (
+    depth_index : boolean;
+    shifts      : string;
+    channels    : positive;
+    pixel_bits  : positive
+  ) return positive;
+
+  -- The word of the register `geometry`.
+  function geometry_word (
+    micro_image_size : positive;
+    slices           : natural;
+    channels         : positive;
+    pixel_bits       : positive;
+    pixels_per_clock : positive
+  ) return natural;
+
+  -- Of `limits`.
+  function limits_word (
+    max_columns   : positive;
+    parallel_rows : positive
+  ) return natural;
+
+  -- Of `engine`.
+  function engine_word (
+    moving_sum    : boolean;
+    exact         : boolean;
+    centred       : boolean;
+    hold          : boolean;
+    any_rows      : boolean;
+    order         : natural;
+    fraction_bits : natural;
+    guard_bits    : natural
+  ) return natural;
+
+  -- Of `sharpness`.
+  function sharpness_word (
+    radius      : natural;
+    vote_radius : natural
+  ) return natural;
+
+  -- Of `resampler`.
+  function resampler_word (
+    hexagonal     : boolean;
+    moves         : boolean;
+    gains         : boolean;
+    lines         : positive;
+    fraction_bits : positive;
+    weight_bits   : positive;
+    guard_bits    : positive;
+    gain_bits     : positive
+  ) return natural;
+
+end package axi_pkg;
+
+package body axi_pkg is
+
+  function present_registers (
+    parts : natural;
+    modes : registers_t
+  ) return registers_t is
+
+    variable found : registers_t;
+    variable part  : natural;
+    variable there : natural;
+
+  begin
+
+    found := modes;
+
+    for i in 0 to REGISTERS_TOTAL - 1 loop
+
+      if NEEDS(i) > 0 then
+        found(i) := '0';
+        there    := parts;
+        part     := NEEDS(i);
+
+        for bit_number in 0 to PARTS_MOSAIC loop
+
+          if there mod 2 = 1 and part mod 2 = 1 then
+            found(i) := modes(i);
+          end if;
+          there := there / 2;
+          part  := part / 2;
+
+        end loop;
+
+      end if;
+
+    end loop;
+
+    return found;
+
+  end function present_registers;
+
+  function stream_bits (
+    bits : positive
+  ) return positive is
+  begin
+
+    return 8 * divide_up(bits, 8);
+
+  end function stream_bits;
+
+  function stack_output_bits (
+    depth_index : boolean;
+    shifts      : string;
+    channels    : positive;
+    pixel_bits  : positive
+  ) return positive is
+  begin
+
+    return choose(depth_index, index_word_bits(channels, pixel_bits, false),
+                  slice_count(shifts) * channels * pixel_bits);
+
+  end function stack_output_bits;
+
+  function stack_stream_bits (
+    depth_index : boolean;
+    shifts      : string;
+    channels    : positive;
+    pixel_bits  : positive
+  ) return positive is
+  begin
+
+    return stream_bits(stack_output_bits(depth_index, shifts, channels, pixel_bits));
+
+  end function stack_stream_bits;
+
+  function geometry_word (
+    micro_image_size : positive;
+    slices           : natural;
+    channels         : positive;
+    pixel_bits       : positive;
+    pixels_per_clock : positive
+  ) return natural is
+  begin
+
+    return micro_image_size * 2 ** GEOMETRY_MICRO_IMAGE_SIZE + slices * 2 ** GEOMETRY_SLICES +
+           channels * 2 ** GEOMETRY_CHANNELS + pixel_bits * 2 ** GEOMETRY_PIXEL_BITS +
+           pixels_per_clock * 2 ** GEOMETRY_PIXELS_PER_CLOCK;
+
+  end function geometry_word;
+
+  function limits_word (
+    max_columns   : positive;
+    parallel_rows : positive
+  ) return natural is
+  begin
+
+    return max_columns * 2 ** LIMITS_MAX_COLUMNS + parallel_rows * 2 ** LIMITS_PARALLEL_ROWS;
+
+  end function limits_word;
+
+  function engine_word (
+    moving_sum    : boolean;
+    exact         : boolean;
+    centred       : boolean;
+    hold          : boolean;
+    any_rows      : boolean;
+    order         : natural;
+    fraction_bits : natural;
+    guard_bits    : natural
+  ) return natural is
+  begin
+
+    return choose(moving_sum, 2 ** ENGINE_MOVING_SUM, 0) + choose(exact, 2 ** ENGINE_EXACT, 0) +
+           choose(centred, 2 ** ENGINE_CENTRED, 0) + choose(hold, 2 ** ENGINE_HOLD, 0) +
+           choose(any_rows, 2 ** ENGINE_ANY_ROWS, 0) + order * 2 ** ENGINE_ORDER +
+           fraction_bits * 2 ** ENGINE_FRACTION_BITS + guard_bits * 2 ** ENGINE_GUARD_BITS;
+
+  end function engine_word;
+
+  function sharpness_word (
+    radius      : natural;
+    vote_radius : natural
+  ) return natural is
+  begin
+
+    return radius * 2 ** SHARPNESS_RADIUS + vote_radius * 2 ** SHARPNESS_VOTE_RADIUS;
+
+  end function sharpness_word;
+
+  function resampler_word (
+    hexagonal     : boolean;
+    moves         : boolean;
+    gains         : boolean;
+    lines         : positive;
+    fraction_bits : positive;
+    weight_bits   : positive;
+    guard_bits    : positive;
+    gain_bits     : positive
+  ) return natural is
+  begin
+
+    return choose(hexagonal, 2 ** RESAMPLER_HEXAGONAL, 0) + choose(moves, 2 ** RESAMPLER_MOVES, 0) +
+           choose(gains, 2 ** RESAMPLER_GAINS, 0) + lines * 2 ** RESAMPLER_LINES +
+           fraction_bits * 2 ** RESAMPLER_FRACTION_BITS + weight_bits * 2 ** RESAMPLER_WEIGHT_BITS +
+           guard_bits * 2 ** RESAMPLER_GUARD_BITS + gain_bits * 2 ** RESAMPLER_GAIN_BITS;
+
+  end function resampler_word;
+
+end package body axi_pkg;

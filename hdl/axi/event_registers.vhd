@@ -1,0 +1,94 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- What has happened at a core: faults and events until they are cleared, the interrupt, counters.
+--
+-- A fault or an event that happens in the clock in which its bit is cleared stays.
+--
+-- Latency: 1 clock, to the interrupt 2. Throughput: one of each kind each clock.
+-- Equation: errors = errors and not cleared or new; counts modulo 2**32.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.register_map_pkg.all;
+
+entity event_registers is
+  generic (
+    -- Events that are counted.
+    COUNTERS : positive
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- For a clock each: what is counted; a frame goes in, a frame comes out; faults.
+    events     : in    std_logic_vector(0 to COUNTERS - 1);
+    frame_in   : in    std_logic;
+    frame_out  : in    std_logic;
+    new_errors : in    std_logic_vector(6 downto 0);
+    -- Bits to clear, and those of `happened` that interrupt.
+    clear_errors   : in    std_logic_vector(6 downto 0);
+    clear_happened : in    std_logic_vector(2 downto 0);
+    mask           : in    std_logic_vector(2 downto 0);
+    -- Faults; frame in, frame out, error; whether one of these is not masked out.
+    errors    : out   std_logic_vector(6 downto 0);
+    happened  : out   std_logic_vector(2 downto 0);
+    interrupt : out   std_logic;
+    -- How often each event happened.
+    counts : out   words_t(0 to COUNTERS - 1)
+  );
+end entity event_registers;
+
+architecture rtl of event_registers is
+
+  signal held_errors   : std_logic_vector(6 downto 0) := (others => '0');
+  signal held_happened : std_logic_vector(2 downto 0) := (others => '0');
+  signal held_counts   : words_t(0 to COUNTERS - 1)   := (others => (others => '0'));
+
+begin
+
+  errors   <= held_errors;
+  happened <= held_happened;
+  counts   <= held_counts;
+
+  remember : process (clk) is
+
+    variable new_happened : std_logic_vector(2 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      new_happened                             := (others => '0');
+      new_happened(INTERRUPT_STATUS_FRAME_IN)  := frame_in;
+      new_happened(INTERRUPT_STATUS_FRAME_OUT) := frame_out;
+      if unsigned(new_errors) /= 0 then
+        new_happened(INTERRUPT_STATUS_ERROR) := '1';
+      end if;
+
+      held_errors   <= (held_errors and not clear_errors) or new_errors;
+      held_happened <= (held_happened and not clear_happened) or new_happened;
+
+      for i in 0 to COUNTERS - 1 loop
+
+        if events(i) = '1' then
+          held_counts(i) <= std_logic_vector(unsigned(held_counts(i)) + 1);
+        end if;
+
+      end loop;
+
+      interrupt <= '0';
+      if unsigned(held_happened and mask) /= 0 then
+        interrupt <= '1';
+      end if;
+
+      if reset = '1' then
+        held_errors   <= (others => '0');
+        held_happened <= (others => '0');
+        held_counts   <= (others => (others => '0'));
+        interrupt     <= '0';
+      end if;
+    end if;
+
+  end process remember;
+
+end architecture rtl;

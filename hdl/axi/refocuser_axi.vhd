@@ -1,0 +1,223 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- A raster_refocuser with registers behind AXI4-Lite, for block designs.
+--
+-- Port names are those by which Vivado's block design finds the interfaces s_axi_ctrl, s_axis, m_axis and interrupt.
+-- The streams' data have whole bytes: pixels in the low bits, zeros above. Frames are dropped until software has
+-- written their size and enabled the core (docs/registers.md).
+--
+-- Latency: of the stream as raster_refocuser. Throughput: as raster_refocuser.
+-- Equation: as raster_refocuser.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.register_map_pkg.all;
+use work.axi_pkg.all;
+
+entity refocuser_axi is
+  generic (
+    -- As raster_refocuser.
+    MICRO_IMAGE_SIZE    : positive range 1 to 128;
+    SHIFTS              : string;
+    CENTRED             : boolean                  := true;
+    INTERPOLATION_ORDER : natural range 0 to 3     := 0;
+    HOLD                : boolean                  := false;
+    PARALLEL_ROWS       : positive range 1 to 64   := 1;
+    PIXELS_PER_CLOCK    : positive range 1 to 32   := 1;
+    MAX_COLUMNS         : positive range 1 to 8192 := 2048;
+    CHANNELS            : positive range 1 to 3    := 1;
+    PIXEL_BITS          : positive range 1 to 16   := 8;
+    EXACT               : boolean                  := true;
+    FRACTION_BITS       : natural range 0 to 12    := 0;
+    GUARD_BITS          : natural range 0 to 12    := 0;
+    ENGINE              : string                   := "fir";
+    ANY_ROWS            : boolean                  := false;
+    SHARPENING          : string                   := "";
+    BROADCAST_TAPS      : natural                  := 0
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Registers: AXI4-Lite, 4 KiB.
+    s_axi_ctrl_awaddr  : in    std_logic_vector(11 downto 0);
+    s_axi_ctrl_awprot  : in    std_logic_vector(2 downto 0);
+    s_axi_ctrl_awvalid : in    std_logic;
+    s_axi_ctrl_awready : out   std_logic;
+    s_axi_ctrl_wdata   : in    std_logic_vector(31 downto 0);
+    s_axi_ctrl_wstrb   : in    std_logic_vector(3 downto 0);
+    s_axi_ctrl_wvalid  : in    std_logic;
+    s_axi_ctrl_wready  : out   std_logic;
+    s_axi_ctrl_bresp   : out   std_logic_vector(1 downto 0);
+    s_axi_ctrl_bvalid  : out   std_logic;
+    s_axi_ctrl_bready  : in    std_logic;
+    s_axi_ctrl_araddr  : in    std_logic_vector(11 downto 0);
+    s_axi_ctrl_arprot  : in    std_logic_vector(2 downto 0);
+    s_axi_ctrl_arvalid : in    std_logic;
+    s_axi_ctrl_arready : out   std_logic;
+    s_axi_ctrl_rdata   : out   std_logic_vector(31 downto 0);
+    s_axi_ctrl_rresp   : out   std_logic_vector(1 downto 0);
+    s_axi_ctrl_rvalid  : out   std_logic;
+    s_axi_ctrl_rready  : in    std_logic;
+    -- High while something has happened that is not masked out.
+    interrupt : out   std_logic;
+    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
+    -- of tdata.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(stream_bits(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS) - 1 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- The same; tid = slice of the frame that comes out.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(stream_bits(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS) - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tid    : out   std_logic_vector(7 downto 0);
+    m_axis_tlast  : out   std_logic
+  );
+end entity refocuser_axi;
+
+architecture rtl of refocuser_axi is
+
+  constant OUT_BITS : positive := PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS;
+
+  signal restart      : std_logic;
+  signal columns      : std_logic_vector(15 downto 0);
+  signal rows         : std_logic_vector(15 downto 0);
+  signal faults       : std_logic_vector(5 downto 0);
+  signal core_tvalid  : std_logic;
+  signal core_tready  : std_logic;
+  signal out_tvalid   : std_logic;
+  signal out_tdata    : std_logic_vector(OUT_BITS - 1 downto 0);
+  signal out_tuser    : std_logic_vector(0 downto 0);
+  signal out_tlast    : std_logic;
+  signal slice        : std_logic_vector(7 downto 0);
+  signal sweep        : std_logic;
+  signal sweep_frames : std_logic_vector(7 downto 0);
+  signal out_tid      : std_logic_vector(7 downto 0);
+
+begin
+
+  registers : entity work.refocuser_registers
+    generic map (
+      PARTS      => 2 ** PARTS_REFOCUSER,
+      GEOMETRY   => geometry_word(MICRO_IMAGE_SIZE, slice_count(SHIFTS), CHANNELS, PIXEL_BITS, PIXELS_PER_CLOCK),
+      LIMITS     => limits_word(MAX_COLUMNS, PARALLEL_ROWS),
+      ENGINE     => engine_word(same_text(ENGINE, "moving_sum"), EXACT, CENTRED, HOLD, ANY_ROWS, INTERPOLATION_ORDER,
+                              FRACTION_BITS, GUARD_BITS),
+      SHIFTS     => SHIFTS,
+      SHARPENING => SHARPENING
+    )
+    port map (
+      clk                => clk,
+      reset              => reset,
+      s_axi_ctrl_awaddr  => s_axi_ctrl_awaddr,
+      s_axi_ctrl_awprot  => s_axi_ctrl_awprot,
+      s_axi_ctrl_awvalid => s_axi_ctrl_awvalid,
+      s_axi_ctrl_awready => s_axi_ctrl_awready,
+      s_axi_ctrl_wdata   => s_axi_ctrl_wdata,
+      s_axi_ctrl_wstrb   => s_axi_ctrl_wstrb,
+      s_axi_ctrl_wvalid  => s_axi_ctrl_wvalid,
+      s_axi_ctrl_wready  => s_axi_ctrl_wready,
+      s_axi_ctrl_bresp   => s_axi_ctrl_bresp,
+      s_axi_ctrl_bvalid  => s_axi_ctrl_bvalid,
+      s_axi_ctrl_bready  => s_axi_ctrl_bready,
+      s_axi_ctrl_araddr  => s_axi_ctrl_araddr,
+      s_axi_ctrl_arprot  => s_axi_ctrl_arprot,
+      s_axi_ctrl_arvalid => s_axi_ctrl_arvalid,
+      s_axi_ctrl_arready => s_axi_ctrl_arready,
+      s_axi_ctrl_rdata   => s_axi_ctrl_rdata,
+      s_axi_ctrl_rresp   => s_axi_ctrl_rresp,
+      s_axi_ctrl_rvalid  => s_axi_ctrl_rvalid,
+      s_axi_ctrl_rready  => s_axi_ctrl_rready,
+      interrupt          => interrupt,
+      restart            => restart,
+      columns            => columns,
+      rows               => rows,
+      slice              => slice,
+      sweep              => sweep,
+      sweep_frames       => sweep_frames,
+      red_place          => open,
+      load_write         => open,
+      load_kind          => open,
+      load_address       => open,
+      load_data          => open,
+      faults             => faults,
+      raster_columns     => x"0000",
+      raster_rows        => x"0000",
+      s_axis_tvalid      => s_axis_tvalid,
+      s_axis_tready      => s_axis_tready,
+      s_axis_tuser       => s_axis_tuser,
+      s_axis_tlast       => s_axis_tlast,
+      core_tvalid        => core_tvalid,
+      core_tready        => core_tready,
+      m_axis_tvalid      => out_tvalid,
+      m_axis_tready      => m_axis_tready,
+      m_axis_tuser       => out_tuser,
+      m_axis_tid         => out_tid,
+      m_axis_tlast       => out_tlast
+    );
+
+  -- With error_clear a flag is high for the clock of its fault.
+  core : entity work.raster_refocuser
+    generic map (
+      MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+      SHIFTS              => SHIFTS,
+      CENTRED             => CENTRED,
+      INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+      HOLD                => HOLD,
+      PARALLEL_ROWS       => PARALLEL_ROWS,
+      PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
+      MAX_COLUMNS         => MAX_COLUMNS,
+      CHANNELS            => CHANNELS,
+      PIXEL_BITS          => PIXEL_BITS,
+      EXACT               => EXACT,
+      FRACTION_BITS       => FRACTION_BITS,
+      GUARD_BITS          => GUARD_BITS,
+      ENGINE              => ENGINE,
+      ANY_ROWS            => ANY_ROWS,
+      SHARPENING          => SHARPENING,
+      BROADCAST_TAPS      => BROADCAST_TAPS
+    )
+    port map (
+      clk           => clk,
+      reset         => restart,
+      columns       => columns,
+      rows          => rows,
+      slice         => slice,
+      sweep         => sweep,
+      sweep_frames  => sweep_frames,
+      s_axis_tvalid => core_tvalid,
+      s_axis_tready => core_tready,
+      s_axis_tdata  => s_axis_tdata(OUT_BITS - 1 downto 0),
+      s_axis_tuser  => s_axis_tuser,
+      s_axis_tlast  => s_axis_tlast,
+      m_axis_tvalid => out_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tdata  => out_tdata,
+      m_axis_tuser  => out_tuser,
+      m_axis_tid    => out_tid,
+      m_axis_tlast  => out_tlast,
+      error_flags   => faults(4 downto 0),
+      error_clear   => '1'
+    );
+
+  faults(5) <= '0';
+
+  m_axis_tvalid <= out_tvalid;
+  m_axis_tuser  <= out_tuser;
+  m_axis_tid    <= out_tid;
+  m_axis_tlast  <= out_tlast;
+
+  pad : process (out_tdata) is
+  begin
+
+    m_axis_tdata                        <= (others => '0');
+    m_axis_tdata(OUT_BITS - 1 downto 0) <= out_tdata;
+
+  end process pad;
+
+end architecture rtl;

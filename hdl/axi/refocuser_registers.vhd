@@ -1,0 +1,485 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- The registers of a core behind AXI4-Lite: what it is, what it is to do, what happened, an interrupt; and the gate by
+-- which whole frames go in.
+--
+-- registers.toml beside this file is the map; docs/registers.md has it as a table. Registers of parts that are not
+-- there (PARTS), addresses beyond the map or between two words, writes to what can only be read and reads of what can
+-- only be written answer with SLVERR and change nothing. A frame size that cannot be taken is told in `errors`: a
+-- processor may stop at a write that is answered with SLVERR.
+--
+-- Latency: a written register is at the ports 2 clocks after its address and data are there, load words 3.
+-- Throughput: a write and a read every 4 clocks.
+-- Equation: see the map.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.register_map_pkg.all;
+use work.axi_pkg.all;
+
+entity refocuser_registers is
+  generic (
+    -- What the registers of these names read as; see axi_pkg.
+    PARTS      : natural;
+    GEOMETRY   : natural;
+    LIMITS     : natural;
+    ENGINE     : natural := 0;
+    SHARPNESS  : natural := 0;
+    CONFIDENCE : natural := 0;
+    RESAMPLER  : natural := 0;
+    LENSES     : natural := 0;
+    -- The set of slices and the weights of their sharpening, as raster_refocuser has them.
+    SHIFTS     : string := "";
+    SHARPENING : string := ""
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- AXI4-Lite.
+    s_axi_ctrl_awaddr  : in    std_logic_vector(11 downto 0);
+    s_axi_ctrl_awprot  : in    std_logic_vector(2 downto 0);
+    s_axi_ctrl_awvalid : in    std_logic;
+    s_axi_ctrl_awready : out   std_logic;
+    s_axi_ctrl_wdata   : in    std_logic_vector(31 downto 0);
+    s_axi_ctrl_wstrb   : in    std_logic_vector(3 downto 0);
+    s_axi_ctrl_wvalid  : in    std_logic;
+    s_axi_ctrl_wready  : out   std_logic;
+    s_axi_ctrl_bresp   : out   std_logic_vector(1 downto 0);
+    s_axi_ctrl_bvalid  : out   std_logic;
+    s_axi_ctrl_bready  : in    std_logic;
+    s_axi_ctrl_araddr  : in    std_logic_vector(11 downto 0);
+    s_axi_ctrl_arprot  : in    std_logic_vector(2 downto 0);
+    s_axi_ctrl_arvalid : in    std_logic;
+    s_axi_ctrl_arready : out   std_logic;
+    s_axi_ctrl_rdata   : out   std_logic_vector(31 downto 0);
+    s_axi_ctrl_rresp   : out   std_logic_vector(1 downto 0);
+    s_axi_ctrl_rvalid  : out   std_logic;
+    s_axi_ctrl_rready  : in    std_logic;
+    -- High while something has happened that is not masked out.
+    interrupt : out   std_logic;
+    -- To the core: its reset, its slice, the size of its frames.
+    restart      : out   std_logic;
+    slice        : out   std_logic_vector(7 downto 0);
+    sweep        : out   std_logic;
+    sweep_frames : out   std_logic_vector(7 downto 0);
+    columns      : out   std_logic_vector(15 downto 0);
+    rows         : out   std_logic_vector(15 downto 0);
+    red_place    : out   std_logic_vector(1 downto 0);
+    -- Load port of a resampler.
+    load_write   : out   std_logic;
+    load_kind    : out   std_logic_vector(1 downto 0);
+    load_address : out   std_logic_vector(19 downto 0);
+    load_data    : out   std_logic_vector(39 downto 0);
+    -- From the core: for a clock each, faults by the bits of `errors`.
+    faults : in    std_logic_vector(5 downto 0);
+    -- Size of the frames that come out of a resampler.
+    raster_columns : in    std_logic_vector(15 downto 0);
+    raster_rows    : in    std_logic_vector(15 downto 0);
+    -- The stream that comes, without its data, and the handshake of the core's input: see frame_gate.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    core_tvalid   : out   std_logic;
+    core_tready   : in    std_logic;
+    -- The core's output, which is watched alone; tid: the slice.
+    m_axis_tvalid : in    std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tuser  : in    std_logic_vector(0 downto 0);
+    m_axis_tid    : in    std_logic_vector(7 downto 0);
+    m_axis_tlast  : in    std_logic
+  );
+end entity refocuser_registers;
+
+architecture rtl of refocuser_registers is
+
+  constant PLACE_BITS : positive := 10;
+
+  function to_word (
+    value : natural
+  ) return word_t is
+  begin
+
+    return std_logic_vector(to_unsigned(value, 32));
+
+  end function to_word;
+
+  constant READS  : registers_t := present_registers(PARTS, READABLE);
+  constant WRITES : registers_t := present_registers(PARTS, WRITABLE);
+
+  -- What slice_shift reads as, by slices.
+  constant SLICES : natural := slice_count(SHIFTS);
+
+  subtype slice_words_t is words_t(0 to larger(SLICES, 1) - 1);
+
+  function slice_words return slice_words_t is
+
+    constant WEIGHTS : natural := slice_count(SHARPENING);
+
+    variable words  : slice_words_t;
+    variable shift  : signed(SLICE_SHIFT_SHIFT_BITS - 1 downto 0);
+    variable weight : unsigned(SLICE_SHIFT_SHARPENING_BITS - 1 downto 0);
+
+  begin
+
+    words  := (others => (others => '0'));
+    weight := (others => '0');
+
+    for i in 0 to SLICES - 1 loop
+
+      shift := to_signed(slice_shift(SHIFTS, i), shift'length);
+
+      if i < WEIGHTS then
+        weight := to_unsigned(slice_shift(SHARPENING, i), weight'length);
+      end if;
+
+      words(i) := std_logic_vector(resize(weight & unsigned(shift), 32));
+
+    end loop;
+
+    return words;
+
+  end function slice_words;
+
+  constant SLICE_WORDS_OF_SET : slice_words_t := slice_words;
+
+  constant MAX_COLUMNS      : natural := (LIMITS / 2 ** LIMITS_MAX_COLUMNS) mod 2 ** LIMITS_MAX_COLUMNS_BITS;
+  constant PIXELS_PER_CLOCK : natural := GEOMETRY / 2 ** GEOMETRY_PIXELS_PER_CLOCK;
+
+  constant ALL_BYTES   : std_logic_vector(3 downto 0) := "1111";
+  constant COMMIT_KIND : std_logic_vector(1 downto 0) := "11";
+
+  constant COUNTERS : positive := AT_DROPPED - AT_FRAMES_IN + 1;
+
+  signal write         : std_logic;
+  signal write_place   : unsigned(PLACE_BITS - 1 downto 0);
+  signal write_bytes   : std_logic_vector(3 downto 0);
+  signal write_data    : word_t;
+  signal write_refused : std_logic;
+  signal read_place    : unsigned(PLACE_BITS - 1 downto 0);
+  signal read_data     : word_t;
+  signal read_refused  : std_logic;
+
+  -- Which register is written in this clock, with what, as far as its bytes are written.
+  signal written : registers_t;
+  signal ones    : word_t;
+  signal whole   : std_logic;
+
+  -- What all registers read as, and those that keep what was written.
+  signal words       : words_t(0 to REGISTERS_TOTAL - 1);
+  signal kept_words  : words_t(0 to REGISTERS_TOTAL - 1) := (others => (others => '0'));
+  signal slice_word  : word_t;
+  signal size_good   : std_logic;
+  signal restart_now : std_logic                         := '0';
+  signal restarts    : std_logic;
+  signal enabled     : std_logic;
+  signal frame_size  : word_t;
+
+  -- What happens at the core, and what has happened.
+  signal inside    : std_logic;
+  signal frame_in  : std_logic;
+  signal line_in   : std_logic;
+  signal frame_out : std_logic;
+  signal line_out  : std_logic;
+  signal stall_in  : std_logic;
+  signal stall_out : std_logic;
+  signal dropped   : std_logic;
+  signal out_slice : std_logic_vector(7 downto 0) := (others => '0');
+
+  signal refused        : std_logic;
+  signal new_errors     : std_logic_vector(6 downto 0);
+  signal clear_errors   : std_logic_vector(6 downto 0);
+  signal clear_happened : std_logic_vector(2 downto 0);
+  signal errors         : std_logic_vector(6 downto 0);
+  signal happened       : std_logic_vector(2 downto 0);
+  signal events         : std_logic_vector(0 to COUNTERS - 1);
+  signal counts         : words_t(0 to COUNTERS - 1);
+
+  signal load_place : unsigned(LOAD_PLACE_KIND + LOAD_PLACE_KIND_BITS - 1 downto 0) := (others => '0');
+
+begin
+
+  bus_side : entity work.axi_lite_slave
+    generic map (
+      ADDRESS_BITS => PLACE_BITS + 2
+    )
+    port map (
+      clk           => clk,
+      reset         => reset,
+      s_axi_awaddr  => s_axi_ctrl_awaddr,
+      s_axi_awvalid => s_axi_ctrl_awvalid,
+      s_axi_awready => s_axi_ctrl_awready,
+      s_axi_wdata   => s_axi_ctrl_wdata,
+      s_axi_wstrb   => s_axi_ctrl_wstrb,
+      s_axi_wvalid  => s_axi_ctrl_wvalid,
+      s_axi_wready  => s_axi_ctrl_wready,
+      s_axi_bresp   => s_axi_ctrl_bresp,
+      s_axi_bvalid  => s_axi_ctrl_bvalid,
+      s_axi_bready  => s_axi_ctrl_bready,
+      s_axi_araddr  => s_axi_ctrl_araddr,
+      s_axi_arvalid => s_axi_ctrl_arvalid,
+      s_axi_arready => s_axi_ctrl_arready,
+      s_axi_rdata   => s_axi_ctrl_rdata,
+      s_axi_rresp   => s_axi_ctrl_rresp,
+      s_axi_rvalid  => s_axi_ctrl_rvalid,
+      s_axi_rready  => s_axi_ctrl_rready,
+      write         => write,
+      write_place   => write_place,
+      write_bytes   => write_bytes,
+      write_data    => write_data,
+      write_refused => write_refused,
+      read_place    => read_place,
+      read_data     => read_data,
+      read_refused  => read_refused
+    );
+
+  gate : entity work.frame_gate
+    generic map (
+      MAX_COLUMNS      => MAX_COLUMNS,
+      PIXELS_PER_CLOCK => PIXELS_PER_CLOCK
+    )
+    port map (
+      clk           => clk,
+      reset         => restarts,
+      enable        => enabled,
+      columns       => frame_size(FRAME_SIZE_COLUMNS + 15 downto FRAME_SIZE_COLUMNS),
+      rows          => frame_size(FRAME_SIZE_ROWS + 15 downto FRAME_SIZE_ROWS),
+      s_axis_tvalid => s_axis_tvalid,
+      s_axis_tready => s_axis_tready,
+      s_axis_tuser  => s_axis_tuser,
+      s_axis_tlast  => s_axis_tlast,
+      core_tvalid   => core_tvalid,
+      core_tready   => core_tready,
+      m_axis_tvalid => m_axis_tvalid,
+      m_axis_tready => m_axis_tready,
+      m_axis_tuser  => m_axis_tuser,
+      m_axis_tlast  => m_axis_tlast,
+      inside        => inside,
+      frame_in      => frame_in,
+      line_in       => line_in,
+      frame_out     => frame_out,
+      line_out      => line_out,
+      stall_in      => stall_in,
+      stall_out     => stall_out,
+      dropped       => dropped
+    );
+
+  --------------------------------------------------------------------------------------------------
+  -- Which register.
+
+  decode : process (write, write_place, write_bytes, write_data, read_place, words) is
+  begin
+
+    write_refused <= '1';
+    written       <= (others => '0');
+    read_refused  <= '1';
+    read_data     <= (others => '0');
+
+    for i in 0 to REGISTERS_TOTAL - 1 loop
+
+      if write_place = i and WRITES(i) = '1' then
+        write_refused <= '0';
+        written(i)    <= write;
+      end if;
+
+      if read_place = i and READS(i) = '1' then
+        read_refused <= '0';
+        read_data    <= words(i);
+      end if;
+
+    end loop;
+
+    ones <= (others => '0');
+
+    for i in 0 to 3 loop
+
+      if write_bytes(i) = '1' then
+        ones(8 * i + 7 downto 8 * i) <= write_data(8 * i + 7 downto 8 * i);
+      end if;
+
+    end loop;
+
+  end process decode;
+
+  whole <= '1' when write_bytes = ALL_BYTES else
+           '0';
+
+  --------------------------------------------------------------------------------------------------
+  -- What the registers read as.
+
+  words(AT_IDENTIFICATION)   <= IDENTIFICATION_WORD;
+  words(AT_VERSION)          <= VERSION_WORD;
+  words(AT_PARTS)            <= to_word(PARTS);
+  words(AT_GEOMETRY)         <= to_word(GEOMETRY);
+  words(AT_LIMITS)           <= to_word(LIMITS);
+  words(AT_ENGINE)           <= to_word(ENGINE);
+  words(AT_SHARPNESS)        <= to_word(SHARPNESS);
+  words(AT_CONFIDENCE)       <= to_word(CONFIDENCE);
+  words(AT_RESAMPLER)        <= to_word(RESAMPLER);
+  words(AT_LENSES)           <= to_word(LENSES);
+  words(AT_ASKED_SLICE)      <= kept_words(AT_ASKED_SLICE);
+  words(AT_SLICE_SHIFT)      <= slice_word;
+  words(AT_CONTROL)          <= kept_words(AT_CONTROL);
+  words(AT_COMMAND)          <= (others => '0');
+  words(AT_SLICE)            <= kept_words(AT_SLICE);
+  words(AT_SWEEP_FRAMES)     <= kept_words(AT_SWEEP_FRAMES);
+  words(AT_FRAME_SIZE)       <= kept_words(AT_FRAME_SIZE);
+  words(AT_RED_PLACE)        <= kept_words(AT_RED_PLACE);
+  words(AT_STATUS)           <= std_logic_vector(resize(unsigned(inside & out_slice), 32));
+  words(AT_RASTER_SIZE)      <= raster_rows & raster_columns;
+  words(AT_ERRORS)           <= std_logic_vector(resize(unsigned(errors), 32));
+  words(AT_INTERRUPT_STATUS) <= std_logic_vector(resize(unsigned(happened), 32));
+  words(AT_INTERRUPT_MASK)   <= kept_words(AT_INTERRUPT_MASK);
+  words(AT_LOAD_PLACE)       <= std_logic_vector(resize(load_place, 32));
+  words(AT_LOAD_HIGH)        <= kept_words(AT_LOAD_HIGH);
+  words(AT_LOAD_WORD)        <= (others => '0');
+
+  show_counts : for i in AT_FRAMES_IN to AT_DROPPED generate
+    words(i) <= counts(i - AT_FRAMES_IN);
+  end generate show_counts;
+
+  show_slice : process (kept_words(AT_ASKED_SLICE)) is
+  begin
+
+    slice_word <= (others => '0');
+
+    for i in 0 to SLICES - 1 loop
+
+      if unsigned(kept_words(AT_ASKED_SLICE)) = i then
+        slice_word <= SLICE_WORDS_OF_SET(i);
+      end if;
+
+    end loop;
+
+  end process show_slice;
+
+  --------------------------------------------------------------------------------------------------
+  -- What was written.
+
+  restarts     <= reset or restart_now;
+  restart      <= restarts;
+  enabled      <= kept_words(AT_CONTROL)(CONTROL_ENABLE);
+  frame_size   <= kept_words(AT_FRAME_SIZE);
+  sweep        <= kept_words(AT_CONTROL)(CONTROL_SWEEP);
+  slice        <= kept_words(AT_SLICE)(7 downto 0);
+  sweep_frames <= kept_words(AT_SWEEP_FRAMES)(7 downto 0);
+  columns      <= frame_size(FRAME_SIZE_COLUMNS + 15 downto FRAME_SIZE_COLUMNS);
+  rows         <= frame_size(FRAME_SIZE_ROWS + 15 downto FRAME_SIZE_ROWS);
+  red_place    <= kept_words(AT_RED_PLACE)(RED_PLACE_ROW) & kept_words(AT_RED_PLACE)(RED_PLACE_COLUMN);
+
+  size_good <= '1' when whole = '1' and enabled = '0' and
+                        unsigned(write_data(15 downto 0)) /= 0 and unsigned(write_data(15 downto 0)) <= MAX_COLUMNS and
+                        unsigned(write_data(31 downto 16)) /= 0 else
+               '0';
+
+  keep : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+
+      for i in 0 to REGISTERS_TOTAL - 1 loop
+
+        for b in 0 to 3 loop
+
+          if written(i) = '1' and write_bytes(b) = '1' and (i /= AT_FRAME_SIZE or size_good = '1') then
+            kept_words(i)(8 * b + 7 downto 8 * b) <= write_data(8 * b + 7 downto 8 * b) and
+                                                     KEPT(i)(8 * b + 7 downto 8 * b);
+          end if;
+
+        end loop;
+
+      end loop;
+
+      restart_now <= (written(AT_COMMAND) and ones(COMMAND_RESTART)) or (written(AT_FRAME_SIZE) and size_good);
+
+      if reset = '1' then
+        kept_words  <= (others => (others => '0'));
+        restart_now <= '0';
+      end if;
+    end if;
+
+  end process keep;
+
+  --------------------------------------------------------------------------------------------------
+  -- What happened.
+
+  refused <= (written(AT_FRAME_SIZE) and not size_good) or
+             ((written(AT_LOAD_PLACE) or written(AT_LOAD_WORD)) and not whole) or
+             (written(AT_LOAD_PLACE) and write_data(LOAD_PLACE_KIND) and write_data(LOAD_PLACE_KIND + 1));
+
+  events <= frame_in & frame_out & line_in & line_out & stall_in & stall_out & dropped;
+
+  happenings : entity work.event_registers
+    generic map (
+      COUNTERS => COUNTERS
+    )
+    port map (
+      clk            => clk,
+      reset          => restarts,
+      events         => events,
+      frame_in       => frame_in,
+      frame_out      => frame_out,
+      new_errors     => new_errors,
+      clear_errors   => clear_errors,
+      clear_happened => clear_happened,
+      mask           => kept_words(AT_INTERRUPT_MASK)(2 downto 0),
+      errors         => errors,
+      happened       => happened,
+      interrupt      => interrupt,
+      counts         => counts
+    );
+
+  new_errors     <= refused & faults;
+  clear_errors   <= ones(6 downto 0) when written(AT_ERRORS) = '1' else
+                    (others => '0');
+  clear_happened <= ones(2 downto 0) when written(AT_INTERRUPT_STATUS) = '1' else
+                    (others => '0');
+
+  follow_slice : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if m_axis_tvalid = '1' then
+        out_slice <= m_axis_tid;
+      end if;
+    end if;
+
+  end process follow_slice;
+
+  --------------------------------------------------------------------------------------------------
+  -- The load port.
+
+  load : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      load_write   <= '0';
+      load_kind    <= std_logic_vector(load_place(LOAD_PLACE_KIND + 1 downto LOAD_PLACE_KIND));
+      load_address <= std_logic_vector(load_place(LOAD_PLACE_ADDRESS_BITS - 1 downto 0));
+      load_data    <= kept_words(AT_LOAD_HIGH)(7 downto 0) & write_data;
+
+      if written(AT_LOAD_WORD) = '1' and whole = '1' then
+        load_write                                       <= '1';
+        load_place(LOAD_PLACE_ADDRESS_BITS - 1 downto 0) <= load_place(LOAD_PLACE_ADDRESS_BITS - 1 downto 0) + 1;
+      end if;
+      if written(AT_LOAD_PLACE) = '1' and refused = '0' then
+        load_place <= unsigned(write_data(load_place'range));
+      end if;
+      if written(AT_COMMAND) = '1' and ones(COMMAND_COMMIT) = '1' then
+        load_write <= '1';
+        load_kind  <= COMMIT_KIND;
+      end if;
+
+      if reset = '1' then
+        load_write <= '0';
+        load_place <= (others => '0');
+      end if;
+    end if;
+
+  end process load;
+
+end architecture rtl;

@@ -1,0 +1,257 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- A focal_stack, and a depth_index behind it if wanted, with registers behind AXI4-Lite, for block designs.
+--
+-- Port names are those by which Vivado's block design finds the interfaces s_axi_ctrl, s_axis, m_axis and interrupt.
+-- The streams' data have whole bytes: pixels in the low bits, zeros above. Frames are dropped until software has
+-- written their size and enabled the core (docs/registers.md).
+--
+-- Latency: of the stream that of its parts. Throughput: one pixel of all channels and slices each clock.
+-- Equation: as its parts.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.register_map_pkg.all;
+use work.axi_pkg.all;
+
+entity stack_axi is
+  generic (
+    -- As focal_stack.
+    MICRO_IMAGE_SIZE : positive range 1 to 128;
+    SHIFTS           : string;
+    CENTRED          : boolean                  := true;
+    MAX_COLUMNS      : positive range 1 to 8192 := 2048;
+    CHANNELS         : positive range 1 to 3    := 1;
+    PIXEL_BITS       : positive range 1 to 16   := 8;
+    INPUT_LINES      : positive range 1 to 128  := 1;
+    -- Whether a depth index follows; its generics.
+    DEPTH_INDEX : boolean                       := false;
+    RADIUS      : natural range 0 to 8          := 1;
+    CONFIDENCE  : natural range 0 to 1073741823 := 0;
+    VOTE_RADIUS : natural range 0 to 4          := 0
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- Registers: AXI4-Lite, 4 KiB.
+    s_axi_ctrl_awaddr  : in    std_logic_vector(11 downto 0);
+    s_axi_ctrl_awprot  : in    std_logic_vector(2 downto 0);
+    s_axi_ctrl_awvalid : in    std_logic;
+    s_axi_ctrl_awready : out   std_logic;
+    s_axi_ctrl_wdata   : in    std_logic_vector(31 downto 0);
+    s_axi_ctrl_wstrb   : in    std_logic_vector(3 downto 0);
+    s_axi_ctrl_wvalid  : in    std_logic;
+    s_axi_ctrl_wready  : out   std_logic;
+    s_axi_ctrl_bresp   : out   std_logic_vector(1 downto 0);
+    s_axi_ctrl_bvalid  : out   std_logic;
+    s_axi_ctrl_bready  : in    std_logic;
+    s_axi_ctrl_araddr  : in    std_logic_vector(11 downto 0);
+    s_axi_ctrl_arprot  : in    std_logic_vector(2 downto 0);
+    s_axi_ctrl_arvalid : in    std_logic;
+    s_axi_ctrl_arready : out   std_logic;
+    s_axi_ctrl_rdata   : out   std_logic_vector(31 downto 0);
+    s_axi_ctrl_rresp   : out   std_logic_vector(1 downto 0);
+    s_axi_ctrl_rvalid  : out   std_logic;
+    s_axi_ctrl_rready  : in    std_logic;
+    -- High while something has happened that is not masked out.
+    interrupt : out   std_logic;
+    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, channel 0 of the first pixel in the low bits
+    -- of tdata.
+    s_axis_tvalid : in    std_logic;
+    s_axis_tready : out   std_logic;
+    s_axis_tdata  : in    std_logic_vector(stream_bits(CHANNELS * PIXEL_BITS) - 1 downto 0);
+    s_axis_tuser  : in    std_logic_vector(0 downto 0);
+    s_axis_tlast  : in    std_logic;
+    -- The same; tdata: the slices of a pixel, the first in the low bits. With DEPTH_INDEX the pixel in focus, above it
+    -- 8 bits of the index of its slice, counted from 0.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(stack_stream_bits(DEPTH_INDEX, SHIFTS, CHANNELS, PIXEL_BITS) - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic
+  );
+end entity stack_axi;
+
+architecture rtl of stack_axi is
+
+  constant SLICES     : positive := slice_count(SHIFTS);
+  constant IN_BITS    : positive := CHANNELS * PIXEL_BITS;
+  constant STACK_BITS : positive := SLICES * IN_BITS;
+  constant OUT_BITS   : positive := stack_output_bits(DEPTH_INDEX, SHIFTS, CHANNELS, PIXEL_BITS);
+
+  signal restart      : std_logic;
+  signal columns      : std_logic_vector(15 downto 0);
+  signal rows         : std_logic_vector(15 downto 0);
+  signal faults       : std_logic_vector(5 downto 0);
+  signal core_tvalid  : std_logic;
+  signal core_tready  : std_logic;
+  signal out_tvalid   : std_logic;
+  signal out_tdata    : std_logic_vector(OUT_BITS - 1 downto 0);
+  signal out_tuser    : std_logic_vector(0 downto 0);
+  signal out_tlast    : std_logic;
+  signal stack_tvalid : std_logic;
+  signal stack_tready : std_logic;
+  signal stack_tdata  : std_logic_vector(STACK_BITS - 1 downto 0);
+  signal stack_tuser  : std_logic_vector(0 downto 0);
+  signal stack_tlast  : std_logic;
+  signal stack_faults : std_logic_vector(4 downto 0);
+  signal index_faults : std_logic_vector(4 downto 0);
+
+begin
+
+  registers : entity work.refocuser_registers
+    generic map (
+      PARTS      => 2 ** PARTS_STACK + choose(DEPTH_INDEX, 2 ** PARTS_DEPTH_INDEX, 0),
+      GEOMETRY   => geometry_word(MICRO_IMAGE_SIZE, SLICES, CHANNELS, PIXEL_BITS, 1),
+      LIMITS     => limits_word(MAX_COLUMNS, 1),
+      ENGINE     => engine_word(true, true, CENTRED, false, false, 0, 0, 0),
+      SHARPNESS  => sharpness_word(RADIUS, VOTE_RADIUS),
+      CONFIDENCE => CONFIDENCE,
+      SHIFTS     => SHIFTS
+    )
+    port map (
+      clk                => clk,
+      reset              => reset,
+      s_axi_ctrl_awaddr  => s_axi_ctrl_awaddr,
+      s_axi_ctrl_awprot  => s_axi_ctrl_awprot,
+      s_axi_ctrl_awvalid => s_axi_ctrl_awvalid,
+      s_axi_ctrl_awready => s_axi_ctrl_awready,
+      s_axi_ctrl_wdata   => s_axi_ctrl_wdata,
+      s_axi_ctrl_wstrb   => s_axi_ctrl_wstrb,
+      s_axi_ctrl_wvalid  => s_axi_ctrl_wvalid,
+      s_axi_ctrl_wready  => s_axi_ctrl_wready,
+      s_axi_ctrl_bresp   => s_axi_ctrl_bresp,
+      s_axi_ctrl_bvalid  => s_axi_ctrl_bvalid,
+      s_axi_ctrl_bready  => s_axi_ctrl_bready,
+      s_axi_ctrl_araddr  => s_axi_ctrl_araddr,
+      s_axi_ctrl_arprot  => s_axi_ctrl_arprot,
+      s_axi_ctrl_arvalid => s_axi_ctrl_arvalid,
+      s_axi_ctrl_arready => s_axi_ctrl_arready,
+      s_axi_ctrl_rdata   => s_axi_ctrl_rdata,
+      s_axi_ctrl_rresp   => s_axi_ctrl_rresp,
+      s_axi_ctrl_rvalid  => s_axi_ctrl_rvalid,
+      s_axi_ctrl_rready  => s_axi_ctrl_rready,
+      interrupt          => interrupt,
+      restart            => restart,
+      columns            => columns,
+      rows               => rows,
+      slice              => open,
+      sweep              => open,
+      sweep_frames       => open,
+      red_place          => open,
+      load_write         => open,
+      load_kind          => open,
+      load_address       => open,
+      load_data          => open,
+      faults             => faults,
+      raster_columns     => x"0000",
+      raster_rows        => x"0000",
+      s_axis_tvalid      => s_axis_tvalid,
+      s_axis_tready      => s_axis_tready,
+      s_axis_tuser       => s_axis_tuser,
+      s_axis_tlast       => s_axis_tlast,
+      core_tvalid        => core_tvalid,
+      core_tready        => core_tready,
+      m_axis_tvalid      => out_tvalid,
+      m_axis_tready      => m_axis_tready,
+      m_axis_tuser       => out_tuser,
+      m_axis_tid         => x"00",
+      m_axis_tlast       => out_tlast
+    );
+
+  -- With error_clear a flag is high for the clock of its fault.
+  stack : entity work.focal_stack
+    generic map (
+      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+      SHIFTS           => SHIFTS,
+      CENTRED          => CENTRED,
+      MAX_COLUMNS      => MAX_COLUMNS,
+      CHANNELS         => CHANNELS,
+      PIXEL_BITS       => PIXEL_BITS,
+      INPUT_LINES      => INPUT_LINES
+    )
+    port map (
+      clk           => clk,
+      reset         => restart,
+      columns       => columns,
+      rows          => rows,
+      s_axis_tvalid => core_tvalid,
+      s_axis_tready => core_tready,
+      s_axis_tdata  => s_axis_tdata(IN_BITS - 1 downto 0),
+      s_axis_tuser  => s_axis_tuser,
+      s_axis_tlast  => s_axis_tlast,
+      m_axis_tvalid => stack_tvalid,
+      m_axis_tready => stack_tready,
+      m_axis_tdata  => stack_tdata,
+      m_axis_tuser  => stack_tuser,
+      m_axis_tlast  => stack_tlast,
+      error_flags   => stack_faults,
+      error_clear   => '1'
+    );
+
+  no_index : if not DEPTH_INDEX generate
+    out_tvalid   <= stack_tvalid;
+    stack_tready <= m_axis_tready;
+    out_tdata    <= stack_tdata;
+    out_tuser    <= stack_tuser;
+    out_tlast    <= stack_tlast;
+    index_faults <= (others => '0');
+  end generate no_index;
+
+  sharpest : if DEPTH_INDEX generate
+
+    find : entity work.depth_index
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SLICES           => SLICES,
+        RADIUS           => RADIUS,
+        CONFIDENCE       => CONFIDENCE,
+        VOTE_RADIUS      => VOTE_RADIUS,
+        MAX_COLUMNS      => MAX_COLUMNS,
+        CHANNELS         => CHANNELS,
+        PIXEL_BITS       => PIXEL_BITS
+      )
+      port map (
+        clk           => clk,
+        reset         => restart,
+        columns       => columns,
+        rows          => rows,
+        picture_rows  => rows,
+        slice         => x"00",
+        sweep         => '0',
+        sweep_frames  => x"00",
+        s_axis_tvalid => stack_tvalid,
+        s_axis_tready => stack_tready,
+        s_axis_tdata  => stack_tdata,
+        s_axis_tuser  => stack_tuser,
+        s_axis_tlast  => stack_tlast,
+        m_axis_tvalid => out_tvalid,
+        m_axis_tready => m_axis_tready,
+        m_axis_tdata  => out_tdata,
+        m_axis_tuser  => out_tuser,
+        m_axis_tid    => open,
+        m_axis_tlast  => out_tlast,
+        error_flags   => index_faults,
+        error_clear   => '1'
+      );
+
+  end generate sharpest;
+
+  faults <= '0' & (stack_faults or index_faults);
+
+  m_axis_tvalid <= out_tvalid;
+  m_axis_tuser  <= out_tuser;
+  m_axis_tlast  <= out_tlast;
+
+  pad : process (out_tdata) is
+  begin
+
+    m_axis_tdata                        <= (others => '0');
+    m_axis_tdata(OUT_BITS - 1 downto 0) <= out_tdata;
+
+  end process pad;
+
+end architecture rtl;

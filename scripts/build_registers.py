@@ -1,0 +1,368 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Build what follows from the register map, hdl/axi/registers.toml, by hdl-registers.
+
+Committed: its VHDL package, its C header, the accessors of plenofir.driver and the table of
+docs/registers.md. Not committed: the page build/docs/registers.html.
+
+Usage: python scripts/build_registers.py [--check]
+
+With --check nothing is written; exit code 1 if a committed file is missing or stale.
+"""
+
+import re
+import subprocess
+import sys
+import textwrap
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from hdl_registers.field.enumeration import Enumeration
+from hdl_registers.generator.c.header import CHeaderGenerator
+from hdl_registers.generator.html.page import HtmlPageGenerator
+from hdl_registers.generator.register_code_generator import RegisterCodeGenerator
+from hdl_registers.parser.toml import from_toml
+
+from marks import between_marks
+from plenofir.ground import project
+
+ROOT = project.root()
+MAP = ROOT / "hdl" / "axi" / "registers.toml"
+PAGE = ROOT / "docs" / "registers.md"
+HTML = ROOT / "build" / "docs" / "registers.html"
+# In two parts: a whole one would be the licence of this file, too.
+LICENCE = "SPDX-License-" + "Identifier: Apache-2.0"
+BUILT = "Built by scripts/build_registers.py from hdl/axi/registers.toml"
+MODES = {"r": "read", "r_w": "read, write", "wpulse": "write", "r_wpulse": "read, write"}
+PYTHON_LINE = 100
+
+
+def parts_of(register: Any) -> list[str]:
+    """Parts that a register needs one of; none: it is always there."""
+    found = re.match(r"\(([a-z_, ]+)\) ", register.description)
+    return found[1].split(", ") if found else []
+
+
+def text_of(thing: Any) -> str:
+    """What a register, a field or a constant is, without its parts."""
+    return re.sub(r"^\([a-z_, ]+\) ", "", thing.description).replace("``", "`")
+
+
+def is_signed(field: Any) -> bool:
+    """Whether a field is a number in two's complement."""
+    return bool(getattr(getattr(field, "numerical_interpretation", None), "is_signed", False))
+
+
+def docstring(text: str, indent: str) -> str:
+    """Make a docstring: on one line if there is room, else its first sentence, then the others."""
+    if len(indent) + len(text) + 6 <= PYTHON_LINE:
+        return f'{indent}"""{text}"""\n'
+    first, rest = text.split(". ", 1)
+    lines = textwrap.fill(rest, PYTHON_LINE, initial_indent=indent, subsequent_indent=indent)
+    return f'{indent}"""{first}.\n\n{lines}\n{indent}"""\n'
+
+
+def needs(generator: RegisterCodeGenerator, register: Any) -> int:
+    """Bits of the register `parts` of which one has to be set; 0: it is always there."""
+    (parts,) = (r for r, _ in generator.iterate_registers() if r.name == "parts")
+    bits = {field.name: 1 << field.base_index for field in parts.fields}
+    return sum(bits[name] for name in parts_of(register))
+
+
+class Vhdl93Generator(RegisterCodeGenerator):
+    """Constants as XST takes them: hdl-registers' own package is VHDL-2008."""
+
+    SHORT_DESCRIPTION = "VHDL-93 package"
+    COMMENT_START = "--"
+
+    @property
+    def output_file(self) -> Path:
+        """Where the package lies."""
+        return MAP.parent / "register_map_pkg.vhd"
+
+    def constants(self) -> Iterator[tuple[str, str, str, str]]:
+        """Comment, name, type and value of each constant; of a group the first has the comment."""
+        release = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+        major, minor, patch = (int(part) for part in release.split("."))
+        values = {c.name: c.value for c in self.register_list.constants}
+        registers = [register for register, _ in self.iterate_registers()]
+        count = len(registers)
+        yield "How many there are.", "REGISTERS_TOTAL", "positive", str(count)
+        number = values["identification_value"]
+        yield "What some of them read as.", "IDENTIFICATION_WORD", "word_t", f'x"{number:08X}"'
+        version = f'x"{values["map_number"]:02X}{major:02X}{minor:02X}{patch:02X}"'
+        yield "", "VERSION_WORD", "word_t", version
+        comment = "Their places: a quarter of the address."
+        for place, register in enumerate(registers):
+            yield comment, f"AT_{register.name.upper()}", "natural", str(place)
+            comment = ""
+        comment = "Their fields: the first bit, and of those of several bits how many."
+        for register in registers:
+            for field in register.fields:
+                name = f"{register.name}_{field.name}".upper()
+                if field.width == 32:
+                    continue
+                yield comment, name, "natural", str(field.base_index)
+                comment = ""
+                if field.width > 1:
+                    yield "", f"{name}_BITS", "positive", str(field.width)
+        modes = [register.mode for register in registers]
+        for name, bits, what in (
+            ("READABLE", [m.software_can_read for m in modes], "Which of them can be read,"),
+            ("WRITABLE", [m.software_can_write for m in modes], "and which written."),
+        ):
+            digits = "".join(str(int(bit)) for bit in bits)
+            yield what, name, f"std_logic_vector(0 to {count - 1})", f'"{digits}"'
+        kept = {
+            register.name: sum(((1 << f.width) - 1) << f.base_index for f in register.fields)
+            * (register.mode.shorthand == "r_w")
+            for register in registers
+        }
+        yield (
+            "Bits that a register keeps as they were written.",
+            "KEPT",
+            f"words_t(0 to {count - 1})",
+            self.table({name: f'x"{mask:08X}"' for name, mask in kept.items()}),
+        )
+        yield (
+            "Bits of the register `parts` of which one has to be set; 0: it is always there.",
+            "NEEDS",
+            f"naturals_t(0 to {count - 1})",
+            self.table({r.name: str(needs(self, r)) for r in registers}),
+        )
+
+    @staticmethod
+    def table(rows: dict[str, str]) -> str:
+        """Make a value of an array by registers, each on a line."""
+        width = max(map(len, rows))
+        lines = (f"AT_{name.upper():{width}} => {value}" for name, value in rows.items())
+        return "\n  (\n    " + ",\n    ".join(lines) + "\n  )"
+
+    def get_code(self, **_: Any) -> str:
+        """Make the package."""
+        lines = [
+            f"-- {LICENCE}",
+            f"-- The register map of a core behind a bus. {BUILT}.",
+            "",
+            "library ieee;",
+            "use ieee.std_logic_1164.all;",
+            "",
+            "package register_map_pkg is",
+            "",
+            "  subtype word_t is std_logic_vector(31 downto 0);",
+            "",
+            "  type words_t is array (natural range <>) of word_t;",
+            "",
+            "  type naturals_t is array (natural range <>) of natural;",
+        ]
+        group: list[tuple[str, str, str]] = []
+
+        def close() -> None:
+            names = max((len(name) for name, _, _ in group), default=0)
+            types = max((len(type_) for _, type_, _ in group), default=0)
+            for name, type_, value in group:
+                if value.startswith("\n"):
+                    lines.append(f"  constant {name} : {type_} :={value};")
+                else:
+                    lines.append(f"  constant {name:{names}} : {type_:{types}} := {value};")
+            group.clear()
+
+        for comment, name, type_, value in self.constants():
+            if comment:
+                close()
+                lines.extend(["", f"  -- {comment}"])
+            group.append((name, type_, value))
+        close()
+        return "\n".join([*lines, "", "end package register_map_pkg;", ""])
+
+
+class PythonGenerator(RegisterCodeGenerator):
+    """Accessors that need the standard library alone: hdl-registers' own need hdl-registers."""
+
+    SHORT_DESCRIPTION = "Python accessors"
+    COMMENT_START = "#"
+
+    @property
+    def output_file(self) -> Path:
+        """Where the accessors lie."""
+        return ROOT / "golden" / "plenofir" / "driver" / "registers.py"
+
+    def get_code(self, **_: Any) -> str:
+        """Make the module."""
+        parts = [
+            f"# {LICENCE}",
+            docstring(f"The registers of a core behind a bus. {BUILT}.", ""),
+            "from typing import NamedTuple, Protocol\n",
+        ]
+        for constant in self.register_list.constants:
+            value = hex(constant.value) if constant.value > 255 else constant.value
+            parts.append(f'{constant.name.upper()} = {value}\n"""{text_of(constant)}"""')
+        parts.append(
+            "\nclass Access(Protocol):\n"
+            '    """Reads and writes words of 32 bits, by their addresses in bytes."""\n\n'
+            "    def read(self, address: int, /) -> int:\n"
+            '        """Read the word at an address."""\n\n'
+            "    def write(self, address: int, value: int, /) -> object:\n"
+            '        """Write the word at an address."""\n\n'
+        )
+        methods = []
+        for register, _array in self.iterate_registers():
+            if register.mode.software_can_read and len(register.fields) > 1:
+                parts.append(self.fields_class(register))
+            methods.append(self.methods(register))
+        parts.append(
+            "\nclass Registers:\n"
+            '    """Reads and writes registers, field by field.\n\n'
+            "    A register of which `NEEDS` has none of the bits of `parts` is not there.\n"
+            '    """\n\n'
+            "    def __init__(self, access: Access) -> None:\n"
+            "        self._access = access\n\n" + "".join(methods)
+        )
+        masks = {r.name: needs(self, r) for r, _ in self.iterate_registers()}
+        rows = ", ".join(f'"{name}": {mask}' for name, mask in masks.items() if mask)
+        parts.append(
+            f"\n\nNEEDS = {{{rows},}}\n"
+            '"""Bits of the register `parts` of which a register needs one; the others are always '
+            'there."""'
+        )
+        addresses = ", ".join(
+            f'"{r.name}": 0x{4 * r.index:02X}' for r, _ in self.iterate_registers()
+        )
+        parts.append(f'\nADDRESSES = {{{addresses},}}\n"""Address of each register in bytes."""')
+        return "\n".join(parts) + "\n"
+
+    @staticmethod
+    def class_name(register: Any) -> str:
+        """Name of the type of a register's fields."""
+        return "".join(word.capitalize() for word in register.name.split("_"))
+
+    def fields_class(self, register: Any) -> str:
+        """Type of a register's fields."""
+        rows = "".join(f"    {f.name}: int\n" for f in register.fields)
+        return (
+            f"\nclass {self.class_name(register)}(NamedTuple):\n"
+            f"{docstring(text_of(register), '    ')}\n{rows}"
+        )
+
+    def methods(self, register: Any) -> str:
+        """Methods that read and write a register."""
+        address = f"0x{4 * register.index:02X}"
+        code = ""
+        if register.mode.software_can_read:
+            values = []
+            for field in register.fields:
+                shift = f"word >> {field.base_index}" if field.base_index else "word"
+                mask = (1 << field.width) - 1
+                value = f"{shift} & 0x{mask:X}" if field.width < 32 else "word"
+                if is_signed(field):
+                    half = 1 << (field.width - 1)
+                    value = f"(({value}) ^ 0x{half:X}) - 0x{half:X}"
+                values.append(value)
+            one = len(values) == 1
+            kind = "int" if one else self.class_name(register)
+            result = values[0] if one else f"{kind}({', '.join(values)})"
+            code += (
+                f"    def read_{register.name}(self) -> {kind}:\n"
+                f"{docstring(text_of(register.fields[0] if one else register), ' ' * 8)}"
+                f"        word = self._access.read({address})\n"
+                f"        return {result}\n\n"
+            )
+        if register.mode.software_can_write:
+            one = len(register.fields) == 1
+            pulse = register.mode.shorthand.endswith("wpulse")
+            default = " = 0" if pulse and not one else ""
+            star = "" if one else "*, "
+            arguments = ", ".join(f"{field.name}: int{default}" for field in register.fields)
+            words = []
+            for field in register.fields:
+                mask = (1 << field.width) - 1
+                value = f"{field.name} & 0x{mask:X}"
+                words.append(f"({value}) << {field.base_index}" if field.base_index else value)
+            joined = " | ".join(f"({word})" if len(words) > 1 else word for word in words)
+            code += (
+                f"    def write_{register.name}(self, {star}{arguments}) -> None:\n"
+                f"{docstring(text_of(register), ' ' * 8)}"
+                f"        self._access.write({address}, {joined})\n\n"
+            )
+        return code
+
+
+def formatted(text: str) -> str:
+    """Python as `ruff format` has it."""
+    done = subprocess.run(
+        [sys.executable, "-m", "ruff", "format", "-", "--stdin-filename", "registers.py"],
+        cwd=ROOT,
+        input=text,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout
+
+
+def c_header(generator: CHeaderGenerator) -> str:
+    """Take hdl-registers' header, but with what it needs, in C99 (hexadecimal masks), and short."""
+    code = re.sub(r"0b([01]+)u", lambda found: f"0x{int(found[1], 2):X}u", generator.get_code())
+    code = re.sub(r"#define \w+_MASK_INVERSE .*\n", "", code)
+    start, rest = code.split("\n\n", 1)
+    return (
+        f"// {LICENCE}\n"
+        f"// The registers of a core behind a bus. {BUILT}.\n\n"
+        f"{start}\n\n#include <stdint.h>\n\n{rest}\n"
+    )
+
+
+def table(generator: RegisterCodeGenerator) -> str:
+    """Make the table of the documentation."""
+    rows = ["| address | register | part | mode | bits | field | what it is |"]
+    rows.append("| --- " * 7 + "|")
+    for register, _ in generator.iterate_registers():
+        part = ", ".join(name.replace("_", " ") for name in parts_of(register))
+        mode = MODES[register.mode.shorthand]
+        head = f"0x{4 * register.index:02X} | `{register.name}` | {part} | {mode}"
+        rows.append(f"| {head} | | | {text_of(register)} |")
+        for field in register.fields:
+            low, high = field.base_index, field.base_index + field.width - 1
+            bits = str(low) if low == high else f"{high}:{low}"
+            what = text_of(field)
+            if isinstance(field, Enumeration):
+                what += (
+                    " " + "; ".join(f"{e.value}: {text_of(e)[:-1]}" for e in field.elements) + "."
+                )
+            rows.append(f"| | | | | {bits} | `{field.name}` | {what} |")
+    return "\n".join(row.replace("|  |", "| |") for row in rows)
+
+
+def main() -> int:
+    """Write or check the files."""
+    registers = from_toml("plenofir", MAP)
+    header = CHeaderGenerator(registers, MAP.parent, file_name="plenofir_registers.h")
+    vhdl = Vhdl93Generator(registers, MAP.parent)
+    python = PythonGenerator(registers, MAP.parent)
+    # Reserved words of any language, names that are there twice.
+    vhdl._sanity_check()
+    files = {
+        vhdl.output_file: vhdl.get_code(),
+        header.output_file: c_header(header),
+        python.output_file: formatted(python.get_code()),
+        PAGE: between_marks(PAGE.read_text(), "registers", table(vhdl)),
+    }
+    stale = {p for p, text in files.items() if not p.exists() or p.read_text() != text}
+    if "--check" in sys.argv[1:]:
+        for path in sorted(stale):
+            print(
+                f"{path.relative_to(ROOT)} is stale; run scripts/build_registers.py",
+                file=sys.stderr,
+            )
+        return 1 if stale else 0
+    for path in stale:
+        path.write_text(files[path])
+    page = HtmlPageGenerator(registers, HTML.parent)
+    HTML.parent.mkdir(parents=True, exist_ok=True)
+    HTML.write_text(page.get_code())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
