@@ -224,8 +224,7 @@ class _Pictures:
         from plenofir.camera.lightfield import sub_aperture
         from plenofir.camera.lightfield.disparity import search_disparity
         from plenofir.camera.lightfield.stack import FocalStack, all_in_focus
-        from plenofir.fpga.simulate.request import picture_names
-        from plenofir.refocus import focus_to_shift
+        from plenofir.refocus import focus_to_shift, slice_names
 
         raster, m = self.field.raster, self.field.micro_image_size
         save(self.results, "aligned.png", self.field.picture)
@@ -251,10 +250,10 @@ class _Pictures:
             interpolation="linear",
         )
         frames = []
-        for a, image in zip(settings, stack, strict=True):
-            name = picture_names(focus_to_shift(a, m), m, 2)[0]
+        names = slice_names([focus_to_shift(a, m) for a in settings], m)
+        for a, name, image in zip(settings, names, stack, strict=True):
             shown = self.look(image)
-            self.add(name, shown, f"a = {a}")
+            self.add(f"refocused_{name}.png", shown, f"a = {a}")
             frames.append(_small(shown))
         sharp = self.look(all_in_focus(stack, m).image)
         self.add("all_in_focus.png", sharp, "Sharp everywhere")

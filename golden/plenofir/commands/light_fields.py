@@ -247,7 +247,7 @@ def stack(
 
     from plenofir.camera.lightfield.stack import FocalStack, all_in_focus, sharpness_curve
     from plenofir.camera.plots import sharpness_picture
-    from plenofir.fpga.simulate.request import picture_names
+    from plenofir.refocus import slice_names
     from plenofir.refocus.sharpness import MAX_STACK, depth_index, depth_index_picture
 
     if index and everywhere:
@@ -271,10 +271,9 @@ def stack(
         # Slices are made again where they are needed again: that takes less than keeping them.
         edge = border or ("zero" if index else "normalise")
         slices = FocalStack(raw.pixels, m, settings, show, border=edge)
-        # Two or more: even the only slice has its a in its name.
-        names = iter([picture_names(shift, m, 2)[0] for shift in shifts])
+        names = iter(slice_names(shifts, m))
         for image in slices:
-            save(results, next(names), look(image))
+            save(results, f"refocused_{next(names)}.png", look(image))
             # Before the next one is made.
             del image
         if min(shape) >= 2 * margin + 8 * m:

@@ -4,7 +4,7 @@
 import re
 from collections.abc import Callable, Container, Iterable, Mapping
 from fractions import Fraction
-from math import inf, isfinite, isnan
+from math import floor, inf, isfinite, isnan
 from typing import TYPE_CHECKING, Annotated, Literal, NoReturn, get_args
 
 import typer
@@ -91,6 +91,8 @@ _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
 )
 
 MAX_SETTINGS = 1000
+# Decimals are taken for a multiple of 1/M that is at most this share of a step away.
+_NEAR = Fraction(1, 4)
 
 _of_make: dict[str, str] | None = None
 
@@ -151,21 +153,29 @@ def arithmetic(kind: str, fraction: int | None, guard: int | None) -> "Arithmeti
         ) from None
 
 
-def focus_settings(texts: Iterable[str], micro_image_size: int) -> tuple[Fraction, ...]:
-    """Focus settings of the option a: fractions and ranges, each setting once."""
-    from plenofir.refocus.shifts import parse_focus
+def focus_settings(
+    texts: Iterable[str], micro_image_size: int, *, rounded: bool = True
+) -> tuple[Fraction, ...]:
+    """Focus settings of the option a: fractions, decimals and ranges, each setting once.
 
+    `rounded`: decimals stand for a multiple of 1/M that is near, which is noted.
+    """
     found: list[Fraction] = []
+    taken: dict[str, Fraction] = {}
+
+    def setting(text: str) -> Fraction:
+        return _focus_setting(text, micro_image_size if rounded else None, taken)
+
     words = [word for text in texts for word in re.split(r"[,\s]+", text.strip()) if word]
     for word in words:
         parts = word.split(":")
         if len(parts) == 1:
-            found.append(parse_focus(word, where="a"))
+            found.append(setting(word))
             continue
         if len(parts) > 3:
             raise InputError(f"{word!r} is no range", where="a", expected="FIRST:LAST[:STEP]")
-        first, last = (parse_focus(part, where="a") for part in parts[:2])
-        step = parse_focus(parts[2], where="a") if parts[2:] else Fraction(1, micro_image_size)
+        first, last = (setting(part) for part in parts[:2])
+        step = setting(parts[2]) if parts[2:] else Fraction(1, micro_image_size)
         if step <= 0 or first > last:
             raise InputError(
                 f"{word!r} is empty: FIRST must not be above LAST, and STEP must be positive",
@@ -180,7 +190,34 @@ def focus_settings(texts: Iterable[str], micro_image_size: int) -> tuple[Fractio
     twice = next((a for n, a in enumerate(found) if a in found[:n]), None)
     if twice is not None:
         raise InputError(f"{twice} is given twice", where="a")
+    if taken:
+        notes = ", ".join(f"{text} as {value}" for text, value in taken.items())
+        typer.echo(f"note: a = {notes}, in steps of 1/{micro_image_size}", err=True)
     return tuple(found)
+
+
+def _focus_setting(text: str, micro_image_size: int | None, taken: dict[str, Fraction]) -> Fraction:
+    """A focus setting; decimals stand for the multiple of 1/M within a quarter of a step."""
+    from plenofir.refocus.shifts import parse_focus, shift_to_text
+
+    decimal = re.fullmatch(r"[+-]?(\d+\.\d*|\.\d+)", text)
+    if decimal is None:
+        return parse_focus(text, where="a")
+    exact = Fraction(text)
+    if micro_image_size is None:
+        return exact
+    m = micro_image_size
+    nearest = round(exact * m)
+    if abs(exact * m - nearest) > _NEAR:
+        below = floor(exact * m)
+        neighbours = " and ".join(shift_to_text(shift, m) for shift in (below, below + 1))
+        raise InputError(
+            f"{text} lies between {neighbours}", where="a", expected=f"a multiple of 1/{m}"
+        )
+    found = Fraction(nearest, m)
+    if found != exact:
+        taken[text] = found
+    return found
 
 
 def finite(value: float) -> float | None:
@@ -262,8 +299,8 @@ _SETTINGS = typer.Option(
     "--a",
     "-a",
     metavar="LIST",
-    help="Focus settings: fractions such as -3/5, or ranges FIRST:LAST[:STEP], with blanks or "
-    "commas between them. May be repeated.",
+    help="Focus settings: fractions such as -3/5, decimals that are near one, or "
+    "ranges FIRST:LAST[:STEP], with blanks or commas between them. May be repeated.",
 )
 _FRACTION = typer.Option(help="For stored products: fraction bits F.", min=0, max=12)
 _GUARD = typer.Option(help="For stored products: guard bits G.", min=0, max=12)

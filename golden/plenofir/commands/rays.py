@@ -80,7 +80,7 @@ def distance(
     from plenofir.camera.rays import diffraction_note, rayleigh_limit
 
     model = _model(camera, focus, micro_image)
-    settings = options.focus_settings(a, micro_image)
+    settings = options.focus_settings(a, micro_image, rounded=False)
     rows = [
         (setting, model.near_border(value), model.distance(value), model.far_border(value))
         for setting, value in ((s, float(s)) for s in settings)

@@ -49,7 +49,13 @@ from plenofir.refocus.sharpening import (
     derived_moment,
     sharpening_units,
 )
-from plenofir.refocus.shifts import focus_to_shift, parse_focus, shift_to_name, shift_to_text
+from plenofir.refocus.shifts import (
+    focus_to_shift,
+    parse_focus,
+    shift_to_name,
+    shift_to_text,
+    slice_names,
+)
 from plenofir.refocus.switches import FilterLayout, filter_lines
 from plenofir.refocus.threads import processors
 
@@ -84,6 +90,7 @@ __all__ = [
     "sharpening_units",
     "shift_to_name",
     "shift_to_text",
+    "slice_names",
 ]
 
 

@@ -35,7 +35,7 @@ from plenofir.refocus import (
     processors,
     refocus,
     sharpening_units,
-    shift_to_name,
+    slice_names,
 )
 from plenofir.refocus.checks import whole_number
 from plenofir.refocus.finished_frames import Content, Entry, Record
@@ -140,7 +140,8 @@ def find_frames(patterns: Iterable[str]) -> list[Path]:
 def result_names(sources: Sequence[Path], settings: Settings) -> list[tuple[str, ...]]:
     """Names of the results of each frame: the frame's own, and the focus setting."""
     m = settings.micro_image_size
-    suffixes = [f"_a{shift_to_name(focus_to_shift(a, m), m)}.png" for a in settings.a]
+    shifts = [focus_to_shift(a, m) for a in settings.a]
+    suffixes = [f"_{name}.png" for name in slice_names(shifts, m)]
     names = []
     seen: dict[str, Path] = {}
     for source in sources:

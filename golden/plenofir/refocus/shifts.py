@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The focus setting a and the shift a' = a * M in pixels."""
 
+from collections.abc import Sequence
 from fractions import Fraction
 from numbers import Integral
 
@@ -54,3 +55,18 @@ def shift_to_text(shift: int, micro_image_size: int) -> str:
 def shift_to_name(shift: int, micro_image_size: int) -> str:
     """Focus setting as a part of a file name: `shift_to_text` with ``_`` for the stroke."""
     return shift_to_text(shift, micro_image_size).replace("/", "_")
+
+
+def slice_names(shifts: Sequence[int], micro_image_size: int) -> list[str]:
+    """Focus settings as parts of file names that sort in the order of a.
+
+    Result: for each shift its place among them, where there are several, and a: ``"1_a-3_5"``.
+    """
+    names = [f"a{shift_to_name(shift, micro_image_size)}" for shift in shifts]
+    if len(names) == 1:
+        return names
+    digits, order = len(str(len(shifts))), sorted(shifts)
+    return [
+        f"{order.index(shift) + 1:0{digits}}_{name}"
+        for shift, name in zip(shifts, names, strict=True)
+    ]

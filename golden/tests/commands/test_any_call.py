@@ -119,8 +119,11 @@ def check_refocus(p: Parameters) -> set[str]:
 def check_stack(p: Parameters) -> set[str]:
     m, raw = p["micro_image"], read_image(Path(p["raster"]))
     names = set()
-    for a in options.focus_settings(p["a"] or ["0:1"], m):
-        file = Path(p["out"]) / f"refocused_{str(a).replace('/', '_')}.png"
+    settings = options.focus_settings(p["a"] or ["0:1"], m)
+    for a in settings:
+        place = f"{sorted(settings).index(a) + 1:0{len(str(len(settings)))}}_"
+        name = f"{place if len(settings) > 1 else ''}a{str(a).replace('/', '_')}"
+        file = Path(p["out"]) / f"refocused_{name}.png"
         border = p["border"] or ("zero" if p["index"] else "normalise")
         want = refocus(raw, m, a, border=border)
         want = as_shown(p, want)

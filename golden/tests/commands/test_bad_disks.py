@@ -23,7 +23,7 @@ WRITERS: dict[Words, tuple[str, ...]] = {
     ("quilt", "grey.png", "-M", "5", "--out", "out/old"): ("old_qs5x1a0.75.png",),
     ("compose", "views", "--out", "out/old.png"): ("old.png",),
     ("refocus", "grey.png", "-M", "5", "-a", "1", "--out", "out/old.png"): ("old.png",),
-    ("stack", "grey.png", "-M", "5", "-a", "0,1", "--out", "out"): ("refocused_1.png",),
+    ("stack", "grey.png", "-M", "5", "-a", "0,1", "--out", "out"): ("refocused_2_a1.png",),
     ("depth-map", "grey.png", "-M", "5", "--camera", "f193-mla2", "--ply", "--out", "out"): (
         "depth.png",
         "disparity.npy",

@@ -114,12 +114,33 @@ def test_one_syntax_of_focus_settings() -> None:
         ("0:1:1:1", "is no range"),
         ("0:1000", "'0:1000' has 5001 settings, more than 1000"),
         ("0 0/5", "0 is given twice"),
-        ("0.5", "not a focus setting"),
+        ("0.5", "0.5 lies between 2/5 and 3/5; expected a multiple of 1/5"),
+        ("0.26", "0.26 lies between 1/5 and 2/5"),
+        ("1e0", "not a focus setting"),
+        ("0:1:0.1", "0.1 lies between 0 and 1/5"),
     ],
 )
 def test_focus_settings_that_mean_nothing(text: str, message: str) -> None:
     with pytest.raises(InputError, match=f"^a: .*{message}"):
         options.focus_settings([text], 5)
+
+
+@pytest.mark.parametrize(
+    ("text", "m", "found", "note"),
+    [
+        # What the viewer shows.
+        ("0.616 -0.6", 13, "8/13 -8/13", "0.616 as 8/13, -0.6 as -8/13"),
+        ("-0.62 .08 1.", 13, "-8/13 1/13 1", "-0.62 as -8/13, .08 as 1/13"),
+        ("-0.2 1.40", 5, "-1/5 7/5", None),
+        ("0.3:0.33", 3, "1/3", "0.3 as 1/3, 0.33 as 1/3"),
+    ],
+)
+def test_decimals_are_taken_where_a_multiple_is_near(capsys, text, m, found, note) -> None:
+    got = options.focus_settings([text], m)
+    assert list(got) == [Fraction(word) for word in found.split()]
+    said = capsys.readouterr().err
+    assert said == ("" if note is None else f"note: a = {note}, in steps of 1/{m}\n")
+    assert list(options.focus_settings(["0.616"], m, rounded=False)) == [Fraction(77, 125)]
 
 
 def test_the_same_settings_by_every_command(plenofir, tmp_path: Path) -> None:

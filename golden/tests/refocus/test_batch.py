@@ -31,7 +31,7 @@ from plenofir.refocus.batch import (
 from plenofir.refocus.finished_frames import RECORD, Content, Entry, Record
 
 SETTINGS = Settings(5, (Fraction(1), Fraction(1, 5)))
-NAMES = ("_a1.png", "_a1_5.png")
+NAMES = ("_2_a1.png", "_1_a1_5.png")
 
 
 @pytest.fixture
@@ -73,7 +73,7 @@ def test_order_and_names(frames):
     assert [path.stem for path in found] == ["frame_1", "frame_2", "frame_10"]
     assert find_frames([str(found[2]), pattern]) == [found[2], *found[:2]]
     # a = 1, a = 1/5 and a = -3/5 cannot be taken for one another.
-    assert result_names(found, SETTINGS)[2] == ("frame_10_a1.png", "frame_10_a1_5.png")
+    assert result_names(found, SETTINGS)[2] == ("frame_10_2_a1.png", "frame_10_1_a1_5.png")
     assert result_names(found, Settings(5, (Fraction(-3, 5),)))[0] == ("frame_1_a-3_5.png",)
     for bad, message in (
         (str(frames / "*.tif"), "no such files"),
@@ -210,7 +210,7 @@ def test_a_full_disk_stops_the_run(frames, here, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(batch, "refocus_frame", full)
-        with pytest.raises(InputError, match=r"frame_2_a1_5.png: cannot be written \(No space"):
+        with pytest.raises(InputError, match=r"frame_2_1_a1_5.png: cannot be written \(No space"):
             run_batch(sources, SETTINGS, out)
     assert len(tried) == 1
     assert not list(out.glob(".*"))
@@ -292,7 +292,7 @@ def test_names_that_are_no_text(frames, here):
     for state in ("done", "kept"):
         assert {frame.state for frame in run_batch(sources, SETTINGS, out)} == {state}
     check_results(sources, out)
-    (out / os.fsdecode(b"\xff_a1.png")).write_bytes(b"")
+    (out / os.fsdecode(b"\xff_2_a1.png")).write_bytes(b"")
     assert [f.state for f in run_batch(sources, SETTINGS, out)].count("done") == 1
 
 

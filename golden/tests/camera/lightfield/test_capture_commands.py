@@ -222,11 +222,11 @@ def test_chain(capture: Path, run) -> None:
     assert done.returncode == 0, done.stderr
     assert "sharpest: a = 2/5" in done.stdout
     names = sorted(p.name for p in (capture / "stack").iterdir())
-    slices = ("-1_5", "0", "1_5", "2_5", "3_5", "4_5", "1")
+    slices = ("1_a-1_5", "2_a0", "3_a1_5", "4_a2_5", "5_a3_5", "6_a4_5", "7_a1")
     assert names == sorted(
         ["all_in_focus.png", "sharpness.png", *(f"refocused_{a}.png" for a in slices)]
     )
-    found = read_image(capture / "stack" / "refocused_-1_5.png")
+    found = read_image(capture / "stack" / "refocused_1_a-1_5.png")
     assert np.array_equal(found, refocus(aligned, M, "-1/5", border="normalise"))
 
     options = ("stack", "aligned.png", "-M", "5", "-a", "0:1:2/5", "--out", "index")

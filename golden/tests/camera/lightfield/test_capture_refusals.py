@@ -34,7 +34,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "views").mkdir()
     (folder / "linked.png").symlink_to("white.png")
     (folder / "a").mkdir()
-    for name in ("refocused_1", "refocused", "sharpness", "view_00_00", "depth"):
+    for name in ("refocused_a1", "refocused", "sharpness", "view_00_00", "depth"):
         write_png(folder / "a" / f"{name}.png", white)
     scene = (root() / "scenes" / "rgb-480p.toml").read_text()
     edid = make_edid((HD720,))
@@ -107,7 +107,7 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("refocus white.png -M 5 -a 1 --out white.png", "white.png would replace what it is made"),
         ("refocus linked.png -M 5 -a 1 --out white.png", "white.png would replace"),
         ("refocus white.png -M 5 -a 1 --out views/../linked.png", "linked.png would replace"),
-        ("stack a/refocused_1.png -M 5 -a 1 --out a", "refocused_1.png would replace"),
+        ("stack a/refocused_a1.png -M 5 -a 1 --out a", "refocused_a1.png would replace"),
         ("stack a/sharpness.png -M 5 --out a", "sharpness.png would replace"),
         ("views a/view_00_00.png -M 5 --out a", "view_00_00.png would replace"),
         ("compose a --out a/view_00_00.png", "view_00_00.png would replace"),
