@@ -11,6 +11,11 @@ from pathlib import Path
 # take several times as long for matrices of some thousand rows.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Bytecode is kept, also where the environment says otherwise: hundreds of processes import the same
+# modules, and would spend a third of their time on compiling them.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
 # What Verilator's makefiles put before the compiler.
 _CACHE = Path(__file__).parent / "tb" / "plenofir_tb" / "object_cache.py"
 os.environ.setdefault("OBJCACHE", shlex.join([sys.executable, str(_CACHE)]))

@@ -150,7 +150,6 @@ def notices(room: str, mutant: PythonMutant | None) -> str:
     environment = {
         **os.environ,
         "PYTHONPATH": str(copy_package(mutant)),
-        "PYTHONDONTWRITEBYTECODE": "1",
         # One for all mutants: what is kept there is told by its sources.
         "NUMBA_CACHE_DIR": str(WORK / "numba"),
     }

@@ -60,7 +60,7 @@ class Bench:
         self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=dut.reset)
         bits = 8 if KIND == "depth_index" else self.core.pixel_bits
         pictures = Path(self.case["pictures"])
-        self.scoreboard = FrameScoreboard(dut, self.sink, bits, pictures, self.pixels)
+        self.scoreboard = FrameScoreboard(self.sink, bits, pictures, self.pixels)
 
     async def reset(self, columns: int, rows: int, clocks: int = 3) -> None:
         """Reset the core for some clocks and set the frame size."""

@@ -38,7 +38,7 @@ class Bench:
         logging.getLogger(f"cocotb.{dut._name}.m_axis").setLevel(logging.WARNING)
         self.source = AxiVideoSource(dut, "s_axis", dut.clk)
         self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=dut.reset)
-        self.scoreboard = FrameScoreboard(dut, self.sink, BITS, Path(read_case()["pictures"]))
+        self.scoreboard = FrameScoreboard(self.sink, BITS, Path(read_case()["pictures"]))
 
     async def begin(self, columns: int | None = None) -> None:
         """Draw a size and an order; reset."""

@@ -46,9 +46,7 @@ class Bench:
         logging.getLogger(f"cocotb.{dut._name}.m_axis").setLevel(logging.WARNING)
         self.source = AxiVideoSource(dut, "s_axis", dut.clk)
         self.sink = AxiVideoSink(dut, "m_axis", dut.clk, reset=dut.reset)
-        self.scoreboard = FrameScoreboard(
-            dut, self.sink, self.core.pixel_bits, Path(case["pictures"])
-        )
+        self.scoreboard = FrameScoreboard(self.sink, self.core.pixel_bits, Path(case["pictures"]))
 
     def tight_camera(self) -> tuple[GridRegisters, Tables]:
         """Of some calibrations the one that needs most lines of the ring."""

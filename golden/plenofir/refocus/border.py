@@ -9,12 +9,11 @@ column, which follow from M, a', the order and the size of the frame. Elsewhere 
 """
 
 from functools import lru_cache
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 
 from plenofir.ground.errors import InputError
-from plenofir.refocus.kernels import Integers, compiled
 from plenofir.refocus.operator import Align, Image, Sums, interpolated_sums
 from plenofir.refocus.sharpening import neighbours, taps
 
@@ -74,6 +73,8 @@ def divide_by_weights(sums: Sums, weights: tuple[Sums, Sums], out: Image) -> Non
     Rounded, halves up, and limited to the range of `out`; 0 where the weight is 0. `sums` and `out`
     have the shape (rows, columns[, channels]).
     """
+    from plenofir.refocus.border_kernels import divide_lines
+
     down, across = weights
     lines = sums.reshape(sums.shape[0], -1)
     across = np.repeat(across, lines.shape[1] // len(across))
@@ -83,37 +84,8 @@ def divide_by_weights(sums: Sums, weights: tuple[Sums, Sums], out: Image) -> Non
     if largest < 1 << 53:
         kind = np.float32 if largest < 1 << 24 else np.float64
         flat = out.reshape(lines.shape)
-        _divide_lines(lines, down.astype(kind), across.astype(kind), kind(0.5), kind(most), flat)
+        divide_lines(lines, down.astype(kind), across.astype(kind), kind(0.5), kind(most), flat)
         return
     weight = np.outer(down, across)
     quotient = (2 * lines.astype(np.int64) + weight) // (2 * np.maximum(weight, 1))
     out[...] = np.where(weight > 0, np.clip(quotient, 0, most), 0).reshape(out.shape)
-
-
-@compiled
-def _divide_lines(
-    sums: Integers, down: Integers, across: Integers, half: Any, most: Any, out: Integers
-) -> None:
-    """Divide in floating point; it holds the sums, weights and their products without an error."""
-    numerators, weights = np.empty_like(across), np.empty_like(across)
-    one = half + half
-    # One where nothing arrives: the sum is 0 there, too.
-    inverses = one / np.maximum(across, one)
-    for line in range(sums.shape[0]):
-        for k in range(across.size):
-            numerators[k] = sums[line, k]
-        inverse = one / max(down[line], one)
-        for k in range(across.size):
-            weights[k] = max(down[line] * across[k], one)
-            numerators[k] += np.floor(weights[k] * half)
-        for k in range(across.size):
-            # Off by one at most, because the quotient is small.
-            quotient = np.floor(numerators[k] * (inverse * inverses[k]))
-            rest = numerators[k] - quotient * weights[k]
-            if rest >= weights[k]:
-                quotient += one
-            if rest < one - one:
-                quotient -= one
-            numerators[k] = max(one - one, min(most, quotient))
-        for k in range(across.size):
-            out[line, k] = numerators[k]
