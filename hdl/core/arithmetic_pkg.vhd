@@ -35,6 +35,15 @@ package arithmetic_pkg is
     arithmetic : arithmetic_t
   ) return boolean;
 
+  -- The same for a normalised border.
+  function takes_border (
+    name          : string;
+    normalised    : boolean;
+    exact         : boolean;
+    parallel_rows : positive;
+    sharpened     : boolean
+  ) return boolean;
+
   -- Width of a value in front of a pass, numbered from 0 (behind the one before it).
   function value_bits (
     arithmetic : arithmetic_t;
@@ -68,6 +77,13 @@ package arithmetic_pkg is
   function final_divisor (
     arithmetic : arithmetic_t
   ) return positive;
+
+  -- Width of the weights of a normalised border, which divide exact sums; 0 without.
+  function weight_width (
+    normalised       : boolean;
+    micro_image_size : positive;
+    order            : natural
+  ) return natural;
 
 end package arithmetic_pkg;
 
@@ -121,6 +137,31 @@ package body arithmetic_pkg is
     return true;
 
   end function takes_arithmetic;
+
+  function takes_border (
+    name          : string;
+    normalised    : boolean;
+    exact         : boolean;
+    parallel_rows : positive;
+    sharpened     : boolean
+  ) return boolean is
+  begin
+
+    assert not normalised or exact
+      report name & ": BORDER_NORMALISED needs EXACT: stored products are divided by M before they are summed"
+      severity failure;
+
+    assert not normalised or parallel_rows = 1
+      report name & ": BORDER_NORMALISED needs PARALLEL_ROWS = 1"
+      severity failure;
+
+    assert not normalised or not sharpened
+      report name & ": BORDER_NORMALISED cannot be combined with SHARPENING"
+      severity failure;
+
+    return true;
+
+  end function takes_border;
 
   function value_bits (
     arithmetic : arithmetic_t;
@@ -209,5 +250,30 @@ package body arithmetic_pkg is
     return 1;
 
   end function final_divisor;
+
+  function weight_width (
+    normalised       : boolean;
+    micro_image_size : positive;
+    order            : natural
+  ) return natural is
+
+    variable weight : positive;
+
+  begin
+
+    weight := 1;
+
+    -- Ports have this width, and so what takes_arithmetic refuses must not exceed an integer.
+    for i in 1 to 8 loop
+
+      if i <= 2 * (order + 1) and weight <= integer'high / micro_image_size then
+        weight := weight * micro_image_size;
+      end if;
+
+    end loop;
+
+    return choose(normalised, bits_for(weight), 0);
+
+  end function weight_width;
 
 end package body arithmetic_pkg;

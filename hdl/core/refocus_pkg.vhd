@@ -132,6 +132,12 @@ package refocus_pkg is
   -- Clocks of divide_round.
   constant DIVIDE_LATENCY : positive := 3;
 
+  -- The same, or with a normalised border those of divide_weighted.
+  function scaler_latency (
+    normalised : boolean;
+    pixel_bits : positive
+  ) return positive;
+
 end package refocus_pkg;
 
 package body refocus_pkg is
@@ -449,5 +455,15 @@ package body refocus_pkg is
     return geometry.output_delay + order * pass_geometry(geometry, 1).output_delay;
 
   end function total_delay;
+
+  function scaler_latency (
+    normalised : boolean;
+    pixel_bits : positive
+  ) return positive is
+  begin
+
+    return choose(normalised, pixel_bits + 1, DIVIDE_LATENCY);
+
+  end function scaler_latency;
 
 end package body refocus_pkg;

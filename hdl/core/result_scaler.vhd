@@ -1,8 +1,8 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From the sums of an engine to pixels: one correctly rounded division, or nothing where stored products are pixels.
 --
--- Latency: DIVIDE_LATENCY clocks with EXACT, else 0. Throughput: one value of all lanes each clock.
--- Equation: pixel = round(sum / DIVISOR) with EXACT, else pixel = sum.
+-- Latency: scaler_latency clocks with EXACT, else 0. Throughput: one value of all lanes each clock.
+-- Equation: pixel = round(sum / DIVISOR) with EXACT, with weights round(sum / weight); else pixel = sum.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -24,7 +24,10 @@ entity result_scaler is
     -- Width of a pixel.
     PIXEL_BITS : positive;
     -- Of a sum, the largest pixel's sum being the largest pixel times it.
-    DIVISOR : positive
+    DIVISOR : positive;
+    -- With EXACT: the weights that come with the sums, each for as many neighbouring lanes, and their width; 0: none.
+    WEIGHT_COUNT : positive := 1;
+    WEIGHT_BITS  : natural  := 0
   );
   port (
     clk   : in    std_logic;
@@ -32,6 +35,8 @@ entity result_scaler is
     -- A result and its sums, lane 0 in the low bits.
     result : in    result_t;
     sums   : in    std_logic_vector(LANES * SUM_BITS - 1 downto 0);
+    -- What the sums are divided by, 1 to DIVISOR, or 0 where they are 0; that of the first lanes in the low bits.
+    weights : in    std_logic_vector(WEIGHT_COUNT * larger(WEIGHT_BITS, 1) - 1 downto 0);
     -- The same as pixels.
     scaled : out   result_t;
     pixels : out   std_logic_vector(LANES * PIXEL_BITS - 1 downto 0)
@@ -62,7 +67,7 @@ begin
     delay_result : entity work.tag_delay
       generic map (
         WIDTH  => tag'length,
-        LENGTH => DIVIDE_LATENCY
+        LENGTH => scaler_latency(WEIGHT_BITS > 0, PIXEL_BITS)
       )
       port map (
         clk     => clk,
@@ -78,21 +83,51 @@ begin
     scaled.start <= delayed(3);
     scaled.slice <= unsigned(delayed(delayed'high downto SLICE_LOW));
 
-    lane : for i in 0 to LANES - 1 generate
+    full_weight : if WEIGHT_BITS = 0 generate
 
-      divide : entity work.divide_round
-        generic map (
-          VALUE_MAX     => (2 ** PIXEL_BITS - 1) * DIVISOR,
-          DIVISOR       => DIVISOR,
-          QUOTIENT_BITS => PIXEL_BITS
-        )
-        port map (
-          clk      => clk,
-          value    => sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS),
-          quotient => pixels((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS)
-        );
+      lane : for i in 0 to LANES - 1 generate
 
-    end generate lane;
+        divide : entity work.divide_round
+          generic map (
+            VALUE_MAX     => (2 ** PIXEL_BITS - 1) * DIVISOR,
+            DIVISOR       => DIVISOR,
+            QUOTIENT_BITS => PIXEL_BITS
+          )
+          port map (
+            clk      => clk,
+            value    => sums((i + 1) * SUM_BITS - 1 downto i * SUM_BITS),
+            quotient => pixels((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS)
+          );
+
+      end generate lane;
+
+    end generate full_weight;
+
+    own_weights : if WEIGHT_BITS > 0 generate
+
+      constant GROUP_LANES : positive := LANES / WEIGHT_COUNT;
+
+    begin
+
+      each_weight : for i in 0 to WEIGHT_COUNT - 1 generate
+
+        divide : entity work.divide_weighted
+          generic map (
+            LANES         => GROUP_LANES,
+            VALUE_BITS    => SUM_BITS,
+            WEIGHT_MAX    => DIVISOR,
+            QUOTIENT_BITS => PIXEL_BITS
+          )
+          port map (
+            clk       => clk,
+            values    => sums((i + 1) * GROUP_LANES * SUM_BITS - 1 downto i * GROUP_LANES * SUM_BITS),
+            weight    => weights((i + 1) * WEIGHT_BITS - 1 downto i * WEIGHT_BITS),
+            quotients => pixels((i + 1) * GROUP_LANES * PIXEL_BITS - 1 downto i * GROUP_LANES * PIXEL_BITS)
+          );
+
+      end generate each_weight;
+
+    end generate own_weights;
 
   end generate exact_sums;
 

@@ -68,6 +68,8 @@ entity fir_array is
     BROADCAST_TAPS : natural := 0;
     -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
     SHARPENING : string := "";
+    -- Width of the weights that divide the sums, exact ones of one row at a time, not sharpened; 0: M * M divides them.
+    WEIGHT_BITS : natural := 0;
     -- Whether all rows of a column come out with the same token.
     DESKEW : boolean := false
   );
@@ -79,6 +81,8 @@ entity fir_array is
     -- The rows that are image lines, held through a band, and the pixels, row 0 in the low bits.
     token_rows : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
     token_data : in    std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The weight of a pixel (border_weights), with its sums.
+    weights : in    std_logic_vector(larger(WEIGHT_BITS, 1) - 1 downto 0);
     -- The results of each row, and the pixels, row 0 in the low bits.
     results     : out   results_t(0 to PARALLEL_ROWS - 1);
     result_data : out   std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0)
@@ -95,6 +99,8 @@ architecture rtl of fir_array is
 
   constant REFUSED : boolean := not (takes_columns("fir_array", MAX_COLUMNS) and
                                      takes_arithmetic("fir_array", ARITHMETIC) and
+                                     takes_border("fir_array", WEIGHT_BITS > 0, EXACT, PARALLEL_ROWS,
+                                                   sharpens(SHARPENING)) and
                                      takes_sharpening("fir_array", SHARPENING, GEOMETRY.slices, EXACT,
                                                        PARALLEL_ROWS) and
                                      takes_filters("fir_array", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS, MAX_COLUMNS,
@@ -443,19 +449,21 @@ begin
 
     scale : entity work.result_scaler
       generic map (
-        EXACT      => EXACT,
-        LANES      => CHANNELS,
-        SUM_BITS   => RESULT_SUM_BITS,
-        PIXEL_BITS => PIXEL_BITS,
-        DIVISOR    => final_divisor(ARITHMETIC)
+        EXACT       => EXACT,
+        LANES       => CHANNELS,
+        SUM_BITS    => RESULT_SUM_BITS,
+        PIXEL_BITS  => PIXEL_BITS,
+        DIVISOR     => final_divisor(ARITHMETIC),
+        WEIGHT_BITS => WEIGHT_BITS
       )
       port map (
-        clk    => clk,
-        reset  => reset,
-        result => summed(r),
-        sums   => sums((r + 1) * CHANNELS * RESULT_SUM_BITS - 1 downto r * CHANNELS * RESULT_SUM_BITS),
-        scaled => results(r),
-        pixels => result_data((r + 1) * CHANNELS * PIXEL_BITS - 1 downto r * CHANNELS * PIXEL_BITS)
+        clk     => clk,
+        reset   => reset,
+        result  => summed(r),
+        sums    => sums((r + 1) * CHANNELS * RESULT_SUM_BITS - 1 downto r * CHANNELS * RESULT_SUM_BITS),
+        weights => weights,
+        scaled  => results(r),
+        pixels  => result_data((r + 1) * CHANNELS * PIXEL_BITS - 1 downto r * CHANNELS * PIXEL_BITS)
       );
 
   end generate scale_row;

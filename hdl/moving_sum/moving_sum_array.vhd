@@ -60,7 +60,9 @@ entity moving_sum_array is
     -- Whether frames of any number of lines follow each other without a pause.
     ANY_ROWS : boolean := false;
     -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
-    SHARPENING : string := ""
+    SHARPENING : string := "";
+    -- Width of the weights that divide the sums, exact ones that are not sharpened; 0: M * M divides them.
+    WEIGHT_BITS : natural := 0
   );
   port (
     clk   : in    std_logic;
@@ -70,6 +72,8 @@ entity moving_sum_array is
     token_data : in    std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0);
     -- The pixels that a line's last token has; the same while a frame is under way.
     line_end : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    -- The weight of each pixel (border_weights), with its sums.
+    weights : in    std_logic_vector(PIXELS_PER_CLOCK * larger(WEIGHT_BITS, 1) - 1 downto 0);
     -- The result of a token, and its pixels.
     result      : out   result_t;
     result_data : out   std_logic_vector(PIXELS_PER_CLOCK * CHANNELS * PIXEL_BITS - 1 downto 0)
@@ -85,6 +89,8 @@ architecture rtl of moving_sum_array is
 
   constant REFUSED : boolean := not (takes_columns("moving_sum_array", MAX_COLUMNS) and
                                      takes_arithmetic("moving_sum_array", ARITHMETIC) and
+                                     takes_border("moving_sum_array", WEIGHT_BITS > 0, EXACT, 1,
+                                                   sharpens(SHARPENING)) and
                                      takes_sharpening("moving_sum_array", SHARPENING, GEOMETRY.slices, EXACT,
                                                        1) and
                                      takes_sums("moving_sum_array", ARITHMETIC, GEOMETRY, ANY_ROWS, PIXELS_PER_CLOCK,
@@ -366,19 +372,22 @@ begin
 
   scale : entity work.result_scaler
     generic map (
-      EXACT      => EXACT,
-      LANES      => LANES,
-      SUM_BITS   => SUM_BITS,
-      PIXEL_BITS => PIXEL_BITS,
-      DIVISOR    => final_divisor(ARITHMETIC)
+      EXACT        => EXACT,
+      LANES        => LANES,
+      SUM_BITS     => SUM_BITS,
+      PIXEL_BITS   => PIXEL_BITS,
+      DIVISOR      => final_divisor(ARITHMETIC),
+      WEIGHT_COUNT => P,
+      WEIGHT_BITS  => WEIGHT_BITS
     )
     port map (
-      clk    => clk,
-      reset  => reset,
-      result => summed,
-      sums   => last_sums,
-      scaled => result,
-      pixels => result_data
+      clk     => clk,
+      reset   => reset,
+      result  => summed,
+      sums    => last_sums,
+      weights => weights,
+      scaled  => result,
+      pixels  => result_data
     );
 
 end architecture rtl;

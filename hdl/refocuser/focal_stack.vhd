@@ -10,7 +10,8 @@
 -- Stalls on either side lose and repeat nothing.
 --
 -- Latency: D * (columns + 1) + 7 + stack_array_latency clocks from the first pixel in to the first pixel out
---   when nothing stalls and lines have D + 1 pixels, D = output_delay.
+--   when nothing stalls and lines have D + 1 pixels, D = output_delay; with BORDER_NORMALISED normalised_latency for
+--   stack_array_latency.
 -- Throughput: one pixel of all channels and slices each clock.
 -- Equation: as raster_refocuser with EXACT, for each slice.
 
@@ -21,7 +22,9 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
 use work.focal_stack_pkg.all;
+use work.border_pkg.all;
 use work.token_pkg.all;
 use work.refocuser_pkg.all;
 
@@ -42,7 +45,9 @@ entity focal_stack is
     -- Lines that the input FIFO holds.
     INPUT_LINES : positive range 1 to 128 := 1;
     -- Whether the core pushes the rest of a frame out when nothing follows; else the next frame does.
-    FLUSH : boolean := true
+    FLUSH : boolean := true;
+    -- As raster_refocuser's, for each slice.
+    BORDER_NORMALISED : boolean := false
   );
   port (
     clk   : in    std_logic;
@@ -80,10 +85,18 @@ architecture rtl of focal_stack is
   constant IN_BITS  : positive := CHANNELS * PIXEL_BITS;
   constant OUT_BITS : positive := GEOMETRY.slices * IN_BITS;
 
+  constant WEIGHT_BITS : natural := weight_width(BORDER_NORMALISED, MICRO_IMAGE_SIZE, 0);
+
   signal token       : token_t;
   signal token_data  : std_logic_vector(IN_BITS - 1 downto 0);
   signal results     : results_t(0 to 0);
   signal result_data : std_logic_vector(OUT_BITS - 1 downto 0);
+  signal line_end    : std_logic_vector(0 downto 0);
+
+  -- What the stack gets, and the weights of its sums.
+  signal stack_token : token_t;
+  signal stack_data  : std_logic_vector(IN_BITS - 1 downto 0);
+  signal weights     : std_logic_vector(GEOMETRY.slices * larger(WEIGHT_BITS, 1) - 1 downto 0);
 
 begin
 
@@ -96,8 +109,8 @@ begin
       INPUT_PIXELS   => INPUT_LINES * MAX_COLUMNS + 1,
       ROW_DELAY      => DELAY,
       COLUMN_DELAY   => choose(FLUSH, DELAY, 0),
-      ENGINE_LATENCY => stack_array_latency,
-      MIN_STEPS      => engine_line_steps("stack", DELAY, 1, MAX_COLUMNS),
+      ENGINE_LATENCY => normalised_latency(BORDER_NORMALISED, GEOMETRY, 0, 1, PIXEL_BITS, stack_array_latency),
+      MIN_STEPS      => engine_line_steps("stack", DELAY, 1, MAX_COLUMNS, BORDER_NORMALISED),
       MIN_BANDS      => DELAY + 1,
       BAND_MODULUS   => MICRO_IMAGE_SIZE,
       KEEP_MODULUS   => true
@@ -126,10 +139,41 @@ begin
       token         => token,
       token_rows    => open,
       token_data    => token_data,
-      line_end      => open,
+      line_end      => line_end,
       results       => results,
       result_data   => result_data
     );
+
+  zero_border : if not BORDER_NORMALISED generate
+    stack_token <= token;
+    stack_data  <= token_data;
+    weights     <= (others => '0');
+  end generate zero_border;
+
+  normalised_border : if BORDER_NORMALISED generate
+
+    border : entity work.border_weights
+      generic map (
+        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
+        SHIFTS           => SHIFTS,
+        CENTRED          => CENTRED,
+        SLICES_AT_ONCE   => GEOMETRY.slices,
+        DATA_BITS        => IN_BITS,
+        WEIGHT_BITS      => WEIGHT_BITS,
+        ENGINE_CLOCKS    => stack_array_latency - DIVIDE_LATENCY
+      )
+      port map (
+        clk          => clk,
+        reset        => reset,
+        token        => token,
+        token_data   => token_data,
+        line_end     => line_end,
+        engine_token => stack_token,
+        engine_data  => stack_data,
+        weights      => weights
+      );
+
+  end generate normalised_border;
 
   stack : entity work.stack_array
     generic map (
@@ -138,13 +182,15 @@ begin
       CENTRED          => CENTRED,
       MAX_COLUMNS      => MAX_COLUMNS,
       CHANNELS         => CHANNELS,
-      PIXEL_BITS       => PIXEL_BITS
+      PIXEL_BITS       => PIXEL_BITS,
+      WEIGHT_BITS      => WEIGHT_BITS
     )
     port map (
       clk         => clk,
       reset       => reset,
-      token       => token,
-      token_data  => token_data,
+      token       => stack_token,
+      token_data  => stack_data,
+      weights     => weights,
       result      => results(0),
       result_data => result_data
     );

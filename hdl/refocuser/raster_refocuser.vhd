@@ -12,13 +12,15 @@
 --
 -- Latency: with PARALLEL_ROWS = 1 and one pixel each clock, D * (max(columns, 4) + 1) + 7 + array_latency clocks
 --   from the first pixel in to the first pixel out when nothing stalls, D = total_delay (nearest neighbour:
---   D * (columns + 1) + 16, stored products 15); with sharpening D is M larger, and sharpen_latency clocks are added.
+--   D * (columns + 1) + 16, stored products 15); with sharpening D is M larger, and sharpen_latency clocks are added;
+--   with BORDER_NORMALISED array_latency becomes normalised_latency, and max(columns, 4) max(columns, D + 1).
 --   With more rows or pixels, CoreConfiguration.latency_clocks of the Python package gives it.
 -- Throughput: PIXELS_PER_CLOCK pixels of all channels each clock. With PARALLEL_ROWS > 1 a line that is a band by
 --   itself (the last of a frame) takes as many clocks as its columns, rounded up to a multiple of PARALLEL_ROWS.
 -- Equation: out(k) = round(S2(k) / M**2), S2 the refocusing sums of rows, then columns (EXACT); or
 --   with stored products: product = round(x * 2**F / M), intermediate image with G guard
---   bits, rounded and saturated after each pass.
+--   bits, rounded and saturated after each pass. With BORDER_NORMALISED out(k) = round(S2(k) / weight(k)), the weight
+--   being S2 of a frame of ones, and 0 where that is 0.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -32,6 +34,7 @@ use work.moving_sum_pkg.all;
 use work.sum_lanes_pkg.all;
 use work.token_pkg.all;
 use work.sharpen_pkg.all;
+use work.border_pkg.all;
 use work.refocuser_pkg.all;
 
 entity raster_refocuser is
@@ -69,6 +72,10 @@ entity raster_refocuser is
     -- Exact arithmetic, one row at a time: the weight of each slice's taps in 64ths, 0 to 16, such as "4 0 4" (see
     -- lens_sharpener). Without one above 0 there is no sharpener.
     SHARPENING : string := "";
+    -- Exact arithmetic, one row at a time, without sharpening: whether near the border of the picture, where not all
+    -- views reach, sums are divided by the number of those that do; else by M * M everywhere, as if the others were
+    -- black.
+    BORDER_NORMALISED : boolean := false;
     -- Taps that one latch of the broadcast net drives; 0: no latches, all taps from one register.
     BROADCAST_TAPS : natural := 0
   );
@@ -115,7 +122,7 @@ architecture rtl of raster_refocuser is
 
   constant REFUSED : boolean := not takes_refocuser("raster_refocuser", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS,
                                                     PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS, ENGINE, ANY_ROWS,
-                                                    SHARPENING);
+                                                    SHARPENING, BORDER_NORMALISED);
 
   constant MOVING_SUM : boolean  := same_text(ENGINE, "moving_sum");
   constant SUM_DELAY  : natural  := total_delay(GEOMETRY, INTERPOLATION_ORDER);
@@ -129,12 +136,24 @@ architecture rtl of raster_refocuser is
   constant ROW_DELAY  : natural  := SUM_TOKENS + divide_up(sharpen_delay(SHARPENING, MICRO_IMAGE_SIZE),
                                                            PIXELS_PER_CLOCK);
 
+  -- Clocks from a token to its result in the engine, if its sums are divided by M * M.
+  constant PLAIN_CLOCKS : positive := choose(PIXELS_PER_CLOCK = 1,
+                                             engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS),
+                                             sum_lanes_latency(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK));
+  constant WEIGHT_BITS  : natural  := weight_width(BORDER_NORMALISED, MICRO_IMAGE_SIZE, INTERPOLATION_ORDER);
+
   signal token       : token_t;
   signal token_rows  : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
   signal token_data  : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
   signal results     : results_t(0 to PARALLEL_ROWS - 1);
   signal result_data : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
   signal line_end    : std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+
+  -- What the engine gets, and the weights of its sums.
+  signal engine_token : token_t;
+  signal engine_rows  : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  signal engine_data  : std_logic_vector(PARALLEL_ROWS * DATA_BITS - 1 downto 0);
+  signal weights      : std_logic_vector(PIXELS_PER_CLOCK * larger(WEIGHT_BITS, 1) - 1 downto 0);
 
 begin
 
@@ -150,14 +169,12 @@ begin
       INPUT_PIXELS   => TOKENS + 2 * PARALLEL_ROWS - 1,
       ROW_DELAY      => ROW_DELAY,
       COLUMN_DELAY   => DELAY,
-      ENGINE_LATENCY => choose(PIXELS_PER_CLOCK = 1,
-                               engine_latency(ENGINE, not EXACT, INTERPOLATION_ORDER, BROADCAST_TAPS),
-                               sum_lanes_latency(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK)) +
+      ENGINE_LATENCY => normalised_latency(BORDER_NORMALISED, GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK,
+                                           PIXEL_BITS, PLAIN_CLOCKS) +
                         sharpen_latency(SHARPENING),
-      MIN_STEPS      => larger(engine_line_steps(ENGINE, SUM_TOKENS, PARALLEL_ROWS, TOKENS),
+      MIN_STEPS      => larger(engine_line_steps(ENGINE, SUM_TOKENS, PARALLEL_ROWS, TOKENS, BORDER_NORMALISED),
                                choose(sharpens(SHARPENING), PARTIAL_SUM_LOOP, 1)),
-      MIN_BANDS      => choose(MOVING_SUM,
-                                least_frame(GEOMETRY, INTERPOLATION_ORDER, ANY_ROWS), 1),
+      MIN_BANDS      => engine_frame_bands(ENGINE, GEOMETRY, INTERPOLATION_ORDER, ANY_ROWS, BORDER_NORMALISED),
       BAND_MODULUS   => choose(MOVING_SUM and not ANY_ROWS, MICRO_IMAGE_SIZE, 1)
     )
     port map (
@@ -189,6 +206,41 @@ begin
       result_data   => result_data
     );
 
+  zero_border : if not BORDER_NORMALISED generate
+    engine_token <= token;
+    engine_rows  <= token_rows;
+    engine_data  <= token_data;
+    weights      <= (others => '0');
+  end generate zero_border;
+
+  normalised_border : if BORDER_NORMALISED generate
+
+    border : entity work.border_weights
+      generic map (
+        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+        SHIFTS              => SHIFTS,
+        CENTRED             => CENTRED,
+        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+        PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
+        DATA_BITS           => DATA_BITS,
+        WEIGHT_BITS         => WEIGHT_BITS,
+        ENGINE_CLOCKS       => PLAIN_CLOCKS - DIVIDE_LATENCY
+      )
+      port map (
+        clk          => clk,
+        reset        => reset,
+        token        => token,
+        token_data   => token_data,
+        line_end     => line_end,
+        engine_token => engine_token,
+        engine_data  => engine_data,
+        weights      => weights
+      );
+
+    engine_rows(0) <= engine_token.image;
+
+  end generate normalised_border;
+
   fir_engine : if not MOVING_SUM generate
 
     filters : entity work.fir_array
@@ -207,14 +259,16 @@ begin
         GUARD_BITS          => GUARD_BITS,
         BROADCAST_TAPS      => BROADCAST_TAPS,
         SHARPENING          => SHARPENING,
+        WEIGHT_BITS         => WEIGHT_BITS,
         DESKEW              => false
       )
       port map (
         clk         => clk,
         reset       => reset,
-        token       => token,
-        token_rows  => token_rows,
-        token_data  => token_data,
+        token       => engine_token,
+        token_rows  => engine_rows,
+        token_data  => engine_data,
+        weights     => weights(larger(WEIGHT_BITS, 1) - 1 downto 0),
         results     => results,
         result_data => result_data
       );
@@ -237,14 +291,16 @@ begin
         FRACTION_BITS       => FRACTION_BITS,
         GUARD_BITS          => GUARD_BITS,
         ANY_ROWS            => ANY_ROWS,
-        SHARPENING          => SHARPENING
+        SHARPENING          => SHARPENING,
+        WEIGHT_BITS         => WEIGHT_BITS
       )
       port map (
         clk         => clk,
         reset       => reset,
-        token       => token,
-        token_data  => token_data(DATA_BITS - 1 downto 0),
+        token       => engine_token,
+        token_data  => engine_data(DATA_BITS - 1 downto 0),
         line_end    => line_end,
+        weights     => weights,
         result      => results(0),
         result_data => result_data(DATA_BITS - 1 downto 0)
       );

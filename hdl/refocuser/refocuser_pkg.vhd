@@ -27,7 +27,8 @@ package refocuser_pkg is
     channels      : positive;
     engine        : string;
     any_rows      : boolean;
-    sharpening    : string
+    sharpening    : string;
+    normalised    : boolean
   ) return boolean;
 
   -- Clocks from a token at an engine's input ("fir", "moving_sum") to its result.
@@ -38,12 +39,23 @@ package refocuser_pkg is
     broadcast_taps : natural
   ) return positive;
 
-  -- The shortest line in tokens that an engine ("fir", "moving_sum", "stack") takes without a pause.
+  -- The shortest line in tokens that an engine ("fir", "moving_sum", "stack") takes without a pause; with a normalised
+  -- border any of them counts by moving sums.
   function engine_line_steps (
     engine        : string;
     delay         : natural;
     parallel_rows : positive;
-    max_columns   : positive
+    max_columns   : positive;
+    normalised    : boolean
+  ) return positive;
+
+  -- The shortest frame in bands.
+  function engine_frame_bands (
+    engine     : string;
+    geometry   : geometry_t;
+    order      : natural;
+    any_rows   : boolean;
+    normalised : boolean
   ) return positive;
 
 end package refocuser_pkg;
@@ -61,7 +73,8 @@ package body refocuser_pkg is
     channels      : positive;
     engine        : string;
     any_rows      : boolean;
-    sharpening    : string
+    sharpening    : string;
+    normalised    : boolean
   ) return boolean is
 
     variable fits : boolean;
@@ -85,7 +98,8 @@ package body refocuser_pkg is
       severity failure;
 
     fits := takes_columns(name, max_columns) and takes_arithmetic(name, arithmetic) and
-            takes_sharpening(name, sharpening, geometry.slices, arithmetic.exact, parallel_rows);
+            takes_sharpening(name, sharpening, geometry.slices, arithmetic.exact, parallel_rows) and
+            takes_border(name, normalised, arithmetic.exact, parallel_rows, sharpens(sharpening));
 
     if same_text(engine, "moving_sum") then
       return fits and takes_sums(name, arithmetic, geometry, any_rows, pixels, max_columns, channels, sharpening);
@@ -115,16 +129,34 @@ package body refocuser_pkg is
     engine        : string;
     delay         : natural;
     parallel_rows : positive;
-    max_columns   : positive
+    max_columns   : positive;
+    normalised    : boolean
   ) return positive is
   begin
 
-    if not same_text(engine, "fir") and delay >= PARTIAL_SUM_LOOP then
+    if (normalised or not same_text(engine, "fir")) and delay >= PARTIAL_SUM_LOOP then
       return delay + 1;
     end if;
 
     return min_line_steps(parallel_rows, max_columns);
 
   end function engine_line_steps;
+
+  function engine_frame_bands (
+    engine     : string;
+    geometry   : geometry_t;
+    order      : natural;
+    any_rows   : boolean;
+    normalised : boolean
+  ) return positive is
+  begin
+
+    if normalised or not same_text(engine, "fir") then
+      return least_frame(geometry, order, any_rows);
+    end if;
+
+    return 1;
+
+  end function engine_frame_bands;
 
 end package body refocuser_pkg;

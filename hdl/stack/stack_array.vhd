@@ -7,7 +7,7 @@
 -- Latency: D lines, D + 1 tokens and stack_array_latency clocks, D = output_delay. Throughput: one pixel of all
 --   channels and slices each clock, in lines of D + 1 tokens at least; frames begin D + 1 lines apart at least, and a
 --   multiple of M lines; empty tokens and lines must make up for what is missing.
--- Equation: as fir_array, for each slice.
+-- Equation: as fir_array, for each slice; latency with weights: scaler_latency for DIVIDE_LATENCY.
 
 library ieee;
 use ieee.std_logic_1164.all;
@@ -16,6 +16,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.arithmetic_pkg.all;
 use work.moving_sum_pkg.all;
 use work.focal_stack_pkg.all;
 use work.token_pkg.all;
@@ -33,7 +34,9 @@ entity stack_array is
     -- 1 (grey) or 3 (RGB).
     CHANNELS : positive range 1 to 3 := 1;
     -- Width of a channel.
-    PIXEL_BITS : positive range 1 to 16 := 8
+    PIXEL_BITS : positive range 1 to 16 := 8;
+    -- Width of the weights that divide the sums, exact ones; 0: M * M divides them.
+    WEIGHT_BITS : natural := 0
   );
   port (
     clk   : in    std_logic;
@@ -41,6 +44,8 @@ entity stack_array is
     -- A token, and the pixel of its channels.
     token      : in    token_t;
     token_data : in    std_logic_vector(CHANNELS * PIXEL_BITS - 1 downto 0);
+    -- The weight of each slice (border_weights), with its sums.
+    weights : in    std_logic_vector(slice_count(SHIFTS) * larger(WEIGHT_BITS, 1) - 1 downto 0);
     -- The result of a pixel, and its pixels, slice 0 and channel 0 in the low bits.
     result      : out   result_t;
     result_data : out   std_logic_vector(slice_count(SHIFTS) * CHANNELS * PIXEL_BITS - 1 downto 0)
@@ -183,19 +188,22 @@ begin
 
   scale : entity work.result_scaler
     generic map (
-      EXACT      => true,
-      LANES      => SLICES * CHANNELS,
-      SUM_BITS   => SUM_BITS,
-      PIXEL_BITS => PIXEL_BITS,
-      DIVISOR    => M * M
+      EXACT        => true,
+      LANES        => SLICES * CHANNELS,
+      SUM_BITS     => SUM_BITS,
+      PIXEL_BITS   => PIXEL_BITS,
+      DIVISOR      => M * M,
+      WEIGHT_COUNT => SLICES,
+      WEIGHT_BITS  => WEIGHT_BITS
     )
     port map (
-      clk    => clk,
-      reset  => reset,
-      result => summed,
-      sums   => sums,
-      scaled => result,
-      pixels => result_data
+      clk     => clk,
+      reset   => reset,
+      result  => summed,
+      sums    => sums,
+      weights => weights,
+      scaled  => result,
+      pixels  => result_data
     );
 
 end architecture rtl;

@@ -235,7 +235,8 @@ package body picture_pkg is
         report name & ": COLOURS """ & colours & """ must be six digits, 0 to 9 and a to f, for each slice of SHIFTS"
         severity failure;
     else
-      fits := takes_refocuser(name, arithmetic, GEOMETRY, hold, 1, 1, max_columns, channels, engine, false, "");
+      fits := takes_refocuser(name, arithmetic, GEOMETRY, hold, 1, 1, max_columns, channels, engine, false, "",
+                              false);
     end if;
 
     assert picture_delay_lines(outputs, M, shifts, arithmetic.passes - 1, radius, vote_radius) < 2 ** COUNT_BITS and

@@ -133,6 +133,7 @@ class Bench:
             align=core.align,
             order=core.order,
             sharpen=Fraction(core.weights[slice_], 64),
+            border=core.border,
         )
 
     def send_frame(self, frame: Frame) -> None:

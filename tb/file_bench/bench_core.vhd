@@ -29,6 +29,7 @@ entity bench_core is
     ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
     SHARPENING          : string   := "";
+    BORDER_NORMALISED   : boolean  := false;
     PIXELS_PER_CLOCK    : positive := 1;
     INPUT_LINES         : positive := 1;
     RADIUS              : natural  := 1;
@@ -99,6 +100,7 @@ begin
         ENGINE              => ENGINE,
         ANY_ROWS            => ANY_ROWS,
         SHARPENING          => SHARPENING,
+        BORDER_NORMALISED   => BORDER_NORMALISED,
         PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK
       )
       port map (
@@ -147,13 +149,14 @@ begin
 
     core : entity work.focal_stack
       generic map (
-        MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-        SHIFTS           => SHIFTS,
-        CENTRED          => CENTRED,
-        MAX_COLUMNS      => MAX_COLUMNS,
-        CHANNELS         => CHANNELS,
-        PIXEL_BITS       => PIXEL_BITS,
-        INPUT_LINES      => INPUT_LINES
+        MICRO_IMAGE_SIZE  => MICRO_IMAGE_SIZE,
+        SHIFTS            => SHIFTS,
+        CENTRED           => CENTRED,
+        MAX_COLUMNS       => MAX_COLUMNS,
+        CHANNELS          => CHANNELS,
+        PIXEL_BITS        => PIXEL_BITS,
+        INPUT_LINES       => INPUT_LINES,
+        BORDER_NORMALISED => BORDER_NORMALISED
       )
       port map (
         clk           => clk,

@@ -42,6 +42,7 @@ entity file_bench is
     ENGINE              : string   := "fir";
     ANY_ROWS            : boolean  := false;
     SHARPENING          : string   := "";
+    BORDER_NORMALISED   : boolean  := false;
     PIXELS_PER_CLOCK    : positive := 1;
     INPUT_LINES         : positive := 1;
     RADIUS              : natural  := 1;
@@ -206,6 +207,7 @@ begin
       ENGINE              => ENGINE,
       ANY_ROWS            => ANY_ROWS,
       SHARPENING          => SHARPENING,
+      BORDER_NORMALISED   => BORDER_NORMALISED,
       PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
       INPUT_LINES         => INPUT_LINES,
       RADIUS              => RADIUS,

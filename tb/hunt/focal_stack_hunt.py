@@ -13,6 +13,11 @@ ENTITY = "focal_stack"
 FAULTS = [
     ("focal_stack.vhd", "KEEP_MODULUS   => true", "KEEP_MODULUS   => false"),
     ("column_sum.vhd", "GEOMETRY, SLICE, v)", "GEOMETRY, 0, v)"),
+    (
+        "border_weights.vhd",
+        "choose(SLICES_AT_ONCE > 1, s, - 1)",
+        "choose(SLICES_AT_ONCE > 1, 0, - 1)",
+    ),
 ]
 
 
@@ -29,6 +34,7 @@ def draw(rng: random.Random) -> dict[str, Any]:
         "PIXEL_BITS": rng.randint(1, 16),
         "INPUT_LINES": rng.choice([1, m]),
         "FLUSH": rng.random() < 0.8,
+        "BORDER_NORMALISED": rng.random() < 0.3,
     }
     return {"generics": generics}
 

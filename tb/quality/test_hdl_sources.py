@@ -206,7 +206,9 @@ MAY_USE = {
     "moving_sum": {"common", "core", "sharpen"},
     # Each slice of a stack is made of the adders of the moving sums.
     "stack": {"common", "core", "moving_sum"},
-    "refocuser": {"common", "core", "sharpen", "fir", "moving_sum", "stack"},
+    # Weights are moving sums of ones.
+    "border": {"common", "core", "moving_sum"},
+    "refocuser": {"common", "core", "sharpen", "fir", "moving_sum", "stack", "border"},
     "depth": {"common", "core"},
     "resample": {"common", "core"},
     # Cores with registers behind a bus.

@@ -26,6 +26,9 @@ INDICES = ("depth_index", "sharpness_index")
 NO_SETS = ["2, 0", "2 x", "-", "2 -", "3-", "--2", "+2", "1.5", "99999999999", "-4097", "4097", " "]
 NO_SETS += ["1 " * 257]
 
+# Arrays get the weights.
+NORMALISED: dict[str, Generics] = {entity: {"WEIGHT_BITS": 5} for entity in ARRAYS}
+NORMALISED["raster_refocuser"] = {"BORDER_NORMALISED": True}
 WIDE = {"PIXEL_BITS": 16, "INTERPOLATION_ORDER": 1, "MICRO_IMAGE_SIZE": 14}
 ALL_ZERO = {"EXACT": False, "PIXEL_BITS": 1, "MICRO_IMAGE_SIZE": 3}
 DEPTH = {"MICRO_IMAGE_SIZE": 5, "SLICES": 3, "MAX_COLUMNS": 64}
@@ -84,6 +87,15 @@ REFUSED: list[Case] = [
     *((entity, CORE, {"SHARPENING": "4", "EXACT": False}, "SHARPENING") for entity in ARRAYS),
     *(
         (entity, CORE, {"SHARPENING": "4", "PARALLEL_ROWS": 2}, "SHARPENING")
+        for entity in ARRAYS[:2]
+    ),
+    *(
+        (entity, CORE, {**normalised, **more}, "BORDER_NORMALISED")
+        for entity, normalised in NORMALISED.items()
+        for more in ({"EXACT": False, "FRACTION_BITS": 4}, {"SHARPENING": "4"})
+    ),
+    *(
+        (entity, CORE, {**NORMALISED[entity], "PARALLEL_ROWS": 2}, "BORDER_NORMALISED")
         for entity in ARRAYS[:2]
     ),
     *((entity, CORE, {"HOLD": True}, "HOLD") for entity in ARRAYS[:2]),
@@ -201,6 +213,7 @@ def draw_core(rng: random.Random) -> CoreConfiguration | None:
         align=rng.choice(["centred", "causal"]),
         order=0 if stack else rng.choice([0, 0, 1, 2, 3]),
         sharpening=sharpening,
+        border=rng.choice(["zero", "zero", "normalise"]),
         engine=engine,
     )
 

@@ -24,7 +24,8 @@ entity core_verdict is
     CENTRED             : boolean := false;
     HOLD                : boolean := false;
     EXACT               : boolean := false;
-    ANY_ROWS            : boolean := false
+    ANY_ROWS            : boolean := false;
+    BORDER_NORMALISED   : boolean := false
   );
 end entity core_verdict;
 
@@ -39,7 +40,7 @@ architecture rtl of core_verdict is
 
   constant REFUSED : boolean := not takes_refocuser("raster_refocuser", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS,
                                                     PIXELS_PER_CLOCK, MAX_COLUMNS, CHANNELS, ENGINE, ANY_ROWS,
-                                                    SHARPENING);
+                                                    SHARPENING, BORDER_NORMALISED);
 
 begin
 
@@ -51,13 +52,14 @@ use work.focal_stack_pkg.all;
 
 entity stack_verdict is
   generic (
-    MICRO_IMAGE_SIZE : natural := 1;
-    MAX_COLUMNS      : natural := 1;
-    CHANNELS         : natural := 1;
-    PIXEL_BITS       : natural := 1;
-    INPUT_LINES      : natural := 1;
-    SHIFTS           : string;
-    CENTRED          : boolean
+    MICRO_IMAGE_SIZE  : natural := 1;
+    MAX_COLUMNS       : natural := 1;
+    CHANNELS          : natural := 1;
+    PIXEL_BITS        : natural := 1;
+    INPUT_LINES       : natural := 1;
+    SHIFTS            : string;
+    CENTRED           : boolean;
+    BORDER_NORMALISED : boolean := false
   );
 end entity stack_verdict;
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs of the row filter and of the stream buffer, and that planted faults are found."""
+"""Proofs of row filter, division and stream buffer, and that planted faults are found."""
 
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from plenofir.fpga.synthesis.formal import (
     LONG_PROOFS,
     PROOFS,
     BusProof,
+    DivideProof,
     FifoProof,
     FirProof,
     LaneProof,
@@ -18,6 +19,8 @@ from plenofir.fpga.synthesis.formal import (
 from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.ground.errors import InputError, ToolError
 from plenofir_tb.faults import plant
+
+Proof = FirProof | LaneProof | DivideProof | FifoProof | BusProof | RingProof
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -34,9 +37,7 @@ def tools() -> None:
     [*PROOFS, *(pytest.param(proof, marks=pytest.mark.slow) for proof in LONG_PROOFS)],
     ids=lambda proof: proof.name,
 )
-def test_proof(
-    tmp_path: Path, proof: FirProof | LaneProof | FifoProof | BusProof | RingProof
-) -> None:
+def test_proof(tmp_path: Path, proof: Proof) -> None:
     proof.prove(tmp_path)
 
 
@@ -48,6 +49,8 @@ def test_proof(
         (FirProof(3, 2), "switched_fir.vhd", "at_first_step = '1' and", "false and"),
         (LaneProof(3, 2, 2), "prefix_sums.vhd", "before + partial(LEVELS)", "before + partial(0)"),
         (LaneProof(3, 2, 2), "lane_control.vhd", "ended     <= following;", "null;"),
+        (DivideProof(3, 4), "divide_weighted.vhd", "if unsigned(weight) = 0", "if false"),
+        (DivideProof(3, 4), "divide_weighted.vhd", "if taken = '1' then", "if taken = '0' then"),
         pytest.param(
             RingProof(3, 4),
             "lens_rows.vhd",
@@ -79,7 +82,7 @@ def test_proof(
 )
 def test_planted_fault_is_found(
     tmp_path: Path,
-    proof: FirProof | LaneProof | FifoProof | BusProof | RingProof,
+    proof: Proof,
     file: str,
     old: str,
     new: str,

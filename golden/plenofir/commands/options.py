@@ -38,6 +38,7 @@ VARIABLES = {
     "PIXELS": "pixels",
     "INTERPOLATION": "interpolation",
     "SHARPEN": "sharpen",
+    "BORDER": "border",
     "ARITH": "arith",
     "FRACTION": "fraction",
     "GUARD": "guard",
@@ -77,6 +78,8 @@ _REQUIRES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     ("sharpen", "engine", _OF_SLICES),
     ("sharpen", "arith", ("exact",)),
     ("sharpen", "chain", ("core",)),
+    ("border", "arith", ("exact",)),
+    ("border", "chain", ("core",)),
     ("arith", "engine", _OF_SLICES),
     ("fraction", "arith", ("stored",)),
     ("guard", "arith", ("stored",)),
@@ -343,7 +346,7 @@ AlignedRaw = Annotated[
 _BORDER = typer.Option(
     "--border",
     help="Where not all views reach: normalise divides by those that do, zero counts the others "
-    "as black, as the VHDL does.",
+    "as black.",
 )
 Border = Annotated[Literal["normalise", "zero"], _BORDER]
 Exposure = Annotated[

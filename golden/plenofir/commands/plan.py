@@ -46,6 +46,15 @@ def _sharpening(core: "CoreConfiguration") -> str:
     return f"b = {weights}: {lines} lines of sums ({kbit:.0f} Kbit), takes {_amounts(takes)}"
 
 
+def _border(core: "CoreConfiguration") -> str:
+    """What a normalised border takes."""
+    from plenofir.fpga.core.border import border_usage
+
+    usage = border_usage(core, core.pixels_per_clock)
+    takes = {name: amount for name, amount in usage.amounts().items() if amount}
+    return f"divided by the views that reach it, takes {_amounts(takes)}"
+
+
 def print_sensor(sensor: "PlannedSensor") -> None:
     """Print what makes the raster of raw frames."""
     core = sensor.core
@@ -126,6 +135,8 @@ def print_plan(plan: "Plan") -> None:
     print_screen(plan)
     if core.sharpens:
         print_line("sharpening", _sharpening(core))
+    if core.normalises:
+        print_line("border", _border(core))
     print_line("engine", f"{core.engine.kind}: {plan.engine_reason}")
     for option in plan.engines:
         numbers = option.refused if option.needs is None else _amounts(option.needs)

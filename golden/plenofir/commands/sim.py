@@ -33,6 +33,7 @@ _BY_SCENE = (
     "pixels",
     "interpolation",
     "sharpen",
+    "border",
     "arith",
 )
 
@@ -71,6 +72,7 @@ def sim(
     ] = "1",
     interpolation: options.Interpolation = "nearest",
     sharpen: options.Sharpen = "off",
+    border: options.Border = "zero",
     arith: options.Arith = "exact",
     fraction: options.FractionIfGiven = None,
     guard: options.GuardIfGiven = None,
@@ -128,6 +130,7 @@ def sim(
             arithmetic=options.arithmetic(arith, fraction, guard),
             order=order,
             sharpening=tuple(weights) if any(weights) else (),
+            border=border,
             engine=_engine(engine, parallel_rows, any_rows=any_rows, pixels=pixels),
         )
 

@@ -99,6 +99,8 @@ def _differences(core: CoreConfiguration) -> Iterator[tuple[str, CoreConfigurati
             f"sharpening, {2 * core.micro_image_size} lines of sums",
             core.model_copy(update={"sharpening": weights}),
         )
+    if core.exact and core.parallel_rows == 1 and not core.sharpens and not core.normalises:
+        yield "normalised border", core.model_copy(update={"border": "normalise"})
     if core.order == 0:
         yield "linear interpolation", core.model_copy(update={"order": 1})
     if core.exact:

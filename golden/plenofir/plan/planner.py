@@ -111,7 +111,8 @@ def _candidates(
     m = scene.camera.micro_image_size
     weights = tuple(sharpening_units(scene.build.sharpen, m, shift, order) for shift in shifts)
     for arithmetic in _arithmetics(loaded):
-        if any(weights) and not isinstance(arithmetic, ExactArithmetic):
+        exact_alone = any(weights) or scene.build.border == "normalise"
+        if exact_alone and not isinstance(arithmetic, ExactArithmetic):
             continue
         raster = CoreConfiguration(
             micro_image_size=m,
@@ -122,6 +123,7 @@ def _candidates(
             arithmetic=arithmetic,
             order=order,
             sharpening=weights if any(weights) else (),
+            border=scene.build.border,
         )
         cores = [
             core

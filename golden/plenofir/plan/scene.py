@@ -27,6 +27,7 @@ from plenofir.ground.errors import InputError, validation_error
 from plenofir.ground.files import input_file
 from plenofir.plan.scene_screen import SceneScreen
 from plenofir.plan.sensor.scene_sensor import SceneSensor, SensorChip, sensor_chip
+from plenofir.refocus import Border
 from plenofir.refocus.sharpening import check_sharpen, sharpening_units
 from plenofir.refocus.shifts import focus_to_shift
 
@@ -101,6 +102,9 @@ class SceneBuild(_Part):
     # "off", "auto" or the weight b of taps a lens apart that take back what refocusing between
     # integer a blurs, such as "1/16"; with exact arithmetic, one row at a time, path "core".
     sharpen: str = "off"
+    # "normalise": near the border, where not all views reach, divide by the number that do; "zero":
+    # count the others as black. With exact arithmetic, one row at a time, path "core", no sharpen.
+    border: Border = "zero"
     # Rows that are filtered at once (iota).
     parallel_rows: Annotated[int, Field(ge=1, le=MAX_PARALLEL_ROWS)] = 1
     # Neighbouring pixels of a line that come together; "auto": the fewest that keep the frame rate
@@ -146,6 +150,19 @@ class SceneBuild(_Part):
                 raise ValueError("parallel_rows = 1 for sharpen")
             if self.path == "video":
                 raise ValueError('path = "core" for sharpen')
+        return self
+
+    @model_validator(mode="after")
+    def _normalises_exact_rows_one_by_one(self) -> "SceneBuild":
+        if self.border == "normalise":
+            if self.arithmetic == "stored":
+                raise ValueError('arithmetic = "exact" or "auto" for border = "normalise"')
+            if self.parallel_rows > 1:
+                raise ValueError('parallel_rows = 1 for border = "normalise"')
+            if self.path == "video":
+                raise ValueError('path = "core" for border = "normalise"')
+            if sharpening_units(self.sharpen, 2, 1):
+                raise ValueError('sharpen = "off" for border = "normalise"')
         return self
 
     @model_validator(mode="after")

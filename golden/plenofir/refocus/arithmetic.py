@@ -15,6 +15,13 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plenofir.ground.errors import InputError
+from plenofir.refocus.border import (
+    Border,
+    arrived,
+    check_border,
+    sharpened_inside,
+    weighted_quotients,
+)
 from plenofir.refocus.checks import check_align, check_pixels, interpolation_order, whole_number
 from plenofir.refocus.operator import (
     Align,
@@ -73,14 +80,16 @@ class ExactArithmetic(BaseModel):
         align: Align = "centred",
         order: int = 0,
         sharpen: Sharpen = "off",
+        border: Border = "zero",
     ) -> Image:
         """Refocus an image as the hardware does.
 
         `raw`: raw image, shape (rows, columns[, channels]), uint8 or uint16. `shift`: a' = a M in
         pixels (`refocus` takes a). `sharpen`: see `plenofir.refocus.sharpening`; one rounding for
-        sums and sharpening together. Result: size and type of `raw`. Raises `InputError` if an
-        argument cannot be used, or the sums could wrap around.
+        sums and sharpening together. `border`: see `plenofir.refocus.border`. Result: size and type
+        of `raw`. Raises `InputError` if an argument cannot be used, or the sums could wrap around.
         """
+        check_border(border)
         asked = shift
         raw, micro_image_size, shift, order = _checked(raw, micro_image_size, shift, order)
         units = sharpening_units(sharpen, micro_image_size, asked, order)
@@ -89,6 +98,14 @@ class ExactArithmetic(BaseModel):
         sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order)
         divisor = micro_image_size ** (2 * (order + 1))
         white = int(np.iinfo(raw.dtype).max)
+        if border == "normalise":
+            scale, full = taps(units).scale, micro_image_size ** (order + 1)
+            down, across = (
+                arrived(length, micro_image_size, shift, order, align) for length in raw.shape[:2]
+            )
+            sums = sharpened_inside(sums, (down, across), full, micro_image_size, units)
+            picture = weighted_quotients(sums, (scale * down, scale * across), white)
+            return picture.astype(raw.dtype)
         return sharpened_picture(sums, divisor, white, micro_image_size, units).astype(raw.dtype)
 
     def largest_sum(self, micro_image_size: int, pixel_bits: int, order: int = 0) -> int:
@@ -135,12 +152,20 @@ class StoredProductArithmetic(BaseModel):
         align: Align = "centred",
         order: int = 0,
         sharpen: Sharpen = "off",
+        border: Border = "zero",
     ) -> Image:
         """Refocus an image as the hardware does.
 
-        Parameters, result and errors as `ExactArithmetic.refocus`; rounded products cannot be
-        sharpened.
+        Parameters, result and errors as `ExactArithmetic.refocus`; rounded products can neither be
+        sharpened nor normalised.
         """
+        check_border(border)
+        if border != "zero":
+            raise InputError(
+                "stored products cannot be normalised: they are divided by M before they are "
+                "summed; use exact sums",
+                where="border",
+            )
         asked = shift
         raw, micro_image_size, shift, order = _checked(raw, micro_image_size, shift, order)
         if sharpening_units(sharpen, micro_image_size, asked, order):
@@ -225,14 +250,20 @@ def error_against_operator(
     align: Align = "centred",
     order: int = 0,
     units: int = 0,
+    border: Border = "zero",
 ) -> npt.NDArray[np.float64]:
     """Distance of a refocused image from the real-valued operator, S2 / M^2 without interpolation.
 
     `image`: refocused image. `raw`: the raw image it was made from. `units`: 64 b of the
-    sharpening; what it makes of the operator is limited to the range of the pixels. Result: image -
-    S2 / M^(2 + 2 order) in grey levels, shape of `image`.
+    sharpening; what it makes of the operator is limited to the range of the pixels. `border`:
+    normalised (without sharpening), S2 is divided by the weight that reached it. Result: image - S2
+    / M^(2 + 2 order) in grey levels, shape of `image`.
     """
     sums = refocus_sums(raw, micro_image_size, shift=shift, align=align, order=order)
+    if border == "normalise":
+        ones = np.ones(raw.shape[:2] + (1,) * (raw.ndim - 2), np.uint8)
+        weights = refocus_sums(ones, micro_image_size, shift=shift, align=align, order=order)
+        return image.astype(np.int64) - sums / np.maximum(weights, 1)
     sums = sharpened_sums(sums, micro_image_size, units)
     divisor = int(micro_image_size ** (2 * (order + 1))) * taps(units).scale ** 2
     sums = np.clip(sums, 0, divisor * int(np.iinfo(raw.dtype).max))

@@ -14,7 +14,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from plenofir.ground.errors import InputError
-from plenofir.refocus.operator import Align, Image, Sums, interpolated_sums
+from plenofir.refocus.operator import Align, Image, Sums, divide_half_up, interpolated_sums
 from plenofir.refocus.sharpening import neighbours, taps
 
 Border = Literal["zero", "normalise"]
@@ -67,12 +67,20 @@ def sharpened_inside(
     return sums
 
 
-def divide_by_weights(sums: Sums, weights: tuple[Sums, Sums], out: Image) -> None:
-    """Divide sums by the product of a weight for the row and one for the column.
+def weighted_quotients(sums: Sums, weights: tuple[Sums, Sums], largest: int) -> Sums:
+    """Sums over the product of a weight for the row and one for the column, in plain integers.
 
-    Rounded, halves up, and limited to the range of `out`; 0 where the weight is 0. `sums` and `out`
-    have the shape (rows, columns[, channels]).
+    Rounded, halves up, and limited to 0 .. `largest`; 0 where the weight is 0. `sums` has the shape
+    (rows, columns[, channels]), and so has the result.
     """
+    down, across = weights
+    weight = np.outer(down, across).reshape(sums.shape[:2] + (1,) * (sums.ndim - 2))
+    quotients = divide_half_up(sums, np.maximum(weight, 1))
+    return np.where(weight > 0, np.clip(quotients, 0, largest), 0)
+
+
+def divide_by_weights(sums: Sums, weights: tuple[Sums, Sums], out: Image) -> None:
+    """The same, into `out`, to the range of its type."""
     from plenofir.refocus.border_kernels import divide_lines
 
     down, across = weights
@@ -86,6 +94,4 @@ def divide_by_weights(sums: Sums, weights: tuple[Sums, Sums], out: Image) -> Non
         flat = out.reshape(lines.shape)
         divide_lines(lines, down.astype(kind), across.astype(kind), kind(0.5), kind(most), flat)
         return
-    weight = np.outer(down, across)
-    quotient = (2 * lines.astype(np.int64) + weight) // (2 * np.maximum(weight, 1))
-    out[...] = np.where(weight > 0, np.clip(quotient, 0, most), 0).reshape(out.shape)
+    out[...] = weighted_quotients(sums.astype(np.int64), weights, most)

@@ -158,6 +158,6 @@ def refocus_sums(
     return interpolated_sums(rows, micro_image_size, shift, axis=0, align=align, order=order)
 
 
-def divide_half_up(numerator: Sums, divisor: int) -> Sums:
+def divide_half_up(numerator: Sums, divisor: int | Sums) -> Sums:
     """Divide and round to the nearest integer, halves up."""
     return (2 * numerator + divisor) // (2 * divisor)

@@ -33,17 +33,28 @@ def sharpened(x: np.ndarray, m: int, side: int) -> np.ndarray:
     return (64 + 2 * side) * x - side * (before + behind)
 
 
+def picture_sums(x: np.ndarray, m: int, passes: list[int], centred: bool) -> np.ndarray:
+    """The operator along rows, then along columns."""
+    for axis in (1, 0):
+        x = np.swapaxes(x, 0, axis)
+        for shift in passes:
+            x = sums(x, m, shift, centred)
+        x = np.swapaxes(x, 0, axis)
+    return x
+
+
 def refocused(raw: np.ndarray, g: dict, slice_: int) -> np.ndarray:
     """The picture (rows, columns, channels) that the core with generics `g` makes of a frame."""
     m, bits = g["MICRO_IMAGE_SIZE"], g["PIXEL_BITS"]
     passes = [int(g["SHIFTS"].split()[slice_])] + [1] * g["INTERPOLATION_ORDER"]
     x = raw.astype(np.int64)
     if g["EXACT"]:
-        for axis in (1, 0):
-            x = np.swapaxes(x, 0, axis)
-            for shift in passes:
-                x = sums(x, m, shift, g["CENTRED"])
-            x = np.swapaxes(x, 0, axis)
+        if g["BORDER_NORMALISED"]:
+            # Sums over those of a picture of ones; 0 where nothing arrives.
+            weight = picture_sums(np.ones_like(x), m, passes, g["CENTRED"])
+            x = picture_sums(x, m, passes, g["CENTRED"])
+            return (2 * x + weight) // np.maximum(2 * weight, 1)
+        x = picture_sums(x, m, passes, g["CENTRED"])
         divisor = m ** (2 * len(passes))
         side = int(g["SHARPENING"].split()[slice_]) if g["SHARPENING"] else 0
         if side:

@@ -7,6 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from plenofir.fpga.core.border import check_border, scaler_clocks, weights_clocks
 from plenofir.fpga.core.engine import PARTIAL_SUM_LOOP as PARTIAL_SUM_LOOP
 from plenofir.fpga.core.engine import Generics, Raster
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -27,8 +28,6 @@ MAX_COLUMNS = 8192
 MAX_ROWS = 65535
 MAX_PRODUCT_ADDRESS_BITS = 16
 
-# divide_round.
-_DIVIDE_CLOCKS = 3
 # Input FIFO 3, sequencer 1, output FIFO 3 (refocus_pkg.STREAM_LATENCY).
 STREAM_CLOCKS = 7
 # Tokens in the sequencer and the row gather.
@@ -77,8 +76,8 @@ class CoreConfiguration(Raster):
     @property
     def error_bound(self) -> Fraction:
         """Largest possible distance from the real-valued operator, in grey levels."""
-        if self.sharpens:
-            # One rounding, by an even divisor.
+        if self.sharpens or self.normalises:
+            # One rounding, by a divisor that may be even.
             return Fraction(1, 2)
         return self.arithmetic.error_bound(self.micro_image_size, self.pixel_bits, self.order)
 
@@ -87,8 +86,11 @@ class CoreConfiguration(Raster):
         """Clocks from a token at the array's input to its output (array_latency)."""
         products = 0 if self.exact else 2 * self.passes
         stages = self.engine.stages_clocks(self) + products
+        if self.normalises:
+            # Tokens wait for weights that come later than their sums.
+            stages = max(stages, weights_clocks(self, self.pixels_per_clock))
         sharpener = SHARPENER_CLOCKS if self.sharpens else 0
-        return stages + sharpener + (_DIVIDE_CLOCKS if self.exact else 0)
+        return stages + sharpener + (scaler_clocks(self) if self.exact else 0)
 
     def band_steps(self, columns: int) -> int:
         """Tokens from the beginning of a band to that of the next one at the earliest.
@@ -189,6 +191,7 @@ class CoreConfiguration(Raster):
                     align=self.align,
                     order=order,
                     sharpen=Fraction(weight, WEIGHT_UNITS),
+                    border=self.border,
                 )
                 for shift, weight in zip(self.shifts, self.weights, strict=True)
             ]
@@ -204,6 +207,8 @@ class CoreConfiguration(Raster):
             "CHANNELS": self.channels,
             "PIXEL_BITS": self.pixel_bits,
         }
+        if self.normalises:
+            values["BORDER_NORMALISED"] = True
         return values | self.engine.generics(self)
 
     def check_limits(self) -> None:
@@ -225,6 +230,8 @@ class CoreConfiguration(Raster):
         self.engine.check(self)
         if self.sharpens:
             check_sharpener(self, self.engine.kind, self.parallel_rows)
+        if self.normalises:
+            check_border(self, self.parallel_rows)
         if abs(largest_shift) > MAX_SHIFT:
             raise refuse(f"a' = {largest_shift}", "shifts", f"-{MAX_SHIFT} to {MAX_SHIFT}")
         if isinstance(self.arithmetic, ExactArithmetic):

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from plenofir.fpga.core.memory import Memory
-from plenofir.refocus import MAX_INTERPOLATION_ORDER
+from plenofir.refocus import MAX_INTERPOLATION_ORDER, Border
 from plenofir.refocus.arithmetic import Arithmetic, ExactArithmetic, StoredProductArithmetic
 from plenofir.refocus.operator import Align
 from plenofir.refocus.sharpening import MAX_WEIGHT_UNITS
@@ -49,6 +49,8 @@ class Raster(BaseModel):
     order: Annotated[int, Field(ge=0, le=MAX_INTERPOLATION_ORDER)] = 0
     # Weight of each slice in 64ths (`plenofir.refocus.sharpening`); empty: no sharpener.
     sharpening: tuple[Annotated[int, Field(ge=0, le=MAX_WEIGHT_UNITS)], ...] = ()
+    # What sums are divided by where not all views reach, see `plenofir.refocus.border`.
+    border: Border = "zero"
 
     @model_validator(mode="after")
     def _a_weight_for_each_slice(self) -> Self:
@@ -60,6 +62,11 @@ class Raster(BaseModel):
     def sharpens(self) -> bool:
         """Whether there is a sharpener: a slice has a weight above 0."""
         return any(self.sharpening)
+
+    @property
+    def normalises(self) -> bool:
+        """Whether sums are divided by the weights that reached them."""
+        return self.border == "normalise"
 
     @property
     def weights(self) -> tuple[int, ...]:

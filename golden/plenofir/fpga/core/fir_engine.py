@@ -84,6 +84,14 @@ class FirEngine(SliceEngine):
         """Columns whose partial sums a column module keeps."""
         return -(-raster.max_columns // self.parallel_rows)
 
+    def least_steps(self, raster: Raster) -> int:
+        # The weights of a border come from moving sums.
+        sums = raster.filter_delay + 1 if raster.normalises else 1
+        return max(super().least_steps(raster), sums)
+
+    def frame_lines(self, raster: Raster, rows: int) -> int:
+        return max(rows, raster.filter_delay + 1) if raster.normalises else rows
+
     def _kept(self, raster: Raster, number: int) -> int:
         """Partial sums that a stage keeps from step to step."""
         layout = self.layout(raster, number)

@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.names import BoardName, Chain
 from plenofir.fpga.screen.shown import ShownReport
+from plenofir.refocus import Border
 from plenofir.refocus.arithmetic import Arithmetic
 
 REPORT = "report.json"
@@ -44,6 +45,7 @@ class Report(BaseModel):
     parallel_rows: int
     pixels_per_clock: int
     interpolation: int
+    border: Border
     pixels_compared: int
     mismatches: int
     clocks: int
@@ -101,6 +103,7 @@ def report_summary(core: CoreConfiguration, report: Report) -> list[tuple[str, s
         ("focus", f"M = {report.M}, a = {focus}, {core.engine.summary(core)}{order}"),
         *([("sharpening", _weights(report))] if core.sharpens else []),
         ("arithmetic", report.arithmetic.kind),
+        *([("border", report.border)] if core.normalises else []),
         *([("chain", f"{report.board}, serial TMDS bits in and out")] if report.board else []),
         ("result", agree),
         (

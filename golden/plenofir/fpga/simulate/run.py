@@ -88,7 +88,7 @@ def _slices(
     ):
         comparison = compare_frames(got[np.newaxis], want[np.newaxis])
         error = error_against_operator(
-            got, raw.pixels, m, shift=shift, order=core.order, units=units
+            got, raw.pixels, m, shift=shift, order=core.order, units=units, border=core.border
         )
         found.append(
             SliceReport(
@@ -132,6 +132,7 @@ def _report(
         parallel_rows=core.parallel_rows,
         pixels_per_clock=core.pixels_per_clock,
         interpolation=core.order,
+        border=core.border,
         pixels_compared=rows * columns * len(slices),
         mismatches=sum(slice_.mismatches for slice_ in slices),
         clocks=result.clocks,

@@ -9,6 +9,7 @@ What depends on the engine stands with the engine (`plenofir.fpga.core`).
 
 from collections.abc import Mapping, Sequence
 
+from plenofir.fpga.core.border import border_usage
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.memory import Memory
@@ -63,7 +64,8 @@ def reciprocal_bits(value_max: int, divisor: int) -> tuple[int, int]:
 
 def multipliers(core: CoreConfiguration) -> int:
     """DSP48A1 of a raster core; none for stored products and for M of a power of two."""
-    if not isinstance(core.arithmetic, ExactArithmetic):
+    if not isinstance(core.arithmetic, ExactArithmetic) or core.normalises:
+        # Those of a normalised border are in `border_usage`.
         return 0
     divisor = core.micro_image_size ** (2 * core.order + 2)
     if divisor & (divisor - 1) == 0:
@@ -105,7 +107,7 @@ def estimate(core: CoreConfiguration, family: Family = "spartan6") -> Usage:
         multipliers(core),
         family,
         (LUT4, _ECP5_FLIP_FLOPS[engine.kind]),
-        sharpener_usage(core, core.pixels_per_clock),
+        sharpener_usage(core, core.pixels_per_clock) + border_usage(core, core.pixels_per_clock),
     )
 
 

@@ -127,6 +127,33 @@ class LaneProof:
 
 
 @dataclass(frozen=True)
+class DivideProof:
+    """The division by a weight is exact, for every weight and value of some width."""
+
+    weight_bits: int  # width of a weight
+    quotient_bits: int  # width of a pixel
+
+    @property
+    def name(self) -> str:
+        """Name of the proof."""
+        return f"division of {self.quotient_bits} bit by any weight of {self.weight_bits} bit"
+
+    def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
+        """Prove it; parameters as `FirProof.prove`."""
+        weight_max = (1 << self.weight_bits) - 1
+        generics: Generics = {
+            "LANES": 1,
+            "VALUE_BITS": self.weight_bits + self.quotient_bits,
+            "WEIGHT_MAX": weight_max,
+            "QUOTIENT_BITS": self.quotient_bits,
+        }
+        parameters = {"WEIGHT_BITS": self.weight_bits, "QUOTIENT_BITS": self.quotient_bits}
+        _prepare("divide_weighted", "divide_properties", generics, parameters, directory, sources)
+        clocks = self.quotient_bits + 3
+        _check(directory, self.name, f"bmc3 -F {clocks}", "No output asserted in")
+
+
+@dataclass(frozen=True)
 class FifoProof:
     """The stream buffer keeps order and number of words, for all inputs and for ever."""
 
@@ -268,6 +295,7 @@ PROOFS = (
     FirProof(3, 1),
     FirProof(3, 2),
     LaneProof(3, 2, 2),
+    DivideProof(4, 4),
     FifoProof(2),
     BusProof(4),
 )
@@ -285,6 +313,8 @@ LONG_PROOFS = (
     LaneProof(5, 2, 2),
     LaneProof(3, 2, 4),
     LaneProof(1, 2, 4),
+    DivideProof(5, 8),
+    DivideProof(7, 8),
     FifoProof(2, width=2),
     FifoProof(3),
     BusProof(12),

@@ -35,6 +35,7 @@ _ENTITIES = {
     "stored_product": "stored products",
     "lens_sharpener": "sharpeners",
     "divide_round": "dividers",
+    "divide_weighted": "dividers",
     "lane_skew": "lane registers",
     "lane_exchange": "lane registers",
 }
@@ -92,9 +93,14 @@ def count_parts(verilog: str, top: str) -> dict[str, int]:
 def needed_parts(core: CoreConfiguration) -> dict[str, int]:
     """Number of each of the `PARTS` that a core is to be built of; no TMDS ends."""
     lanes = core.channels * core.parallel_rows * core.pixels_per_clock
+    parts = slice_engine(core).netlist_parts(core)
+    if core.normalises:
+        # The weights are moving sums, and one of the dividers has all channels of a pixel.
+        parts["moving sums"] = parts.get("moving sums", 0) + 2 * core.passes
+        lanes //= core.channels
     return {
         **dict.fromkeys(PARTS, 0),
-        **slice_engine(core).netlist_parts(core),
+        **parts,
         "stored products": 0 if core.exact else 2 * core.passes * lanes,
         "sharpeners": int(core.sharpens),
         "dividers": lanes if core.exact else 0,

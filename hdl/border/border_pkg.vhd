@@ -1,0 +1,121 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Counts and clocks of the normalised border.
+--
+-- All functions are evaluated at elaboration only.
+
+library ieee;
+use ieee.std_logic_1164.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.moving_sum_pkg.all;
+use work.sum_lanes_pkg.all;
+
+package border_pkg is
+
+  -- The largest count of a dimension, behind that number of its passes: of an output that all views reach.
+  function largest_count (
+    micro_image_size : positive;
+    number           : natural
+  ) return positive;
+
+  -- Clocks from a token at border_counts' input to its weights.
+  function border_latency (
+    geometry : geometry_t;
+    order    : natural range 0 to 3;
+    pixels   : positive
+  ) return positive;
+
+  -- Clocks that tokens wait in front of an engine which has its sums after so many clocks.
+  function border_wait (
+    geometry   : geometry_t;
+    order      : natural;
+    pixels     : positive;
+    sum_clocks : positive
+  ) return natural;
+
+  -- Clocks from a token to its result, of an engine that takes so many with a division by a constant.
+  function normalised_latency (
+    normalised : boolean;
+    geometry   : geometry_t;
+    order      : natural;
+    pixels     : positive;
+    pixel_bits : positive;
+    clocks     : positive
+  ) return positive;
+
+end package border_pkg;
+
+package body border_pkg is
+
+  function largest_count (
+    micro_image_size : positive;
+    number           : natural
+  ) return positive is
+  begin
+
+    return micro_image_size ** number;
+
+  end function largest_count;
+
+  function border_latency (
+    geometry : geometry_t;
+    order    : natural range 0 to 3;
+    pixels   : positive
+  ) return positive is
+
+    variable clocks : positive;
+
+  begin
+
+    -- A stage of lines and one of tokens in each pass, and the product.
+    clocks := 1;
+
+    for i in 0 to order loop
+
+      clocks := clocks + sum_stage_latency(false, 1);
+
+      if pixels = 1 then
+        clocks := clocks + sum_stage_latency(false, 1);
+      else
+        clocks := clocks + lane_stage_latency(pass_geometry(geometry, i), pixels);
+      end if;
+
+    end loop;
+
+    return clocks;
+
+  end function border_latency;
+
+  function border_wait (
+    geometry   : geometry_t;
+    order      : natural;
+    pixels     : positive;
+    sum_clocks : positive
+  ) return natural is
+  begin
+
+    return larger(border_latency(geometry, order, pixels) - sum_clocks, 0);
+
+  end function border_wait;
+
+  function normalised_latency (
+    normalised : boolean;
+    geometry   : geometry_t;
+    order      : natural;
+    pixels     : positive;
+    pixel_bits : positive;
+    clocks     : positive
+  ) return positive is
+  begin
+
+    if not normalised then
+      return clocks;
+    end if;
+
+    return larger(clocks - DIVIDE_LATENCY, border_latency(geometry, order, pixels)) + scaler_latency(true, pixel_bits);
+
+  end function normalised_latency;
+
+end package body border_pkg;

@@ -1,0 +1,139 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- What the sums of an engine are divided by so that a picture does not get darker towards its border.
+--
+-- It stands beside an engine. Tokens pass through it to the engine, which get there late enough for the weights to
+-- meet the sums.
+--
+-- Latency: tokens wait border_wait clocks; weights come with the sums of the same pixels, ENGINE_CLOCKS behind the
+--   tokens that the engine gets. Throughput: as border_counts.
+-- Equation: weight = refocusing sum of a frame of ones, so the product of the numbers of views that reach the output
+--   along rows and along columns, with interpolation of their weights.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+use work.refocus_pkg.all;
+use work.token_pkg.all;
+use work.border_pkg.all;
+
+entity border_weights is
+  generic (
+    -- M.
+    MICRO_IMAGE_SIZE : positive;
+    -- The slices: a' of each in pixels, with blanks in between.
+    SHIFTS : string;
+    -- Whether the picture stays put from slice to slice.
+    CENTRED : boolean;
+    -- All of the slices, or 1: then the token says which.
+    SLICES_AT_ONCE : positive := 1;
+    -- Moving sums that follow in each dimension.
+    INTERPOLATION_ORDER : natural range 0 to 3 := 0;
+    -- Pixels of a token.
+    PIXELS_PER_CLOCK : positive := 1;
+    -- Width of what comes with a token.
+    DATA_BITS : positive;
+    -- Width of a weight.
+    WEIGHT_BITS : positive;
+    -- Clocks from a token to its sums in the engine.
+    ENGINE_CLOCKS : positive
+  );
+  port (
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- A token, what comes with it, and the pixels that a line's last token has.
+    token      : in    token_t;
+    token_data : in    std_logic_vector(DATA_BITS - 1 downto 0);
+    line_end   : in    std_logic_vector(PIXELS_PER_CLOCK - 1 downto 0);
+    -- The same for the engine.
+    engine_token : out   token_t;
+    engine_data  : out   std_logic_vector(DATA_BITS - 1 downto 0);
+    -- The weights, pixel 0 in the low bits, above it the others, then those of the other slices.
+    weights : out   std_logic_vector(SLICES_AT_ONCE * PIXELS_PER_CLOCK * WEIGHT_BITS - 1 downto 0)
+  );
+end entity border_weights;
+
+architecture rtl of border_weights is
+
+  constant GEOMETRY : geometry_t := geometry_of("border_weights", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
+
+  constant BITS   : positive := PIXELS_PER_CLOCK * WEIGHT_BITS;
+  constant AHEAD  : natural  := border_wait(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK, ENGINE_CLOCKS);
+  constant BEHIND : natural  := AHEAD + ENGINE_CLOCKS - border_latency(GEOMETRY, INTERPOLATION_ORDER, PIXELS_PER_CLOCK);
+
+  -- A token and its data as a word; bit 0 is the one that reset clears.
+  constant SLICE_LOW : natural := 7;
+  constant DATA_LOW  : natural := SLICE_LOW + slice_t'length;
+
+  subtype word_t is std_logic_vector(DATA_LOW + DATA_BITS - 1 downto 0);
+
+  signal word    : word_t;
+  signal delayed : word_t;
+  signal counted : std_logic_vector(SLICES_AT_ONCE * BITS - 1 downto 0);
+
+begin
+
+  slice : for s in 0 to SLICES_AT_ONCE - 1 generate
+
+    counts : entity work.border_counts
+      generic map (
+        MICRO_IMAGE_SIZE    => MICRO_IMAGE_SIZE,
+        SHIFTS              => SHIFTS,
+        CENTRED             => CENTRED,
+        FIXED_SLICE         => choose(SLICES_AT_ONCE > 1, s, - 1),
+        INTERPOLATION_ORDER => INTERPOLATION_ORDER,
+        PIXELS_PER_CLOCK    => PIXELS_PER_CLOCK,
+        WEIGHT_BITS         => WEIGHT_BITS
+      )
+      port map (
+        clk      => clk,
+        reset    => reset,
+        token    => token,
+        line_end => line_end,
+        weights  => counted((s + 1) * BITS - 1 downto s * BITS)
+      );
+
+  end generate slice;
+
+  delay_weights : entity work.tag_delay
+    generic map (
+      WIDTH  => SLICES_AT_ONCE * BITS,
+      LENGTH => BEHIND
+    )
+    port map (
+      clk     => clk,
+      reset   => '0',
+      enable  => '1',
+      tag     => counted,
+      delayed => weights
+    );
+
+  word <= token_data & std_logic_vector(token.slice) & token.image & token.frame_first & token.band &
+          token.line_last & token.line_first & token.pixel & token.strobe;
+
+  delay_token : entity work.tag_delay
+    generic map (
+      WIDTH  => word_t'length,
+      LENGTH => AHEAD
+    )
+    port map (
+      clk     => clk,
+      reset   => reset,
+      enable  => '1',
+      tag     => word,
+      delayed => delayed
+    );
+
+  engine_token.strobe      <= delayed(0);
+  engine_token.pixel       <= delayed(1);
+  engine_token.line_first  <= delayed(2);
+  engine_token.line_last   <= delayed(3);
+  engine_token.band        <= delayed(4);
+  engine_token.frame_first <= delayed(5);
+  engine_token.image       <= delayed(6);
+  engine_token.slice       <= unsigned(delayed(DATA_LOW - 1 downto SLICE_LOW));
+  engine_data              <= delayed(word_t'high downto DATA_LOW);
+
+end architecture rtl;

@@ -1,0 +1,145 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Correctly rounded division of sums by a weight that may change with each of them, a bit of the quotient a clock.
+--
+-- The quotient is floor(n / weight) with n = value + floor(weight / 2). What n has above its lowest QUOTIENT_BITS bits
+-- is less than the weight, and the first remainder. Each clock doubles the remainder, takes in the next bit of n and
+-- subtracts the weight, or adds it where the remainder is negative; it stays from -weight to weight - 1, and a bit of
+-- the quotient is 1 where it does not become negative. That is exact for any weight, without a table, a
+-- multiplication or a correction.
+--
+-- A weight of 0 says that nothing arrived: the value is 0 then, and so is the quotient.
+--
+-- Latency: QUOTIENT_BITS + 1 clocks. Throughput: one value of all lanes each clock.
+-- Equation: quotient = floor(value / weight + 1/2) for 0 <= value <= weight * (2**QUOTIENT_BITS - 1).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+
+entity divide_weighted is
+  generic (
+    -- Values that share a weight.
+    LANES : positive;
+    -- Width of a value.
+    VALUE_BITS : positive;
+    -- Largest weight.
+    WEIGHT_MAX : positive;
+    -- Width of a quotient.
+    QUOTIENT_BITS : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- All are unsigned, lane 0 in the low bits.
+    values    : in    std_logic_vector(LANES * VALUE_BITS - 1 downto 0);
+    weight    : in    std_logic_vector(bits_for(WEIGHT_MAX) - 1 downto 0);
+    quotients : out   std_logic_vector(LANES * QUOTIENT_BITS - 1 downto 0)
+  );
+end entity divide_weighted;
+
+architecture rtl of divide_weighted is
+
+  constant WEIGHT_BITS : positive := bits_for(WEIGHT_MAX);
+  -- A value with half its weight is less than the weight times 2**QUOTIENT_BITS.
+  constant NUMERATOR_BITS : positive := WEIGHT_BITS + QUOTIENT_BITS;
+
+  subtype weight_t is unsigned(WEIGHT_BITS - 1 downto 0);
+
+  subtype remainder_t is signed(WEIGHT_BITS downto 0);
+
+  -- Bits of the numerator that are to come, and behind them those of the quotient so far.
+  subtype word_t is unsigned(QUOTIENT_BITS - 1 downto 0);
+
+  type weights_t is array (0 to QUOTIENT_BITS) of weight_t;
+
+  type remainders_t is array (0 to QUOTIENT_BITS) of remainder_t;
+
+  type words_t is array (0 to QUOTIENT_BITS) of word_t;
+
+  -- Twice the remainder and a bit of the numerator, less the weight, or where the remainder is negative with it.
+  function next_remainder (
+    remainder : remainder_t;
+    next_bit  : std_logic;
+    divisor   : weight_t
+  ) return remainder_t is
+
+    variable taken : std_logic;
+    variable term  : remainder_t;
+    variable sum   : signed(WEIGHT_BITS + 1 downto 0);
+
+  begin
+
+    taken := not remainder(WEIGHT_BITS);
+    term  := signed('0' & divisor);
+
+    -- The complement and a carry, which the lowest bits make.
+    if taken = '1' then
+      term := not term;
+    end if;
+
+    sum := (remainder(WEIGHT_BITS - 1 downto 0) & next_bit & '1') + (term & taken);
+
+    return sum(WEIGHT_BITS + 1 downto 1);
+
+  end function next_remainder;
+
+  -- By clocks behind the numerator.
+  signal weight_at : weights_t := (others => (others => '0'));
+
+begin
+
+  delay_weight : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      weight_at(0) <= unsigned(weight);
+      -- Where nothing arrived 0 / 1 is 0.
+      if unsigned(weight) = 0 then
+        weight_at(0)(0) <= '1';
+      end if;
+      weight_at(1 to QUOTIENT_BITS) <= weight_at(0 to QUOTIENT_BITS - 1);
+    end if;
+
+  end process delay_weight;
+
+  lane : for i in 0 to LANES - 1 generate
+
+    signal remainder_at : remainders_t := (others => (others => '0'));
+    signal word_at      : words_t      := (others => (others => '0'));
+
+  begin
+
+    divide : process (clk) is
+
+      variable numerator : unsigned(NUMERATOR_BITS - 1 downto 0);
+      variable remainder : remainder_t;
+
+    begin
+
+      if rising_edge(clk) then
+        numerator := resize(unsigned(values((i + 1) * VALUE_BITS - 1 downto i * VALUE_BITS)), NUMERATOR_BITS) +
+                     shift_right(unsigned(weight), 1);
+
+        remainder_at(0) <= signed('0' & numerator(NUMERATOR_BITS - 1 downto QUOTIENT_BITS));
+        word_at(0)      <= numerator(QUOTIENT_BITS - 1 downto 0);
+
+        for k in 1 to QUOTIENT_BITS loop
+
+          remainder       := next_remainder(remainder_at(k - 1), word_at(k - 1)(QUOTIENT_BITS - 1), weight_at(k - 1));
+          remainder_at(k) <= remainder;
+          word_at(k)      <= shift_left(word_at(k - 1), 1);
+          word_at(k)(0)   <= not remainder(WEIGHT_BITS);
+
+        end loop;
+
+      end if;
+
+    end process divide;
+
+    quotients((i + 1) * QUOTIENT_BITS - 1 downto i * QUOTIENT_BITS) <= std_logic_vector(word_at(QUOTIENT_BITS));
+
+  end generate lane;
+
+end architecture rtl;
