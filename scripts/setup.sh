@@ -13,7 +13,7 @@
 #   tests        makes sure of what the tests want besides: other people's tools from the package index
 #                (scripts/requirements-tests.txt), a C++ compiler, Icarus Verilog, Debian's decoder of monitors'
 #                EDID (a second opinion on ours) and compiler of device trees, the GHDL that need not compile beside the fast one, and
-#                Chromium for the tests of the viewer (400 MB; without it they are skipped)
+#                Chromium and Firefox for the tests of the viewer (400 and 300 MB; without them they are skipped)
 #
 # Debian packages that are missing are installed as root or through sudo. What cannot be installed
 # is named in one line, with the command that would install it, and the exit code is 2.
@@ -119,6 +119,10 @@ setup_tests() {
         install_packages "GHDL's back end mcode" ghdl-mcode
     command -v chromium >/dev/null 2>&1 || (install_packages "Chromium" chromium) ||
         echo "setup: without it tests in the browser will be skipped" >&2
+    # It draws with Mesa, on a screen that Xvfb gives it.
+    { command -v firefox-esr && command -v Xvfb; } >/dev/null 2>&1 ||
+        (install_packages "Firefox" firefox-esr xvfb libgl1-mesa-dri) ||
+        echo "setup: without it tests in Firefox will be skipped" >&2
 }
 
 has_libpython() {

@@ -35,13 +35,14 @@ class Exposure(NamedTuple):
     gamma: float  # values are brightened by it
     ev: float = 0.0
 
-    def apply(self, image: Image) -> Image:
-        """The picture as it is shown, over the range of its type."""
-        most = _most(image)
-        levels = np.clip((np.arange(most + 1) - self.black) / (self.white - self.black), 0, None)
-        shown = 2 ** (self.ev / SCREEN_GAMMA) * levels ** (1 / self.gamma)
+    def apply(self, image: Image, dtype: type[np.integer] | None = None) -> Image:
+        """The picture as it is shown, over the range of its type, or of another one."""
+        kind = np.dtype(dtype or image.dtype)
+        most = int(np.iinfo(kind).max)
+        levels = (np.arange(_most(image) + 1) - self.black) / (self.white - self.black)
+        shown = 2 ** (self.ev / SCREEN_GAMMA) * np.maximum(levels, 0) ** (1 / self.gamma)
         # Halves up, as the viewer rounds.
-        table = np.floor(most * np.minimum(shown, 1) + 0.5).astype(image.dtype)
+        table = np.floor(most * np.minimum(shown, 1) + 0.5).astype(kind)
         return np.asarray(table[image])
 
     def as_stored(self, picture: Picture) -> bool:

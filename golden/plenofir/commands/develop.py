@@ -20,6 +20,7 @@ from plenofir.ground.files import Results, as_text, check_folder
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from plenofir.camera.exposure import Exposure
     from plenofir.camera.lightfield.disparity import Disparity
     from plenofir.camera.rays import RayModel
     from plenofir.ground.images import Image, Picture
@@ -98,7 +99,7 @@ def develop(
         lines = [*field.lines, f"shown: {look.words()}"]
         title = as_text(Path(capture).name)
         with Results(folder) as results:
-            pictures = _Pictures(results, field, model, look.apply, show)
+            pictures = _Pictures(results, field, model, look, show)
             lines += pictures.make(slices)
             pictures.viewer(title)
             results.write("index.html", _page(title, pictures.shown, lines).encode())
@@ -140,7 +141,7 @@ def _read(
         if given is not None and not wanted:
             raise InputError(f"{where} needs none", where=option)
     if lytro:
-        taken = read_lytro(path, white=white)
+        taken = read_lytro(path, white=white, colour="best")
         m = micro_image or largest_odd_size(taken.calibration)
         raster = decode(
             taken.image,
@@ -210,11 +211,12 @@ class _Pictures:
         results: Results,
         field: _Field,
         model: "RayModel | None",
-        look: "Callable[[Image], Image]",
+        look: "Exposure",
         show: "Show",
     ) -> None:
         self.results, self.field, self.model = results, field, model
         self.look, self.show = look, show
+        self.disparity: Disparity | None = None  # once it was searched
         self.shown: list[tuple[str, str]] = []
 
     def make(self, slices: int) -> list[str]:
@@ -231,11 +233,12 @@ class _Pictures:
         if self.field.calibration is not None:
             self.results.write("calib.json", self.field.calibration)
         central = sub_aperture(raster, m, m // 2, m // 2)
-        large = _enlarged(self.look(central), m)
+        large = _enlarged(self.look.apply(central), m)
         self.add("central_view.png", large, "The view through the middle of the lens")
         found = search_disparity(
             raster, m, progress=lambda done, total: self.show("searching depth", done, total)
         )
+        self.disparity = found.disparity
         values, sure = found.disparity.pixels_per_view, found.disparity.confidence >= _SURE
         known = values[sure] if sure.any() else values.ravel()
         low, high = np.percentile(known, [2, 98])
@@ -252,14 +255,14 @@ class _Pictures:
         frames = []
         names = slice_names([focus_to_shift(a, m) for a in settings], m)
         for a, name, image in zip(settings, names, stack, strict=True):
-            shown = self.look(image)
+            shown = self.look.apply(image)
             self.add(f"refocused_{name}.png", shown, f"a = {a}")
             frames.append(_small(shown))
-        sharp = self.look(all_in_focus(stack, m).image)
+        sharp = self.look.apply(all_in_focus(stack, m).image)
         self.add("all_in_focus.png", sharp, "Sharp everywhere")
         self.animation("focus.gif", frames + frames[-2:0:-1], "Through the focus")
         around = _around(m)
-        views = [_small(self.look(sub_aperture(raster, m, v, u))) for v, u in around]
+        views = [_small(self.look.apply(sub_aperture(raster, m, v, u))) for v, u in around]
         self.animation("views.gif", views, "Around the lens")
         return [
             f"range: a = {settings[0]} to {settings[-1]}, {len(settings)} pictures",
@@ -287,18 +290,19 @@ class _Pictures:
 
     def viewer(self, title: str) -> None:
         """The viewer with the light field in it, one file."""
-        import numpy as np
-
         from plenofir.view import export, light_field_page
 
-        raster = self.look(self.field.raster)
+        self.show("making the viewer", 0, 1)
+        picture = self.field.picture
         page = light_field_page(
-            raster,
+            picture.pixels,
             self.field.micro_image_size,
-            full_scale=int(np.iinfo(raster.dtype).max),
+            full_scale=picture.full_scale,
             title=title,
             model=self.model,
-            progress=lambda done, total: self.show("making the viewer", done, total),
+            gamma=picture.gamma,
+            look=self.look,
+            disparity=None if self.disparity is None else self.disparity.pixels_per_view,
         )
         self.results.write("viewer.html", export(page, _VIEWER_BYTES))
 

@@ -19,14 +19,15 @@ from plenofir.ground.files import as_text, write_file
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from plenofir.camera.exposure import Exposure
     from plenofir.camera.rays import RayModel
-    from plenofir.ground.images import Image, Picture
+    from plenofir.ground.images import Picture
     from plenofir.view import Page
 
 app = typer.Typer()
 
-# Of what Lytro's files hold in linear light.
-_GAMMA = 2.2
+# Fewer pictures whose names count are no views of a light field.
+_LEAST_VIEWS = 9
 
 
 @app.command()
@@ -34,8 +35,9 @@ def view(
     raster: Annotated[
         str | None,
         typer.Argument(
-            help="Aligned raw image: micro images of exactly M x M pixels; a Lytro's file; or a "
-            "folder that make sim has left, whose pictures are shown two at a time."
+            help="Aligned raw image: micro images of exactly M x M pixels; a Lytro's file; a "
+            "folder of views, or a .mat file; or a folder that make sim has left, whose pictures "
+            "are shown two at a time."
         ),
     ] = None,
     micro_image: options.MicroImageIfGiven = None,
@@ -53,8 +55,16 @@ def view(
         float, typer.Option(help="Frames a second of a folder's old frames.", min=0.1, max=1000)
     ] = 25.0,
     a: Annotated[
-        str, typer.Option("--a", "-a", metavar="FIRST:LAST", help="Range of the focus slider.")
-    ] = "-1:2",
+        str | None,
+        typer.Option(
+            "--a",
+            "-a",
+            metavar="FIRST:LAST",
+            help="Range of the focus slider and of depth; without it -1 to 2, or more if needed.",
+        ),
+    ] = None,
+    exposure: options.Exposure = "auto",
+    gamma: options.Gamma = None,
     export: Annotated[
         str | None,
         typer.Option(help="Write the page with its data into this HTML file, and don't serve it."),
@@ -78,12 +88,12 @@ def view(
     if source is not None and export is not None:
         raise InputError("--export cannot be combined with --source; it is for a picture")
     out = check_file(export, (".html", ".htm"), raster, calib) if export is not None else None
-    settings = _Settings(micro_image, camera, focus, calib, a)
+    settings = _Settings(micro_image, camera, focus, calib, a, exposure, gamma)
     with progress_bar("searching depth") as show:
         if source is not None:
             page = settings.live(source, rate)
-        elif raster is not None and Path(raster).is_dir():
-            page = settings.pictures(Path(raster))
+        elif micro_image is None and _has_pictures(Path(str(raster))):
+            page = settings.pictures(Path(str(raster)))
         else:
             page = settings.light_field(Path(str(raster)), show if out is not None else None)
         if out is not None:
@@ -104,6 +114,23 @@ def view(
     serve(page, port, ready)
 
 
+def _has_pictures(folder: Path) -> bool:
+    """Whether a folder has pictures to be compared; views of a light field otherwise."""
+    from plenofir.camera.lightfield.folders import arrange, image_paths
+    from plenofir.camera.lightfield.sources import hci_views
+
+    if not folder.is_dir() or hci_views(folder):
+        return False
+    names = image_paths(folder)
+    results = ("refocused", "golden", "all_in_focus")
+    if (folder / "report.json").exists() or any(p.stem.startswith(results) for p in names):
+        return True
+    try:
+        return len(arrange(names, str(folder))) < _LEAST_VIEWS
+    except InputError:
+        return True
+
+
 @dataclass(frozen=True)
 class _Settings:
     """Options of a light field."""
@@ -112,31 +139,35 @@ class _Settings:
     camera: str | None
     focus: float
     calib: str | None
-    a: str
+    a: str | None
+    exposure: str
+    gamma: float | None
 
     def pictures(self, folder: Path) -> "Page":
         """The page of a folder of pictures, for which there are no such options."""
         from plenofir.view import pictures_page
 
-        for name in ("micro_image", "camera", "calib"):
+        for name in ("camera", "calib", "a", "gamma"):
             if getattr(self, name) is not None:
                 raise InputError(f"{options.typed(name)} is for a light field, not for a folder")
         return pictures_page(folder)
 
     def light_field(self, path: Path, show: "Callable[[int, int], None] | None") -> "Page":
-        """The page of a raw image, or of a Lytro's file."""
+        """The page of a raw image, of views, or of a Lytro's file."""
+        from plenofir.camera.exposure import to_srgb
         from plenofir.camera.lytro import is_lytro
         from plenofir.ground.images import read_picture
         from plenofir.view import light_field_page
 
         if is_lytro(path):
             m, picture = self._of_lytro(path)
-            _, search, model = self._checked(m)
+        elif path.is_dir() or path.suffix.lower() == ".mat":
+            m, picture = self._of_views(path)
         else:
-            m, search, model = self._checked(self.micro_image)
-            prepare = self._preparation(str(path))
-            stored = read_picture(path)
-            picture = stored._replace(pixels=prepare(stored))
+            m = self._size()
+            picture = self._preparation(str(path))(read_picture(path))
+        picture = to_srgb(picture, str(path))
+        search, model = self._checked(m)
         return light_field_page(
             picture.pixels,
             m,
@@ -145,57 +176,91 @@ class _Settings:
             search=search,
             model=model,
             progress=show,
+            gamma=picture.gamma,
+            look=self._look(picture, m),
         )
 
     def _of_lytro(self, path: Path) -> "tuple[int, Picture]":
-        """M and the aligned raw image of a Lytro's file, brightened to look at."""
+        """M and the aligned raw image of a Lytro's file."""
         from plenofir.camera.calibration import decode, largest_odd_size, load_calibration
         from plenofir.camera.lytro import read_lytro
-        from plenofir.camera.lytro.sensor import FULL_SCALE, with_gamma
+        from plenofir.camera.lytro.sensor import FULL_SCALE
         from plenofir.ground.images import Picture
 
-        taken = read_lytro(path)
+        taken = read_lytro(path, colour="best")
         calibration = load_calibration(self.calib) if self.calib else taken.calibration
         m = self.micro_image or largest_odd_size(calibration)
         raw = decode(taken.image, calibration, m, full_scale=FULL_SCALE, where=str(path))
-        return m, Picture(with_gamma(raw, _GAMMA, FULL_SCALE), FULL_SCALE)
+        return m, Picture(raw, FULL_SCALE, 1.0)
+
+    def _of_views(self, path: Path) -> "tuple[int, Picture]":
+        """M and the aligned raw image of a folder of views, or a .mat file."""
+        from plenofir.camera.lightfield.indexing import compose
+        from plenofir.camera.lightfield.sources import read_source
+
+        if self.calib is not None:
+            raise InputError("is for a raw capture, not for views", where="calib")
+        source = read_source(path)
+        m = source.images.shape[0]
+        if self.micro_image not in (None, m):
+            raise InputError(f"{self.micro_image}; there are {m} x {m} views", where="micro_image")
+        return m, source.picture.like(compose(source.images))
 
     def live(self, source: str, rate: float) -> "Page":
         """The page of a source of frames."""
         from plenofir.view import Live, folder_frames, live_page, video_frames
 
-        m, search, model = self._checked(self.micro_image)
+        m = self._size()
+        search, model = self._checked(m)
         prepare = self._preparation(source)
         folder = Path(source)
         frames = folder_frames(folder, rate) if folder.is_dir() else video_frames(source)
         live = Live(frames, prepare, m, source)
-        return live_page(live, title=as_text(folder.name), search=search, model=model)
+        look = self._look(live.first.picture, m)
+        return live_page(live, title=as_text(folder.name), search=search, model=model, look=look)
 
-    def _checked(self, m: int | None) -> "tuple[int, tuple[float, float], RayModel | None]":
-        """M, the range of focus settings, the camera."""
-        if m is None:
+    def _size(self) -> int:
+        """M of what does not tell it."""
+        if self.micro_image is None:
             raise InputError("is missing; give M as in -M 5", where="micro_image")
+        return self.micro_image
+
+    def _look(self, picture: "Picture", m: int) -> "Exposure":
+        """The exposure that the page starts with."""
+        from plenofir.camera.exposure import exposure
+
+        return exposure(picture, m, self.exposure, self.gamma)
+
+    def _checked(self, m: int) -> "tuple[tuple[float, float] | None, RayModel | None]":
+        """The range of focus settings, if one is given, and the camera."""
         options.require("focus", "camera", self.focus != inf and self.camera is None)
-        parts = [options.focus_settings([part], m) for part in self.a.split(":")]
-        if len(parts) != 2 or any(len(part) != 1 for part in parts):
-            raise InputError(f"{self.a!r} is no range FIRST:LAST, such as -1:2", where="a")
+        search = None
+        if self.a is not None:
+            parts = [options.focus_settings([part], m) for part in self.a.split(":")]
+            if len(parts) != 2 or any(len(part) != 1 for part in parts):
+                raise InputError(f"{self.a!r} is no range FIRST:LAST, such as -1:2", where="a")
+            search = float(parts[0][0]), float(parts[1][0])
         model = None
         if self.camera is not None:
             from plenofir.camera.rays import RayModel, load_camera
 
             model = RayModel.focused(load_camera(self.camera), self.focus, m)
-        return m, (float(parts[0][0]), float(parts[1][0])), model
+        return search, model
 
-    def _preparation(self, where: str) -> "Callable[[Picture], Image]":
+    def _preparation(self, where: str) -> "Callable[[Picture], Picture]":
         """What makes a picture an aligned raw image."""
         from plenofir.refocus import check_raw
 
         m = self.micro_image or 1
         if self.calib is None:
-            return lambda picture: check_raw(picture.pixels, m, where=where)
+            return lambda picture: picture.like(check_raw(picture.pixels, m, where=where))
         from plenofir.camera.calibration import decode, load_calibration
 
         calibration = load_calibration(self.calib)
-        return lambda picture: decode(
-            picture.pixels, calibration, m, full_scale=picture.full_scale, where=where
-        )
+
+        def decoded(picture: "Picture") -> "Picture":
+            raw = decode(picture.pixels, calibration, m, full_scale=picture.full_scale, where=where)
+            # A camera's pixels count light, unless the file says otherwise.
+            return picture.like(raw)._replace(gamma=picture.gamma or 1.0)
+
+        return decoded

@@ -11,6 +11,9 @@ from plenofir.view.page import STYLE, Page, Part
 
 _STYLE_LINK = '<link rel="stylesheet" href="view.css">'
 _MAIN = re.compile(r'<script type="module" src="[^"]*"></script>')
+_IMPORT = re.compile(r'from "\./([a-z_]+\.js)"')
+# A module that is data has no place that "./" could start from.
+_ROOM = "plenofir/"
 # Nothing is loaded from anywhere.
 _POLICY = (
     '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; '
@@ -37,8 +40,8 @@ def _json(content: Mapping[str, object]) -> str:
 def export(page: Page, limit: int) -> bytes:
     """Put a page with its data into one HTML file of at most `limit` bytes.
 
-    Pictures of 16 bit are reduced to 8 bit; views are compressed, without loss where that fits,
-    and scaled down where nothing else does. The page says so.
+    Views are compressed, without loss where that fits, those of 16 bit in 256 steps of brightness
+    where not, and scaled down where nothing else fits. The page says so.
     """
     room = limit - len(_assembled(page, page.field, {})) - _TAGS
     # Base64 takes four bytes for three.
@@ -46,11 +49,13 @@ def export(page: Page, limit: int) -> bytes:
 
 
 def _assembled(page: Page, field: Mapping[str, object], parts: Mapping[str, Part]) -> bytes:
-    scripts = {name: page.asset(name).decode() for name in page.scripts}
+    scripts = {
+        name: _IMPORT.sub(rf'from "{_ROOM}\1"', page.asset(name).decode()) for name in page.scripts
+    }
     main = scripts.pop(page.scripts[-1])
     # Modules import each other by name, and a file has only itself.
     modules = {
-        f"./{name}": f"data:text/javascript;base64,{base64.b64encode(text.encode()).decode()}"
+        f"{_ROOM}{name}": f"data:text/javascript;base64,{base64.b64encode(text.encode()).decode()}"
         for name, text in scripts.items()
     }
     whole = [

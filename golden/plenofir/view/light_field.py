@@ -12,14 +12,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from plenofir.camera.exposure import Exposure, exposure
 from plenofir.ground.errors import InputError
-from plenofir.refocus.operator import Image
+from plenofir.ground.images import Image, Picture
 from plenofir.view.mosaic import packed_views
 from plenofir.view.page import Page, Part, Wanted
 
 if TYPE_CHECKING:
     from plenofir.camera.rays import RayModel
     from plenofir.view.live import Live
+
+Floats = npt.NDArray[np.float64]
 
 # A browser should not be given more at once.
 _LARGEST_BYTES = 1 << 30
@@ -30,10 +33,25 @@ _FINE = 8
 _MAX_ENTRIES = 4000
 # Of the median that removes single micro lenses of a wrong depth.
 _MEDIAN = 5
+# Focus settings of the slider, and of the table of distances, if nothing else is said.
+_RANGE, _TABLE = (-1.0, 2.0), (-2.0, 4.0)
 # The least that WebGL 2 promises.
 _LEAST_GPU_TEXTURE, _LEAST_GPU_LAYERS = 2048, 256
 
-_SCRIPTS = ("source.js", "renderer.js", "planes.js", "bench.js", "main.js")
+_SCRIPTS = (
+    "shaders.js",
+    "renderer.js",
+    "planes.js",
+    "bench.js",
+    "tone.js",
+    "panel.js",
+    "source.js",
+    "state.js",
+    "pane.js",
+    "film.js",
+    "controls.js",
+    "main.js",
+)
 
 
 class LightField:
@@ -72,23 +90,40 @@ class LightField:
         return found
 
     def depth(
-        self, search: tuple[float, float], progress: Callable[[int, int], None] | None = None
-    ) -> npt.NDArray[np.float64]:
-        """Focus setting of what each micro lens sees, by disparity; shape (t, s), or coarser."""
+        self,
+        search: tuple[float, float] | None = None,
+        progress: Callable[[int, int], None] | None = None,
+        disparity: Floats | None = None,
+    ) -> tuple[Floats, tuple[float, float]]:
+        """Focus setting of what each micro lens sees, shape (t, s) or coarser, and its range.
+
+        By disparity, in a range that fits the picture if none is given; or of a map (t, s) that is
+        there already.
+        """
         from scipy import ndimage
 
-        from plenofir.camera.lightfield import compose, light_field_disparity
+        from plenofir.camera.lightfield import compose
+        from plenofir.camera.lightfield.disparity import search_disparity
 
         binning = max(1, ceil((self.lens_rows * self.lens_columns / _LENSES) ** 0.5))
         # The map is a texture, too.
         binning = max(binning, -(-max(self.lens_rows, self.lens_columns) // _LEAST_GPU_TEXTURE))
-        raw = compose(self.views(binning))
-        low, high = (end / binning for end in search)
-        found = light_field_disparity(
-            raw, self.micro_image_size, search=(low, high), progress=progress
-        )
-        smooth = ndimage.median_filter(found.pixels_per_view, _MEDIAN, mode="nearest")
-        return np.asarray(np.clip(smooth * binning, *search))
+        if disparity is None:
+            low, high = (None, None) if search is None else (end / binning for end in search)
+            found = search_disparity(
+                compose(self.views(binning)),
+                self.micro_image_size,
+                smallest=low,
+                largest=high,
+                progress=progress,
+            )
+            disparity = found.disparity.pixels_per_view * binning
+            search = found.search[0] * binning, found.search[1] * binning
+        else:
+            disparity = disparity[::binning, ::binning]
+        smooth = ndimage.median_filter(disparity, _MEDIAN, mode="nearest")
+        low, high = search or (float(smooth.min()), float(smooth.max()))
+        return np.asarray(np.clip(smooth, low, high)), (low, max(high, low + 1e-3))
 
 
 def plane_table(model: "RayModel", search: tuple[float, float]) -> dict[str, Any]:
@@ -113,6 +148,17 @@ def plane_table(model: "RayModel", search: tuple[float, float]) -> dict[str, Any
     return table
 
 
+def exposures(
+    picture: Picture, micro_image_size: int, look: Exposure | None = None
+) -> dict[str, Any]:
+    """How a page shows values, for JSON: at the start, by auto, as stored; the largest one."""
+    auto = exposure(picture, micro_image_size)
+    stored = exposure(picture, micro_image_size, "off")
+    found: dict[str, Any] = {"start": look or auto, "auto": auto, "stored": stored}
+    described = {name: each._asdict() for name, each in found.items()}
+    return {**described, "largest": int(picture.pixels.max(initial=0))}
+
+
 def views_part(
     field: LightField, binning: int, facts: Mapping[str, str] = MappingProxyType({})
 ) -> Part:
@@ -128,10 +174,12 @@ class _Content:
     def __init__(
         self,
         field: LightField,
-        search: tuple[float, float],
+        search: tuple[float, float] | None,
         progress: Callable[[int, int], None] | None,
+        disparity: Floats | None,
     ) -> None:
         self.field, self.search, self.progress = field, search, progress
+        self.disparity = disparity
 
     def views(self, wanted: Wanted) -> Part:
         """See `views_part`."""
@@ -139,14 +187,13 @@ class _Content:
 
     @cached_property
     def _depth(self) -> Part:
-        low, high = self.search
-        depth = self.field.depth(self.search, self.progress)
+        depth, (low, high) = self.field.depth(self.search, self.progress, self.disparity)
         values = np.rint((depth - low) / (high - low) * 65535).astype("<u2")
-        size = "x".join(str(n) for n in values.shape)
-        return Part(zlib.compress(values.tobytes(), 6), "application/octet-stream", {"size": size})
+        facts = {"size": "x".join(str(n) for n in values.shape), "range": f"{low:.6f},{high:.6f}"}
+        return Part(zlib.compress(values.tobytes(), 6), "application/octet-stream", facts)
 
     def depth(self, _: Wanted) -> Part:
-        """Depth map: 16 bit from the first to the last focus setting, deflated."""
+        """Depth map: 16 bit from the first to the last focus setting of its range, deflated."""
         return self._depth
 
 
@@ -160,14 +207,15 @@ def _colours() -> str:
 
 def _described(
     field: LightField,
-    full_scale: int,
+    picture: Picture,
     title: str,
-    search: tuple[float, float],
+    search: tuple[float, float] | None,
     model: "RayModel | None",
+    look: Exposure | None,
 ) -> dict[str, Any]:
     """What describes the page of a light field."""
     raw, micro_image_size = field.raw, field.micro_image_size
-    low, high = search
+    low, high = search or _RANGE
     most = max(field.lens_rows, field.lens_columns)
     if not -most <= low < high <= most:
         raise InputError(
@@ -187,7 +235,8 @@ def _described(
         "lens_columns": -(-field.lens_columns // least),
         "channels": field.channels,
         "bits": 8 * raw.dtype.itemsize,
-        "full_scale": full_scale,
+        "full_scale": picture.full_scale,
+        "exposure": exposures(picture, micro_image_size, look),
         "scale": least,
         "range": [low, high],
         "has_depth": micro_image_size > 1,
@@ -197,7 +246,7 @@ def _described(
     }
     if model is not None:
         described["planes"] = {
-            "table": plane_table(model, search),
+            "table": plane_table(model, search or _TABLE),
             "text": f"{model.camera.name}, extension {model.extension_mm:.4f} mm; "
             "distances from the micro lenses, by the ray model.",
         }
@@ -210,19 +259,26 @@ def light_field_page(
     *,
     full_scale: int,
     title: str,
-    search: tuple[float, float] = (-1.0, 2.0),
+    search: tuple[float, float] | None = None,
     model: "RayModel | None" = None,
     progress: Callable[[int, int], None] | None = None,
+    gamma: float | None = None,
+    look: Exposure | None = None,
+    disparity: Floats | None = None,
 ) -> Page:
     """Make the page of a light field, from a raw image (rows, columns[, 3]), uint8 or uint16.
 
-    `full_scale` is the value of white, `search` the first and last focus setting of the slider and
-    of the search for depth. Without a camera's model, focused as it was, there are no distances.
-    `progress` is called with the candidates for the depth done and to do.
+    `full_scale` is the value of white, `gamma` that of the values, as in `Picture`; `look` is the
+    exposure that the page starts with, auto if none is given. `search` is the first and last focus
+    setting of the slider and of the search for depth; without it the slider goes from -1 to 2, and
+    the search as far as it needs. `disparity`: a map (t, s) that is there already. Without a
+    camera's model, focused as it was, there are no distances. `progress` is called with the
+    candidates for the depth done and to do.
     """
     field = LightField(raw, micro_image_size)
-    described = _described(field, full_scale, title, search, model)
-    content = _Content(field, search, progress)
+    picture = Picture(raw, full_scale, gamma)
+    described = _described(field, picture, title, search, model, look)
+    content = _Content(field, search, progress, disparity)
     parts: dict[str, Callable[[Wanted], Part]] = {"views": content.views}
     if described["has_depth"]:
         parts["depth"] = content.depth
@@ -237,16 +293,17 @@ def live_page(
     live: "Live",
     *,
     title: str,
-    search: tuple[float, float] = (-1.0, 2.0),
+    search: tuple[float, float] | None = None,
     model: "RayModel | None" = None,
+    look: Exposure | None = None,
 ) -> Page:
     """Make the page of a source of frames; there is no depth, and nothing to export.
 
     The others are as in `light_field_page`.
     """
     first = live.first
-    field = LightField(first.raw, live.micro_image_size)
-    described = _described(field, first.full_scale, title, search, model)
+    field = LightField(first.picture.pixels, live.micro_image_size)
+    described = _described(field, first.picture, title, search, model, look)
     described |= {"has_depth": False, "live": True}
 
     def views(wanted: Wanted) -> Part:
@@ -258,7 +315,10 @@ def live_page(
             ended = {"ended": "1"} if live.ended else {}
             return Part(b"", "application/octet-stream", ended)
         facts = {"number": str(found.number), "captured": f"{1000 * found.captured:.0f}"}
-        return views_part(LightField(found.raw, live.micro_image_size), wanted.binning, facts)
+        auto = exposure(found.picture, live.micro_image_size)
+        facts["levels"] = f"{auto.black:.3f},{auto.white:.3f}"
+        field = LightField(found.picture.pixels, live.micro_image_size)
+        return views_part(field, wanted.binning, facts)
 
     def packed(_: int) -> tuple[Mapping[str, Any], Mapping[str, Part]]:
         raise InputError("--export cannot be combined with --source; it is for a picture")
@@ -272,15 +332,11 @@ def _packed(
     """What an export holds: views that every GPU with WebGL 2 takes, within a size."""
     made = {"depth": content.depth(Wanted())} if described["has_depth"] else {}
     room = limit - sum(len(part.content) for part in made.values())
-    full_scale = described["full_scale"]
     binning = described["scale"]
     while not _fits_every_gpu(field, binning):
         binning += 1
     while True:
         views = field.views(binning)
-        if views.dtype != np.uint8 or full_scale != 255:
-            wide = views.astype(np.uint32) * 255
-            views = np.minimum((wide + full_scale // 2) // full_scale, 255).astype(np.uint8)
         found = packed_views(views, room)
         if found is not None:
             break
@@ -296,8 +352,7 @@ def _packed(
         "columns": -(-columns // binning),
         "lens_rows": views.shape[2],
         "lens_columns": views.shape[3],
-        "bits": 8,
-        "full_scale": 255,
+        "codes": found.codes,
         "scale": binning,
         "notes": notes,
     }

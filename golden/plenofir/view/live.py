@@ -11,7 +11,6 @@ import numpy as np
 
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture, read_picture
-from plenofir.refocus.operator import Image
 
 _SUFFIXES = {".png", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".bmp", ".jpg", ".jpeg"}
 _EXPECTED = "a folder, a video or a camera"
@@ -34,8 +33,7 @@ class Frame(NamedTuple):
 
     number: int  # 1 for the first one of the source; numbers that a page does not see were dropped
     captured: float  # when it came, in seconds since 1970
-    raw: Image  # aligned
-    full_scale: int  # value of white
+    picture: Picture  # aligned
 
 
 def folder_frames(folder: Path, rate: float) -> Iterator[Captured]:
@@ -112,7 +110,7 @@ class Live:
     def __init__(
         self,
         frames: Iterator[Captured],
-        prepare: Callable[[Picture], Image],
+        prepare: Callable[[Picture], Picture],
         micro_image_size: int,
         where: str,
     ) -> None:
@@ -153,7 +151,7 @@ class Live:
             return None
         number, (picture, captured) = newest
         raw = self._prepare(picture)
-        shape = raw.shape, raw.dtype
+        shape = raw.pixels.shape, raw.pixels.dtype
         if self._shape not in (None, shape):
             raise InputError(
                 f"frame {number} has another size or depth",
@@ -161,7 +159,7 @@ class Live:
                 expected="frames like the first one",
             )
         self._shape = shape
-        return Frame(number, captured, raw, picture.full_scale)
+        return Frame(number, captured, raw)
 
     @property
     def ended(self) -> bool:

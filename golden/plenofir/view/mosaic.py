@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image as PillowImage
 
-from plenofir.ground.images import Image
+from plenofir.ground.images import SCREEN_GAMMA, Image
 from plenofir.view.page import Part
 
 # WebP's largest side.
@@ -20,38 +20,79 @@ class Mosaic(NamedTuple):
 
     part: Part  # picture of views beside and below each other
     words: str  # how it was compressed
+    codes: list[int] | None = None  # value of each of 256 codes, where the picture has these
+
+
+def planes(image: Image) -> Image:
+    """The high bytes of 16 bit above the low ones: what browsers decode has 8 bit."""
+    return np.concatenate([image >> 8, image & 255]).astype(np.uint8)
 
 
 def packed_views(views: Image, limit: int) -> Mosaic | None:
-    """Compress views (v, u, t, s[, 3]), uint8, into at most `limit` bytes; None if they don't fit.
+    """Compress views (v, u, t, s[, 3]) into at most `limit` bytes; None if they don't fit.
 
-    Without loss if that fits, or with the best quality that does.
+    Without loss if that fits; 16 bit otherwise in 256 steps of brightness; then with the best
+    quality that fits.
     """
     m, _, rows, columns = views.shape[:4]
     whole = np.moveaxis(views, (0, 1), (0, 2)).reshape(m * rows, m * columns, *views.shape[4:])
-    picture = PillowImage.fromarray(whole)
-    small = max(whole.shape[:2]) <= _WEBP_SIDE
+    if whole.dtype == np.uint8:
+        return _packed(whole, limit, "Views")
+    # Low bytes are mostly noise: half of the size is the least.
+    if whole.nbytes < 2 * limit:
+        part = _without_loss(planes(whole), limit)
+        if part is not None:
+            return Mosaic(part, "Views without loss, 16 bit.")
+    levels = _coded(whole)
+    found = _packed(levels.codes, limit, "Views in 256 steps of brightness")
+    return None if found is None else found._replace(codes=levels.values)
 
-    def encoded(kind: str, **options: object) -> bytes:
-        file = io.BytesIO()
-        picture.save(file, kind, **options)
-        return file.getvalue()
 
+class _Codes(NamedTuple):
+    codes: Image  # uint8
+    values: list[int]  # of each code
+
+
+def _coded(image: Image) -> _Codes:
+    """256 steps of brightness, even with a gamma of 2.2: dark ones are finer."""
+    black, white = int(image.min()), int(image.max())
+    wide = max(white - black, 1)
+    table = np.arange(white + 1, dtype=np.float64) - black
+    steps = np.floor(255 * (np.maximum(table, 0) / wide) ** (1 / SCREEN_GAMMA) + 0.5)
+    values = np.rint(black + wide * (np.arange(256) / 255) ** SCREEN_GAMMA)
+    return _Codes(steps.astype(np.uint8)[image], [int(value) for value in values])
+
+
+def _encoded(image: Image, kind: str, **options: object) -> bytes:
+    file = io.BytesIO()
+    PillowImage.fromarray(image).save(file, kind, **options)
+    return file.getvalue()
+
+
+def _without_loss(image: Image, limit: int) -> Part | None:
+    small = max(image.shape[:2]) <= _WEBP_SIDE
+    kind = "webp" if small else "png"
+    options = {"lossless": True, "method": 2} if small else {}
+    content = _encoded(image, kind.upper(), **options)
+    return Part(content, f"image/{kind}") if len(content) <= limit else None
+
+
+def _packed(whole: Image, limit: int, words: str) -> Mosaic | None:
+    """A picture of 8 bit, without loss or with the best quality that fits."""
     # What is not compressible at all costs no attempt.
     if whole.nbytes < 8 * limit:
-        kind = "webp" if small else "png"
-        content = encoded("WEBP", lossless=True, method=2) if small else encoded("PNG")
-        if len(content) <= limit:
-            return Mosaic(Part(content, f"image/{kind}"), "Views without loss.")
+        part = _without_loss(whole, limit)
+        if part is not None:
+            return Mosaic(part, f"{words} without loss.")
     low, high, best = 0, len(_QUALITIES) - 1, None
-    kind = "webp" if small else "jpeg"
+    kind = "webp" if max(whole.shape[:2]) <= _WEBP_SIDE else "jpeg"
     while low <= high:
         middle = (low + high) // 2
         quality = _QUALITIES[middle]
-        content = encoded(kind.upper(), quality=quality)
+        content = _encoded(whole, kind.upper(), quality=quality)
         if len(content) <= limit:
-            words = f"Views as {kind.upper()}, quality {quality}."
-            best = Mosaic(Part(content, f"image/{kind}"), words)
+            how = f"{words} as {kind.upper()}, quality {quality}."
+            best = Mosaic(Part(content, f"image/{kind}"), how)
             high = middle - 1
         else:
             low = middle + 1

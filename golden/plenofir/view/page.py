@@ -31,7 +31,7 @@ class Page:
     """A page, independent of how it gets to the browser."""
 
     document: str  # HTML file of the folder ``assets``
-    scripts: tuple[str, ...]  # modules of that folder, the main one last; it alone imports others
+    scripts: tuple[str, ...]  # modules of that folder, the main one last
     field: Mapping[str, Any]  # what describes the page, for JSON
     parts: Mapping[str, Callable[[Wanted], Part]]  # data by name, made when they are asked for
     # The description and the parts of an export of at most so many bytes.

@@ -6,14 +6,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from plenofir.camera.exposure import exposure
 from plenofir.ground.errors import InputError
-from plenofir.ground.files import as_text, input_file
-from plenofir.ground.images import read_image
+from plenofir.ground.files import as_text, checksum, input_file
+from plenofir.ground.images import Picture, encode_png, read_picture
+from plenofir.view.mosaic import planes
 from plenofir.view.page import Page, Part, Wanted
 
+REPORT = "report.json"
 _EXPECTED = "a folder with two pictures (PNG) or more, such as make sim leaves"
 # In this order: the VHDL beside its golden model.
 _FIRST = ("refocused", "golden", "diff")
+# What is no picture of a scene is shown as it is.
+_MAPS = ("diff", "depth", "confidence", "sharpness")
 
 
 def _order(path: Path) -> tuple[str, int, str]:
@@ -25,39 +30,83 @@ def _order(path: Path) -> tuple[str, int, str]:
 def pictures_page(folder: Path, title: str = "") -> Page:
     """Make the page of a folder of PNG files, two at least.
 
-    Of those of ``make sim`` the refocused picture comes first, beside that of the golden model.
-    When pictures are asked for they are read again: a new run shows by a reload.
+    Of those of ``make sim`` the refocused picture comes first, beside that of the golden model;
+    InputError if one of them is not of the run that ``report.json`` tells of. When pictures are
+    asked for they are read again: a new run shows by a reload.
     """
     files = {as_text(path.name): path for path in sorted(folder.glob("*.png"), key=_order)}
     if len(files) < 2:
         raise InputError(f"{len(files)} pictures", where=str(folder), expected=_EXPECTED)
-    deep = [name for name, path in files.items() if read_image(path).dtype.itemsize > 1]
-    notes = _of_report(folder / "report.json")
-    if deep:
-        notes.append("The browser shows 16 bit pictures with 8 bit.")
+    for path in files.values():
+        _read(path)
+    first = next(iter(files.values()))
 
     def part(path: Path) -> Callable[[Wanted], Part]:
-        return lambda _: Part(input_file(path).read_bytes(), "image/png")
+        return lambda _: _part(path, first)
 
+    notes = _of_report(folder / REPORT)
     field = {"title": title or as_text(folder), "pictures": list(files), "notes": notes}
     parts = {name: part(path) for name, path in files.items()}
     return Page(
         "pictures.html",
-        ("source.js", "pictures.js"),
+        ("tone.js", "source.js", "pane.js", "pictures.js"),
         field,
         parts,
         lambda limit: (field, _within(parts, limit, folder)),
     )
 
 
-def _of_report(path: Path) -> list[str]:
-    """What the report of a simulation says about the comparison with the golden model."""
+def _report(path: Path) -> dict[str, Any]:
+    """The report of a run; empty if there is none."""
     try:
         report: Any = json.loads(input_file(path).read_text())
-        mismatches = report["mismatches"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return []
-    return [f"{mismatches} pixels differ between VHDL and golden model."]
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return report if isinstance(report, dict) else {}
+
+
+def _read(path: Path) -> Picture:
+    """A picture of the folder; InputError if it is not of the run that the report tells of."""
+    known = _report(path.with_name(REPORT)).get("sha256")
+    picture = read_picture(path)
+    if isinstance(known, dict) and known.get(path.name) != checksum(path):
+        what = "was changed since" if path.name in known else "is not of"
+        raise InputError(
+            f"{what} the run that {REPORT} tells of; run make sim again, or move it elsewhere",
+            where=str(path),
+        )
+    return picture
+
+
+def _part(path: Path, first: Path) -> Part:
+    """A picture for the browser, which decodes 8 bit: 16 in two."""
+    picture = _read(path)
+    pixels = picture.pixels
+    look = exposure(picture, 1, "off", 1.0)
+    if not path.stem.startswith(_MAPS):
+        # Pictures that are compared are exposed alike.
+        alike = _read(first)
+        same = picture[1:] == alike[1:] and pixels.dtype == alike.pixels.dtype
+        look = exposure(alike if same else picture, 1)
+    stored = exposure(picture, 1, "off")
+    deep = pixels.dtype.itemsize > 1
+    facts = {
+        "bits": str(8 * pixels.dtype.itemsize),
+        "channels": str(pixels.shape[2] if pixels.ndim == 3 else 1),
+        "exposure": json.dumps({"auto": look._asdict(), "stored": stored._asdict()}),
+    }
+    return Part(encode_png(planes(pixels) if deep else pixels), "image/png", facts)
+
+
+def _of_report(path: Path) -> list[str]:
+    """What the report of a simulation says about the comparison with the golden model."""
+    report = _report(path)
+    notes = []
+    if "mismatches" in report:
+        notes.append(f"{report['mismatches']} pixels differ between VHDL and golden model.")
+        if "sha256" not in report:
+            notes.append("Not checked: the report is of an older version, without checksums.")
+    return notes
 
 
 def _within(

@@ -2,6 +2,7 @@
 """The viewer without a browser: its data, its server, what it refuses."""
 
 import http.client
+import io
 import json
 import os
 import re
@@ -18,11 +19,14 @@ import pytest
 from in_browser import served
 from in_process import plenofir
 from lytro_writer import F01, write_capture
+from PIL import Image as PillowImage
 from scipy import ndimage
 
 from plenofir import InputError
 from plenofir.camera.calibration import calibrate, decode, load_calibration
+from plenofir.camera.lightfield.folders import named_views
 from plenofir.camera.rays import RayModel, load_camera
+from plenofir.ground.files import checksum
 from plenofir.ground.images import Picture, encode_png, write_png
 from plenofir.view import (
     Live,
@@ -89,8 +93,9 @@ def test_depth_is_the_disparity_that_was_drawn() -> None:
     page = light_field_page(raw, m, full_scale=255, title="")
     part = page.parts["depth"](1)
     values = np.frombuffer(zlib.decompress(part.content), "<u2").reshape(30, 30)
-    assert part.facts == {"size": "30x30"}
-    depth = -1 + 3 * (values[5:-5, 5:-5] / 65535)
+    assert part.facts["size"] == "30x30"
+    low, high = (float(end) for end in part.facts["range"].split(","))
+    depth = low + (high - low) * (values[5:-5, 5:-5] / 65535)
     assert abs(np.median(depth) - a) < 0.1
 
 
@@ -173,7 +178,7 @@ def test_what_cannot_be_viewed_is_refused_in_one_line(tmp_path: Path) -> None:
             ((str(file), "-M", "3", "--export", "page.txt"), "must end in .html or .htm"),
             ((str(file), "-M", "3", "--export", str(tmp_path / "x.html"), "--limit", "0"), "limit"),
             ((str(folder),), "0 pictures"),
-            ((str(folder), "-M", "3"), "--micro-image is for a light field"),
+            ((str(folder), "-M", "3"), "no image files"),
             ((str(file), "-M", "3", "--port", port, "--no-browser"), f"--port: {port} cannot"),
         )
         for words, message in calls:
@@ -187,18 +192,94 @@ def test_what_cannot_be_viewed_is_refused_in_one_line(tmp_path: Path) -> None:
 def test_an_export_keeps_to_its_size(tmp_path: Path) -> None:
     raw = np.random.default_rng(8).integers(0, 256, (150, 150, 3), dtype=np.uint8)
     page = light_field_page(raw, 3, full_scale=255, title="noise")
-    for limit in (200_000, 100_000, 70_000):
+    for limit in (300_000, 200_000, 130_000):
         content = export(page, limit)
         assert len(content) <= limit
-        assert b"Scaled down" in content if limit == 70_000 else b"Views" in content
+        assert b"Scaled down" in content if limit == 130_000 else b"Views" in content
     with pytest.raises(InputError, match="does not fit"):
-        export(page, 60_000)
+        export(page, 120_000)
     assert packed_views(LightField(raw, 3).views(), 1000) is None
     write_png(tmp_path / "raw.png", raw)
     out = tmp_path / "page.html"
     done = plenofir("view", str(tmp_path / "raw.png"), "-M", "3", "--export", str(out))
     assert done.stdout == f"{out}: {out.stat().st_size / 1e6:.1f} MB\n"
     assert done.returncode == 0
+
+
+def test_16_bit_stay_in_an_export_or_become_steps_of_brightness() -> None:
+    rng = np.random.default_rng(9)
+    views = rng.integers(100, 4000, (3, 3, 20, 30), dtype=np.uint16)
+    whole = packed_views(views, 1_000_000)
+    assert whole is not None
+    assert whole.codes is None
+    assert "16 bit" in whole.words
+    found = np.asarray(PillowImage.open(io.BytesIO(whole.part.content)).convert("L"), np.uint16)
+    high, low = found[:60], found[60:]
+    mosaic = np.moveaxis(views, (0, 1), (0, 2)).reshape(60, 90)
+    assert np.array_equal(256 * high + low, mosaic)
+    steps = packed_views(views, len(whole.part.content) - 1)
+    assert steps is not None
+    assert steps.codes is not None
+    coded = np.asarray(PillowImage.open(io.BytesIO(steps.part.content)).convert("L"))
+    values = np.array(steps.codes)[coded]
+    # Steps are finer where it is dark.
+    assert np.abs(values - mosaic).max() <= 18
+    assert np.abs(values - mosaic)[mosaic < 300].max() <= 4
+
+
+def test_a_folder_of_views_needs_nothing_else(tmp_path: Path) -> None:
+    folder, out = tmp_path / "views", tmp_path / "page.html"
+    folder.mkdir()
+    for name, image in named_views(RAW[:21, :30], 3).items():
+        write_png(folder / name, image)
+    for options in ((), ("-M", "3")):
+        done = plenofir("view", str(folder), *options, "--export", str(out))
+        assert (done.returncode, done.stderr) == (0, "")
+        assert '"30 x 21 pixels, M = 3, 8 bit."' in out.read_text()
+    done = plenofir("view", str(folder), "-M", "4", "--export", str(out))
+    assert done.stderr == "plenofir: --micro-image: 4; there are 3 x 3 views\n"
+    # Slices of a stack have numbers in their names, too.
+    for shift in range(9):
+        write_png(tmp_path / f"refocused_{shift}_9.png", RAW)
+    done = plenofir("view", str(tmp_path), "--export", str(out))
+    assert '"pictures": ["refocused_0_9.png"' in out.read_text()
+
+
+def test_pictures_of_another_run_are_refused(tmp_path: Path) -> None:
+    for name in ("refocused", "golden"):
+        write_png(tmp_path / f"{name}.png", RAW)
+    known = {path.name: checksum(path) for path in tmp_path.glob("*.png")}
+    (tmp_path / "report.json").write_text(json.dumps({"mismatches": 0, "sha256": known}))
+    page = pictures_page(tmp_path)
+    assert page.field["notes"] == ["0 pixels differ between VHDL and golden model."]
+    write_png(tmp_path / "golden.png", RAW[::-1])
+    with pytest.raises(InputError, match=r"golden.png: was changed since the run"):
+        page.parts["golden.png"](Wanted())
+    done = plenofir("view", str(tmp_path), "--no-browser")
+    assert done.returncode == 2
+    assert "golden.png: was changed since the run that report.json tells of" in done.stderr
+    write_png(tmp_path / "golden.png", RAW)
+    write_png(tmp_path / "mine.png", RAW)
+    with pytest.raises(InputError, match=r"mine.png: is not of the run"):
+        pictures_page(tmp_path)
+
+
+def test_depth_that_is_there_is_not_searched_again() -> None:
+    disparity = np.linspace(-0.5, 3, 70).reshape(7, 10)
+    told: list[int] = []
+    page = light_field_page(
+        RAW[:21, :30],
+        3,
+        full_scale=255,
+        title="",
+        disparity=disparity,
+        progress=lambda done, _: told.append(done),
+    )
+    part = page.parts["depth"](Wanted())
+    low, high = (float(end) for end in part.facts["range"].split(","))
+    values = np.frombuffer(zlib.decompress(part.content), "<u2").reshape(7, 10)
+    assert (low + (high - low) * values[3, 5] / 65535) == pytest.approx(disparity[3, 5], abs=0.2)
+    assert told == []
 
 
 def test_pictures_too_large_for_an_export_are_refused(tmp_path: Path) -> None:
@@ -240,11 +321,11 @@ def frames_of(count: int, wait: float = 0.0) -> Iterator[Captured]:
 
 
 def test_the_newest_frame_is_shown_and_the_others_are_dropped() -> None:
-    live = Live(frames_of(30, 0.01), lambda picture: picture.pixels, 3, "test")
+    live = Live(frames_of(30, 0.01), lambda picture: picture, 3, "test")
     last, seen = 0, 0
     while (frame := live.newest(last)) is not None:
         assert frame.number > last
-        assert (frame.raw == frame.number - 1).all()
+        assert (frame.picture.pixels == frame.number - 1).all()
         assert time.time() >= frame.captured
         last, seen = frame.number, seen + 1
         time.sleep(0.05)
@@ -258,12 +339,12 @@ def test_a_source_that_changes_or_fails_is_refused() -> None:
         yield from frames_of(1, 0.2)
         yield Captured(Picture(np.zeros((9, 6), np.uint8), 255), 0)
 
-    live = Live(changing(), lambda picture: picture.pixels, 3, "test")
+    live = Live(changing(), lambda picture: picture, 3, "test")
     with pytest.raises(InputError, match="another size"):
         live.newest(1)
     with pytest.raises(InputError, match="no frame"):
-        Live(frames_of(0), lambda picture: picture.pixels, 3, "test")
-    page = live_page(Live(frames_of(2), lambda picture: picture.pixels, 3, "test"), title="")
+        Live(frames_of(0), lambda picture: picture, 3, "test")
+    page = live_page(Live(frames_of(2), lambda picture: picture, 3, "test"), title="")
     found = page.parts["frame"](Wanted(1, 0))
     assert len(found.content) == 36
     assert page.parts["frame"](Wanted(1, 2)).facts == {"ended": "1"}

@@ -11,7 +11,7 @@ from plenofir.camera.lytro.metadata import CHANNELS, Corner, FrameMetadata
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
 
-Colour = Literal["camera", "balanced", "srgb"]
+Colour = Literal["camera", "balanced", "srgb", "best"]
 Demosaic = Literal["edge-aware", "bilinear"]
 Mosaic = npt.NDArray[np.uint16]
 
@@ -104,11 +104,13 @@ def develop(
     """RGB picture of a mosaic.
 
     `mosaic`: of `unpack`. `colour`: "camera": colours of the sensor. "balanced": with the white
-    balance of the file. "srgb": with its colour matrix too. `demosaic`: how missing colours are
-    interpolated, both by OpenCV: along edges, or bilinear. Result: shape (rows, columns, 3),
-    uint16, 0 to 65535, in linear light. Raises `InputError` if OpenCV is missing, or the file has
-    no colour matrix for "srgb".
+    balance of the file. "srgb": with its colour matrix too; "best": if it has one. `demosaic`: how
+    missing colours are interpolated, both by OpenCV: along edges, or bilinear. Result: shape
+    (rows, columns, 3), uint16, 0 to 65535, in linear light. Raises `InputError` if OpenCV is
+    missing, or the file has no colour matrix for "srgb".
     """
+    if colour == "best":
+        colour = "balanced" if metadata.matrix is None else "srgb"
     if colour == "srgb" and metadata.matrix is None:
         raise InputError("srgb", where="colour", expected="camera or balanced: no matrix is known")
     try:

@@ -13,11 +13,15 @@ function element(name, attributes, text = "") {
     return made;
 }
 
-/** Draw into an SVG of 300 x 84: planes at their reciprocal distances, the camera on the right. */
-export function drawBench(svg, table, shown, pointed) {
-    const real = table.centre.mm.filter((mm, n) => mm !== null && table.centre.state[n] === 0);
+/**
+ * Draw into an SVG of 300 x 84: planes at their reciprocal distances, the camera on the right. The
+ * nearest plane of a range of a has the end of the scale.
+ */
+export function drawBench(svg, table, [low, high], shown, pointed) {
+    const within = (_, n) => low - 1e-9 <= table.first + n * table.step && table.first + n * table.step <= high + 1e-9;
+    const real = table.centre.mm.filter((mm, n) => within(mm, n) && mm !== null && table.centre.state[n] === 0);
     const nearest = Math.min(...real);
-    const largest = Math.max(...table.alpha.map((alpha) => Math.abs(alpha - 1)), 1e-9);
+    const largest = Math.max(...table.alpha.filter(within).map((alpha) => Math.abs(alpha - 1)), 1e-9);
     const place = ({ mm, state }) =>
         mm === null || state !== 0 ? LEFT : LEFT + (LENS - 24 - LEFT) * Math.min(nearest / mm, 1);
     const line = (x1, y1, x2, y2, kind) => element("line", { x1, y1, x2, y2, class: kind });
@@ -35,7 +39,7 @@ export function drawBench(svg, table, shown, pointed) {
         const width = Math.max(near - far, 1);
         parts.push(element("rect", { x: far, y: 12, width, height: 60, class: "field" }));
         const at = place(shown.centre);
-        const image = ARRAY + (REACH * (shown.alpha - 1)) / largest;
+        const image = ARRAY + REACH * Math.min(Math.max((shown.alpha - 1) / largest, -1), 1);
         for (const side of [-26, 26]) {
             const object = shown.centre.state === 0 ? AXIS : AXIS + side;
             parts.push(line(at, object, LENS, AXIS + side, "ray"));

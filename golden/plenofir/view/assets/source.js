@@ -29,12 +29,19 @@ export async function loadField() {
     return field;
 }
 
-/** Pixels of a picture that the browser can decode, RGBA. */
-export async function loadPicture(name) {
+/** What is at a name: its bytes, and facts about them by name. */
+async function part(name) {
     const there = inside(name);
-    const blob = there
-        ? new Blob([decoded(there.textContent)], { type: there.dataset.type })
-        : await (await fetched(encodeURIComponent(name))).blob();
+    if (there) {
+        const blob = new Blob([decoded(there.textContent)], { type: there.dataset.type });
+        return { blob, fact: (key) => there.dataset[key] };
+    }
+    const answer = await fetched(encodeURIComponent(name));
+    return { blob: await answer.blob(), fact: (key) => answer.headers.get(`X-${key}`) };
+}
+
+/** Pixels of a picture that the browser can decode, RGBA, 8 bit. */
+async function decodedImage(blob) {
     const options = { colorSpaceConversion: "none", premultiplyAlpha: "none" };
     const bitmap = await createImageBitmap(blob, options);
     const canvas = document.createElement("canvas");
@@ -42,6 +49,32 @@ export async function loadPicture(name) {
     const context = canvas.getContext("2d", { willReadFrequently: true });
     context.drawImage(bitmap, 0, 0);
     return context.getImageData(0, 0, bitmap.width, bitmap.height);
+}
+
+/**
+ * Values of a picture, one after the other for its channels. 16 bit come as a picture of the high
+ * bytes above one of the low bytes.
+ */
+async function decodedValues(blob, bits, channels) {
+    const { data, width, height } = await decodedImage(blob);
+    const rows = bits === 8 ? height : height / 2;
+    const length = width * rows;
+    const values = bits === 8 ? new Uint8Array(length * channels) : new Uint16Array(length * channels);
+    for (let n = 0, to = 0; n < length; n++) {
+        for (let channel = 0; channel < channels; channel++, to++) {
+            const from = 4 * n + channel;
+            values[to] = bits === 8 ? data[from] : 256 * data[from] + data[from + 4 * length];
+        }
+    }
+    return { values, width, height: rows };
+}
+
+/** A picture of a folder: its values, size, bits, channels, and how it is exposed. */
+export async function loadPicture(name) {
+    const { blob, fact } = await part(name);
+    const [bits, channels] = ["bits", "channels"].map((key) => Number(fact(key)));
+    const found = await decodedValues(blob, bits, channels);
+    return { ...found, bits, channels, exposure: JSON.parse(fact("exposure")) };
 }
 
 function samples(field, buffer) {
@@ -54,7 +87,8 @@ export async function loadFrame(field, bin, after) {
     const number = Number(answer.headers.get("X-Number"));
     const views = number ? samples(field, await answer.arrayBuffer()) : null;
     const captured = Number(answer.headers.get("X-Captured"));
-    return { views, number, captured, ended: answer.headers.has("X-Ended") };
+    const levels = answer.headers.get("X-Levels")?.split(",").map(Number);
+    return { views, number, captured, levels, ended: answer.headers.has("X-Ended") };
 }
 
 /** Views, one after the other, of a field with `bin` x `bin` micro lenses made one. */
@@ -65,20 +99,19 @@ export async function loadViews(field, bin) {
         const views = samples(field, await (await fetched(`views?bin=${bin}`)).arrayBuffer());
         return { views, bin, rows, columns };
     }
-    // Views beside and below each other in one picture.
-    const { data, width } = await loadPicture("views");
+    // Views beside and below each other in one picture; of 16 bit perhaps in codes of 8.
+    const { codes } = field;
     const m = field.micro_image_size;
     const { channels } = field;
-    const views = new Uint8Array(m * m * rows * columns * channels);
+    const found = await decodedValues((await part("views")).blob, codes ? 8 : field.bits, channels);
+    const views = new (field.bits === 8 ? Uint8Array : Uint16Array)(m * m * rows * columns * channels);
     let to = 0;
     for (let v = 0; v < m; v++) {
         for (let u = 0; u < m; u++) {
             for (let t = 0; t < rows; t++) {
-                let from = ((v * rows + t) * width + u * columns) * 4;
-                for (let s = 0; s < columns; s++, from += 4) {
-                    for (let channel = 0; channel < channels; channel++) {
-                        views[to++] = data[from + channel];
-                    }
+                const from = ((v * rows + t) * found.width + u * columns) * channels;
+                for (let n = from; n < from + columns * channels; n++) {
+                    views[to++] = codes ? codes[found.values[n]] : found.values[n];
                 }
             }
         }
@@ -86,27 +119,20 @@ export async function loadViews(field, bin) {
     return { views, bin, rows, columns };
 }
 
-/** Depth map: rows, columns, values 0 to 65535 for a from the field's range, and which of them
- * (0 to 1) colours are for; null for none. */
+/**
+ * Depth map: rows, columns, values 0 to 65535 for a from its range, and which of them (0 to 1)
+ * colours are for; null for none.
+ */
 export async function loadDepth(field) {
     if (!field.has_depth) return null;
-    const there = inside("depth");
-    let packed;
-    let size;
-    if (there) {
-        packed = new Blob([decoded(there.textContent)]);
-        size = there.dataset.size;
-    } else {
-        const answer = await fetched("depth");
-        packed = await answer.blob();
-        size = answer.headers.get("X-Size");
-    }
-    const stream = packed.stream().pipeThrough(new DecompressionStream("deflate"));
+    const { blob, fact } = await part("depth");
+    const stream = blob.stream().pipeThrough(new DecompressionStream("deflate"));
     const values = new Uint16Array(await new Response(stream).arrayBuffer());
-    const [rows, columns] = size.split("x").map(Number);
+    const [rows, columns] = fact("size").split("x").map(Number);
+    const range = fact("range").split(",").map(Number);
     // Colours are for what is there; few micro lenses in a hundred may be wrong.
     const sorted = values.slice().sort();
     const shown = [0.01, 0.99].map((share) => sorted[Math.floor(share * (sorted.length - 1))] / 65535);
     if (shown[1] - shown[0] < 0.01) shown[1] = shown[0] + 0.01;
-    return { values, rows, columns, shown };
+    return { values, rows, columns, range, shown };
 }
