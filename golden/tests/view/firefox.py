@@ -119,14 +119,7 @@ def firefox() -> Iterator[Tab]:
         ) as screen:
             assert screen.stdout is not None
             display = f":{screen.stdout.readline().strip()}"
-            command = [
-                "firefox-esr",
-                "--headless",
-                "--marionette",
-                "--no-remote",
-                "--profile",
-                name,
-            ]
+            command = ["firefox-esr", "--headless", "--marionette", "--profile", name]
             environment = {"DISPLAY": display, "HOME": name, "PATH": "/usr/bin:/bin"}
             with subprocess.Popen(command, env=environment, **quiet) as program:
                 try:
