@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Ways to the words of a core: Linux UIO, a serial bridge, a window into a larger bus.
+
+PYNQ's ``MMIO`` and ``DefaultIP``, and LiteX's ``RemoteClient`` behind a `Window`, are such ways as
+they are.
+"""
+
+import mmap
+import os
+import select
+from pathlib import Path
+from typing import Protocol
+
+from plenofir.driver.registers import Access
+from plenofir.ground.errors import InputError
+
+_UIO = Path("/sys/class/uio")
+_BYTES = 4096
+# Commands of LiteX's UARTBone: one word each.
+_WRITE, _READ = b"\x01\x01", b"\x02\x01"
+
+
+class Window:
+    """Words of another access from an address on, such as a core's on a bus."""
+
+    def __init__(self, access: Access, base: int) -> None:
+        self._access = access
+        self._base = base
+
+    def read(self, address: int) -> int:
+        """Read the word at an address."""
+        return self._access.read(self._base + address)
+
+    def write(self, address: int, value: int) -> None:
+        """Write the word at an address."""
+        self._access.write(self._base + address, value)
+
+
+class Uio:
+    """A core as a device of Linux' userspace I/O, ``/dev/uioN``: its registers and its interrupt.
+
+    `device` is its file. InputError if it cannot be opened and mapped.
+    """
+
+    def __init__(self, device: str | Path) -> None:
+        try:
+            self._file = os.open(device, os.O_RDWR | os.O_SYNC)
+        except OSError as error:
+            raise InputError(
+                f"cannot be opened ({error.strerror})", where=str(device), expected="a UIO device"
+            ) from None
+        try:
+            self._memory = mmap.mmap(self._file, _BYTES)
+        except (OSError, ValueError) as error:
+            os.close(self._file)
+            raise InputError(
+                f"cannot be mapped ({error})", where=str(device), expected="a UIO device"
+            ) from None
+        # One access of 32 bits each: slices of bytes would be several.
+        self._words = memoryview(self._memory).cast("I")
+
+    def read(self, address: int) -> int:
+        """Read the word at an address."""
+        return self._words[address // 4]
+
+    def write(self, address: int, value: int) -> None:
+        """Write the word at an address."""
+        self._words[address // 4] = value
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait for an interrupt; whether one came. The kernel masks it, so it is let through."""
+        os.write(self._file, (1).to_bytes(4, "little"))
+        if not select.select([self._file], [], [], timeout_s)[0]:
+            return False
+        os.read(self._file, 4)
+        return True
+
+    def close(self) -> None:
+        """Give the device back."""
+        self._words.release()
+        self._memory.close()
+        os.close(self._file)
+
+
+def find_uio(name: str = "plenofir", classes: Path = _UIO) -> Path:
+    """Find the one UIO device whose name (that of its node in the device tree) holds a text.
+
+    InputError if there is none or more than one.
+    """
+    entries = sorted(classes.glob("uio*/name"))
+    found = {file.parent.name: file.read_text().strip() for file in entries}
+    fitting = [device for device, text in found.items() if name in text]
+    if len(fitting) == 1:
+        return Path("/dev") / fitting[0]
+    seen = ", ".join(f"{device} ({text})" for device, text in found.items()) or "none"
+    raise InputError(
+        f"{len(fitting)} UIO devices named {name!r}; there are: {seen}",
+        expected="one: name it, or see the device tree in docs/registers.md",
+    )
+
+
+class SerialPort(Protocol):
+    """What is used of a serial port (pyserial), which has a time-out."""
+
+    def write(self, data: bytes, /) -> object:
+        """Send bytes."""
+
+    def read(self, size: int, /) -> bytes:
+        """Read so many bytes, or what came until the time-out."""
+
+
+class SerialBridge:
+    """A bus behind a serial port, in the protocol of LiteX's UARTBone: words of 32 bits.
+
+    `base` is the address of the core on that bus, in bytes. Writes are not answered.
+    """
+
+    def __init__(self, port: SerialPort, base: int = 0) -> None:
+        self._port = port
+        self._base = base
+
+    def read(self, address: int) -> int:
+        """Read the word at an address; InputError if no answer comes."""
+        self._port.write(_READ + self._place(address))
+        answer = self._port.read(4)
+        if len(answer) < 4:
+            raise InputError(
+                f"{len(answer)} bytes of 4 came for the word at {self._base + address:#x}",
+                where="serial bridge",
+                expected="a UARTBone at this speed",
+            )
+        return int.from_bytes(answer, "big")
+
+    def write(self, address: int, value: int) -> None:
+        """Write the word at an address."""
+        self._port.write(_WRITE + self._place(address) + value.to_bytes(4, "big"))
+
+    def _place(self, address: int) -> bytes:
+        return ((self._base + address) // 4).to_bytes(4, "big")

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The driver and the example in C against the VHDL, and what else a driver needs."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from plenofir.camera.calibration import calibration_of_grid
+from plenofir.camera.synthetic import regular_grid
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.depth_index import DepthIndexConfiguration
+from plenofir.fpga.core.stack_engine import StackEngine
+from plenofir.ground import project
+from plenofir.plan.sensor.chip import resampling
+from plenofir_tb.runner import Case, run_cases
+
+EXAMPLES = project.root() / "examples"
+HDL = project.root() / "hdl" / "axi"
+REFOCUSER = CoreConfiguration(micro_image_size=3, shifts=(2, -1, 0), max_columns=15)
+STACK = CoreConfiguration(micro_image_size=3, shifts=(-1, 2), max_columns=14, engine=StackEngine())
+INDEX = DepthIndexConfiguration(micro_image_size=3, slices=2, max_columns=14)
+SHAPE = (30, 40)
+
+
+@pytest.fixture
+def library(tmp_path: Path) -> str:
+    """The example in C as a library; nothing where there is no compiler."""
+    compiler = shutil.which("gcc")
+    if compiler is None:
+        return ""
+    file = tmp_path / "libplenofir_start.so"
+    strict = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-I", str(HDL))
+    source = str(EXAMPLES / "c" / "plenofir_start.c")
+    subprocess.run([compiler, *strict, "-shared", "-fPIC", "-o", file, source], check=True)
+    # As a program, too; POSIX has what it asks the system for.
+    program = ("-DPLENOFIR_MAIN", "-D_POSIX_C_SOURCE=200809L", "-o", str(tmp_path / "start"))
+    subprocess.run([compiler, *strict, *program, source], check=True)
+    return str(file)
+
+
+def test_driver(library: str) -> None:
+    pytest.importorskip("cocotbext.axi", reason="cocotbext-axi is missing: scripts/setup.sh tests")
+    stack = {"kind": "stack_axi", "core": STACK.model_dump(mode="json")}
+    generics = {k: v for k, v in STACK.generics().items() if k not in ("INPUT_LINES", "FLUSH")}
+    index = {"DEPTH_INDEX": True, "RADIUS": INDEX.radius}
+    grids = [regular_grid(SHAPE, 6.3, rotation_degrees=degrees) for degrees in (0.7, -0.4)]
+    calibrations = [calibration_of_grid(grid, SHAPE) for grid in grids]
+    chips = [resampling(calibration, 5, devignette=False) for calibration in calibrations]
+    chip = max((chip.core for chip in chips), key=lambda core: core.lines)
+    other = regular_grid(SHAPE, 6.3, layout="hexagonal-rows")
+    sensor = {
+        "kind": "sensor_axi",
+        "core": chip.model_dump(),
+        "calibrations": [calibration.model_dump(mode="json") for calibration in calibrations],
+        "other": calibration_of_grid(other, SHAPE).model_dump(mode="json"),
+    }
+    refocuser = {"kind": "refocuser_axi", "core": REFOCUSER.model_dump(mode="json")}
+    if library:
+        refocuser["library"] = library
+    run_cases(
+        [
+            Case("refocuser_axi", "axi.driver_bench", REFOCUSER.generics(), refocuser),
+            Case("stack_axi", "axi.driver_bench", generics, stack),
+            Case(
+                "stack_axi",
+                "axi.driver_bench",
+                {**generics, **index},
+                {**stack, "index": INDEX.model_dump(mode="json")},
+            ),
+            Case("sensor_axi", "axi.driver_bench", chip.generics(), sensor),
+        ]
+    )
+
+
+def test_device_tree(tmp_path: Path) -> None:
+    if shutil.which("dtc") is None:
+        pytest.skip("dtc is not installed (scripts/setup.sh tests)")
+    source = EXAMPLES / "linux" / "plenofir.dtso"
+    done = subprocess.run(
+        ["dtc", "-@", "-I", "dts", "-O", "dtb", "-o", tmp_path / "plenofir.dtbo", source],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Warning" not in done.stderr, done.stderr
