@@ -37,6 +37,7 @@ PACKAGES = {
     "plenofir.camera.resampling": "Resampling as the VHDL does it",
     "plenofir.camera.synthetic": "A synthetic camera",
     "plenofir.plan": "From a scene to a core",
+    "plenofir.driver": "The driver of a core behind a bus",
     "plenofir.ground.images": "Reading and writing images",
     "plenofir.ground.errors": "Errors",
 }

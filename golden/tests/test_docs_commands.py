@@ -11,6 +11,7 @@ from typing import Any
 from unittest import mock
 
 import pytest
+from core_words import RefocuserWords
 from docs_stock import make_docs_stock
 from in_process import plenofir
 
@@ -172,6 +173,9 @@ def python_of(page: Path) -> list[str]:
 def test_python_runs(stock: Path, tmp_path: Path, page: Path, monkeypatch: Any) -> None:
     """All blocks of a page, one after the other, where a reader has the files that they name."""
     monkeypatch.chdir(tmp_path)
+    # A board with a core.
+    monkeypatch.setattr("plenofir.driver.find_uio", lambda: "/dev/uio0")
+    monkeypatch.setattr("plenofir.driver.Uio", RefocuserWords)
     for name in ("white.tif", "raw.png"):
         shutil.copy(stock / name, tmp_path)
     assert run("plenofir calibrate white.tif --out calib.json") == ""

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A core's registers without a core: what the driver reads of it, and what it writes stays."""
+
+from plenofir.driver.registers import ADDRESSES, IDENTIFICATION_VALUE, MAP_NUMBER
+
+
+class RefocuserWords(dict[int, int]):
+    """Words of a refocuser with M = 5; its counters stand still, its events have happened."""
+
+    shifts = (-3, -1, 0, 2)
+
+    def __init__(self, *_: object) -> None:
+        words = {
+            "identification": IDENTIFICATION_VALUE,
+            "version": MAP_NUMBER << 24,
+            "parts": 1,
+            "geometry": 1 << 24 | 8 << 19 | 1 << 17 | len(self.shifts) << 8 | 5,
+            "limits": 1 << 16 | 2048,
+            "interrupt_status": 7,
+        }
+        super().__init__({ADDRESSES[name]: word for name, word in words.items()})
+
+    def read(self, address: int) -> int:
+        """Read a word."""
+        if address == ADDRESSES["slice_shift"]:
+            return self.shifts[self[ADDRESSES["asked_slice"]]] & 0x3FFF
+        return self.get(address, 0)
+
+    def write(self, address: int, value: int) -> None:
+        """Write a word."""
+        self[address] = value
