@@ -44,6 +44,15 @@ package arithmetic_pkg is
     sharpened     : boolean
   ) return boolean;
 
+  -- The same for weights that divide the sums of an array; weight_bits: their width, 0 without.
+  function takes_weights (
+    name          : string;
+    weight_bits   : natural;
+    arithmetic    : arithmetic_t;
+    parallel_rows : positive;
+    sharpened     : boolean
+  ) return boolean;
+
   -- Width of a value in front of a pass, numbered from 0 (behind the one before it).
   function value_bits (
     arithmetic : arithmetic_t;
@@ -162,6 +171,24 @@ package body arithmetic_pkg is
     return true;
 
   end function takes_border;
+
+  function takes_weights (
+    name          : string;
+    weight_bits   : natural;
+    arithmetic    : arithmetic_t;
+    parallel_rows : positive;
+    sharpened     : boolean
+  ) return boolean is
+  begin
+
+    assert weight_bits = 0 or
+           weight_bits = weight_width(true, arithmetic.micro_image_size, arithmetic.passes - 1)
+      report name & ": WEIGHT_BITS must be 0, or the width of M * M (with interpolation of a higher power of M)"
+      severity failure;
+
+    return takes_border(name, weight_bits > 0, arithmetic.exact, parallel_rows, sharpened);
+
+  end function takes_weights;
 
   function value_bits (
     arithmetic : arithmetic_t;

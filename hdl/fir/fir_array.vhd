@@ -69,7 +69,7 @@ entity fir_array is
     -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
     SHARPENING : string := "";
     -- Width of the weights that divide the sums, exact ones of one row at a time, not sharpened; 0: M * M divides them.
-    WEIGHT_BITS : natural := 0;
+    WEIGHT_BITS : natural range 0 to 31 := 0;
     -- Whether all rows of a column come out with the same token.
     DESKEW : boolean := false
   );
@@ -99,8 +99,8 @@ architecture rtl of fir_array is
 
   constant REFUSED : boolean := not (takes_columns("fir_array", MAX_COLUMNS) and
                                      takes_arithmetic("fir_array", ARITHMETIC) and
-                                     takes_border("fir_array", WEIGHT_BITS > 0, EXACT, PARALLEL_ROWS,
-                                                   sharpens(SHARPENING)) and
+                                     takes_weights("fir_array", WEIGHT_BITS, ARITHMETIC, PARALLEL_ROWS,
+                                                    sharpens(SHARPENING)) and
                                      takes_sharpening("fir_array", SHARPENING, GEOMETRY.slices, EXACT,
                                                        PARALLEL_ROWS) and
                                      takes_filters("fir_array", ARITHMETIC, GEOMETRY, HOLD, PARALLEL_ROWS, MAX_COLUMNS,

@@ -62,7 +62,7 @@ entity moving_sum_array is
     -- The weight of each slice's sharpening in 64ths, with blanks in between; without one there is no sharpener.
     SHARPENING : string := "";
     -- Width of the weights that divide the sums, exact ones that are not sharpened; 0: M * M divides them.
-    WEIGHT_BITS : natural := 0
+    WEIGHT_BITS : natural range 0 to 31 := 0
   );
   port (
     clk   : in    std_logic;
@@ -89,8 +89,8 @@ architecture rtl of moving_sum_array is
 
   constant REFUSED : boolean := not (takes_columns("moving_sum_array", MAX_COLUMNS) and
                                      takes_arithmetic("moving_sum_array", ARITHMETIC) and
-                                     takes_border("moving_sum_array", WEIGHT_BITS > 0, EXACT, 1,
-                                                   sharpens(SHARPENING)) and
+                                     takes_weights("moving_sum_array", WEIGHT_BITS, ARITHMETIC, 1,
+                                                    sharpens(SHARPENING)) and
                                      takes_sharpening("moving_sum_array", SHARPENING, GEOMETRY.slices, EXACT,
                                                        1) and
                                      takes_sums("moving_sum_array", ARITHMETIC, GEOMETRY, ANY_ROWS, PIXELS_PER_CLOCK,

@@ -36,7 +36,7 @@ entity stack_array is
     -- Width of a channel.
     PIXEL_BITS : positive range 1 to 16 := 8;
     -- Width of the weights that divide the sums, exact ones; 0: M * M divides them.
-    WEIGHT_BITS : natural := 0
+    WEIGHT_BITS : natural range 0 to 31 := 0
   );
   port (
     clk   : in    std_logic;
@@ -56,7 +56,9 @@ architecture rtl of stack_array is
 
   constant GEOMETRY : geometry_t := geometry_of("stack_array", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
-  constant REFUSED : boolean := not takes_stack("stack_array", GEOMETRY, MAX_COLUMNS, CHANNELS, PIXEL_BITS);
+  constant REFUSED : boolean := not (takes_stack("stack_array", GEOMETRY, MAX_COLUMNS, CHANNELS, PIXEL_BITS) and
+                                     takes_weights("stack_array", WEIGHT_BITS,
+                                                    (true, MICRO_IMAGE_SIZE, PIXEL_BITS, 0, 0, 1), 1, false));
 
   constant M          : positive := MICRO_IMAGE_SIZE;
   constant SLICES     : positive := GEOMETRY.slices;
