@@ -48,7 +48,7 @@ from plenofir.fpga.synthesis.comparison import ENGINES, SIZES, Cell, all_shifts,
 from plenofir.fpga.synthesis.estimate import estimate
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground import project
-from plenofir.ground.images import read_image, write_png
+from plenofir.ground.images import eight_bits, read_image, write_png
 from plenofir.plan.scene_screen import SceneScreen, screen_of
 from plenofir.refocus import refocus
 from plenofir.refocus.moving_sum import SumLayout
@@ -286,12 +286,12 @@ def depth() -> None:
     rows, columns = light_field(raster, m).shape[:2]
     figure, axes = plt.subplots(2, 2, figsize=(11, 7.2), constrained_layout=True)
     shown = (
-        ("part of the raw capture", capture.raw[380:524, 480:720] >> 8),
-        ("central view", sub_aperture(raster, m, 5, 5) >> 8),
-        ("all in focus", sharp[: rows * m, : columns * m] >> 8),
+        ("part of the raw capture", eight_bits(capture.raw[380:524, 480:720])),
+        ("central view", eight_bits(sub_aperture(raster, m, 5, 5))),
+        ("all in focus", eight_bits(sharp[: rows * m, : columns * m])),
     )
     for axis, (title, image) in zip(axes.ravel(), shown, strict=False):
-        axis.imshow(image.astype(np.uint8), interpolation="nearest")
+        axis.imshow(image, interpolation="nearest")
         axis.set_title(title)
     colours = plt.get_cmap("viridis_r").with_extremes(bad="0.6")
     scale = axes[1, 1].imshow(found.distance_mm / 1000, cmap=colours, vmin=1, vmax=5)
@@ -414,14 +414,18 @@ def viewer() -> None:
     with browser() as chromium, tempfile.TemporaryDirectory() as parent:
         page = light_field_page(planes, 5, full_scale=255, title=PLANES.name, model=model)
         tab = opened(chromium, page, (1000, 620))
-        box = tab.locator("#picture").bounding_box()
-        cat = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
-        tab.mouse.click(*cat)
+        tab.mouse.click(*tab.evaluate("plenofir.placeOf(0.5, 0.5)"))
         tab.wait_for_timeout(500)
-        tab.mouse.move(box["x"] + 0.88 * box["width"], cat[1])
+        tab.mouse.move(*tab.evaluate("plenofir.placeOf(0.88, 0.5)"))
         shot(tab, "view-refocused.jpg")
         tab.evaluate("plenofir.setMode('depth')")
         shot(tab, "view-depth.jpg")
+        white, dark, raw = (read_image(MICROSCOPE / f"{n}.png") for n in ("white", "dark", "raw"))
+        aligned = decode(raw, calibrate(white, dark), 13, dark=dark)
+        page = light_field_page(aligned, 13, full_scale=65535, title="vesicle", gamma=1.0)
+        tab = opened(chromium, page, (1000, 700))
+        tab.evaluate("plenofir.setZoom(1.6, 0.55, 0.45)")
+        shot(tab, "view-microscope.jpg")
         page = light_field_page(flower, 5, full_scale=255, title=FLOWER.name)
         tab = opened(chromium, page, (360, 640), has_touch=True, is_mobile=True)
         tab.evaluate("plenofir.setMode('sharp')")
@@ -433,6 +437,18 @@ def viewer() -> None:
         tab = opened(chromium, pictures_page(folder, "build/sim"), (1000, 480))
         tab.evaluate("plenofir.setMode('wipe')")
         shot(tab, "view-pictures.jpg")
+
+
+def developed() -> None:
+    """The page that `plenofir develop` makes of the microscope's capture."""
+    with tempfile.TemporaryDirectory() as folder, browser() as chromium:
+        files = [str(MICROSCOPE / f"{name}.png") for name in ("raw", "white", "dark")]
+        command = [sys.executable, "-m", "plenofir", "develop", files[0], "--white", files[1]]
+        command += ["--dark", files[2], "-M", "13", "--out", folder]
+        subprocess.run(command, check=True)
+        tab = chromium.new_context(viewport={"width": 1000, "height": 1100}).new_page()
+        tab.goto((Path(folder) / "index.html").as_uri())
+        shot(tab, "developed.png")
 
 
 PICTURES: dict[str, Callable[[], None]] = {
@@ -450,6 +466,7 @@ PICTURES: dict[str, Callable[[], None]] = {
     "engines": engines,
     "moving-sum": moving_sum,
     "viewer": viewer,
+    "developed": developed,
 }
 
 

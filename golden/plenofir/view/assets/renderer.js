@@ -8,6 +8,8 @@ const MODES = ["refocused", "sharp", "depth"];
 const SNAP = 1e-6;
 // Pixels around what is shown that interpolation needs.
 const MARGIN = 2;
+// Widths of the means that smooth a picture, in micro lenses: linear between them, without edges.
+const SMOOTHING = [1, 0.5];
 // Pixels that are drawn at once for a file.
 const BAND = 1 << 22;
 
@@ -268,10 +270,12 @@ export class Renderer {
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         const lens = field.micro_image_size / stride;
         if (state.smooth && lens > 1 && state.mode !== "depth") {
-            for (const [from, to, along] of [[pixels, smoothed, [1, 0]], [smoothed, pixels, [0, 1]]]) {
-                this.#target(to, gl.RGBA16UI, width, height);
-                this.#use(this.programs.box, { from: from.unit, along, width: lens });
-                gl.drawArrays(gl.TRIANGLES, 0, 3);
+            for (const wide of SMOOTHING.map((share) => share * lens)) {
+                for (const [from, to, along] of [[pixels, smoothed, [1, 0]], [smoothed, pixels, [0, 1]]]) {
+                    this.#target(to, gl.RGBA16UI, width, height);
+                    this.#use(this.programs.box, { from: from.unit, along, width: wide });
+                    gl.drawArrays(gl.TRIANGLES, 0, 3);
+                }
             }
         }
         this.drawn = key;
@@ -296,8 +300,8 @@ export class Renderer {
 
     /** The region that a part of the picture needs, from one place to another. */
     #region(state, from, to, stride) {
-        const lens = state.smooth ? Math.ceil(this.field.micro_image_size / stride / 2) : 0;
-        const around = MARGIN + lens;
+        const lens = state.smooth ? this.field.micro_image_size / stride : 0;
+        const around = MARGIN + SMOOTHING.reduce((sum, share) => sum + Math.ceil((share * lens) / 2), 0);
         const origin = from.map((x) => (Math.floor(Math.max(x, 0) / stride) - around) * stride);
         const ends = to.map((x, n) => Math.min(x, this.size[n]));
         const [width, height] = ends.map((x, n) => Math.max(Math.ceil((x - origin[n]) / stride) + around, 1));

@@ -5,8 +5,9 @@
 // textures, the shader adds them and rounds once, halves up. On the grid of a (shift a M whole) that
 // is Eq. (6.1) with a normalised border, as plenofir.refocus computes it; off the grid each view
 // moves by the whole number of pixels that is nearest. Then, for a smooth display, the mean over a
-// micro lens in both dimensions, which is linear interpolation between micro lenses. Last what the
-// screen shows of that: zoomed, exposed, with 8 bits.
+// micro lens in both dimensions, which is linear interpolation between micro lenses, and over half
+// of one, which rounds its edges off. Last what the screen shows of that: zoomed, exposed, with 8
+// bits.
 
 export const VERTICES = `#version 300 es
 void main() {
