@@ -22,10 +22,10 @@ synth: venv ## Synthesise for Spartan-6 with GHDL and Yosys: SCENE= OUT= (withou
 	@scripts/setup.sh ghdl
 	@$(PLENOFIR) synth
 
-pnr: venv ## Place and route for ECP5 with nextpnr: SCENE=
+pnr: venv ## Place and route with nextpnr (ECP5, Nexus, Gowin, GateMate): SCENE= DEVICE=
 	@scripts/setup.sh ghdl
 	@scripts/setup.sh pnr
-	@$(PYTHON) scripts/resources.py place $(if $(SCENE),"$(SCENE)")
+	@$(PYTHON) scripts/resources.py place $(if $(SCENE),"$(SCENE)" $(DEVICE))
 
 mutants: venv libpython # Change the VHDL in 120 ways; fails if a change that nothing notices is not explained
 	@scripts/setup.sh ghdl

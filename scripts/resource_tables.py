@@ -2,6 +2,7 @@
 """Tables of what designs take of a device and the clocks that they reach, for `build_docs.py`."""
 
 import json
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
@@ -13,6 +14,7 @@ from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Usage
+from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.synthesis.comparison import (
     ENGINES,
     SETS,
@@ -25,8 +27,11 @@ from plenofir.fpga.synthesis.comparison import (
 )
 from plenofir.fpga.synthesis.estimate import VIDEO_USAGES, estimate
 from plenofir.fpga.synthesis.parts import PARTS, TMDS_ENDS, left_out_in_turn, needed_parts
+from plenofir.fpga.synthesis.placers import load_placed_cores
 from plenofir.fpga.synthesis.spartan6 import Figures
 from plenofir.ground import project
+from plenofir.ground.errors import InputError
+from plenofir.plan import load_scene, make_plan
 from plenofir.plan.figures import (
     SENSORS,
     Design,
@@ -193,6 +198,7 @@ def resource_tables(text: str) -> str:
     """Put what the designs take of a Spartan-6 between its marks in a page."""
     figures = recorded()
     text = put(text, "scenes", table(f"scene | {FIGURE_HEADS}", scene_rows(figures)))
+    text = device_table(text)
     lines = []
     for what, core in left_out_in_turn():
         parts, usage = needed_parts(core), estimate(core)
@@ -205,6 +211,38 @@ def resource_tables(text: str) -> str:
     cores = ", ".join(design.name for design in core_designs())
     rows = [(boards, *TMDS_ENDS.values()), (cores, *("0" for _ in TMDS_ENDS))]
     return put(text, "ends", table(f"design | {' | '.join(TMDS_ENDS)}", rows))
+
+
+_SHOWN = ("grey-microscope", "rgb-480p", "rgb-720p", "thesis-m3", "video-m11", "lytro1-raw")
+
+
+def _on_device(scene: str, device: str) -> str:
+    """What a scene's core takes of a device, or why it can't be there."""
+    try:
+        plan = make_plan(load_scene(scene, device))
+    except InputError as error:
+        over = re.search(r"needs (\d+) of (\d+) ([^;(]+)", str(error))
+        if over is not None:
+            return f"{over[1]} of {over[2]} {over[3].strip()}"
+        return "too slow" if "MHz" in str(error) else "no such core"
+    names = FAMILIES[DEVICES[device].family].names
+    video = plan.video_needs or dict.fromkeys(names, 0)
+    lut, blocks = (plan.needs[name] - video[name] for name in (names[0], names[2]))
+    at_once = f", {plan.core.pixels_per_clock} px" if plan.core.pixels_per_clock > 1 else ""
+    placed = load_placed_cores().get(device, {})
+    found = placed.get(scene, placed.get(f"{scene} core"))
+    clock = "" if found is None else f" **{found.fmax_mhz:g} MHz**"
+    return f"{lut} + {blocks}{at_once}{clock}"
+
+
+def device_table(text: str) -> str:
+    """Put what the shipped scenes' cores take of every device between its marks in a page."""
+    rows = []
+    for device in DEVICES.values():
+        total, names = device.total, FAMILIES[device.family].names
+        has = f"{total.lut} {names[0]}, {total.ramb16} {names[2]}"
+        rows.append((device.title, has, *(_on_device(scene, device.name) for scene in _SHOWN)))
+    return put(text, "devices", table(f"device | it has | {' | '.join(_SHOWN)}", rows))
 
 
 def sensor_table(text: str) -> str:

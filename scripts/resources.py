@@ -1,18 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Records what designs take of a device and the clocks that they reach.
 
-Usage: python scripts/resources.py figures|compare|place|pixels|fit [NAMES]
+Usage: python scripts/resources.py figures|compare|devices|families|place|pixels|fit [NAMES]
 
 figures synthesises the designs of plenofir.plan.figures for Spartan-6 (JOBS at once) and records
   them in data/figures.json; names of designs, all if there are none.
 compare synthesises and places the cells of the comparison of both engines that data/comparison.json
   lacks; parts of their names; --again measures anew.
-place places for ECP5. A scene: its clock and resources, or the bitstream of its board, whose report
-  goes into data/boards.json. Without a scene all shipped scenes, cores and arrays, for
-  data/ecp5.json, and the self-test of the ULX3S board, whose bitstream goes to build/pnr/.
+devices places the cores of the shipped scenes on the devices of
+  plenofir.fpga.synthesis.placers that data/placed_cores.json lacks; names of devices: anew.
+families counts the cores of plenofir.fpga.synthesis.counts for the families of other vendors that
+  data/families.json lacks; names of families.
+place places for ECP5, or for the device that is named behind a scene. A scene: its clock and
+  resources, or the bitstream of its board, whose report goes into data/boards.json. Without a
+  scene all shipped scenes, cores and arrays, for data/ecp5.json, and the self-test of the ULX3S
+  board, whose bitstream goes to build/pnr/.
 pixels places the core of the scene video-m11 with those of 1 to 32 pixels a clock that
   data/pixels.json lacks; numbers of pixels, which are placed anew.
-fit prints weights for the engines (plenofir.fpga.core), fitted to what is recorded.
+fit writes the engines' weights (data/weights.json), fitted to what is recorded.
 """
 
 import os
@@ -31,11 +36,21 @@ from plenofir.fpga import hdl
 from plenofir.fpga.bitstream.nextpnr import build, load_builds, save_builds
 from plenofir.fpga.bitstream.top_level import board_generics
 from plenofir.fpga.boards import board_of
-from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.configuration import SLICE_ENGINES, CoreConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
 from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK
-from plenofir.fpga.devices import Usage
+from plenofir.fpga.core.weights import FILE as WEIGHTS
+from plenofir.fpga.core.weights import RESOURCES, load_weights
+from plenofir.fpga.devices import DEVICES, Usage
+from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.synthesis import comparison
+from plenofir.fpga.synthesis.counts import (
+    COUNTED,
+    count,
+    counted_cores,
+    load_counts,
+    save_counts,
+)
 from plenofir.fpga.synthesis.ecp5 import (
     NAMES,
     Placed,
@@ -44,7 +59,9 @@ from plenofir.fpga.synthesis.ecp5 import (
     place,
     write_bitstream,
 )
-from plenofir.fpga.synthesis.estimate import memories, structure
+from plenofir.fpga.synthesis.estimate import estimate, memories, structure
+from plenofir.fpga.synthesis.placers import PLACERS, load_placed_cores, save_placed_cores
+from plenofir.fpga.synthesis.placers import place_core as place_on
 from plenofir.fpga.synthesis.records import save_records
 from plenofir.fpga.synthesis.self_test import TOP as SELF_TEST
 from plenofir.fpga.synthesis.self_test import self_test_generics
@@ -141,6 +158,44 @@ def compare(words: Sequence[str]) -> None:
         comparison.save_comparison(content)
 
 
+def families(names: Sequence[str]) -> None:
+    """Write the file of counts, after each core."""
+    for family in COUNTED:
+        if names and family not in names:
+            continue
+        for name, core in counted_cores():
+            known = load_counts()
+            if name in known.get(family, {}):
+                continue
+            with tempfile.TemporaryDirectory() as folder:
+                found = count(family, hdl.hdl_sources(), CORE, core.generics(), Path(folder))
+            known.setdefault(family, {})[name] = found
+            save_counts(known)
+            print(f"{family}, {name}: {found.amounts(family)}", flush=True)
+
+
+def devices(names: Sequence[str]) -> None:
+    """Write the file of cores placed on devices with other open tools, after each core."""
+    for name in PLACERS:
+        device = DEVICES[name]
+        for design in core_designs():
+            known = load_placed_cores()
+            named = name in names
+            if (names and not named) or (design.name in known.get(name, {}) and not named):
+                continue
+            if device.overflow(estimate(design.core, device.family)):
+                print(f"{name}, {design.name}: does not fit")
+                continue
+            with tempfile.TemporaryDirectory() as folder:
+                placed = place_on(
+                    *(name, device.family, hdl.hdl_sources(), CORE),
+                    *(design.core.generics(), Path(folder)),
+                )
+            known.setdefault(name, {})[design.name] = placed
+            save_placed_cores(known)
+            print(f"{name}, {design.name}: {placed}", flush=True)
+
+
 def place_core(core: CoreConfiguration, *, behind_few_pins: bool, **options: object) -> Placed:
     """Synthesise a core for ECP5, place and route it."""
     with tempfile.TemporaryDirectory() as name:
@@ -181,8 +236,10 @@ def place_all(names: Sequence[str]) -> None:
     """Place a scene, or everything that is recorded."""
     check_tools()
     if names:
-        plan = make_plan(load_scene(names[0]))
-        if is_ecp5_board(plan):
+        plan = make_plan(load_scene(names[0], names[1] if len(names) > 1 else None))
+        if plan.device in PLACERS:
+            place_scene(plan)
+        elif is_ecp5_board(plan):
             record_build(plan)
         else:
             # The board's TMDS ends are Spartan-6 primitives: what can be placed here is the core.
@@ -204,6 +261,21 @@ def place_all(names: Sequence[str]) -> None:
     for plan in (make_plan(load_scene(file)) for file in scene_files()):
         if is_ecp5_board(plan):
             record_build(plan)
+
+
+def place_scene(plan: Plan) -> None:
+    """Place a scene's core for a device that another tool than ECP5's places."""
+    folder = BITSTREAMS / f"{plan.scene}-{plan.device}"
+    with tempfile.TemporaryDirectory() as name:
+        sources = configure(plan, Path(name))
+        family = DEVICES[plan.device].family
+        placed = place_on(plan.device, family, sources, TOP, {}, Path(name))
+        publish_files(Path(name), folder)
+    amounts = ", ".join(
+        f"{n} {what}" for n, what in zip(placed.amounts, FAMILIES[family].names, strict=True)
+    )
+    print(f"{plan.scene} on {plan.device}: {placed.fmax_mhz} MHz, {amounts}")
+    print(f"bitstream: {folder / PLACERS[plan.device].bitstream}")
 
 
 def place_self_test() -> Placed:
@@ -256,47 +328,71 @@ def pixels(words: Sequence[str]) -> None:
         placed_pixels.save_placed({**known, number: placed})
 
 
-def fit_engine(kind: str, cells: list[tuple[str, CoreConfiguration, Figures]]) -> None:
-    """Print weights, none of them negative, with the least squares of relative errors."""
-    counted = [structure(core) for _, core, _ in cells]
+def fit_engine(
+    kind: str, family: Family, cells: list[tuple[str, CoreConfiguration, Usage]]
+) -> dict[str, dict[str, float]]:
+    """Weights, none of them negative, with the least squares of relative errors."""
+    counted = [structure(core, family) for _, core, _ in cells]
     names = list(counted[0])
     parts = np.array([[count[name] for name in names] for count in counted], dtype=float)
-    in_memories = [sum((m.usage for m in memories(core)), Usage()).lut for _, core, _ in cells]
+    used = [sum((m.usage(family) for m in memories(core)), Usage()).lut for _, core, _ in cells]
     goals: Mapping[str, list[int]] = {
-        "LUT_WEIGHTS": [f.lut - n for (_, _, f), n in zip(cells, in_memories, strict=True)],
-        "FLIP_FLOP_WEIGHTS": [f.flip_flops for _, _, f in cells],
+        "lut": [u.lut - n for (_, _, u), n in zip(cells, used, strict=True)],
+        "flip_flops": [u.flip_flops for _, _, u in cells],
     }
-    for title, wanted in goals.items():
+    tables = {}
+    for resource, wanted in goals.items():
         goal = np.array(wanted, dtype=float)
         weights, _ = nnls(parts / goal[:, None], np.ones(len(goal)))
-        lines = [f'    "{name}": {w:.3g},' for name, w in zip(names, weights, strict=True) if w]
-        errors = parts @ weights / goal - 1
+        rounded = [float(f"{weight:.3g}") for weight in weights]
+        tables[resource] = {n: w for n, w in zip(names, rounded, strict=True) if w}
+        errors = parts @ np.array(rounded) / goal - 1
         worst = int(np.abs(errors).argmax())
-        print(f"{kind}: {title} = {{", *lines, "}", sep="\n")
-        print(f"# worst: {cells[worst][0]}, {errors[worst]:+.1%}")
+        print(f"{family}, {kind}, {resource}: worst {cells[worst][0]}, {errors[worst]:+.1%}")
+    return tables
 
 
 def fit(names: Sequence[str]) -> None:
-    """Print the tables of both engines; filters are fitted to designs, moving sums to cells too."""
-    del names
+    """Write the weights of both engines; of a Spartan-6 from figures and the comparison."""
     known, measured = load_figures().figures["2.0.0"], comparison.load_comparison().figures
-    cores = [
-        (design.name, design.core, known[design.name])
-        for design in designs()
-        if design.name in known and design.top == CORE
-    ]
-    cells = [
-        (cell.name, cell.core(), measured[cell.name])
-        for cell in comparison.measured_cells()
-        if cell.name in measured
-    ]
-    for kind, parts in (("fir", cores), ("moving_sum", [*cores, *cells])):
-        fit_engine(kind, [part for part in parts if part[1].engine.kind == kind])
+    counts = load_counts()
+    counted = dict(counted_cores())
+    weights = {kind: dict(families) for kind, families in load_weights().items()}
+    for family in ("spartan6", *COUNTED):
+        if names and family not in names:
+            continue
+        if family == "spartan6":
+            cells = [
+                (design.name, design.core, known[design.name].usage)
+                for design in designs()
+                if design.name in known and design.top == CORE
+            ]
+            cells += [
+                (cell.name, cell.core(), measured[cell.name].usage)
+                for cell in comparison.measured_cells()
+                if cell.name in measured
+            ]
+        else:
+            cells = [(name, core, counts[family][name]) for name, core in counted.items()]
+        for kind in SLICE_ENGINES:
+            own = [cell for cell in cells if cell[1].engine.kind == kind]
+            weights[kind][family] = fit_engine(kind, family, own)
+        if family == "spartan6":
+            continue
+        # For what is not fitted: LUTs and flip-flops for each of a Spartan-6, by the same cores.
+        times = [
+            [getattr(u, r) / getattr(estimate(core), r) for _, core, u in cells] for r in RESOURCES
+        ]
+        for part in ("sharpener", "sensor"):
+            weights[part][family] = [round(float(np.median(t)), 2) for t in times]
+    save_records(WEIGHTS, weights, levels=2)
 
 
 COMMANDS = {
     "figures": figures,
     "compare": compare,
+    "devices": devices,
+    "families": families,
     "place": place_all,
     "pixels": pixels,
     "fit": fit,

@@ -5,7 +5,7 @@
 #   venv         creates .venv with the pinned Python packages and the command plenofir
 #   ghdl         makes sure that a GHDL simulator is installed
 #   libpython    makes sure that Python's shared library is there, which cocotb loads into the simulator
-#   pnr          installs place and route for ECP5
+#   pnr          installs place and route for ECP5, Nexus, Gowin and GateMate
 #   site         installs what builds the documentation as a site
 #   compiler     makes sure that there is a C++ compiler, which Verilator needs
 #   mutants      installs what changes the Python

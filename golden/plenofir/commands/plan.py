@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from plenofir.plan.sensor.resampler import Load
 
 Scene = Annotated[str, typer.Argument(help="Scene profile: a TOML file, or a shipped scene.")]
+Part = Annotated[
+    str | None,
+    typer.Option(
+        "--device", help="Another device than the scene's, such as xc7a35t; plenofir devices."
+    ),
+]
 
 app = typer.Typer()
 
@@ -109,7 +115,9 @@ def print_plan(plan: "Plan") -> None:
         print_line(
             "pixels",
             f"{core.pixels_per_clock} a clock, {plan.columns * plan.rows / plan.frame_clocks:.3g} "
-            f"with the ends of lines; the {plan.device.upper()} keeps {kept:g} MHz",
+            f"with the ends of lines; the {plan.device.upper()} keeps {kept:g} MHz"
+            + " (assumed: no open tool places it)"
+            * DEVICES[plan.device].assumed,
         )
     if plan.blanking is not None:
         print_line(
@@ -172,11 +180,11 @@ def print_plan(plan: "Plan") -> None:
 
 
 @app.command()
-def plan(scene: Scene, as_json: options.AsJson = False) -> None:
+def plan(scene: Scene, device: Part = None, as_json: options.AsJson = False) -> None:
     """The smallest hardware for a scene: slices, resources, latency, what is left out."""
     from plenofir.plan import load_scene, make_plan
 
-    planned = make_plan(load_scene(scene))
+    planned = make_plan(load_scene(scene, device))
     if as_json:
         print_json(planned.model_dump(mode="json"))
     else:
@@ -213,17 +221,59 @@ def configure(
         str | None,
         typer.Option(help="Calibration for a sensor that has one loaded: for its serial port."),
     ] = None,
+    device: Part = None,
 ) -> None:
     """Write the VHDL package, the top level and the project files of a scene."""
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.configure import configure as write_project
 
-    planned = make_plan(load_scene(scene))
+    planned = make_plan(load_scene(scene, device))
     loaded = None if calib is None else (_calibration_for(planned, calib))
     sources = write_project(planned, Path(out), verilog=verilog, loads=loaded)
     print_line("scene", f"{planned.scene}, {len(sources)} VHDL files")
     names = ", ".join(sorted(path.name for path in Path(out).iterdir() if path.is_file()))
     print_line("files", f"{out}/: {names}")
+
+
+@app.command()
+def project(
+    scene: Scene,
+    tool: Annotated[
+        str | None,
+        typer.Option(
+            help="vivado, quartus, radiant, gowin or ise.", show_default="the tool of the device"
+        ),
+    ] = None,
+    device: Part = None,
+    out: options.OutFolder = "build/project",
+) -> None:
+    """Write a scene's core as a project for Vivado, Quartus, Radiant, Gowin EDA or ISE."""
+    from plenofir.plan import load_scene, make_plan
+    from plenofir.plan.project_files import tool_of, write_project
+
+    planned = make_plan(load_scene(scene, device))
+    name, known = tool_of(planned, tool)
+    files = write_project(planned, name, Path(out))
+    print_line("project", f"{planned.scene} on the {planned.device.upper()}, for {known.title}")
+    print_line("files", f"{out}/: {', '.join(files)}")
+    print_line("note", f"never built by {known.title}; its README says what was checked")
+
+
+@app.command()
+def devices() -> None:
+    """The devices that plan, configure, synth and project take."""
+    from plenofir.fpga.devices import DEVICES
+    from plenofir.fpga.families import FAMILIES
+    from plenofir.plan.project_files import TOOLS
+
+    rows = []
+    for device in DEVICES.values():
+        tools = [name for name, tool in TOOLS.items() if device.family in tool.families]
+        total = device.total
+        amounts = (total.lut, total.flip_flops, total.ramb16, total.dsp)
+        rows.append((device.name, FAMILIES[device.family].title, *map(str, amounts), *tools[:1]))
+    heads = ("device", "family", "LUT", "flip-flops", "block RAM", "multipliers", "project")
+    print_table(heads, [(*row, *[""] * (len(heads) - len(row))) for row in rows], left=heads[:2])
 
 
 def _print_figures(rows: "list[tuple[str, Figures, str]]", device: "Device") -> None:
@@ -243,6 +293,28 @@ def _print_figures(rows: "list[tuple[str, Figures, str]]", device: "Device") -> 
     )
 
 
+def _count(plan: "Plan") -> None:
+    """Print what Yosys makes of a scene's core for its device, beside the estimate."""
+    from plenofir.fpga.devices import DEVICES
+    from plenofir.fpga.synthesis.counts import count
+    from plenofir.plan.configure import configure as write_project
+    from plenofir.plan.configure import top_of
+
+    family = DEVICES[plan.device].family
+    with tempfile.TemporaryDirectory(prefix="plenofir-") as work, steps_bar("synthesis") as show:
+        show(plan.scene, 0, 1)
+        sources = write_project(plan, Path(work))
+        usage = count(family, sources, top_of(plan), {}, Path(work))
+    print_table(
+        (plan.scene, "counted", "estimate", plan.device.upper()),
+        [
+            (name, str(amount), str(plan.needs[name]), str(plan.available[name]))
+            for name, amount in usage.amounts(family).items()
+        ],
+        left=(plan.scene,),
+    )
+
+
 @app.command()
 def synth(
     scene: Annotated[
@@ -252,8 +324,9 @@ def synth(
         str | None,
         typer.Option(help="Folder for the netlist of the scene.", show_default="build/synth/SCENE"),
     ] = None,
+    device: Part = None,
 ) -> None:
-    """Synthesise for Spartan-6 with GHDL and Yosys; "path" counts cells between registers."""
+    """Synthesise with GHDL and Yosys; for Spartan-6 "path" counts cells between registers."""
     from plenofir.fpga.devices import DEVICES
     from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
     from plenofir.ground.files import publish_files
@@ -262,10 +335,14 @@ def synth(
     from plenofir.plan.figures import designs, is_ecp5_board, load_figures, scene_design
 
     options.require("out", "scene", out is not None and scene is None)
+    options.require("device", "scene", device is not None and scene is None)
     folder = Path(out or f"build/synth/{Path(scene or '').stem}")
     ghdl, yosys = ghdl_version(), yosys_version()
     if scene:
-        planned = make_plan(load_scene(scene))
+        planned = make_plan(load_scene(scene, device))
+        if planned.path == "core" and DEVICES[planned.device].family != "spartan6":
+            _count(planned)
+            return
         if is_ecp5_board(planned):
             raise InputError(
                 f"{planned.scene} is for a board with an {planned.device.upper()}; make bitstream "
@@ -293,13 +370,13 @@ def synth(
     typer.echo(f"GHDL {ghdl}, Yosys {yosys}")
     wanted = DEVICES[chosen[0].plan.device if scene and chosen[0].plan else "xc6slx45"]
     # A scene for another family is shown beside the board's device, and need not fit it.
-    device = wanted if wanted.family == "spartan6" else DEVICES["xc6slx45"]
-    _print_figures(rows, device)
+    shown = wanted if wanted.family == "spartan6" else DEVICES["xc6slx45"]
+    _print_figures(rows, shown)
     if scene:
         top = chosen[0].top
         print_line("files", f"{folder}/: {top}.edif, {top}.netlist.v, yosys.log")
-    if scene and device == wanted and (over := device.overflow(rows[0][1].usage)):
+    if scene and shown == wanted and (over := shown.overflow(rows[0][1].usage)):
         raise InputError(
-            f"does not fit the {device.name.upper()}: {'; '.join(over)}; take a larger device",
+            f"does not fit the {shown.title}: {'; '.join(over)}; take a larger device",
             where=scene,
         )

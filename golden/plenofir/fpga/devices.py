@@ -1,15 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a device has and what a design takes of it."""
 
+import re
 from dataclasses import dataclass, field
-from typing import Literal
 
-Family = Literal["spartan6", "ecp5"]
-
-_NAMES: dict[Family, tuple[str, str, str, str]] = {
-    "spartan6": ("LUT", "flip-flops", "block RAM (18 Kbit)", "DSP48A1"),
-    "ecp5": ("LUT4", "flip-flops", "block RAM (18 Kbit)", "MULT18X18D"),
-}
+from plenofir.fpga.families import FAMILIES, Family
 
 
 @dataclass(frozen=True)
@@ -51,22 +46,29 @@ class Usage:
     def amounts(self, family: Family = "spartan6") -> dict[str, int]:
         """Amount of each resource, by the name that devices of a family have for it."""
         amounts = (self.lut, self.flip_flops, self.block_rams, self.dsp)
-        return dict(zip(_NAMES[family], amounts, strict=True))
+        return dict(zip(FAMILIES[family].names, amounts, strict=True))
 
 
 @dataclass(frozen=True)
 class Device:
-    """An FPGA: Spartan-6 LX (Xilinx DS160, table 1) or ECP5 (Lattice FPGA-DS-02012)."""
+    """An FPGA, with the amounts of its data sheet."""
 
-    name: str  # part without package and speed grade
+    name: str  # as people type it, without package and speed grade
     total: Usage = field(default_factory=Usage)  # what it has
     # That it comes in, with the slowest usual speed grade: part for the tools.
-    package: str = "csg324"
+    package: str = ""
     family: Family = "spartan6"
-    # Clocks that cores keep in the slowest grade: the most pixels a clock, and MHz. ECP5: what
-    # placed designs reach at least, which tests hold. Spartan-6: what the board's build asks for;
-    # none with several, as there is no open router that could tell.
+    part: str = ""  # as the vendor's tool names it, package and speed grade included
+    # Clocks that cores keep in the slowest grade: the most pixels a clock, and MHz. What placed
+    # designs reach at least, which tests hold; for Spartan-6 what the board's build asks for; for
+    # families without an open router what was placed on the nearest one (`assumed`).
     clocks_mhz: tuple[tuple[int, float], ...] = ((1, 74.25),)
+    assumed: bool = False
+
+    @property
+    def title(self) -> str:
+        """Name as the vendor writes it."""
+        return self.name.upper()
 
     def clock_mhz(self, pixels_per_clock: int) -> float:
         """Clock in MHz that cores with so many pixels a clock keep; 0 if it is not known."""
@@ -86,39 +88,101 @@ class Device:
         ]
 
 
-def _device(name: str, lut: int, ramb16: int, dsp: int, package: str) -> Device:
-    return Device(name, Usage(lut=lut, flip_flops=2 * lut, ramb16=ramb16, dsp=dsp), package)
-
-
-def _ecp5(name: str, lut: int, blocks: int, dsp: int) -> Device:
-    total = Usage(lut=lut, flip_flops=lut, ramb16=blocks, dsp=dsp)
-    clocks = ((1, 110), (16, 80), (32, 70))
-    return Device(name, total, "cabga381", "ecp5", clocks_mhz=clocks)
-
-
-SPARTAN6 = {
-    device.name: device
-    for device in (
-        _device("xc6slx9", 5720, 32, 16, "csg324"),
-        _device("xc6slx16", 9112, 32, 32, "csg324"),
-        _device("xc6slx25", 15032, 52, 38, "fgg484"),
-        _device("xc6slx45", 27288, 116, 58, "csg324"),
-        _device("xc6slx75", 46648, 172, 132, "fgg484"),
-        _device("xc6slx100", 63288, 268, 180, "fgg484"),
-        _device("xc6slx150", 92152, 268, 180, "fgg484"),
-    )
+_ECP5_CLOCKS = ((1, 110.0), (16, 80.0), (32, 70.0))
+# LUTs (Cyclone V: ALMs), flip-flops, block RAMs of 18 Kbit (Cyclone V: 10, GateMate: 20),
+# multipliers; package; the part with its usual package and slowest grade; the document.
+_Row = tuple[str, int, int, int, int, str, str]
+_ROWS: dict[Family, tuple[_Row, ...]] = {
+    # Xilinx DS160, table 1.
+    "spartan6": (
+        ("xc6slx9", 5720, 11440, 32, 16, "csg324", "xc6slx9-2csg324"),
+        ("xc6slx16", 9112, 18224, 32, 32, "csg324", "xc6slx16-2csg324"),
+        ("xc6slx25", 15032, 30064, 52, 38, "fgg484", "xc6slx25-2fgg484"),
+        ("xc6slx45", 27288, 54576, 116, 58, "csg324", "xc6slx45-2csg324"),
+        ("xc6slx75", 46648, 93296, 172, 132, "fgg484", "xc6slx75-2fgg484"),
+        ("xc6slx100", 63288, 126576, 268, 180, "fgg484", "xc6slx100-2fgg484"),
+        ("xc6slx150", 92152, 184304, 268, 180, "fgg484", "xc6slx150-2fgg484"),
+    ),
+    # Xilinx DS180 (Artix-7, Kintex-7), DS190 (Zynq-7000): a block RAM of 36 Kbit counts twice.
+    "series7": (
+        ("xc7z010", 17600, 35200, 120, 80, "clg400", "xc7z010clg400-1"),
+        ("xc7a35t", 20800, 41600, 100, 90, "csg324", "xc7a35tcsg324-1"),
+        ("xc7k70t", 41000, 82000, 270, 240, "fbg676", "xc7k70tfbg676-1"),
+        ("xc7z020", 53200, 106400, 280, 220, "clg400", "xc7z020clg400-1"),
+        ("xc7a100t", 63400, 126800, 270, 240, "csg324", "xc7a100tcsg324-1"),
+        ("xc7a200t", 134600, 269200, 730, 740, "fbg484", "xc7a200tfbg484-1"),
+    ),
+    # Intel CV-51001: the block RAMs that Quartus counts, two multipliers of 18 bits in a DSP block.
+    "cyclonev": (
+        ("5ceba4", 18480, 73920, 308, 132, "f23", "5CEBA4F23C8"),
+        ("5cseba6", 41910, 166036, 553, 224, "u23", "5CSEBA6U23I7"),
+    ),
+    # Lattice FPGA-DS-02012.
+    "ecp5": (
+        ("lfe5u-12f", 24288, 24288, 56, 28, "cabga381", "LFE5U-12F-6BG381C"),
+        ("lfe5u-25f", 24288, 24288, 56, 28, "cabga381", "LFE5U-25F-6BG381C"),
+        ("lfe5u-45f", 43848, 43848, 108, 72, "cabga381", "LFE5U-45F-6BG381C"),
+        ("lfe5u-85f", 83640, 83640, 208, 156, "cabga381", "LFE5U-85F-6BG381C"),
+    ),
+    # Lattice FPGA-DS-02049; LIFCL-40 as nextpnr counts it.
+    "nexus": (
+        ("lifcl-17", 13824, 13824, 24, 24, "cabga256", "LIFCL-17-7BG256C"),
+        ("lifcl-40", 32256, 32256, 84, 56, "cabga400", "LIFCL-40-7BG400C"),
+    ),
+    # Gowin DS117, DS226, DS1103, DS1228; GW2AR-18 and GW5A-25 as nextpnr counts them.
+    "gw1n": (("gw1nr-9", 8640, 6480, 26, 20, "qn88p", "GW1NR-LV9QN88PC6/I5"),),
+    "gw2a": (("gw2ar-18", 20736, 15552, 46, 48, "qn88", "GW2AR-LV18QN88C8/I7"),),
+    "gw5a": (
+        ("gw5a-25", 23040, 23040, 56, 0, "mg121n", "GW5A-LV25MG121NC1/I0"),
+        ("gw5ast-138", 138240, 138240, 340, 0, "pg484a", "GW5AST-LV138PG484AC1/I0"),
+    ),
+    # Cologne Chip DS1001.
+    "gatemate": (("ccgm1a1", 40960, 40960, 64, 0, "fbga324", "CCGM1A1"),),
 }
-"""Spartan-6 by name, from small to large."""
-
-ECP5 = {
-    device.name: device
-    for device in (
-        _ecp5("lfe5u-25f", 24288, 56, 28),
-        _ecp5("lfe5u-45f", 43848, 108, 72),
-        _ecp5("lfe5u-85f", 83640, 208, 156),
-    )
+_CLOCKS: dict[Family, tuple[tuple[int, float], ...]] = {
+    "spartan6": ((1, 74.25),),
+    "ecp5": _ECP5_CLOCKS,
+    "nexus": ((1, 140.0), (16, 110.0)),
+    "gw1n": ((1, 60.0),),
+    "gw2a": ((1, 100.0), (8, 80.0)),
+    "gw5a": ((1, 100.0), (8, 80.0)),
+    "gatemate": ((1, 25.0),),
 }
-"""ECP5 by name, from small to large."""
+# 28 nm, as fast as ECP5 (40 nm) at least.
+_ASSUMED: tuple[Family, ...] = ("series7", "cyclonev")
+_OTHER_NAMES = {
+    "gw2a-18": "gw2ar-18",
+    "gw5a-25a": "gw5a-25",
+    "gw5ast-138c": "gw5ast-138",
+    "gatemate": "ccgm1a1",
+    "lifcl-40-9": "lifcl-40",
+}
 
-DEVICES = SPARTAN6 | ECP5
-"""All devices."""
+
+def _device(family: Family, row: _Row) -> Device:
+    name, lut, flip_flops, blocks, dsp, package, part = row
+    return Device(
+        name,
+        Usage(lut, flip_flops, blocks, dsp=dsp),
+        package,
+        family,
+        part,
+        _CLOCKS.get(family, _ECP5_CLOCKS),
+        family in _ASSUMED,
+    )
+
+
+DEVICES = {row[0]: _device(family, row) for family, rows in _ROWS.items() for row in rows}
+"""All devices by name; those of a family from small to large."""
+SPARTAN6 = {name: device for name, device in DEVICES.items() if device.family == "spartan6"}
+ECP5 = {name: device for name, device in DEVICES.items() if device.family == "ecp5"}
+
+
+def device_name(text: str) -> str:
+    """A device's name in the table from what people type: any case, with package and grade."""
+    typed = text.strip().lower()
+    known = _OTHER_NAMES | {device.part.lower(): name for name, device in DEVICES.items()}
+    if typed in known:
+        return known[typed]
+    found = [name for name in DEVICES if re.match(rf"{name}(?!\d)", typed)]
+    return max(found, key=len, default=typed)

@@ -13,6 +13,7 @@ from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.moving_sum_engine import PIXELS_PER_CLOCK, MovingSumEngine
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.devices import DEVICES, Device, Usage
+from plenofir.fpga.families import FAMILIES
 from plenofir.fpga.hdmi.modes import VideoMode, find_mode
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.screen.picture_estimate import overlay_usage, picture_usage
@@ -205,7 +206,8 @@ def _too_slow(loaded: LoadedScene, core: CoreConfiguration, device: Device) -> s
 def _scarcest(usage: Usage, device: Device) -> tuple[float, str]:
     """Largest share of a resource of the device that a design takes, and the resource."""
     totals = device.amounts(device.total)
-    return max((needed / totals[name], name) for name, needed in device.amounts(usage).items())
+    needs = device.amounts(usage)
+    return max((needed / totals[name], name) for name, needed in needs.items() if totals[name])
 
 
 def _misfit(loaded: LoadedScene, core: CoreConfiguration) -> str:
@@ -284,7 +286,7 @@ def _size(usage: Usage) -> tuple[int, int]:
 def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
     family = [other for other in DEVICES.values() if other.family == device.family]
     larger = [other.name for other in family if not other.overflow(usage) and other != device]
-    kind = {"spartan6": "Spartan-6", "ecp5": "ECP5"}[device.family]
+    kind = FAMILIES[device.family].title
     others = "channels or columns, another arithmetic"
     if loaded.shown.needs_stack:
         others = 'columns or votes, screen.output = ["refocused"]'
@@ -343,7 +345,7 @@ def _faster(loaded: LoadedScene, core: CoreConfiguration) -> str:
     """What could keep a frame rate that a device does not keep."""
     for device in DEVICES.values():
         other = _with_pixels(loaded, core, device)
-        fits = not device.overflow(_needs(other, loaded, device))
+        fits = not device.assumed and not device.overflow(_needs(other, loaded, device))
         if fits and not _too_slow(loaded, other, device):
             return f"a lower rate, a smaller frame, or build.device = {device.name!r}"
     return "a lower rate or a smaller frame"

@@ -18,7 +18,7 @@ from plenofir.fpga.core.configuration import (
 )
 from plenofir.fpga.core.fir_engine import MAX_PARALLEL_ROWS
 from plenofir.fpga.core.moving_sum_engine import PixelsPerClock
-from plenofir.fpga.devices import DEVICES
+from plenofir.fpga.devices import DEVICES, device_name
 from plenofir.fpga.hdmi.edid import check_edid
 from plenofir.fpga.names import SliceEngineName
 from plenofir.fpga.screen.board_screen import Screen
@@ -122,9 +122,9 @@ class SceneBuild(_Part):
     @field_validator("device")
     @classmethod
     def _is_a_device(cls, name: str) -> str:
-        if name not in DEVICES:
+        if device_name(name) not in DEVICES:
             raise ValueError(f"one of {', '.join(DEVICES)}")
-        return name
+        return device_name(name)
 
     @model_validator(mode="after")
     def _guard_bits_are_fraction_bits(self) -> "SceneBuild":
@@ -280,8 +280,11 @@ def scene_files() -> list[Path]:
     return sorted((project.root() / "scenes").glob("*.toml"))
 
 
-def load_scene(path: str | Path) -> LoadedScene:
+def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
     """Load a shipped scene profile by name, or any scene profile from a file.
+
+    `device` takes the place of the scene's own; one that no board with video has gets the core
+    alone.
 
     InputError if there is no such file, or it is not valid: field, value and what is allowed.
     """
@@ -299,6 +302,13 @@ def load_scene(path: str | Path) -> LoadedScene:
         raise InputError(
             f"cannot be read ({error})", where=str(file), expected="a TOML scene file"
         ) from None
+    if device is not None:
+        build = {**content.get("build", {}), "device": device}
+        board = board_of(device_name(device))
+        if board is None or not board.modes:
+            build = {**build, "path": "core"}
+            build.pop("edid", None)
+        content["build"] = build
     try:
         scene = Scene.model_validate(_with_a_frame(content, str(file)))
     except ValidationError as error:

@@ -131,7 +131,7 @@ def test_goals_of_moving_sums() -> None:
 def test_memories_as_yosys_maps_them(
     address_bits: int, width: int, ramb16: int, ramb8: int
 ) -> None:
-    usage = Memory("", address_bits, width, 1).usage
+    usage = Memory("", address_bits, width, 1).usage()
     assert (usage.ramb16, usage.ramb8) == (ramb16, ramb8)
 
 
@@ -143,8 +143,8 @@ def test_blocks_of_deep_memories_take_no_more_block_rams() -> None:
             bases = itertools.accumulate([0, *sizes[:-1]])
             for base, size in zip(bases, sizes, strict=True):
                 assert base % (1 << (size - 1).bit_length()) == 0
-            parts = [Memory("", (n - 1).bit_length(), width, 1, words=n).usage for n in sizes]
-            whole = Memory("", (words - 1).bit_length(), width, 1, words=words).usage
+            parts = [Memory("", (n - 1).bit_length(), width, 1, words=n).usage() for n in sizes]
+            whole = Memory("", (words - 1).bit_length(), width, 1, words=words).usage()
             assert sum(parts, Usage()).block_rams <= whole.block_rams, (words, width)
 
 

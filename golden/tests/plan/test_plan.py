@@ -323,7 +323,7 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
         ("far_mm = inf", "", r"depth cannot be used; expected either near_mm and far_mm"),
         ('model = "f193-mla2"', "", r"camera\.model for a depth range"),
         ('"f193-mla2"', '"f1"', r"f1: no such camera"),
-        ("[build]", '[build]\ndevice = "xc7a35t"', r"build\.device = 'xc7a35t'; expected one of"),
+        ("[build]", '[build]\ndevice = "xc7a350t"', r"build\.device = 'xc7a350t'; expected one of"),
         ("[build]", "[build]\nguard_bits = 9", r"guard_bits of at most fraction_bits"),
         ("[build]", '[build]\nsharpen = "1/24"', r"build\.sharpen = '1/24'; expected auto, off"),
         ("[build]", '[build]\nsharpen = "auto"\nparallel_rows = 2', r"parallel_rows = 1 for"),

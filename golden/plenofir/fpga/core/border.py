@@ -2,7 +2,9 @@
 """The weights of a normalised border, beside an engine (``hdl/border``): clocks, what they take."""
 
 from plenofir.fpga.core.engine import Raster
+from plenofir.fpga.core.weights import on_family
 from plenofir.fpga.devices import Usage
+from plenofir.fpga.families import Family
 from plenofir.ground.errors import InputError
 from plenofir.refocus.moving_sum import SumLayout
 from plenofir.refocus.sum_lanes import LaneLayout
@@ -40,7 +42,7 @@ def weight_bits(raster: Raster) -> int:
     return int(raster.micro_image_size ** (2 * raster.passes)).bit_length()
 
 
-def border_usage(raster: Raster, pixels_per_clock: int) -> Usage:
+def border_usage(raster: Raster, pixels_per_clock: int, family: Family = "spartan6") -> Usage:
     """What counts and division take of the device, as `plenofir.fpga.synthesis.estimate` counts."""
     if not raster.normalises:
         return Usage()
@@ -63,7 +65,7 @@ def border_usage(raster: Raster, pixels_per_clock: int) -> Usage:
     lut += pixels_per_clock * (channels * (pixel * (bits + 1) + bits + pixel) + bits)
     flip_flops += pixels_per_clock * (channels * (pixel * (bits + 1) + 5) + pixel * bits)
     dsp = pixels_per_clock if bits >= _DSP_LEAST_BITS else 0
-    return Usage(lut=round(lut), flip_flops=round(flip_flops), dsp=dsp)
+    return on_family(Usage(lut=round(lut), flip_flops=round(flip_flops), dsp=dsp), family)
 
 
 def check_border(raster: Raster, parallel_rows: int) -> None:

@@ -201,8 +201,6 @@ class Engine(BaseModel, ABC):
 class SliceEngine(Engine):
     """An engine that is set to one slice at a time: what the planner and the estimate ask of it."""
 
-    LUT_WEIGHTS: ClassVar[dict[str, float]]
-    FLIP_FLOP_WEIGHTS: ClassVar[dict[str, float]]
     UNIT: ClassVar[str]
     """What `extent` counts."""
 

@@ -43,22 +43,6 @@ class FirEngine(SliceEngine):
         ("downto", f"{_ARRAY}back_to_rows/", "row_sums"),
     )
     # LUTs and flip-flops of each part (scripts/resources.py fit).
-    LUT_WEIGHTS: ClassVar[dict[str, float]] = {
-        "core": 209,
-        "switched bits": 1.92,
-        "always closed bits": 1.63,
-        "switches": 1.81,
-        "skew bits": 0.946,
-        "parallel rows": 91.2,
-        "address bits": 1.34,
-    }
-    FLIP_FLOP_WEIGHTS: ClassVar[dict[str, float]] = {
-        "core": 232,
-        "register bits": 0.545,
-        "switched bits": 0.101,
-        "restart bits": 1.65,
-        "skew bits": 3.38,
-    }
 
     @property
     def rows_at_once(self) -> int:

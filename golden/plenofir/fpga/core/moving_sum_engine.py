@@ -51,32 +51,6 @@ class MovingSumEngine(SliceEngine):
         for kind, scope, names in _STAGE_WAVES
     )
     # LUTs and flip-flops of each part (scripts/resources.py fit).
-    LUT_WEIGHTS: ClassVar[dict[str, float]] = {
-        "core": 203,
-        "sum bits": 1.49,
-        "pixel bits": 7.18,
-        "control bits": 1.6,
-        "tables": 2.63,
-        "rings": 3.89,
-        "held lines": 89.1,
-        "block bits": 0.954,
-        "lane bits": 6.44,
-        "banks": 59.6,
-    }
-    FLIP_FLOP_WEIGHTS: ClassVar[dict[str, float]] = {
-        "core": 197,
-        "sum bits": 0.502,
-        "pixel bits": 12.2,
-        "control bits": 8.96,
-        "tables": 0.412,
-        "delays": 1.57,
-        "rings": 4.1,
-        "held lines": 90.3,
-        "block bits": 1.73,
-        "address bits": 5.43,
-        "lane bits": 7.77,
-        "banks": 22.9,
-    }
 
     def layout(self, raster: Raster, number: int = 0) -> SumLayout:
         """Schedule of a stage."""

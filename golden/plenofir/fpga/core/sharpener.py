@@ -5,16 +5,14 @@ from collections.abc import Iterator
 
 from plenofir.fpga.core.engine import Raster
 from plenofir.fpga.core.memory import Memory, block_sizes
+from plenofir.fpga.core.weights import usage_of_parts
 from plenofir.fpga.devices import Usage
+from plenofir.fpga.families import FAMILIES, Family
 from plenofir.ground.errors import InputError
 
 SHARPENER_CLOCKS = 15
 """Clocks of lens_sharpener (sharpen_pkg.sharpen_latency)."""
 
-# LUTs and flip-flops of each part, fitted to four synthesised sharpeners of one pixel a clock
-# (within 1 %; with four pixels a clock one had a third more flip-flops).
-_LUT_WEIGHTS = {"sharpener": 114, "sum bits": 11.2, "block bits": 1.2}
-_FLIP_FLOP_WEIGHTS = {"sharpener": 116, "sum bits": 13.15, "block bits": 1.68}
 # Products of a channel with a weight that is chosen with the slice, or no sum of two powers of two.
 _DSP_OF_PRODUCTS = 3
 _PRODUCTS = {11, 13}
@@ -36,22 +34,19 @@ def sharpener_memories(raster: Raster, pixels_per_clock: int = 1) -> Iterator[Me
             yield Memory("lines of sums", (size - 1).bit_length(), width, 1, words=size)
 
 
-def sharpener_usage(raster: Raster, pixels_per_clock: int = 1) -> Usage:
+def sharpener_usage(
+    raster: Raster, pixels_per_clock: int = 1, family: Family = "spartan6"
+) -> Usage:
     """What it takes of the device, as `plenofir.fpga.synthesis.estimate` counts."""
     memories = list(sharpener_memories(raster, pixels_per_clock))
     if not memories:
         return Usage()
     bits = pixels_per_clock * raster.channels * _sum_bits(raster)
-    counts = {"sharpener": 1, "sum bits": bits, "block bits": 2 * bits * len(memories)}
+    parts = {"sharpener": 1, "sum bits": bits, "block bits": 2 * bits * len(memories)}
     sides = {weight for weight in raster.weights if weight}
-
-    def weighed(weights: dict[str, float]) -> int:
-        return round(sum(weight * counts[name] for name, weight in weights.items()))
-
-    multiplied = len(sides) > 1 or bool(sides & _PRODUCTS)
-    products = Usage(dsp=_DSP_OF_PRODUCTS * pixels_per_clock * raster.channels * multiplied)
-    logic = Usage(lut=weighed(_LUT_WEIGHTS), flip_flops=weighed(_FLIP_FLOP_WEIGHTS))
-    return sum((memory.usage for memory in memories), logic + products)
+    multiplied = bool(FAMILIES[family].multipliers) and (len(sides) > 1 or bool(sides & _PRODUCTS))
+    products = _DSP_OF_PRODUCTS * pixels_per_clock * raster.channels * multiplied
+    return usage_of_parts("sharpener", parts, memories, family, products)
 
 
 def check_sharpener(raster: Raster, engine: str, parallel_rows: int) -> None:

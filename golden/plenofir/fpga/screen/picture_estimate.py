@@ -11,37 +11,12 @@ from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.memory import Memory, block_sizes
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir.fpga.devices import Family, Usage
+from plenofir.fpga.core.weights import usage_of_parts
+from plenofir.fpga.devices import Usage
+from plenofir.fpga.families import Family
 from plenofir.fpga.screen.board_screen import Screen
 from plenofir.fpga.screen.overlay import Overlay
-from plenofir.fpga.synthesis.estimate import multipliers, usage_of_parts
-
-# Fitted by scripts/resources.py fit.
-LUT_WEIGHTS = {
-    "sum bits": 6.15,
-    "history bits": 1.84,
-    "slices": 283,
-    "index": 724,
-    "pixel bits": 3.55,
-    "judged bits": 14.6,
-    "vote bits": 35.8,
-}
-FLIP_FLOP_WEIGHTS = {
-    "stack": 266,
-    "sum bits": 17.5,
-    "history bits": 1.56,
-    "slices": 155,
-    "index": 400,
-    "pixel bits": 3.99,
-    "judged bits": 25.7,
-    "vote bits": 7.7,
-}
-# LUTs of four inputs for one of six, flip-flops for one on a Spartan-6, which has shift registers
-# in LUTs: the largest of the designs that were synthesised for both.
-_ECP5_LUT4 = 1.4
-_ECP5_FLIP_FLOPS = 1.7
-# text_overlay without its ROMs, the characters of few slices in LUTs.
-_TEXT = Usage(lut=230, flip_flops=150)
+from plenofir.fpga.synthesis.estimate import multipliers
 
 
 def _bits(largest: int) -> int:
@@ -128,12 +103,11 @@ def picture_usage(core: CoreConfiguration, screen: Screen, family: Family = "spa
     """
     index = screen.index(core)
     return usage_of_parts(
+        "picture",
         stack_structure(core) | index_structure(index),
-        (LUT_WEIGHTS, FLIP_FLOP_WEIGHTS),
         [*stack_memories(core), *index_memories(index, chosen_too=True)],
-        len(core.shifts) * multipliers(core),
         family,
-        (_ECP5_LUT4, _ECP5_FLIP_FLOPS),
+        len(core.shifts) * multipliers(core, family),
     )
 
 
@@ -146,7 +120,4 @@ def overlay_usage(overlay: Overlay | None, family: Family = "spartan6") -> Usage
         return Usage()
     characters = Memory("characters", _bits(overlay.codes - 1), 7, 1, rom=True)
     font = Memory("font", 11, 8, 1, rom=True)
-    if family == "spartan6":
-        return _TEXT + font.usage + characters.usage
-    blocks = font.ecp5_blocks + characters.ecp5_blocks
-    return Usage(round(_ECP5_LUT4 * _TEXT.lut), round(2 * _TEXT.flip_flops), ramb16=blocks)
+    return usage_of_parts("text", {"text": 1}, [characters, font], family)

@@ -1,30 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a core takes of a Spartan-6, estimated from its structure without any tool.
+"""What a core takes of a device, estimated from its structure without any tool.
 
-Block RAM and multipliers follow the rules of Yosys (`synth_xilinx -family xc6s`) and are equal to
-its results. Look-up tables and flip-flops are sums over the parts of the structure, with weights
-that were fitted to synthesised cores (scripts/resources.py fit); tests hold them to its results.
-What depends on the engine stands with the engine (`plenofir.fpga.core`).
+Block RAM and multipliers follow the rules of Yosys (`plenofir.fpga.families`) and are equal to its
+results. Look-up tables and flip-flops are sums over the parts of the structure, weighed
+(`plenofir.fpga.core.weights`); tests hold them to its results. What depends on the engine stands
+with the engine (`plenofir.fpga.core`).
 """
-
-from collections.abc import Mapping, Sequence
 
 from plenofir.fpga.core.border import border_usage
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.engine import SliceEngine
 from plenofir.fpga.core.memory import Memory
 from plenofir.fpga.core.sharpener import sharpener_usage
-from plenofir.fpga.devices import Family, Usage
+from plenofir.fpga.core.weights import multiplier_units, usage_of_parts
+from plenofir.fpga.devices import Usage
+from plenofir.fpga.families import FAMILIES, Family
 from plenofir.refocus.arithmetic import ExactArithmetic
-
-# Unsigned bits that a side of a DSP48A1 takes.
-_DSP_BITS = 17
-_DSP_LEAST_PRODUCT = 9
-
-# LUTs of four inputs for one of six, and flip-flops on an ECP5 for those on a Spartan-6, which has
-# shift registers in LUTs: from the scenes of data/ecp5.json.
-LUT4 = 2.1
-_ECP5_FLIP_FLOPS = {"moving_sum": 1.4, "fir": 0.9}
 
 VIDEO_USAGES: dict[Family, Usage] = {
     "spartan6": Usage(lut=4100, flip_flops=3885, dsp=5),
@@ -62,35 +53,32 @@ def reciprocal_bits(value_max: int, divisor: int) -> tuple[int, int]:
     return largest.bit_length(), (-(-(1 << exponent) // divisor)).bit_length()
 
 
-def multipliers(core: CoreConfiguration) -> int:
-    """DSP48A1 of a raster core; none for stored products and for M of a power of two."""
-    if not isinstance(core.arithmetic, ExactArithmetic) or core.normalises:
-        # Those of a normalised border are in `border_usage`.
-        return 0
+def _products(core: CoreConfiguration) -> tuple[int, tuple[int, int]]:
+    """Number of products of a raster core, and the bits of both factors.
+
+    None for stored products and for M of a power of two; those of a normalised border are in
+    `border_usage`.
+    """
     divisor = core.micro_image_size ** (2 * core.order + 2)
-    if divisor & (divisor - 1) == 0:
-        return 0
+    shifted = divisor & (divisor - 1) == 0
+    if not isinstance(core.arithmetic, ExactArithmetic) or core.normalises or shifted:
+        return 0, (0, 0)
     largest = core.arithmetic.largest_sum(core.micro_image_size, core.pixel_bits, core.order)
-    factors = reciprocal_bits(largest, divisor)
-    widths = [dsp_parts(bits) for bits in factors]
-    # Products of less than nine bits become logic.
-    each = sum(a + b >= _DSP_LEAST_PRODUCT for a in widths[0] for b in widths[1])
-    return each * core.channels * core.parallel_rows * core.pixels_per_clock
+    number = core.channels * core.parallel_rows * core.pixels_per_clock
+    return number, reciprocal_bits(largest, divisor)
 
 
-def dsp_parts(bits: int) -> list[int]:
-    """Widths with sign that Yosys splits an unsigned factor into."""
-    parts = []
-    left = bits + 1
-    while left > _DSP_BITS + 1:
-        parts.append(_DSP_BITS + 1)
-        left -= _DSP_BITS
-    return [*parts, left]
+def multipliers(core: CoreConfiguration, family: Family = "spartan6") -> int:
+    """Multipliers of a raster core."""
+    number, factors = _products(core)
+    return number * multiplier_units(*factors, family) if number else 0
 
 
-def structure(core: CoreConfiguration) -> dict[str, int]:
+def structure(core: CoreConfiguration, family: Family = "spartan6") -> dict[str, int]:
     """Bits of each part of a raster core that look-up tables and flip-flops go to."""
-    return slice_engine(core).structure(core)
+    number, (a, b) = _products(core)
+    in_logic = 0 if FAMILIES[family].multipliers else number * a * b
+    return {**slice_engine(core).structure(core), "product bits": in_logic}
 
 
 def estimate(core: CoreConfiguration, family: Family = "spartan6") -> Usage:
@@ -100,41 +88,7 @@ def estimate(core: CoreConfiguration, family: Family = "spartan6") -> Usage:
     pixel a clock and a Spartan-6; within a third for several, or an ECP5.
     """
     engine = slice_engine(core)
-    return usage_of_parts(
-        structure(core),
-        (engine.LUT_WEIGHTS, engine.FLIP_FLOP_WEIGHTS),
-        memories(core),
-        multipliers(core),
-        family,
-        (LUT4, _ECP5_FLIP_FLOPS[engine.kind]),
-        sharpener_usage(core, core.pixels_per_clock) + border_usage(core, core.pixels_per_clock),
-    )
-
-
-def usage_of_parts(
-    parts: Mapping[str, int],
-    weights: tuple[Mapping[str, float], Mapping[str, float]],
-    memories: Sequence[Memory],
-    multipliers: int,
-    family: Family,
-    on_ecp5: tuple[float, float],
-    more: Usage = Usage(),  # noqa: B008 (frozen)
-) -> Usage:
-    """What a design takes: its memories, and its parts, each with its weight.
-
-    `weights` are LUTs and flip-flops of each part on a Spartan-6, `on_ecp5` those of an ECP5 for
-    one of these; `more` comes on top.
-    """
-    in_memories = sum((memory.usage for memory in memories), Usage())
-    lut, flip_flops = (
-        round(sum(weight * parts[name] for name, weight in table.items())) for table in weights
-    )
-    usage = in_memories + more + Usage(lut=lut, flip_flops=flip_flops, dsp=multipliers)
-    if family == "spartan6":
-        return usage
-    return Usage(
-        lut=round(on_ecp5[0] * usage.lut),
-        flip_flops=round(on_ecp5[1] * usage.flip_flops),
-        ramb16=usage.block_rams - in_memories.block_rams + sum(m.ecp5_blocks for m in memories),
-        dsp=usage.dsp,
-    )
+    parts, found = structure(core, family), memories(core)
+    usage = usage_of_parts(engine.kind, parts, found, family, multipliers(core, family))
+    usage += sharpener_usage(core, core.pixels_per_clock, family)
+    return usage + border_usage(core, core.pixels_per_clock, family)

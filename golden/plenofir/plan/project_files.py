@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Projects of a scene's core for vendors' tools, which edalize writes."""
+
+import importlib.util
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Literal, get_args
+
+from plenofir.fpga.devices import DEVICES, Device
+from plenofir.fpga.families import FAMILIES, Family
+from plenofir.ground.errors import InputError
+from plenofir.ground.files import publish_files
+from plenofir.plan.configure import clock_mhz, configure, top_of
+from plenofir.plan.planned import Plan
+
+ToolName = Literal["vivado", "quartus", "radiant", "gowin", "ise"]
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A vendor's tool."""
+
+    title: str
+    families: tuple[Family, ...]
+    flow: bool  # whether edalize has it as a flow, or as one of its older tools
+    constraints: tuple[str, str]  # ending of the file, and edalize's type of it
+    clock: Callable[[float], str]  # text of the constraint of a clock of so many ns
+    options: Callable[[Device], dict[str, Any]]
+    run: str  # what builds it, for people
+
+
+def _create_clock(period_ns: float) -> str:
+    return f"create_clock -name clk -period {period_ns:.3f} [get_ports clk]\n"
+
+
+def _ucf(period_ns: float) -> str:
+    return (
+        'NET "clk" TNM_NET = "clk";\n'
+        f'TIMESPEC "TS_clk" = PERIOD "clk" {period_ns:.3f} ns HIGH 50 %;\n'
+    )
+
+
+TOOLS: dict[str, Tool] = {
+    "vivado": Tool(
+        "AMD Vivado", ("series7",), True, ("xdc", "xdc"), _create_clock,
+        lambda device: {"part": device.part}, "make",
+    ),
+    "quartus": Tool(
+        "Intel Quartus Prime", ("cyclonev",), False, ("sdc", "SDC"), _create_clock,
+        lambda device: {"family": FAMILIES[device.family].title, "device": device.part}, "make",
+    ),
+    "radiant": Tool(
+        "Lattice Radiant", ("nexus",), False, ("pdc", "PDC"), _create_clock,
+        lambda device: {"part": device.part}, "radiantc NAME.tcl, radiantc NAME_run.tcl",
+    ),
+    "gowin": Tool(
+        "Gowin EDA", ("gw1n", "gw2a", "gw5a"), True, ("sdc", "SDC"), _create_clock,
+        lambda device: {"part": device.part}, "make",
+    ),
+    "ise": Tool(
+        "Xilinx ISE", ("spartan6",), False, ("ucf", "UCF"), _ucf,
+        lambda device: {
+            "family": "spartan6", "device": device.name, "package": device.package, "speed": "-2",
+        }, "make",
+    ),
+}  # fmt: skip
+"""Tools by the name that users type."""
+assert set(TOOLS) == set(get_args(ToolName))
+
+
+def tool_of(plan: Plan, name: str | None) -> tuple[str, Tool]:
+    """The tool for a plan's device; InputError if there is none, or it is another device's."""
+    device = DEVICES[plan.device]
+    fitting = [tool for tool, known in TOOLS.items() if device.family in known.families]
+    title = FAMILIES[device.family].title
+    if name is None and not fitting:
+        raise InputError(
+            f"{title} has no vendor's tool here; make pnr places it with open tools", where="tool"
+        )
+    chosen = name or fitting[0]
+    if chosen not in fitting:
+        fits = next(d.name for d in DEVICES.values() if d.family in TOOLS[chosen].families)
+        raise InputError(
+            f"{TOOLS[chosen].title} does not build for {title}; take another device, such as "
+            f"--device {fits}" + (f", or --tool {fitting[0]}" if fitting else ""),
+            where="tool",
+        )
+    return chosen, TOOLS[chosen]
+
+
+def write_project(plan: Plan, name: str, out: Path) -> list[str]:
+    """Write a project: its VHDL, constraints, and what the tool reads; all of it or nothing.
+
+    `name`: a key of `TOOLS`. Returns the names of the files, the VHDL left out. InputError if
+    edalize is not installed.
+    """
+    if importlib.util.find_spec("edalize") is None:
+        raise InputError("edalize is not installed; pip install 'plenofir[projects]'", where="tool")
+    if plan.path == "video":
+        raise InputError(
+            f"{plan.scene} is for a board; make bitstream builds it. For the core alone take "
+            "--device with another device",
+            where=plan.scene,
+        )
+    from edalize.edatool import get_edatool
+    from edalize.flows.gowin import Gowin
+    from edalize.flows.vivado import Vivado
+
+    tool, top, device = TOOLS[name], top_of(plan), DEVICES[plan.device]
+    with TemporaryDirectory(prefix="plenofir-") as work, TemporaryDirectory() as configured:
+        folder = Path(work)
+        files: list[dict[str, str]] = []
+        for source in configure(plan, Path(configured)):
+            shutil.copy(source, folder / source.name)
+            files.append({"name": source.name, "file_type": "vhdlSource"})
+        ending, kind = tool.constraints
+        (folder / f"{top}.{ending}").write_text(tool.clock(1000 / clock_mhz(plan)))
+        files.append({"name": f"{top}.{ending}", "file_type": kind})
+        edam: dict[str, Any] = {"name": top, "toplevel": top, "files": files}
+        if tool.flow:
+            flow = {"gowin": Gowin, "vivado": Vivado}[name]
+            flow({**edam, "flow_options": tool.options(device)}, work).configure()
+        else:
+            edam["tool_options"] = {name: tool.options(device)}
+            get_edatool(name)(edam, work).configure()
+        (folder / "README").write_text(_readme(plan, tool, top, [f["name"] for f in files]))
+        publish_files(folder, out)
+        return sorted(path.name for path in folder.iterdir() if path.suffix != ".vhd")
+
+
+def _readme(plan: Plan, tool: Tool, top: str, files: list[str]) -> str:
+    """What a project is, for who opens its folder."""
+    return (
+        f"{plan.scene} on the {DEVICES[plan.device].title}, a project for {tool.title}.\n\n"
+        "It was written without that tool, and never built by it. Checked: the sources analyse in\n"
+        "this order as VHDL-93, and the constraint names a port of the top level.\n\n"
+        f"Build: {tool.run.replace('NAME', top)}\n"
+        f"Top level: {top}; its streams are ports. Join them to your design, or give them pins:\n"
+        "without pins it is synthesised, placed and timed, but some tools write no bitstream.\n"
+        f"Clock: {clock_mhz(plan):g} MHz at the port clk.\n\n"
+        "Sources in order of analysis:\n" + "".join(f"  {name}\n" for name in files)
+    )

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The table of devices, and what cores take of each family, beside what Yosys counted."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from plenofir.fpga.devices import DEVICES, device_name
+from plenofir.fpga.families import FAMILIES
+from plenofir.fpga.synthesis.comparison import load_comparison
+from plenofir.fpga.synthesis.counts import COUNTED, counted_cores, load_counts, usage_of_cells
+from plenofir.fpga.synthesis.estimate import estimate
+from plenofir.fpga.synthesis.few_pins import three_pins
+from plenofir.fpga.synthesis.placers import PLACERS, load_placed_cores, open_carries
+from plenofir.fpga.tools.synthesis import run_yosys
+from plenofir.plan import load_scene, make_plan
+
+CORE = """
+module core
+  (input  clk,
+   input  [3:0] mode,
+   input  [31:0] data,
+   output reg [31:0] result,
+   output reg ready);
+  always @(posedge clk) begin
+    result <= data + mode;
+    ready <= ^data;
+  end
+endmodule
+"""
+
+
+@pytest.mark.parametrize(
+    ("typed", "name"),
+    [
+        ("xc7a35t", "xc7a35t"),
+        ("XC7A35TICSG324-1L", "xc7a35t"),
+        ("xc7a100tcsg324-1", "xc7a100t"),
+        ("xc7z020", "xc7z020"),
+        ("5ceba4", "5ceba4"),
+        ("5CSEBA6U23I7", "5cseba6"),
+        ("gw2ar-18", "gw2ar-18"),
+        ("gw2a-18", "gw2ar-18"),
+        ("GW2AR-LV18QN88C8/I7", "gw2ar-18"),
+        ("gw5a-25", "gw5a-25"),
+        ("lifcl-40", "lifcl-40"),
+        ("LIFCL-40-9", "lifcl-40"),
+        ("ccgm1a1", "ccgm1a1"),
+        ("xc6slx45-2csg324", "xc6slx45"),
+        ("LFE5U-12F-6BG381C", "lfe5u-12f"),
+        ("xc7a3500t", "xc7a3500t"),
+    ],
+)
+def test_names_as_people_type_them(typed: str, name: str) -> None:
+    assert device_name(typed) == name
+
+
+def test_every_device_has_all_that_a_plan_needs() -> None:
+    for name, device in DEVICES.items():
+        assert device_name(device.part) == name
+        assert device.total.lut
+        assert device.total.ramb16
+        assert device.clock_mhz(1)
+        assert bool(device.total.dsp) == bool(FAMILIES[device.family].multipliers)
+
+
+# Where Yosys packs several words of a GateMate's memory into one, and reads the small tables of
+# Cyclone V otherwise than its rules say: the most that an estimate is above, and below.
+BLOCKS_OFF = {"gatemate": (11, 0), "cyclonev": (1, 2)}
+# Of a product with a constant Yosys drops parts that are 0.
+MULTIPLIERS_OFF = {"series7": 1}
+
+
+@pytest.mark.parametrize("family", COUNTED)
+def test_estimates_of_a_family(family: str) -> None:
+    """Block RAM and multipliers are exact but for what stands above, the rest is within 15 %."""
+    counts, cores = load_counts()[family], dict(counted_cores())
+    assert set(counts) == set(cores)
+    for name, counted in counts.items():
+        usage = estimate(cores[name], family)  # type: ignore[arg-type]
+        above, below = BLOCKS_OFF.get(family, (0, 0))
+        assert -below <= usage.block_rams - counted.block_rams <= above, name
+        assert 0 <= usage.dsp - counted.dsp <= MULTIPLIERS_OFF.get(family, 0), name
+        assert usage.lut == pytest.approx(counted.lut, rel=0.15), name
+        assert usage.flip_flops == pytest.approx(counted.flip_flops, rel=0.15), name
+
+
+def test_counted_cores_are_those_of_the_comparison() -> None:
+    named = {name for name, _ in counted_cores()}
+    assert len(named & set(load_comparison().figures)) >= 30
+    assert {e.split()[0] for e in named} == {"fir", "moving_sum"}
+
+
+def test_cells_of_a_family() -> None:
+    usage = usage_of_cells("series7", {"LUT6": 3, "RAM64M": 2, "FDRE": 5, "RAMB36E1": 2})
+    assert (usage.lut, usage.flip_flops, usage.block_rams, usage.dsp) == (11, 5, 4, 0)
+    assert usage_of_cells("cyclonev", {"MISTRAL_ALUT6": 1, "MISTRAL_ALUT3": 4}).lut == 3
+
+
+STILL = """
+name = "still"
+[camera]
+micro_image_size = 3
+[frame]
+columns = 640
+rows = 480
+colour = "grey"
+[depth]
+slices = ["1/3"]
+"""
+
+
+@pytest.mark.parametrize("name", list(DEVICES))
+def test_a_scene_on_any_device(name: str, tmp_path: Path) -> None:
+    (tmp_path / "still.toml").write_text(STILL)
+    plan = make_plan(load_scene(tmp_path / "still.toml", name))
+    assert plan.device == name
+    assert list(plan.needs) == list(FAMILIES[DEVICES[name].family].names)
+    assert all(plan.needs[what] <= plan.available[what] for what in plan.needs)
+
+
+def test_placed_cores_keep_the_clocks_that_the_planner_counts_on() -> None:
+    placed = load_placed_cores()
+    assert set(placed) <= set(PLACERS)
+    assert len(placed) >= 3
+    for name, cores in placed.items():
+        for scene, core in cores.items():
+            pixels = make_plan(load_scene(scene.removesuffix(" core"))).core.pixels_per_clock
+            assert core.fmax_mhz >= DEVICES[name].clock_mhz(pixels), (name, scene)
+
+
+def test_three_pins_keep_every_bit(tmp_path: Path) -> None:
+    (tmp_path / "core.v").write_text(CORE + three_pins(CORE, "core"))
+    run_yosys(
+        [
+            "read_verilog core.v",
+            "hierarchy -check -top few_pins; proc; flatten; simplemap; opt -full; clean",
+            # The inputs' register, the result, ready, the register that folds both.
+            f"select -assert-count {36 + 32 + 1 + 33} t:$_DFF_P_",
+        ],
+        tmp_path / "yosys.log",
+    )
+
+
+def test_a_constant_at_a_chain_is_left_open(tmp_path: Path) -> None:
+    def cell(carry_in: int, carry_out: int, first: str) -> dict[str, object]:
+        return {
+            "type": "CCU2",
+            "parameters": {"INIT0": first},
+            "connections": {"CIN": [carry_in], "COUT": [carry_out]},
+        }
+
+    cells = {"first": cell(2, 3, "0xFFFF"), "second": cell(3, 4, "0x00AA")}
+    file = tmp_path / "netlist.json"
+    file.write_text(json.dumps({"modules": {"core": {"cells": cells}}}))
+    open_carries(file)
+    found = json.loads(file.read_text())["modules"]["core"]["cells"]
+    assert [c["connections"]["CIN"] for c in found.values()] == [["x"], [3]]
+    cells["first"] = cell(2, 3, "0x00AA")
+    file.write_text(json.dumps({"modules": {"core": {"cells": cells}}}))
+    with pytest.raises(AssertionError, match="begins with INIT0"):
+        open_carries(file)
