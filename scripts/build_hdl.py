@@ -75,8 +75,8 @@ def packages() -> dict[Path, str]:
     """Make the packages, place to text."""
     return {
         HDL / "board" / "edid_pkg.vhd": edid_package(),
-        HDL / "board" / f"{SCREEN_PACKAGE}.vhd": screen_package(),
-        HDL / "board" / f"{SENSOR_PACKAGE}.vhd": sensor_package(),
+        HDL / "video" / f"{SCREEN_PACKAGE}.vhd": screen_package(),
+        HDL / "video" / f"{SENSOR_PACKAGE}.vhd": sensor_package(),
         HDL / "board" / "status_pkg.vhd": status_package(),
         HDL / "video" / "colour_pkg.vhd": colour_package(),
         HDL / "spartan6" / "pll_settings_pkg.vhd": settings_package(),

@@ -21,6 +21,7 @@ library work;
 use work.hdmi_pkg.all;
 use work.refocus_pkg.all;
 use work.tmds_pkg.all;
+use work.video_pkg.all;
 
 entity atlys_top is
   generic (
@@ -95,27 +96,37 @@ architecture rtl of atlys_top is
 
   constant REFUSED : boolean := not takes_shifts("atlys_top", SHIFTS, MAX_COLUMNS);
 
+  constant PATTERN : timing_t := mode_timing
+                                 (
+                                   "atlys_top",
+                                   PATTERN_H_ACTIVE,
+                                   PATTERN_H_FRONT,
+                                   PATTERN_H_SYNC,
+                                   PATTERN_H_BACK,
+                                   PATTERN_V_ACTIVE,
+                                   PATTERN_V_FRONT,
+                                   PATTERN_V_SYNC,
+                                   PATTERN_V_BACK,
+                                   false,
+                                   false
+                                 );
+
   signal reset_request   : std_logic;
   signal reset           : std_logic;
   signal own_ready       : std_logic;
-  signal use_own         : std_logic;
-  signal configure       : std_logic;
-  signal setting_high    : std_logic;
-  signal configured      : std_logic;
+  signal clocks          : clocks_state_t;
+  signal order           : clocks_order_t;
   signal configured_each : std_logic_vector(1 downto 0);
-  signal pll_reset       : std_logic_vector(1 downto 0);
   signal pll_locked      : std_logic_vector(1 downto 0);
-  signal run             : std_logic;
 
   -- Display data channels: levels of the pins, and pulled low.
-  signal in_scl_level  : std_logic;
-  signal in_sda_level  : std_logic;
-  signal in_sda_low    : std_logic;
-  signal out_scl_level : std_logic;
-  signal out_sda_level : std_logic;
-  signal out_scl_low   : std_logic;
-  signal out_sda_low   : std_logic;
+  signal in_ddc      : ddc_t;
+  signal in_sda_low  : std_logic;
+  signal out_ddc     : ddc_t;
+  signal out_ddc_low : ddc_t;
 
+  signal panel    : panel_t;
+  signal lanes    : lanes_t;
   signal settings : video_settings_t;
   signal state    : video_state_t;
 
@@ -138,9 +149,6 @@ architecture rtl of atlys_top is
   -- Serialisers.
   signal in_bits   : std_logic_vector(10 * CHANNELS - 1 downto 0);
   signal out_words : std_logic_vector(10 * CHANNELS + 9 downto 0);
-  signal tracking  : std_logic_vector(CHANNELS - 1 downto 0);
-  signal taps      : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
-  signal hung      : std_logic_vector(CHANNELS - 1 downto 0);
 
   -- The constraints name these nets.
   attribute keep : string;
@@ -171,58 +179,48 @@ begin
       SWITCH_FRAMES => SWITCH_FRAMES
     )
     port map (
-      clk             => clk_100,
-      reset           => reset,
-      tmds_clk        => tmds_clk_global,
-      pixel_clk       => clk,
-      own_ready       => own_ready,
-      receive_locked  => pll_locked(0),
-      transmit_locked => pll_locked(1),
-      use_own         => use_own,
-      configure       => configure,
-      setting_high    => setting_high,
-      configured      => configured,
-      receive_reset   => pll_reset(0),
-      transmit_reset  => pll_reset(1),
-      run             => run,
-      in_scl          => in_scl_level,
-      in_sda          => in_sda_level,
-      in_sda_low      => in_sda_low,
-      out_scl         => out_scl_level,
-      out_sda         => out_sda_level,
-      out_scl_low     => out_scl_low,
-      out_sda_low     => out_sda_low,
-      uart_rx         => uart_rx,
-      uart_tx         => uart_tx,
-      button_up       => button_up,
-      button_down     => button_down,
-      button_clear    => button_clear,
-      switch_pattern  => switch_pattern,
-      switch_pass     => switch_pass,
-      switch_sweep    => switch_sweep,
-      button_output   => button_output,
-      switch_hide     => switch_hide,
-      switch_bottom   => switch_bottom,
-      led             => led,
-      tracking        => tracking,
-      taps            => taps,
-      hung_toggle     => hung,
-      settings        => settings,
-      state           => state
+      clk         => clk_100,
+      reset       => reset,
+      tmds_clk    => tmds_clk_global,
+      pixel_clk   => clk,
+      clocks      => clocks,
+      order       => order,
+      in_ddc      => in_ddc,
+      in_sda_low  => in_sda_low,
+      out_ddc     => out_ddc,
+      out_ddc_low => out_ddc_low,
+      uart_rx     => uart_rx,
+      uart_tx     => uart_tx,
+      panel       => panel,
+      led         => led,
+      lanes       => lanes,
+      settings    => settings,
+      state       => state
     );
 
   -- A line that a pull-up holds is high.
-  in_scl_level  <= to_x01(in_scl);
-  in_sda_level  <= to_x01(in_sda);
-  out_scl_level <= to_x01(out_scl);
-  out_sda_level <= to_x01(out_sda);
+  in_ddc  <= (to_x01(in_scl), to_x01(in_sda));
+  out_ddc <= (to_x01(out_scl), to_x01(out_sda));
 
   in_sda  <= '0' when in_sda_low = '1' else
              'Z';
-  out_scl <= '0' when out_scl_low = '1' else
+  out_scl <= '0' when out_ddc_low.scl = '1' else
              'Z';
-  out_sda <= '0' when out_sda_low = '1' else
+  out_sda <= '0' when out_ddc_low.sda = '1' else
              'Z';
+
+  panel <=
+  (
+    button_up      => button_up,
+    button_down    => button_down,
+    button_clear   => button_clear,
+    switch_pattern => switch_pattern,
+    switch_pass    => switch_pass,
+    switch_sweep   => switch_sweep,
+    button_output  => button_output,
+    switch_hide    => switch_hide,
+    switch_bottom  => switch_bottom
+  );
 
   path : entity work.hdmi_refocuser
     generic map (
@@ -236,24 +234,18 @@ begin
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
-      PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
-      PATTERN_H_FRONT     => PATTERN_H_FRONT,
-      PATTERN_H_SYNC      => PATTERN_H_SYNC,
-      PATTERN_H_BACK      => PATTERN_H_BACK,
-      PATTERN_V_ACTIVE    => PATTERN_V_ACTIVE,
-      PATTERN_V_FRONT     => PATTERN_V_FRONT,
-      PATTERN_V_SYNC      => PATTERN_V_SYNC,
-      PATTERN_V_BACK      => PATTERN_V_BACK,
+      PATTERN_COLUMNS     => PATTERN_H_ACTIVE,
       ALIGN_TIMEOUT       => ALIGN_TIMEOUT
     )
     port map (
-      clk       => clk,
-      tx_clk    => tx_clk,
-      run       => run,
-      in_bits   => in_bits,
-      out_words => out_words,
-      settings  => settings,
-      state     => state
+      clk            => clk,
+      tx_clk         => tx_clk,
+      run            => order.run,
+      in_bits        => in_bits,
+      out_words      => out_words,
+      pattern_timing => PATTERN,
+      settings       => settings,
+      state          => state
     );
 
   --------------------------------------------------------------------------------------------------
@@ -281,21 +273,21 @@ begin
       clk_100   => clk_100,
       reset     => reset,
       tmds_clk  => tmds_clk,
-      use_own   => use_own,
+      use_own   => order.use_own,
       clk       => source_clk,
       own_ready => own_ready
     );
 
-  configured <= configured_each(0) and configured_each(1);
+  clocks <= (own_ready, configured_each(0) and configured_each(1), pll_locked(0), pll_locked(1));
 
   receive_clocks : entity work.serial_clocks
     port map (
       clk_in        => source_clk,
-      pll_reset     => pll_reset(0),
+      pll_reset     => order.receive_reset,
       control_clk   => clk_100,
       control_reset => reset,
-      configure     => configure,
-      high          => setting_high,
+      configure     => order.configure,
+      high          => order.high,
       configured    => configured_each(0),
       clk           => clk,
       clk_x2        => clk_x2,
@@ -307,11 +299,11 @@ begin
   transmit_clocks : entity work.serial_clocks
     port map (
       clk_in        => clk,
-      pll_reset     => pll_reset(1),
+      pll_reset     => order.transmit_reset,
       control_clk   => clk_100,
       control_reset => reset,
-      configure     => configure,
-      high          => setting_high,
+      configure     => order.configure,
+      high          => order.high,
       configured    => configured_each(1),
       clk           => tx_clk,
       clk_x2        => tx_clk_x2,
@@ -320,7 +312,7 @@ begin
       locked        => pll_locked(1)
     );
 
-  stop <= not run;
+  stop <= not order.run;
 
   reset_of_halves : entity work.reset_bridge
     port map (
@@ -352,9 +344,9 @@ begin
         reset     => half_reset,
         bits      => in_bits(10 * c + 9 downto 10 * c),
 
-        tracking    => tracking(c),
-        taps        => taps(TAP_BITS * c + TAP_BITS - 1 downto TAP_BITS * c),
-        hung_toggle => hung(c)
+        tracking    => lanes.tracking(c),
+        taps        => lanes.taps(TAP_BITS * c + TAP_BITS - 1 downto TAP_BITS * c),
+        hung_toggle => lanes.hung_toggle(c)
       );
 
   end generate channel;

@@ -1,5 +1,6 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What buttons, switches and the serial port set: slice, sweep, pass-through, test pattern, output, place of the text.
+-- What buttons, switches and the serial port set: slice, sweep, pass-through, test pattern, output, place of the text,
+-- and that the errors are cleared.
 --
 -- Buttons step through the slices, around both ends, and through the outputs. Switches hide the text or put it at the
 -- bottom; a command does so too. A switch and a command for the same thing: it is
@@ -13,7 +14,10 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.hdmi_pkg.all;
 use work.math_pkg.all;
+use work.picture_pkg.all;
+use work.resample_pkg.all;
 
 entity board_control is
   generic (
@@ -43,32 +47,21 @@ entity board_control is
     -- Serial port.
     line_in  : in    std_logic;
     line_out : out   std_logic;
-    -- Pins of buttons and switches, active high.
-    button_up      : in    std_logic;
-    button_down    : in    std_logic;
-    switch_pattern : in    std_logic;
-    switch_pass    : in    std_logic;
-    switch_sweep   : in    std_logic;
-    button_output  : in    std_logic;
-    switch_hide    : in    std_logic;
-    switch_bottom  : in    std_logic;
+    -- Buttons and switches, as they are at the pins.
+    panel : in    panel_t;
     -- FIELDS numbers of 16 bits for the status line, the first one in the low bits.
     status_values : in    std_logic_vector(16 * FIELDS - 1 downto 0);
-    -- The settings.
-    slice        : out   std_logic_vector(7 downto 0);
-    sweep        : out   std_logic;
-    sweep_frames : out   std_logic_vector(7 downto 0);
-    pass_through : out   std_logic;
-    pattern      : out   std_logic;
-    -- Place of the output, from 0; place of the text: 0 none, 1 at the top, 2 at the bottom.
-    picture_place : out   std_logic_vector(1 downto 0);
-    text_place    : out   std_logic_vector(1 downto 0);
+    -- What is to be shown; the test pattern instead of the input; place of the text: 0 none, 1 at the top, 2 at the
+    -- bottom.
+    choice     : out   picture_choice_t;
+    pattern    : out   std_logic;
+    text_place : out   std_logic_vector(1 downto 0);
     -- Clear the error flags, for a clock.
     clear_errors : out   std_logic;
-    -- Word for the resampler: kind (2 bits), address (20), data (40); busy: the one before is under way.
+    -- Word for the resampler; busy: the one before is under way.
     load_busy  : in    std_logic;
     load_write : out   std_logic;
-    load_word  : out   std_logic_vector(61 downto 0)
+    load_word  : out   load_word_t
   );
 end entity board_control;
 
@@ -78,131 +71,52 @@ architecture rtl of board_control is
 
   constant LAST : natural := SLICES - 1;
 
-  signal up            : std_logic;
-  signal down          : std_logic;
-  signal pattern_level : std_logic;
-  signal pass_level    : std_logic;
-  signal sweep_level   : std_logic;
-  signal output_step   : std_logic;
-  signal hide_level    : std_logic;
-  signal bottom_level  : std_logic;
-  signal set_output    : std_logic;
-  signal set_place     : std_logic;
-  signal output_now    : unsigned(1 downto 0) := "00";
-  signal place_command : unsigned(1 downto 0) := "01";
-  signal in_data       : std_logic_vector(7 downto 0);
-  signal in_valid      : std_logic;
-  signal out_data      : std_logic_vector(7 downto 0);
-  signal out_valid     : std_logic;
-  signal out_ready     : std_logic;
-  signal other_data    : std_logic_vector(7 downto 0);
-  signal other_valid   : std_logic;
-  signal answer_data   : std_logic_vector(7 downto 0);
-  signal answer_valid  : std_logic;
-  signal answer_ready  : std_logic;
-  signal value         : unsigned(7 downto 0);
-  signal set_slice     : std_logic;
-  signal set_sweep     : std_logic;
-  signal set_pass      : std_logic;
-  signal set_pattern   : std_logic;
-  signal slice_now     : unsigned(7 downto 0) := to_unsigned(FIRST_SLICE, 8);
-  signal sweep_value   : unsigned(7 downto 0) := (others => '0');
-  signal pass_command  : std_logic            := '0';
-  signal patt_command  : std_logic            := '0';
-  signal sweep_now     : std_logic;
-  signal frames_now    : unsigned(7 downto 0);
-  signal pass_now      : std_logic;
-  signal pattern_now   : std_logic;
+  -- Buttons and switches: as contacts, their levels, and those that became high.
+  signal contacts         : std_logic_vector(PANEL_CONTACTS - 1 downto 0);
+  signal contact_levels   : std_logic_vector(PANEL_CONTACTS - 1 downto 0);
+  signal contacts_pressed : std_logic_vector(PANEL_CONTACTS - 1 downto 0);
+  signal level            : panel_t;
+  signal pressed          : panel_t;
+
+  -- Characters from the line, those of lines that are no words for the resampler, the answers to these, all answers.
+  signal in_data      : std_logic_vector(7 downto 0);
+  signal in_valid     : std_logic;
+  signal other_data   : std_logic_vector(7 downto 0);
+  signal other_valid  : std_logic;
+  signal answer_data  : std_logic_vector(7 downto 0);
+  signal answer_valid : std_logic;
+  signal answer_ready : std_logic;
+  signal out_data     : std_logic_vector(7 downto 0);
+  signal out_valid    : std_logic;
+  signal out_ready    : std_logic;
+
+  -- What commands and buttons have set.
+  signal command         : command_t;
+  signal slice_now       : unsigned(7 downto 0) := to_unsigned(FIRST_SLICE, 8);
+  signal output_now      : unsigned(1 downto 0) := "00";
+  signal place_command   : unsigned(1 downto 0) := "01";
+  signal sweep_command   : unsigned(7 downto 0) := (others => '0');
+  signal pass_command    : std_logic            := '0';
+  signal pattern_command : std_logic            := '0';
 
 begin
 
-  debounce_up : entity work.debouncer
+  contacts <= to_vector(panel);
+
+  debounce : entity work.debouncer
     generic map (
+      WIDTH  => PANEL_CONTACTS,
       STABLE => STABLE
     )
     port map (
-      clk     => clk,
-      contact => button_up,
-      level   => open,
-      pressed => up
+      clk      => clk,
+      contacts => contacts,
+      levels   => contact_levels,
+      pressed  => contacts_pressed
     );
 
-  debounce_down : entity work.debouncer
-    generic map (
-      STABLE => STABLE
-    )
-    port map (
-      clk     => clk,
-      contact => button_down,
-      level   => open,
-      pressed => down
-    );
-
-  debounce_pattern : entity work.debouncer
-    generic map (
-      STABLE => STABLE
-    )
-    port map (
-      clk     => clk,
-      contact => switch_pattern,
-      level   => pattern_level,
-      pressed => open
-    );
-
-  debounce_pass : entity work.debouncer
-    generic map (
-      STABLE => STABLE
-    )
-    port map (
-      clk     => clk,
-      contact => switch_pass,
-      level   => pass_level,
-      pressed => open
-    );
-
-  debounce_sweep : entity work.debouncer
-    generic map (
-      STABLE => STABLE
-    )
-    port map (
-      clk     => clk,
-      contact => switch_sweep,
-      level   => sweep_level,
-      pressed => open
-    );
-
-  debounce_output : entity work.debouncer
-    generic map (
-      STABLE => STABLE
-    )
-    port map (
-      clk     => clk,
-      contact => button_output,
-      level   => open,
-      pressed => output_step
-    );
-
-  debounce_hide : entity work.debouncer
-    generic map (
-      STABLE => STABLE
-    )
-    port map (
-      clk     => clk,
-      contact => switch_hide,
-      level   => hide_level,
-      pressed => open
-    );
-
-  debounce_bottom : entity work.debouncer
-    generic map (
-      STABLE => STABLE
-    )
-    port map (
-      clk     => clk,
-      contact => switch_bottom,
-      level   => bottom_level,
-      pressed => open
-    );
+  level   <= to_panel(contact_levels);
+  pressed <= to_panel(contacts_pressed);
 
   receiver : entity work.uart_receiver
     generic map (
@@ -284,78 +198,66 @@ begin
       slices        => to_unsigned(SLICES, 9),
       outputs       => to_unsigned(OUTPUTS, 3),
       places        => to_unsigned(choose(WITH_TEXT, 3, 1), 3),
-      value         => value,
-      set_slice     => set_slice,
-      set_sweep     => set_sweep,
-      set_pass      => set_pass,
-      set_pattern   => set_pattern,
-      set_output    => set_output,
-      set_place     => set_place,
-      clear_errors  => clear_errors
+      command       => command
     );
 
-  sweep_now   <= '1' when sweep_level = '1' or sweep_value /= 0 else
-                 '0';
-  frames_now  <= sweep_value when sweep_value /= 0 else
-                 to_unsigned(SWITCH_FRAMES, 8) when sweep_level = '1' else
-                 (others => '0');
-  pass_now    <= pass_command or pass_level;
-  pattern_now <= patt_command or pattern_level;
-
-  slice         <= std_logic_vector(slice_now);
-  sweep         <= sweep_now;
-  sweep_frames  <= std_logic_vector(frames_now);
-  pass_through  <= pass_now;
-  pattern       <= pattern_now;
-  picture_place <= std_logic_vector(output_now);
-  text_place    <= "00" when hide_level = '1' or not WITH_TEXT or place_command = 0 else
-                   "10" when bottom_level = '1' else
-                   std_logic_vector(place_command);
+  choice.slice        <= std_logic_vector(slice_now);
+  choice.sweep        <= level.switch_sweep or to_logic(sweep_command /= 0);
+  choice.sweep_frames <= std_logic_vector(sweep_command) when sweep_command /= 0 else
+                         std_logic_vector(to_unsigned(SWITCH_FRAMES, 8)) when level.switch_sweep = '1' else
+                         (others => '0');
+  choice.pass_through <= pass_command or level.switch_pass;
+  choice.shown        <= std_logic_vector(output_now);
+  pattern             <= pattern_command or level.switch_pattern;
+  text_place          <= "00" when level.switch_hide = '1' or not WITH_TEXT or place_command = 0 else
+                         "10" when level.switch_bottom = '1' else
+                         std_logic_vector(place_command);
+  clear_errors        <= command.clear_errors or pressed.button_clear;
 
   set : process (clk) is
   begin
 
     if rising_edge(clk) then
-      if set_slice = '1' then
-        slice_now <= value;
-      elsif up = '1' then
+      if command.set_slice = '1' then
+        slice_now <= command.value;
+      elsif pressed.button_up = '1' then
         slice_now <= slice_now + 1;
         if slice_now = LAST then
           slice_now <= (others => '0');
         end if;
-      elsif down = '1' then
+      elsif pressed.button_down = '1' then
         slice_now <= slice_now - 1;
         if slice_now = 0 then
           slice_now <= to_unsigned(LAST, 8);
         end if;
       end if;
-      if set_output = '1' then
-        output_now <= value(1 downto 0);
-      elsif output_step = '1' then
+      if command.set_output = '1' then
+        output_now <= command.value(1 downto 0);
+      elsif pressed.button_output = '1' then
         output_now <= output_now + 1;
         if output_now = OUTPUTS - 1 then
           output_now <= "00";
         end if;
       end if;
-      if set_place = '1' then
-        place_command <= value(1 downto 0);
+      if command.set_place = '1' then
+        place_command <= command.value(1 downto 0);
       end if;
-      if set_sweep = '1' then
-        sweep_value <= value;
+      if command.set_sweep = '1' then
+        sweep_command <= command.value;
       end if;
-      if set_pass = '1' then
-        pass_command <= value(0);
+      if command.set_pass = '1' then
+        pass_command <= command.value(0);
       end if;
-      if set_pattern = '1' then
-        patt_command <= value(0);
+      if command.set_pattern = '1' then
+        pattern_command <= command.value(0);
       end if;
       if reset = '1' then
-        output_now    <= "00";
-        place_command <= "01";
-        slice_now     <= to_unsigned(FIRST_SLICE, 8);
-        sweep_value   <= (others => '0');
-        pass_command  <= '0';
-        patt_command  <= '0';
+        output_now      <= "00";
+        place_command   <= "01";
+        slice_now       <= to_unsigned(FIRST_SLICE, 8);
+        sweep_command   <= (others => '0');
+        pass_command    <= '0';
+        pattern_command <= '0';
       end if;
     end if;
 

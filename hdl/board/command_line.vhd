@@ -21,6 +21,7 @@ use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.hdmi_pkg.all;
 use work.math_pkg.all;
 
 entity command_line is
@@ -47,16 +48,8 @@ entity command_line is
     -- Number of outputs and of places of the text, the limits of the commands "o" and "h".
     outputs : in    unsigned(2 downto 0);
     places  : in    unsigned(2 downto 0);
-    -- Number of the last command.
-    value : out   unsigned(7 downto 0);
-    -- The command that came, high for a clock; value goes with it.
-    set_slice    : out   std_logic;
-    set_sweep    : out   std_logic;
-    set_pass     : out   std_logic;
-    set_pattern  : out   std_logic;
-    set_output   : out   std_logic;
-    set_place    : out   std_logic;
-    clear_errors : out   std_logic
+    -- The command that came.
+    command : out   command_t
   );
 end entity command_line;
 
@@ -210,7 +203,7 @@ begin
 
   m_axis_tvalid <= offer;
   m_axis_tdata  <= symbol;
-  value         <= number;
+  command.value <= number;
 
   right    <= to_logic(state = act) and not wrong;
   numbered <= right and given;
@@ -270,18 +263,18 @@ begin
   begin
 
     if rising_edge(clk) then
-      set_slice    <= to_slice;
-      set_sweep    <= to_sweep;
-      set_pass     <= to_pass;
-      set_pattern  <= to_pattern;
-      set_output   <= to_output;
-      set_place    <= to_place;
-      clear_errors <= to_clear;
+      command.set_slice    <= to_slice;
+      command.set_sweep    <= to_sweep;
+      command.set_pass     <= to_pass;
+      command.set_pattern  <= to_pattern;
+      command.set_output   <= to_output;
+      command.set_place    <= to_place;
+      command.clear_errors <= to_clear;
       if reset = '1' then
         -- The others would set 0, as the reset does.
-        set_slice    <= '0';
-        set_place    <= '0';
-        clear_errors <= '0';
+        command.set_slice    <= '0';
+        command.set_place    <= '0';
+        command.clear_errors <= '0';
       end if;
     end if;
 

@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- Level and edge of a button or switch.
+-- Levels and edges of buttons and switches.
 --
 -- Latency: STABLE clocks. Throughput: not applicable.
 -- Equation: level changes when the contact has differed from it for STABLE clocks.
@@ -12,55 +12,67 @@ use work.math_pkg.all;
 
 entity debouncer is
   generic (
+    -- Contacts side by side.
+    WIDTH : positive := 1;
     -- 10 ms of 100 MHz.
     STABLE : positive := 1000000
   );
   port (
     clk : in    std_logic;
-    -- From the pin, active high.
-    contact : in    std_logic;
-    -- The contact after STABLE equal samples.
-    level : out   std_logic;
-    -- The level became high, for a clock.
-    pressed : out   std_logic
+    -- From the pins, active high.
+    contacts : in    std_logic_vector(WIDTH - 1 downto 0);
+    -- Each contact after STABLE equal samples.
+    levels : out   std_logic_vector(WIDTH - 1 downto 0);
+    -- Its level became high, for a clock.
+    pressed : out   std_logic_vector(WIDTH - 1 downto 0)
   );
 end entity debouncer;
 
 architecture rtl of debouncer is
 
-  signal pin       : std_logic_vector(0 downto 0);
-  signal arrived   : std_logic_vector(0 downto 0);
-  signal level_now : std_logic                                := '0';
-  signal clocks    : natural range 0 to larger(STABLE - 1, 1) := 0;
+  signal arrived    : std_logic_vector(WIDTH - 1 downto 0);
+  signal levels_now : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
 
 begin
 
-  level  <= level_now;
-  pin(0) <= contact;
+  levels <= levels_now;
 
   cross : entity work.synchroniser
+    generic map (
+      WIDTH => WIDTH
+    )
     port map (
       clk         => clk,
-      level       => pin,
+      level       => contacts,
       synchronous => arrived
     );
 
-  debounce : process (clk) is
+  contact : for i in 0 to WIDTH - 1 generate
+
+    -- Clocks for which the contact has differed from its level. Each contact counts for itself: one that bounces, or
+    -- is open, must not keep the others from counting.
+    signal clocks : natural range 0 to larger(STABLE - 1, 1) := 0;
+
   begin
 
-    if rising_edge(clk) then
-      pressed <= '0';
-      if arrived(0) = level_now then
-        clocks <= 0;
-      elsif clocks = STABLE - 1 then
-        clocks    <= 0;
-        level_now <= arrived(0);
-        pressed   <= arrived(0);
-      else
-        clocks <= clocks + 1;
-      end if;
-    end if;
+    debounce : process (clk) is
+    begin
 
-  end process debounce;
+      if rising_edge(clk) then
+        pressed(i) <= '0';
+        if arrived(i) = levels_now(i) then
+          clocks <= 0;
+        elsif clocks = STABLE - 1 then
+          clocks        <= 0;
+          levels_now(i) <= arrived(i);
+          pressed(i)    <= arrived(i);
+        else
+          clocks <= clocks + 1;
+        end if;
+      end if;
+
+    end process debounce;
+
+  end generate contact;
 
 end architecture rtl;

@@ -18,6 +18,8 @@ library work;
 use work.hdmi_pkg.all;
 use work.math_pkg.all;
 use work.number_pkg.all;
+use work.picture_pkg.all;
+use work.resample_pkg.all;
 use work.screen_pkg.all;
 use work.sensor_pkg.all;
 use work.status_pkg.all;
@@ -52,50 +54,22 @@ entity hdmi_control is
     -- The clock of the HDMI input, to be measured, and the one that the pixels have.
     tmds_clk  : in    std_logic;
     pixel_clk : in    std_logic;
-    -- The board's own pixel clock runs, the PLLs have locked; from any clock.
-    own_ready       : in    std_logic;
-    receive_locked  : in    std_logic;
-    transmit_locked : in    std_logic;
-    -- Take the board's own pixel clock.
-    use_own : out   std_logic;
-    -- Write the settings of both PLLs (high: those for 40 to 100 MHz); configured: they are written.
-    configure    : out   std_logic;
-    setting_high : out   std_logic;
-    configured   : in    std_logic;
-    -- Resets of the PLLs, and release of all that their clocks drive.
-    receive_reset  : out   std_logic;
-    transmit_reset : out   std_logic;
-    run            : out   std_logic;
-    -- Display data channels of the input and of the output; low: pull the line low (open drain).
-    in_scl      : in    std_logic;
-    in_sda      : in    std_logic;
+    -- What the clocks are, and what they are to be.
+    clocks : in    clocks_state_t;
+    order  : out   clocks_order_t;
+    -- Display data channels of the input and of the output. The input's clock line is never pulled low: the memory
+    -- is as fast as its reader.
+    in_ddc      : in    ddc_t;
     in_sda_low  : out   std_logic;
-    out_scl     : in    std_logic;
-    out_sda     : in    std_logic;
-    out_scl_low : out   std_logic;
-    out_sda_low : out   std_logic;
-    -- Serial port, buttons, switches and LEDs.
-    uart_rx        : in    std_logic;
-    uart_tx        : out   std_logic;
-    button_up      : in    std_logic;
-    button_down    : in    std_logic;
-    button_clear   : in    std_logic;
-    switch_pattern : in    std_logic;
-    switch_pass    : in    std_logic;
-    switch_sweep   : in    std_logic;
-    led            : out   std_logic_vector(7 downto 0);
-    -- A button that steps through the outputs, switches that hide the text or put it at the bottom; a board may lack
-    -- them.
-    -- vsg_off port_012
-    button_output : in    std_logic := '0';
-    switch_hide   : in    std_logic := '0';
-    switch_bottom : in    std_logic := '0';
-    -- vsg_on port_012
-    -- From the delay lines of the receiver, see phase_detector_control: in pixel_clk or a multiple of it that
-    -- is made with it.
-    tracking    : in    std_logic_vector(CHANNELS - 1 downto 0);
-    taps        : in    std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
-    hung_toggle : in    std_logic_vector(CHANNELS - 1 downto 0);
+    out_ddc     : in    ddc_t;
+    out_ddc_low : out   ddc_t;
+    -- Serial port, buttons and switches, LEDs.
+    uart_rx : in    std_logic;
+    uart_tx : out   std_logic;
+    panel   : in    panel_t;
+    led     : out   std_logic_vector(7 downto 0);
+    -- From the delay lines of the receiver, in pixel_clk or a multiple of it that is made with it.
+    lanes : in    lanes_t;
     -- To and from the video path, in pixel_clk.
     settings : out   video_settings_t;
     state    : in    video_state_t
@@ -133,50 +107,44 @@ architecture rtl of hdmi_control is
   constant NO_DDC    : boolean := not takes(clocks_of(DDC_QUARTER) >= 3 and clocks_of(DDC_QUARTER) < 65536,
                                             "hdmi_control: DDC_QUARTER is not 3 to 65535 clocks of CONTROL_MHZ");
 
-  signal rate            : unsigned(11 downto 0) := (others => '0');
-  signal rate_updated    : std_logic;
-  signal lock_levels     : std_logic_vector(2 downto 0);
-  signal locked_here     : std_logic_vector(2 downto 0);
-  signal own_level       : std_logic;
-  signal running         : std_logic;
-  signal present         : std_logic;
-  signal slice           : std_logic_vector(7 downto 0);
-  signal sweep           : std_logic;
-  signal sweep_frames    : std_logic_vector(7 downto 0);
-  signal pass_through    : std_logic;
-  signal pattern         : std_logic;
-  signal clear_command   : std_logic;
-  signal clear_button    : std_logic;
-  signal clear_toggle    : std_logic             := '0';
-  signal edid_byte       : std_logic;
-  signal edid_bytes      : std_logic_vector(14 downto 0);
-  signal clear           : std_logic;
-  signal clear_or_reset  : std_logic;
-  signal restarted       : std_logic;
-  signal restarts        : std_logic_vector(RARE_BITS - 1 downto 0);
-  signal state_here      : video_state_t;
-  signal taps_here       : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
-  signal tracking_here   : std_logic_vector(CHANNELS - 1 downto 0);
-  signal tracks_last     : std_logic_vector(CHANNELS - 1 downto 0);
-  signal hung_counts     : std_logic_vector(RARE_BITS * CHANNELS - 1 downto 0);
-  signal aligned         : std_logic_vector(CHANNELS - 1 downto 0);
-  signal data_here       : std_logic;
-  signal following       : std_logic;
-  signal unsupported     : std_logic;
-  signal frame_rate      : std_logic_vector(14 downto 0);
-  signal monitor_state   : std_logic_vector(1 downto 0);
-  signal monitor_columns : std_logic_vector(11 downto 0);
-  signal monitor_rows    : std_logic_vector(11 downto 0);
-  signal monitor_rate    : std_logic_vector(11 downto 0);
-  signal monitor_ok      : std_logic;
-  signal status          : status_t;
-  signal status_values   : status_vector_t;
-  signal picture_place   : std_logic_vector(1 downto 0);
-  signal text_place      : std_logic_vector(1 downto 0);
-  signal settings_here   : video_settings_t;
-  signal port_busy       : std_logic;
-  signal port_write      : std_logic;
-  signal port_word       : std_logic_vector(61 downto 0);
+  signal rate         : unsigned(11 downto 0) := (others => '0');
+  signal rate_updated : std_logic;
+  -- The clocks' levels come from any clock; here they are of this one.
+  signal lock_levels : std_logic_vector(2 downto 0);
+  signal locked_here : std_logic_vector(2 downto 0);
+  signal clocks_here : clocks_state_t;
+  signal order_now   : clocks_order_t;
+  signal present     : std_logic;
+  signal restarted   : std_logic;
+  signal restarts    : std_logic_vector(RARE_BITS - 1 downto 0);
+
+  -- What the panel sets.
+  signal choice         : picture_choice_t;
+  signal pattern        : std_logic;
+  signal text_place     : std_logic_vector(1 downto 0);
+  signal clear          : std_logic;
+  signal clear_toggle   : std_logic := '0';
+  signal clear_or_reset : std_logic;
+  signal settings_here  : video_settings_t;
+  signal port_busy      : std_logic;
+  signal port_write     : std_logic;
+  signal port_word      : load_word_t;
+
+  -- What is reported.
+  signal state_here    : video_state_t;
+  signal lanes_here    : lanes_t;
+  signal tracking_here : std_logic_vector(CHANNELS - 1 downto 0);
+  signal hung_counts   : std_logic_vector(RARE_BITS * CHANNELS - 1 downto 0);
+  signal aligned       : std_logic_vector(CHANNELS - 1 downto 0);
+  signal data_here     : std_logic;
+  signal following     : std_logic;
+  signal unsupported   : std_logic;
+  signal frame_rate    : std_logic_vector(14 downto 0);
+  signal edid_byte     : std_logic;
+  signal edid_bytes    : std_logic_vector(14 downto 0);
+  signal monitor       : monitor_t;
+  signal status        : status_t;
+  signal status_values : status_vector_t;
 
 begin
 
@@ -194,7 +162,7 @@ begin
       updated      => rate_updated
     );
 
-  lock_levels <= own_ready & transmit_locked & receive_locked;
+  lock_levels <= clocks.own_ready & clocks.transmit_locked & clocks.receive_locked;
 
   lock_crossing : entity work.synchroniser
     generic map (
@@ -206,6 +174,9 @@ begin
       synchronous => locked_here
     );
 
+  -- `configured` is of this clock already: the control writes the settings itself.
+  clocks_here <= (locked_here(2), clocks.configured, locked_here(0), locked_here(1));
+
   supervisor : entity work.link_supervisor
     generic map (
       COUNTS_10_MHZ => METER_WINDOW / 160,
@@ -215,33 +186,24 @@ begin
       FASTEST       => FASTEST
     )
     port map (
-      clk             => clk,
-      reset           => reset,
-      want_own        => pattern,
-      own_ready       => locked_here(2),
-      rate            => rate,
-      rate_updated    => rate_updated,
-      use_own         => own_level,
-      configure       => configure,
-      high            => setting_high,
-      configured      => configured,
-      data            => data_here,
-      receive_reset   => receive_reset,
-      receive_locked  => locked_here(0),
-      transmit_reset  => transmit_reset,
-      transmit_locked => locked_here(1),
-      run             => running,
-      restarted       => restarted,
-      present         => present
+      clk          => clk,
+      reset        => reset,
+      want_own     => pattern,
+      clocks       => clocks_here,
+      order        => order_now,
+      rate         => rate,
+      rate_updated => rate_updated,
+      data         => data_here,
+      restarted    => restarted,
+      present      => present
     );
 
-  use_own <= own_level;
-  run     <= running;
+  order <= order_now;
 
   --------------------------------------------------------------------------------------------------
   -- Panel, EDID.
 
-  panel : entity work.board_control
+  settings_of_panel : entity work.board_control
     generic map (
       SLICES        => SLICES,
       OUTPUTS       => OUTPUTS'length,
@@ -255,41 +217,19 @@ begin
       SWITCH_FRAMES => SWITCH_FRAMES
     )
     port map (
-      clk            => clk,
-      reset          => reset,
-      line_in        => uart_rx,
-      line_out       => uart_tx,
-      button_up      => button_up,
-      button_down    => button_down,
-      switch_pattern => switch_pattern,
-      switch_pass    => switch_pass,
-      switch_sweep   => switch_sweep,
-      button_output  => button_output,
-      switch_hide    => switch_hide,
-      switch_bottom  => switch_bottom,
-      status_values  => status_values,
-      slice          => slice,
-      sweep          => sweep,
-      sweep_frames   => sweep_frames,
-      pass_through   => pass_through,
-      pattern        => pattern,
-      picture_place  => picture_place,
-      text_place     => text_place,
-      clear_errors   => clear_command,
-      load_busy      => port_busy,
-      load_write     => port_write,
-      load_word      => port_word
-    );
-
-  debounce_clear : entity work.debouncer
-    generic map (
-      STABLE => clocks_of(BUTTON_STABLE)
-    )
-    port map (
-      clk     => clk,
-      contact => button_clear,
-      level   => open,
-      pressed => clear_button
+      clk           => clk,
+      reset         => reset,
+      line_in       => uart_rx,
+      line_out      => uart_tx,
+      panel         => panel,
+      status_values => status_values,
+      choice        => choice,
+      pattern       => pattern,
+      text_place    => text_place,
+      clear_errors  => clear,
+      load_busy     => port_busy,
+      load_write    => port_write,
+      load_word     => port_word
     );
 
   edid : entity work.i2c_rom_slave
@@ -301,13 +241,13 @@ begin
     port map (
       clk       => clk,
       reset     => reset,
-      scl       => in_scl,
-      sda       => in_sda,
+      scl       => in_ddc.scl,
+      sda       => in_ddc.sda,
       sda_low   => in_sda_low,
       read_byte => edid_byte
     );
 
-  monitor : entity work.monitor_edid
+  ask_monitor : entity work.monitor_edid
     generic map (
       QUARTER => clocks_of(DDC_QUARTER),
       PAUSE   => clocks_of(DDC_PAUSE)
@@ -315,21 +255,15 @@ begin
     port map (
       clk           => clk,
       reset         => reset,
-      scl           => out_scl,
-      sda           => out_sda,
-      scl_low       => out_scl_low,
-      sda_low       => out_sda_low,
+      scl           => out_ddc.scl,
+      sda           => out_ddc.sda,
+      scl_low       => out_ddc_low.scl,
+      sda_low       => out_ddc_low.sda,
       shown_columns => state_here.columns,
       shown_rows    => state_here.rows,
       shown_rate    => frame_rate,
-      state         => monitor_state,
-      columns       => monitor_columns,
-      rows          => monitor_rows,
-      rate          => monitor_rate,
-      offered       => monitor_ok
+      monitor       => monitor
     );
-
-  clear <= clear_command or clear_button;
 
   pass_clear : process (clk) is
   begin
@@ -360,13 +294,9 @@ begin
 
   settings_here <=
   (
-    pass_through => pass_through,
-    slice        => slice,
-    sweep        => sweep,
-    sweep_frames => sweep_frames,
-    shown        => picture_place,
+    choice       => choice,
     text_place   => text_place,
-    show_pattern => own_level,
+    show_pattern => order_now.use_own,
     clear_toggle => clear_toggle,
     load_word    => (others => '0'),
     load_toggle  => '0'
@@ -392,26 +322,23 @@ begin
     port map (
       pixel_clk   => pixel_clk,
       state       => state,
-      tracking    => tracking,
-      taps        => taps,
-      hung_toggle => hung_toggle,
+      lanes       => lanes,
       clk         => clk,
       state_here  => state_here,
-      tracks_last => tracks_last,
-      taps_here   => taps_here,
+      lanes_here  => lanes_here,
       clear       => clear_or_reset,
       hung_counts => hung_counts
     );
 
   -- Without a pixel clock the last levels mean nothing.
-  tracking_here <= tracks_last when running = '1' else
+  tracking_here <= lanes_here.tracking when order_now.run = '1' else
                    (others => '0');
-  aligned       <= state_here.aligned when running = '1' else
+  aligned       <= state_here.aligned when order_now.run = '1' else
                    (others => '0');
   data_here     <= '1' when (tracking_here and aligned) = "111" else
                    '0';
-  following     <= state_here.following and running;
-  unsupported   <= state_here.unsupported and running;
+  following     <= state_here.following and order_now.run;
+  unsupported   <= state_here.unsupported and order_now.run;
 
   frames : entity work.frame_rate_meter
     generic map (
@@ -440,28 +367,28 @@ begin
 
   status <=
   (
-    slice         => number(slice),
+    slice         => number(choice.slice),
     SLICES        => std_logic_vector(to_unsigned(SLICES, 16)),
-    sweep         => number(sweep_frames),
-    output        => number(picture_place),
+    sweep         => number(choice.sweep_frames),
+    output        => number(choice.shown),
     OUTPUTS       => std_logic_vector(to_unsigned(OUTPUTS'length, 16)),
     text          => number(text_place),
-    pass          => flag(pass_through),
+    pass          => flag(choice.pass_through),
     pattern       => flag(pattern),
     clock         => number(std_logic_vector(rate)),
     present       => flag(present),
-    running       => flag(running),
+    running       => flag(order_now.run),
     restarts      => number(restarts),
     tracking      => number(tracking_here),
-    taps          => numbers(taps_here, true),
+    taps          => numbers(lanes_here.taps, true),
     hung          => numbers(hung_counts),
     aligned       => number(aligned),
     word_errors   => numbers(state_here.word_errors),
-    hdmi          => flag(state_here.hdmi and running),
-    avi           => flag(state_here.informed and running),
-    colour        => number(state_here.colour),
-    limited       => flag(state_here.limited),
-    vic           => number(state_here.format_code),
+    hdmi          => flag(state_here.hdmi and order_now.run),
+    avi           => flag(state_here.info.informed and order_now.run),
+    colour        => number(state_here.info.colour),
+    limited       => flag(state_here.info.limited),
+    vic           => number(state_here.info.format_code),
     packet_errors => number(state_here.sum_errors) & number(state_here.packet_errors),
     following     => flag(following),
     unsupported   => flag(unsupported),
@@ -472,9 +399,9 @@ begin
     vsync         => flag(state_here.v_sync),
     errors        => number(state_here.errors),
     edid          => number(edid_bytes),
-    monitor       => number(monitor_state),
-    monitor_mode  => number(monitor_rate) & number(monitor_rows) & number(monitor_columns),
-    monitor_ok    => flag(monitor_ok)
+    monitor       => number(monitor.state),
+    monitor_mode  => number(monitor.rate) & number(monitor.rows) & number(monitor.columns),
+    monitor_ok    => flag(monitor.offered)
   );
 
   status_values <= to_vector(status);
@@ -490,7 +417,7 @@ begin
       if state_here.errors /= "00000" then
         led(5) <= '1';
       end if;
-      led(7 downto 6) <= slice(1 downto 0);
+      led(7 downto 6) <= choice.slice(1 downto 0);
     end if;
 
   end process show;

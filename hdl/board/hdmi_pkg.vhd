@@ -1,11 +1,14 @@
 -- SPDX-License-Identifier: Apache-2.0
--- What control and video path of an HDMI board tell each other, both in the pixel clock.
+-- What the parts of an HDMI board tell each other: control and video path, both in the pixel clock; control, pins and
+-- clocks.
 
 library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
 library work;
+use work.picture_pkg.all;
+use work.resample_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
 
@@ -22,24 +25,105 @@ package hdmi_pkg is
   constant TAP_BITS          : positive := 8;
   constant RARE_BITS         : positive := 8;
 
-  -- What the panel wants of the video path.
+  -- The lines of a display data channel: their levels at the pins; or which of them are pulled low (open drain).
+  type ddc_t is record
+    scl : std_logic;
+    sda : std_logic;
+  end record ddc_t;
 
+  -- Buttons and switches, active high.
+  type panel_t is record
+    -- Step through the slices; clear the errors.
+    button_up    : std_logic;
+    button_down  : std_logic;
+    button_clear : std_logic;
+    -- Show the test pattern, the input as it is, all slices in turn.
+    switch_pattern : std_logic;
+    switch_pass    : std_logic;
+    switch_sweep   : std_logic;
+    -- Step through the outputs; hide the text, put it at the bottom. A board may lack them.
+    button_output : std_logic;
+    switch_hide   : std_logic;
+    switch_bottom : std_logic;
+  end record panel_t;
+
+  constant PANEL_CONTACTS : positive := 9;
+
+  function to_vector (
+    panel : panel_t
+  ) return std_logic_vector;
+
+  function to_panel (
+    vector : std_logic_vector(PANEL_CONTACTS - 1 downto 0)
+  ) return panel_t;
+
+  -- What is set by a command line, for a clock, and the number that came with it.
+  type command_t is record
+    value        : unsigned(7 downto 0);
+    set_slice    : std_logic;
+    set_sweep    : std_logic;
+    set_pass     : std_logic;
+    set_pattern  : std_logic;
+    set_output   : std_logic;
+    set_place    : std_logic;
+    clear_errors : std_logic;
+  end record command_t;
+
+  -- What the clocks of the video path are; from any clock.
+  type clocks_state_t is record
+    -- The board's own pixel clock runs.
+    own_ready : std_logic;
+    -- The settings of both PLLs are written; the PLLs of receiver and transmitter have locked.
+    configured      : std_logic;
+    receive_locked  : std_logic;
+    transmit_locked : std_logic;
+  end record clocks_state_t;
+
+  -- What they are to be.
+  type clocks_order_t is record
+    -- Take the board's own pixel clock.
+    use_own : std_logic;
+    -- Write the settings of both PLLs, for a clock; high: those for 40 to 100 MHz.
+    configure : std_logic;
+    high      : std_logic;
+    -- Resets of the PLLs, and release of all that their clocks drive.
+    receive_reset  : std_logic;
+    transmit_reset : std_logic;
+    run            : std_logic;
+  end record clocks_order_t;
+
+  -- What the delay lines of the receiver tell, see phase_detector_control, phase_search.
+  type lanes_t is record
+    tracking : std_logic_vector(CHANNELS - 1 downto 0);
+    taps     : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+    -- Each change of a bit is a delay line that hung.
+    hung_toggle : std_logic_vector(CHANNELS - 1 downto 0);
+  end record lanes_t;
+
+  -- What the last read of the monitor's EDID gave.
+  type monitor_t is record
+    -- 0 no answer, 1 an EDID, 2 something else, 3 a line stays low.
+    state : std_logic_vector(1 downto 0);
+    -- Of an EDID the preferred mode, else 0, its rate in 0.1 Hz; and whether the mode on show was in it.
+    columns : std_logic_vector(11 downto 0);
+    rows    : std_logic_vector(11 downto 0);
+    rate    : std_logic_vector(11 downto 0);
+    offered : std_logic;
+  end record monitor_t;
+
+  constant NO_MONITOR : monitor_t := ("00", x"000", x"000", x"000", '0');
+
+  -- What the panel wants of the video path.
   type video_settings_t is record
-    -- The input as it is; slice, sweep through all slices, frames for each.
-    pass_through : std_logic;
-    slice        : std_logic_vector(7 downto 0);
-    sweep        : std_logic;
-    sweep_frames : std_logic_vector(7 downto 0);
-    -- Place of the output that is shown; place of the text: 0 none, 1 at the top, 2 at the bottom.
-    shown      : std_logic_vector(1 downto 0);
+    choice : picture_choice_t;
+    -- Place of the text: 0 none, 1 at the top, 2 at the bottom.
     text_place : std_logic_vector(1 downto 0);
     -- The test pattern instead of the input.
     show_pattern : std_logic;
     -- Each change of it clears the errors.
     clear_toggle : std_logic;
-    -- Word for the load port of a sensor's resampler: kind (2 bits), address (20), data (40). Each change of the toggle
-    -- is a word.
-    load_word   : std_logic_vector(61 downto 0);
+    -- Word for the load port of a sensor's resampler; each change of the toggle is a word.
+    load_word   : load_word_t;
     load_toggle : std_logic;
   end record video_settings_t;
 
@@ -55,13 +139,10 @@ package hdmi_pkg is
     errors : std_logic_vector(ERRORS - 1 downto 0);
     -- Words of each channel that no encoder sends, since the last clearing.
     word_errors : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
-    -- What the source sends, see tmds_receiver; packets with wrong check bits and InfoFrames with a wrong
-    -- sum, since the last clearing.
+    -- What the source sends, see tmds_receiver (which YCbCr it is, is not reported); packets with wrong check bits and
+    -- InfoFrames with a wrong sum, since the last clearing.
     hdmi          : std_logic;
-    informed      : std_logic;
-    colour        : std_logic_vector(1 downto 0);
-    limited       : std_logic;
-    format_code   : std_logic_vector(7 downto 0);
+    info          : picture_info_t;
     packet_errors : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
     sum_errors    : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
     -- Size of the picture, and whether the syncs are positive.
@@ -95,12 +176,31 @@ end package hdmi_pkg;
 package body hdmi_pkg is
 
   function to_vector (
+    panel : panel_t
+  ) return std_logic_vector is
+  begin
+
+    return panel.button_up & panel.button_down & panel.button_clear & panel.switch_pattern & panel.switch_pass &
+           panel.switch_sweep & panel.button_output & panel.switch_hide & panel.switch_bottom;
+
+  end function to_vector;
+
+  function to_panel (
+    vector : std_logic_vector(PANEL_CONTACTS - 1 downto 0)
+  ) return panel_t is
+  begin
+
+    return (vector(8), vector(7), vector(6), vector(5), vector(4), vector(3), vector(2), vector(1), vector(0));
+
+  end function to_panel;
+
+  function to_vector (
     state : video_state_t
   ) return std_logic_vector is
   begin
 
-    return state.sum_errors & state.packet_errors & state.format_code & state.limited & state.colour &
-           (state.informed & state.hdmi) & state.load_seen & state.v_sync_now & state.v_sync & state.h_sync &
+    return state.sum_errors & state.packet_errors & state.info.format_code & state.info.limited & state.info.colour &
+           (state.info.informed & state.hdmi) & state.load_seen & state.v_sync_now & state.v_sync & state.h_sync &
            std_logic_vector(state.rows) & std_logic_vector(state.columns) & state.word_errors &
            (state.errors & state.unsupported & state.following & state.aligned);
 
@@ -133,10 +233,13 @@ package body hdmi_pkg is
     state.load_seen   := vector(SYNCS + 3);
 
     state.hdmi          := vector(TOLD);
-    state.informed      := vector(TOLD + 1);
-    state.colour        := vector(TOLD + 3 downto TOLD + 2);
-    state.limited       := vector(TOLD + 4);
-    state.format_code   := vector(TOLD + 12 downto TOLD + 5);
+    state.info.informed := vector(TOLD + 1);
+    state.info.colour   := vector(TOLD + 3 downto TOLD + 2);
+    state.info.limited  := vector(TOLD + 4);
+    state.info.bt601    := '0';
+
+    state.info.format_code := vector(TOLD + 12 downto TOLD + 5);
+
     state.packet_errors := vector(WRONG + PACKET_ERROR_BITS - 1 downto WRONG);
     state.sum_errors    := vector(WRONG + 2 * PACKET_ERROR_BITS - 1 downto WRONG + PACKET_ERROR_BITS);
     return state;

@@ -16,9 +16,9 @@ library work;
 use work.hdmi_pkg.all;
 use work.picture_pkg.all;
 use work.screen_pkg.all;
-use work.sensor_pkg.all;
 use work.math_pkg.all;
 use work.refocus_pkg.all;
+use work.resample_pkg.all;
 use work.tmds_pkg.all;
 use work.video_pkg.all;
 
@@ -35,15 +35,8 @@ entity hdmi_refocuser is
     GUARD_BITS          : natural range 0 to 12;
     BROADCAST_TAPS      : natural;
     ENGINE              : string;
-    -- Timing of the test pattern, see mode_timing.
-    PATTERN_H_ACTIVE : positive range 3 to 4095;
-    PATTERN_H_FRONT  : positive range 1 to 4095;
-    PATTERN_H_SYNC   : positive range 1 to 4095;
-    PATTERN_H_BACK   : positive range 1 to 4095;
-    PATTERN_V_ACTIVE : positive range 1 to 4095;
-    PATTERN_V_FRONT  : positive range 1 to 4095;
-    PATTERN_V_SYNC   : positive range 1 to 4095;
-    PATTERN_V_BACK   : positive range 1 to 4095;
+    -- Pixels of a line of the test pattern, whose bands are thirds of it.
+    PATTERN_COLUMNS : positive range 3 to 4095;
     -- Words without control tokens after which a channel is lost.
     ALIGN_TIMEOUT : positive
   );
@@ -59,6 +52,8 @@ entity hdmi_refocuser is
     in_bits : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
     -- Words of the channels and, in the high bits, of the clock lane, in tx_clk; bit 0 is sent first.
     out_words : out   std_logic_vector(10 * CHANNELS + 9 downto 0);
+    -- Timing of the test pattern; stable.
+    pattern_timing : in    timing_t;
     -- From and to the control, in clk.
     settings : in    video_settings_t;
     state    : out   video_state_t
@@ -67,14 +62,7 @@ end entity hdmi_refocuser;
 
 architecture rtl of hdmi_refocuser is
 
-  constant H_TOTAL : positive := PATTERN_H_ACTIVE + PATTERN_H_FRONT + PATTERN_H_SYNC + PATTERN_H_BACK;
-  constant V_TOTAL : positive := PATTERN_V_ACTIVE + PATTERN_V_FRONT + PATTERN_V_SYNC + PATTERN_V_BACK;
-
-  constant REFUSED      : boolean := not takes_shifts("hdmi_refocuser", SHIFTS, MAX_COLUMNS);
-  constant NO_H_COUNTER : boolean := not takes(H_TOTAL <= 4095,
-                                               "hdmi_refocuser: PATTERN_H_ACTIVE and its blanking exceed 4095 pixels");
-  constant NO_V_COUNTER : boolean := not takes(V_TOTAL <= 4095,
-                                               "hdmi_refocuser: PATTERN_V_ACTIVE and its blanking exceed 4095 lines");
+  constant REFUSED : boolean := not takes_shifts("hdmi_refocuser", SHIFTS, MAX_COLUMNS);
 
   constant SLICES : positive := slice_count(SHIFTS);
 
@@ -83,79 +71,43 @@ architecture rtl of hdmi_refocuser is
   constant MIDDLE_SHIFT : integer := choose(SLICES > 2, slice_shift(SHIFTS, SLICES / 2), 0);
   constant RIGHT_SHIFT  : integer := choose(SLICES > 1, slice_shift(SHIFTS, SLICES - 1), -LEFT_SHIFT);
 
-  constant PATTERN_TIMING : timing_t := mode_timing
-                                        (
-                                          PATTERN_H_ACTIVE,
-                                          PATTERN_H_FRONT,
-                                          PATTERN_H_SYNC,
-                                          PATTERN_H_BACK,
-                                          PATTERN_V_ACTIVE,
-                                          PATTERN_V_FRONT,
-                                          PATTERN_V_SYNC,
-                                          PATTERN_V_BACK,
-                                          false,
-                                          false
-                                        );
-
   signal stop     : std_logic;
   signal reset    : std_logic;
   signal tx_reset : std_logic;
 
-  signal link_active  : std_logic;
-  signal link_h_sync  : std_logic;
-  signal link_v_sync  : std_logic;
-  signal link_pixel   : std_logic_vector(23 downto 0);
-  signal link_aligned : std_logic_vector(CHANNELS - 1 downto 0);
-  signal link_locked  : std_logic;
-  signal link_errors  : std_logic_vector(CHANNELS - 1 downto 0);
-
+  -- From the receiver: what came, and what it tells.
+  signal link         : video_t;
+  signal aligned      : std_logic_vector(CHANNELS - 1 downto 0);
+  signal wrong_words  : std_logic_vector(CHANNELS - 1 downto 0);
   signal hdmi         : std_logic;
-  signal informed     : std_logic;
-  signal colour       : std_logic_vector(1 downto 0);
-  signal limited      : std_logic;
-  signal bt601        : std_logic;
-  signal format_code  : std_logic_vector(7 downto 0);
+  signal info         : picture_info_t;
   signal packet_error : std_logic;
   signal sum_error    : std_logic;
-  signal rgb_active   : std_logic;
-  signal rgb_h_sync   : std_logic;
-  signal rgb_v_sync   : std_logic;
-  signal rgb_pixel    : std_logic_vector(23 downto 0);
 
-  signal pattern_vector : std_logic_vector(TIMING_BITS - 1 downto 0);
-  signal pattern_reset  : std_logic;
-  signal drawn_active   : std_logic;
-  signal drawn_h_sync   : std_logic;
-  signal drawn_v_sync   : std_logic;
-  signal drawn_pixel    : std_logic_vector(23 downto 0);
-  signal video_active   : std_logic                             := '0';
-  signal video_h_sync   : std_logic                             := '0';
-  signal video_v_sync   : std_logic                             := '0';
-  signal video_pixel    : std_logic_vector(23 downto 0)         := (others => '0');
-  signal bare_active    : std_logic;
-  signal bare_h_sync    : std_logic;
-  signal bare_v_sync    : std_logic;
-  signal bare_pixel     : std_logic_vector(23 downto 0);
-  signal bare_slice     : std_logic_vector(7 downto 0);
-  signal bare_shown     : std_logic_vector(1 downto 0);
-  signal bare_raw       : std_logic;
-  signal shown_active   : std_logic;
-  signal shown_h_sync   : std_logic;
-  signal shown_v_sync   : std_logic;
-  signal shown_pixel    : std_logic_vector(23 downto 0);
-  signal following      : std_logic;
-  signal unsupported    : std_logic;
-  signal video_timing   : timing_vector_t;
-  signal timing         : timing_t;
-  signal video_errors   : std_logic_vector(3 downto 0);
-  signal errors_now     : std_logic_vector(ERRORS - 1 downto 0) := (others => '0');
-  signal clear_seen     : std_logic                             := '0';
-  signal clear          : std_logic;
-  signal load_seen      : std_logic                             := '0';
-  signal load_write     : std_logic;
-  signal word_errors    : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
-  signal packet_errors  : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
-  signal sum_errors     : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
+  -- Video on its way: as RGB, the pattern, what goes in, what comes out, without and with a text.
+  signal rgb           : video_t;
+  signal drawn         : video_t;
+  signal pattern_reset : std_logic;
+  signal source        : video_t := NO_VIDEO;
+  signal bare          : video_t;
+  signal on_show       : on_show_t;
+  signal shown         : video_t;
+
+  signal following    : std_logic;
+  signal unsupported  : std_logic;
+  signal timing       : timing_t;
+  signal video_errors : std_logic_vector(3 downto 0);
+
+  -- Toggles of the settings as they were; what their changes ask for.
+  signal clear_seen : std_logic := '0';
+  signal clear      : std_logic;
+  signal load_seen  : std_logic := '0';
+  signal load       : load_t;
+
+  signal errors_now    : std_logic_vector(ERRORS - 1 downto 0) := (others => '0');
+  signal word_errors   : std_logic_vector(WORD_ERROR_BITS * CHANNELS - 1 downto 0);
+  signal packet_errors : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
+  signal sum_errors    : std_logic_vector(PACKET_ERROR_BITS - 1 downto 0);
 
 begin
 
@@ -183,41 +135,27 @@ begin
       clk          => clk,
       reset        => reset,
       bits         => in_bits,
-      active       => link_active,
-      h_sync       => link_h_sync,
-      v_sync       => link_v_sync,
-      pixel        => link_pixel,
-      aligned      => link_aligned,
-      locked       => link_locked,
-      errors       => link_errors,
+      video        => link,
+      aligned      => aligned,
+      locked       => open,
+      errors       => wrong_words,
       hdmi         => hdmi,
-      informed     => informed,
-      colour       => colour,
-      limited      => limited,
-      bt601        => bt601,
-      format_code  => format_code,
+      info         => info,
       packet_error => packet_error,
       sum_error    => sum_error
     );
 
   convert : entity work.full_range_rgb
     port map (
-      clk        => clk,
-      colour     => colour,
-      limited    => limited,
-      bt601      => bt601,
-      in_active  => link_active,
-      in_h_sync  => link_h_sync,
-      in_v_sync  => link_v_sync,
-      in_pixel   => link_pixel,
-      out_active => rgb_active,
-      out_h_sync => rgb_h_sync,
-      out_v_sync => rgb_v_sync,
-      out_pixel  => rgb_pixel
+      clk       => clk,
+      colour    => info.colour,
+      limited   => info.limited,
+      bt601     => info.bt601,
+      in_video  => link,
+      out_video => rgb
     );
 
-  pattern_vector <= to_vector(PATTERN_TIMING);
-  pattern_reset  <= reset or not settings.show_pattern;
+  pattern_reset <= reset or not settings.show_pattern;
 
   test_pattern : entity work.light_field_pattern
     generic map (
@@ -225,36 +163,26 @@ begin
       LEFT_SHIFT       => LEFT_SHIFT,
       MIDDLE_SHIFT     => MIDDLE_SHIFT,
       RIGHT_SHIFT      => RIGHT_SHIFT,
-      MIDDLE_BEGIN     => PATTERN_H_ACTIVE / 3,
-      RIGHT_BEGIN      => 2 * PATTERN_H_ACTIVE / 3
+      MIDDLE_BEGIN     => PATTERN_COLUMNS / 3,
+      RIGHT_BEGIN      => 2 * PATTERN_COLUMNS / 3
     )
     port map (
       clk    => clk,
       reset  => pattern_reset,
-      timing => pattern_vector,
-      active => drawn_active,
-      h_sync => drawn_h_sync,
-      v_sync => drawn_v_sync,
-      pixel  => drawn_pixel
+      timing => pattern_timing,
+      video  => drawn
     );
 
   choose_source : process (clk) is
   begin
 
     if rising_edge(clk) then
+      source <= rgb;
       if settings.show_pattern = '1' then
-        video_active <= drawn_active;
-        video_h_sync <= drawn_h_sync;
-        video_v_sync <= drawn_v_sync;
-        video_pixel  <= drawn_pixel;
-      else
-        video_active <= rgb_active;
-        video_h_sync <= rgb_h_sync;
-        video_v_sync <= rgb_v_sync;
-        video_pixel  <= rgb_pixel;
+        source <= drawn;
       end if;
       if reset = '1' then
-        video_active <= '0';
+        source.active <= '0';
       end if;
     end if;
 
@@ -266,63 +194,29 @@ begin
       SHIFTS              => SHIFTS,
       INTERPOLATION_ORDER => INTERPOLATION_ORDER,
       HOLD                => HOLD,
-      MAX_COLUMNS         => choose(WITH_SENSOR, RASTER_COLUMNS, MAX_COLUMNS),
+      MAX_COLUMNS         => MAX_COLUMNS,
       EXACT               => EXACT,
       FRACTION_BITS       => FRACTION_BITS,
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
-      ENGINE              => ENGINE,
-      OUTPUTS             => OUTPUTS,
-      RADIUS              => SHARPNESS_RADIUS,
-      CONFIDENCE          => CONFIDENCE,
-      VOTE_RADIUS         => VOTE_RADIUS,
-      COLOURS             => COLOURS,
-      CHANNELS            => PIXEL_CHANNELS,
-      SENSOR              => WITH_SENSOR,
-      RAW_COLUMNS         => SENSOR_COLUMNS,
-      RAW_ROWS            => SENSOR_ROWS,
-      MOSAIC              => MOSAIC,
-      RED_PLACE           => RED_PLACE,
-      HEXAGONAL           => HEXAGONAL,
-      LINES               => RING_LINES,
-      LENSES              => LENSES,
-      MOVES               => MOVES,
-      GAINS               => GAINS
+      ENGINE              => ENGINE
     )
     port map (
-      clk          => clk,
-      reset        => reset,
-      pass_through => settings.pass_through,
-      slice        => settings.slice,
-      sweep        => settings.sweep,
-      sweep_frames => settings.sweep_frames,
-      shown        => settings.shown,
-      load_write   => load_write,
-      load_kind    => settings.load_word(61 downto 60),
-      load_address => settings.load_word(59 downto 40),
-      load_data    => settings.load_word(39 downto 0),
-      in_active    => video_active,
-      in_h_sync    => video_h_sync,
-      in_v_sync    => video_v_sync,
-      in_pixel     => video_pixel,
-      out_active   => bare_active,
-      out_h_sync   => bare_h_sync,
-      out_v_sync   => bare_v_sync,
-      out_pixel    => bare_pixel,
-      out_slice    => bare_slice,
-      out_shown    => bare_shown,
-      out_raw      => bare_raw,
-      following    => following,
-      unsupported  => unsupported,
-      timing       => video_timing,
-      errors       => video_errors
+      clk         => clk,
+      reset       => reset,
+      choice      => settings.choice,
+      load        => load,
+      in_video    => source,
+      out_video   => bare,
+      on_show     => on_show,
+      following   => following,
+      unsupported => unsupported,
+      timing      => timing,
+      errors      => video_errors
     );
 
   no_text : if not WITH_TEXT generate
-    shown_active <= bare_active;
-    shown_h_sync <= bare_h_sync;
-    shown_v_sync <= bare_v_sync;
-    shown_pixel  <= bare_pixel;
+    shown <= bare;
   end generate no_text;
 
   text : if WITH_TEXT generate
@@ -338,7 +232,7 @@ begin
 
     show   <= settings.text_place(0) or settings.text_place(1);
     bottom <= settings.text_place(1);
-    kind   <= std_logic_vector(to_unsigned(KINDS(to_integer(unsigned(bare_shown))), 2));
+    kind   <= std_logic_vector(to_unsigned(KINDS(to_integer(unsigned(on_show.place))), 2));
     rows   <= std_logic_vector(timing.rows);
 
     overlay : entity work.text_overlay
@@ -352,29 +246,23 @@ begin
         COLOURS       => COLOURS
       )
       port map (
-        clk        => clk,
-        reset      => reset,
-        show       => show,
-        bottom     => bottom,
-        rows       => rows,
-        slice      => bare_slice,
-        kind       => kind,
-        raw        => bare_raw,
-        errors     => errors_now,
-        in_active  => bare_active,
-        in_h_sync  => bare_h_sync,
-        in_v_sync  => bare_v_sync,
-        in_pixel   => bare_pixel,
-        out_active => shown_active,
-        out_h_sync => shown_h_sync,
-        out_v_sync => shown_v_sync,
-        out_pixel  => shown_pixel
+        clk       => clk,
+        reset     => reset,
+        show      => show,
+        bottom    => bottom,
+        rows      => rows,
+        slice     => on_show.slice,
+        kind      => kind,
+        raw       => on_show.raw,
+        errors    => errors_now,
+        in_video  => bare,
+        out_video => shown
       );
 
   end generate text;
 
-  clear      <= clear_seen xor settings.clear_toggle;
-  load_write <= load_seen xor settings.load_toggle;
+  clear <= clear_seen xor settings.clear_toggle;
+  load  <= to_load(load_seen xor settings.load_toggle, settings.load_word);
 
   collect_errors : process (clk) is
   begin
@@ -386,7 +274,8 @@ begin
         errors_now <= (others => '0');
       elsif reset = '0' then
         errors_now(3 downto 0) <= errors_now(3 downto 0) or video_errors;
-        if following = '1' and link_errors /= "000" and settings.show_pattern = '0' then
+        -- Without a picture, and with the pattern, words of any kind are no fault.
+        if following = '1' and wrong_words /= "000" and settings.show_pattern = '0' then
           errors_now(WRONG_WORD) <= '1';
         end if;
       end if;
@@ -403,7 +292,7 @@ begin
       port map (
         clk   => clk,
         clear => clear,
-        add   => link_errors(c),
+        add   => wrong_words(c),
         count => word_errors(WORD_ERROR_BITS * (c + 1) - 1 downto WORD_ERROR_BITS * c)
       );
 
@@ -435,36 +324,28 @@ begin
     port map (
       clk      => clk,
       reset    => reset,
-      active   => shown_active,
-      h_sync   => shown_h_sync,
-      v_sync   => shown_v_sync,
-      pixel    => shown_pixel,
+      video    => shown,
       tx_clk   => tx_clk,
       tx_reset => tx_reset,
       tx_words => out_words
     );
 
-  timing <= to_timing(video_timing);
-
   state <=
   (
-    aligned       => link_aligned,
+    aligned       => aligned,
     following     => following,
     unsupported   => unsupported,
     errors        => errors_now,
     word_errors   => word_errors,
     hdmi          => hdmi,
-    informed      => informed,
-    colour        => colour,
-    limited       => limited,
-    format_code   => format_code,
+    info          => info,
     packet_errors => packet_errors,
     sum_errors    => sum_errors,
     columns       => timing.columns,
     rows          => timing.rows,
     h_sync        => timing.h_sync_level,
     v_sync        => timing.v_sync_level,
-    v_sync_now    => video_v_sync,
+    v_sync_now    => source.v_sync,
     load_seen     => load_seen
   );
 

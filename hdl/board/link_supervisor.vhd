@@ -21,6 +21,9 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.hdmi_pkg.all;
+
 entity link_supervisor is
   generic (
     -- Counts of clock_meter for 10 MHz.
@@ -38,30 +41,17 @@ entity link_supervisor is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- The board's own clock is wanted, and whether it runs.
-    want_own  : in    std_logic;
-    own_ready : in    std_logic;
+    -- The board's own clock is wanted.
+    want_own : in    std_logic;
     -- The TMDS clock, see clock_meter.
     rate         : in    unsigned(11 downto 0);
     rate_updated : in    std_logic;
-    -- Clock choice: the board's own one.
-    use_own : out   std_logic;
-    -- Write the settings of both PLLs (high: those for 40 to 100 MHz); configured: they are
-    -- written.
-    configure  : out   std_logic;
-    high       : out   std_logic;
-    configured : in    std_logic;
+    -- What the clocks are, and what they are to be.
+    clocks : in    clocks_state_t;
+    order  : out   clocks_order_t;
     -- Every channel of the receiver tracks its bits and finds words.
     data : in    std_logic;
-    -- The receiver's PLL.
-    receive_reset  : out   std_logic;
-    receive_locked : in    std_logic;
-    -- The transmitter's PLL.
-    transmit_reset  : out   std_logic;
-    transmit_locked : in    std_logic;
-    -- Release the logic; restarted: it ran and is held again though the choice of the clock is the same, for a
-    -- clock.
-    run       : out   std_logic;
+    -- It ran and is held again though the choice of the clock is the same, for a clock.
     restarted : out   std_logic;
     -- There is a steady TMDS clock in range.
     present : out   std_logic
@@ -80,17 +70,23 @@ architecture rtl of link_supervisor is
 
   type state_t is (quiet, choose, write_setting, lock_receive, lock_transmit, running);
 
-  signal state     : state_t                     := quiet;
-  signal clocks    : natural range 0 to TIMEOUT  := 0;
-  signal own       : std_logic                   := '0';
-  signal high_now  : std_logic                   := '0';
-  signal last      : unsigned(11 downto 0)       := (others => '0');
-  signal agree     : natural range 1 to STEADY   := 1;
-  signal in_range  : std_logic                   := '0';
-  signal fits      : std_logic                   := '0';
-  signal want_high : std_logic                   := '0';
+  signal state : state_t := quiet;
+  -- Clocks that a state has lasted, up to TIMEOUT.
+  signal waited : natural range 0 to TIMEOUT := 0;
+  -- The choice and the setting that hold.
+  signal own      : std_logic := '0';
+  signal high_now : std_logic := '0';
+  -- The measurement before, those in a row that agree, and what is known from the last one: whether enough of them do,
+  -- whether the rate fits the setting that holds, which one a new clock of this rate would get.
+  signal last      : unsigned(11 downto 0)     := (others => '0');
+  signal agree     : natural range 1 to STEADY := 1;
+  signal in_range  : std_logic                 := '0';
+  signal fits      : std_logic                 := '0';
+  signal want_high : std_logic                 := '0';
+  -- The clock that was chosen is there.
   signal source_ok : std_logic;
-  signal lacking   : natural range 0 to PATIENCE := 0;
+  -- Measurements in a row without data.
+  signal lacking : natural range 0 to PATIENCE := 0;
 
   -- PLLs are in reset from the FPGA's configuration on.
   signal receive_reset_now  : std_logic := '1';
@@ -98,14 +94,13 @@ architecture rtl of link_supervisor is
 
 begin
 
-  use_own <= own;
-  high    <= high_now;
-  present <= in_range;
+  order.use_own        <= own;
+  order.high           <= high_now;
+  order.receive_reset  <= receive_reset_now;
+  order.transmit_reset <= transmit_reset_now;
+  present              <= in_range;
 
-  receive_reset  <= receive_reset_now;
-  transmit_reset <= transmit_reset_now;
-
-  source_ok <= own_ready when own = '1' else
+  source_ok <= clocks.own_ready when own = '1' else
                in_range and fits;
 
   judge : process (clk) is
@@ -153,11 +148,11 @@ begin
   begin
 
     if rising_edge(clk) then
-      give_up   := clocks = TIMEOUT;
-      configure <= '0';
-      restarted <= '0';
-      if clocks /= TIMEOUT then
-        clocks <= clocks + 1;
+      give_up         := waited = TIMEOUT;
+      order.configure <= '0';
+      restarted       <= '0';
+      if waited /= TIMEOUT then
+        waited <= waited + 1;
       end if;
 
       case state is
@@ -165,59 +160,59 @@ begin
         when quiet =>
 
           -- Resets reach all clocks that still run before the source is switched.
-          run                <= '0';
+          order.run          <= '0';
           receive_reset_now  <= '1';
           transmit_reset_now <= '1';
-          if clocks >= 15 then
+          if waited >= 15 then
             own    <= want_own;
             state  <= choose;
-            clocks <= 0;
+            waited <= 0;
           end if;
 
         when choose =>
 
-          clocks <= 0;
+          waited <= 0;
           if own /= want_own then
             state <= quiet;
-          elsif (own = '1' and own_ready = '1') or (own = '0' and in_range = '1') then
-            high_now  <= want_high and not own;
-            configure <= '1';
-            state     <= write_setting;
+          elsif (own = '1' and clocks.own_ready = '1') or (own = '0' and in_range = '1') then
+            high_now        <= want_high and not own;
+            order.configure <= '1';
+            state           <= write_setting;
           end if;
 
         when write_setting =>
 
-          if configured = '1' and clocks >= 3 then
+          if clocks.configured = '1' and waited >= 3 then
             receive_reset_now <= '0';
             state             <= lock_receive;
-            clocks            <= 0;
+            waited            <= 0;
           end if;
 
         when lock_receive =>
 
-          if receive_locked = '1' then
+          if clocks.receive_locked = '1' then
             transmit_reset_now <= '0';
             state              <= lock_transmit;
-            clocks             <= 0;
+            waited             <= 0;
           end if;
 
         when lock_transmit =>
 
           lacking <= 0;
-          if transmit_locked = '1' then
+          if clocks.transmit_locked = '1' then
             state <= running;
           end if;
 
         when running =>
 
-          run    <= '1';
-          clocks <= 0;
+          order.run <= '1';
+          waited    <= 0;
           if data = '1' or own = '1' then
             lacking <= 0;
           elsif rate_updated = '1' then
             lacking <= lacking + 1;
           end if;
-          give_up := receive_locked = '0' or transmit_locked = '0' or lacking = PATIENCE;
+          give_up := clocks.receive_locked = '0' or clocks.transmit_locked = '0' or lacking = PATIENCE;
 
       end case;
 
@@ -225,9 +220,9 @@ begin
         give_up := true;
       end if;
       if give_up then
-        run    <= '0';
-        state  <= quiet;
-        clocks <= 0;
+        order.run <= '0';
+        state     <= quiet;
+        waited    <= 0;
         if state = running and own = want_own then
           restarted <= '1';
         end if;
@@ -235,8 +230,8 @@ begin
 
       if reset = '1' then
         state              <= quiet;
-        clocks             <= 0;
-        run                <= '0';
+        waited             <= 0;
+        order.run          <= '0';
         receive_reset_now  <= '1';
         transmit_reset_now <= '1';
       end if;

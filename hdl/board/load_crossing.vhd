@@ -9,21 +9,22 @@ library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
+use work.resample_pkg.all;
 use work.sensor_pkg.all;
 
 entity load_crossing is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- From load_port: kind (2 bits), address (20), data (40). Busy: the word before has not arrived.
+    -- From load_port. Busy: the word before has not arrived.
     port_write : in    std_logic;
-    port_word  : in    std_logic_vector(61 downto 0);
+    port_word  : in    load_word_t;
     port_busy  : out   std_logic;
     -- Toggle of the last word that has arrived, brought back from the pixel clock.
     seen : in    std_logic;
     -- In the pixel clock: the word; each change of the toggle is one.
     pixel_clk   : in    std_logic;
-    load_word   : out   std_logic_vector(61 downto 0);
+    load_word   : out   load_word_t;
     load_toggle : out   std_logic
   );
 end entity load_crossing;
@@ -43,7 +44,7 @@ begin
     constant WORDS : natural := CALIBRATION'length;
 
     signal number    : natural range 0 to WORDS      := 0;
-    signal word      : std_logic_vector(61 downto 0) := (others => '0');
+    signal word      : load_word_t := (others => '0');
     signal toggle    : std_logic                     := '0';
     signal busy      : std_logic;
     signal all_done  : std_logic;
@@ -52,6 +53,7 @@ begin
 
   begin
 
+    -- Under way until the toggle has come back: a word that is replaced before would be lost.
     busy      <= toggle xor seen;
     all_done  <= '1' when number = WORDS or not CALIBRATED else
                  '0';

@@ -20,6 +20,7 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.edid_pkg.all;
+use work.hdmi_pkg.all;
 use work.video_pkg.all;
 
 entity monitor_edid is
@@ -33,7 +34,7 @@ entity monitor_edid is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- The display data channel of the output, as it is at the pins, and pull it low (open drain).
+    -- The display data channel of the output, as it is at the pins, and pull it low.
     scl     : in    std_logic;
     sda     : in    std_logic;
     scl_low : out   std_logic;
@@ -42,13 +43,8 @@ entity monitor_edid is
     shown_columns : in    count_t;
     shown_rows    : in    count_t;
     shown_rate    : in    std_logic_vector(14 downto 0);
-    -- The last read: 0 no answer, 1 an EDID, 2 something else, 3 a line stays low.
-    state : out   std_logic_vector(1 downto 0);
-    -- Of an EDID the preferred mode, else 0, and whether the mode on show was in it.
-    columns : out   std_logic_vector(11 downto 0);
-    rows    : out   std_logic_vector(11 downto 0);
-    rate    : out   std_logic_vector(11 downto 0);
-    offered : out   std_logic
+    -- What the last read gave.
+    monitor : out   monitor_t
   );
 end entity monitor_edid;
 
@@ -84,35 +80,52 @@ architecture rtl of monitor_edid is
   -- 1 Hz.
   constant TOLERANCE : positive := 10;
 
-  signal paused      : natural range 0 to larger(PAUSE - 1, 1) := 0;
-  signal reading     : std_logic                               := '0';
-  signal start       : std_logic;
-  signal next_byte   : std_logic;
-  signal more        : std_logic;
-  signal valid       : std_logic;
-  signal data        : std_logic_vector(7 downto 0);
-  signal done        : std_logic;
-  signal complete    : std_logic;
-  signal stuck       : std_logic;
-  signal window      : std_logic_vector(63 downto 0)           := (others => '0');
-  signal look        : std_logic                               := '0';
-  signal index       : natural range 0 to LAST                 := 0;
-  signal none_yet    : std_logic                               := '0';
-  signal sum         : unsigned(7 downto 0)                    := (others => '0');
-  signal right       : std_logic                               := '0';
-  signal extended    : std_logic                               := '0';
-  signal detailed    : unsigned(6 downto 0)                    := (others => '0');
-  signal in_codes    : std_logic                               := '0';
-  signal codes       : unsigned(4 downto 0)                    := (others => '0');
-  signal video       : std_logic                               := '0';
-  signal in_detailed : std_logic                               := '0';
-  signal place       : natural range 0 to DESCRIPTOR - 1       := 0;
-  signal divide      : std_logic                               := '0';
-  signal dividing    : std_logic                               := '0';
-  signal divided     : std_logic;
-  signal found       : std_logic                               := '0';
-  signal preferred   : std_logic_vector(35 downto 0)           := (others => '0');
-  signal shown       : std_logic_vector(KNOWN_MODES'range);
+  -- Clocks since the last read began; a read is under way.
+  signal paused  : natural range 0 to larger(PAUSE - 1, 1) := 0;
+  signal reading : std_logic                               := '0';
+
+  -- To and from the reader.
+  signal start     : std_logic;
+  signal next_byte : std_logic;
+  signal more      : std_logic;
+  signal valid     : std_logic;
+  signal data      : std_logic_vector(7 downto 0);
+  signal done      : std_logic;
+  signal complete  : std_logic;
+  signal stuck     : std_logic;
+
+  -- The last eight bytes, the number of the newest, and its clock: all that follows looks at them once, then.
+  signal window : std_logic_vector(63 downto 0) := (others => '0');
+  signal look   : std_logic                     := '0';
+  signal index  : natural range 0 to LAST       := 0;
+
+  -- No byte has come; the header and the sums are right; there is an extension.
+  signal none_yet : std_logic            := '0';
+  signal sum      : unsigned(7 downto 0) := (others => '0');
+  signal right    : std_logic            := '0';
+  signal extended : std_logic            := '0';
+
+  -- In the extension: where its detailed timings begin; among the blocks of codes; bytes left of one; it is of
+  -- videos.
+  signal detailed : unsigned(6 downto 0) := (others => '0');
+  signal in_codes : std_logic            := '0';
+  signal codes    : unsigned(4 downto 0) := (others => '0');
+  signal video    : std_logic            := '0';
+
+  -- Among descriptors, at a byte of one; its rate is to be computed; the next byte waits for that.
+  signal in_detailed     : std_logic                         := '0';
+  signal place           : natural range 0 to DESCRIPTOR - 1 := 0;
+  signal begins_detailed : std_logic;
+  signal divide          : std_logic                         := '0';
+  signal dividing        : std_logic                         := '0';
+  signal divided         : std_logic;
+
+  -- The mode on show is in the EDID; the preferred mode; which of the known ones is on show.
+  signal found     : std_logic                     := '0';
+  signal preferred : std_logic_vector(35 downto 0) := (others => '0');
+  signal shown     : std_logic_vector(KNOWN_MODES'range);
+
+  -- Of the descriptor whose first eight bytes are in the window.
   signal width       : unsigned(11 downto 0);
   signal height      : unsigned(11 downto 0);
   signal clock       : std_logic_vector(15 downto 0);
@@ -198,71 +211,96 @@ begin
 
   end process which_known;
 
-  parse : process (clk) is
+  -- Each of the processes below begins anew with a read.
+  follow_bytes : process (clk) is
   begin
 
     if rising_edge(clk) then
-      look   <= valid;
-      divide <= '0';
+      look <= valid;
       if valid = '1' then
         window   <= window(55 downto 0) & data;
         sum      <= sum + unsigned(data);
         none_yet <= '0';
       end if;
+      if look = '1' and index /= LAST then
+        index <= index + 1;
+      end if;
+      if start = '1' then
+        index    <= 0;
+        none_yet <= '1';
+        sum      <= (others => '0');
+      end if;
+    end if;
 
+  end process follow_bytes;
+
+  check_blocks : process (clk) is
+  begin
+
+    if rising_edge(clk) then
       if look = '1' then
-        if index /= LAST then
-          index <= index + 1;
-        end if;
-
         if index = HEADER_LAST and window /= HEADER then
           right <= '0';
         end if;
+        -- The bytes of a block add up to 0, and so those of both.
         if (index = BLOCK_LAST or index = LAST) and sum /= 0 then
           right <= '0';
         end if;
         if index = EXTENSIONS and window(7 downto 0) /= x"00" then
           extended <= '1';
         end if;
+      end if;
+      if start = '1' then
+        right    <= '1';
+        extended <= '0';
+      end if;
+    end if;
+
+  end process check_blocks;
+
+  -- Blocks of codes in the extension; a byte before each says what they are and how many.
+  follow_codes : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      if look = '1' then
         if index = DETAILED_AT and window(23 downto 16) = CEA_TAG then
           detailed <= unsigned(window(6 downto 0));
         end if;
-
-        -- Timings that stand there by a bit, two bytes or a code.
-        for i in KNOWN_MODES'range loop
-
-          if shown(i) = '1' then
-            if index = ESTABLISHED_LAST and (window(15 downto 0) and KNOWN_MODES(i).established) /= x"0000" then
-              found <= '1';
-            end if;
-            if index > STANDARD_FIRST and index <= STANDARD_LAST and index mod 2 = 1 and
-               window(15 downto 0) = KNOWN_MODES(i).standard then
-              found <= '1';
-            end if;
-            if in_codes = '1' and codes /= 0 and video = '1' and window(6 downto 0) = KNOWN_MODES(i).vic then
-              found <= '1';
-            end if;
-          end if;
-
-        end loop;
-
-        -- Blocks of codes; a byte before each says what they are and how many.
         if in_codes = '1' then
           if codes /= 0 then
             codes <= codes - 1;
           else
             codes <= unsigned(window(4 downto 0));
-            video <= '0';
-            if window(7 downto 5) = VIDEO_CODES then
-              video <= '1';
-            end if;
+            video <= to_logic(window(7 downto 5) = VIDEO_CODES);
           end if;
         end if;
         if index = CODES_FIRST - 1 and detailed > CODES_FIRST - EXTENSION_FIRST then
           in_codes <= '1';
         end if;
+        if begins_detailed = '1' then
+          in_codes <= '0';
+        end if;
+      end if;
+      if start = '1' then
+        detailed <= (others => '0');
+        in_codes <= '0';
+        codes    <= (others => '0');
+      end if;
+    end if;
 
-        -- Descriptors, one behind the other.
+  end process follow_codes;
+
+  begins_detailed <= to_logic(index = DETAILED_FIRST - 1 or
+                              (detailed /= 0 and index = EXTENSION_FIRST - 1 + to_integer(detailed)));
+
+  -- Descriptors, one behind the other. A clock of 0 says that one is no timing.
+  follow_descriptors : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      divide <= '0';
+      if look = '1' then
         if place = DESCRIPTOR - 1 then
           place <= 0;
         else
@@ -272,8 +310,7 @@ begin
           divide   <= '1';
           dividing <= '1';
         end if;
-        if index = DETAILED_FIRST - 1 or (detailed /= 0 and index = EXTENSION_FIRST - 1 + to_integer(detailed)) then
-          in_codes    <= '0';
+        if begins_detailed = '1' then
           in_detailed <= '1';
           place       <= 0;
         end if;
@@ -281,9 +318,42 @@ begin
           in_detailed <= '0';
         end if;
       end if;
-
       if divided = '1' then
         dividing <= '0';
+      end if;
+      if start = '1' then
+        in_detailed <= '0';
+        dividing    <= '0';
+      end if;
+    end if;
+
+  end process follow_descriptors;
+
+  search : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      -- Timings that stand there by a bit, two bytes or a code.
+      for i in KNOWN_MODES'range loop
+
+        if look = '1' and shown(i) = '1' then
+          if index = ESTABLISHED_LAST and (window(15 downto 0) and KNOWN_MODES(i).established) /= x"0000" then
+            found <= '1';
+          end if;
+          if index > STANDARD_FIRST and index <= STANDARD_LAST and index mod 2 = 1 and
+             window(15 downto 0) = KNOWN_MODES(i).standard then
+            found <= '1';
+          end if;
+          if in_codes = '1' and codes /= 0 and video = '1' and window(6 downto 0) = KNOWN_MODES(i).vic then
+            found <= '1';
+          end if;
+        end if;
+
+      end loop;
+
+      -- Timings that stand there with all their numbers. No byte comes while one is divided, so the window still has
+      -- it.
+      if divided = '1' then
         if index = DETAILED_FIRST + TIMING then
           preferred <= std_logic_vector(rate_found) & std_logic_vector(height) & std_logic_vector(width);
         end if;
@@ -293,22 +363,12 @@ begin
       end if;
 
       if start = '1' then
-        index       <= 0;
-        none_yet    <= '1';
-        sum         <= (others => '0');
-        right       <= '1';
-        extended    <= '0';
-        detailed    <= (others => '0');
-        in_codes    <= '0';
-        codes       <= (others => '0');
-        in_detailed <= '0';
-        dividing    <= '0';
-        found       <= '0';
-        preferred   <= (others => '0');
+        found     <= '0';
+        preferred <= (others => '0');
       end if;
     end if;
 
-  end process parse;
+  end process search;
 
   report_read : process (clk) is
   begin
@@ -323,32 +383,21 @@ begin
       end if;
       if done = '1' then
         reading <= '0';
-        columns <= (others => '0');
-        rows    <= (others => '0');
-        rate    <= (others => '0');
-        offered <= '0';
+        monitor <= NO_MONITOR;
         if stuck = '1' then
-          state <= LINE_LOW;
+          monitor.state <= LINE_LOW;
         elsif none_yet = '1' then
-          state <= NO_ANSWER;
+          monitor.state <= NO_ANSWER;
         elsif complete = '0' or right = '0' then
-          state <= NO_EDID;
+          monitor.state <= NO_EDID;
         else
-          state   <= AN_EDID;
-          columns <= preferred(11 downto 0);
-          rows    <= preferred(23 downto 12);
-          rate    <= preferred(35 downto 24);
-          offered <= found;
+          monitor <= (AN_EDID, preferred(11 downto 0), preferred(23 downto 12), preferred(35 downto 24), found);
         end if;
       end if;
       if reset = '1' then
         reading <= '0';
         paused  <= 0;
-        state   <= NO_ANSWER;
-        columns <= (others => '0');
-        rows    <= (others => '0');
-        rate    <= (others => '0');
-        offered <= '0';
+        monitor <= NO_MONITOR;
       end if;
     end if;
 

@@ -14,16 +14,13 @@ use work.tmds_pkg.all;
 entity report_crossing is
   port (
     -- In pixel_clk: of the video path; of the delay lines, as in hdmi_control.
-    pixel_clk   : in    std_logic;
-    state       : in    video_state_t;
-    tracking    : in    std_logic_vector(CHANNELS - 1 downto 0);
-    taps        : in    std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
-    hung_toggle : in    std_logic_vector(CHANNELS - 1 downto 0);
+    pixel_clk : in    std_logic;
+    state     : in    video_state_t;
+    lanes     : in    lanes_t;
     -- In clk: the last ones that have come.
-    clk         : in    std_logic;
-    state_here  : out   video_state_t;
-    tracks_last : out   std_logic_vector(CHANNELS - 1 downto 0);
-    taps_here   : out   std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
+    clk        : in    std_logic;
+    state_here : out   video_state_t;
+    lanes_here : out   lanes_t;
     -- How often each delay line hung since the counters were cleared.
     clear       : in    std_logic;
     hung_counts : out   std_logic_vector(RARE_BITS * CHANNELS - 1 downto 0)
@@ -45,7 +42,8 @@ architecture rtl of report_crossing is
 
 begin
 
-  report_now <= hung_toggle & tracking & taps & to_vector(state);
+  -- One crossing for all, so that what arrives was true at one moment.
+  report_now <= lanes.hung_toggle & lanes.tracking & lanes.taps & to_vector(state);
 
   crossing : entity work.bus_crossing
     generic map (
@@ -58,10 +56,9 @@ begin
       destination     => report_here
     );
 
-  state_here  <= to_state(report_here(STATE_BITS - 1 downto 0));
-  taps_here   <= report_here(TRACKING_AT - 1 downto TAPS_AT);
-  tracks_last <= report_here(HUNG_AT - 1 downto TRACKING_AT);
-  hung_here   <= report_here(REPORT_BITS - 1 downto HUNG_AT);
+  state_here <= to_state(report_here(STATE_BITS - 1 downto 0));
+  lanes_here <= (report_here(HUNG_AT - 1 downto TRACKING_AT), report_here(TRACKING_AT - 1 downto TAPS_AT), hung_here);
+  hung_here  <= report_here(REPORT_BITS - 1 downto HUNG_AT);
 
   watch : process (clk) is
   begin

@@ -9,6 +9,7 @@ use ieee.std_logic_1164.all;
 
 library work;
 use work.hdmi_pkg.all;
+use work.resample_pkg.all;
 
 entity settings_crossing is
   port (
@@ -18,7 +19,7 @@ entity settings_crossing is
     settings : in    video_settings_t;
     -- A word from load_port; busy: the one before has not arrived. seen: toggle of the last that has.
     port_write : in    std_logic;
-    port_word  : in    std_logic_vector(61 downto 0);
+    port_word  : in    load_word_t;
     port_busy  : out   std_logic;
     seen       : in    std_logic;
     -- In pixel_clk.
@@ -29,17 +30,18 @@ end entity settings_crossing;
 
 architecture rtl of settings_crossing is
 
+  -- Settings of many bits arrive together; those of one bit have a synchroniser each, which takes less.
   signal together       : std_logic_vector(21 downto 0);
   signal pixel_together : std_logic_vector(21 downto 0);
   signal singles        : std_logic_vector(1 downto 0);
   signal pixel_singles  : std_logic_vector(1 downto 0);
-  signal load_word      : std_logic_vector(61 downto 0);
+  signal load_word      : load_word_t;
   signal load_toggle    : std_logic;
 
 begin
 
-  together <= settings.text_place & settings.shown & settings.pass_through & settings.sweep & settings.sweep_frames &
-              settings.slice;
+  together <= settings.text_place & settings.choice.shown & settings.choice.pass_through & settings.choice.sweep &
+              settings.choice.sweep_frames & settings.choice.slice;
 
   bus_of_settings : entity work.bus_crossing
     generic map (
@@ -77,18 +79,15 @@ begin
       load_toggle => load_toggle
     );
 
-  arrived <=
-  (
-    pass_through => pixel_together(17),
-    slice        => pixel_together(7 downto 0),
-    sweep        => pixel_together(16),
-    sweep_frames => pixel_together(15 downto 8),
-    shown        => pixel_together(19 downto 18),
-    text_place   => pixel_together(21 downto 20),
-    show_pattern => pixel_singles(0),
-    clear_toggle => pixel_singles(1),
-    load_word    => load_word,
-    load_toggle  => load_toggle
-  );
+  arrived.choice.slice        <= pixel_together(7 downto 0);
+  arrived.choice.sweep_frames <= pixel_together(15 downto 8);
+  arrived.choice.sweep        <= pixel_together(16);
+  arrived.choice.pass_through <= pixel_together(17);
+  arrived.choice.shown        <= pixel_together(19 downto 18);
+  arrived.text_place          <= pixel_together(21 downto 20);
+  arrived.show_pattern        <= pixel_singles(0);
+  arrived.clear_toggle        <= pixel_singles(1);
+  arrived.load_word           <= load_word;
+  arrived.load_toggle         <= load_toggle;
 
 end architecture rtl;

@@ -20,6 +20,7 @@ library work;
 use work.hdmi_pkg.all;
 use work.refocus_pkg.all;
 use work.tmds_pkg.all;
+use work.video_pkg.all;
 
 entity ulx3s_top is
   generic (
@@ -98,31 +99,44 @@ architecture rtl of ulx3s_top is
 
   constant REFUSED : boolean := not takes_shifts("ulx3s_top", SHIFTS, MAX_COLUMNS);
 
+  constant PATTERN : timing_t := mode_timing
+                                 (
+                                   "ulx3s_top",
+                                   PATTERN_H_ACTIVE,
+                                   PATTERN_H_FRONT,
+                                   PATTERN_H_SYNC,
+                                   PATTERN_H_BACK,
+                                   PATTERN_V_ACTIVE,
+                                   PATTERN_V_FRONT,
+                                   PATTERN_V_SYNC,
+                                   PATTERN_V_BACK,
+                                   false,
+                                   false
+                                 );
+
   -- Clocks and resets.
   signal control_clk   : std_logic;
   signal own_clk       : std_logic;
   signal own_ready     : std_logic;
-  signal use_own       : std_logic;
+  signal clocks        : clocks_state_t;
+  signal order         : clocks_order_t;
   signal clk           : std_logic;
   signal clk_x5        : std_logic;
-  signal pll_reset     : std_logic;
   signal pll_locked    : std_logic;
   signal reset_request : std_logic;
   signal reset         : std_logic;
-  signal run           : std_logic;
   signal stop          : std_logic;
   signal pixel_reset   : std_logic;
   signal reset_x5      : std_logic;
 
   -- Display data channels: levels of the pins, and pulled low.
-  signal in_scl_level  : std_logic;
-  signal in_sda_level  : std_logic;
-  signal in_sda_low    : std_logic;
-  signal out_scl_level : std_logic;
-  signal out_sda_level : std_logic;
-  signal out_scl_low   : std_logic;
-  signal out_sda_low   : std_logic;
+  signal in_ddc      : ddc_t;
+  signal in_sda_low  : std_logic;
+  signal out_ddc     : ddc_t;
+  signal out_ddc_low : ddc_t;
 
+  signal panel    : panel_t;
+  signal lanes    : lanes_t;
   signal settings : video_settings_t;
   signal state    : video_state_t;
 
@@ -131,9 +145,6 @@ architecture rtl of ulx3s_top is
   signal out_strobe : std_logic;
   signal in_bits    : std_logic_vector(10 * CHANNELS - 1 downto 0);
   signal out_words  : std_logic_vector(10 * CHANNELS + 9 downto 0);
-  signal tracking   : std_logic_vector(CHANNELS - 1 downto 0);
-  signal taps       : std_logic_vector(TAP_BITS * CHANNELS - 1 downto 0);
-  signal hung       : std_logic_vector(CHANNELS - 1 downto 0);
 
 begin
 
@@ -159,55 +170,47 @@ begin
       SWITCH_FRAMES => SWITCH_FRAMES
     )
     port map (
-      clk             => control_clk,
-      reset           => reset,
-      tmds_clk        => in_clk,
-      pixel_clk       => clk,
-      own_ready       => own_ready,
-      receive_locked  => pll_locked,
-      transmit_locked => pll_locked,
-      use_own         => use_own,
-      configure       => open,
-      setting_high    => open,
-      configured      => '1',
-      receive_reset   => pll_reset,
-      transmit_reset  => open,
-      run             => run,
-      in_scl          => in_scl_level,
-      in_sda          => in_sda_level,
-      in_sda_low      => in_sda_low,
-      out_scl         => out_scl_level,
-      out_sda         => out_sda_level,
-      out_scl_low     => out_scl_low,
-      out_sda_low     => out_sda_low,
-      uart_rx         => uart_rx,
-      uart_tx         => uart_tx,
-      button_up       => button_up,
-      button_down     => button_down,
-      button_clear    => button_clear,
-      switch_pattern  => switch_pattern,
-      switch_pass     => switch_pass,
-      switch_sweep    => switch_sweep,
-      led             => led,
-      tracking        => tracking,
-      taps            => taps,
-      hung_toggle     => hung,
-      settings        => settings,
-      state           => state
+      clk         => control_clk,
+      reset       => reset,
+      tmds_clk    => in_clk,
+      pixel_clk   => clk,
+      clocks      => clocks,
+      order       => order,
+      in_ddc      => in_ddc,
+      in_sda_low  => in_sda_low,
+      out_ddc     => out_ddc,
+      out_ddc_low => out_ddc_low,
+      uart_rx     => uart_rx,
+      uart_tx     => uart_tx,
+      panel       => panel,
+      led         => led,
+      lanes       => lanes,
+      settings    => settings,
+      state       => state
     );
 
   -- A line that a pull-up holds is high.
-  in_scl_level  <= to_x01(in_scl);
-  in_sda_level  <= to_x01(in_sda);
-  out_scl_level <= to_x01(out_scl);
-  out_sda_level <= to_x01(out_sda);
+  in_ddc  <= (to_x01(in_scl), to_x01(in_sda));
+  out_ddc <= (to_x01(out_scl), to_x01(out_sda));
 
   in_sda  <= '0' when in_sda_low = '1' else
              'Z';
-  out_scl <= '0' when out_scl_low = '1' else
+  out_scl <= '0' when out_ddc_low.scl = '1' else
              'Z';
-  out_sda <= '0' when out_sda_low = '1' else
+  out_sda <= '0' when out_ddc_low.sda = '1' else
              'Z';
+
+  -- The board has no buttons and switches for the outputs and the text.
+  panel <=
+  (
+    button_up      => button_up,
+    button_down    => button_down,
+    button_clear   => button_clear,
+    switch_pattern => switch_pattern,
+    switch_pass    => switch_pass,
+    switch_sweep   => switch_sweep,
+    others => '0'
+  );
 
   path : entity work.hdmi_refocuser
     generic map (
@@ -221,24 +224,18 @@ begin
       GUARD_BITS          => GUARD_BITS,
       BROADCAST_TAPS      => BROADCAST_TAPS,
       ENGINE              => ENGINE,
-      PATTERN_H_ACTIVE    => PATTERN_H_ACTIVE,
-      PATTERN_H_FRONT     => PATTERN_H_FRONT,
-      PATTERN_H_SYNC      => PATTERN_H_SYNC,
-      PATTERN_H_BACK      => PATTERN_H_BACK,
-      PATTERN_V_ACTIVE    => PATTERN_V_ACTIVE,
-      PATTERN_V_FRONT     => PATTERN_V_FRONT,
-      PATTERN_V_SYNC      => PATTERN_V_SYNC,
-      PATTERN_V_BACK      => PATTERN_V_BACK,
+      PATTERN_COLUMNS     => PATTERN_H_ACTIVE,
       ALIGN_TIMEOUT       => ALIGN_TIMEOUT
     )
     port map (
-      clk       => clk,
-      tx_clk    => clk,
-      run       => run,
-      in_bits   => in_bits,
-      out_words => out_words,
-      settings  => settings,
-      state     => state
+      clk            => clk,
+      tx_clk         => clk,
+      run            => order.run,
+      in_bits        => in_bits,
+      out_words      => out_words,
+      pattern_timing => PATTERN,
+      settings       => settings,
+      state          => state
     );
 
   --------------------------------------------------------------------------------------------------
@@ -265,21 +262,24 @@ begin
       reset   => reset
     );
 
-  clocks : entity work.pixel_clocks
+  pixel_clocks_of_both : entity work.pixel_clocks
     generic map (
       BIT_DIVIDE => CLOCK_RANGE
     )
     port map (
       tmds_clk  => in_clk,
       own_clk   => own_clk,
-      use_own   => use_own,
-      pll_reset => pll_reset,
+      use_own   => order.use_own,
+      pll_reset => order.receive_reset,
       clk       => clk,
       clk_x5    => clk_x5,
       locked    => pll_locked
     );
 
-  stop <= not run;
+  -- One PLL for both directions, whose setting is that of the build.
+  clocks <= (own_ready, '1', pll_locked, pll_locked);
+
+  stop <= not order.run;
 
   reset_of_pixels : entity work.reset_bridge
     port map (
@@ -320,9 +320,9 @@ begin
         strobe      => in_strobe,
         reset       => pixel_reset,
         bits        => in_bits(10 * c + 9 downto 10 * c),
-        tracking    => tracking(c),
-        taps        => taps(TAP_BITS * c + TAP_BITS - 1 downto TAP_BITS * c),
-        hung_toggle => hung(c)
+        tracking    => lanes.tracking(c),
+        taps        => lanes.taps(TAP_BITS * c + TAP_BITS - 1 downto TAP_BITS * c),
+        hung_toggle => lanes.hung_toggle(c)
       );
 
   end generate channel;

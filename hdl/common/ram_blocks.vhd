@@ -248,15 +248,13 @@ begin
       generic map (
         WIDTH        => WIDTH,
         ADDRESS_BITS => BITS,
-        WORDS        => SIZE,
-        READ_LATENCY => 2
+        WORDS        => SIZE
       )
       port map (
         clk           => clk,
         write_enable  => writes,
         write_address => write_address(BITS - 1 downto 0),
         write_data    => write_data,
-        read_enable   => '1',
         read_address  => place,
         read_data     => block_words(i)
       );

@@ -21,7 +21,7 @@ entity ram_simple_dual_port is
     -- Words of the memory; 0: 2**ADDRESS_BITS. Addresses beyond are not used.
     WORDS : natural := 0;
     -- Clocks from address to data.
-    READ_LATENCY : positive range 1 to 2
+    READ_LATENCY : positive range 1 to 2 := 2
   );
   port (
     clk : in    std_logic;
@@ -30,7 +30,7 @@ entity ram_simple_dual_port is
     write_address : in    unsigned(ADDRESS_BITS - 1 downto 0);
     write_data    : in    std_logic_vector(WIDTH - 1 downto 0);
     -- The RAM's own register takes a word.
-    read_enable  : in    std_logic;
+    read_enable  : in    std_logic := '1';
     read_address : in    unsigned(ADDRESS_BITS - 1 downto 0);
     -- The word read.
     read_data : out   std_logic_vector(WIDTH - 1 downto 0)

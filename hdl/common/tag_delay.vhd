@@ -17,10 +17,10 @@ entity tag_delay is
   port (
     clk : in    std_logic;
     -- Clears bit 0 of all stored tags, by convention the valid bit. The other bits have no reset and so fit
-    -- shift register LUTs.
-    reset : in    std_logic;
+    -- shift register LUTs, which have none.
+    reset : in    std_logic := '0';
     -- Moves the tags on.
-    enable : in    std_logic;
+    enable : in    std_logic := '1';
     -- A tag, and the tag of LENGTH enabled clocks before.
     tag     : in    std_logic_vector(WIDTH - 1 downto 0);
     delayed : out   std_logic_vector(WIDTH - 1 downto 0)

@@ -72,7 +72,6 @@ begin
       port map (
         clk     => clk,
         reset   => reset,
-        enable  => '1',
         tag     => tag,
         delayed => delayed
       );

@@ -116,15 +116,13 @@ begin
         pixels : entity work.ram_simple_dual_port
           generic map (
             WIDTH        => DATA_BITS,
-            ADDRESS_BITS => ADDRESS_BITS,
-            READ_LATENCY => 2
+            ADDRESS_BITS => ADDRESS_BITS
           )
           port map (
             clk           => clk,
             write_enable  => write_enable,
             write_address => column,
             write_data    => token_data,
-            read_enable   => '1',
             read_address  => column,
             read_data     => stored
           );

@@ -128,7 +128,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => place,
       delayed => place_1
     );
@@ -144,7 +143,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => place_1,
       delayed => place_3
     );
@@ -156,8 +154,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => entry_1,
       delayed => entry_3
     );
@@ -166,15 +162,13 @@ begin
     generic map (
       WIDTH        => KEPT_BITS,
       ADDRESS_BITS => LENS_BITS,
-      WORDS        => LENSES,
-      READ_LATENCY => 2
+      WORDS        => LENSES
     )
     port map (
       clk           => clk,
       write_enable  => place_3(0),
       write_address => unsigned(place_3(LENS_BITS downto 1)),
       write_data    => moved(KEPT_BITS - 1 downto 0),
-      read_enable   => '1',
       read_address  => unsigned(place_1(LENS_BITS downto 1)),
       read_data     => rows
     );
@@ -254,8 +248,6 @@ begin
         )
         port map (
           clk     => clk,
-          reset   => '0',
-          enable  => '1',
           tag     => counted,
           delayed => waiting
         );
@@ -288,8 +280,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => middle,
       delayed => middle_late
     );
@@ -303,7 +293,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => place_3,
       delayed => place_middle
     );
@@ -316,7 +305,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => place_middle,
       delayed => place_final
     );
@@ -325,15 +313,13 @@ begin
     generic map (
       WIDTH        => INDEX_BITS,
       ADDRESS_BITS => LENS_BITS,
-      WORDS        => LENSES,
-      READ_LATENCY => 2
+      WORDS        => LENSES
     )
     port map (
       clk           => clk,
       write_enable  => result_write,
       write_address => result_lens,
       write_data    => result_vector,
-      read_enable   => '1',
       read_address  => unsigned(place_middle(LENS_BITS downto 1)),
       read_data     => above
     );

@@ -132,15 +132,13 @@ begin
     generic map (
       WIDTH        => 2 * SUM_BITS,
       ADDRESS_BITS => ADDRESS_BITS,
-      WORDS        => LENSES,
-      READ_LATENCY => 2
+      WORDS        => LENSES
     )
     port map (
       clk           => clk,
       write_enable  => scans,
       write_address => lens_2,
       write_data    => kept,
-      read_enable   => '1',
       read_address  => lens,
       read_data     => stored
     );
@@ -239,15 +237,13 @@ begin
       generic map (
         WIDTH        => KEPT_BITS,
         ADDRESS_BITS => ADDRESS_BITS,
-        WORDS        => LENSES,
-        READ_LATENCY => 2
+        WORDS        => LENSES
       )
       port map (
         clk           => clk,
         write_enable  => inner,
         write_address => inner_lens_2,
         write_data    => moved(KEPT_BITS - 1 downto 0),
-        read_enable   => '1',
         read_address  => inner_lens,
         read_data     => rows
       );

@@ -141,7 +141,6 @@ begin
       write_enable  => ends_3,
       write_address => lens_3,
       write_data    => sum_3,
-      read_enable   => '1',
       read_address  => lens_1,
       read_data     => above_2
     );
@@ -152,15 +151,13 @@ begin
     generic map (
       WIDTH        => SUM_BITS,
       ADDRESS_BITS => ADDRESS_BITS,
-      WORDS        => LENSES,
-      READ_LATENCY => 2
+      WORDS        => LENSES
     )
     port map (
       clk           => clk,
       write_enable  => final_3,
       write_address => lens_3,
       write_data    => sum_3,
-      read_enable   => '1',
       read_address  => read_lens,
       read_data     => sum
     );

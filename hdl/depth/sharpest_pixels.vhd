@@ -111,7 +111,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => token,
       delayed => token_late
     );
@@ -159,15 +158,13 @@ begin
     generic map (
       WIDTH        => STACK_BITS,
       ADDRESS_BITS => RING_BITS,
-      WORDS        => RING_WORDS,
-      READ_LATENCY => 2
+      WORDS        => RING_WORDS
     )
     port map (
       clk           => clk,
       write_enable  => token_now(ACTIVE_BIT),
       write_address => ring_word,
       write_data    => token_now(token_now'high downto DATA_LOW),
-      read_enable   => '1',
       read_address  => ring_word,
       read_data     => delayed
     );
@@ -186,7 +183,6 @@ begin
       write_enable  => index_write,
       write_address => index_lens,
       write_data    => index_word,
-      read_enable   => '1',
       read_address  => lens_now,
       read_data     => index_read
     );
@@ -234,7 +230,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => result_in,
       delayed => result_due
     );

@@ -176,7 +176,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => complete,
       delayed => complete_3
     );
@@ -228,7 +227,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => scan_tag,
       delayed => scan_tag_2
     );
@@ -241,7 +239,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => place,
       delayed => inner_place
     );
@@ -254,7 +251,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => inner_place,
       delayed => judged_place
     );
@@ -356,8 +352,6 @@ begin
         )
         port map (
           clk     => clk,
-          reset   => '0',
-          enable  => '1',
           tag     => found,
           delayed => waiting
         );

@@ -380,7 +380,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => step_tag_d3,
       delayed => out_step_tag
     );
@@ -395,7 +394,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => strobe_tag,
       delayed => out_strobe_tag
     );
@@ -410,7 +408,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => token_tag,
       delayed => out_token_tag
     );

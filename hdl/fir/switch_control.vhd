@@ -160,7 +160,6 @@ begin
       )
       port map (
         clk     => clk,
-        reset   => '0',
         enable  => advance,
         tag     => at_phase_0,
         delayed => new_output

@@ -281,15 +281,13 @@ begin
     partial_sums : entity work.ram_simple_dual_port
       generic map (
         WIDTH        => word_t'length,
-        ADDRESS_BITS => slot'length,
-        READ_LATENCY => 2
+        ADDRESS_BITS => slot'length
       )
       port map (
         clk           => clk,
         write_enable  => write_enable,
         write_address => slot_d3,
         write_data    => next_word,
-        read_enable   => '1',
         read_address  => slot_now,
         read_data     => read_word
       );

@@ -111,8 +111,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => flags,
       delayed => flags_due
     );
@@ -148,8 +146,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => gathered,
       delayed => sum
     );

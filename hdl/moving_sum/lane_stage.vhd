@@ -280,7 +280,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => flags_1,
       delayed => flags
     );
@@ -311,8 +310,6 @@ begin
       )
       port map (
         clk     => clk,
-        reset   => '0',
-        enable  => '1',
         tag     => begins_2(P downto 1),
         delayed => begins
       );

@@ -175,8 +175,6 @@ begin
         )
         port map (
           clk     => clk,
-          reset   => '0',
-          enable  => '1',
           tag     => product,
           delayed => pixels_5((i + 1) * PRODUCT_BITS - 1 downto i * PRODUCT_BITS)
         );
@@ -204,8 +202,6 @@ begin
         )
         port map (
           clk     => clk,
-          reset   => '0',
-          enable  => '1',
           tag     => value,
           delayed => pixels_5((i + 1) * PRODUCT_BITS - 1 downto i * PRODUCT_BITS)
         );
@@ -260,7 +256,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => token_tag_0,
       delayed => token_tag_3
     );
@@ -346,8 +341,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => pixels_5,
       delayed => own
     );

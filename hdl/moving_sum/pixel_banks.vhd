@@ -325,7 +325,6 @@ begin
         write_enable  => writes_2(b),
         write_address => write_row,
         write_data    => own_2((b + 1) * WIDTH - 1 downto b * WIDTH),
-        read_enable   => '1',
         read_address  => enter_row_3(b),
         read_data     => enter_4(b)
       );
@@ -341,7 +340,6 @@ begin
         write_enable  => writes_2(b),
         write_address => write_row,
         write_data    => own_2((b + 1) * WIDTH - 1 downto b * WIDTH),
-        read_enable   => '1',
         read_address  => leave_row_3(b),
         read_data     => leave_4(b)
       );
@@ -392,8 +390,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => place_bits,
       delayed => place_late
     );
@@ -407,8 +403,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => std_logic_vector(read_slice_1),
       delayed => slice_4
     );

@@ -71,15 +71,13 @@ begin
   entering_pixels : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => WIDTH,
-      ADDRESS_BITS => ADDRESS_BITS,
-      READ_LATENCY => 2
+      ADDRESS_BITS => ADDRESS_BITS
     )
     port map (
       clk           => clk,
       write_enable  => active,
       write_address => write_address,
       write_data    => pixel,
-      read_enable   => '1',
       read_address  => enter_address,
       read_data     => entering
     );
@@ -89,15 +87,13 @@ begin
     leaving_pixels : entity work.ram_simple_dual_port
       generic map (
         WIDTH        => WIDTH,
-        ADDRESS_BITS => ADDRESS_BITS,
-        READ_LATENCY => 2
+        ADDRESS_BITS => ADDRESS_BITS
       )
       port map (
         clk           => clk,
         write_enable  => active,
         write_address => write_address,
         write_data    => pixel,
-        read_enable   => '1',
         read_address  => leave_address,
         read_data     => leaving
       );

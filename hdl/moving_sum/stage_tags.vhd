@@ -57,7 +57,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => token_in,
       delayed => token_out
     );
@@ -73,7 +72,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => step_in,
       delayed => step_2
     );
@@ -99,7 +97,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => step_due,
       delayed => out_step_tag
     );

@@ -19,6 +19,7 @@ library work;
 use work.math_pkg.all;
 use work.hex_pkg.all;
 use work.overlay_pkg.all;
+use work.video_pkg.all;
 
 entity text_overlay is
   generic (
@@ -51,16 +52,9 @@ entity text_overlay is
     raw   : in    std_logic;
     -- Sum of the errors as the status line has it.
     errors : in    std_logic_vector(4 downto 0);
-    -- Video in: red in the low bits.
-    in_active : in    std_logic;
-    in_h_sync : in    std_logic;
-    in_v_sync : in    std_logic;
-    in_pixel  : in    std_logic_vector(23 downto 0);
-    -- Video out.
-    out_active : out   std_logic;
-    out_h_sync : out   std_logic;
-    out_v_sync : out   std_logic;
-    out_pixel  : out   std_logic_vector(23 downto 0)
+    -- Video in, and the same with the overlay.
+    in_video  : in    video_t;
+    out_video : out   video_t
   );
 end entity text_overlay;
 
@@ -188,8 +182,10 @@ architecture rtl of text_overlay is
   signal line_4   : std_logic_vector(7 downto 0);
   signal field_4  : std_logic_vector(23 downto 0) := (others => '0');
 
-  signal video_in : std_logic_vector(26 downto 0);
-  signal video_4  : std_logic_vector(26 downto 0);
+  -- The pixel so many clocks behind the input; reset alone needs its data enable.
+  type videos_t is array (natural range 1 to OVERLAY_LATENCY - 1) of video_t;
+
+  signal video_at : videos_t := (others => NO_VIDEO);
 
 begin
 
@@ -203,17 +199,17 @@ begin
   begin
 
     if rising_edge(clk) then
-      v_before <= in_v_sync;
-      was      <= in_active;
-      if in_active = '1' then
+      v_before <= in_video.v_sync;
+      was      <= in_video.active;
+      if in_video.active = '1' then
         column <= column + 1;
       else
         column <= (others => '0');
       end if;
-      if was = '1' and in_active = '0' then
+      if was = '1' and in_video.active = '0' then
         over <= over + 1;
       end if;
-      if in_v_sync /= v_before then
+      if in_video.v_sync /= v_before then
         least := to_unsigned(MARGIN, 12);
         if bottom = '1' then
           least := unsigned(rows) - (OVERLAY_ROWS + MARGIN);
@@ -242,7 +238,7 @@ begin
 
     if rising_edge(clk) then
       x        := column - MARGIN;
-      inside_1 <= shown and in_active and to_logic(over < OVERLAY_ROWS and x < COLUMNS * GLYPH_COLUMNS);
+      inside_1 <= shown and in_video.active and to_logic(over < OVERLAY_ROWS and x < COLUMNS * GLYPH_COLUMNS);
       ruler_1  <= to_logic(over(5 downto 0) >= 2 * GLYPH_ROWS);
       labels_1 <= to_logic(over(5 downto 0) >= GLYPH_ROWS);
       x_1      <= x(2 downto 0);
@@ -371,44 +367,48 @@ begin
   --------------------------------------------------------------------------------------------------
   -- 5
 
-  video_in <= in_pixel & in_v_sync & in_h_sync & in_active;
+  delay_video : process (clk) is
+  begin
 
-  delay_video : entity work.tag_delay
-    generic map (
-      WIDTH  => 27,
-      LENGTH => OVERLAY_LATENCY - 1
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      enable  => '1',
-      tag     => video_in,
-      delayed => video_4
-    );
+    if rising_edge(clk) then
+      video_at <= in_video & video_at(1 to OVERLAY_LATENCY - 2);
+      if reset = '1' then
+
+        for i in video_at'range loop
+
+          video_at(i).active <= '0';
+
+        end loop;
+
+      end if;
+    end if;
+
+  end process delay_video;
 
   mix : process (clk) is
 
     variable bits : std_logic_vector(7 downto 0);
+    variable last : video_t;
 
   begin
 
     if rising_edge(clk) then
-      out_active <= video_4(0);
-      out_h_sync <= video_4(1);
-      out_v_sync <= video_4(2);
-      out_pixel  <= video_4(26 downto 3);
+      last      := video_at(OVERLAY_LATENCY - 1);
+      out_video <= last;
       if inside_4 = '1' then
         bits := std_logic_vector(shift_left(unsigned(line_4), to_integer(x_4)));
         if ruler_4 = '1' then
-          out_pixel <= field_4;
+          out_video.pixel <= field_4;
         elsif blank_4 = '0' and bits(7) = '1' then
-          out_pixel <= x"FFFFFF";
+          out_video.pixel <= x"FFFFFF";
         else
-          out_pixel <= "00" & video_4(26 downto 21) & "00" & video_4(18 downto 13) & "00" & video_4(10 downto 5);
+          -- A quarter of each colour.
+          out_video.pixel <= "00" & last.pixel(23 downto 18) & "00" & last.pixel(15 downto 10) &
+                             "00" & last.pixel(7 downto 2);
         end if;
       end if;
       if reset = '1' then
-        out_active <= '0';
+        out_video.active <= '0';
       end if;
     end if;
 

@@ -234,15 +234,13 @@ begin
   even_lenses : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => DATA_BITS,
-      ADDRESS_BITS => PIXEL_ADDR + 1,
-      READ_LATENCY => 2
+      ADDRESS_BITS => PIXEL_ADDR + 1
     )
     port map (
       clk           => clk,
       write_enable  => even_take,
       write_address => in_bank,
       write_data    => in_data,
-      read_enable   => '1',
       read_address  => even_bank,
       read_data     => even_word
     );
@@ -250,15 +248,13 @@ begin
   odd_lenses : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => DATA_BITS,
-      ADDRESS_BITS => PIXEL_ADDR + 1,
-      READ_LATENCY => 2
+      ADDRESS_BITS => PIXEL_ADDR + 1
     )
     port map (
       clk           => clk,
       write_enable  => odd_take,
       write_address => in_bank,
       write_data    => in_data,
-      read_enable   => '1',
       read_address  => odd_bank,
       read_data     => odd_word
     );
@@ -312,7 +308,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => issued_tags,
       delayed => tags
     );

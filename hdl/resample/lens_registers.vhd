@@ -156,7 +156,6 @@ begin
       write_enable  => load_write,
       write_address => write_place,
       write_data    => load_data,
-      read_enable   => '1',
       read_address  => read_place,
       read_data     => word
     );

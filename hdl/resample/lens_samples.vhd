@@ -122,8 +122,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => even_word,
       delayed => even_late
     );
@@ -174,8 +172,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => gain_now,
       delayed => gain_late
     );
@@ -229,7 +225,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => tag,
       delayed => value_tag
     );

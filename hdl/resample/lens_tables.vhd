@@ -75,15 +75,13 @@ begin
       generic map (
         WIDTH        => TABLE_BITS,
         ADDRESS_BITS => ADDRESS_BITS,
-        WORDS        => LENSES,
-        READ_LATENCY => 2
+        WORDS        => LENSES
       )
       port map (
         clk           => clk,
         write_enable  => load_lens,
         write_address => load_address(ADDRESS_BITS - 1 downto 0),
         write_data    => load_data(TABLE_BITS - 1 downto 0),
-        read_enable   => '1',
         read_address  => lens(ADDRESS_BITS - 1 downto 0),
         read_data     => word
       );
@@ -107,15 +105,13 @@ begin
       profile_table : entity work.ram_simple_dual_port
         generic map (
           WIDTH        => WORD_BITS,
-          ADDRESS_BITS => PROFILE_BITS,
-          READ_LATENCY => 2
+          ADDRESS_BITS => PROFILE_BITS
         )
         port map (
           clk           => clk,
           write_enable  => load_profile,
           write_address => load_address(PROFILE_BITS - 1 downto 0),
           write_data    => load_data(WORD_BITS - 1 downto 0),
-          read_enable   => '1',
           read_address  => profile(PROFILE_BITS - 1 downto 0),
           read_data     => share
         );

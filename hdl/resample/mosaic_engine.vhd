@@ -155,8 +155,7 @@ begin
     generic map (
       WIDTH        => 2 * PIXEL_BITS,
       ADDRESS_BITS => COLUMN_BITS,
-      WORDS        => MAX_COLUMNS,
-      READ_LATENCY => 2
+      WORDS        => MAX_COLUMNS
     )
     port map (
       clk           => clk,

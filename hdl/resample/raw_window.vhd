@@ -281,8 +281,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => swap_now,
       delayed => swap_late
     );
@@ -294,8 +292,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => weight_now,
       delayed => weight_out
     );

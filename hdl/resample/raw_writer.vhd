@@ -97,7 +97,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => keep_word,
       delayed => keep_late
     );

@@ -47,6 +47,22 @@ package resample_pkg is
 
   type registers_t is array (0 to REGISTER_COUNT - 1) of std_logic_vector(31 downto 0);
 
+  -- A word for the load port, where records may stand at ports: it is written for a clock.
+  type load_t is record
+    write   : std_logic;
+    kind    : std_logic_vector(1 downto 0);
+    address : std_logic_vector(19 downto 0);
+    data    : std_logic_vector(39 downto 0);
+  end record load_t;
+
+  -- The same as bits that cross between clocks: kind, address, data from the high end.
+  subtype load_word_t is std_logic_vector(61 downto 0);
+
+  function to_load (
+    write : std_logic;
+    word  : load_word_t
+  ) return load_t;
+
   -- What the load port writes.
   constant LOAD_KIND_REGISTER : std_logic_vector(1 downto 0) := "00";
   constant LOAD_KIND_LENS     : std_logic_vector(1 downto 0) := "01";
@@ -84,6 +100,16 @@ package resample_pkg is
 end package resample_pkg;
 
 package body resample_pkg is
+
+  function to_load (
+    write : std_logic;
+    word  : load_word_t
+  ) return load_t is
+  begin
+
+    return (write, word(61 downto 60), word(59 downto 40), word(39 downto 0));
+
+  end function to_load;
 
   function mirrored (
     place : place_t;

@@ -314,7 +314,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => token_tag,
       delayed => token_due
     );

@@ -172,7 +172,6 @@ begin
     port map (
       clk     => clk,
       reset   => reset,
-      enable  => '1',
       tag     => strobe_in,
       delayed => strobe_due
     );
@@ -229,7 +228,6 @@ begin
       )
       port map (
         clk     => clk,
-        reset   => '0',
         enable  => strobe,
         tag     => values((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS),
         delayed => middle((i + 1) * PIXEL_BITS - 1 downto i * PIXEL_BITS)
@@ -242,7 +240,6 @@ begin
       )
       port map (
         clk     => clk,
-        reset   => '0',
         enable  => strobe,
         tag     => values((RIGHT_LANE + 1) * PIXEL_BITS - 1 downto RIGHT_LANE * PIXEL_BITS),
         delayed => right_pixel
@@ -255,7 +252,6 @@ begin
       )
       port map (
         clk     => clk,
-        reset   => '0',
         enable  => strobe,
         tag     => middle((LEFT_LANE + 1) * PIXEL_BITS - 1 downto LEFT_LANE * PIXEL_BITS),
         delayed => left_pixel

@@ -101,15 +101,13 @@ begin
         generic map (
           WIDTH        => WIDTH,
           ADDRESS_BITS => bits_for(COLUMNS - 1),
-          WORDS        => COLUMNS,
-          READ_LATENCY => 2
+          WORDS        => COLUMNS
         )
         port map (
           clk           => clk,
           write_enable  => write_enable,
           write_address => column_2,
           write_data    => moved(WIDTH - 1 downto 0),
-          read_enable   => '1',
           read_address  => column,
           read_data     => word
         );

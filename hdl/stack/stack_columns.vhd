@@ -120,8 +120,6 @@ begin
     )
     port map (
       clk     => clk,
-      reset   => '0',
-      enable  => '1',
       tag     => data,
       delayed => pixel_3
     );

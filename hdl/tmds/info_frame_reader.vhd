@@ -22,19 +22,10 @@ entity info_frame_reader is
     clk : in    std_logic;
     -- Forgets what was told.
     reset : in    std_logic;
-    -- An island begins; one of its words; see tmds_periods.
-    start  : in    std_logic;
-    valid  : in    std_logic;
-    header : in    std_logic;
-    even   : in    std_logic_vector(3 downto 0);
-    odd    : in    std_logic_vector(3 downto 0);
-    -- An AVI InfoFrame was read: colour space (0 RGB, 1 YCbCr 4:2:2, 2 YCbCr 4:4:4, 3 YCbCr 4:2:0), limited
-    -- range, YCbCr of BT.601, video format (VIC).
-    informed    : out   std_logic;
-    colour      : out   std_logic_vector(1 downto 0);
-    limited     : out   std_logic;
-    bt601       : out   std_logic;
-    format_code : out   std_logic_vector(7 downto 0);
+    -- Words of data islands.
+    island : in    island_t;
+    -- What the last whole AVI InfoFrame told.
+    info : out   picture_info_t;
     -- A packet with wrong check bits, for a clock; an InfoFrame with a wrong sum, for a clock.
     packet_error : out   std_logic;
     sum_error    : out   std_logic
@@ -156,7 +147,7 @@ begin
     if rising_edge(clk) then
       done <= '0';
 
-      if valid = '1' then
+      if island.valid = '1' then
         place <= place + 1;
         if place = LAST_WORD then
           done <= '1';
@@ -166,12 +157,12 @@ begin
         if place = 0 then
           header_before := (others => '0');
         end if;
-        header_check <= next_check(header_before, header);
+        header_check <= next_check(header_before, island.header);
         if place < HEADER_WORDS then
-          header_all <= header & header_all(23 downto 1);
+          header_all <= island.header & header_all(23 downto 1);
         end if;
         if place < SUBPACKET_WORDS then
-          first_all <= odd(0) & even(0) & first_all(55 downto 2);
+          first_all <= island.odd(0) & island.even(0) & first_all(55 downto 2);
         end if;
 
         for i in 0 to 3 loop
@@ -180,14 +171,14 @@ begin
           if place = 0 then
             check_before := (others => '0');
           end if;
-          checks(i) <= next_check(next_check(check_before, even(i)), odd(i));
-          tails(i)  <= odd(i) & even(i) & tails(i)(5 downto 2);
+          checks(i) <= next_check(next_check(check_before, island.even(i)), island.odd(i));
+          tails(i)  <= island.odd(i) & island.even(i) & tails(i)(5 downto 2);
 
         end loop;
 
       end if;
 
-      if start = '1' then
+      if island.start = '1' then
         place <= (others => '0');
       end if;
       if reset = '1' then
@@ -207,12 +198,12 @@ begin
   begin
 
     if rising_edge(clk) then
-      if valid = '1' then
+      if island.valid = '1' then
         added := (others => '0');
 
         for i in 0 to 3 loop
 
-          byte  := odd(i) & even(i) & tails(i);
+          byte  := island.odd(i) & island.even(i) & tails(i);
           added := added + unsigned(byte);
 
         end loop;
@@ -241,22 +232,19 @@ begin
       sum_error    <= done and not bad_checks and bad_sum;
 
       if done = '1' and bad_checks = '0' and bad_sum = '0' and header_all(7 downto 0) = AVI then
-        informed    <= '1';
-        colour      <= first_all(14 downto 13);
-        format_code <= first_all(39 downto 32);
-        limited     <= is_limited(first_all(14 downto 13), first_all(27 downto 26), first_all(47 downto 46),
-                                  first_all(39 downto 32));
-        bt601       <= is_bt601(first_all(23 downto 22), first_all(30 downto 28), first_all(39 downto 32));
+        -- The InfoFrame's checksum is byte 0; Y is in byte 1, C in 2, EC and Q in 3, VIC in 4, YQ in 5.
+        info.informed    <= '1';
+        info.colour      <= first_all(14 downto 13);
+        info.format_code <= first_all(39 downto 32);
+        info.limited     <= is_limited(first_all(14 downto 13), first_all(27 downto 26), first_all(47 downto 46),
+                                       first_all(39 downto 32));
+        info.bt601       <= is_bt601(first_all(23 downto 22), first_all(30 downto 28), first_all(39 downto 32));
       end if;
 
       if reset = '1' then
         packet_error <= '0';
         sum_error    <= '0';
-        informed     <= '0';
-        colour       <= "00";
-        limited      <= '0';
-        bt601        <= '0';
-        format_code  <= (others => '0');
+        info         <= NO_INFO;
       end if;
     end if;
 

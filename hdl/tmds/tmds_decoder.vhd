@@ -18,18 +18,8 @@ entity tmds_decoder is
     reset : in    std_logic;
     -- Bit 0 came first.
     word : in    std_logic_vector(9 downto 0);
-    -- The word is no control token.
-    active : out   std_logic;
-    -- C1 and C0 of the last token.
-    control : out   std_logic_vector(1 downto 0);
-    -- Byte of the word.
-    data : out   std_logic_vector(7 downto 0);
-    -- The word is neither a token nor one that an encoder sends for a byte.
-    error : out   std_logic;
-    -- In data islands: the word stands for four bits, these (else 0); it is of the guard band.
-    is_nibble : out   std_logic;
-    nibble    : out   std_logic_vector(3 downto 0);
-    is_guard  : out   std_logic
+    -- What it may stand for.
+    decoded : out   decoded_t
   );
 end entity tmds_decoder;
 
@@ -44,7 +34,7 @@ architecture rtl of tmds_decoder is
 
 begin
 
-  control <= last_control;
+  decoded.control <= last_control;
 
   decode : process (clk) is
   begin
@@ -59,13 +49,13 @@ begin
         guard <= '1';
       end if;
 
-      is_nibble <= terc4(4);
-      nibble    <= terc4(3 downto 0);
-      is_guard  <= guard;
+      decoded.is_nibble <= terc4(4);
+      decoded.nibble    <= terc4(3 downto 0);
+      decoded.is_guard  <= guard;
 
-      active <= not byte_token;
-      error  <= '0';
-      data   <= (others => '0');
+      decoded.active <= not byte_token;
+      decoded.error  <= '0';
+      decoded.data   <= (others => '0');
       if byte_token = '1' then
 
         case byte_word is
@@ -89,17 +79,18 @@ begin
         end case;
 
       else
-        data <= byte;
+        decoded.data <= byte;
+        -- An encoder has no choice: it takes the chain that uses_xor names, and inverts a balanced chain of XNORs only.
         if byte_word(8) /= uses_xor(byte) or
            (byte_word(9) = byte_word(8) and count_ones(byte_word(7 downto 0)) = 4) then
-          error <= '1';
+          decoded.error <= '1';
         end if;
       end if;
 
       if reset = '1' then
-        byte_token <= '1';
-        active     <= '0';
-        error      <= '0';
+        byte_token     <= '1';
+        decoded.active <= '0';
+        decoded.error  <= '0';
       end if;
     end if;
 

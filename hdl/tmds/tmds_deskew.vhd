@@ -24,13 +24,12 @@ entity tmds_deskew is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Words of the channels, channel 0 in the low bits; which are control tokens; which channels
-    -- are aligned.
-    words   : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
+    -- Words of the channels; which are control tokens; which channels are aligned.
+    words   : in    words_t;
     tokens  : in    std_logic_vector(CHANNELS - 1 downto 0);
     aligned : in    std_logic_vector(CHANNELS - 1 downto 0);
     -- Words that belong to the same pixel.
-    out_words : out   std_logic_vector(10 * CHANNELS - 1 downto 0);
+    out_words : out   words_t;
     -- All channels are aligned, and their delays were confirmed within TIMEOUT words.
     locked : out   std_logic
   );
@@ -46,22 +45,25 @@ architecture rtl of tmds_deskew is
 
   type taps_t is array (0 to CHANNELS - 1) of tap_t;
 
-  type line_t is array (0 to DEPTH - 1) of std_logic_vector(9 downto 0);
+  type line_t is array (0 to DEPTH - 1) of tmds_word_t;
 
   type lines_t is array (0 to CHANNELS - 1) of line_t;
 
   type runs_t is array (0 to CHANNELS - 1) of natural range 0 to BEFORE_MARK;
 
-  signal taps      : taps_t                                  := (others => 0);
-  signal runs      : runs_t                                  := (others => 0);
-  signal marks     : std_logic_vector(CHANNELS - 1 downto 0);
-  signal arrived   : std_logic_vector(CHANNELS - 1 downto 0) := (others => '0');
-  signal arrivals  : taps_t                                  := (others => 0);
-  signal age       : tap_t                                   := 0;
-  signal candidate : taps_t                                  := (others => 0);
-  signal measured  : std_logic                               := '0';
-  signal previous  : taps_t                                  := (others => 0);
-  signal patience  : natural range 0 to TIMEOUT              := 0;
+  signal taps : taps_t := (others => 0);
+  -- Tokens in a row of each channel, and the first word behind enough of them.
+  signal runs  : runs_t := (others => 0);
+  signal marks : std_logic_vector(CHANNELS - 1 downto 0);
+  -- The marks of one line: which have arrived, when, counted from the first one, and the words since then.
+  signal arrived  : std_logic_vector(CHANNELS - 1 downto 0) := (others => '0');
+  signal arrivals : taps_t                                  := (others => 0);
+  signal age      : tap_t                                   := 0;
+  -- Taps that the last line asks for, known for a clock, and those of the line before.
+  signal candidate : taps_t                     := (others => 0);
+  signal measured  : std_logic                  := '0';
+  signal previous  : taps_t                     := (others => 0);
+  signal patience  : natural range 0 to TIMEOUT := 0;
 
 begin
 
@@ -82,7 +84,7 @@ begin
 
       for c in 0 to CHANNELS - 1 loop
 
-        out_words(10 * c + 9 downto 10 * c) <= lines(c)(taps(c));
+        out_words(c) <= lines(c)(taps(c));
 
         for i in DEPTH - 1 downto 1 loop
 
@@ -90,7 +92,7 @@ begin
 
         end loop;
 
-        lines(c)(0) := words(10 * c + 9 downto 10 * c);
+        lines(c)(0) := words(c);
 
       end loop;
 

@@ -15,6 +15,7 @@ use ieee.std_logic_1164.all;
 library work;
 use work.math_pkg.all;
 use work.tmds_pkg.all;
+use work.video_pkg.all;
 
 entity tmds_periods is
   generic (
@@ -24,29 +25,16 @@ entity tmds_periods is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- From the decoders, channel 0 in the low bits; see tmds_decoder.
-    word_active    : in    std_logic_vector(CHANNELS - 1 downto 0);
-    word_control   : in    std_logic_vector(2 * CHANNELS - 1 downto 0);
-    word_data      : in    std_logic_vector(8 * CHANNELS - 1 downto 0);
-    word_error     : in    std_logic_vector(CHANNELS - 1 downto 0);
-    word_is_nibble : in    std_logic_vector(CHANNELS - 1 downto 0);
-    word_nibble    : in    std_logic_vector(4 * CHANNELS - 1 downto 0);
-    word_is_guard  : in    std_logic_vector(CHANNELS - 1 downto 0);
-    -- Video: red in the low bits of pixel, black where not active.
-    active : out   std_logic;
-    h_sync : out   std_logic;
-    v_sync : out   std_logic;
-    pixel  : out   std_logic_vector(23 downto 0);
+    -- The word of each channel, from its decoder.
+    words : in    decoded_words_t;
+    -- Video, black where not active.
+    video : out   video_t;
     -- Channels whose word is not one that this period can have.
     errors : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- Lines begin with guard bands.
     hdmi : out   std_logic;
-    -- A data island begins; one of its words: a bit of the header, two of each subpacket.
-    island_start  : out   std_logic;
-    island_valid  : out   std_logic;
-    island_header : out   std_logic;
-    island_even   : out   std_logic_vector(3 downto 0);
-    island_odd    : out   std_logic_vector(3 downto 0)
+    -- Words of data islands.
+    island : out   island_t
   );
 end entity tmds_periods;
 
@@ -62,23 +50,25 @@ architecture rtl of tmds_periods is
   subtype votes_t is natural range 0 to PREAMBLE_WORDS;
 
   -- What the word before belonged to; behind the second word of a guard band already what follows.
-  type period_t is (control, video_guard, video, island_guard, island);
+  type period_t is (control, video_guard, picture, island_guard, data_island);
 
-  signal video_marks    : std_logic_vector(CHANNELS - 1 downto 0);
-  signal island_marks   : std_logic_vector(CHANNELS - 1 downto 0);
-  signal video_marks_1  : std_logic_vector(CHANNELS - 1 downto 0)       := (others => '0');
-  signal island_marks_1 : std_logic_vector(CHANNELS - 1 downto 0)       := (others => '0');
-  signal active_1       : std_logic_vector(CHANNELS - 1 downto 0)       := (others => '0');
-  signal control_1      : std_logic_vector(2 * CHANNELS - 1 downto 0)   := (others => '0');
-  signal data_1         : std_logic_vector(8 * CHANNELS - 1 downto 0)   := (others => '0');
-  signal error_1        : std_logic_vector(CHANNELS - 1 downto 0)       := (others => '0');
-  signal island_1       : std_logic_vector(CHANNELS - 1 downto 0)       := (others => '0');
-  signal is_nibble_1    : std_logic                                     := '0';
-  signal nibble_1       : std_logic_vector(4 * CHANNELS - 1 downto 0)   := (others => '0');
-  signal period         : period_t                                      := control;
-  signal votes_green    : votes_t                                       := 0;
-  signal votes_red      : votes_t                                       := 0;
-  signal plain          : natural range 0 to larger(PLAIN_LINES - 1, 1) := 0;
+  subtype channels_t is std_logic_vector(CHANNELS - 1 downto 0);
+
+  -- Channels whose word can be of a guard band, and of words that no token is in. A guard band is decided with its
+  -- first
+  -- word in stage 1 and its second one still coming: six words vote.
+  signal video_marks    : channels_t;
+  signal island_marks   : channels_t;
+  signal video_marks_1  : channels_t      := (others => '0');
+  signal island_marks_1 : channels_t      := (others => '0');
+  signal words_1        : decoded_words_t := (others => NO_WORD);
+  signal active_1       : channels_t;
+
+  signal period      : period_t := control;
+  signal votes_green : votes_t  := 0;
+  signal votes_red   : votes_t  := 0;
+  -- Lines without a guard band since the last one that had one.
+  signal plain : natural range 0 to larger(PLAIN_LINES - 1, 1) := 0;
 
   -- The words in stage 1 are tokens; what they belong to; they are the first ones behind tokens.
   signal tokens  : std_logic;
@@ -128,15 +118,16 @@ architecture rtl of tmds_periods is
 begin
 
   -- Words of the two guard bands.
-  video_marks(0)  <= '1' when word_is_nibble(0) = '1' and word_nibble(3 downto 0) = VIDEO_GUARD_NIBBLE else
-                     '0';
-  video_marks(1)  <= word_is_guard(1);
-  video_marks(2)  <= '1' when word_is_nibble(2) = '1' and word_nibble(11 downto 8) = VIDEO_GUARD_NIBBLE else
-                     '0';
-  island_marks(0) <= word_is_nibble(0) and word_nibble(3) and word_nibble(2);
-  island_marks(1) <= word_is_guard(1);
-  island_marks(2) <= word_is_guard(2);
+  video_marks(0)  <= words(0).is_nibble and to_logic(words(0).nibble = VIDEO_GUARD_NIBBLE);
+  video_marks(1)  <= words(1).is_guard;
+  video_marks(2)  <= words(2).is_nibble and to_logic(words(2).nibble = VIDEO_GUARD_NIBBLE);
+  island_marks(0) <= words(0).is_nibble and words(0).nibble(3) and words(0).nibble(2);
+  island_marks(1) <= words(1).is_guard;
+  island_marks(2) <= words(2).is_guard;
 
+  active_1 <= words_1(2).active & words_1(1).active & words_1(0).active;
+
+  -- Two of three channels decide.
   tokens  <= to_logic(active_1 = "000" or active_1 = "001" or active_1 = "010" or active_1 = "100");
   changes <= to_logic(period = control) and not tokens;
 
@@ -149,7 +140,7 @@ begin
     if tokens = '1' then
       now <= control;
     elsif period = control then
-      now <= video;
+      now <= picture;
       if votes_green >= ENOUGH_WORDS then
         if votes_red >= ENOUGH_WORDS then
           if count_marks(island_marks & island_marks_1) >= ENOUGH_GUARDS then
@@ -169,13 +160,7 @@ begin
     if rising_edge(clk) then
       video_marks_1  <= video_marks;
       island_marks_1 <= island_marks;
-      active_1       <= word_active;
-      control_1      <= word_control;
-      data_1         <= word_data;
-      error_1        <= word_error;
-      island_1       <= word_is_nibble or word_is_guard;
-      is_nibble_1    <= word_is_nibble(0);
-      nibble_1       <= word_nibble;
+      words_1        <= words;
     end if;
 
   end process delay_words;
@@ -188,22 +173,22 @@ begin
       -- A guard band is two words long.
       period <= now;
       if now = video_guard and period = video_guard then
-        period <= video;
+        period <= picture;
       elsif now = island_guard and period = island_guard then
-        period <= island;
+        period <= data_island;
       end if;
 
       votes_green <= 0;
       votes_red   <= 0;
       if tokens = '1' then
-        votes_green <= next_votes(votes_green, control_1(3 downto 2));
-        votes_red   <= next_votes(votes_red, control_1(5 downto 4));
+        votes_green <= next_votes(votes_green, words_1(1).control);
+        votes_red   <= next_votes(votes_red, words_1(2).control);
       end if;
 
       if changes = '1' and now = video_guard then
         hdmi  <= '1';
         plain <= 0;
-      elsif changes = '1' and now = video then
+      elsif changes = '1' and now = picture then
         if plain = PLAIN_LINES - 1 then
           hdmi <= '0';
         else
@@ -226,53 +211,65 @@ begin
   begin
 
     if rising_edge(clk) then
-      active        <= '0';
-      pixel         <= (others => '0');
-      island_start  <= '0';
-      island_valid  <= '0';
-      island_header <= nibble_1(2);
-      island_even   <= nibble_1(7 downto 4);
-      island_odd    <= nibble_1(11 downto 8);
+      video.active  <= '0';
+      video.pixel   <= (others => '0');
+      island.start  <= '0';
+      island.valid  <= '0';
+      island.header <= words_1(0).nibble(2);
+      island.even   <= words_1(1).nibble;
+      island.odd    <= words_1(2).nibble;
 
       case now is
 
         when control =>
 
           errors <= active_1;
+          -- Where channel 0 alone has no token, its syncs are those of the token before.
           if active_1(0) = '0' then
-            h_sync <= control_1(0);
-            v_sync <= control_1(1);
+            video.h_sync <= words_1(0).control(0);
+            video.v_sync <= words_1(0).control(1);
           end if;
 
         when video_guard =>
 
           errors <= not video_marks_1;
 
-        when video =>
+        when picture =>
 
-          active <= '1';
-          pixel  <= data_1(7 downto 0) & data_1(15 downto 8) & data_1(23 downto 16);
-          errors <= error_1 or not active_1;
+          video.active <= '1';
+          video.pixel  <= words_1(0).data & words_1(1).data & words_1(2).data;
 
-        when island_guard | island =>
+          for c in 0 to CHANNELS - 1 loop
 
-          errors <= not island_1;
-          if now = island then
-            island_valid <= '1';
+            errors(c) <= words_1(c).error or not active_1(c);
+
+          end loop;
+
+        when island_guard | data_island =>
+
+          for c in 0 to CHANNELS - 1 loop
+
+            errors(c) <= not (words_1(c).is_nibble or words_1(c).is_guard);
+
+          end loop;
+
+          if now = data_island then
+            island.valid <= '1';
           else
-            island_start <= '1';
+            island.start <= '1';
           end if;
-          if is_nibble_1 = '1' then
-            h_sync <= nibble_1(0);
-            v_sync <= nibble_1(1);
+          -- The syncs go on inside an island, in channel 0.
+          if words_1(0).is_nibble = '1' then
+            video.h_sync <= words_1(0).nibble(0);
+            video.v_sync <= words_1(0).nibble(1);
           end if;
 
       end case;
 
       if reset = '1' then
-        active       <= '0';
+        video.active <= '0';
         errors       <= (others => '0');
-        island_valid <= '0';
+        island.valid <= '0';
       end if;
     end if;
 

@@ -16,6 +16,57 @@ package tmds_pkg is
   -- Three words or bytes side by side, channel 0 (blue) in the low bits.
   constant CHANNELS : positive := 3;
 
+  -- The words of all channels.
+  type words_t is array (0 to CHANNELS - 1) of tmds_word_t;
+
+  -- What a word of a channel may stand for. Which of it holds depends on the period (tmds_periods), which one channel
+  -- by itself does not know.
+  type decoded_t is record
+    -- The word is no control token.
+    active : std_logic;
+    -- C1 and C0 of the last token.
+    control : std_logic_vector(1 downto 0);
+    -- Byte of the word.
+    data : std_logic_vector(7 downto 0);
+    -- The word is neither a token nor one that an encoder sends for a byte.
+    error : std_logic;
+    -- In data islands: the word stands for four bits, these (else 0).
+    is_nibble : std_logic;
+    nibble    : std_logic_vector(3 downto 0);
+    -- The word is of the guard band of islands, or in channel 1 of that of video.
+    is_guard : std_logic;
+  end record decoded_t;
+
+  constant NO_WORD : decoded_t := ('0', "00", x"00", '0', '0', "0000", '0');
+
+  type decoded_words_t is array (0 to CHANNELS - 1) of decoded_t;
+
+  -- A word of a data island.
+  type island_t is record
+    -- An island begins.
+    start : std_logic;
+    -- The word holds a bit of the packet's header and two of each subpacket.
+    valid  : std_logic;
+    header : std_logic;
+    even   : std_logic_vector(3 downto 0);
+    odd    : std_logic_vector(3 downto 0);
+  end record island_t;
+
+  -- What an HDMI source tells of its picture.
+  type picture_info_t is record
+    -- It has told so, by an AVI InfoFrame; the rest is zero until then.
+    informed : std_logic;
+    -- 0 RGB, 1 YCbCr 4:2:2, 2 YCbCr 4:4:4, 3 YCbCr 4:2:0.
+    colour : std_logic_vector(1 downto 0);
+    -- Limited range; YCbCr of BT.601, else BT.709.
+    limited : std_logic;
+    bt601   : std_logic;
+    -- Video format (VIC).
+    format_code : std_logic_vector(7 downto 0);
+  end record picture_info_t;
+
+  constant NO_INFO : picture_info_t := ('0', "00", '0', '0', x"00");
+
   -- Control tokens for C1 & C0.
   constant TOKEN_00 : tmds_word_t := "1101010100";
   constant TOKEN_01 : tmds_word_t := "0010101011";

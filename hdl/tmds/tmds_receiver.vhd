@@ -12,6 +12,7 @@ use ieee.std_logic_1164.all;
 
 library work;
 use work.tmds_pkg.all;
+use work.video_pkg.all;
 
 entity tmds_receiver is
   generic (
@@ -26,11 +27,8 @@ entity tmds_receiver is
     reset : in    std_logic;
     -- The next ten bits of each channel, wherever its words begin: channel 0 (blue) in the low bits, bit 0 came first.
     bits : in    std_logic_vector(10 * CHANNELS - 1 downto 0);
-    -- Video: red in the low bits of pixel, black where not active.
-    active : out   std_logic;
-    h_sync : out   std_logic;
-    v_sync : out   std_logic;
-    pixel  : out   std_logic_vector(23 downto 0);
+    -- Video, black where not active.
+    video : out   video_t;
     -- Each channel is aligned to words.
     aligned : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- All channels are aligned and deskewed.
@@ -39,12 +37,9 @@ entity tmds_receiver is
     errors : out   std_logic_vector(CHANNELS - 1 downto 0);
     -- The source sends HDMI, not DVI.
     hdmi : out   std_logic;
-    -- What it tells of its picture, and packets with errors; see info_frame_reader.
-    informed     : out   std_logic;
-    colour       : out   std_logic_vector(1 downto 0);
-    limited      : out   std_logic;
-    bt601        : out   std_logic;
-    format_code  : out   std_logic_vector(7 downto 0);
+    -- What it tells of its picture.
+    info : out   picture_info_t;
+    -- A packet with wrong check bits, an InfoFrame with a wrong sum, each for a clock.
     packet_error : out   std_logic;
     sum_error    : out   std_logic
   );
@@ -52,26 +47,16 @@ end entity tmds_receiver;
 
 architecture rtl of tmds_receiver is
 
-  signal words           : std_logic_vector(10 * CHANNELS - 1 downto 0);
+  signal words           : words_t;
   signal tokens          : std_logic_vector(CHANNELS - 1 downto 0);
   signal channel_aligned : std_logic_vector(CHANNELS - 1 downto 0);
-  signal deskewed        : std_logic_vector(10 * CHANNELS - 1 downto 0);
+  signal deskewed        : words_t;
   signal deskew_locked   : std_logic;
   signal not_locked      : std_logic;
-  signal channel_active  : std_logic_vector(CHANNELS - 1 downto 0);
-  signal control         : std_logic_vector(2 * CHANNELS - 1 downto 0);
-  signal bytes           : std_logic_vector(8 * CHANNELS - 1 downto 0);
-  signal channel_errors  : std_logic_vector(CHANNELS - 1 downto 0);
-  signal is_nibble       : std_logic_vector(CHANNELS - 1 downto 0);
-  signal nibbles         : std_logic_vector(4 * CHANNELS - 1 downto 0);
-  signal is_guard        : std_logic_vector(CHANNELS - 1 downto 0);
+  signal decoded         : decoded_words_t;
   signal is_hdmi         : std_logic;
   signal not_hdmi        : std_logic;
-  signal island_start    : std_logic;
-  signal island_valid    : std_logic;
-  signal island_header   : std_logic;
-  signal island_even     : std_logic_vector(3 downto 0);
-  signal island_odd      : std_logic_vector(3 downto 0);
+  signal island          : island_t;
 
 begin
 
@@ -88,23 +73,17 @@ begin
         clk     => clk,
         reset   => reset,
         bits    => bits(10 * c + 9 downto 10 * c),
-        word    => words(10 * c + 9 downto 10 * c),
+        word    => words(c),
         token   => tokens(c),
         aligned => channel_aligned(c)
       );
 
     decoder : entity work.tmds_decoder
       port map (
-        clk       => clk,
-        reset     => reset,
-        word      => deskewed(10 * c + 9 downto 10 * c),
-        active    => channel_active(c),
-        control   => control(2 * c + 1 downto 2 * c),
-        data      => bytes(8 * c + 7 downto 8 * c),
-        error     => channel_errors(c),
-        is_nibble => is_nibble(c),
-        nibble    => nibbles(4 * c + 3 downto 4 * c),
-        is_guard  => is_guard(c)
+        clk     => clk,
+        reset   => reset,
+        word    => deskewed(c),
+        decoded => decoded(c)
       );
 
   end generate channel;
@@ -120,48 +99,29 @@ begin
       locked    => deskew_locked
     );
 
+  -- Without three channels in step no period can be told; a DVI source has no packets, and what an HDMI source told
+  -- before it holds no longer.
   not_locked <= reset or not deskew_locked;
   not_hdmi   <= not is_hdmi;
   hdmi       <= is_hdmi;
 
   periods : entity work.tmds_periods
     port map (
-      clk            => clk,
-      reset          => not_locked,
-      word_active    => channel_active,
-      word_control   => control,
-      word_data      => bytes,
-      word_error     => channel_errors,
-      word_is_nibble => is_nibble,
-      word_nibble    => nibbles,
-      word_is_guard  => is_guard,
-      active         => active,
-      h_sync         => h_sync,
-      v_sync         => v_sync,
-      pixel          => pixel,
-      errors         => errors,
-      hdmi           => is_hdmi,
-      island_start   => island_start,
-      island_valid   => island_valid,
-      island_header  => island_header,
-      island_even    => island_even,
-      island_odd     => island_odd
+      clk    => clk,
+      reset  => not_locked,
+      words  => decoded,
+      video  => video,
+      errors => errors,
+      hdmi   => is_hdmi,
+      island => island
     );
 
   reader : entity work.info_frame_reader
     port map (
       clk          => clk,
       reset        => not_hdmi,
-      start        => island_start,
-      valid        => island_valid,
-      header       => island_header,
-      even         => island_even,
-      odd          => island_odd,
-      informed     => informed,
-      colour       => colour,
-      limited      => limited,
-      bt601        => bt601,
-      format_code  => format_code,
+      island       => island,
+      info         => info,
       packet_error => packet_error,
       sum_error    => sum_error
     );

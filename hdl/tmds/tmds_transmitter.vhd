@@ -11,16 +11,14 @@ use ieee.std_logic_1164.all;
 
 library work;
 use work.tmds_pkg.all;
+use work.video_pkg.all;
 
 entity tmds_transmitter is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Video, in clk: red in the low bits of pixel.
-    active : in    std_logic;
-    h_sync : in    std_logic;
-    v_sync : in    std_logic;
-    pixel  : in    std_logic_vector(23 downto 0);
+    -- Video, in clk.
+    video : in    video_t;
     -- Clock of the transmitter, with the frequency of clk and any phase to it.
     tx_clk : in    std_logic;
     -- Reset in tx_clk.
@@ -45,20 +43,21 @@ architecture rtl of tmds_transmitter is
 
 begin
 
-  bytes(0) <= pixel(23 downto 16);
-  bytes(1) <= pixel(15 downto 8);
-  bytes(2) <= pixel(7 downto 0);
+  -- Blue, green, red.
+  bytes(0) <= video.pixel(23 downto 16);
+  bytes(1) <= video.pixel(15 downto 8);
+  bytes(2) <= video.pixel(7 downto 0);
 
   channel : for c in 0 to CHANNELS - 1 generate
 
-    controls(c) <= v_sync & h_sync when c = SYNCS else
+    controls(c) <= video.v_sync & video.h_sync when c = SYNCS else
                    "00";
 
     encoder : entity work.tmds_encoder
       port map (
         clk     => clk,
         reset   => reset,
-        active  => active,
+        active  => video.active,
         control => controls(c),
         data    => bytes(c),
         word    => words(10 * c + 9 downto 10 * c)

@@ -11,6 +11,7 @@ use ieee.numeric_std.all;
 
 library work;
 use work.colour_pkg.all;
+use work.video_pkg.all;
 
 entity full_range_rgb is
   port (
@@ -19,37 +20,34 @@ entity full_range_rgb is
     colour  : in    std_logic_vector(1 downto 0);
     limited : in    std_logic;
     bt601   : in    std_logic;
-    -- Video in: red or Cr in the low bits of pixel, then green or Y, then blue or Cb.
-    in_active : in    std_logic;
-    in_h_sync : in    std_logic;
-    in_v_sync : in    std_logic;
-    in_pixel  : in    std_logic_vector(23 downto 0);
-    -- Video out: red in the low bits of pixel.
-    out_active : out   std_logic;
-    out_h_sync : out   std_logic;
-    out_v_sync : out   std_logic;
-    out_pixel  : out   std_logic_vector(23 downto 0)
+    -- Video in: of YCbCr a pixel has Cr in the low bits, then Y, then Cb.
+    in_video : in    video_t;
+    -- Video out, RGB.
+    out_video : out   video_t
   );
 end entity full_range_rgb;
 
 architecture rtl of full_range_rgb is
 
-  -- Of products and sums; none reaches 2 ** 22.
+  -- Of products and sums. None reaches 2 ** 22: the largest coefficient is 2.12, so a product stays below 2.3 million,
+  -- and with luma and the offset a sum below 3.5 million; in green the colours are subtracted.
   constant SUM_BITS : positive := 24;
 
   subtype sum_t is signed(SUM_BITS - 1 downto 0);
 
-  signal way        : way_t                        := 0;
-  signal flags_1    : std_logic_vector(2 downto 0) := "000";
-  signal flags_2    : std_logic_vector(2 downto 0) := "000";
-  signal luma       : sum_t                        := (others => '0');
-  signal red        : sum_t                        := (others => '0');
-  signal green_red  : sum_t                        := (others => '0');
-  signal green_blue : sum_t                        := (others => '0');
-  signal blue       : sum_t                        := (others => '0');
-  signal red_sum    : sum_t                        := (others => '0');
-  signal green_sum  : sum_t                        := (others => '0');
-  signal blue_sum   : sum_t                        := (others => '0');
+  -- Registered, as the source's colours change between pictures alone.
+  signal way : way_t := 0;
+  -- Syncs beside the products and beside the sums.
+  signal video_1    : video_t := NO_VIDEO;
+  signal video_2    : video_t := NO_VIDEO;
+  signal luma       : sum_t   := (others => '0');
+  signal red        : sum_t   := (others => '0');
+  signal green_red  : sum_t   := (others => '0');
+  signal green_blue : sum_t   := (others => '0');
+  signal blue       : sum_t   := (others => '0');
+  signal red_sum    : sum_t   := (others => '0');
+  signal green_sum  : sum_t   := (others => '0');
+  signal blue_sum   : sum_t   := (others => '0');
 
   function multiply (
     byte        : std_logic_vector(7 downto 0);
@@ -110,26 +108,24 @@ begin
 
       c := WAYS(way);
 
-      flags_1    <= in_active & in_h_sync & in_v_sync;
-      luma       <= multiply(in_pixel(15 downto 8), c.luma);
-      red        <= multiply(in_pixel(7 downto 0), c.red);
-      green_red  <= multiply(in_pixel(7 downto 0), c.green_red);
-      green_blue <= multiply(in_pixel(23 downto 16), c.green_blue);
-      blue       <= multiply(in_pixel(23 downto 16), c.blue);
+      video_1    <= in_video;
+      luma       <= multiply(in_video.pixel(15 downto 8), c.luma);
+      red        <= multiply(in_video.pixel(7 downto 0), c.red);
+      green_red  <= multiply(in_video.pixel(7 downto 0), c.green_red);
+      green_blue <= multiply(in_video.pixel(23 downto 16), c.green_blue);
+      blue       <= multiply(in_video.pixel(23 downto 16), c.blue);
 
       also_luma := (others => '0');
       if c.shared_luma = '1' then
         also_luma := luma;
       end if;
-      flags_2   <= flags_1;
+      video_2   <= video_1;
       red_sum   <= red + also_luma + c.red_offset;
       green_sum <= luma + green_red + green_blue + c.green_offset;
       blue_sum  <= blue + also_luma + c.blue_offset;
 
-      out_active <= flags_2(2);
-      out_h_sync <= flags_2(1);
-      out_v_sync <= flags_2(0);
-      out_pixel  <= to_byte(blue_sum) & to_byte(green_sum) & to_byte(red_sum);
+      out_video       <= video_2;
+      out_video.pixel <= to_byte(blue_sum) & to_byte(green_sum) & to_byte(red_sum);
     end if;
 
   end process convert;

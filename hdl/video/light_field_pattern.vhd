@@ -34,13 +34,10 @@ entity light_field_pattern is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Video timing to draw, see video_pkg.
-    timing : in    std_logic_vector(TIMING_BITS - 1 downto 0);
-    -- Video: red in the low bits of pixel.
-    active : out   std_logic;
-    h_sync : out   std_logic;
-    v_sync : out   std_logic;
-    pixel  : out   std_logic_vector(23 downto 0)
+    -- Video timing to draw.
+    timing : in    timing_t;
+    -- The pattern.
+    video : out   video_t
   );
 end entity light_field_pattern;
 
@@ -50,7 +47,7 @@ architecture rtl of light_field_pattern is
 
   type shifts_t is array (0 to BANDS - 1) of integer;
 
-  type colours_t is array (0 to BANDS - 1) of std_logic_vector(23 downto 0);
+  type colours_t is array (0 to BANDS - 1) of pixel_t;
 
   type places_t is array (0 to BANDS - 1) of signed(COUNT_BITS downto 0);
 
@@ -61,31 +58,30 @@ architecture rtl of light_field_pattern is
 
   subtype phase_t is natural range 0 to larger(MICRO_IMAGE_SIZE - 1, 1);
 
-  signal mode          : timing_t;
-  signal fresh         : std_logic := '1';
-  signal column        : count_t;
-  signal raster_active : std_logic;
-  signal raster_last   : std_logic;
-  signal raster_h      : std_logic;
-  signal raster_v      : std_logic;
-  signal u             : phase_t   := 0;
-  signal v             : phase_t   := 0;
-  signal places_x      : places_t  := (others => (others => '0'));
-  signal places_y      : places_t  := (others => (others => '0'));
+  -- The first clock after a reset, which starts the raster.
+  signal fresh : std_logic := '1';
+  signal place : raster_t;
+  -- Between two frames: inside the pulse of vertical sync.
+  signal between : std_logic;
+  -- Pixel (v, u) of its micro image, and the places of the three planes that it sees.
+  signal u        : phase_t  := 0;
+  signal v        : phase_t  := 0;
+  signal places_x : places_t := (others => (others => '0'));
+  signal places_y : places_t := (others => (others => '0'));
 
   -- The place that the next pixel sees.
   function next_place (
-    place : signed(COUNT_BITS downto 0);
+    from  : signed(COUNT_BITS downto 0);
     phase : natural;
     shift : integer
   ) return signed is
   begin
 
     if phase = MICRO_IMAGE_SIZE - 1 then
-      return place + (MICRO_IMAGE_SIZE - (MICRO_IMAGE_SIZE - 1) * shift);
+      return from + (MICRO_IMAGE_SIZE - (MICRO_IMAGE_SIZE - 1) * shift);
     end if;
 
-    return place + shift;
+    return from + shift;
 
   end function next_place;
 
@@ -104,23 +100,16 @@ architecture rtl of light_field_pattern is
 
 begin
 
-  mode <= to_timing(timing);
-
   raster : entity work.raster_generator
     port map (
-      clk         => clk,
-      reset       => reset,
-      timing      => timing,
-      start       => fresh,
-      running     => open,
-      column      => column,
-      row         => open,
-      active      => raster_active,
-      frame_first => open,
-      line_last   => raster_last,
-      h_sync      => raster_h,
-      v_sync      => raster_v
+      clk    => clk,
+      reset  => reset,
+      timing => timing,
+      start  => fresh,
+      raster => place
     );
+
+  between <= to_logic(place.v_sync = timing.v_sync_level);
 
   draw : process (clk) is
 
@@ -129,59 +118,61 @@ begin
   begin
 
     if rising_edge(clk) then
-      fresh  <= reset;
-      active <= raster_active;
-      h_sync <= raster_h;
-      v_sync <= raster_v;
+      fresh <= reset;
 
       -- Places in the line and in the frame.
-      if raster_active = '1' then
+      if place.active = '1' then
         u <= next_phase(u);
       else
         u <= 0;
       end if;
-      if raster_v = mode.v_sync_level then
+      if between = '1' then
         v <= 0;
-      elsif raster_last = '1' then
+      elsif place.line_last = '1' then
         v <= next_phase(v);
       end if;
 
       for b in 0 to BANDS - 1 loop
 
-        if raster_active = '1' then
+        if place.active = '1' then
           places_x(b) <= next_place(places_x(b), u, SHIFTS(b));
         else
           places_x(b) <= (others => '0');
         end if;
-        if raster_v = mode.v_sync_level then
+        if between = '1' then
           places_y(b) <= (others => '0');
-        elsif raster_last = '1' then
+        elsif place.line_last = '1' then
           places_y(b) <= next_place(places_y(b), v, SHIFTS(b));
         end if;
 
       end loop;
 
       band := 0;
-      if column >= RIGHT_BEGIN then
+      if place.column >= RIGHT_BEGIN then
         band := 2;
-      elsif column >= MIDDLE_BEGIN then
+      elsif place.column >= MIDDLE_BEGIN then
         band := 1;
       end if;
-      pixel <= (others => '0');
-      if raster_active = '1' then
+
+      video.active <= place.active;
+      video.h_sync <= place.h_sync;
+      video.v_sync <= place.v_sync;
+      video.pixel  <= (others => '0');
+      if place.active = '1' then
         if places_x(band)(CELL) /= places_y(band)(CELL) then
-          pixel <= LIGHT(band);
+          video.pixel <= LIGHT(band);
         else
-          pixel <= DARK(band);
+          video.pixel <= DARK(band);
         end if;
       end if;
 
       if reset = '1' then
-        active   <= '0';
         u        <= 0;
         v        <= 0;
         places_x <= (others => (others => '0'));
         places_y <= (others => (others => '0'));
+
+        video.active <= '0';
       end if;
     end if;
 

@@ -19,6 +19,7 @@ use work.math_pkg.all;
 use work.arithmetic_pkg.all;
 use work.refocus_pkg.all;
 use work.picture_pkg.all;
+use work.video_pkg.all;
 
 entity picture_core is
   generic (
@@ -52,29 +53,20 @@ entity picture_core is
     rows    : in    std_logic_vector(15 downto 0);
     -- Lines of the picture; with "r" alone all.
     picture_rows : in    std_logic_vector(15 downto 0);
-    -- Slice on show, or a sweep through all with so many frames for each; read with the first pixel of a frame.
-    slice        : in    std_logic_vector(7 downto 0);
-    sweep        : in    std_logic;
-    sweep_frames : in    std_logic_vector(7 downto 0);
-    -- Place in OUTPUTS, from 0, of what the next frame that leaves shows; beyond its end the first one.
-    shown : in    std_logic_vector(1 downto 0);
-    -- AXI4-Stream video, red in the low bits; tuser: first pixel of a frame, tlast: last one of a line.
-    s_axis_tvalid : in    std_logic;
+    -- What is to be shown: the slice is read with the first pixel of a frame that comes in, the output with the first
+    -- one of a frame that leaves.
+    choice : in    picture_choice_t;
+    -- The raster of micro images.
+    s_axis        : in    stream_t;
     s_axis_tready : out   std_logic;
-    s_axis_tdata  : in    std_logic_vector(23 downto 0);
-    s_axis_tuser  : in    std_logic_vector(0 downto 0);
-    s_axis_tlast  : in    std_logic;
-    -- The same; tid: the slice, tdest: the place in OUTPUTS.
-    m_axis_tvalid : out   std_logic;
+    -- The picture; tid: its slice, tdest: its place in OUTPUTS.
+    m_axis        : out   stream_t;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(23 downto 0);
-    m_axis_tuser  : out   std_logic_vector(0 downto 0);
     m_axis_tid    : out   std_logic_vector(7 downto 0);
     m_axis_tdest  : out   std_logic_vector(1 downto 0);
-    m_axis_tlast  : out   std_logic;
     -- Faults of the stream that came in, set until error_clear; frame_sequencer says which.
     error_flags : out   std_logic_vector(4 downto 0);
-    error_clear : in    std_logic
+    error_clear : in    std_logic := '1'
   );
 end entity picture_core;
 
@@ -101,7 +93,7 @@ begin
     m_axis_tdest <= "00";
 
     all_channels : for i in 0 to 2 generate
-      m_axis_tdata(8 * i + 7 downto 8 * i) <= refocused(8 * (i mod CHANNELS) + 7 downto 8 * (i mod CHANNELS));
+      m_axis.tdata(8 * i + 7 downto 8 * i) <= refocused(8 * (i mod CHANNELS) + 7 downto 8 * (i mod CHANNELS));
     end generate all_channels;
 
     refocuser : entity work.raster_refocuser
@@ -124,20 +116,20 @@ begin
         reset         => reset,
         columns       => columns,
         rows          => rows,
-        slice         => slice,
-        sweep         => sweep,
-        sweep_frames  => sweep_frames,
-        s_axis_tvalid => s_axis_tvalid,
+        slice         => choice.slice,
+        sweep         => choice.sweep,
+        sweep_frames  => choice.sweep_frames,
+        s_axis_tvalid => s_axis.tvalid,
         s_axis_tready => s_axis_tready,
-        s_axis_tdata  => s_axis_tdata(8 * CHANNELS - 1 downto 0),
-        s_axis_tuser  => s_axis_tuser,
-        s_axis_tlast  => s_axis_tlast,
-        m_axis_tvalid => m_axis_tvalid,
+        s_axis_tdata  => s_axis.tdata(8 * CHANNELS - 1 downto 0),
+        s_axis_tuser  => s_axis.tuser,
+        s_axis_tlast  => s_axis.tlast,
+        m_axis_tvalid => m_axis.tvalid,
         m_axis_tready => m_axis_tready,
         m_axis_tdata  => refocused,
-        m_axis_tuser  => m_axis_tuser,
+        m_axis_tuser  => m_axis.tuser,
         m_axis_tid    => m_axis_tid,
-        m_axis_tlast  => m_axis_tlast,
+        m_axis_tlast  => m_axis.tlast,
         error_flags   => error_flags,
         error_clear   => error_clear
       );
@@ -149,7 +141,7 @@ begin
     -- Pixel of the sharpest slice, its index, pixel of the chosen slice.
     constant FOUND_BITS : positive := 56;
 
-    type colours_t is array (natural range 0 to SLICES - 1) of std_logic_vector(23 downto 0);
+    type colours_t is array (natural range 0 to SLICES - 1) of pixel_t;
 
     -- All black if depth cannot be shown.
 
@@ -211,11 +203,11 @@ begin
         reset         => reset,
         columns       => columns,
         rows          => rows,
-        s_axis_tvalid => s_axis_tvalid,
+        s_axis_tvalid => s_axis.tvalid,
         s_axis_tready => s_axis_tready,
-        s_axis_tdata  => s_axis_tdata,
-        s_axis_tuser  => s_axis_tuser,
-        s_axis_tlast  => s_axis_tlast,
+        s_axis_tdata  => s_axis.tdata,
+        s_axis_tuser  => s_axis.tuser,
+        s_axis_tlast  => s_axis.tlast,
         m_axis_tvalid => stack_valid,
         m_axis_tready => stack_ready,
         m_axis_tdata  => stack_data,
@@ -244,9 +236,9 @@ begin
         columns       => columns,
         rows          => rows,
         picture_rows  => picture_rows,
-        slice         => slice,
-        sweep         => sweep,
-        sweep_frames  => sweep_frames,
+        slice         => choice.slice,
+        sweep         => choice.sweep,
+        sweep_frames  => choice.sweep_frames,
         s_axis_tvalid => stack_valid,
         s_axis_tready => stack_ready,
         s_axis_tdata  => stack_data,
@@ -257,16 +249,17 @@ begin
         m_axis_tdata  => found,
         m_axis_tuser  => found_user,
         m_axis_tid    => m_axis_tid,
-        m_axis_tlast  => m_axis_tlast,
+        m_axis_tlast  => m_axis.tlast,
         error_flags   => index_errors,
         error_clear   => error_clear
       );
 
     error_flags <= stack_errors or index_errors;
 
-    -- A pixel on offer stays as it is.
+    -- A frame keeps what it showed with its first pixel; and a pixel on offer, also that first one, stays as it is until
+    -- it is taken, as AXI4-Stream wants.
     shown_now <= shown_held when found_user = "0" or waits = '1' else
-                 shown when unsigned(shown) < OUTPUTS'length else
+                 choice.shown when unsigned(choice.shown) < OUTPUTS'length else
                  "00";
 
     hold_output : process (clk) is
@@ -291,30 +284,30 @@ begin
 
         when 1 =>
 
-          m_axis_tdata <= found(23 downto 0);
+          m_axis.tdata <= found(23 downto 0);
 
         when 2 =>
 
-          m_axis_tdata <= TABLE(0);
+          m_axis.tdata <= TABLE(0);
 
           for i in 1 to SLICES - 1 loop
 
             if unsigned(found(31 downto 24)) = i then
-              m_axis_tdata <= TABLE(i);
+              m_axis.tdata <= TABLE(i);
             end if;
 
           end loop;
 
         when others =>
 
-          m_axis_tdata <= found(55 downto 32);
+          m_axis.tdata <= found(55 downto 32);
 
       end case;
 
     end process pick;
 
-    m_axis_tvalid <= found_valid;
-    m_axis_tuser  <= found_user;
+    m_axis.tvalid <= found_valid;
+    m_axis.tuser  <= found_user;
     m_axis_tdest  <= shown_now;
 
   end generate all_slices;

@@ -19,6 +19,39 @@ use work.video_pkg.all;
 
 package picture_pkg is
 
+  -- What is to be shown, from the next frame on.
+  type picture_choice_t is record
+    -- The input as it is.
+    pass_through : std_logic;
+    -- The slice, or with sweep all slices in turn, each for so many frames.
+    slice        : std_logic_vector(7 downto 0);
+    sweep        : std_logic;
+    sweep_frames : std_logic_vector(7 downto 0);
+    -- Place in OUTPUTS of what is shown; beyond its end the first one.
+    shown : std_logic_vector(1 downto 0);
+  end record picture_choice_t;
+
+  -- What a frame that goes out shows: a slice, a place in OUTPUTS; or the input as it is.
+  type on_show_t is record
+    slice : std_logic_vector(7 downto 0);
+    place : std_logic_vector(1 downto 0);
+    raw   : std_logic;
+  end record on_show_t;
+
+  -- How the raster that goes into a core is shown, from sensor_front.
+  type front_t is record
+    -- Its size; stable while frames are followed.
+    columns : std_logic_vector(15 downto 0);
+    rows    : std_logic_vector(15 downto 0);
+    -- It is shown as it is; the place of what is shown in OUTPUTS.
+    direct : std_logic;
+    place  : std_logic_vector(1 downto 0);
+    -- Lines by which the output lags.
+    lag : count_t;
+    -- All has to begin again.
+    restart : std_logic;
+  end record front_t;
+
   -- Kind of each output, by its place: 0 refocused, 1 in focus everywhere, 2 depth, 3 micro images.
 
   type kinds_t is array (natural range 0 to 3) of natural range 0 to 3;

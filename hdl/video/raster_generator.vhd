@@ -15,35 +15,25 @@ entity raster_generator is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- See video_pkg; stable while running.
-    timing : in    std_logic_vector(TIMING_BITS - 1 downto 0);
-    -- The next pixel is the first one of a frame, whatever the position is now.
+    -- The mode; stable while running.
+    timing : in    timing_t;
+    -- The next pixel is the first one of a frame, whatever the place is now.
     start : in    std_logic;
-    -- High from the first start on; before it, and after a reset, no pixels come out.
-    running : out   std_logic;
-    -- Position of the pixel.
-    column : out   unsigned(COUNT_BITS - 1 downto 0);
-    row    : out   unsigned(COUNT_BITS - 1 downto 0);
-    -- Inside the picture.
-    active : out   std_logic;
-    -- First pixel of the frame.
-    frame_first : out   std_logic;
-    -- Last active pixel of a line.
-    line_last : out   std_logic;
-    -- Syncs with the polarity of the timing.
-    h_sync : out   std_logic;
-    v_sync : out   std_logic
+    -- The place; it runs from the first start on, and stops with a reset. Syncs have the polarity of the timing.
+    raster : out   raster_t
   );
 end entity raster_generator;
 
 architecture rtl of raster_generator is
 
-  signal mode           : timing_t;
-  signal on_now         : std_logic := '0';
-  signal x              : count_t   := (others => '0');
-  signal y              : count_t   := (others => '0');
-  signal h_pulse        : std_logic := '0';
-  signal v_pulse        : std_logic := '0';
+  signal on_now : std_logic := '0';
+  signal x      : count_t   := (others => '0');
+  signal y      : count_t   := (others => '0');
+  -- Inside a sync pulse.
+  signal h_pulse : std_logic := '0';
+  signal v_pulse : std_logic := '0';
+  -- The flags of the place, each a register of its own: they are decided with the next place, so that no comparator
+  -- stands behind the counters on the way out.
   signal in_columns     : std_logic := '0';
   signal in_rows        : std_logic := '0';
   signal at_first       : std_logic := '0';
@@ -53,20 +43,19 @@ architecture rtl of raster_generator is
 
 begin
 
-  mode <= to_timing(timing);
+  raster.running     <= on_now;
+  raster.column      <= x;
+  raster.row         <= y;
+  raster.active      <= in_columns and in_rows;
+  raster.frame_first <= at_first;
+  raster.line_last   <= at_line_last and in_rows;
+  -- A pulse is '1' inside; xor gives it the polarity.
+  raster.h_sync <= h_pulse xor not timing.h_sync_level;
+  raster.v_sync <= v_pulse xor not timing.v_sync_level;
 
-  running     <= on_now;
-  column      <= x;
-  row         <= y;
-  active      <= in_columns and in_rows;
-  frame_first <= at_first;
-  line_last   <= at_line_last and in_rows;
-  h_sync      <= h_pulse xor not mode.h_sync_level;
-  v_sync      <= v_pulse xor not mode.v_sync_level;
-
-  last_in_line   <= '1' when x = mode.line_length - 1 else
+  last_in_line   <= '1' when x = timing.line_length - 1 else
                     '0';
-  last_in_column <= '1' when y = mode.frame_lines - 1 else
+  last_in_column <= '1' when y = timing.frame_lines - 1 else
                     '0';
 
   advance : process (clk) is
@@ -95,7 +84,8 @@ begin
         x <= next_x;
         y <= next_y;
 
-        -- Everything that depends on the position is decided with it.
+        -- The flags change only where the next place meets a border; between borders they keep their value, so each
+        -- needs comparisons for equality alone.
         at_first     <= '0';
         at_line_last <= '0';
         if next_x = 0 then
@@ -103,23 +93,23 @@ begin
           if next_y = 0 then
             in_rows  <= '1';
             at_first <= '1';
-          elsif next_y = mode.rows then
+          elsif next_y = timing.rows then
             in_rows <= '0';
           end if;
-        elsif next_x = mode.columns then
+        elsif next_x = timing.columns then
           in_columns <= '0';
         end if;
-        if next_x = mode.columns - 1 then
+        if next_x = timing.columns - 1 then
           at_line_last <= '1';
         end if;
-        if next_x = mode.h_sync_begin then
+        if next_x = timing.h_sync_begin then
           h_pulse <= '1';
-        elsif next_x = mode.h_sync_end or start = '1' then
+        elsif next_x = timing.h_sync_end or start = '1' then
           h_pulse <= '0';
         end if;
-        if next_y = mode.v_sync_begin_line and next_x = mode.v_sync_begin_column then
+        if next_y = timing.v_sync_begin_line and next_x = timing.v_sync_begin_column then
           v_pulse <= '1';
-        elsif (next_y = mode.v_sync_end_line and next_x = mode.v_sync_end_column) or start = '1' then
+        elsif (next_y = timing.v_sync_end_line and next_x = timing.v_sync_end_column) or start = '1' then
           v_pulse <= '0';
         end if;
       end if;

@@ -24,69 +24,38 @@ use ieee.numeric_std.all;
 library work;
 use work.math_pkg.all;
 use work.picture_pkg.all;
+use work.resample_pkg.all;
+use work.screen_pkg.all;
+use work.sensor_pkg.all;
 use work.video_pkg.all;
 
 entity sensor_front is
   generic (
-    -- What sensor_raster is built for, with pixels of 8 bits; RED_PLACE: line (2) and column (1) of the first red one.
-    MOSAIC           : boolean                     := false;
-    RED_PLACE        : natural range 0 to 3        := 0;
+    -- M; all else that sensor_raster is built for stands in sensor_pkg, what can be shown in screen_pkg: a letter for
+    -- each place, r refocused, m the micro images.
     MICRO_IMAGE_SIZE : positive range 1 to 128;
-    HEXAGONAL        : boolean                     := false;
-    MAX_COLUMNS      : positive range 2 to 8192    := 2048;
-    LINES            : positive range 4 to 256     := 8;
-    LENSES           : positive range 2 to 1048576 := 2;
-    MOVES            : boolean                     := false;
-    GAINS            : boolean                     := false;
-    CHANNELS         : positive range 1 to 3       := 1;
-    -- What can be shown, a letter for each place: r refocused, m the micro images.
-    OUTPUTS : string;
     -- Lines of the core's delay.
     CORE_LINES : natural
   );
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- There is a timing.
-    following : in    std_logic;
-    -- Size of the raw frame.
-    columns : in    count_t;
-    rows    : in    count_t;
-    -- Position of the raw pixel that comes in, also in the blanking.
-    column : in    count_t;
-    row    : in    count_t;
+    -- The raw frames' timing, and the place of the pixel that comes in.
+    following : in    following_t;
     -- Place in OUTPUTS of what is wanted; beyond its end the first one.
     shown : in    std_logic_vector(1 downto 0);
-    -- Load port of the sensor's calibration.
-    load_write   : in    std_logic;
-    load_kind    : in    std_logic_vector(1 downto 0);
-    load_address : in    std_logic_vector(19 downto 0);
-    load_data    : in    std_logic_vector(39 downto 0);
+    -- The sensor's calibration.
+    load : in    load_t;
     -- Raw frames: red in the low bits, which is all that a grey sensor or one with a mosaic has.
-    s_axis_tvalid : in    std_logic;
+    s_axis        : in    stream_t;
     s_axis_tready : out   std_logic;
-    s_axis_tdata  : in    std_logic_vector(23 downto 0);
-    s_axis_tuser  : in    std_logic_vector(0 downto 0);
-    s_axis_tlast  : in    std_logic;
     -- Their raster.
-    m_axis_tvalid : out   std_logic;
+    m_axis        : out   stream_t;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(23 downto 0);
-    m_axis_tuser  : out   std_logic_vector(0 downto 0);
-    m_axis_tlast  : out   std_logic;
-    -- Its size; stable while frames are followed.
-    raster_columns : out   std_logic_vector(15 downto 0);
-    raster_rows    : out   std_logic_vector(15 downto 0);
-    -- It is shown as it is; the place of what is shown in OUTPUTS.
-    direct : out   std_logic;
-    place  : out   std_logic_vector(1 downto 0);
-    -- Lines by which the output lags.
-    lag : out   count_t;
-    -- All has to begin again.
-    restart : out   std_logic;
-    -- Faults of the raster, set until error_clear; resampler says which.
-    error_flags : out   std_logic_vector(5 downto 0);
-    error_clear : in    std_logic
+    -- How it is shown.
+    front : out   front_t;
+    -- Faults of the raster, each while it lasts; resampler says which.
+    errors : out   std_logic_vector(5 downto 0)
   );
 end entity sensor_front;
 
@@ -98,7 +67,7 @@ architecture rtl of sensor_front is
 
   signal size_columns  : std_logic_vector(15 downto 0);
   signal size_rows     : std_logic_vector(15 downto 0);
-  signal raster        : std_logic_vector(8 * CHANNELS - 1 downto 0);
+  signal raster        : std_logic_vector(8 * PIXEL_CHANNELS - 1 downto 0);
   signal place_wanted  : std_logic_vector(1 downto 0);
   signal place_now     : std_logic_vector(1 downto 0)  := "00";
   signal columns_now   : std_logic_vector(15 downto 0) := (others => '0');
@@ -116,20 +85,20 @@ architecture rtl of sensor_front is
 
 begin
 
-  frame_columns <= std_logic_vector(resize(columns, 16));
-  frame_rows    <= std_logic_vector(resize(rows, 16));
+  frame_columns <= std_logic_vector(resize(following.timing.columns, 16));
+  frame_rows    <= std_logic_vector(resize(following.timing.rows, 16));
 
   sensor : entity work.sensor_raster
     generic map (
       MOSAIC           => MOSAIC,
       MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
       HEXAGONAL        => HEXAGONAL,
-      MAX_COLUMNS      => MAX_COLUMNS,
-      LINES            => LINES,
+      MAX_COLUMNS      => SENSOR_COLUMNS,
+      LINES            => RING_LINES,
       LENSES           => LENSES,
       MOVES            => MOVES,
       GAINS            => GAINS,
-      CHANNELS         => CHANNELS,
+      CHANNELS         => PIXEL_CHANNELS,
       PIXEL_BITS       => 8
     )
     port map (
@@ -138,42 +107,42 @@ begin
       columns        => frame_columns,
       rows           => frame_rows,
       red_place      => RED,
-      load_write     => load_write,
-      load_kind      => load_kind,
-      load_address   => load_address,
-      load_data      => load_data,
-      s_axis_tvalid  => s_axis_tvalid,
+      load_write     => load.write,
+      load_kind      => load.kind,
+      load_address   => load.address,
+      load_data      => load.data,
+      s_axis_tvalid  => s_axis.tvalid,
       s_axis_tready  => s_axis_tready,
-      s_axis_tdata   => s_axis_tdata(choose(MOSAIC, 1, CHANNELS) * 8 - 1 downto 0),
-      s_axis_tuser   => s_axis_tuser,
-      s_axis_tlast   => s_axis_tlast,
+      s_axis_tdata   => s_axis.tdata(choose(MOSAIC, 1, PIXEL_CHANNELS) * 8 - 1 downto 0),
+      s_axis_tuser   => s_axis.tuser,
+      s_axis_tlast   => s_axis.tlast,
       m_axis_tvalid  => raster_valid,
       m_axis_tready  => raster_ready,
       m_axis_tdata   => raster,
       m_axis_tuser   => raster_user,
-      m_axis_tlast   => m_axis_tlast,
+      m_axis_tlast   => m_axis.tlast,
       raster_columns => size_columns,
       raster_rows    => size_rows,
-      error_flags    => error_flags,
-      error_clear    => error_clear
+      error_flags    => errors,
+      error_clear    => '1'
     );
 
   all_channels : for i in 0 to 2 generate
-    m_axis_tdata(8 * i + 7 downto 8 * i) <= raster(8 * (i mod CHANNELS) + 7 downto 8 * (i mod CHANNELS));
+    m_axis.tdata(8 * i + 7 downto 8 * i) <= raster(8 * (i mod PIXEL_CHANNELS) + 7 downto 8 * (i mod PIXEL_CHANNELS));
   end generate all_channels;
 
   goes          <= turn or direct_now or not raster_user(0);
-  m_axis_tvalid <= raster_valid and goes;
+  m_axis.tvalid <= raster_valid and goes;
   raster_ready  <= m_axis_tready and goes;
-  m_axis_tuser  <= raster_user;
+  m_axis.tuser  <= raster_user;
 
   place_wanted <= shown when unsigned(shown) < OUTPUTS'length else
                   "00";
 
-  raster_columns <= columns_now;
-  raster_rows    <= rows_now;
-  direct         <= direct_now;
-  place          <= place_now;
+  front.columns <= columns_now;
+  front.rows    <= rows_now;
+  front.direct  <= direct_now;
+  front.place   <= place_now;
 
   follow : process (clk) is
 
@@ -183,13 +152,13 @@ begin
   begin
 
     if rising_edge(clk) then
-      restart <= '0';
-      if following = '0' then
+      front.restart <= '0';
+      if following.running = '0' then
         columns_now <= size_columns;
         rows_now    <= size_rows;
         place_now   <= place_wanted;
       elsif size_columns /= columns_now or size_rows /= rows_now or place_wanted /= place_now then
-        restart <= '1';
+        front.restart <= '1';
       end if;
 
       direct_now <= '0';
@@ -197,26 +166,27 @@ begin
         direct_now <= '1';
       end if;
 
-      spare := rows - unsigned(rows_now(COUNT_BITS - 1 downto 0));
-      lag   <= spare - shift_right(spare, 1) + OWN_LINES + CORE_LINES;
+      spare := following.timing.rows - unsigned(rows_now(COUNT_BITS - 1 downto 0));
+
+      front.lag <= spare - shift_right(spare, 1) + OWN_LINES + CORE_LINES;
       if direct_now = '1' then
-        lag <= spare - shift_right(spare, 1) + OWN_LINES;
+        front.lag <= spare - shift_right(spare, 1) + OWN_LINES;
       end if;
 
       -- A raster of few lines: not behind the blanking.
       first := spare + OWN_LINES;
-      due   <= rows;
-      if first < rows then
+      due   <= following.timing.rows;
+      if first < following.timing.rows then
         due <= first;
       end if;
 
       if raster_valid = '1' and raster_user(0) = '1' and m_axis_tready = '1' and goes = '1' then
         turn <= '0';
       end if;
-      if row = due and column = 0 then
+      if following.row = due and following.column = 0 then
         turn <= '1';
       end if;
-      if following = '0' then
+      if following.running = '0' then
         turn <= '0';
       end if;
     end if;

@@ -33,26 +33,18 @@ entity stream_to_video is
     clk   : in    std_logic;
     reset : in    std_logic;
     -- Lines by which the output lags.
-    delay_lines : in    unsigned(COUNT_BITS - 1 downto 0);
+    delay_lines : in    count_t;
     -- With WINDOW, size of the picture; it does not fit the timing.
     picture_columns : in    std_logic_vector(15 downto 0);
     picture_rows    : in    std_logic_vector(15 downto 0);
     too_large       : out   std_logic;
-    -- From video_to_stream: whether there is a timing, which one, and the position of its pixel.
-    following : in    std_logic;
-    timing    : in    std_logic_vector(TIMING_BITS - 1 downto 0);
-    column    : in    unsigned(COUNT_BITS - 1 downto 0);
-    row       : in    unsigned(COUNT_BITS - 1 downto 0);
-    -- Pixels to show.
-    s_axis_tvalid : in    std_logic;
+    -- From video_to_stream.
+    following : in    following_t;
+    -- Pixels to show. The raster says where lines end, so tlast is not read.
+    s_axis        : in    stream_t;
     s_axis_tready : out   std_logic;
-    s_axis_tdata  : in    std_logic_vector(23 downto 0);
-    s_axis_tuser  : in    std_logic_vector(0 downto 0);
-    -- Video: red in the low bits of pixel.
-    active : out   std_logic;
-    h_sync : out   std_logic;
-    v_sync : out   std_logic;
-    pixel  : out   std_logic_vector(23 downto 0);
+    -- What is shown.
+    video : out   video_t;
     -- There is a timing to show.
     running : out   std_logic;
     -- The stream had no pixel for an active one, for a clock.
@@ -62,25 +54,17 @@ end entity stream_to_video;
 
 architecture rtl of stream_to_video is
 
-  signal shown         : std_logic_vector(TIMING_BITS - 1 downto 0) := (others => '0');
-  signal start         : std_logic                                  := '0';
-  signal raster_on     : std_logic;
-  signal raster_active : std_logic;
-  signal raster_first  : std_logic;
-  signal raster_h      : std_logic;
-  signal raster_v      : std_logic;
-  -- The same, in step with the pixels of the picture, and its first.
-  signal video_on      : std_logic;
-  signal video_active  : std_logic;
-  signal video_h       : std_logic;
-  signal video_v       : std_logic;
+  -- The timing that is shown. It is kept when the input is lost.
+  signal shown : timing_t  := NO_TIMING;
+  signal start : std_logic := '0';
+  signal place : raster_t;
+  -- The same in step with `picture`, the pixels of the picture, and its first one.
+  signal placed        : raster_t;
   signal picture       : std_logic;
   signal picture_first : std_logic;
   signal drop          : std_logic;
-  -- With WINDOW: the raster is not where it is to be.
+  -- With WINDOW: the raster is not where it is to be, as it was never started since the input came.
   signal early : std_logic;
-  signal x     : count_t;
-  signal y     : count_t;
   -- The frame on the screen is the frame of the stream.
   signal in_step   : std_logic := '0';
   signal take      : std_logic;
@@ -91,30 +75,20 @@ begin
 
   raster : entity work.raster_generator
     port map (
-      clk         => clk,
-      reset       => reset,
-      timing      => shown,
-      start       => start,
-      running     => raster_on,
-      column      => x,
-      row         => y,
-      active      => raster_active,
-      frame_first => raster_first,
-      line_last   => open,
-      h_sync      => raster_h,
-      v_sync      => raster_v
+      clk    => clk,
+      reset  => reset,
+      timing => shown,
+      start  => start,
+      raster => place
     );
 
   whole : if not WINDOW generate
     early         <= '0';
     too_large     <= '0';
     drop          <= '0';
-    video_on      <= raster_on;
-    video_active  <= raster_active;
-    video_h       <= raster_h;
-    video_v       <= raster_v;
-    picture       <= raster_active;
-    picture_first <= raster_first;
+    placed        <= place;
+    picture       <= place.active;
+    picture_first <= place.frame_first;
   end generate whole;
 
   middle : if WINDOW generate
@@ -131,80 +105,81 @@ begin
     too_large <= outside;
     drop      <= outside;
 
-    place : process (clk) is
+    locate : process (clk) is
 
       variable mode : timing_t;
 
     begin
 
       if rising_edge(clk) then
-        mode    := to_timing(timing);
+        mode    := following.timing;
         outside <= '1';
         if unsigned(picture_columns) <= mode.columns and unsigned(picture_rows) <= mode.rows and
            unsigned(picture_rows) /= 0 then
           outside <= '0';
         end if;
+        -- Where the picture is larger these wrap around; `outside` then keeps it from the screen.
         left   <= shift_right(mode.columns - unsigned(picture_columns(COUNT_BITS - 1 downto 0)), 1);
         top    <= shift_right(mode.rows - unsigned(picture_rows(COUNT_BITS - 1 downto 0)), 1);
         right  <= left + unsigned(picture_columns(COUNT_BITS - 1 downto 0));
         bottom <= top + unsigned(picture_rows(COUNT_BITS - 1 downto 0));
 
-        video_on      <= raster_on;
-        video_active  <= raster_active;
-        video_h       <= raster_h;
-        video_v       <= raster_v;
+        -- One register for the comparisons; all else of the place waits as long.
+        placed        <= place;
         picture       <= '0';
         picture_first <= '0';
-        if raster_active = '1' and outside = '0' and x >= left and x < right and y >= top and y < bottom then
+        if place.active = '1' and outside = '0' and place.column >= left and place.column < right and
+           place.row >= top and place.row < bottom then
           picture <= '1';
         end if;
-        if raster_active = '1' and outside = '0' and x = left and y = top then
+        if place.active = '1' and outside = '0' and place.column = left and place.row = top then
           picture_first <= '1';
         end if;
 
         if reset = '1' then
-          video_on      <= '0';
-          video_active  <= '0';
-          picture       <= '0';
-          picture_first <= '0';
+          placed.running <= '0';
+          placed.active  <= '0';
+          picture        <= '0';
+          picture_first  <= '0';
         end if;
       end if;
 
-    end process place;
+    end process locate;
 
   end generate middle;
 
   -- A start of frame waits for its place; anything else is taken there, or dropped.
-  begins        <= picture_first and not early and s_axis_tvalid and s_axis_tuser(0);
-  take          <= begins or (picture and not picture_first and in_step and not s_axis_tuser(0));
-  s_axis_tready <= take or (not in_step and not s_axis_tuser(0)) or drop;
+  begins        <= picture_first and not early and s_axis.tvalid and s_axis.tuser(0);
+  take          <= begins or (picture and not picture_first and in_step and not s_axis.tuser(0));
+  s_axis_tready <= take or (not in_step and not s_axis.tuser(0)) or drop;
 
   show : process (clk) is
   begin
 
     if rising_edge(clk) then
       start     <= '0';
-      connected <= following and not early;
-      if following = '1' and row = delay_lines and column = DELAY_PIXELS then
+      connected <= following.running and not early;
+      if following.running = '1' and following.row = delay_lines and following.column = DELAY_PIXELS then
         connected <= '1';
         start     <= '1';
-        shown     <= timing;
+        shown     <= following.timing;
       end if;
 
-      active    <= video_active;
-      h_sync    <= video_h and video_on;
-      v_sync    <= video_v and video_on;
-      running   <= video_on;
-      pixel     <= (others => '0');
-      underflow <= '0';
-      if take = '1' and s_axis_tvalid = '1' then
-        pixel <= s_axis_tdata;
+      video.active <= placed.active;
+      video.h_sync <= placed.h_sync and placed.running;
+      video.v_sync <= placed.v_sync and placed.running;
+      video.pixel  <= (others => '0');
+      running      <= placed.running;
+      underflow    <= '0';
+      if take = '1' and s_axis.tvalid = '1' then
+        video.pixel <= s_axis.tdata;
       elsif picture = '1' and (in_step = '1' or picture_first = '1') then
         underflow <= connected;
       end if;
       if picture_first = '1' then
         in_step <= begins;
-      elsif picture = '1' and (s_axis_tvalid = '0' or s_axis_tuser(0) = '1') then
+      elsif picture = '1' and (s_axis.tvalid = '0' or s_axis.tuser(0) = '1') then
+        -- A pixel too few or a frame too soon: black up to the next start of frame at its place.
         in_step <= '0';
       end if;
 
@@ -212,9 +187,10 @@ begin
         start     <= '0';
         connected <= '0';
         in_step   <= '0';
-        active    <= '0';
         running   <= '0';
         underflow <= '0';
+
+        video.active <= '0';
       end if;
     end if;
 

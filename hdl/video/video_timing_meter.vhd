@@ -22,28 +22,28 @@ entity video_timing_meter is
   port (
     clk   : in    std_logic;
     reset : in    std_logic;
-    -- Incoming video.
-    active : in    std_logic;
-    h_sync : in    std_logic;
-    v_sync : in    std_logic;
+    -- Incoming video; its pixels do not matter.
+    video : in    video_t;
     -- The pixel was the first one of a frame.
     frame_start : out   std_logic;
     -- Timing of the last whole frame, and whether it was that of the one before; they change one
     -- clock after frame_start.
-    timing : out   std_logic_vector(TIMING_BITS - 1 downto 0);
+    timing : out   timing_t;
     stable : out   std_logic
   );
 end entity video_timing_meter;
 
 architecture rtl of video_timing_meter is
 
-  signal active_before : std_logic := '0';
-  signal h_before      : std_logic := '0';
-  signal v_before      : std_logic := '0';
-  signal v_changed     : std_logic := '0';
-  signal h_idle        : std_logic := '0';
-  signal v_idle        : std_logic := '0';
-  -- Position of the pixel before.
+  -- The pixel before.
+  signal before : video_t := NO_VIDEO;
+  -- Vertical sync has changed since the last active pixel, so the next one begins a frame.
+  signal v_changed : std_logic := '0';
+  -- Levels of the syncs before the last active line.
+  signal h_idle : std_logic := '0';
+  signal v_idle : std_logic := '0';
+  -- Position of the pixel before. The column runs on through lines without active pixels, by the length of the first
+  -- two lines, and so counts the lines of the vertical blanking.
   signal x : count_t := (others => '0');
   signal y : count_t := (others => '0');
   -- Length of the lines of this frame; 0 until its second line has begun.
@@ -74,14 +74,14 @@ architecture rtl of video_timing_meter is
 
 begin
 
-  timing <= to_vector(previous);
+  timing <= previous;
 
-  rise    <= active and not active_before;
-  fall    <= active_before and not active;
+  rise    <= video.active and not before.active;
+  fall    <= before.active and not video.active;
   starts  <= rise and v_changed;
   wraps   <= to_logic(line_length /= 0 and x = line_length - 1);
-  h_moves <= (h_sync xor h_before) and not active;
-  v_moves <= (v_sync xor v_before) and not active;
+  h_moves <= (video.h_sync xor before.h_sync) and not video.active;
+  v_moves <= (video.v_sync xor before.v_sync) and not video.active;
 
   next_x <= (others => '0') when rise = '1' or wraps = '1' else
             x + 1;
@@ -91,9 +91,9 @@ begin
   endless    <= to_logic(x = 2 ** COUNT_BITS - 1 or y = 2 ** COUNT_BITS - 1);
   torn       <= rise and not wraps and (starts or to_logic(y /= 0 or line_length /= 0));
   h_strays   <= h_moves and to_logic(y /= 0) and
-                ((to_logic(frame.h_sync_begin /= next_x) and (h_sync xor h_idle)) or
-                 (to_logic(frame.h_sync_end /= next_x) and not (h_sync xor h_idle)));
-  row_strays <= rise and not starts and to_logic(h_before /= h_idle or v_before /= v_idle or frame.rows /= next_y);
+                ((to_logic(frame.h_sync_begin /= next_x) and (video.h_sync xor h_idle)) or
+                 (to_logic(frame.h_sync_end /= next_x) and not (video.h_sync xor h_idle)));
+  row_strays <= rise and not starts and to_logic(before.h_sync /= h_idle or before.v_sync /= v_idle or frame.rows /= next_y);
   cut        <= fall and to_logic(frame.rows /= 1 and frame.columns /= next_x);
   irregular  <= endless or torn or h_strays or row_strays or cut;
 
@@ -101,18 +101,16 @@ begin
   begin
 
     if rising_edge(clk) then
-      active_before <= active;
-      h_before      <= h_sync;
-      v_before      <= v_sync;
+      before <= video;
       if rise = '1' then
-        h_idle    <= h_before;
-        v_idle    <= v_before;
+        h_idle    <= before.h_sync;
+        v_idle    <= before.v_sync;
         v_changed <= '0';
       elsif v_moves = '1' then
         v_changed <= '1';
       end if;
       if reset = '1' then
-        active_before <= '0';
+        before.active <= '0';
         v_changed     <= '0';
       end if;
     end if;
@@ -143,14 +141,14 @@ begin
   begin
 
     if rising_edge(clk) then
-      if v_moves = '1' and v_sync /= v_idle then
+      if v_moves = '1' and video.v_sync /= v_idle then
         frame.v_sync_begin_line   <= next_y;
         frame.v_sync_begin_column <= next_x;
       elsif v_moves = '1' then
         frame.v_sync_end_line   <= next_y;
         frame.v_sync_end_column <= next_x;
       end if;
-      if h_moves = '1' and h_sync /= h_idle then
+      if h_moves = '1' and video.h_sync /= h_idle then
         frame.h_sync_begin <= next_x;
       elsif h_moves = '1' then
         frame.h_sync_end <= next_x;
@@ -182,11 +180,12 @@ begin
     if rising_edge(clk) then
       frame_start <= starts;
       if starts = '1' then
-        complete              := frame;
-        complete.line_length  := line_length;
-        complete.frame_lines  := next_y;
-        complete.h_sync_level := not h_before;
-        complete.v_sync_level := not v_before;
+        complete             := frame;
+        complete.line_length := line_length;
+        complete.frame_lines := next_y;
+        -- Just before an active line the syncs are idle; their pulses have the other level.
+        complete.h_sync_level := not before.h_sync;
+        complete.v_sync_level := not before.v_sync;
 
         previous <= complete;
         stable   <= to_logic(complete = previous) and regular and not irregular;

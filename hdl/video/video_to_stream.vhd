@@ -45,26 +45,16 @@ entity video_to_stream is
     reset : in    std_logic;
     -- Begin again with the next frame.
     restart : in    std_logic;
-    -- Incoming video: red in the low bits of pixel.
-    active : in    std_logic;
-    h_sync : in    std_logic;
-    v_sync : in    std_logic;
-    pixel  : in    std_logic_vector(23 downto 0);
+    -- Incoming video.
+    video : in    video_t;
     -- Its active pixels.
-    m_axis_tvalid : out   std_logic;
+    m_axis        : out   stream_t;
     m_axis_tready : in    std_logic;
-    m_axis_tdata  : out   std_logic_vector(23 downto 0);
-    m_axis_tuser  : out   std_logic_vector(0 downto 0);
-    m_axis_tlast  : out   std_logic;
-    -- Timing that the generator follows, see video_pkg.
-    timing : out   std_logic_vector(TIMING_BITS - 1 downto 0);
+    -- What stream_to_video makes video of again: the timing that the generator follows, the place of what is on
+    -- m_axis, also in the blanking, and whether the generator runs.
+    following : out   following_t;
     -- Lines of a frame of the stream.
     stream_rows : out   std_logic_vector(15 downto 0);
-    -- Position of what is on m_axis_*, also in the blanking.
-    column : out   unsigned(COUNT_BITS - 1 downto 0);
-    row    : out   unsigned(COUNT_BITS - 1 downto 0);
-    -- The generator runs.
-    following : out   std_logic;
     -- The input has a stable timing that cannot be followed.
     unsupported : out   std_logic;
     -- A pixel was lost because the stream stalled, for a clock.
@@ -79,26 +69,23 @@ architecture rtl of video_to_stream is
   -- Frames in a row that begin elsewhere before the generator is stopped.
   constant MAX_MISSES : positive := 2;
 
-  signal measured       : std_logic_vector(TIMING_BITS - 1 downto 0);
-  signal measured_mode  : timing_t;
-  signal stream_timing  : std_logic_vector(TIMING_BITS - 1 downto 0);
+  signal measured      : timing_t;
+  signal stream_timing : timing_t;
+  -- A frame of the stream has as many lines as ROW_MODULUS wants.
   signal padded         : std_logic;
   signal stable         : std_logic;
   signal frame_start    : std_logic;
-  signal starts         : std_logic_vector(1 downto 0)               := "00";
-  signal supported      : std_logic                                  := '0';
-  signal followed       : std_logic_vector(TIMING_BITS - 1 downto 0) := (others => '0');
-  signal follow         : std_logic                                  := '0';
-  signal misses         : natural range 0 to MAX_MISSES              := 0;
+  signal starts         : std_logic_vector(1 downto 0)  := "00";
+  signal supported      : std_logic                     := '0';
+  signal followed       : timing_t                      := NO_TIMING;
+  signal follow         : std_logic                     := '0';
+  signal misses         : natural range 0 to MAX_MISSES := 0;
   signal start          : std_logic;
   signal generate_reset : std_logic;
-  signal raster_active  : std_logic;
-  signal raster_first   : std_logic;
-  signal raster_last    : std_logic;
-  signal pixel_1        : std_logic_vector(23 downto 0)              := (others => '0');
-  signal pixel_2        : std_logic_vector(23 downto 0)              := (others => '0');
-  signal pixel_3        : std_logic_vector(23 downto 0)              := (others => '0');
-  signal active_1       : std_logic                                  := '0';
+  signal place          : raster_t;
+  signal video_1        : video_t                       := NO_VIDEO;
+  signal pixel_2        : pixel_t                       := (others => '0');
+  signal pixel_3        : pixel_t                       := (others => '0');
 
 begin
 
@@ -106,17 +93,16 @@ begin
     port map (
       clk         => clk,
       reset       => reset,
-      active      => active,
-      h_sync      => h_sync,
-      v_sync      => v_sync,
+      video       => video,
       frame_start => frame_start,
       timing      => measured,
       stable      => stable
     );
 
-  measured_mode <= to_timing(measured);
-  timing        <= followed;
-  following     <= follow;
+  following.timing  <= followed;
+  following.column  <= place.column;
+  following.row     <= place.row;
+  following.running <= follow;
 
   -- Frame starts keep step with the pixels: frame_start with pixel_1, starts(0) with pixel_2; the
   -- generator is at the first pixel a clock behind `start`, with pixel_3 and starts(1).
@@ -125,24 +111,17 @@ begin
 
   raster : entity work.raster_generator
     port map (
-      clk         => clk,
-      reset       => generate_reset,
-      timing      => stream_timing,
-      start       => start,
-      running     => open,
-      column      => column,
-      row         => row,
-      active      => raster_active,
-      frame_first => raster_first,
-      line_last   => raster_last,
-      h_sync      => open,
-      v_sync      => open
+      clk    => clk,
+      reset  => generate_reset,
+      timing => stream_timing,
+      start  => start,
+      raster => place
     );
 
   picture_rows : if ROW_MODULUS = 1 generate
     padded        <= '1';
     stream_timing <= followed;
-    stream_rows   <= std_logic_vector(resize(to_timing(followed).rows, 16));
+    stream_rows   <= std_logic_vector(resize(followed.rows, 16));
   end generate picture_rows;
 
   more_rows : if ROW_MODULUS > 1 generate
@@ -154,16 +133,16 @@ begin
 
   begin
 
-    padded <= '1' when divided = measured_mode.frame_lines and over < ROW_MODULUS else
+    padded <= '1' when divided = measured.frame_lines and over < ROW_MODULUS else
               '0';
 
     divide : process (clk) is
     begin
 
       if rising_edge(clk) then
-        if divided /= measured_mode.frame_lines then
-          divided <= measured_mode.frame_lines;
-          over    <= measured_mode.frame_lines;
+        if divided /= measured.frame_lines then
+          divided <= measured.frame_lines;
+          over    <= measured.frame_lines;
         elsif over >= ROW_MODULUS then
           over <= over - ROW_MODULUS;
         end if;
@@ -175,14 +154,10 @@ begin
     end process divide;
 
     replace_rows : process (followed, rows_now) is
-
-      variable mode : timing_t;
-
     begin
 
-      mode          := to_timing(followed);
-      mode.rows     := rows_now;
-      stream_timing <= to_vector(mode);
+      stream_timing      <= followed;
+      stream_timing.rows <= rows_now;
 
     end process replace_rows;
 
@@ -190,32 +165,31 @@ begin
 
   end generate more_rows;
 
-  m_axis_tvalid   <= raster_active;
-  m_axis_tdata    <= pixel_3;
-  m_axis_tuser(0) <= raster_first;
-  m_axis_tlast    <= raster_last;
-  overflow        <= raster_active and not m_axis_tready;
+  m_axis.tvalid   <= place.active;
+  m_axis.tdata    <= pixel_3;
+  m_axis.tuser(0) <= place.frame_first;
+  m_axis.tlast    <= place.line_last;
+  overflow        <= place.active and not m_axis_tready;
 
   follow_input : process (clk) is
   begin
 
     if rising_edge(clk) then
-      active_1 <= active;
-      pixel_1  <= pixel;
-      pixel_2  <= (others => '0');
-      if active_1 = '1' then
-        pixel_2 <= pixel_1;
+      video_1 <= video;
+      pixel_2 <= (others => '0');
+      if video_1.active = '1' then
+        pixel_2 <= video_1.pixel;
       end if;
       pixel_3 <= pixel_2;
       starts  <= starts(0) & frame_start;
 
       supported <= '0';
-      if measured_mode.columns <= MAX_COLUMNS and measured_mode.line_length > DELAY_PIXELS and
-         measured_mode.frame_lines > DELAY_LINES and
-         measured_mode.frame_lines - measured_mode.rows >= BLANK_LINES and padded = '1' then
+      if measured.columns <= MAX_COLUMNS and measured.line_length > DELAY_PIXELS and
+         measured.frame_lines > DELAY_LINES and
+         measured.frame_lines - measured.rows >= BLANK_LINES and padded = '1' then
         supported <= '1';
       end if;
-      if ONLY_COLUMNS /= 0 and (measured_mode.columns /= ONLY_COLUMNS or measured_mode.rows /= ONLY_ROWS) then
+      if ONLY_COLUMNS /= 0 and (measured.columns /= ONLY_COLUMNS or measured.rows /= ONLY_ROWS) then
         supported <= '0';
       end if;
       unsupported <= stable and not supported;
@@ -226,7 +200,7 @@ begin
         misses   <= 0;
         follow   <= start;
       else
-        if raster_first = '1' then
+        if place.frame_first = '1' then
           misses <= 0;
           if starts(1) = '0' then
             miss   <= '1';

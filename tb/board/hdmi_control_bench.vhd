@@ -69,15 +69,29 @@ end entity hdmi_control_bench;
 
 architecture test of hdmi_control_bench is
 
+  signal clocks   : clocks_state_t;
+  signal order    : clocks_order_t;
+  signal in_ddc   : ddc_t;
+  signal panel    : panel_t;
+  signal lanes    : lanes_t;
   signal settings : video_settings_t;
   signal state    : video_state_t;
 
 begin
 
-  pass_through <= settings.pass_through;
-  slice        <= settings.slice;
-  sweep        <= settings.sweep;
-  sweep_frames <= settings.sweep_frames;
+  clocks <= ('0', '1', receive_locked, transmit_locked);
+  in_ddc <= (scl, sda);
+  panel  <= (button_clear => button_clear, others => '0');
+  lanes  <= (tracking, taps, hung_toggle);
+
+  receive_reset  <= order.receive_reset;
+  transmit_reset <= order.transmit_reset;
+  run            <= order.run;
+
+  pass_through <= settings.choice.pass_through;
+  slice        <= settings.choice.slice;
+  sweep        <= settings.choice.sweep;
+  sweep_frames <= settings.choice.sweep_frames;
   show_pattern <= settings.show_pattern;
   clear_toggle <= settings.clear_toggle;
 
@@ -88,23 +102,23 @@ begin
 
   begin
 
-    filled             := to_state((others => '0'));
-    filled.aligned     := aligned;
-    filled.following   := following;
-    filled.unsupported := unsupported;
-    filled.errors      := error_flags;
-    filled.word_errors := word_errors;
-    filled.columns     := unsigned(columns);
-    filled.rows        := unsigned(rows);
-    filled.h_sync      := hsync;
-    filled.v_sync      := vsync;
-    filled.v_sync_now  := v_sync_now;
-    filled.hdmi        := hdmi;
-    filled.informed    := avi;
-    filled.colour      := colour;
-    filled.limited     := limited;
-    filled.format_code := vic;
-    state              <= filled;
+    filled                  := to_state((others => '0'));
+    filled.aligned          := aligned;
+    filled.following        := following;
+    filled.unsupported      := unsupported;
+    filled.errors           := error_flags;
+    filled.word_errors      := word_errors;
+    filled.columns          := unsigned(columns);
+    filled.rows             := unsigned(rows);
+    filled.h_sync           := hsync;
+    filled.v_sync           := vsync;
+    filled.v_sync_now       := v_sync_now;
+    filled.hdmi             := hdmi;
+    filled.info.informed    := avi;
+    filled.info.colour      := colour;
+    filled.info.limited     := limited;
+    filled.info.format_code := vic;
+    state                   <= filled;
 
   end process fill;
 
@@ -123,44 +137,23 @@ begin
       SWITCH_FRAMES => SWITCH_FRAMES
     )
     port map (
-      clk             => clk,
-      reset           => reset,
-      tmds_clk        => tmds_clk,
-      pixel_clk       => pixel_clk,
-      own_ready       => '0',
-      receive_locked  => receive_locked,
-      transmit_locked => transmit_locked,
-      use_own         => open,
-      configure       => open,
-      setting_high    => open,
-      configured      => '1',
-      receive_reset   => receive_reset,
-      transmit_reset  => transmit_reset,
-      run             => run,
-      in_scl          => scl,
-      in_sda          => sda,
-      in_sda_low      => sda_low,
-      out_scl         => '1',
-      out_sda         => '1',
-      out_scl_low     => open,
-      out_sda_low     => open,
-      uart_rx         => uart_rx,
-      uart_tx         => uart_tx,
-      button_up       => '0',
-      button_down     => '0',
-      button_clear    => button_clear,
-      switch_pattern  => '0',
-      switch_pass     => '0',
-      button_output   => '0',
-      switch_hide     => '0',
-      switch_bottom   => '0',
-      switch_sweep    => '0',
-      led             => led,
-      tracking        => tracking,
-      taps            => taps,
-      hung_toggle     => hung_toggle,
-      settings        => settings,
-      state           => state
+      clk         => clk,
+      reset       => reset,
+      tmds_clk    => tmds_clk,
+      pixel_clk   => pixel_clk,
+      clocks      => clocks,
+      order       => order,
+      in_ddc      => in_ddc,
+      in_sda_low  => sda_low,
+      out_ddc     => ('1', '1'),
+      out_ddc_low => open,
+      uart_rx     => uart_rx,
+      uart_tx     => uart_tx,
+      panel       => panel,
+      led         => led,
+      lanes       => lanes,
+      settings    => settings,
+      state       => state
     );
 
 end architecture test;

@@ -5,6 +5,9 @@ library ieee;
 use ieee.std_logic_1164.all;
 use ieee.numeric_std.all;
 
+library work;
+use work.hdmi_pkg.all;
+
 entity load_ports is
   generic (
     DESCRIPTION : string;
@@ -37,11 +40,12 @@ architecture test of load_ports is
   signal other_data   : std_logic_vector(7 downto 0);
   signal answer_data  : std_logic_vector(7 downto 0);
   signal out_data     : std_logic_vector(7 downto 0);
-  signal number       : unsigned(7 downto 0);
+  signal command      : command_t;
 
 begin
 
-  value <= std_logic_vector(number);
+  value     <= std_logic_vector(command.value);
+  set_slice <= command.set_slice;
 
   receiver : entity work.uart_receiver
     generic map (
@@ -95,14 +99,7 @@ begin
       slices        => to_unsigned(3, 9),
       outputs       => "001",
       places        => "001",
-      value         => number,
-      set_slice     => set_slice,
-      set_sweep     => open,
-      set_pass      => open,
-      set_pattern   => open,
-      set_output    => open,
-      set_place     => open,
-      clear_errors  => open
+      command       => command
     );
 
   transmitter : entity work.uart_transmitter

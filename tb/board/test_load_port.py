@@ -12,7 +12,7 @@ from plenofir.plan.sensor.board_load import Shown, description
 from plenofir.plan.sensor.chip import resampling
 from plenofir_tb.faults import plant
 from plenofir_tb.runner import Case, run_cases
-from plenofir_tb.shown_sensor import ShownCamera, shown_chip
+from plenofir_tb.shown_sensor import ShownCamera, sensor_packages, shown_chip
 from plenofir_tb.video import MODE_720
 
 SHAPE = (40, 50)
@@ -57,9 +57,6 @@ def test_from_the_command_to_the_picture(tmp_path: Path) -> None:
         "MICRO_IMAGE_SIZE": 3,
         "SHIFTS": "2",
         "MAX_COLUMNS": shape[1],
-        "RAW_COLUMNS": shape[1],
-        "RAW_ROWS": shape[0],
-        "LINES": core.lines,
     }
     case = {
         "bit_clocks": 8,
@@ -73,7 +70,8 @@ def test_from_the_command_to_the_picture(tmp_path: Path) -> None:
         "thorough": False,
         "ring": False,
     }
-    run_cases([Case("load_picture", "board.picture_bench", generics, case)])
+    packages = sensor_packages(core, shape)
+    run_cases([Case("load_picture", "board.picture_bench", generics, case, packages)])
 
 
 def test_words_into_the_pixel_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -129,19 +129,19 @@ async def bouncing_contact(dut: Any) -> None:
     """A bouncing contact makes one press."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
-    dut.contact.value = 0
+    dut.contacts.value = 0
     presses = 0
     for level in (0, 1, 0, 1, 0):
         for bounce in range(12):
-            dut.contact.value = bounce % 2
+            dut.contacts.value = bounce % 2
             for _ in range(rng.randrange(1, 15)):
                 await FallingEdge(dut.clk)
                 presses += str(dut.pressed.value) == "1"
-        dut.contact.value = level
+        dut.contacts.value = level
         for _ in range(30):
             await FallingEdge(dut.clk)
             presses += int(dut.pressed.value)
-        assert int(dut.level.value) == level
+        assert int(dut.levels.value) == level
     assert presses == 2
     # A level counts when it has lasted as long as it must, without a break.
     stable = CASE["stable"]
@@ -149,12 +149,12 @@ async def bouncing_contact(dut: Any) -> None:
         presses = 0
         for run in [*runs, 0]:
             for level, clocks in ((1, run), (0, 1 if run else 3 * stable)):
-                dut.contact.value = level
+                dut.contacts.value = level
                 for _ in range(clocks):
                     await FallingEdge(dut.clk)
                     presses += int(dut.pressed.value)
         assert presses == want, runs
-        assert not int(dut.level.value)
+        assert not int(dut.levels.value)
 
 
 class Panel:
@@ -240,7 +240,7 @@ class Panel:
 
     def screen(self) -> tuple[int, int]:
         """Output, place of the text."""
-        return int(self.dut.picture_place.value), int(self.dut.text_place.value)
+        return int(self.dut.shown.value), int(self.dut.text_place.value)
 
 
 @for_entity("board_control")

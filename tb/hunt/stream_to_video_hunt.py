@@ -58,7 +58,7 @@ class Screen:
         self.clocks = 0
         self.taken: Beat | None = None
         self.whole = self.underflows = 0
-        self.dut.following.value = 0
+        self.dut.following_running.value = 0
         self.dut.s_axis_tvalid.value = 0
 
     @property
@@ -150,12 +150,12 @@ class Screen:
 
     def _raster(self, clock: int) -> None:
         """The position that video_to_stream tells."""
-        self.dut.following.value = int(self.following)
+        self.dut.following_running.value = int(self.following)
         if not self.following:
             self.position = 0
             return
         y, x = divmod(self.position % self.mode.total, self.mode.line)
-        self.dut.row.value, self.dut.column.value = y, x
+        self.dut.following_row.value, self.dut.following_column.value = y, x
         if (y, x) == (self.lines, self.pixels):
             self.coming.append((clock + self.late, self.mode, self.size, self.segment))
         self.position += 1
@@ -192,7 +192,7 @@ class Hunt:
             rows = rng.choice([mode.v[0], rng.randint(1, mode.v[0]), mode.v[0] + 1])
             screen.size = (columns, rows)
             bench.set(picture_columns=columns, picture_rows=rows)
-        bench.set(timing=mode.timing(), delay_lines=screen.lines)
+        bench.set(following_timing=mode.timing(), delay_lines=screen.lines)
         kind = "window" if screen.window else "whole"
         bench.counts[f"pictures: {kind if screen.fits() else 'too large'}"] += 1
         screen.queue = []
@@ -229,9 +229,16 @@ class Hunt:
 async def stream(bench: Any, rng: random.Random) -> None:
     g = bench.design["generics"]
     if not bench.ports:
-        names = ("delay_lines", "picture_columns", "picture_rows", "timing", "column", "row")
+        names = (
+            "delay_lines",
+            "picture_columns",
+            "picture_rows",
+            "following_timing",
+            "following_column",
+            "following_row",
+        )
         bench.set(**dict.fromkeys(names, 0), s_axis_tdata=0, s_axis_tuser=0)
-        bench.set(reset=1, following=0, s_axis_tvalid=0)
+        bench.set(reset=1, following_running=0, s_axis_tvalid=0)
         await bench.clocks(4)
         bench.add(Screen(bench.dut, g))
     screen = bench.ports[0]

@@ -51,7 +51,13 @@ class Video:
 
     def __init__(self, dut: Any) -> None:
         self.dut = dut
-        names = ("m_axis_tvalid", "m_axis_tuser", "m_axis_tlast", "following", "unsupported")
+        names = (
+            "m_axis_tvalid",
+            "m_axis_tuser",
+            "m_axis_tlast",
+            "following_running",
+            "unsupported",
+        )
         self.ports = [getattr(dut, name) for name in (*names, "overflow", "miss")]
         self.stalls: Any = iter(())
         self.restart()
@@ -99,7 +105,7 @@ class Video:
         if self.clocks >= 0:
             self.clocks += 1
         if valid and first:
-            timing = int(str(self.dut.timing.value), 2)
+            timing = int(str(self.dut.following_timing.value), 2)
             rows = int(str(self.dut.stream_rows.value), 2)
             size = (timing & 4095, timing >> 12 & 4095, rows, timing >> 60 & 4095)
             total = self.size[1] * self.size[3]
@@ -167,7 +173,7 @@ class Hunt:
             return
         if begin not in video.starts or begin + mode.total not in video.starts:
             raise FaultError(f"{kind}: frames at {begin}, streams at {video.starts[-3:]}")
-        if self.bench.number("timing") != mode.timing() or video.misses != misses:
+        if self.bench.number("following_timing") != mode.timing() or video.misses != misses:
             raise FaultError(f"{kind}: timing or misses of {mode}")
         total = sum(mode.v)
         modulus = self.g["ROW_MODULUS"]

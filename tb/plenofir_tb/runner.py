@@ -57,11 +57,15 @@ class Case:
     generics: Mapping[str, int | bool | str] = field(default_factory=dict)
     # What the testbench is to do; it reads it with `plenofir_tb.case.read_case`.
     case: Mapping[str, Any] = field(default_factory=dict)
+    # VHDL packages in place of those of the sources: their names and texts. Cases with others are
+    # in simulations of their own.
+    packages: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def label(self) -> str:
         """Short name, the same for the same case."""
-        digest = hashlib.sha256(repr((self.bench, self.generics, self.case)).encode())
+        what = (self.bench, self.generics, self.case, *([self.packages] if self.packages else []))
+        digest = hashlib.sha256(repr(what).encode())
         return f"{self.top}-{digest.hexdigest()[:10]}"
 
 
@@ -73,7 +77,13 @@ def _build(cases: Sequence[Case], simulator: Simulator, work: Path, *, board: st
         library = BOARDS[board].library
         models = hdl.model_sources(library)
         simulator.run(simulator.analysis(models, library=library, board=True), work)
-    # Entities with records at their ports have a bench in VHDL around them.
+    own_packages = cases[0].packages
+    sources = list(sources)
+    for number, source in enumerate(sources):
+        if source.stem in own_packages:
+            sources[number] = work / source.name
+            sources[number].write_text(own_packages[source.stem])
+    # Some entities have a bench in VHDL around them.
     benches = {path.stem: path for path in (project.root() / "tb").rglob("*.vhd")}
     own = [benches[name] for name in sorted({case.top for case in cases} & benches.keys())]
     # A bench may hold another one.
@@ -178,6 +188,9 @@ def run_cases(
             pytest.skip(f"CASE={os.environ['CASE']} is elsewhere")
     if seed is None:
         seed = draw_seed()
+    others = [case for case in cases if case.packages != cases[0].packages]
+    if others:
+        cases = [case for case in cases if case.packages == cases[0].packages]
     together = cases[0].label if len(cases) == 1 else f"{cases[0].label}-and-{len(cases) - 1}"
     scratch = _BUILD / "cases" / f"{together}-{seed}"
 
@@ -187,6 +200,8 @@ def run_cases(
     suspects = simulate(cases, scratch)
     if not suspects:
         shutil.rmtree(scratch)
+        if others:
+            run_cases(others, seed=seed, board=board, long=long)
         return
     reports = []
     for case in cases:
@@ -206,11 +221,12 @@ def run_case(
     *,
     generics: Mapping[str, int | bool | str],
     case: Mapping[str, Any] | None = None,
+    packages: Mapping[str, str] | None = None,
     board: str = "",
     long: bool = False,
 ) -> None:
     """Run one case; see `run_cases`."""
-    run_cases([Case(top, bench, generics, case or {})], board=board, long=long)
+    run_cases([Case(top, bench, generics, case or {}, packages or {})], board=board, long=long)
 
 
 def _report(case: Case, seed: int, scratch: Path) -> str:

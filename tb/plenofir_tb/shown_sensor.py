@@ -6,7 +6,15 @@ from functools import cached_property
 from typing import Any
 
 from plenofir.camera.calibration import Calibration, calibration_of_grid
+from plenofir.camera.resampling import BayerOrder, red_place
 from plenofir.camera.synthetic import regular_grid
+from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
+from plenofir.plan.sensor.board_sensor import (
+    SENSOR_OUTPUTS,
+    SENSOR_PACKAGE,
+    BoardSensor,
+    sensor_package,
+)
 from plenofir.plan.sensor.chip import resampling, shown_lines
 from plenofir.plan.sensor.resampler import ResamplerConfiguration
 
@@ -51,3 +59,22 @@ def shown_chip(
     return chips[0].core.model_copy(
         update={"lines": lines, "lenses": max(chip.core.lenses for chip in chips)}
     )
+
+
+def sensor_packages(
+    core: ResamplerConfiguration, shape: tuple[int, int], order: BayerOrder | None = None
+) -> dict[str, str]:
+    """The packages of a board with a sensor of some rows and columns: names and texts."""
+    rows, columns = shape
+    sensor = BoardSensor(
+        core=core,
+        red_place=None if order is None else red_place(order),
+        columns=columns,
+        rows=rows,
+        raster_columns=columns,
+        description="",
+    )
+    return {
+        SENSOR_PACKAGE: sensor_package(sensor),
+        SCREEN_PACKAGE: screen_package(Screen(outputs=SENSOR_OUTPUTS)),
+    }

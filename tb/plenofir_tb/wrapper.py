@@ -3,6 +3,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 TOP = "cases"
@@ -14,10 +15,13 @@ def wrapper(
 ) -> str:
     """VHDL of `TOP`, which puts entities with their generics side by side.
 
-    Its instance `case_<number>` has a signal for each port of an entity.
+    Its instance `case_<number>` has a signal for each port of an entity, and for a record one for
+    each field, named after both: simulators show cocotb no records. Of an array of records the
+    signal of a field has its elements side by side, the first one in the low bits.
     """
     texts = [source.read_text() for source in sources]
-    declared = {name: _Declaration(name, texts) for name, _ in entities}
+    records = _Records(texts)
+    declared = {name: _Declaration(name, texts, records) for name, _ in entities}
     cases = [declared[name].case(i, generics) for i, (name, generics) in enumerate(entities)]
     instances = [f"  case_{i} : entity work.case_{i};" for i in range(len(entities))]
     return "\n".join(
@@ -32,22 +36,173 @@ def wrapper(
     )
 
 
-def _split(clause: str | None) -> list[tuple[list[str], str, str]]:
-    """Names, type and " := default" (or nothing) of each declaration of a clause."""
+# Records whose fields say by themselves what they are: the last word of the port's name is left
+# out of their signals' names, so that `in_video` has `in_active` and `video` has `active`.
+_PLAIN = {
+    *(
+        "video_t",
+        "raster_t",
+        "decoded_t",
+        "monitor_t",
+        "picture_choice_t",
+        "picture_info_t",
+        "command_t",
+    ),
+    *("panel_t", "lanes_t", "clocks_state_t", "clocks_order_t"),
+}
+
+
+# Records that are one signal, all fields side by side, the first one in the low bits.
+_PACKED = {"timing_t"}
+
+
+@dataclass(frozen=True)
+class _Object:
+    """A generic, a port, or a field of a record."""
+
+    name: str
+    kind: str  # its type, with limits
+    mode: str = ""  # of a port: in, out, inout
+    default: str = ""  # with the := in front of it
+
+
+def _split(clause: str | None) -> list[_Object]:
+    """Each declaration of a clause."""
     found = []
     for declaration in (clause or "").split(";"):
+        if not declaration.strip():
+            continue
         names, kind = declaration.split(":", 1)
         kind, assign, default = kind.partition(":=")
-        kind = re.sub(r"^\s*(in|out|inout)\s", "", kind, flags=re.IGNORECASE)
-        found.append(([n.strip() for n in names.split(",")], kind.strip(), assign + default))
+        mode = re.match(r"\s*(in|out|inout)\s", kind, re.IGNORECASE)
+        kind = kind[mode.end() :] if mode else kind
+        found += [
+            _Object(name.strip(), kind.strip(), mode[1].lower() if mode else "", assign + default)
+            for name in names.split(",")
+        ]
     return found
+
+
+class _Records:
+    """The record types of all packages, and the arrays of them."""
+
+    def __init__(self, texts: Sequence[str]) -> None:
+        self.fields: dict[str, list[_Object]] = {}
+        self.arrays: dict[str, str] = {}
+        self.contexts: dict[str, str] = {}  # what a file needs that names the fields' types
+        for text in texts:
+            plain = re.sub(r"--.*", "", text)
+            package = re.search(r"^package (\w+) is(.*?)^end package", plain, re.M | re.S)
+            if package is None:
+                continue
+            for name, body in re.findall(
+                r"\btype (\w+) is record\b(.*?)\bend record", package[2], re.S
+            ):
+                self.fields[name] = _split(body)
+                used = plain[: package.start()].split("\n")
+                uses = [line for line in used if line.startswith("use work.")]
+                self.contexts[name] = "\n".join([*uses, f"use work.{package[1]}.all;"])
+            for name, element in re.findall(
+                r"\btype (\w+) is array \([^;]*\) of (\w+);", package[2]
+            ):
+                self.arrays[name] = element
+
+    def is_flat(self, kind: str) -> bool:
+        """Whether a type is no record and no array of the packages."""
+        name = re.match(r"\w+", kind)
+        return name is None or (name[0] not in self.arrays and name[0] not in self.fields)
+
+    def record_of(self, kind: str) -> str | None:
+        """The record of a type, which may be an array of it."""
+        name = re.match(r"\w+", kind)
+        found = self.arrays.get(name[0], name[0]) if name else ""
+        return found if found in self.fields else None
+
+    def flat(self, port: _Object) -> tuple[list[str], list[str]]:
+        """Declarations and statements that give a port of records a signal for each field."""
+        kind = re.match(r"\w+", port.kind)
+        assert kind
+        if kind[0] in self.arrays:
+            return self._flat_array(port)
+        prefix = port.name
+        if kind[0] in _PLAIN:
+            prefix = "_".join(prefix.split("_")[:-1])
+        return self._flat_record(prefix, f"{port.name}_record", port.kind, port.mode)
+
+    def _flat_record(
+        self, name: str, path: str, kind: str, mode: str
+    ) -> tuple[list[str], list[str]]:
+        """The same for a record or one of its fields."""
+        record = self.record_of(kind)
+        if record is None:
+            sides = (path, name) if mode == "in" else (name, path)
+            return [f"  signal {name} : {kind};"], ["  {} <= {};".format(*sides)]
+        if record in _PACKED:
+            return self._packed(name, path, record, mode)
+        declarations, statements = [], []
+        for field in self.fields[record]:
+            inner = f"{name}_{field.name}" if name else field.name
+            more = self._flat_record(inner, f"{path}.{field.name}", field.kind, mode)
+            declarations += more[0]
+            statements += more[1]
+        return declarations, statements
+
+    def _packed(self, name: str, path: str, record: str, mode: str) -> tuple[list[str], list[str]]:
+        """A vector of all fields, the first one in the low bits."""
+        statements, low = [], "0"
+        for field in self.fields[record]:
+            one = f"{path}.{field.name}"
+            if field.kind == "std_logic":
+                part, value, width = f"{name}({low})", one, "1"
+            else:
+                width = f"{one}'length"
+                part = f"{name}({low} + {width} - 1 downto {low})"
+                value = f"std_logic_vector({one})"
+            if mode == "in":
+                taken = part if field.kind == "std_logic" else f"unsigned({part})"
+                statements.append(f"  {one} <= {taken};")
+            else:
+                statements.append(f"  {part} <= {value};")
+            low += f" + {width}"
+        return [f"  signal {name} : std_logic_vector({low} - 1 downto 0);"], statements
+
+    def _flat_array(self, port: _Object) -> tuple[list[str], list[str]]:
+        """A vector for each field, with that of all elements."""
+        declarations, statements = [], []
+        rows = f"{port.name}_record"
+        for field in self.fields.get(self.record_of(port.kind) or "", [None]):
+            # An array of vectors is one vector.
+            name, path = port.name, ""
+            kind = "std_logic_vector"
+            if field is not None:
+                name, path, kind = f"{name}_{field.name}", f".{field.name}", field.kind
+            one = f"{rows}(i){path}"
+            count, sample = f"{rows}'length", f"{rows}({rows}'left){path}"
+            bit = kind == "std_logic"
+            width = count if bit else f"{count} * {sample}'length"
+            declarations.append(f"  signal {name} : std_logic_vector({width} - 1 downto 0);")
+            part, value = f"{name}(i)", one
+            taken = part
+            if not bit:
+                part = f"{name}((i + 1) * {one}'length - 1 downto i * {one}'length)"
+                is_vector = kind.startswith("std_logic_vector")
+                taken = part if is_vector else f"unsigned({part})"
+                value = f"std_logic_vector({one})"
+            sides = (one, taken) if port.mode == "in" else (part, value)
+            statements.append(
+                f"  {name}_elements : for i in {rows}'range generate\n"
+                + "    {} <= {};\n".format(*sides)
+                + "  end generate;"
+            )
+        return declarations, statements
 
 
 class _Declaration:
     """What the sources say of an entity."""
 
-    def __init__(self, name: str, texts: Sequence[str]) -> None:
+    def __init__(self, name: str, texts: Sequence[str], records: _Records) -> None:
         self.name = name
+        self.records = records
         text = next(text for text in texts if f"\nentity {name} is\n" in text)
         found = re.search(
             rf"^(?P<context>.*?)\bentity {name} is(?P<body>.*?)\bend entity\b",
@@ -55,30 +210,41 @@ class _Declaration:
             re.DOTALL,
         )
         assert found, name
-        self.context = re.sub(r"\n\s*\n", "\n", found["context"]).strip()
+        context = re.sub(r"\n\s*\n", "\n", found["context"]).strip()
         clauses = re.match(
             r"\s*(?:generic\s*\((?P<generic>.*?)\)\s*;)?\s*(?:port\s*\((?P<port>.*)\)\s*;)?\s*$",
             found["body"],
             re.DOTALL | re.IGNORECASE,
         )
         assert clauses, f"generics and ports of {name}"
-        self.generics = _split(clauses["generic"]) if clauses["generic"] else []
-        self.ports = _split(clauses["port"]) if clauses["port"] else []
+        self.generics = _split(clauses["generic"])
+        self.ports = _split(clauses["port"])
+        kinds = {records.record_of(port.kind) for port in self.ports} - {None}
+        uses = [records.contexts[kind] for kind in sorted(map(str, kinds))]
+        work = ["library work;"] if uses and "library work;" not in context else []
+        self.context = "\n".join([context, *work, *uses])
 
     def case(self, number: int, values: Mapping[str, int | bool | str]) -> str:
         """Entity `case_<number>`: the entity, constants as its generics, signals as its ports."""
-        declarations, generic_map, port_map = [], [], []
+        declarations, generic_map, port_map, statements = [], [], [], []
         left = dict(values)
-        for names, kind, default in self.generics:
-            for name in names:
-                value = f":= {_literal(left.pop(name), kind)}" if name in left else default
-                declarations.append(f"  constant {name} : {kind} {value};")
-                generic_map.append(f"{name} => {name}")
+        for generic in self.generics:
+            name, default = generic.name, generic.default
+            if name in left:
+                default = f":= {_literal(left.pop(name), generic.kind)}"
+            declarations.append(f"  constant {name} : {generic.kind} {default};")
+            generic_map.append(f"{name} => {name}")
         assert not left, f"{self.name} has no generics {list(left)}"
-        for names, kind, default in self.ports:
-            for name in names:
-                declarations.append(f"  signal {name} : {kind} {default};")
-                port_map.append(f"{name} => {name}")
+        for port in self.ports:
+            is_record = not self.records.is_flat(port.kind)
+            default = "" if is_record else port.default
+            signal = f"{port.name}_record" if is_record else port.name
+            port_map.append(f"{port.name} => {signal}")
+            declarations.append(f"  signal {signal} : {port.kind} {default};")
+            if is_record:
+                signals, joined = self.records.flat(port)
+                declarations += signals
+                statements += joined
         maps = [
             f"    {word} map ({', '.join(items)})"
             for word, items in (("generic", generic_map), ("port", port_map))
@@ -95,6 +261,7 @@ class _Declaration:
                 f"  under_test : entity work.{self.name}",
                 *maps,
                 "  ;",
+                *statements,
                 "end architecture test;\n",
             ]
         )

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
 from plenofir.fpga.core.fir_engine import FirEngine
@@ -17,6 +18,7 @@ from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic
+from plenofir_tb.faults import plant
 from plenofir_tb.refusals import Elaborator, Generics, declared, draw_integer, may_be
 
 CORE = {"MICRO_IMAGE_SIZE": 5, "SHIFTS": "-3", "MAX_COLUMNS": 64}
@@ -41,12 +43,17 @@ TEXTS = {
     "LABELS": "b" * 4,
     "LABEL_COLUMNS": 2,
 }
-VIDEO = CORE | {"SENSOR": True, "RAW_COLUMNS": 64, "RAW_ROWS": 48, "OUTPUTS": "rm"}
-PATTERN = {
-    f"PATTERN_{axis}_{part}": 8 for axis in "HV" for part in ("ACTIVE", "FRONT", "SYNC", "BACK")
+PATTERN = {f"{axis}_{part}": 8 for axis in "HV" for part in ("ACTIVE", "FRONT", "SYNC", "BACK")}
+BOARD = CORE | {
+    "PATTERN_COLUMNS": 8,
+    "INTERPOLATION_ORDER": 0,
+    "HOLD": False,
+    "EXACT": True,
+    "ENGINE": "fir",
 }
-BOARD = CORE | PATTERN | {"INTERPOLATION_ORDER": 0, "HOLD": False, "EXACT": True, "ENGINE": "fir"}
 BOARD |= {"FRACTION_BITS": 0, "GUARD_BITS": 0, "BROADCAST_TAPS": 0, "ALIGN_TIMEOUT": 8192}
+
+TB = Path(__file__).parents[1]
 
 # Entity, generics that it takes, what is put in their place, the generic that the message names.
 Case = tuple[str, Generics, Generics, str]
@@ -122,11 +129,8 @@ REFUSED: list[Case] = [
     ("picture_core", PICTURE, {"MICRO_IMAGE_SIZE": 1}, "MICRO_IMAGE_SIZE"),
     ("picture_core", PICTURE, {"SHIFTS": "2 x"}, "SHIFTS"),
     ("picture_core", PICTURE, {"OUTPUTS": "r", "ENGINE": "x"}, "ENGINE"),
-    ("refocus_video", VIDEO, {"SHIFTS": "2, 0"}, "SHIFTS"),
-    ("refocus_video", VIDEO, {"ENGINE": "moving_sum", "SHIFTS": "-3000"}, "SHIFTS"),
-    ("refocus_video", VIDEO, {"OUTPUTS": "a"}, "OUTPUTS"),
-    ("refocus_video", VIDEO, {"SENSOR": False}, "OUTPUTS"),
-    ("refocus_video", VIDEO, {"CHANNELS": 1, "MOSAIC": True}, "MOSAIC"),
+    ("refocus_video", CORE, {"SHIFTS": "2, 0"}, "SHIFTS"),
+    ("refocus_video", CORE, {"ENGINE": "moving_sum", "SHIFTS": "-3000"}, "SHIFTS"),
     (
         "sensor_raster",
         {"MICRO_IMAGE_SIZE": 5, "CHANNELS": 3},
@@ -139,9 +143,38 @@ REFUSED: list[Case] = [
     ("text_overlay", TEXTS, {"COLOURS": "00ff00"}, "COLOURS"),
     ("command_line", {"STATUS": "a # b #", "FIELDS": 2}, {"FIELDS": 1}, "FIELDS"),
     ("board_control", {"SLICES": 2, "STATUS": "#", "FIELDS": 1}, {"FIRST_SLICE": 2}, "FIRST_SLICE"),
-    ("hdmi_refocuser", BOARD, {"PATTERN_H_BACK": 4095}, "PATTERN_H_ACTIVE"),
-    ("hdmi_refocuser", BOARD, {"PATTERN_V_BACK": 4095}, "PATTERN_V_ACTIVE"),
+    ("mode_ports", PATTERN, {"H_BACK": 4095}, "PATTERN_H_ACTIVE"),
+    ("mode_ports", PATTERN, {"V_BACK": 4095}, "PATTERN_V_ACTIVE"),
 ]
+
+
+@pytest.mark.parametrize(
+    ("outputs", "sensor"), [("rm", False), ("m", False), ("rad", True)], ids=str
+)
+def test_what_a_board_cannot_show(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outputs: str, sensor: bool
+) -> None:
+    """What `screen_pkg` and `sensor_pkg` say must fit together."""
+    sources = plant(
+        *(tmp_path / "hdl", hdl.hdl_sources(), "screen_pkg.vhd"),
+        *(': string  := "r";', f': string  := "{outputs}";'),
+    )
+    if sensor:
+        sources = plant(
+            *(tmp_path / "more", sources, "sensor_pkg.vhd"),
+            *("WITH_SENSOR    : boolean  := false", "WITH_SENSOR    : boolean  := true"),
+        )
+        sources = plant(
+            *(tmp_path / "colours", sources, "screen_pkg.vhd"),
+            *('COLOURS          : string  := ""', 'COLOURS          : string  := "00ff00"'),
+        )
+    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
+    folder = tmp_path / "library"
+    folder.mkdir()
+    message = Elaborator("ghdl", folder).refusal("refocus_video", CORE)
+    assert message.startswith("refocus_video")
+    assert "OUTPUTS" in message
+    assert "sensor" in message
 
 
 @pytest.fixture(scope="module", params=["ghdl", "nvc"])
@@ -154,7 +187,8 @@ def elaborator(
     except InputError as error:
         pytest.skip(str(error))
     folder = tmp_path_factory.mktemp(request.param)
-    return Elaborator(request.param, folder, Path(__file__).parent / "verdicts.vhd")
+    benches = (TB / "quality" / "verdicts.vhd", TB / "video" / "mode_ports.vhd")
+    return Elaborator(request.param, folder, *benches)
 
 
 def seeded(given: int | None = None) -> random.Random:

@@ -141,14 +141,14 @@ async def what_a_preamble_begins(dut: Any) -> None:
     rng = start(dut)
     words, enough, guards = 8, 4, 3
     for port in ("active", "control", "data", "error", "is_nibble", "nibble", "is_guard"):
-        getattr(dut, f"word_{port}").value = 0
+        getattr(dut, f"words_{port}").value = 0
     await reset(dut)
     for _ in range(1500):
         # Votes of channels 1 and 2.
         votes = [0, 0]
         shares = [rng.choice((0.1, 0.6, 0.9, 1)) for _ in votes]
         begins_anew = rng.choice((None, rng.randrange(4, 14)))
-        dut.word_active.value = 0
+        dut.words_active.value = 0
         for clock in range(14):
             dut.reset.value = int(clock == begins_anew)
             if clock == begins_anew:
@@ -158,23 +158,23 @@ async def what_a_preamble_begins(dut: Any) -> None:
                 token = 1 if rng.random() < share else rng.choice((0, 2, 3))
                 votes[i] = min(words, votes[i] + 1) if token == 1 else max(0, votes[i] - 1)
                 control |= token << 2 * (i + 1)
-            dut.word_control.value = control
+            dut.words_control.value = control
             await FallingEdge(dut.clk)
         dut.reset.value = 0
-        dut.word_active.value = 7
+        dut.words_active.value = 7
         island = video = 0
         for _ in range(2):
             blue, red = (rng.choice((8, 8, 12, 15, rng.randrange(16))) for _ in range(2))
             blue_is, red_is, green_guard, red_guard = (rng.random() < 0.6 for _ in range(4))
             video += (blue_is and blue == 8) + green_guard + (red_is and red == 8)
             island += (blue_is and blue >= 12) + green_guard + red_guard
-            dut.word_is_nibble.value = blue_is | red_is << 2
-            dut.word_nibble.value = blue | red << 8
-            dut.word_is_guard.value = green_guard << 1 | red_guard << 2
+            dut.words_is_nibble.value = blue_is | red_is << 2
+            dut.words_nibble.value = blue | red << 8
+            dut.words_is_guard.value = green_guard << 1 | red_guard << 2
             await FallingEdge(dut.clk)
         begun = [(int(dut.active.value), int(dut.island_start.value))]
         for _ in range(2):
-            dut.word_is_nibble.value = dut.word_is_guard.value = 0
+            dut.words_is_nibble.value = dut.words_is_guard.value = 0
             await FallingEdge(dut.clk)
             begun.append((int(dut.active.value), int(dut.island_start.value)))
         if votes[0] >= enough and votes[1] >= enough and island >= guards:
@@ -368,15 +368,23 @@ async def reader_begins_anew(dut: Any) -> None:
             packet = audio_info_packet()
         header, *parts = [int.from_bytes(block, "little") for block in packet.blocks()]
         header ^= kind == "torn"
-        inputs.append({"start": 1, "valid": 0, "header": 0, "even": 0, "odd": 0})
+        inputs.append(
+            {
+                "island_start": 1,
+                "island_valid": 0,
+                "island_header": 0,
+                "island_even": 0,
+                "island_odd": 0,
+            }
+        )
         for word in range(32):
             even, odd = (
                 sum((part >> 2 * word + i & 1) << k for k, part in enumerate(parts)) for i in (0, 1)
             )
-            bits = {"header": header >> word & 1, "even": even, "odd": odd}
-            inputs.append({"start": 0, "valid": 1, **bits})
+            bits = {"island_header": header >> word & 1, "island_even": even, "island_odd": odd}
+            inputs.append({"island_start": 0, "island_valid": 1, **bits})
         ends += [len(inputs) + late for late in range(4)]
-        inputs += [{"start": 0, "valid": 0}] * rng.randrange(6)
-    inputs += [{"start": 0, "valid": 0}] * 5
+        inputs += [{"island_start": 0, "island_valid": 0}] * rng.randrange(6)
+    inputs += [{"island_start": 0, "island_valid": 0}] * 5
     told = ("informed", "colour", "limited", "bt601", "format_code", "packet_error", "sum_error")
     await reset_is_whole(dut, inputs, ends[4:], cleared=told, after=40)

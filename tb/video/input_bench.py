@@ -255,7 +255,7 @@ class StreamTap:
             beat = tuple(int(port.value) if valid else 0 for port in ports)
             if beat[1]:
                 self.rows.append(int(dut.stream_rows.value))
-            self.taken.append((*beat, int(dut.following.value), int(dut.miss.value)))
+            self.taken.append((*beat, int(dut.following_running.value), int(dut.miss.value)))
 
     def pictures(self, mode: VideoMode, count: int) -> RasterSignals:
         """Signals of random frames."""
@@ -297,7 +297,7 @@ async def modes_at_the_limits(dut: Any) -> None:
         got = np.array(tap.taken)[2:]
         assert np.array_equal(got, (want if fits else 0 * want)[: len(got)]), mode
         if fits:
-            assert int(dut.timing.value) == timing_vector(mode)
+            assert int(dut.following_timing.value) == timing_vector(mode)
 
 
 @for_entity("more_rows")
@@ -368,10 +368,10 @@ async def misses_are_counted(dut: Any) -> None:
     assert following[-1]
     # A reset in a frame.
     await tap.play(RasterSignals(*(s[:20] for s in vars(tap.pictures(mode, 1)).values())))
-    assert int(dut.following.value)
+    assert int(dut.following_running.value)
     dut.reset.value = 1
     await FallingEdge(dut.clk)
-    assert not int(dut.following.value)
+    assert not int(dut.following_running.value)
     dut.reset.value = 0
     tap.taken.clear()
     await tap.play(tap.pictures(mode, 3))
@@ -394,7 +394,7 @@ async def stream_is_reset_at_any_pixel(dut: Any) -> None:
             return RasterSignals(*(s[begin:end] for s in vars(signals).values()))
 
         await tap.play(part(0, begin))
-        assert int(dut.following.value)
+        assert int(dut.following_running.value)
         tap.taken.clear()
         dut.reset.value = 1
         await tap.play(part(begin, begin + 1))
@@ -402,5 +402,5 @@ async def stream_is_reset_at_any_pixel(dut: Any) -> None:
         await tap.play(part(begin + 1, 7 * total))
         assert not any(any(beat) for beat in tap.taken), place
         await tap.play(part(7 * total, 10 * total))
-        assert int(dut.following.value)
+        assert int(dut.following_running.value)
         assert not any(miss for *_, miss in tap.taken)

@@ -21,7 +21,7 @@ entity mode_ports is
     V_POSITIVE : boolean  := false
   );
   port (
-    timing : out   std_logic_vector(TIMING_BITS - 1 downto 0)
+    timing : out   timing_t
   );
 end entity mode_ports;
 
@@ -29,7 +29,7 @@ architecture test of mode_ports is
 
 begin
 
-  timing <= to_vector(mode_timing(H_ACTIVE, H_FRONT, H_SYNC, H_BACK, V_ACTIVE, V_FRONT, V_SYNC, V_BACK, H_POSITIVE,
-                                  V_POSITIVE));
+  timing <= mode_timing("mode_ports", H_ACTIVE, H_FRONT, H_SYNC, H_BACK, V_ACTIVE, V_FRONT, V_SYNC, V_BACK, H_POSITIVE,
+                        V_POSITIVE);
 
 end architecture test;

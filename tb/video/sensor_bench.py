@@ -107,7 +107,7 @@ class Bench(VideoBench):
             assert frame.mode == mode.as_measured()
             want = self.golden(frames[-number])
             assert np.array_equal(frame.pixels, want), differences(frame.pixels, want)
-        assert int(self.dut.out_shown.value) == self.place
+        assert int(self.dut.on_show_place.value) == self.place
 
 
 def differences(got: np.ndarray, want: np.ndarray) -> str:
@@ -149,7 +149,7 @@ async def raw_aligned_refocused(dut: Any) -> None:
     bench.tap.taken = []
     frames = await bench.play(MODE, 3)
     assert np.array_equal(bench.tap.frames()[-1].pixels, frames[-2])
-    assert int(dut.out_raw.value)
+    assert int(dut.on_show_raw.value)
     assert not bench.errors
 
 

@@ -6,13 +6,12 @@ from typing import Any
 
 import pytest
 
-from plenofir.camera.resampling import BayerOrder, red_place
+from plenofir.camera.resampling import BayerOrder
 from plenofir.fpga import hdl
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir.plan.sensor.board_sensor import SENSOR_OUTPUTS
 from plenofir_tb.faults import FOUND, plant
-from plenofir_tb.runner import Case, run_case, run_cases
-from plenofir_tb.shown_sensor import ShownCamera, shown_chip
+from plenofir_tb.runner import Case, run_cases
+from plenofir_tb.shown_sensor import ShownCamera, sensor_packages, shown_chip
 from plenofir_tb.video import MODE_720, shrunken
 
 TINY = [
@@ -53,25 +52,14 @@ def case(
 ) -> Case:
     rows, columns = cameras[0].shape
     chip = shown_chip(m, cameras, mosaic=order is not None, channels=channels)
-    red = (0, 0) if order is None else red_place(order)
     generics = {
         "MICRO_IMAGE_SIZE": m,
         "SHIFTS": " ".join(map(str, shifts)),
-        "OUTPUTS": SENSOR_OUTPUTS,
         "MAX_COLUMNS": columns,
-        "CHANNELS": channels,
-        "SENSOR": True,
-        "RAW_COLUMNS": columns,
-        "RAW_ROWS": rows,
-        "MOSAIC": order is not None,
-        "RED_PLACE": 2 * red[0] + red[1],
-        "HEXAGONAL": chip.hexagonal,
-        "LINES": chip.lines - fewer_lines,
-        "LENSES": chip.lenses,
-        "MOVES": chip.moves,
-        "GAINS": chip.gains,
         **options,
     }
+    built = chip.model_copy(update={"lines": chip.lines - fewer_lines, "channels": channels})
+    packages = sensor_packages(built, cameras[0].shape, order)
     return Case(
         "refocus_video",
         "video.sensor_bench",
@@ -87,6 +75,7 @@ def case(
             "mode": mode_of(rows, columns, m).model_dump(),
             "thorough": thorough,
         },
+        packages,
     )
 
 
@@ -136,7 +125,7 @@ def test_cameras(
     engine: str, m: int, shifts: tuple[int, ...], cameras: list[ShownCamera], options: dict
 ) -> None:
     what = case(m, shifts, cameras, thorough=m < 13, ENGINE=engine, **options)
-    run_case(what.top, what.bench, generics=what.generics, case=what.case, long=True)
+    run_cases([what], long=True)
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import pytest
 
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.hdmi.modes import VideoMode
+from plenofir.fpga.screen.board_screen import SCREEN_PACKAGE, Screen, screen_package
 from plenofir_tb.drawn import bench_filter
 from plenofir_tb.runner import Case, run_cases
 from plenofir_tb.video import MODE_720, shrunken
@@ -23,17 +24,16 @@ def video_case(
     **options: int | bool,
 ) -> Case:
     colours = [[(40 * i + 90 * c) % 256 for c in range(3)] for i in range(len(shifts))]
-    stack = (
-        {
-            "OUTPUTS": outputs,
-            "RADIUS": radius,
-            "COLOURS": "".join(bytes(colour).hex() for colour in colours),
-        }
-        if outputs != "r"
-        else {}
+    vote_radius = options.pop("VOTE_RADIUS", 0)
+    confidence = options.pop("CONFIDENCE", 0)
+    shown = Screen(
+        outputs=outputs,
+        radius=radius,
+        confidence=confidence,
+        vote_radius=vote_radius,
+        colours=tuple((red, green, blue) for red, green, blue in colours),
     )
     layout = CoreConfiguration(micro_image_size=m, shifts=shifts, max_columns=64)
-    vote_radius = options.get("VOTE_RADIUS", 0)
     delay_lines = layout.delay + ((radius + vote_radius + 3) * m - 1) * (outputs != "r")
     return Case(
         "refocus_video",
@@ -42,7 +42,6 @@ def video_case(
             "MICRO_IMAGE_SIZE": m,
             "SHIFTS": " ".join(map(str, shifts)),
             "MAX_COLUMNS": 64,
-            **stack,
             **options,
         },
         {
@@ -50,7 +49,7 @@ def video_case(
             "shifts": shifts,
             "outputs": outputs,
             "radius": radius,
-            "confidence": options.get("CONFIDENCE", 0),
+            "confidence": confidence,
             "vote_radius": vote_radius,
             "colours": colours,
             "delay_lines": delay_lines,
@@ -60,6 +59,7 @@ def video_case(
             "mode": mode.model_dump(),
             "thorough": thorough,
         },
+        {} if outputs == "r" else {SCREEN_PACKAGE: screen_package(shown)},
     )
 
 

@@ -113,7 +113,7 @@ async def streams_with_faults_are_shown(dut: Any) -> None:
     beats: list[tuple[int, int]] = []
     # Beats that are left when one is not there in the clock in which it is wanted.
     gap = 0
-    dut.timing.value = timing_vector(mode)
+    dut.following_timing.value = timing_vector(mode)
     dut.delay_lines.value = case["lines"]
     dut.picture_columns.value = dut.picture_rows.value = 0
 
@@ -122,7 +122,9 @@ async def streams_with_faults_are_shown(dut: Any) -> None:
         nonlocal position, gap
         seen = []
         for _ in range(clocks):
-            dut.row.value, dut.column.value = divmod(position % total, mode.h_total)
+            dut.following_row.value, dut.following_column.value = divmod(
+                position % total, mode.h_total
+            )
             offer = len(beats) not in (0, gap)
             dut.s_axis_tvalid.value = int(offer)
             dut.s_axis_tdata.value, dut.s_axis_tuser.value = beats[0] if beats else (0, 0)
@@ -168,16 +170,16 @@ async def streams_with_faults_are_shown(dut: Any) -> None:
         position = 0
         beats.clear()
 
-    dut.following.value = 0
+    dut.following_running.value = 0
     await FallingEdge(dut.clk)
     # At first, where a pixel is missing, and in the clock in which the raster begins again.
     for sent, clocks in ((8, mode.h_total + 2), (24, total - 2), (0, 0)):
         await reset_now()
-        dut.following.value = 0
+        dut.following_running.value = 0
         # Nothing is shown before the first frame is due.
         assert not (await run(total + 5)).any()
         position = 0
-        dut.following.value = 1
+        dut.following_running.value = 1
         assert not (await run(delay)).any()
         good = frame()
         await show(good, [pixel for pixel, _ in good], 0)
@@ -200,12 +202,12 @@ async def streams_with_faults_are_shown(dut: Any) -> None:
         await show([], [pixel for pixel, _ in good], 0)
         # Without a source it goes on, black, whatever the timing says, and that is no fault: but
         # for the pixel that was due in the clock in which the source went.
-        dut.following.value = 0
-        dut.timing.value = 0
+        dut.following_running.value = 0
+        dut.following_timing.value = 0
         await show([], black, 1)
         await show([], black, 0)
-        dut.timing.value = timing_vector(mode)
-        dut.following.value = 1
+        dut.following_timing.value = timing_vector(mode)
+        dut.following_running.value = 1
         good = frame()
         await show(good, [pixel for pixel, _ in good], 0)
         beats.extend(frame()[:sent])
@@ -220,9 +222,9 @@ async def pictures_in_the_middle(dut: Any) -> None:
     mode = shrunken("shown", h_active=7, h_front=1, h_sync=2, h_back=2, v_active=5, v_back=2)
     total = mode.h_total * mode.v_total
     Clock(dut.clk, 10, "ns").start()
-    dut.timing.value = timing_vector(mode)
+    dut.following_timing.value = timing_vector(mode)
     dut.delay_lines.value = case["lines"]
-    dut.following.value = 1
+    dut.following_running.value = 1
     dut.s_axis_tvalid.value = 0
     active = raster_signals(mode, [np.zeros((5, 7, 3), np.uint8)]).active
     for columns, rows in ((4, 3), (7, 5), (8, 5), (1, 1), (7, 6), (4, 0), (8, 6), (3, 5)):
@@ -236,7 +238,9 @@ async def pictures_in_the_middle(dut: Any) -> None:
             if not beats:
                 sent.append(rng.integers(1, 1 << 24, max(columns * rows, 1)).tolist())
                 beats = [(pixel, int(i == 0)) for i, pixel in enumerate(sent[-1])]
-            dut.row.value, dut.column.value = divmod(position % total, mode.h_total)
+            dut.following_row.value, dut.following_column.value = divmod(
+                position % total, mode.h_total
+            )
             dut.s_axis_tvalid.value = 1
             dut.s_axis_tdata.value, dut.s_axis_tuser.value = beats[0]
             await RisingEdge(dut.clk)

@@ -224,7 +224,7 @@ async def frames_told(dut: Any, tags: list[tuple[int, ...]]) -> None:
         blank_lines = 0 if active else blank_lines + 1
         # Longer than a line's blanking: the first pixel behind is that of a frame.
         if active and was > 2 * MINI_BLANK:
-            names = ("out_slice", "out_shown", "out_raw")
+            names = ("on_show_slice", "on_show_place", "on_show_raw")
             tags.append(tuple(int(getattr(dut, name).value) for name in names))
         was = blank_lines
 

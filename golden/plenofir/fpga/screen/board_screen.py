@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a board's screen shows besides the refocused slice: ``hdl/board/screen_pkg.vhd``."""
+"""What a board's screen shows besides the refocused slice: ``hdl/video/screen_pkg.vhd``."""
 
 from dataclasses import dataclass
 
@@ -101,7 +101,7 @@ def _constants(values: dict[str, str | int]) -> list[str]:
 
 
 def screen_package(screen: Screen | None = None) -> str:
-    """VHDL of ``hdl/board/screen_pkg.vhd``; None: the refocused slice alone, without a text."""
+    """VHDL of ``hdl/video/screen_pkg.vhd``; None: the refocused slice alone, without a text."""
     screen = screen or Screen()
     overlay = screen.overlay
     shown: dict[str, str | int] = {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sensor whose raw frames a board gets over HDMI: ``hdl/board/sensor_pkg.vhd``."""
+"""The sensor whose raw frames a board gets over HDMI: ``hdl/video/sensor_pkg.vhd``."""
 
 from dataclasses import dataclass
 
@@ -35,7 +35,7 @@ def sensor_delay_lines(micro_image_size: int, *, mosaic: bool) -> int:
 
 
 def sensor_package(sensor: BoardSensor | None = None) -> str:
-    """VHDL of ``hdl/board/sensor_pkg.vhd``."""
+    """VHDL of ``hdl/video/sensor_pkg.vhd``."""
     core = ResamplerConfiguration(micro_image_size=1) if sensor is None else sensor.core
     red = (0, 0) if sensor is None or sensor.red_place is None else sensor.red_place
     words = [(0, 0, 0)] if sensor is None or not sensor.loads else list(sensor.loads)
