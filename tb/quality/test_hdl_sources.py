@@ -219,7 +219,19 @@ MAY_USE = {
     "spartan6": {"common"},
     "ecp5": {"common"},
     "overlay": {"common"},
-    "board": {"common", "core", "refocuser", "tmds", "video", "overlay", "spartan6", "ecp5"},
+    "board": {
+        *(
+            "common",
+            "core",
+            "refocuser",
+            "resample",
+            "tmds",
+            "video",
+            "overlay",
+            "spartan6",
+            "ecp5",
+        ),
+    },
 }
 
 

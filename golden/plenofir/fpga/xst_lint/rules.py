@@ -136,7 +136,9 @@ def empty_ranges(source: Source) -> Places:
             yield found.start(1), f"{found[1]} downto 0 may be empty"
 
 
-_ZERO = re.compile(r"'0'|x?\"0+\"|0|false|\(others => (?:'0'|0|\(others => '0'\))\)")
+_ONE_ZERO = r"(?:'0'|x?\"0+\"|0|false|\(others => (?:'0'|0|\(others => '0'\))\))"
+# Or a record of them.
+_ZERO = re.compile(rf"{_ONE_ZERO}|\( ?(?:(?:\w+ +=> )?{_ONE_ZERO}(?:, | ?(?=\))))+\)")
 
 
 def reset_values(source: Source) -> Places:
