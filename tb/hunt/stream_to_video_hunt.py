@@ -10,9 +10,9 @@ from hunt.streams import Beat, FaultError, damage, frame_beats, stalls
 
 ENTITY = "stream_to_video"
 FAULTS = [
-    ("stream_to_video.vhd", "(s_axis_tvalid = '0' or s_axis_tuser(0) = '1') then",
-     "s_axis_tuser(0) = '1' then"),
-    ("stream_to_video.vhd", "<= take or (not in_step and not s_axis_tuser(0)) or drop;",
+    ("stream_to_video.vhd", "(s_axis.tvalid = '0' or s_axis.tuser(0) = '1') then",
+     "s_axis.tuser(0) = '1' then"),
+    ("stream_to_video.vhd", "<= take or (not in_step and not s_axis.tuser(0)) or drop;",
      "<= take or not in_step or drop;"),
 ]  # fmt: skip
 

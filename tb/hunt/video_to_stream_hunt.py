@@ -11,7 +11,7 @@ from hunt.streams import FaultError, stalls
 ENTITY = "video_to_stream"
 FAULTS = [
     ("video_to_stream.vhd", "rows_now <= divided - over;", "rows_now <= divided;"),
-    ("video_to_stream.vhd", "if active_1 = '1' then", "if true then"),
+    ("video_to_stream.vhd", "if video_1.active = '1' then", "if true then"),
 ]  # fmt: skip
 # Counts of misses that no run comes to break the simulation before the reset.
 KEEP = ("video_to_stream.vhd",)

@@ -159,8 +159,8 @@ def test_missing_lines_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         tmp_path / "sources",
         hdl.hdl_sources(),
         "lens_rows.vhd",
-        "if row_index + 1 = signed(",
-        "if row_index + 2 = signed(",
+        "when row_index + 1 = signed(",
+        "when row_index + 2 = signed(",
     )
     monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
     chip = resampling(camera(), 5)

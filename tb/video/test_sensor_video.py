@@ -140,7 +140,7 @@ def test_core_far_behind(engine: str) -> None:
     [
         (SIMPLE, "sensor_front.vhd", "OWN_LINES + CORE_LINES;", "OWN_LINES;"),
         (SIMPLE, "sensor_front.vhd", "or place_wanted /= place_now then", "then"),
-        (SIMPLE, "stream_to_video.vhd", "x < right and", "x <= right and"),
+        (SIMPLE, "stream_to_video.vhd", "place.column < right and", "place.column <= right and"),
         # Frames that do not wait for the one before.
         (FAR_BEHIND, "sensor_front.vhd", "turn or direct_now or not raster_user(0);", "'1';"),
     ],

@@ -42,7 +42,7 @@ class Settings:
         v = self.values
         return {
             **{"slice": v["s"], "sweep": int(v["w"] > 0), "sweep_frames": v["w"]},
-            **{"pass_through": v["p"], "pattern": v["t"], "picture_place": v["o"]},
+            **{"pass_through": v["p"], "pattern": v["t"], "shown": v["o"]},
             "text_place": v["h"] if with_text else 0,
         }
 
