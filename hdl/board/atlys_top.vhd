@@ -111,11 +111,12 @@ architecture rtl of atlys_top is
                                    false
                                  );
 
-  signal reset_request   : std_logic;
-  signal reset           : std_logic;
-  signal own_ready       : std_logic;
-  signal clocks          : clocks_state_t;
-  signal order           : clocks_order_t;
+  signal reset_request : std_logic;
+  signal reset         : std_logic;
+  signal own_ready     : std_logic;
+  signal clocks        : clocks_state_t;
+  signal order         : clocks_order_t;
+  -- Of the PLLs of receiver (0) and transmitter (1).
   signal configured_each : std_logic_vector(1 downto 0);
   signal pll_locked      : std_logic_vector(1 downto 0);
 
@@ -278,6 +279,7 @@ begin
       own_ready => own_ready
     );
 
+  -- Both PLLs have the same setting, written to one and the other at the same time.
   clocks <= (own_ready, configured_each(0) and configured_each(1), pll_locked(0), pll_locked(1));
 
   receive_clocks : entity work.serial_clocks

@@ -36,13 +36,15 @@ architecture rtl of frame_rate_meter is
   constant TEN_S   : positive := 10000000;
   constant FASTEST : positive := 2 ** 15 - 1;
 
+  -- Time since the last edge: clocks of the unit under way, whole units.
   signal before   : std_logic                              := '0';
   signal clocks   : natural range 0 to larger(TICK - 1, 1) := 0;
   signal time_now : unsigned(15 downto 0)                  := to_unsigned(NEVER, 16);
-  signal divisor  : unsigned(15 downto 0)                  := (others => '0');
-  signal sum      : unsigned(23 downto 0)                  := (others => '0');
-  signal quotient : unsigned(14 downto 0)                  := (others => '0');
-  signal divide   : std_logic                              := '0';
+  -- The division that is under way: what is added, the sum, how often it was added.
+  signal divisor  : unsigned(15 downto 0) := (others => '0');
+  signal sum      : unsigned(23 downto 0) := (others => '0');
+  signal quotient : unsigned(14 downto 0) := (others => '0');
+  signal divide   : std_logic             := '0';
 
 begin
 

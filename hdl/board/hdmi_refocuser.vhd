@@ -230,6 +230,7 @@ begin
 
   begin
 
+    -- 1: at the top, 2: at the bottom.
     show   <= settings.text_place(0) or settings.text_place(1);
     bottom <= settings.text_place(1);
     kind   <= std_logic_vector(to_unsigned(KINDS(to_integer(unsigned(on_show.place))), 2));

@@ -66,16 +66,19 @@ architecture rtl of i2c_reader is
   -- high before and after the middle, in which the data line is read or makes a start or a stop.
   type phase_t is (hold, setup, rise, high, high_end);
 
+  -- The lines as they are in this clock.
   signal lines   : std_logic_vector(1 downto 0);
   signal arrived : std_logic_vector(1 downto 0);
   signal scl_now : std_logic;
   signal sda_now : std_logic;
-  signal step    : step_t                       := idle;
-  signal phase   : phase_t                      := hold;
-  signal clocks  : natural range 0 to STRETCH   := 0;
-  signal bits    : natural range 0 to 8         := 0;
-  signal shift   : std_logic_vector(8 downto 0) := (others => '1');
-  signal all_in  : std_logic                    := '0';
+  -- What is on the lines, the part of the bit, its clocks, bits of a byte that are over, and the byte with its
+  -- acknowledge bit.
+  signal step   : step_t                       := idle;
+  signal phase  : phase_t                      := hold;
+  signal clocks : natural range 0 to STRETCH   := 0;
+  signal bits   : natural range 0 to 8         := 0;
+  signal shift  : std_logic_vector(8 downto 0) := (others => '1');
+  signal all_in : std_logic                    := '0';
 
   -- What the bit under way is: a start, a stop; the first one of a byte that is read.
   signal starts : std_logic;

@@ -86,21 +86,24 @@ architecture rtl of i2c_rom_slave is
   -- slave's bit; send: a byte going out; acknowledged: the master's bit.
   type state_t is (idle, device_byte, address_byte, discard, acknowledge, send, acknowledged);
 
-  signal lines      : std_logic_vector(1 downto 0);
-  signal arrived    : std_logic_vector(1 downto 0);
-  signal scl_count  : natural range 0 to FILTER    := 0;
-  signal sda_count  : natural range 0 to FILTER    := 0;
-  signal scl_now    : std_logic                    := '1';
-  signal sda_now    : std_logic                    := '1';
-  signal scl_before : std_logic                    := '1';
-  signal sda_before : std_logic                    := '1';
-  signal state      : state_t                      := idle;
-  signal after_ack  : state_t                      := idle;
-  signal shift      : std_logic_vector(7 downto 0) := (others => '0');
-  signal bits       : natural range 0 to 8         := 0;
-  signal address    : unsigned(7 downto 0)         := (others => '0');
-  signal rom_byte   : std_logic_vector(7 downto 0) := (others => '0');
-  signal refused    : std_logic                    := '0';
+  signal lines   : std_logic_vector(1 downto 0);
+  signal arrived : std_logic_vector(1 downto 0);
+  -- Samples that differ from the level that holds, and the levels, now and a clock before.
+  signal scl_count  : natural range 0 to FILTER := 0;
+  signal sda_count  : natural range 0 to FILTER := 0;
+  signal scl_now    : std_logic                 := '1';
+  signal sda_now    : std_logic                 := '1';
+  signal scl_before : std_logic                 := '1';
+  signal sda_before : std_logic                 := '1';
+  signal state      : state_t                   := idle;
+  -- What follows the slave's acknowledge bit.
+  signal after_ack : state_t                      := idle;
+  signal shift     : std_logic_vector(7 downto 0) := (others => '0');
+  signal bits      : natural range 0 to 8         := 0;
+  signal address   : unsigned(7 downto 0)         := (others => '0');
+  signal rom_byte  : std_logic_vector(7 downto 0) := (others => '0');
+  -- The master has not acknowledged: it wants no more bytes.
+  signal refused : std_logic := '0';
 
   -- Edges of the clock line, a start or a stop, each for a clock.
   signal rises   : std_logic;

@@ -37,7 +37,8 @@ architecture rtl of timing_rate is
 
   type state_t is (idle, add_lines, divide);
 
-  signal state  : state_t               := idle;
+  signal state : state_t := idle;
+  -- Lines, or steps, that are done; the sum; pixels of a frame; frames found.
   signal turns  : unsigned(12 downto 0) := (others => '0');
   signal sum    : signed(26 downto 0)   := (others => '0');
   signal pixels : signed(26 downto 0)   := (others => '0');

@@ -27,11 +27,13 @@ architecture rtl of uart_receiver is
 
   signal level   : std_logic_vector(0 downto 0);
   signal arrived : std_logic_vector(0 downto 0);
-  signal clocks  : natural range 0 to BIT_CLOCKS - 1 := 0;
-  signal bits    : natural range 0 to 9              := 0;
-  signal busy    : std_logic                         := '0';
-  signal shift   : std_logic_vector(7 downto 0)      := (others => '0');
-  signal rested  : std_logic                         := '0';
+  -- Clocks until the middle of the next bit, and bits of the character so far.
+  signal clocks : natural range 0 to BIT_CLOCKS - 1 := 0;
+  signal bits   : natural range 0 to 9              := 0;
+  signal busy   : std_logic                         := '0';
+  signal shift  : std_logic_vector(7 downto 0)      := (others => '0');
+  -- The line was high since the reset or the last character: a level that is low from the start is no start bit.
+  signal rested : std_logic := '0';
 
 begin
 

@@ -41,6 +41,7 @@ architecture rtl of axis_fifo is
   -- differ by 2**ADDRESS_BITS mean full.
   subtype pointer_t is unsigned(ADDRESS_BITS downto 0);
 
+  -- The word of the RAM that is written next, and read next; words in between.
   signal write_pointer : pointer_t := (others => '0');
   signal read_pointer  : pointer_t := (others => '0');
   signal stored        : pointer_t;
@@ -48,11 +49,12 @@ architecture rtl of axis_fifo is
   signal can_write     : std_logic;
   signal read_enable   : std_logic;
   signal has_words     : std_logic;
-  signal word          : std_logic_vector(WIDTH - 1 downto 0);
-  signal word_valid    : std_logic := '0';
-  signal word_moves    : std_logic;
-  signal word_free     : std_logic;
-  signal on_offer      : std_logic := '0';
+  -- In the RAM's own register, and in the output register.
+  signal word       : std_logic_vector(WIDTH - 1 downto 0);
+  signal word_valid : std_logic := '0';
+  signal word_moves : std_logic;
+  signal word_free  : std_logic;
+  signal on_offer   : std_logic := '0';
 
 begin
 

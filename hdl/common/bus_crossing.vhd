@@ -28,11 +28,15 @@ end entity bus_crossing;
 
 architecture rtl of bus_crossing is
 
-  signal crossing_data    : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
-  signal taken_data       : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
-  signal request          : std_logic_vector(0 downto 0)         := "0";
+  -- The copy that stands still until the answer has come, so its bits may be taken in the other clock at any moment;
+  -- and what was taken.
+  signal crossing_data : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
+  signal taken_data    : std_logic_vector(WIDTH - 1 downto 0) := (others => '0');
+  -- Toggles: a difference says that a copy waits, no difference that it was taken. Levels cannot be missed, whichever
+  -- clock is the faster one.
+  signal request          : std_logic_vector(0 downto 0) := "0";
   signal request_arrived  : std_logic_vector(0 downto 0);
-  signal response         : std_logic_vector(0 downto 0)         := "0";
+  signal response         : std_logic_vector(0 downto 0) := "0";
   signal response_arrived : std_logic_vector(0 downto 0);
 
 begin

@@ -70,6 +70,8 @@ architecture rtl of elastic_buffer is
 
   end function from_gray;
 
+  -- Two clocks of one frequency move both pointers at the same rate, so their distance only drifts if a clock is
+  -- disturbed.
   signal memory        : memory_t                                    := (others => (others => '0'));
   signal write_pointer : pointer_t                                   := (others => '0');
   signal write_gray    : std_logic_vector(ADDRESS_BITS - 1 downto 0) := (others => '0');

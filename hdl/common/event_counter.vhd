@@ -26,6 +26,7 @@ end entity event_counter;
 
 architecture rtl of event_counter is
 
+  -- It stays at the largest count: a count that wrapped around would look like few events.
   signal events : unsigned(WIDTH - 1 downto 0) := (others => '0');
 
 begin

@@ -35,6 +35,7 @@ end entity divide_round;
 
 architecture rtl of divide_round is
 
+  -- Half of the divisor is added first, which rounds halves up.
   constant HALF           : natural  := DIVISOR / 2;
   constant NUMERATOR_MAX  : positive := VALUE_MAX + HALF;
   constant NUMERATOR_BITS : positive := bits_for(NUMERATOR_MAX);

@@ -72,10 +72,13 @@ architecture rtl of row_scatter is
 
   constant ALL_ROWS : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '1');
 
-  signal row        : natural range 0 to PARALLEL_ROWS             := 0;
-  signal entries    : entries_t;
-  signal on_offer   : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
-  signal take       : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  -- The row whose line goes out, and what each row has on offer.
+  signal row      : natural range 0 to PARALLEL_ROWS := 0;
+  signal entries  : entries_t;
+  signal on_offer : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  signal take     : std_logic_vector(PARALLEL_ROWS - 1 downto 0);
+  -- Room for what is under way, and that nothing is left, of each row; registered, as the sequencer decides with
+  -- them.
   signal has_credit : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
   signal is_drained : std_logic_vector(PARALLEL_ROWS - 1 downto 0) := (others => '0');
   signal entry      : entry_t;

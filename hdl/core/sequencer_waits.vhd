@@ -57,8 +57,10 @@ architecture rtl of sequencer_waits is
   constant SOME_BANDS  : std_logic := to_logic(COLUMN_FLUSH > 0);
   constant MORE_BANDS  : std_logic := to_logic(MIN_BANDS > 1);
 
+  -- A band that is not a frame's first one ends; one that counts modulo BAND_MODULUS does.
   signal later_band  : std_logic;
   signal counts_band : std_logic;
+  -- The frame has too few bands yet, or no multiple of BAND_MODULUS.
   signal frame_short : std_logic;
   signal frame_odd   : std_logic                       := '0';
   signal band_phase  : natural range 0 to BAND_MODULUS := 0;

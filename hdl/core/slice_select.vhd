@@ -40,6 +40,7 @@ architecture rtl of slice_select is
 
   constant LAST : slice_t := to_unsigned(SLICES - 1, SLICE_BITS);
 
+  -- The slice of the port, within the set; the one whose turn it is in a sweep, and its frames so far.
   signal asked  : slice_t;
   signal swept  : slice_t              := (others => '0');
   signal frames : unsigned(7 downto 0) := (others => '0');

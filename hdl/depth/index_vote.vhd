@@ -70,6 +70,10 @@ architecture rtl of index_vote is
   constant KEPT_BITS  : positive := 2 * VOTE_RADIUS * ENTRY_BITS;
   -- Clocks from an entry of the middle row to the votes on it.
   constant MIDDLE_DELAY : positive := VOTE_RADIUS + SLICES + 1;
+  -- The same from the micro image itself.
+  constant FINAL : positive := 3 + MIDDLE_DELAY;
+
+  type lenses_t is array (natural range 0 to FINAL) of unsigned(LENS_BITS - 1 downto 0);
 
   subtype votes_t is unsigned(VOTE_BITS - 1 downto 0);
 
@@ -79,32 +83,34 @@ architecture rtl of index_vote is
 
   type best_t is array (natural range 0 to SLICES - 1) of unsigned(INDEX_BITS - 1 downto 0);
 
-  signal place         : std_logic_vector(LENS_BITS downto 0);
-  signal place_1       : std_logic_vector(LENS_BITS downto 0);
-  signal place_3       : std_logic_vector(LENS_BITS downto 0);
-  signal place_middle  : std_logic_vector(LENS_BITS downto 0);
-  signal place_final   : std_logic_vector(LENS_BITS downto 0);
-  signal entry_1       : std_logic_vector(ENTRY_BITS - 1 downto 0) := (others => '0');
-  signal entry_3       : std_logic_vector(ENTRY_BITS - 1 downto 0);
-  signal rows          : std_logic_vector(KEPT_BITS - 1 downto 0);
-  signal moved         : std_logic_vector(KEPT_BITS + ENTRY_BITS - 1 downto 0);
-  signal middle        : std_logic_vector(ENTRY_BITS - 1 downto 0);
-  signal middle_late   : std_logic_vector(ENTRY_BITS - 1 downto 0);
-  signal votes         : most_t;
-  signal most_votes    : most_t;
-  signal best          : best_t;
+  -- The micro image that is judged, and that it is one, so many clocks behind it: 3 with the rows above it, FINAL with
+  -- its votes.
+  signal lens_at   : lenses_t                                  := (others => (others => '0'));
+  signal active_at : std_logic_vector(0 to FINAL)              := (others => '0');
+  signal entry_1   : std_logic_vector(ENTRY_BITS - 1 downto 0) := (others => '0');
+  signal entry_2   : std_logic_vector(ENTRY_BITS - 1 downto 0) := (others => '0');
+  signal entry_3   : std_logic_vector(ENTRY_BITS - 1 downto 0) := (others => '0');
+  -- Entries of the rows above it, the last one in the low bits; with the new one; the one in the middle of the
+  -- window.
+  signal rows        : std_logic_vector(KEPT_BITS - 1 downto 0);
+  signal moved       : std_logic_vector(KEPT_BITS + ENTRY_BITS - 1 downto 0);
+  signal middle      : std_logic_vector(ENTRY_BITS - 1 downto 0);
+  signal middle_late : std_logic_vector(ENTRY_BITS - 1 downto 0);
+  -- Votes of each slice; the most so far and the slice that has them, slice by slice.
+  signal votes      : most_t;
+  signal most_votes : most_t;
+  signal best       : best_t;
+  -- What the micro image above was given, for one without votes.
   signal above         : std_logic_vector(INDEX_BITS - 1 downto 0);
-  signal result_write  : std_logic                                 := '0';
-  signal result_lens   : unsigned(LENS_BITS - 1 downto 0)          := (others => '0');
-  signal result_index  : unsigned(INDEX_BITS - 1 downto 0)         := (others => '0');
+  signal result_write  : std_logic                         := '0';
+  signal result_lens   : unsigned(LENS_BITS - 1 downto 0)  := (others => '0');
+  signal result_index  : unsigned(INDEX_BITS - 1 downto 0) := (others => '0');
   signal result_vector : std_logic_vector(INDEX_BITS - 1 downto 0);
 
 begin
 
   --------------------------------------------------------------------------------------------------
   -- 1: whether there is texture.
-
-  place <= std_logic_vector(lens) & active;
 
   judge : process (clk) is
 
@@ -120,43 +126,27 @@ begin
 
   end process judge;
 
-  delay_place : entity work.tag_delay
-    generic map (
-      WIDTH  => LENS_BITS + 1,
-      LENGTH => 1
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => place,
-      delayed => place_1
-    );
+  lens_at(0)   <= lens;
+  active_at(0) <= active;
+
+  -- The micro image on its way, for all that comes a fixed number of clocks behind it.
+  follow : process (clk) is
+  begin
+
+    if rising_edge(clk) then
+      lens_at(1 to FINAL)   <= lens_at(0 to FINAL - 1);
+      active_at(1 to FINAL) <= active_at(0 to FINAL - 1);
+      entry_2               <= entry_1;
+      entry_3               <= entry_2;
+      if reset = '1' then
+        active_at(1 to FINAL) <= (others => '0');
+      end if;
+    end if;
+
+  end process follow;
 
   --------------------------------------------------------------------------------------------------
   -- 3: the rows of the window.
-
-  delay_place_3 : entity work.tag_delay
-    generic map (
-      WIDTH  => LENS_BITS + 1,
-      LENGTH => 2
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => place_1,
-      delayed => place_3
-    );
-
-  delay_entry : entity work.tag_delay
-    generic map (
-      WIDTH  => ENTRY_BITS,
-      LENGTH => 2
-    )
-    port map (
-      clk     => clk,
-      tag     => entry_1,
-      delayed => entry_3
-    );
 
   rows_before : entity work.ram_simple_dual_port
     generic map (
@@ -166,10 +156,10 @@ begin
     )
     port map (
       clk           => clk,
-      write_enable  => place_3(0),
-      write_address => unsigned(place_3(LENS_BITS downto 1)),
+      write_enable  => active_at(3),
+      write_address => lens_at(3),
       write_data    => moved(KEPT_BITS - 1 downto 0),
-      read_address  => unsigned(place_1(LENS_BITS downto 1)),
+      read_address  => lens_at(1),
       read_data     => rows
     );
 
@@ -199,7 +189,7 @@ begin
 
         for i in 0 to 2 * VOTE_RADIUS loop
 
-          if place_3(0) = '1' and same(i) = '1' and moved(i * ENTRY_BITS) = '1' and
+          if active_at(3) = '1' and same(i) = '1' and moved(i * ENTRY_BITS) = '1' and
              unsigned(moved((i + 1) * ENTRY_BITS - 1 downto i * ENTRY_BITS + 1)) = s then
             added := added + 1;
           end if;
@@ -284,31 +274,6 @@ begin
       delayed => middle_late
     );
 
-  -- 2 clocks before it is wanted: the memory's latency.
-  delay_place_middle : entity work.tag_delay
-    generic map (
-      WIDTH  => LENS_BITS + 1,
-      LENGTH => MIDDLE_DELAY - 2
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => place_3,
-      delayed => place_middle
-    );
-
-  delay_place_final : entity work.tag_delay
-    generic map (
-      WIDTH  => LENS_BITS + 1,
-      LENGTH => 2
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => place_middle,
-      delayed => place_final
-    );
-
   row_above : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => INDEX_BITS,
@@ -320,23 +285,24 @@ begin
       write_enable  => result_write,
       write_address => result_lens,
       write_data    => result_vector,
-      read_address  => unsigned(place_middle(LENS_BITS downto 1)),
-      read_data     => above
+      -- 2 clocks before it is wanted: the memory's latency.
+      read_address => lens_at(FINAL - 2),
+      read_data    => above
     );
 
   take : process (clk) is
   begin
 
     if rising_edge(clk) then
-      result_write <= place_final(0);
-      result_lens  <= unsigned(place_final(LENS_BITS downto 1));
+      result_write <= active_at(FINAL);
+      result_lens  <= lens_at(FINAL);
       if middle_late(0) = '1' then
         result_index <= unsigned(middle_late(INDEX_BITS downto 1));
       elsif most_votes(SLICES - 1) /= 0 then
         result_index <= best(SLICES - 1);
       elsif starts = '0' then
         result_index <= unsigned(above);
-      elsif unsigned(place_final(LENS_BITS downto 1)) = 0 then
+      elsif lens_at(FINAL) = 0 then
         result_index <= unsigned(middle_late(INDEX_BITS downto 1));
       end if;
     end if;

@@ -113,6 +113,9 @@ architecture rtl of lens_sharpness is
   signal has_1    : std_logic := '0';
   signal has_2    : std_logic := '0';
 
+  -- Stages behind the sums: where a row begins, differences to the neighbours of a row and of a column, whether the
+  -- micro image counts, their sum and its size, the last ones of the window, their sum, and with the windows of the
+  -- rows before that of the whole window.
   signal begins_at  : std_logic_vector(1 to 4)        := (others => '0');
   signal across     : difference_t                    := (others => '0');
   signal along      : difference_t                    := (others => '0');
@@ -165,6 +168,7 @@ begin
       has_1    <= scans;
       has_2    <= before;
 
+      -- A neighbour outside the frame counts as equal to the centre, so it adds no difference.
       along   <= difference(centre_1, centre_2, has_2) + resize(centre_1 - centre, LAPLACIAN_BITS + 1);
       across  <= difference(centre_1, above_1, joined_above) + difference(centre_1, newest_1, joined_below);
       there_1 <= before and live;
@@ -190,6 +194,8 @@ begin
         laplacians <= (others => (others => '0'));
         row_sum    <= resize(laplacian, ROW_BITS);
       else
+        -- A running sum: one Laplacian enters, the one that is WINDOW older leaves. It never grows beyond WINDOW of
+        -- the largest, which ROW_BITS holds.
         row_sum <= row_sum + laplacian - laplacians(WINDOW);
 
         for i in 2 to WINDOW loop

@@ -72,6 +72,8 @@ architecture rtl of lens_sums is
 
   end function luma_of;
 
+  -- Clocks behind a pixel are part of the names. 1: its brightness; 2: the line of the micro image so far; 3: with
+  -- the lines above, at the last pixel of the line.
   signal luma_1      : unsigned(LUMA_BITS - 1 downto 0)        := (others => '0');
   signal active_1    : std_logic                               := '0';
   signal first_1     : std_logic                               := '0';
@@ -112,6 +114,7 @@ begin
       lens_2      <= lens_1;
       lens_3      <= lens_2;
 
+      -- Only pixels count; between two of them the sum of the line stands still.
       if active_1 = '1' then
         if first_1 = '1' then
           line_2 <= resize(luma_1, SUM_BITS);
@@ -129,6 +132,8 @@ begin
 
   end process add;
 
+  -- A word for each micro image of a row: the lines so far. It is written with a micro image's last pixel of a line
+  -- and read with it a line later, so nothing is read in the clock that writes it.
   lines_above : entity work.ram_simple_dual_port
     generic map (
       WIDTH        => SUM_BITS,
@@ -145,6 +150,8 @@ begin
       read_data     => above_2
     );
 
+  -- The last line of a row completes its sums; they are kept apart, as the next row overwrites the others while the
+  -- scan still reads these.
   final_3 <= ends_3 and row_last_3;
 
   complete : entity work.ram_simple_dual_port

@@ -80,14 +80,19 @@ architecture rtl of sharpest_pixels is
   constant LENS_LOW        : natural := SLICE_LOW + INDEX_BITS;
   constant DATA_LOW        : natural := LENS_LOW + LENS_BITS;
 
+  -- Pixels wait twice: a few clocks until the scan that their row begins is ahead of them, then whole lines in the
+  -- ring until the index is known.
   signal token      : std_logic_vector(DATA_LOW + STACK_BITS - 1 downto 0);
   signal token_late : std_logic_vector(DATA_LOW + STACK_BITS - 1 downto 0);
   signal token_now  : std_logic_vector(DATA_LOW + STACK_BITS - 1 downto 0) := (others => '0');
   signal new_line   : std_logic;
-  signal ring_line  : unsigned(RING_BITS - 1 downto 0)                     := (others => '0');
-  signal ring_word  : unsigned(RING_BITS - 1 downto 0)                     := (others => '0');
+  -- First word of the line in the ring that is written and read, and the word of the pixel. Each word is read just
+  -- before it is overwritten, so the ring is a delay of RING_LINES lines, whatever their length.
+  signal ring_line : unsigned(RING_BITS - 1 downto 0) := (others => '0');
+  signal ring_word : unsigned(RING_BITS - 1 downto 0) := (others => '0');
+  -- The pixels of all slices that leave, their micro image, its index as it is written and as it is read.
   signal delayed    : std_logic_vector(STACK_BITS - 1 downto 0);
-  signal lens_now   : unsigned(LENS_BITS - 1 downto 0)                     := (others => '0');
+  signal lens_now   : unsigned(LENS_BITS - 1 downto 0) := (others => '0');
   signal index_word : std_logic_vector(INDEX_BITS - 1 downto 0);
   signal index_read : std_logic_vector(INDEX_BITS - 1 downto 0);
 
@@ -142,6 +147,7 @@ begin
           ring_line <= ring_line + MAX_COLUMNS;
           ring_word <= ring_line + MAX_COLUMNS;
         end if;
+      -- No line is longer than MAX_COLUMNS, so a line never runs into the next one's words.
       elsif token_late(ACTIVE_BIT) = '1' then
         ring_word <= ring_word + 1;
       end if;

@@ -87,6 +87,8 @@ architecture rtl of sharpness_index is
 
   type sharpness_list_t is array (natural range 0 to SLICES - 1) of sharpness_t;
 
+  type lenses_t is array (natural range 0 to JUDGING_DELAY) of lens_t;
+
   type indices_t is array (natural range 0 to SLICES - 1) of index_t;
 
   -- A token, with the counts of its place.
@@ -102,25 +104,29 @@ architecture rtl of sharpness_index is
   signal row_starts : std_logic;
 
   -- The scan.
+  -- With the last pixel of a row of micro images a scan over its sums begins, one micro image a clock. It is as long
+  -- as the row has micro images, the next row is complete M lines later, and the pixels meanwhile go on: a scan never
+  -- meets the next one.
   signal complete       : std_logic_vector(0 downto 0);
   signal complete_3     : std_logic_vector(0 downto 0);
   signal complete_lens  : lens_t    := (others => '0');
   signal complete_live  : std_logic := '0';
   signal complete_start : std_logic := '0';
-  signal scan_on        : std_logic := '0';
-  signal scan_lens      : lens_t    := (others => '0');
-  signal scan_tag       : std_logic_vector(1 downto 0);
-  signal scan_tag_2     : std_logic_vector(1 downto 0);
-  signal place          : std_logic_vector(PLACE_BITS downto 0);
-  signal inner_place    : std_logic_vector(PLACE_BITS downto 0);
-  signal inner_1        : std_logic := '0';
-  signal inner_2        : std_logic := '0';
-  signal judged_place   : std_logic_vector(PLACE_BITS downto 0);
-  signal inner_lens     : lens_t;
-  signal judged_lens    : lens_t;
-  signal index_write    : std_logic;
-  signal index_lens     : lens_t;
-  signal index          : index_t;
+  -- The scan itself; behind its address the sums, their Laplacians and the windows follow, each a fixed number of
+  -- clocks late.
+  signal scan_on     : std_logic                            := '0';
+  signal scan_lens   : lens_t                               := (others => '0');
+  signal lens_at     : lenses_t                             := (others => (others => '0'));
+  signal scanned_at  : std_logic_vector(0 to JUDGING_DELAY) := (others => '0');
+  signal begins_at   : std_logic_vector(0 to 2)             := (others => '0');
+  signal inner_1     : std_logic                            := '0';
+  signal inner_2     : std_logic                            := '0';
+  signal inner_lens  : lens_t;
+  signal judged_lens : lens_t;
+  -- An index that is final, for the pixels that wait.
+  signal index_write : std_logic;
+  signal index_lens  : lens_t;
+  signal index       : index_t;
 
   -- Rows of micro images, the newest first: whether they belong to a frame, begin one.
   signal live         : std_logic_vector(0 to RADIUS + 1) := (others => '0');
@@ -131,6 +137,8 @@ architecture rtl of sharpness_index is
 
   signal chosen_slice : index_t;
 
+  -- What each slice has, and the most, the least and the best of all up to it: one comparison a clock instead of a
+  -- tree of them in one.
   signal sharpness : sharpness_list_t;
   signal most      : sharpness_list_t;
   signal least     : sharpness_list_t;
@@ -203,7 +211,7 @@ begin
         end if;
       end if;
 
-      inner_1 <= inner_place(0);
+      inner_1 <= scanned_at(INNER_DELAY);
       inner_2 <= inner_1;
       if reset = '1' then
         scan_on <= '0';
@@ -213,50 +221,28 @@ begin
 
   end process scan;
 
-  -- Bit 0 is the one that reset clears.
-  scan_tag(0) <= scan_on;
-  scan_tag(1) <= '1' when scan_on = '1' and scan_lens = 0 else
-                 '0';
-  place       <= std_logic_vector(scan_lens) & scan_on;
+  lens_at(0)    <= scan_lens;
+  scanned_at(0) <= scan_on;
+  begins_at(0)  <= '1' when scan_on = '1' and scan_lens = 0 else
+                   '0';
 
-  delay_scan : entity work.tag_delay
-    generic map (
-      WIDTH  => 2,
-      LENGTH => 2
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => scan_tag,
-      delayed => scan_tag_2
-    );
+  -- The scan's place on its way, for all that comes a fixed number of clocks behind it.
+  follow_scan : process (clk) is
+  begin
 
-  delay_inner : entity work.tag_delay
-    generic map (
-      WIDTH  => PLACE_BITS + 1,
-      LENGTH => INNER_DELAY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => place,
-      delayed => inner_place
-    );
+    if rising_edge(clk) then
+      lens_at(1 to JUDGING_DELAY)    <= lens_at(0 to JUDGING_DELAY - 1);
+      scanned_at(1 to JUDGING_DELAY) <= scanned_at(0 to JUDGING_DELAY - 1);
+      begins_at(1 to 2)              <= begins_at(0 to 1);
+      if reset = '1' then
+        scanned_at(1 to JUDGING_DELAY) <= (others => '0');
+      end if;
+    end if;
 
-  delay_judged : entity work.tag_delay
-    generic map (
-      WIDTH  => PLACE_BITS + 1,
-      LENGTH => JUDGING_DELAY - INNER_DELAY
-    )
-    port map (
-      clk     => clk,
-      reset   => reset,
-      tag     => inner_place,
-      delayed => judged_place
-    );
+  end process follow_scan;
 
-  inner_lens  <= unsigned(inner_place(PLACE_BITS downto 1));
-  judged_lens <= unsigned(judged_place(PLACE_BITS downto 1));
+  inner_lens  <= lens_at(INNER_DELAY);
+  judged_lens <= lens_at(JUDGING_DELAY);
 
   -- Laplacians are those of row 1, the window's middle is row RADIUS + 1.
   joined_above <= not starts(1);
@@ -319,8 +305,8 @@ begin
       port map (
         clk          => clk,
         lens         => scan_lens,
-        begins       => scan_tag_2(1),
-        scans        => scan_tag_2(0),
+        begins       => begins_at(2),
+        scans        => scanned_at(2),
         sum          => sum,
         live         => live(1),
         joined_above => joined_above,
@@ -385,7 +371,7 @@ begin
   -- Neighbours' votes.
 
   no_votes : if VOTE_RADIUS = 0 generate
-    index_write <= judged_place(0);
+    index_write <= scanned_at(JUDGING_DELAY);
     index_lens  <= judged_lens;
     index       <= best(SLICES - 1);
   end generate no_votes;
@@ -429,7 +415,7 @@ begin
       port map (
         clk         => clk,
         reset       => reset,
-        active      => judged_place(0),
+        active      => scanned_at(JUDGING_DELAY),
         lens        => judged_lens,
         index       => best(SLICES - 1),
         most        => most(SLICES - 1),

@@ -66,8 +66,7 @@ begin
       loadn     => load_n,
       move      => move,
       direction => '0',
-      z         => delayed,
-      cflag     => open
+      z         => delayed
     );
 
   sample : component iddrx1f

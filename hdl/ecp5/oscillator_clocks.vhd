@@ -67,12 +67,7 @@ begin
       enclkos3     => '0',
       clkop        => made_clk,
       clkos        => own_clk,
-      clkos2       => open,
-      clkos3       => open,
-      lock         => locked,
-      intlock      => open,
-      refclk       => open,
-      clkintfb     => open
+      lock         => locked
     );
 
 end architecture rtl;

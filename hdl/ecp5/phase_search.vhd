@@ -63,15 +63,17 @@ architecture rtl of phase_search is
   -- decide: the last tap has been tried; follow: the search is over.
   type state_t is (load, go, settled, look, decide, follow);
 
-  signal state    : state_t                    := load;
-  signal clocks   : natural range 0 to TIMEOUT := 0;
-  signal seen     : natural range 0 to RUNS    := 0;
-  signal tap      : tap_t                      := 0;
-  signal wanted   : tap_t                      := 0;
-  signal final    : std_logic                  := '0';
-  signal move_now : std_logic                  := '0';
-  signal tracks   : std_logic                  := '0';
-  signal hung     : std_logic                  := '0';
+  -- What is done, the clocks that it has lasted, runs seen at this tap.
+  signal state  : state_t                    := load;
+  signal clocks : natural range 0 to TIMEOUT := 0;
+  signal seen   : natural range 0 to RUNS    := 0;
+  -- Where the delay stands and where it is to go: it moves a tap at a time.
+  signal tap      : tap_t     := 0;
+  signal wanted   : tap_t     := 0;
+  signal final    : std_logic := '0';
+  signal move_now : std_logic := '0';
+  signal tracks   : std_logic := '0';
+  signal hung     : std_logic := '0';
 
   -- A run was seen at the first tap; the search before this one found something.
   signal from_start : std_logic := '0';

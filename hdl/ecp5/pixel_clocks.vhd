@@ -77,12 +77,7 @@ begin
       enclkos3     => '0',
       clkop        => made_clk,
       clkos        => clk_x5,
-      clkos2       => open,
-      clkos3       => open,
-      lock         => locked,
-      intlock      => open,
-      refclk       => open,
-      clkintfb     => open
+      lock         => locked
     );
 
 end architecture rtl;

@@ -119,9 +119,11 @@ architecture rtl of fir_stage is
 
   type switch_chain_t is array (natural range 0 to MODULES) of switches_t;
 
-  signal burst_step  : natural range 0 to larger(MODULES - 1, 1);
-  signal opening     : std_logic := '0';
-  signal fresh       : std_logic;
+  signal burst_step : natural range 0 to larger(MODULES - 1, 1);
+  signal opening    : std_logic := '0';
+  signal fresh      : std_logic;
+  -- A module's turn now; the two clocks behind, in which its filter and the switches take it; the one of the token
+  -- before, which the next module has.
   signal turn        : turns_t;
   signal turn_d1     : turns_t   := (others => NO_TURN);
   signal turn_d2     : turns_t   := (others => NO_TURN);
@@ -136,6 +138,7 @@ architecture rtl of fir_stage is
   signal step_tag_d2 : std_logic_vector(STEP_TAG_BITS - 1 downto 0);
   signal step_tag_d3 : std_logic_vector(STEP_TAG_BITS - 1 downto 0);
 
+  -- Switches of the row that comes, and the same as they move on with its pixels.
   signal closed   : std_logic_vector(0 to TAPS - 1);
   signal restart  : std_logic;
   signal update   : std_logic;

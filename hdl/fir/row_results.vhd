@@ -75,14 +75,16 @@ architecture rtl of row_results is
   constant DATA_LOW         : natural := RESULT_SLICE_LOW + SLICE_BITS;
   constant RESULT_BITS      : natural := DATA_LOW + SUM_BITS;
 
+  -- Columns come back a token apart from module to module; counted from a band's first one they go to their rows.
   signal starts    : std_logic;
   signal count     : natural range 0 to larger(PARALLEL_ROWS - 1, 1);
   signal summed    : std_logic_vector(PARALLEL_ROWS * SUM_BITS - 1 downto 0);
   signal raw_tags  : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
   signal skew_tags : std_logic_vector(PARALLEL_ROWS * COLUMN_BITS - 1 downto 0);
   signal line_tag  : line_tag_t;
-  signal skewed    : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
-  signal aligned   : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
+  -- Results of the rows, a token apart, and all of a column together.
+  signal skewed  : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
+  signal aligned : std_logic_vector(PARALLEL_ROWS * RESULT_BITS - 1 downto 0);
 
 begin
 

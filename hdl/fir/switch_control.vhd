@@ -80,14 +80,17 @@ architecture rtl of switch_control is
 
   constant FIRST_STEP : std_logic_vector(0 to TAPS - 1) := first_mask;
 
+  -- The phase of the line's pixel, and its slice; both change with a step alone, so that idle clocks and empty tokens
+  -- change nothing.
   signal phase      : unsigned(PHASE_BITS - 1 downto 0) := (others => '0');
   signal phase_next : unsigned(PHASE_BITS - 1 downto 0);
   signal slice_held : unsigned(slice'range)             := (others => '0');
   signal slice_next : unsigned(slice'range);
-  signal mask       : std_logic_vector(0 to TAPS - 1)   := (others => '1');
-  signal next_mask  : std_logic_vector(0 to TAPS - 1);
-  signal live_held  : std_logic                         := '0';
-  signal switches   : std_logic_vector(0 to TAPS - 1);
+  -- Taps whose sum belongs to the current line: those of a new line from one end, one more with each step.
+  signal mask      : std_logic_vector(0 to TAPS - 1) := (others => '1');
+  signal next_mask : std_logic_vector(0 to TAPS - 1);
+  signal live_held : std_logic                       := '0';
+  signal switches  : std_logic_vector(0 to TAPS - 1);
 
 begin
 

@@ -95,6 +95,7 @@ architecture rtl of switched_fir is
 
       if w = 0 then
         carried := 0;
+      -- Partial sums in front of these taps belong to the line before: they are cut off, not carried over.
       elsif at_first_step = '1' and w <= TAPS - 1 - DELAY then
         carried := 0;
       else
@@ -157,6 +158,7 @@ architecture rtl of switched_fir is
 
   end function unpacked;
 
+  -- What a step needs, all behind the same latches as the pixel where there are any.
   signal slot_now    : unsigned(slot'range);
   signal step_now    : std_logic;
   signal resume_now  : std_logic;

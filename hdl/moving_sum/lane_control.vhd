@@ -86,6 +86,7 @@ architecture rtl of lane_control is
     row   : row_t;
   end record position_t;
 
+  -- Tokens since a line began, up to DELAY: all pixels of the first outputs have come by then.
   constant COUNT_WORDS : positive := 2 ** bits_for(DELAY);
 
   subtype count_t is natural range 0 to larger(DELAY, 1);
@@ -175,11 +176,12 @@ architecture rtl of lane_control is
   signal due_tag : std_logic_vector(slice'length downto 0);
 
   -- 1 clock behind a token.
-  signal own_first : std_logic                    := '0';
-  signal own_live  : std_logic                    := '0';
-  signal own_slice : unsigned(slice'range)        := (others => '0');
-  signal own_count : count_t                      := 0;
-  signal own       : position_t                   := (place => 0, row => (others => '0'));
+  signal own_first : std_logic             := '0';
+  signal own_live  : std_logic             := '0';
+  signal own_slice : unsigned(slice'range) := (others => '0');
+  signal own_count : count_t               := 0;
+  signal own       : position_t            := (place => 0, row => (others => '0'));
+  -- The output whose turn it is: the first of its line, its slice, its place, tokens since its line began.
   signal step_now  : std_logic                    := '0';
   signal due_first : std_logic                    := '0';
   signal due_slice : unsigned(slice'range)        := (others => '0');
@@ -196,6 +198,8 @@ begin
 
   tag <= std_logic_vector(slice) & (first and strobe);
 
+  -- Outputs are DELAY tokens behind their pixels, from line to line too: so what a line begins with comes out of a
+  -- delay instead of being counted again.
   find_due : entity work.tag_delay
     generic map (
       WIDTH  => slice'length + 1,

@@ -137,13 +137,16 @@ architecture rtl of lane_stage is
   signal read_rows_1   : natural range 0 to MOST_ROWS;
   signal end_place_1   : place_t;
   signal end_row_1     : row_t;
-  signal differences   : std_logic_vector(P * CHANNELS * (DATA_BITS + 1) - 1 downto 0);
-  signal flags_1       : std_logic_vector(1 downto 0);
-  signal flags         : std_logic_vector(1 downto 0);
-  signal begins_2      : std_logic_vector(P + 1 downto 0)                        := (others => '1');
-  signal begins        : lanes_t;
-  signal ahead         : sums_t;
-  signal held          : sums_t;
+  -- What enters less what leaves, for each pixel of the token; signed, so a bit wider than pixels.
+  signal differences : std_logic_vector(P * CHANNELS * (DATA_BITS + 1) - 1 downto 0);
+  signal flags_1     : std_logic_vector(1 downto 0);
+  signal flags       : std_logic_vector(1 downto 0);
+  -- Which outputs of the token begin a group of equal ones.
+  signal begins_2 : std_logic_vector(P + 1 downto 0) := (others => '1');
+  signal begins   : lanes_t;
+  -- The sum of the pixels that have come before the line's first output, and the one that output 0 shows.
+  signal ahead : sums_t;
+  signal held  : sums_t;
 
 begin
 

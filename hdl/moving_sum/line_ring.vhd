@@ -65,9 +65,10 @@ architecture rtl of line_ring is
 
   constant GEOMETRY : geometry_t := geometry_of("line_ring", MICRO_IMAGE_SIZE, SHIFTS, CENTRED);
 
-  constant M         : positive := MICRO_IMAGE_SIZE;
-  constant SLICES    : positive := GEOMETRY.slices;
-  constant LEAVING   : boolean  := pixels_leave(GEOMETRY);
+  constant M       : positive := MICRO_IMAGE_SIZE;
+  constant SLICES  : positive := GEOMETRY.slices;
+  constant LEAVING : boolean  := pixels_leave(GEOMETRY);
+  -- Where no pixel leaves a sum, one line is read for each one that is written, and one bank does.
   constant BANKS     : positive := choose(LEAVING, 2, 1);
   constant ALL_LINES : natural  := bank_lines(GEOMETRY, ANY_ROWS, M);
   constant WORDS     : positive := larger(ALL_LINES, 1) * COLUMNS;
@@ -76,6 +77,8 @@ architecture rtl of line_ring is
   subtype phase_t is natural range 0 to larger(M - 1, 1);
 
   -- A place in a ring, or the size of a ring.
+  -- A phase has a ring of its own, as long as its pixels stay in use: rings of different lengths take fewer lines
+  -- than one for all.
   subtype place_t is natural range 0 to larger(BANKS * ALL_LINES, 1);
 
   subtype address_t is unsigned(WORD_BITS - 1 downto 0);

@@ -86,6 +86,8 @@ architecture rtl of moving_sum_adder is
   signal held_before : sums_t := (others => '0');
   signal running     : sums_t := (others => '0');
   signal results     : sums_t := (others => '0');
+  -- Columns keep all four for each column of the line, in column_memory; they come back in time for the next line's
+  -- token. For rows these are the registers of the token before.
   signal old_first   : sums_t;
   signal old_held    : sums_t := (others => '0');
   signal old_running : sums_t;
@@ -124,6 +126,8 @@ begin
 
         -- 2: by how much the running sums change, and the first sums.
         sum := resize(lane_of(entering, i, PIXEL_BITS), SUM_BITS);
+        -- A change may be negative: it is taken modulo 2 ** SUM_BITS, as the running sum it goes into is, which ends
+        -- up within 0 to SUM_MAX again.
         sum := sum - lane_of(leaving, i, PIXEL_BITS);
 
         changes((i + 1) * SUM_BITS - 1 downto i * SUM_BITS) <= std_logic_vector(sum);
@@ -155,6 +159,7 @@ begin
           if command_at(3).take = '1' then
             sum := lane_of(first_sums, i, SUM_BITS);
           else
+            -- Where no pixel ever leaves, a sum begins anew with each group instead.
             if WITH_LEAVING or command_at(3).clear = '0' then
               sum := lane_of(old_running, i, SUM_BITS);
             end if;

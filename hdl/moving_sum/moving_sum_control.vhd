@@ -72,6 +72,7 @@ architecture rtl of moving_sum_control is
   -- Indices reach to here when M steps have passed.
   constant LEFT_MAX : positive := REACHED + 1 - M;
 
+  -- A step's index modulo M.
   subtype phase_t is natural range 0 to larger(M - 1, 1);
 
   -- Steps since a line began; saturates at REACHED + 1, as no age is larger.
@@ -84,6 +85,7 @@ architecture rtl of moving_sum_control is
   -- What the pixel of a phase is to the first sums: its index there, REACHED + 1 for none.
   type indices_t is array (natural range 0 to WORDS - 1) of count_t;
 
+  -- Kept in two tables, as the phase is wanted a clock before the age.
   type phases_t is array (natural range 0 to WORDS - 1) of phase_t;
 
   -- 1 for no, 2 for yes: see table_words.

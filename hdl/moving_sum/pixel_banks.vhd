@@ -174,25 +174,29 @@ architecture rtl of pixel_banks is
   end function moved;
 
   -- Clocks behind a token are part of the names.
-  signal padded_1    : std_logic_vector(BANKS * WIDTH - 1 downto 0);
-  signal write_turn  : place_t;
-  signal rotated_1   : std_logic_vector(BANKS * WIDTH - 1 downto 0);
-  signal own_2       : std_logic_vector(BANKS * WIDTH - 1 downto 0);
-  signal writes_2    : flags_t                              := (others => '0');
-  signal wrapped_2   : flags_t                              := (others => '0');
-  signal row_2       : row_t                                := (others => '0');
-  signal next_row_2  : row_t                                := (others => '0');
-  signal distance_2  : distances_t                          := (others => HIGHEST);
-  signal read_row_2  : row_t                                := (others => '0');
-  signal rows_2      : natural range 0 to MOST_ROWS         := 0;
-  signal ahead_2     : natural range 0 to 2 ** ROW_BITS - 1 := 0;
-  signal end_2       : natural range 0 to BANKS             := 0;
-  signal enter_row_3 : rows_t                               := (others => (others => '0'));
-  signal leave_row_3 : rows_t                               := (others => (others => '0'));
-  signal enters_3    : flags_t                              := (others => '0');
-  signal leaves_3    : flags_t                              := (others => '0');
-  signal enters_4    : flags_t                              := (others => '0');
-  signal leaves_4    : flags_t                              := (others => '0');
+  -- 1: the token; its pixels, turned so that each stands at its bank.
+  signal padded_1   : std_logic_vector(BANKS * WIDTH - 1 downto 0);
+  signal write_turn : place_t;
+  signal rotated_1  : std_logic_vector(BANKS * WIDTH - 1 downto 0);
+  -- 2: what is written, where, and what is to be read: rows relative to the output's, and limits of the line.
+  signal own_2      : std_logic_vector(BANKS * WIDTH - 1 downto 0);
+  signal writes_2   : flags_t                              := (others => '0');
+  signal wrapped_2  : flags_t                              := (others => '0');
+  signal row_2      : row_t                                := (others => '0');
+  signal next_row_2 : row_t                                := (others => '0');
+  signal distance_2 : distances_t                          := (others => HIGHEST);
+  signal read_row_2 : row_t                                := (others => '0');
+  signal rows_2     : natural range 0 to MOST_ROWS         := 0;
+  signal ahead_2    : natural range 0 to 2 ** ROW_BITS - 1 := 0;
+  signal end_2      : natural range 0 to BANKS             := 0;
+  -- 3: a bank's rows to be read for the pixel that enters and the one that leaves; whether these lie in the line. 4:
+  -- their words.
+  signal enter_row_3 : rows_t  := (others => (others => '0'));
+  signal leave_row_3 : rows_t  := (others => (others => '0'));
+  signal enters_3    : flags_t := (others => '0');
+  signal leaves_3    : flags_t := (others => '0');
+  signal enters_4    : flags_t := (others => '0');
+  signal leaves_4    : flags_t := (others => '0');
   signal enter_4     : pixels_t;
   signal leave_4     : pixels_t;
   signal changes_5   : std_logic_vector(BANKS * DIFFERENCE_WIDTH - 1 downto 0);

@@ -165,6 +165,8 @@ package body sum_lanes_pkg is
 
   begin
 
+    -- Two banks where pixels leave; running and first sums always, a third and a fourth where outputs are held, and
+    -- where a line begins within a group.
     lines := bank_lines(geometry, any_rows, M) * choose(pixels_leave(geometry), 2, 1);
     sums  := 2 + choose(holds_outputs(geometry), 1, 0) + choose(begins_within_group(geometry), 1, 0);
 
@@ -268,6 +270,8 @@ package body sum_lanes_pkg is
   ) return positive is
   begin
 
+    -- A multiple of M that is P at least: then the phase of a pixel tells its bank, and the pixels of a token have
+    -- banks of their own.
     return divide_up(pixels, micro_image_size) * micro_image_size;
 
   end function bank_count;
@@ -278,6 +282,7 @@ package body sum_lanes_pkg is
   ) return positive is
   begin
 
+    -- Tokens begin at multiples of P, so at banks that are multiples of what P and their number have in common.
     return common_divisor(bank_count(micro_image_size, pixels), pixels);
 
   end function bank_step;
@@ -418,6 +423,7 @@ package body sum_lanes_pkg is
     output := index + entering_age(geometry, slice, index mod geometry.micro_image_size) -
               geometry.output_delay;
 
+    -- Entered before, or with, the line's first output, and not left again.
     return output <= last and output > last - geometry.micro_image_size;
 
   end function is_ahead;
@@ -434,6 +440,7 @@ package body sum_lanes_pkg is
     oldest := lane_delay(geometry, pixels) * pixels -
               geometry.output_delay + pixels - 1 + reach(geometry);
 
+    -- A power of two, so that the number of a row wraps around by itself.
     return 2 ** bits_for(divide_up(oldest, bank_count(geometry.micro_image_size, pixels)) + 2);
 
   end function bank_rows;

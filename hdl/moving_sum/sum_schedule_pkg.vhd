@@ -104,6 +104,7 @@ package body sum_schedule_pkg is
   ) return positive is
   begin
 
+    -- M itself for s = 0: all pixels of a micro image add to the same outputs.
     return common_divisor(geometry.micro_image_size, abs (geometry.shifts(slice)));
 
   end function group_size;
@@ -214,6 +215,8 @@ package body sum_schedule_pkg is
 
   begin
 
+    -- A pixel is in the sum for M steps from the age at which it enters, so that of the last phase to enter and M
+    -- more is the oldest that is read.
     oldest := 0;
 
     for v in 0 to geometry.micro_image_size - 1 loop
@@ -252,6 +255,7 @@ package body sum_schedule_pkg is
     index := last - phase * (geometry.shifts(slice) - 1) - place_in_group(geometry, slice, phase);
     index := index - (index - phase) mod geometry.micro_image_size;
 
+    -- It would lie before the line begins, where all counts as zero.
     if index < 0 then
       return -1;
     end if;
@@ -281,6 +285,8 @@ package body sum_schedule_pkg is
     end if;
 
     equal := group_size(geometry, slice);
+    -- Its place, and the first place of the group of output 0: without pixels that leave, a sum holds those of its
+    -- own group alone.
     place := index + phase * (geometry.shifts(slice) - 1) + place_in_group(geometry, slice, phase);
     last  := centre_offset(geometry, slice) + equal - 1;
 

@@ -142,6 +142,7 @@ architecture rtl of glyph_lines is
   constant TENS_OF  : digits_t := make_digits(true);
   constant ONES_OF  : digits_t := make_digits(false);
 
+  -- Digits of the errors, one of which takes the place of the character that was read.
   signal tens    : code_t                       := (others => '0');
   signal ones    : code_t                       := (others => '0');
   signal read_1  : code_t                       := (others => '0');

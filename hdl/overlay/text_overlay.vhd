@@ -367,6 +367,7 @@ begin
   --------------------------------------------------------------------------------------------------
   -- 5
 
+  -- As long as the character and its line of pixels take.
   delay_video : process (clk) is
   begin
 

@@ -101,6 +101,7 @@ package body refocuser_pkg is
             takes_sharpening(name, sharpening, geometry.slices, arithmetic.exact, parallel_rows) and
             takes_border(name, normalised, arithmetic.exact, parallel_rows, sharpens(sharpening));
 
+    -- Each engine refuses what its own schedule or its memories cannot hold.
     if same_text(engine, "moving_sum") then
       return fits and takes_sums(name, arithmetic, geometry, any_rows, pixels, max_columns, channels, sharpening);
     end if;

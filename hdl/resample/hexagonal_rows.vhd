@@ -74,7 +74,9 @@ architecture rtl of hexagonal_rows is
   signal even_take : std_logic;
   signal odd_take  : std_logic;
   -- Whether a lens is the first one of a frame.
-  signal firsts    : std_logic_vector(7 downto 0)  := (others => '0');
+  signal firsts : std_logic_vector(7 downto 0) := (others => '0');
+  -- Four lenses lie in memory, those of even and of odd number apart: two neighbours are read at once. The address is
+  -- the lens above its lowest bit, and the pixel.
   signal in_bank   : unsigned(PIXEL_ADDR downto 0);
   signal even_bank : unsigned(PIXEL_ADDR downto 0) := (others => '0');
   signal odd_bank  : unsigned(PIXEL_ADDR downto 0) := (others => '0');
@@ -82,36 +84,41 @@ architecture rtl of hexagonal_rows is
   signal odd_word  : std_logic_vector(DATA_BITS - 1 downto 0);
 
   -- The line that goes out: number of its first lens, place of the micro image.
-  signal line_base    : number_t                     := (others => '0');
-  signal place        : position_t                   := (others => '0');
+  signal line_base    : number_t              := (others => '0');
+  signal place        : position_t            := (others => '0');
   signal left_lens    : number_t;
   signal right_lens   : number_t;
-  signal starts_line  : std_logic                    := '1';
+  signal starts_line  : std_logic             := '1';
   signal starts_frame : std_logic;
-  signal outputs_left : unsigned(15 downto 0)        := (others => '0');
-  signal out_pixel    : pixel_index_t                := 0;
-  signal line_index   : pixel_index_t                := 0;
-  signal row_odd      : std_logic;
-  signal outputs      : unsigned(15 downto 0)        := (others => '0');
-  signal lenses       : unsigned(15 downto 0)        := (others => '0');
-  signal place_even   : position_t                   := (others => '0');
-  signal place_odd    : position_t                   := (others => '0');
-  signal step         : position_t                   := (others => '0');
-  signal issue        : std_logic                    := '0';
-  signal issued       : std_logic                    := '0';
-  signal issued_tags  : std_logic_vector(2 downto 0) := (others => '0');
-  signal tags         : std_logic_vector(2 downto 0);
-  signal weight_1     : weight_t                     := (others => '0');
-  signal weight_2     : weight_t                     := (others => '0');
-  signal weight_3     : weight_t                     := (others => '0');
-  signal odd_1        : std_logic                    := '0';
-  signal odd_2        : std_logic                    := '0';
-  signal odd_3        : std_logic                    := '0';
-  signal blended      : std_logic_vector(OUT_BITS - 1 downto 0);
-  signal room         : unsigned(FIFO_BITS downto 0) := to_unsigned(2 ** FIFO_BITS, FIFO_BITS + 1);
-  signal fifo_in      : std_logic_vector(OUT_BITS + 1 downto 0);
-  signal fifo_out     : std_logic_vector(OUT_BITS + 1 downto 0);
-  signal out_valid    : std_logic;
+  signal outputs_left : unsigned(15 downto 0) := (others => '0');
+  signal out_pixel    : pixel_index_t         := 0;
+  signal line_index   : pixel_index_t         := 0;
+  -- Of the row of lenses, whose first lens lies half a pitch further on in every second row; what the registers said
+  -- when its frame began.
+  signal row_odd    : std_logic;
+  signal outputs    : unsigned(15 downto 0) := (others => '0');
+  signal lenses     : unsigned(15 downto 0) := (others => '0');
+  signal place_even : position_t            := (others => '0');
+  signal place_odd  : position_t            := (others => '0');
+  signal step       : position_t            := (others => '0');
+  -- A pixel is read; tags: valid, first of a frame, last of a line.
+  signal issue       : std_logic                    := '0';
+  signal issued      : std_logic                    := '0';
+  signal issued_tags : std_logic_vector(2 downto 0) := (others => '0');
+  signal tags        : std_logic_vector(2 downto 0);
+  -- The share of the right lens, and which of both memories has the left one, until the words are there.
+  signal weight_1 : weight_t  := (others => '0');
+  signal weight_2 : weight_t  := (others => '0');
+  signal weight_3 : weight_t  := (others => '0');
+  signal odd_1    : std_logic := '0';
+  signal odd_2    : std_logic := '0';
+  signal odd_3    : std_logic := '0';
+  signal blended  : std_logic_vector(OUT_BITS - 1 downto 0);
+  -- Places in the output FIFO; as everything behind a read goes on, one is taken with each read.
+  signal room      : unsigned(FIFO_BITS downto 0) := to_unsigned(2 ** FIFO_BITS, FIFO_BITS + 1);
+  signal fifo_in   : std_logic_vector(OUT_BITS + 1 downto 0);
+  signal fifo_out  : std_logic_vector(OUT_BITS + 1 downto 0);
+  signal out_valid : std_logic;
 
 begin
 

@@ -92,6 +92,7 @@ architecture rtl of lens_rows is
   signal waiting_columns : place_t := (others => '0');
   signal waiting_rows    : place_t := (others => '0');
 
+  -- The size of the raster that is reported.
   signal columns_now : unsigned(15 downto 0) := (others => '0');
   signal rows_now    : unsigned(15 downto 0) := (others => '0');
 
@@ -267,6 +268,7 @@ begin
 
           state <= check;
 
+        -- A line of the raster that needs more raw lines at once than the ring holds would wait for ever.
         when check =>
 
           state <= wait_lines;
@@ -275,6 +277,8 @@ begin
             state    <= finish;
           end if;
 
+        -- Lines above `kept` are given free only while nothing is walked along: a walk that still reads the line
+        -- before may need them.
         when wait_lines =>
 
           if at_rest = '1' then
@@ -299,6 +303,7 @@ begin
             end if;
           end if;
 
+        -- The next frame overwrites registers and raw lines, so all pixels must have left.
         when finish =>
 
           if at_rest = '1' and drained = '1' then
@@ -378,8 +383,10 @@ begin
       steps      := to_signed(line_index, place_t'length);
       reach_up   := signed(held(REGISTER_REACH)(15 downto 0));
       reach_down := signed(held(REGISTER_REACH)(31 downto 16));
-      top        <= first_row + steps + reach_up;
-      bottom     <= first_row + steps + 1 + reach_down;
+      -- Computed in two clocks (borders, reach), which the state waits for: the additions are wide and off the path
+      -- of pixels.
+      top    <= first_row + steps + reach_up;
+      bottom <= first_row + steps + 1 + reach_down;
       -- The next row of lenses may begin above the last line of this one.
       oldest <= first_row + smaller(steps, gap) + reach_up;
       -- What the last line of this row of lenses, or of the next one, needs, mirrored at the last raw line.
@@ -389,6 +396,7 @@ begin
       end if;
       last_kept <= shift_left(bottom_line, 1) - bottom_row;
 
+      -- Mirrored at the first raw line, a line above it is one below; the lower of both is needed.
       if bottom < -top then
         needed <= smaller(-top, bottom_line);
       else

@@ -73,18 +73,21 @@ architecture rtl of lens_samples is
   constant VALUE_LATENCY : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + GAIN_LATENCY;
   constant GAIN_WAIT     : positive := MOVE_LATENCY + WINDOW_LATENCY + SAMPLE_LATENCY + 1 - 4;
 
+  -- The position as if lenses were evenly spaced, until the move of its lens has been read.
   signal even_word : std_logic_vector(2 * POSITION - 1 downto 0);
   signal even_late : std_logic_vector(2 * POSITION - 1 downto 0);
   signal move_y    : signed(WEIGHT_BITS + 1 downto 0);
   signal move_x    : signed(WEIGHT_BITS + 1 downto 0);
   signal moved_y   : signed(POSITION - 1 downto 0) := (others => '0');
   signal moved_x   : signed(POSITION - 1 downto 0) := (others => '0');
-  signal pixel_00  : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal pixel_01  : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal pixel_10  : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal pixel_11  : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal weight_y  : unsigned(WEIGHT_BITS - 1 downto 0);
-  signal weight_x  : unsigned(WEIGHT_BITS - 1 downto 0);
+  -- The four pixels around the moved position, and how far it lies between them.
+  signal pixel_00 : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal pixel_01 : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal pixel_10 : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal pixel_11 : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal weight_y : unsigned(WEIGHT_BITS - 1 downto 0);
+  signal weight_x : unsigned(WEIGHT_BITS - 1 downto 0);
+  -- The gain is known with the move, and needed after the interpolation.
   signal gain      : unsigned(GAIN_WIDTH - 1 downto 0);
   signal gain_now  : std_logic_vector(GAIN_WIDTH - 1 downto 0);
   signal gain_late : std_logic_vector(GAIN_WIDTH - 1 downto 0);
@@ -126,6 +129,8 @@ begin
       delayed => even_late
     );
 
+  -- A move is at most a pixel or so: the sum needs no bit more, as positions reach half a micro image beyond the
+  -- sensor at most.
   move : process (clk) is
   begin
 
@@ -217,6 +222,7 @@ begin
 
   end generate channel;
 
+  -- What goes with a value: valid, first of a frame, last of a line. Of these reset clears valid alone.
   tags : entity work.tag_delay
     generic map (
       WIDTH  => 3,

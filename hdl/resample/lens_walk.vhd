@@ -50,11 +50,15 @@ architecture rtl of lens_walk is
 
   constant LAST_PIXEL : natural := MICRO_IMAGE_SIZE - 1;
 
-  signal active       : std_logic                                := '0';
-  signal starts       : std_logic                                := '0';
-  signal y            : position_t                               := (others => '0');
-  signal lens_x       : position_t                               := (others => '0');
-  signal x            : position_t                               := (others => '0');
+  -- On a line; its first pixel is the next one.
+  signal active : std_logic := '0';
+  signal starts : std_logic := '0';
+  -- Where the current lens begins, and the current pixel: y changes from lens to lens only, as micro images lie along
+  -- the sensor's own axes.
+  signal y      : position_t := (others => '0');
+  signal lens_x : position_t := (others => '0');
+  signal x      : position_t := (others => '0');
+  -- What is left of the line, in lenses and within the lens, and the addresses in the tables.
   signal lenses_left  : unsigned(15 downto 0)                    := (others => '0');
   signal pixel        : natural range 0 to larger(LAST_PIXEL, 1) := 0;
   signal lens_now     : lens_t                                   := (others => '0');
@@ -64,6 +68,8 @@ architecture rtl of lens_walk is
   signal line_ends    : std_logic;
   signal take         : std_logic;
 
+  -- Positions have more fraction bits than weights, so that a step added a thousand times stays exact; they are cut
+  -- where they are used, which rounds down by less than a weight.
   function cut (
     position : position_t
   ) return signed is
@@ -106,6 +112,7 @@ begin
         lens       <= lens_now;
         profile    <= profile_now;
         starts     <= '0';
+        -- The next lens lies a step from the beginning of this one, so errors of pixels do not add up.
         if lens_ends = '1' then
           pixel       <= 0;
           y           <= y + right_y;

@@ -96,14 +96,16 @@ architecture rtl of mosaic_engine is
 
   end function two;
 
-  signal column       : column_t                                  := (others => '0');
-  signal column_now   : column_t;
-  signal column_1     : column_t                                  := (others => '0');
-  signal column_2     : column_t                                  := (others => '0');
-  signal token_1      : token_t;
-  signal token_2      : token_t;
-  signal data_1       : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
-  signal data_2       : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
+  -- Column of the next pixel, of this one, and of those one and two clocks behind.
+  signal column     : column_t                                  := (others => '0');
+  signal column_now : column_t;
+  signal column_1   : column_t                                  := (others => '0');
+  signal column_2   : column_t                                  := (others => '0');
+  signal token_1    : token_t;
+  signal token_2    : token_t;
+  signal data_1     : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
+  signal data_2     : std_logic_vector(PIXEL_BITS - 1 downto 0) := (others => '0');
+  -- The two lines above a column, from the memory, and what goes back.
   signal above        : std_logic_vector(2 * PIXEL_BITS - 1 downto 0);
   signal above_new    : std_logic_vector(2 * PIXEL_BITS - 1 downto 0);
   signal read_enable  : std_logic;

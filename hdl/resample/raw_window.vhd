@@ -123,19 +123,24 @@ architecture rtl of raw_window is
   end function slot_of;
 
   -- Lines and columns 0 and 1 of the window.
-  signal line_0     : place_t   := (others => '0');
-  signal line_1     : place_t   := (others => '0');
-  signal column_0   : place_t   := (others => '0');
-  signal column_1   : place_t   := (others => '0');
-  signal even_age   : age_t     := (others => '0');
-  signal odd_age    : age_t     := (others => '0');
-  signal newest_3   : slot_t    := 0;
-  signal even_half  : address_t := (others => '0');
-  signal odd_half   : address_t := (others => '0');
-  signal even_3     : address_t := (others => '0');
-  signal odd_3      : address_t := (others => '0');
-  signal even_slot  : slot_t    := 0;
-  signal odd_slot   : slot_t    := 0;
+  -- Step 1.
+  signal line_0   : place_t := (others => '0');
+  signal line_1   : place_t := (others => '0');
+  signal column_0 : place_t := (others => '0');
+  signal column_1 : place_t := (others => '0');
+  -- Step 2. Ages need few bits: the ring never holds a line that is older than PAIRS pairs, so the difference of two
+  -- line numbers is cut to AGE_BITS without loss, also where the numbers wrap around.
+  signal even_age  : age_t     := (others => '0');
+  signal odd_age   : age_t     := (others => '0');
+  signal newest_3  : slot_t    := 0;
+  signal even_half : address_t := (others => '0');
+  signal odd_half  : address_t := (others => '0');
+  signal even_3    : address_t := (others => '0');
+  signal odd_3     : address_t := (others => '0');
+  -- Steps 3 and 4 stand apart so that neither has both a table and an addition behind a comparison.
+  signal even_slot : slot_t := 0;
+  signal odd_slot  : slot_t := 0;
+  -- What has to wait beside the addresses and the memories.
   signal swap_now   : std_logic_vector(1 downto 0);
   signal swap_late  : std_logic_vector(1 downto 0);
   signal weight_now : std_logic_vector(2 * WEIGHT_BITS - 1 downto 0);
@@ -198,6 +203,7 @@ begin
       even_half <= resize(unsigned(even_column(14 downto 1)), ADDR_BITS);
       odd_half  <= resize(unsigned(odd_column(14 downto 1)), ADDR_BITS);
 
+      -- A slot is asked for relative to the newest one, which is the place that is written when the age is measured.
       -- 3: where in the ring.
       even_slot <= slot_of(newest_3, even_age);
       odd_slot  <= slot_of(newest_3, odd_age);
@@ -236,8 +242,15 @@ begin
           pixel_11 <= pixels(0);
         end if;
       end if;
+    end if;
 
-      -- Into the ring.
+  end process locate;
+
+  -- Into the ring: a clock behind its place, as its data are. The four memories share the address.
+  write_pixels : process (clk) is
+  begin
+
+    if rising_edge(clk) then
       write_enables <= (others => '0');
       if write_line(0) = '0' and write_column(0) = '0' then
         write_enables(0) <= write_enable;
@@ -252,7 +265,7 @@ begin
       write_pixel   <= write_data;
     end if;
 
-  end process locate;
+  end process write_pixels;
 
   memories : for i in 0 to 3 generate
 
@@ -273,6 +286,7 @@ begin
 
   end generate memories;
 
+  -- The memories give lines and columns sorted by parity, so what was swapped on the way in is swapped back.
   -- From step 1 to step 7.
   swaps : entity work.tag_delay
     generic map (

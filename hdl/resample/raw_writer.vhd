@@ -59,16 +59,22 @@ architecture rtl of raw_writer is
   -- Clocks in which what was read for a line has left the ring.
   constant KEEP_WAIT : positive := 12;
 
+  -- The line that is written, its place in the ring, and the next column. The number wraps around; only differences
+  -- of lines within the ring are ever taken.
   signal line_number : place_t                                          := (others => '0');
   signal slot        : natural range 0 to LAST_SLOT                     := 0;
   signal column      : unsigned(bits_for(MAX_COLUMNS - 1) - 1 downto 0) := (others => '0');
-  signal waits       : std_logic                                        := '0';
-  signal frame_first : place_t                                          := (others => '0');
-  signal done        : place_t                                          := (others => '0');
-  signal done_before : place_t                                          := (others => '0');
+  -- The frame that came in last still waits for its reader; its first line; lines complete of it, and of the one
+  -- before, which the reader may still have.
+  signal waits       : std_logic := '0';
+  signal frame_first : place_t   := (others => '0');
+  signal done        : place_t   := (others => '0');
+  signal done_before : place_t   := (others => '0');
   signal line_ends   : std_logic;
-  signal keep_word   : std_logic_vector(16 downto 0);
-  signal keep_late   : std_logic_vector(16 downto 0);
+  -- The first line that the reader needs, and the same when its last reads have left the memory: a line is given free
+  -- that much later.
+  signal keep_word : std_logic_vector(16 downto 0);
+  signal keep_late : std_logic_vector(16 downto 0);
   -- The first line that must stay, if any.
   signal first_kept : place_t;
   signal keeps_none : std_logic;
@@ -122,6 +128,8 @@ begin
         waits <= '0';
       end if;
 
+      -- `room` is registered, so it is decided here for the line of the next pixel, and for the line after it in case
+      -- this pixel is the last one of its line.
       now := line_number;
       if token.strobe = '1' and token.pixel = '1' then
         if token.line_first = '1' then
@@ -146,6 +154,7 @@ begin
           else
             done <= done + 1;
           end if;
+          -- Slots hold pairs of lines: the odd one completes a pair.
           if line_number(0) = '1' then
             if slot = LAST_SLOT then
               slot <= 0;

@@ -97,11 +97,14 @@ architecture rtl of resampler is
   constant POSITION    : positive := 16 + WEIGHT_BITS;
   constant SAMPLE_BITS : positive := PIXEL_BITS + GUARD_BITS;
   constant VALUE_BITS  : positive := SAMPLE_BITS + GAIN_INTEGER_BITS;
-  constant FIFO_BITS   : positive := 6;
-  constant CREDIT      : positive := 2 ** FIFO_BITS;
-  constant IN_BITS     : positive := DATA_BITS + 2;
-  constant WORD_BITS   : positive := choose(HEXAGONAL, CHANNELS * VALUE_BITS, DATA_BITS) + 2;
+  -- The FIFO behind the samples holds all pixels that are under way, so that nothing between the ring and it needs to
+  -- stop: the walk sends a pixel only against a credit.
+  constant FIFO_BITS : positive := 6;
+  constant CREDIT    : positive := 2 ** FIFO_BITS;
+  constant IN_BITS   : positive := DATA_BITS + 2;
+  constant WORD_BITS : positive := choose(HEXAGONAL, CHANNELS * VALUE_BITS, DATA_BITS) + 2;
 
+  -- From the stream to the ring.
   signal input_word   : std_logic_vector(IN_BITS - 1 downto 0);
   signal stream_word  : std_logic_vector(IN_BITS - 1 downto 0);
   signal stream_valid : std_logic;
@@ -114,6 +117,7 @@ architecture rtl of resampler is
   signal fault        : std_logic;
   signal fault_flag   : std_logic := '0';
 
+  -- What a word of the load port is for.
   signal load_register : std_logic;
   signal load_lens     : std_logic;
   signal load_profile  : std_logic;
@@ -125,13 +129,15 @@ architecture rtl of resampler is
   signal write_slot   : natural range 0 to LINES / 2 - 1;
   signal write_column : unsigned(COLUMN_BITS - 1 downto 0);
   signal write_data   : std_logic_vector(DATA_BITS - 1 downto 0);
-  signal frame_waits  : std_logic;
-  signal frame_base   : place_t;
-  signal frame_taken  : std_logic;
-  signal lines_in     : place_t;
-  signal keep         : place_t;
-  signal keep_none    : std_logic;
+  -- Between writer and reader of the ring: a frame that waits, its lines that are in, the lines that must stay.
+  signal frame_waits : std_logic;
+  signal frame_base  : place_t;
+  signal frame_taken : std_logic;
+  signal lines_in    : place_t;
+  signal keep        : place_t;
+  signal keep_none   : std_logic;
 
+  -- The frame that is read: its grid and where it lies in the ring; the line of the raster on offer.
   signal registers   : registers_t;
   signal base        : place_t;
   signal last_line   : place_t;
@@ -142,6 +148,7 @@ architecture rtl of resampler is
   signal at_rest     : std_logic;
   signal drained     : std_logic;
 
+  -- Places in the output FIFO that no pixel under way is meant for.
   signal credits     : unsigned(FIFO_BITS downto 0) := to_unsigned(CREDIT, FIFO_BITS + 1);
   signal have_credit : std_logic;
   signal pixel_valid : std_logic;
@@ -154,6 +161,7 @@ architecture rtl of resampler is
   signal black       : unsigned(SAMPLE_BITS - 1 downto 0);
   signal values      : std_logic_vector(CHANNELS * VALUE_BITS - 1 downto 0);
 
+  -- Beside a pixel: valid (bit 0), first of its frame, last of its line.
   signal tag        : std_logic_vector(2 downto 0);
   signal value_tag  : std_logic_vector(2 downto 0);
   signal word_valid : std_logic;
@@ -322,6 +330,7 @@ begin
   drained     <= '1' when credits = CREDIT and pixel_valid = '0' else
                  '0';
 
+  -- A pixel that leaves gives its place back; one that is sent and one that leaves in the same clock change nothing.
   follow : process (clk) is
   begin
 
@@ -450,6 +459,7 @@ begin
 
   hexagonal_grid : if HEXAGONAL generate
 
+    -- Not rounded yet: hexagonal_rows weighs two values of this width.
     word_valid <= value_tag(0);
     word       <= value_tag(2 downto 1) & values;
 

@@ -118,8 +118,10 @@ architecture rtl of sharpen_columns is
 
   constant SHARPENED : sharpened_t := sharpened_table;
 
-  signal active     : std_logic;
-  signal step       : std_logic;
+  -- A pixel, and the first of its line.
+  signal active : std_logic;
+  signal step   : std_logic;
+  -- Each line number modulo M has TOKENS words in the memory; this is the first one of the next line.
   signal next_line  : address_t                   := (others => '0');
   signal address_at : addresses_t                 := (others => (others => '0'));
   signal active_at  : std_logic_vector(1 to READ) := (others => '0');
@@ -136,6 +138,8 @@ architecture rtl of sharpen_columns is
   signal above_there : std_logic;
   signal below_there : std_logic;
 
+  -- What was read: the sums of M lines above in the low bits, of 2 M lines above in the high ones. What goes back has
+  -- this line's in the low bits.
   signal word      : std_logic_vector(2 * LINE_BITS - 1 downto 0);
   signal word_back : std_logic_vector(2 * LINE_BITS - 1 downto 0);
   signal slice_tap : unsigned(SLICE_BITS - 1 downto 0);

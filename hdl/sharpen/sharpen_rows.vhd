@@ -98,16 +98,18 @@ architecture rtl of sharpen_rows is
   -- Clocks from a token to the sums behind the taps.
   constant TAPS_DONE : positive := 1 + TAPS_LATENCY;
 
+  -- Tokens of the line before this one, up to DELAY: until then the pixel in the middle has no left neighbour.
   signal tokens_before : natural range 0 to DELAY := 0;
   signal tokens_now    : natural range 0 to DELAY;
-  signal tag           : tag_t;
-  signal tag_before    : tag_t;
-  signal tag_due       : tag_t;
-  signal tag_at        : tags_t                   := (others => (others => '0'));
-  signal strobe_in     : std_logic_vector(0 downto 0);
-  signal strobe_due    : std_logic_vector(0 downto 0);
-  signal slice_tap     : unsigned(SLICE_BITS - 1 downto 0);
-  -- The pixels in the middle.
+  -- Of the token that comes, of the one before it, of the one whose pixels are in the middle.
+  signal tag        : tag_t;
+  signal tag_before : tag_t;
+  signal tag_due    : tag_t;
+  signal tag_at     : tags_t := (others => (others => '0'));
+  signal strobe_in  : std_logic_vector(0 downto 0);
+  signal strobe_due : std_logic_vector(0 downto 0);
+  signal slice_tap  : unsigned(SLICE_BITS - 1 downto 0);
+  -- Idle clocks must not move the middle on: up to it all is kept in tokens, behind it in clocks.
   signal middle : std_logic_vector(PIXELS * PIXEL_BITS - 1 downto 0);
 
 begin

@@ -51,10 +51,8 @@ begin
       USE_DOUBLER   => false
     )
     port map (
-      i            => from_pins,
-      divclk       => clk,
-      ioclk        => open,
-      serdesstrobe => open
+      i      => from_pins,
+      divclk => clk
     );
 
   counted_way : component bufio2
@@ -65,10 +63,8 @@ begin
       USE_DOUBLER   => false
     )
     port map (
-      i            => from_pins,
-      divclk       => counted,
-      ioclk        => open,
-      serdesstrobe => open
+      i      => from_pins,
+      divclk => counted
     );
 
   global : component bufg

@@ -64,15 +64,19 @@ architecture rtl of phase_detector_control is
   -- reset of the delays; track: follow the edges.
   type state_t is (settle, begun, calibrating, restart, track);
 
-  signal state       : state_t                             := settle;
-  signal clocks      : natural range 0 to TIMEOUT          := 0;
-  signal balance     : integer range -FILTER to FILTER     := 0;
-  signal may_step    : std_logic                           := '0';
-  signal busy_now    : std_logic                           := '1';
-  signal master_done : std_logic                           := '0';
-  signal tracks      : std_logic                           := '0';
-  signal position    : integer range -FARTHEST to FARTHEST := 0;
-  signal hung        : std_logic                           := '0';
+  signal state  : state_t                    := settle;
+  signal clocks : natural range 0 to TIMEOUT := 0;
+  -- Edges that came late less those that came early: the delay moves when one side has FILTER more, so noise does not
+  -- move it.
+  signal balance  : integer range -FILTER to FILTER := 0;
+  signal may_step : std_logic                       := '0';
+  -- BUSY of both delay lines; the master has been calibrated.
+  signal busy_now    : std_logic := '1';
+  signal master_done : std_logic := '0';
+  signal tracks      : std_logic := '0';
+  -- Steps taken since the calibration, for the status line.
+  signal position : integer range -FARTHEST to FARTHEST := 0;
+  signal hung     : std_logic                           := '0';
 
   -- Edges are followed, far enough before the next calibration; far enough beside the middle for a step.
   signal follows : std_logic;

@@ -55,11 +55,7 @@ begin
       progdata  => '0',
       progen    => '0',
       clkfx     => own_clk,
-      clkfx180  => open,
-      clkfxdv   => open,
-      locked    => own_ready,
-      progdone  => open,
-      status    => open
+      locked    => own_ready
     );
 
   choose : component bufgmux

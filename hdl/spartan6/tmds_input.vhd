@@ -99,21 +99,18 @@ begin
       SIM_TAPDELAY_VALUE => 50
     )
     port map (
-      idatain  => from_pins,
-      odatain  => '0',
-      t        => '1',
-      ioclk0   => io_clk,
-      ioclk1   => '0',
-      clk      => clk_x2,
-      cal      => calibrate_master,
-      ce       => step,
-      inc      => step_up,
-      rst      => delay_reset,
-      busy     => master_busy,
-      dataout  => master_data,
-      dataout2 => open,
-      dout     => open,
-      tout     => open
+      idatain => from_pins,
+      odatain => '0',
+      t       => '1',
+      ioclk0  => io_clk,
+      ioclk1  => '0',
+      clk     => clk_x2,
+      cal     => calibrate_master,
+      ce      => step,
+      inc     => step_up,
+      rst     => delay_reset,
+      busy    => master_busy,
+      dataout => master_data
     );
 
   slave_delay : component iodelay2
@@ -130,21 +127,18 @@ begin
       SIM_TAPDELAY_VALUE => 50
     )
     port map (
-      idatain  => from_pins,
-      odatain  => '0',
-      t        => '1',
-      ioclk0   => io_clk,
-      ioclk1   => '0',
-      clk      => clk_x2,
-      cal      => calibrate_slave,
-      ce       => step,
-      inc      => step_up,
-      rst      => delay_reset,
-      busy     => slave_busy,
-      dataout  => slave_data,
-      dataout2 => open,
-      dout     => open,
-      tout     => open
+      idatain => from_pins,
+      odatain => '0',
+      t       => '1',
+      ioclk0  => io_clk,
+      ioclk1  => '0',
+      clk     => clk_x2,
+      cal     => calibrate_slave,
+      ce      => step,
+      inc     => step_up,
+      rst     => delay_reset,
+      busy    => slave_busy,
+      dataout => slave_data
     );
 
   master_deserialiser : component iserdes2
@@ -156,26 +150,22 @@ begin
       SERDES_MODE    => "MASTER"
     )
     port map (
-      d         => master_data,
-      ce0       => '1',
-      clk0      => io_clk,
-      clk1      => '0',
-      ioce      => io_strobe,
-      rst       => reset,
-      clkdiv    => clk_x2,
-      shiftin   => to_master,
-      bitslip   => '0',
-      fabricout => open,
-      q4        => half(4),
-      q3        => half(3),
-      q2        => half(2),
-      q1        => half(1),
-      dfb       => open,
-      cfb0      => open,
-      cfb1      => open,
-      valid     => valid,
-      incdec    => increase,
-      shiftout  => to_slave
+      d        => master_data,
+      ce0      => '1',
+      clk0     => io_clk,
+      clk1     => '0',
+      ioce     => io_strobe,
+      rst      => reset,
+      clkdiv   => clk_x2,
+      shiftin  => to_master,
+      bitslip  => '0',
+      q4       => half(4),
+      q3       => half(3),
+      q2       => half(2),
+      q1       => half(1),
+      valid    => valid,
+      incdec   => increase,
+      shiftout => to_slave
     );
 
   slave_deserialiser : component iserdes2
@@ -187,26 +177,17 @@ begin
       SERDES_MODE    => "SLAVE"
     )
     port map (
-      d         => slave_data,
-      ce0       => '1',
-      clk0      => io_clk,
-      clk1      => '0',
-      ioce      => io_strobe,
-      rst       => reset,
-      clkdiv    => clk_x2,
-      shiftin   => to_slave,
-      bitslip   => '0',
-      fabricout => open,
-      q4        => half(0),
-      q3        => open,
-      q2        => open,
-      q1        => open,
-      dfb       => open,
-      cfb0      => open,
-      cfb1      => open,
-      valid     => open,
-      incdec    => open,
-      shiftout  => to_master
+      d        => slave_data,
+      ce0      => '1',
+      clk0     => io_clk,
+      clk1     => '0',
+      ioce     => io_strobe,
+      rst      => reset,
+      clkdiv   => clk_x2,
+      shiftin  => to_slave,
+      bitslip  => '0',
+      q4       => half(0),
+      shiftout => to_master
     );
 
   gearbox : entity work.gearbox_5_to_10

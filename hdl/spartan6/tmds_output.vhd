@@ -67,7 +67,6 @@ begin
       d3        => '0',
       d2        => '0',
       d1        => half(4),
-      tq        => open,
       t1        => '0',
       t2        => '0',
       t3        => '0',
@@ -79,9 +78,7 @@ begin
       shiftin3  => slave_data,
       shiftin4  => slave_tristate,
       shiftout1 => master_data,
-      shiftout2 => master_tristate,
-      shiftout3 => open,
-      shiftout4 => open
+      shiftout2 => master_tristate
     );
 
   slave_serialiser : component oserdes2
@@ -93,7 +90,6 @@ begin
       SERDES_MODE  => "SLAVE"
     )
     port map (
-      oq        => open,
       oce       => '1',
       clk0      => io_clk,
       clk1      => '0',
@@ -104,7 +100,6 @@ begin
       d3        => half(2),
       d2        => half(1),
       d1        => half(0),
-      tq        => open,
       t1        => '0',
       t2        => '0',
       t3        => '0',
@@ -115,8 +110,6 @@ begin
       shiftin2  => master_tristate,
       shiftin3  => '1',
       shiftin4  => '1',
-      shiftout1 => open,
-      shiftout2 => open,
       shiftout3 => slave_data,
       shiftout4 => slave_tristate
     );

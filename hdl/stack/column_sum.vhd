@@ -131,6 +131,7 @@ architecture rtl of column_sum is
   end function pixel_at;
 
   -- Clocks behind the token are part of the names.
+  -- Which pixel enters is a choice of words that are there already: all slices read the same memory.
   signal enter_phase_2 : phase_t;
   signal enter_phase_3 : phase_t       := 0;
   signal choice_3      : pixel_choice_t;

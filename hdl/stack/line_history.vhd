@@ -93,6 +93,8 @@ begin
 
     begin
 
+      -- A shift register of lines for each column: read, moved on by the new pixel, written back two clocks later.
+      -- Only the lines of one phase move in a line, so a memory for each phase is written a line in M.
       moved        <= word & pixel;
       write_enable <= active when phase = v else
                       '0';

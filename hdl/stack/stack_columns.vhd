@@ -76,12 +76,14 @@ architecture rtl of stack_columns is
 
   type columns_t is array (1 to 3) of unsigned(COLUMN_BITS - 1 downto 0);
 
+  -- A pixel, and the first of its line.
   signal active : std_logic;
   signal step   : std_logic;
   -- The same of all slices.
-  signal phase_1   : phases_t;
-  signal phase_2   : phase_t := 0;
-  signal phase_3   : phase_t := 0;
+  signal phase_1 : phases_t;
+  signal phase_2 : phase_t := 0;
+  signal phase_3 : phase_t := 0;
+  -- The line that comes in and the lines before it, both of the same column, for all slices.
   signal pixel_3   : std_logic_vector(PIXEL_BITS - 1 downto 0);
   signal history_3 : std_logic_vector(HISTORY_BITS - 1 downto 0);
 

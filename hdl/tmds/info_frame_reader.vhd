@@ -46,6 +46,7 @@ architecture rtl of info_frame_reader is
 
   type tails_t is array (0 to 3) of std_logic_vector(5 downto 0);
 
+  -- The word of the packet that comes next, and check bits so far of header and subpackets.
   signal place        : unsigned(4 downto 0) := (others => '0');
   signal header_check : byte_t               := (others => '0');
   signal checks       : checks_t             := (others => (others => '0'));

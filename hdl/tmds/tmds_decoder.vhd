@@ -25,6 +25,8 @@ end entity tmds_decoder;
 
 architecture rtl of tmds_decoder is
 
+  -- 1: what the word is, before it is known what it stands for. The check of the chain needs the byte, so it comes a
+  -- clock later.
   signal byte_token   : std_logic                    := '1';
   signal byte_word    : std_logic_vector(9 downto 0) := TOKEN_00;
   signal byte         : std_logic_vector(7 downto 0) := (others => '0');

@@ -33,14 +33,18 @@ architecture rtl of tmds_encoder is
   -- Half of ones minus zeros: of a byte's chain, and of all words so far.
   subtype half_t is integer range -4 to 4;
 
-  signal chain          : std_logic_vector(8 downto 0) := (others => '0');
-  signal chain_active   : std_logic                    := '0';
-  signal chain_control  : std_logic_vector(1 downto 0) := "00";
+  -- 1: the byte as a chain, and what goes with it.
+  signal chain         : std_logic_vector(8 downto 0) := (others => '0');
+  signal chain_active  : std_logic                    := '0';
+  signal chain_control : std_logic_vector(1 downto 0) := "00";
+  -- 2: ones of the chain above four; 3 chooses the word by it and by the sum so far. Counting and choosing apart keep
+  -- both out of one clock.
   signal excess         : half_t                       := 0;
   signal excess_chain   : std_logic_vector(8 downto 0) := (others => '0');
   signal excess_active  : std_logic                    := '0';
   signal excess_control : std_logic_vector(1 downto 0) := "00";
-  signal disparity      : half_t                       := 0;
+  -- It never leaves -4 to 4 halves: a word is inverted whenever that brings the sum nearer to zero.
+  signal disparity : half_t := 0;
 
 begin
 

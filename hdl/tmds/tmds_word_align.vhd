@@ -41,14 +41,15 @@ architecture rtl of tmds_word_align is
 
   subtype phase_t is natural range 0 to 9;
 
-  -- The newest word above the one before; a word of phase p begins at bit p. The tokens of all phases are found a clock
-  -- later, so the words wait as long.
+  -- The newest word above the one before; a word of phase p begins at bit p. The tokens of all phases are found a
+  -- clock later, so the words wait as long.
   signal window       : std_logic_vector(19 downto 0) := (others => '0');
   signal tokens       : std_logic_vector(9 downto 0)  := (others => '0');
   signal token_window : std_logic_vector(19 downto 0) := (others => '0');
-  signal phase        : phase_t                       := 0;
-  signal run_phase    : phase_t                       := 0;
-  signal run_length   : natural range 0 to RUN        := 0;
+  -- The phase in use; the one whose tokens are counted, and their number.
+  signal phase      : phase_t                := 0;
+  signal run_phase  : phase_t                := 0;
+  signal run_length : natural range 0 to RUN := 0;
   -- Words until the channel is lost; a run sets it to TIMEOUT.
   signal patience : natural range 0 to TIMEOUT := 0;
 
@@ -76,8 +77,8 @@ begin
       word  <= token_window(phase + 9 downto phase);
       token <= tokens(phase);
 
-      -- Runs, at one phase at a time: the lowest one with a token is followed until it has none. Ten counters would find
-      -- a run sooner by a few words, once after a cable is plugged in.
+      -- Runs, at one phase at a time: the lowest one with a token is followed until it has none. Ten counters would
+      -- find a run sooner by a few words, once after a cable is plugged in.
       found := 0;
 
       for p in 9 downto 0 loop

@@ -1,11 +1,11 @@
 -- SPDX-License-Identifier: Apache-2.0
 -- From a stream of raw pixels to the stream of the picture that is shown: refocused, in focus everywhere, or depth.
 --
--- With the refocused slice alone it is a raster_refocuser. With other outputs it is a focal stack and its depth index,
--- and each frame that leaves is one of: the slice chosen, the sharpest slice of each micro image, or the colour of that
--- slice. The slice is chosen with a frame's first pixel in; the output with its first pixel out. Such a core does not
--- push the rest of a frame out by itself: the next one does, and frames have a multiple of M lines, with black ones
--- below the picture that do not come out.
+-- With the refocused slice alone it is a raster_refocuser. With other outputs it is a focal stack and its depth
+-- index, and each frame that leaves is one of: the slice chosen, the sharpest slice of each micro image, or the
+-- colour of that slice. The slice is chosen with a frame's first pixel in; the output with its first pixel out. Such
+-- a core does not push the rest of a frame out by itself: the next one does, and frames have a multiple of M lines,
+-- with black ones below the picture that do not come out.
 --
 -- Latency: picture_delay_lines lines and picture_delay_pixels pixels of video. Throughput: one pixel each clock.
 -- Equation: see raster_refocuser, focal_stack and sharpness_index; depth(k) = colour number index(k) of COLOURS.
@@ -171,6 +171,7 @@ begin
 
     constant KINDS : kinds_t   := output_kinds(OUTPUTS);
 
+    -- The stack of slices on its way to the depth index, what this has found, and faults of both.
     signal stack_valid  : std_logic;
     signal stack_ready  : std_logic;
     signal stack_data   : std_logic_vector(24 * SLICES - 1 downto 0);
@@ -181,9 +182,10 @@ begin
     signal found_user   : std_logic_vector(0 downto 0);
     signal stack_errors : std_logic_vector(4 downto 0);
     signal index_errors : std_logic_vector(4 downto 0);
-    signal shown_now    : std_logic_vector(1 downto 0);
-    signal shown_held   : std_logic_vector(1 downto 0) := "00";
-    signal waits        : std_logic                    := '0';
+    -- What the frame that leaves shows, and the same as it was with the pixel before.
+    signal shown_now  : std_logic_vector(1 downto 0);
+    signal shown_held : std_logic_vector(1 downto 0) := "00";
+    signal waits      : std_logic                    := '0';
 
   begin
 
@@ -256,8 +258,8 @@ begin
 
     error_flags <= stack_errors or index_errors;
 
-    -- A frame keeps what it showed with its first pixel; and a pixel on offer, also that first one, stays as it is until
-    -- it is taken, as AXI4-Stream wants.
+    -- A frame keeps what it showed with its first pixel; and a pixel on offer, also that first one, stays as it is
+    -- until it is taken, as AXI4-Stream wants.
     shown_now <= shown_held when found_user = "0" or waits = '1' else
                  choice.shown when unsigned(choice.shown) < OUTPUTS'length else
                  "00";

@@ -11,9 +11,10 @@
 -- arrives meanwhile waits in the refocuser's input FIFO (a line), which empties again in the
 -- horizontal blanking. A focal stack gets black lines in the blanking instead.
 --
--- Sensor. With a sensor frames of its size are its raw frames, grey or a mosaic in red, or RGB. Their raster of micro images, or what is refocused of it, is smaller and shown in the middle, with black around; see
--- sensor_front. When another output is chosen or the raster gets another size, all begins again with the next frame.
--- Outputs: refocused and micro images.
+-- Sensor. With a sensor frames of its size are its raw frames, grey or a mosaic in red, or RGB. Their raster of micro
+-- images, or what is refocused of it, is smaller and shown in the middle, with black around; see sensor_front. When
+-- another output is chosen or the raster gets another size, all begins again with the next frame. Outputs: refocused
+-- and micro images.
 --
 -- Latency: D lines and D + 21 pixels with exact sums of nearest neighbours, D = total_delay of the
 --   refocuser (in general picture_delay_lines lines and picture_delay_pixels + 5 pixels), the same for all slices and

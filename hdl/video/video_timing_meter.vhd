@@ -93,7 +93,8 @@ begin
   h_strays   <= h_moves and to_logic(y /= 0) and
                 ((to_logic(frame.h_sync_begin /= next_x) and (video.h_sync xor h_idle)) or
                  (to_logic(frame.h_sync_end /= next_x) and not (video.h_sync xor h_idle)));
-  row_strays <= rise and not starts and to_logic(before.h_sync /= h_idle or before.v_sync /= v_idle or frame.rows /= next_y);
+  row_strays <= rise and not starts and
+                to_logic(before.h_sync /= h_idle or before.v_sync /= v_idle or frame.rows /= next_y);
   cut        <= fall and to_logic(frame.rows /= 1 and frame.columns /= next_x);
   irregular  <= endless or torn or h_strays or row_strays or cut;
 
