@@ -209,7 +209,9 @@ begin
     switch_pattern => switch_pattern,
     switch_pass    => switch_pass,
     switch_sweep   => switch_sweep,
-    others => '0'
+    button_output  => '0',
+    switch_hide    => '0',
+    switch_bottom  => '0'
   );
 
   path : entity work.hdmi_refocuser
