@@ -17,7 +17,9 @@ pytestmark = pytest.mark.quick
 COMMAND = str(Path(sys.executable).parent / "plenofir")
 
 
-@pytest.mark.parametrize("engine", ["fir", "moving_sum", "moving_sum --pixels 4", "stack"])
+@pytest.mark.parametrize(
+    "engine", ["fir", "moving_sum --border normalise", "moving_sum --pixels 4", "stack"]
+)
 def test_small_frame(tmp_path: Path, engine: str) -> None:
     raw = np.random.default_rng(0).integers(0, 256, (20, 25, 3), np.uint8)
     write_png(tmp_path / "raw.png", raw)
@@ -40,5 +42,6 @@ def test_small_frame(tmp_path: Path, engine: str) -> None:
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "o" / "report.json").read_text())
     assert report["mismatches"] == 0
+    assert report["border"] == ("normalise" if "border" in engine else "zero")
     assert report["pixels_per_clock"] == (4 if "pixels" in engine else 1)
     assert report["pixels_compared"] == (4 if engine == "stack" else 2) * 20 * 25

@@ -277,8 +277,14 @@ def test_more_stacks_as_verilog(
             CoreConfiguration(micro_image_size=2, shifts=(1, 2), max_columns=12, sharpening=(3, 0)),
             marks=pytest.mark.slow,
         ),
+        pytest.param(
+            CoreConfiguration(
+                micro_image_size=3, shifts=(-1, 2), max_columns=20, border="normalise"
+            ),
+            marks=pytest.mark.slow,
+        ),
     ],
-    ids=["exact", "lanes", "stored", "sharpened"],
+    ids=["exact", "lanes", "stored", "sharpened", "normalised"],
 )
 def test_netlist_equals_golden_model(
     tmp_path: Path, simulator: Simulator, core: CoreConfiguration

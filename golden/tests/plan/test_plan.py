@@ -274,6 +274,21 @@ def test_auto_arithmetic_takes_what_fits(tmp_path: Path) -> None:
     assert DEVICES["xc6slx45"].overflow(usage)
 
 
+def test_border_is_weighed(tmp_path: Path) -> None:
+    slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["3/5", "1"]')
+    plain = make_plan(scene(tmp_path, slices))
+    (spared,) = [part for part in plain.left_out if part.what == "normalised border"]
+    assert "BORDER_NORMALISED" not in plain.core.generics()
+    whole = make_plan(scene(tmp_path, slices, build='border = "normalise"'))
+    assert whole.core.generics()["BORDER_NORMALISED"] is True
+    assert whole.core.exact
+    # What the one leaves out is what the other takes.
+    for name, amount in spared.saves.items():
+        assert whole.needs[name] - plain.needs[name] == amount
+    assert whole.error_bound == 0.5
+    assert not any("border" in part.what for part in whole.left_out)
+
+
 def test_sharpening_is_weighed(tmp_path: Path) -> None:
     slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["3/5", "1"]')
     plain = make_plan(scene(tmp_path, slices))
@@ -329,6 +344,11 @@ def test_overflow_names_resource_and_numbers(tmp_path: Path) -> None:
         ("[build]", '[build]\nsharpen = "auto"\nparallel_rows = 2', r"parallel_rows = 1 for"),
         ("[build]", '[build]\nsharpen = "1/16"\narithmetic = "stored"', r"\"exact\" or \"auto\""),
         ("[build]", '[build]\nsharpen = "auto"\npath = "video"', r'path = "core" for sharpen'),
+        ("[build]", '[build]\nborder = "mirror"', r"build\.border"),
+        ("[build]", '[build]\nborder = "normalise"\nparallel_rows = 2', r"parallel_rows = 1 for"),
+        ("[build]", '[build]\nborder = "normalise"\narithmetic = "stored"', r"\"exact\" or \"auto"),
+        ("[build]", '[build]\nborder = "normalise"\npath = "video"', r'path = "core" for border'),
+        ("[build]", '[build]\nborder = "normalise"\nsharpen = "auto"', r'sharpen = "off" for'),
         ("[build]", '[build]\nengine = "both"', r"build\.engine = 'both'; expected 'auto'"),
         ("[build]", '[build]\nengine = "moving_sum"\nparallel_rows = 2', r"parallel_rows = 1 for"),
         ("[build]", "[build]\npixels_per_clock = 3", r"build\.pixels_per_clock"),

@@ -9,7 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plenofir.ground.errors import InputError
-from plenofir.refocus import interpolated_sums, refocus, refocus_sums
+from plenofir.refocus import (
+    ExactArithmetic,
+    StoredProductArithmetic,
+    error_against_operator,
+    interpolated_sums,
+    refocus,
+    refocus_sums,
+)
 from plenofir.refocus.sharpening import taps
 
 pytestmark = pytest.mark.quick
@@ -112,6 +119,36 @@ def test_flat_light_field_stays_flat() -> None:
     for a in ("-2", "3/11", "2"):
         assert (refocus(raw, 11, a, border="normalise", sharpen="auto") == 65535).all()
         assert (refocus(raw, 11, a) < 65535).any()
+
+
+@given(
+    st.integers(1, 6),
+    st.integers(-9, 10),
+    shapes,
+    st.integers(0, 2),
+    st.sampled_from([0, 4]),
+    st.sampled_from(["centred", "causal"]),
+)
+def test_model_of_the_hardware(m, shift, extra, order, units, align) -> None:
+    raw = drawn((m + extra[0], m + extra[1]), np.uint8)
+    b, a = Fraction(units, 64), Fraction(shift, m)
+    exact = ExactArithmetic().refocus(
+        raw, m, shift=shift, align=align, order=order, sharpen=b, border="normalise"
+    )
+    assert np.array_equal(
+        exact,
+        refocus(raw, m, a, align=align, interpolation=order, sharpen=b, border="normalise"),
+    )
+    if not units:
+        error = error_against_operator(
+            exact, raw, m, shift=shift, align=align, order=order, border="normalise"
+        )
+        assert np.abs(error).max() <= 0.5
+
+
+def test_stored_products_are_refused() -> None:
+    with pytest.raises(InputError, match="stored products cannot be normalised"):
+        StoredProductArithmetic().refocus(drawn((6, 6), np.uint8), 3, shift=1, border="normalise")
 
 
 def test_unknown_border_is_refused() -> None:
