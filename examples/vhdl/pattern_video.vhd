@@ -2,12 +2,14 @@
 -- An example of the video path: a synthetic light field as video, refocused under the same timing.
 --
 -- The generics of the refocuser are those that `plenofir plan rgb-480p` finds. A camera or a receiver takes the
--- place of the pattern; `in_...` shows what the refocuser gets.
+-- place of the pattern; `in_video` shows what the refocuser gets.
 
 library ieee;
 use ieee.std_logic_1164.all;
 
 library work;
+use work.picture_pkg.all;
+use work.resample_pkg.all;
 use work.video_pkg.all;
 
 entity pattern_video is
@@ -16,17 +18,12 @@ entity pattern_video is
     clk   : in    std_logic;
     reset : in    std_logic;
     -- Video timing, see mode_timing.
-    timing : in    std_logic_vector(TIMING_BITS - 1 downto 0);
+    timing : in    timing_t;
     -- 0: a = 0, 1: a = 4/3.
     slice : in    std_logic_vector(7 downto 0);
-    -- Before the refocuser: red in the low bits of the pixel.
-    in_active : out   std_logic;
-    in_pixel  : out   std_logic_vector(23 downto 0);
-    -- Behind it.
-    out_active : out   std_logic;
-    out_h_sync : out   std_logic;
-    out_v_sync : out   std_logic;
-    out_pixel  : out   std_logic_vector(23 downto 0);
+    -- Before the refocuser, and behind it.
+    in_video  : out   video_t;
+    out_video : out   video_t;
     -- What comes out is refocused.
     following : out   std_logic;
     -- As in refocus_video.
@@ -36,10 +33,11 @@ end entity pattern_video;
 
 architecture rtl of pattern_video is
 
-  signal active : std_logic;
-  signal h_sync : std_logic;
-  signal v_sync : std_logic;
-  signal pixel  : std_logic_vector(23 downto 0);
+  -- There is no sensor, and so no calibration to load.
+  constant NO_LOAD : load_t := ('0', "00", (others => '0'), (others => '0'));
+
+  signal choice : picture_choice_t;
+  signal drawn  : video_t;
 
 begin
 
@@ -56,11 +54,14 @@ begin
       clk    => clk,
       reset  => reset,
       timing => timing,
-      active => active,
-      h_sync => h_sync,
-      v_sync => v_sync,
-      pixel  => pixel
+      video  => drawn
     );
+
+  choice.pass_through <= '0';
+  choice.slice        <= slice;
+  choice.sweep        <= '0';
+  choice.sweep_frames <= x"00";
+  choice.shown        <= "00";
 
   refocuser : entity work.refocus_video
     generic map (
@@ -71,35 +72,19 @@ begin
       ENGINE           => "moving_sum"
     )
     port map (
-      clk          => clk,
-      reset        => reset,
-      pass_through => '0',
-      slice        => slice,
-      sweep        => '0',
-      sweep_frames => x"00",
-      shown        => "00",
-      load_write   => '0',
-      load_kind    => "00",
-      load_address => x"00000",
-      load_data    => x"0000000000",
-      in_active    => active,
-      in_h_sync    => h_sync,
-      in_v_sync    => v_sync,
-      in_pixel     => pixel,
-      out_active   => out_active,
-      out_h_sync   => out_h_sync,
-      out_v_sync   => out_v_sync,
-      out_pixel    => out_pixel,
-      out_slice    => open,
-      out_shown    => open,
-      out_raw      => open,
-      following    => following,
-      unsupported  => open,
-      timing       => open,
-      errors       => errors
+      clk         => clk,
+      reset       => reset,
+      choice      => choice,
+      load        => NO_LOAD,
+      in_video    => drawn,
+      out_video   => out_video,
+      on_show     => open,
+      following   => following,
+      unsupported => open,
+      timing      => open,
+      errors      => errors
     );
 
-  in_active <= active;
-  in_pixel  <= pixel;
+  in_video <= drawn;
 
 end architecture rtl;

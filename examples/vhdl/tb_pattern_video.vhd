@@ -25,19 +25,16 @@ architecture bench of tb_pattern_video is
   constant PIXELS  : positive := COLUMNS * ROWS;
   -- Pictures that are skipped behind a change: those on their way.
   constant SKIPPED : positive := 2;
-  constant TIMING  : timing_t := mode_timing(COLUMNS, 6, 6, 9, ROWS, 3, 2, 6, false, false);
+  constant TIMING  : timing_t := mode_timing("tb_pattern_video", COLUMNS, 6, 6, 9, ROWS, 3, 2, 6, false, false);
 
-  signal clk        : std_logic                    := '0';
-  signal reset      : std_logic                    := '1';
-  signal done       : boolean                      := false;
-  signal slice      : std_logic_vector(7 downto 0) := x"00";
-  signal in_active  : std_logic;
-  signal in_pixel   : std_logic_vector(23 downto 0);
-  signal out_active : std_logic;
-  signal out_v_sync : std_logic;
-  signal out_pixel  : std_logic_vector(23 downto 0);
-  signal following  : std_logic;
-  signal errors     : std_logic_vector(3 downto 0);
+  signal clk       : std_logic                    := '0';
+  signal reset     : std_logic                    := '1';
+  signal done      : boolean                      := false;
+  signal slice     : std_logic_vector(7 downto 0) := x"00";
+  signal in_video  : video_t;
+  signal out_video : video_t;
+  signal following : std_logic;
+  signal errors    : std_logic_vector(3 downto 0);
 
 begin
 
@@ -48,18 +45,14 @@ begin
 
   dut : entity work.pattern_video
     port map (
-      clk        => clk,
-      reset      => reset,
-      timing     => to_vector(TIMING),
-      slice      => slice,
-      in_active  => in_active,
-      in_pixel   => in_pixel,
-      out_active => out_active,
-      out_h_sync => open,
-      out_v_sync => out_v_sync,
-      out_pixel  => out_pixel,
-      following  => following,
-      errors     => errors
+      clk       => clk,
+      reset     => reset,
+      timing    => TIMING,
+      slice     => slice,
+      in_video  => in_video,
+      out_video => out_video,
+      following => following,
+      errors    => errors
     );
 
   check : process (clk) is
@@ -77,8 +70,8 @@ begin
 
     if rising_edge(clk) then
       clocks := clocks + 1;
-      if in_active = '1' and read < PIXELS then
-        red(read) := to_integer(unsigned(in_pixel(7 downto 0)));
+      if in_video.active = '1' and read < PIXELS then
+        red(read) := to_integer(unsigned(in_video.pixel(7 downto 0)));
         read      := read + 1;
       end if;
 
@@ -86,9 +79,9 @@ begin
         assert errors = "0000"
           report "FAIL: errors of the video path"
           severity failure;
-        if out_active = '1' then
+        if out_video.active = '1' then
           assert pictures <= SKIPPED
-                 or to_integer(unsigned(out_pixel(7 downto 0))) =
+                 or to_integer(unsigned(out_video.pixel(7 downto 0))) =
                     refocused(red, COLUMNS, M, SHIFTS(chosen), place / COLUMNS, place mod COLUMNS)
             report "FAIL: slice " & integer'image(chosen) & ", row " & integer'image(place / COLUMNS) & ", column " &
                    integer'image(place mod COLUMNS)
@@ -96,7 +89,7 @@ begin
           place := place + 1;
         end if;
         -- The sync's begin is the border between two pictures.
-        if out_v_sync = '0' and sync = '1' then
+        if out_video.v_sync = '0' and sync = '1' then
           if pictures > SKIPPED then
             assert place = PIXELS
               report "FAIL: a picture of " & integer'image(place) & " pixels"
@@ -115,7 +108,7 @@ begin
           place    := 0;
         end if;
       end if;
-      sync := out_v_sync;
+      sync := out_video.v_sync;
       assert clocks < 200000
         report "FAIL: no refocused pictures"
         severity failure;
