@@ -350,6 +350,25 @@ def test_a_source_that_changes_or_fails_is_refused() -> None:
     assert page.parts["frame"](Wanted(1, 2)).facts == {"ended": "1"}
 
 
+def test_each_live_frame_has_its_own_levels() -> None:
+    ramp = np.linspace(0, 1, 900).reshape(30, 30)
+
+    def frames() -> Iterator[Captured]:
+        for white in (300, 900):
+            picture = Picture((white * ramp).astype(np.uint16), 65535, 1.0)
+            yield Captured(picture, time.time())
+            time.sleep(0.2)
+
+    live = Live(frames(), lambda picture: picture, 3, "test")
+    page = live_page(live, title="")
+    levels = []
+    for last in (0, 1):
+        facts = page.parts["frame"](Wanted(1, last)).facts
+        levels.append([float(level) for level in facts["levels"].split(",")])
+    assert [round(white, -2) for _, white in levels] == [300, 900]
+    assert page.field["exposure"]["start"]["gamma"] == 2.2
+
+
 def test_a_folder_gives_what_is_there_and_what_is_added(tmp_path: Path) -> None:
     write_png(tmp_path / "b.png", RAW)
     write_png(tmp_path / "a.png", RAW[:6])
