@@ -67,7 +67,8 @@ package axi_pkg is
     any_rows      : boolean;
     order         : natural;
     fraction_bits : natural;
-    guard_bits    : natural
+    guard_bits    : natural;
+    normalised    : boolean
   ) return natural;
 
   -- Of `sharpness`.
@@ -197,14 +198,16 @@ package body axi_pkg is
     any_rows      : boolean;
     order         : natural;
     fraction_bits : natural;
-    guard_bits    : natural
+    guard_bits    : natural;
+    normalised    : boolean
   ) return natural is
   begin
 
     return choose(moving_sum, 2 ** ENGINE_MOVING_SUM, 0) + choose(exact, 2 ** ENGINE_EXACT, 0) +
            choose(centred, 2 ** ENGINE_CENTRED, 0) + choose(hold, 2 ** ENGINE_HOLD, 0) +
            choose(any_rows, 2 ** ENGINE_ANY_ROWS, 0) + order * 2 ** ENGINE_ORDER +
-           fraction_bits * 2 ** ENGINE_FRACTION_BITS + guard_bits * 2 ** ENGINE_GUARD_BITS;
+           fraction_bits * 2 ** ENGINE_FRACTION_BITS + guard_bits * 2 ** ENGINE_GUARD_BITS +
+           choose(normalised, 2 ** ENGINE_BORDER_NORMALISED, 0);
 
   end function engine_word;
 

@@ -41,7 +41,7 @@ entity frame_gate is
     m_axis_tuser  : in    std_logic_vector(0 downto 0);
     m_axis_tlast  : in    std_logic;
     -- A frame is under way: its last pixel has not come.
-    inside : out   std_logic;
+    busy : out   std_logic;
     -- For a clock each: a frame and a line begin to go in; a frame begins to come out, a line has come out; the source
     -- and the core had to wait; a transfer belongs to no frame.
     frame_in  : out   std_logic;
@@ -77,7 +77,7 @@ begin
   ready         <= core_tready or not lets;
   s_axis_tready <= ready;
   transfer      <= s_axis_tvalid and ready;
-  inside        <= frame_open;
+  busy          <= frame_open;
 
   size_good <= '1' when unsigned(columns) /= 0 and unsigned(columns) <= MAX_COLUMNS and unsigned(rows) /= 0 else
                '0';

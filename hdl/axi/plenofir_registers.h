@@ -189,6 +189,9 @@ typedef struct plenofir_regs_t
 // Attributes for the 'guard_bits' field in the 'engine' register.
 #define PLENOFIR_ENGINE_GUARD_BITS_SHIFT (11u)
 #define PLENOFIR_ENGINE_GUARD_BITS_MASK (0xFu << 11u)
+// Attributes for the 'border_normalised' field in the 'engine' register.
+#define PLENOFIR_ENGINE_BORDER_NORMALISED_SHIFT (15u)
+#define PLENOFIR_ENGINE_BORDER_NORMALISED_MASK (0x1u << 15u)
 
 // Address of the 'sharpness' register.
 // Mode 'Read'.

@@ -36,6 +36,7 @@ entity refocuser_axi is
     ENGINE              : string                   := "fir";
     ANY_ROWS            : boolean                  := false;
     SHARPENING          : string                   := "";
+    BORDER_NORMALISED   : boolean                  := false;
     BROADCAST_TAPS      : natural                  := 0
   );
   port (
@@ -107,7 +108,7 @@ begin
       GEOMETRY   => geometry_word(MICRO_IMAGE_SIZE, slice_count(SHIFTS), CHANNELS, PIXEL_BITS, PIXELS_PER_CLOCK),
       LIMITS     => limits_word(MAX_COLUMNS, PARALLEL_ROWS),
       ENGINE     => engine_word(same_text(ENGINE, "moving_sum"), EXACT, CENTRED, HOLD, ANY_ROWS, INTERPOLATION_ORDER,
-                              FRACTION_BITS, GUARD_BITS),
+                              FRACTION_BITS, GUARD_BITS, BORDER_NORMALISED),
       SHIFTS     => SHIFTS,
       SHARPENING => SHARPENING
     )
@@ -180,6 +181,7 @@ begin
       ENGINE              => ENGINE,
       ANY_ROWS            => ANY_ROWS,
       SHARPENING          => SHARPENING,
+      BORDER_NORMALISED   => BORDER_NORMALISED,
       BROADCAST_TAPS      => BROADCAST_TAPS
     )
     port map (

@@ -180,7 +180,7 @@ architecture rtl of refocuser_registers is
   signal frame_size  : word_t;
 
   -- What happens at the core, and what has happened.
-  signal inside    : std_logic;
+  signal busy      : std_logic;
   signal frame_in  : std_logic;
   signal line_in   : std_logic;
   signal frame_out : std_logic;
@@ -258,7 +258,7 @@ begin
       m_axis_tready => m_axis_tready,
       m_axis_tuser  => m_axis_tuser,
       m_axis_tlast  => m_axis_tlast,
-      inside        => inside,
+      busy          => busy,
       frame_in      => frame_in,
       line_in       => line_in,
       frame_out     => frame_out,
@@ -329,7 +329,7 @@ begin
   words(AT_SWEEP_FRAMES)     <= kept_words(AT_SWEEP_FRAMES);
   words(AT_FRAME_SIZE)       <= kept_words(AT_FRAME_SIZE);
   words(AT_RED_PLACE)        <= kept_words(AT_RED_PLACE);
-  words(AT_STATUS)           <= std_logic_vector(resize(unsigned(inside & out_slice), 32));
+  words(AT_STATUS)           <= std_logic_vector(resize(unsigned(busy & out_slice), 32));
   words(AT_RASTER_SIZE)      <= raster_rows & raster_columns;
   words(AT_ERRORS)           <= std_logic_vector(resize(unsigned(errors), 32));
   words(AT_INTERRUPT_STATUS) <= std_logic_vector(resize(unsigned(happened), 32));

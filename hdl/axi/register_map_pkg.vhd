@@ -93,6 +93,7 @@ package register_map_pkg is
   constant ENGINE_FRACTION_BITS_BITS      : positive := 4;
   constant ENGINE_GUARD_BITS              : natural  := 11;
   constant ENGINE_GUARD_BITS_BITS         : positive := 4;
+  constant ENGINE_BORDER_NORMALISED       : natural  := 15;
   constant SHARPNESS_RADIUS               : natural  := 0;
   constant SHARPNESS_RADIUS_BITS          : positive := 4;
   constant SHARPNESS_VOTE_RADIUS          : natural  := 4;

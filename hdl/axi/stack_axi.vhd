@@ -20,13 +20,14 @@ use work.axi_pkg.all;
 entity stack_axi is
   generic (
     -- As focal_stack.
-    MICRO_IMAGE_SIZE : positive range 1 to 128;
-    SHIFTS           : string;
-    CENTRED          : boolean                  := true;
-    MAX_COLUMNS      : positive range 1 to 8192 := 2048;
-    CHANNELS         : positive range 1 to 3    := 1;
-    PIXEL_BITS       : positive range 1 to 16   := 8;
-    INPUT_LINES      : positive range 1 to 128  := 1;
+    MICRO_IMAGE_SIZE  : positive range 1 to 128;
+    SHIFTS            : string;
+    CENTRED           : boolean                  := true;
+    MAX_COLUMNS       : positive range 1 to 8192 := 2048;
+    CHANNELS          : positive range 1 to 3    := 1;
+    PIXEL_BITS        : positive range 1 to 16   := 8;
+    INPUT_LINES       : positive range 1 to 128  := 1;
+    BORDER_NORMALISED : boolean                  := false;
     -- Whether a depth index follows; its generics.
     DEPTH_INDEX : boolean                       := false;
     RADIUS      : natural range 0 to 8          := 1;
@@ -107,7 +108,7 @@ begin
       PARTS      => 2 ** PARTS_STACK + choose(DEPTH_INDEX, 2 ** PARTS_DEPTH_INDEX, 0),
       GEOMETRY   => geometry_word(MICRO_IMAGE_SIZE, SLICES, CHANNELS, PIXEL_BITS, 1),
       LIMITS     => limits_word(MAX_COLUMNS, 1),
-      ENGINE     => engine_word(true, true, CENTRED, false, false, 0, 0, 0),
+      ENGINE     => engine_word(true, true, CENTRED, false, false, 0, 0, 0, BORDER_NORMALISED),
       SHARPNESS  => sharpness_word(RADIUS, VOTE_RADIUS),
       CONFIDENCE => CONFIDENCE,
       SHIFTS     => SHIFTS
@@ -165,13 +166,14 @@ begin
   -- With error_clear a flag is high for the clock of its fault.
   stack : entity work.focal_stack
     generic map (
-      MICRO_IMAGE_SIZE => MICRO_IMAGE_SIZE,
-      SHIFTS           => SHIFTS,
-      CENTRED          => CENTRED,
-      MAX_COLUMNS      => MAX_COLUMNS,
-      CHANNELS         => CHANNELS,
-      PIXEL_BITS       => PIXEL_BITS,
-      INPUT_LINES      => INPUT_LINES
+      MICRO_IMAGE_SIZE  => MICRO_IMAGE_SIZE,
+      SHIFTS            => SHIFTS,
+      CENTRED           => CENTRED,
+      MAX_COLUMNS       => MAX_COLUMNS,
+      CHANNELS          => CHANNELS,
+      PIXEL_BITS        => PIXEL_BITS,
+      INPUT_LINES       => INPUT_LINES,
+      BORDER_NORMALISED => BORDER_NORMALISED
     )
     port map (
       clk           => clk,

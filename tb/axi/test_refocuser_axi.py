@@ -12,7 +12,7 @@ from plenofir_tb.runner import Case, run_cases
 pytest.importorskip("cocotbext.axi", reason="cocotbext-axi is missing: scripts/setup.sh tests")
 
 CORES = (
-    CoreConfiguration(micro_image_size=2, shifts=(-1, 0, 2), max_columns=17),
+    CoreConfiguration(micro_image_size=2, shifts=(-1, 0, 2), max_columns=17, border="normalise"),
     CoreConfiguration(micro_image_size=3, shifts=(1, -2), max_columns=12, channels=3, pixel_bits=5),
     CoreConfiguration(
         micro_image_size=3,

@@ -164,7 +164,11 @@ class Bench:
     def check_frame(self, got: Sequence[Beat], frame: Any) -> None:
         """Compare what came out with the model, in the slice that it says."""
         want = CORE.arithmetic.refocus(
-            frame, CORE.micro_image_size, shift=CORE.shifts[got[0].slice], align=CORE.align
+            frame,
+            CORE.micro_image_size,
+            shift=CORE.shifts[got[0].slice],
+            align=CORE.align,
+            border=CORE.border,
         )
         wanted = self.beats(want)
         assert [b.data for b in got] == [b.data for b in wanted]
@@ -217,6 +221,7 @@ async def capabilities(dut: Any) -> None:
     names = {"order": "INTERPOLATION_ORDER"}
     for name in ("exact", "centred", "hold", "order", "fraction_bits", "guard_bits"):
         assert engine[name] == generics.get(names.get(name, name.upper()), 0), name
+    assert engine["border_normalised"] == (CORE.border == "normalise")
     assert engine["moving_sum"] == (CORE.engine.kind == "moving_sum")
     for number, shift in enumerate(CORE.shifts):
         await bench.write("asked_slice", number=number)

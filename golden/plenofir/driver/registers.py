@@ -69,6 +69,7 @@ class Engine(NamedTuple):
     order: int
     fraction_bits: int
     guard_bits: int
+    border_normalised: int
 
 
 class Sharpness(NamedTuple):
@@ -225,6 +226,7 @@ class Registers:
             word >> 5 & 0x3,
             word >> 7 & 0xF,
             word >> 11 & 0xF,
+            word >> 15 & 0x1,
         )
 
     def read_sharpness(self) -> Sharpness:
