@@ -44,7 +44,7 @@ package fir_pkg is
   -- Number of taps that the slice with the most needs.
   function tap_count (
     geometry : geometry_t;
-    hold             : boolean
+    hold     : boolean
   ) return positive;
 
   -- Neighbouring switches that a phase closes.
@@ -56,8 +56,8 @@ package fir_pkg is
   -- The shortest delay of the taps whose switches are closed for pixels of a phase.
   function first_delay (
     geometry : geometry_t;
-    slice            : natural;
-    phase            : natural
+    slice    : natural;
+    phase    : natural
   ) return natural;
 
   -- Whether the M outputs of every micro image are equal in all slices.
@@ -75,8 +75,8 @@ package fir_pkg is
 
   -- Clocks from a token at a filter stage's input to its output.
   function stage_latency (
-    stored          : boolean;
-    broadcast_taps  : natural
+    stored         : boolean;
+    broadcast_taps : natural
   ) return positive;
 
   -- Clocks from a token at the filter array's input to its output.
@@ -96,13 +96,14 @@ package body fir_pkg is
   ) return positive is
   begin
 
+    -- A pixel adds to M neighbouring outputs; where these are equal, to the one that is held.
     return choose(hold, 1, micro_image_size);
 
   end function closed_width;
 
   function tap_count (
     geometry : geometry_t;
-    hold             : boolean
+    hold     : boolean
   ) return positive is
 
     constant M : positive := geometry.micro_image_size;
@@ -111,6 +112,7 @@ package body fir_pkg is
 
   begin
 
+    -- All slices end at the same tap, so that they have the same delay; the one that reaches furthest back decides.
     largest := 0;
 
     for i in 0 to geometry.slices - 1 loop
@@ -126,8 +128,8 @@ package body fir_pkg is
 
   function first_delay (
     geometry : geometry_t;
-    slice            : natural;
-    phase            : natural
+    slice    : natural;
+    phase    : natural
   ) return natural is
   begin
 
@@ -236,6 +238,7 @@ package body fir_pkg is
       return parallel_rows;
     end if;
 
+    -- A column comes again in the next band: its partial sums must be back in memory before they are read.
     return divide_up(parallel_rows - 1 + PARTIAL_SUM_LOOP, parallel_rows) * parallel_rows;
 
   end function min_line_steps;

@@ -140,10 +140,10 @@ architecture rtl of moving_sum_array is
 
   -- The pixels of a token that lie in its line.
   function in_line (
-    data     : std_logic_vector;
-    bits     : positive;
-    is_last  : std_logic;
-    ends     : std_logic_vector
+    data    : std_logic_vector;
+    bits    : positive;
+    is_last : std_logic;
+    ends    : std_logic_vector
   ) return std_logic_vector is
 
     variable kept : std_logic_vector(data'length - 1 downto 0);

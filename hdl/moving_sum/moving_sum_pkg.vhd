@@ -46,15 +46,15 @@ package moving_sum_pkg is
   -- number of lines follow each other, once in `reach` lines at most; else those of a multiple of M.
   function ring_lines (
     geometry : geometry_t;
-    any_rows         : boolean;
-    phase            : natural
+    any_rows : boolean;
+    phase    : natural
   ) return natural;
 
   -- Lines of all phases before a phase that a bank keeps (phase = M: of all).
   function bank_lines (
     geometry : geometry_t;
-    any_rows         : boolean;
-    phase            : natural
+    any_rows : boolean;
+    phase    : natural
   ) return natural;
 
   -- Words of a table by phase: a power of two, as of all tables here, so that an index needs no arithmetic.
@@ -79,8 +79,8 @@ package moving_sum_pkg is
   -- Lines from the beginning of a frame to that of the next one at the earliest, of all passes.
   function least_frame (
     geometry : geometry_t;
-    order            : natural;
-    any_rows         : boolean
+    order    : natural;
+    any_rows : boolean
   ) return positive;
 
   -- Clocks from a token at a moving sum stage's input to its output; depth: 1 for rows, the longest line for columns.
@@ -101,8 +101,8 @@ package body moving_sum_pkg is
 
   function ring_lines (
     geometry : geometry_t;
-    any_rows         : boolean;
-    phase            : natural
+    any_rows : boolean;
+    phase    : natural
   ) return natural is
 
     variable oldest : natural;
@@ -131,8 +131,8 @@ package body moving_sum_pkg is
 
   function bank_lines (
     geometry : geometry_t;
-    any_rows         : boolean;
-    phase            : natural
+    any_rows : boolean;
+    phase    : natural
   ) return natural is
 
     variable lines : natural;
@@ -200,8 +200,8 @@ package body moving_sum_pkg is
 
   function least_frame (
     geometry : geometry_t;
-    order            : natural;
-    any_rows         : boolean
+    order    : natural;
+    any_rows : boolean
   ) return positive is
 
     variable lines : positive;

@@ -47,14 +47,14 @@ package sum_lanes_pkg is
   -- Tokens from a token to the outputs of the same pixels.
   function lane_delay (
     geometry : geometry_t;
-    pixels           : positive
+    pixels   : positive
   ) return natural;
 
   -- The same, summed over all passes of the rows.
   function total_lane_delay (
     geometry : geometry_t;
-    order            : natural;
-    pixels           : positive
+    order    : natural;
+    pixels   : positive
   ) return natural;
 
   -- B, the number of banks.
@@ -76,64 +76,64 @@ package sum_lanes_pkg is
 
   -- Index of the pixel that enters with an output, counted from the output, by o mod M.
   function entering_offset (
-    geometry : geometry_t;
-    slice            : natural;
-    output_phase     : natural
+    geometry     : geometry_t;
+    slice        : natural;
+    output_phase : natural
   ) return integer;
 
   -- Bank of the pixel that enters with the outputs of a place, and its row, counted from the output's own.
   function entering_bank (
     geometry : geometry_t;
-    pixels           : positive;
-    slice            : natural;
-    place            : natural
+    pixels   : positive;
+    slice    : natural;
+    place    : natural
   ) return natural;
 
   function entering_row (
     geometry : geometry_t;
-    pixels           : positive;
-    slice            : natural;
-    place            : natural
+    pixels   : positive;
+    slice    : natural;
+    place    : natural
   ) return integer;
 
   -- The least and the largest row of all slices.
   function lowest_row (
     geometry : geometry_t;
-    pixels           : positive
+    pixels   : positive
   ) return integer;
 
   function highest_row (
     geometry : geometry_t;
-    pixels           : positive
+    pixels   : positive
   ) return integer;
 
   -- Whether a pixel is in the sum ahead of output 0; with held: in the sum that output 0 shows, if that is of a group
   -- which began before.
   function is_ahead (
     geometry : geometry_t;
-    slice            : natural;
-    index            : natural;
-    held             : boolean
+    slice    : natural;
+    index    : natural;
+    held     : boolean
   ) return boolean;
 
   -- Rows of a bank, a power of two: from the newest pixel back to the oldest that leaves, and rows that are not full
   -- where a line ends.
   function bank_rows (
     geometry : geometry_t;
-    pixels           : positive
+    pixels   : positive
   ) return positive;
 
   -- Clocks from a token at a lane stage's input to its output.
   function lane_stage_latency (
     geometry : geometry_t;
-    pixels           : positive
+    pixels   : positive
   ) return positive;
 
   -- Clocks from a token at the moving sum array's input to its output, with several pixels a token.
   function sum_lanes_latency (
     geometry : geometry_t;
-    order            : natural;
-    pixels           : positive
+    order    : natural;
+    pixels   : positive
   ) return positive;
 
 end package sum_lanes_pkg;
@@ -244,7 +244,7 @@ package body sum_lanes_pkg is
 
   function lane_delay (
     geometry : geometry_t;
-    pixels           : positive
+    pixels   : positive
   ) return natural is
   begin
 
@@ -254,8 +254,8 @@ package body sum_lanes_pkg is
 
   function total_lane_delay (
     geometry : geometry_t;
-    order            : natural;
-    pixels           : positive
+    order    : natural;
+    pixels   : positive
   ) return natural is
   begin
 
@@ -298,9 +298,9 @@ package body sum_lanes_pkg is
   end function token_places;
 
   function entering_offset (
-    geometry : geometry_t;
-    slice            : natural;
-    output_phase     : natural
+    geometry     : geometry_t;
+    slice        : natural;
+    output_phase : natural
   ) return integer is
 
     variable phase : natural;
@@ -316,8 +316,8 @@ package body sum_lanes_pkg is
 
   function entering_index (
     geometry : geometry_t;
-    slice            : natural;
-    place            : natural
+    slice    : natural;
+    place    : natural
   ) return integer is
   begin
 
@@ -327,9 +327,9 @@ package body sum_lanes_pkg is
 
   function entering_bank (
     geometry : geometry_t;
-    pixels           : positive;
-    slice            : natural;
-    place            : natural
+    pixels   : positive;
+    slice    : natural;
+    place    : natural
   ) return natural is
   begin
 
@@ -339,9 +339,9 @@ package body sum_lanes_pkg is
 
   function entering_row (
     geometry : geometry_t;
-    pixels           : positive;
-    slice            : natural;
-    place            : natural
+    pixels   : positive;
+    slice    : natural;
+    place    : natural
   ) return integer is
   begin
 
@@ -352,7 +352,7 @@ package body sum_lanes_pkg is
 
   function lowest_row (
     geometry : geometry_t;
-    pixels           : positive
+    pixels   : positive
   ) return integer is
 
     variable row : integer;
@@ -377,7 +377,7 @@ package body sum_lanes_pkg is
 
   function highest_row (
     geometry : geometry_t;
-    pixels           : positive
+    pixels   : positive
   ) return integer is
 
     variable row : integer;
@@ -402,9 +402,9 @@ package body sum_lanes_pkg is
 
   function is_ahead (
     geometry : geometry_t;
-    slice            : natural;
-    index            : natural;
-    held             : boolean
+    slice    : natural;
+    index    : natural;
+    held     : boolean
   ) return boolean is
 
     variable last   : integer;
@@ -430,7 +430,7 @@ package body sum_lanes_pkg is
 
   function bank_rows (
     geometry : geometry_t;
-    pixels           : positive
+    pixels   : positive
   ) return positive is
 
     variable oldest : natural;
@@ -447,7 +447,7 @@ package body sum_lanes_pkg is
 
   function lane_stage_latency (
     geometry : geometry_t;
-    pixels           : positive
+    pixels   : positive
   ) return positive is
   begin
 
@@ -458,8 +458,8 @@ package body sum_lanes_pkg is
 
   function sum_lanes_latency (
     geometry : geometry_t;
-    order            : natural;
-    pixels           : positive
+    order    : natural;
+    pixels   : positive
   ) return positive is
   begin
 

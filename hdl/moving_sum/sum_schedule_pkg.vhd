@@ -31,22 +31,22 @@ package sum_schedule_pkg is
 
   -- Phase of the pixel that enters with the outputs k, k mod M = output_phase.
   function entering_phase (
-    geometry : geometry_t;
-    slice            : natural;
-    output_phase     : natural
+    geometry     : geometry_t;
+    slice        : natural;
+    output_phase : natural
   ) return natural;
 
   -- Age at which pixels of a phase enter; they leave M steps later.
   function entering_age (
     geometry : geometry_t;
-    slice            : natural;
-    phase            : natural
+    slice    : natural;
+    phase    : natural
   ) return natural;
 
   -- Largest age of a pixel that enters, of a phase in any slice.
   function oldest_entering (
     geometry : geometry_t;
-    phase            : natural
+    phase    : natural
   ) return natural;
 
   -- The largest age at which a pixel is needed.
@@ -58,25 +58,25 @@ package sum_schedule_pkg is
   -- the sum of output 0 itself, else the sum as it goes on from there (they differ within a group).
   function initial_index (
     geometry : geometry_t;
-    slice            : natural;
-    phase            : natural;
-    held             : boolean
+    slice    : natural;
+    phase    : natural;
+    held     : boolean
   ) return integer;
 
   -- Whether the pixel of initial_index is added to the first sum. Where sums begin anew with each
   -- group, the sum that goes on from output 0 holds no pixel of the group before.
   function is_initial (
     geometry : geometry_t;
-    slice            : natural;
-    phase            : natural;
-    held             : boolean
+    slice    : natural;
+    phase    : natural;
+    held     : boolean
   ) return boolean;
 
   -- Whether the output of index output_phase (mod M) begins a group.
   function begins_group (
-    geometry : geometry_t;
-    slice            : natural;
-    output_phase     : natural
+    geometry     : geometry_t;
+    slice        : natural;
+    output_phase : natural
   ) return boolean;
 
   -- Whether any slice holds outputs (g > 1).
@@ -133,9 +133,9 @@ package body sum_schedule_pkg is
   end function place_in_group;
 
   function entering_phase (
-    geometry : geometry_t;
-    slice            : natural;
-    output_phase     : natural
+    geometry     : geometry_t;
+    slice        : natural;
+    output_phase : natural
   ) return natural is
 
     constant M : positive := geometry.micro_image_size;
@@ -177,8 +177,8 @@ package body sum_schedule_pkg is
 
   function entering_age (
     geometry : geometry_t;
-    slice            : natural;
-    phase            : natural
+    slice    : natural;
+    phase    : natural
   ) return natural is
   begin
 
@@ -188,7 +188,7 @@ package body sum_schedule_pkg is
 
   function oldest_entering (
     geometry : geometry_t;
-    phase            : natural
+    phase    : natural
   ) return natural is
 
     variable oldest : natural;
@@ -231,9 +231,9 @@ package body sum_schedule_pkg is
 
   function initial_index (
     geometry : geometry_t;
-    slice            : natural;
-    phase            : natural;
-    held             : boolean
+    slice    : natural;
+    phase    : natural;
+    held     : boolean
   ) return integer is
 
     variable equal : positive;
@@ -266,9 +266,9 @@ package body sum_schedule_pkg is
 
   function is_initial (
     geometry : geometry_t;
-    slice            : natural;
-    phase            : natural;
-    held             : boolean
+    slice    : natural;
+    phase    : natural;
+    held     : boolean
   ) return boolean is
 
     variable index : integer;
@@ -295,9 +295,9 @@ package body sum_schedule_pkg is
   end function is_initial;
 
   function begins_group (
-    geometry : geometry_t;
-    slice            : natural;
-    output_phase     : natural
+    geometry     : geometry_t;
+    slice        : natural;
+    output_phase : natural
   ) return boolean is
   begin
 

@@ -144,6 +144,7 @@ package body sharpen_pkg is
 
   begin
 
+    -- One weight above 0 is enough: slices with weight 0 then go through the sharpener unchanged.
     found := false;
 
     for i in 0 to slice_count(sharpening) - 1 loop
@@ -202,6 +203,8 @@ package body sharpen_pkg is
   ) return natural is
   begin
 
+    -- In units of 1 / 2 ** scale_exponent, the coarsest in which all weights are whole: products are no wider than
+    -- they must be.
     return slice_shift(sharpening, slice) / 2 ** (UNIT_BITS - scale_exponent(sharpening));
 
   end function side_weight;

@@ -19,37 +19,37 @@ package focal_stack_pkg is
 
   -- Stops elaboration, by a message that begins with a name, if the stack cannot be built; else true.
   function takes_stack (
-    name : string;
-    geometry : geometry_t;
-    max_columns      : positive;
-    channels         : positive;
-    pixel_bits       : positive
+    name        : string;
+    geometry    : geometry_t;
+    max_columns : positive;
+    channels    : positive;
+    pixel_bits  : positive
   ) return boolean;
 
   -- Place, among the lines of its phase, of the pixel that enters the sum of a slice: 0 is the newest in
   -- memory, -1 the line that is just coming in. The pixel that leaves lies one place further.
   function history_place (
     geometry : geometry_t;
-    slice            : natural;
-    phase            : natural
+    slice    : natural;
+    phase    : natural
   ) return integer;
 
   -- Lines of a phase that are kept for all slices.
   function history_lines (
     geometry : geometry_t;
-    phase            : natural
+    phase    : natural
   ) return natural;
 
   -- Lines of all phases before a phase (phase = M: of all).
   function history_base (
     geometry : geometry_t;
-    phase            : natural
+    phase    : natural
   ) return natural;
 
   -- Bits of a word of all of them; one more than they need, because a vector without bits is no port.
   function history_word_bits (
-    geometry : geometry_t;
-    pixel_bits       : positive
+    geometry   : geometry_t;
+    pixel_bits : positive
   ) return positive;
 
   -- Width of the sums of a slice over columns.
@@ -77,11 +77,11 @@ end package focal_stack_pkg;
 package body focal_stack_pkg is
 
   function takes_stack (
-    name : string;
-    geometry : geometry_t;
-    max_columns      : positive;
-    channels         : positive;
-    pixel_bits       : positive
+    name        : string;
+    geometry    : geometry_t;
+    max_columns : positive;
+    channels    : positive;
+    pixel_bits  : positive
   ) return boolean is
 
     constant M          : positive     := geometry.micro_image_size;
@@ -115,18 +115,19 @@ package body focal_stack_pkg is
 
   function history_place (
     geometry : geometry_t;
-    slice            : natural;
-    phase            : natural
+    slice    : natural;
+    phase    : natural
   ) return integer is
   begin
 
+    -- Lines of a phase are M apart, so of the ages at which its pixels may be read one in M counts.
     return divide_up(entering_age(geometry, slice, phase), geometry.micro_image_size) - 1;
 
   end function history_place;
 
   function history_lines (
     geometry : geometry_t;
-    phase            : natural
+    phase    : natural
   ) return natural is
 
     variable lines : natural;
@@ -135,6 +136,7 @@ package body focal_stack_pkg is
 
     lines := divide_up(oldest_entering(geometry, phase), geometry.micro_image_size);
 
+    -- The line that leaves is M older than the one that enters: the next one of its phase.
     if pixels_leave(geometry) then
       lines := lines + 1;
     end if;
@@ -145,7 +147,7 @@ package body focal_stack_pkg is
 
   function history_base (
     geometry : geometry_t;
-    phase            : natural
+    phase    : natural
   ) return natural is
 
     variable lines : natural;
@@ -165,11 +167,12 @@ package body focal_stack_pkg is
   end function history_base;
 
   function history_word_bits (
-    geometry : geometry_t;
-    pixel_bits       : positive
+    geometry   : geometry_t;
+    pixel_bits : positive
   ) return positive is
   begin
 
+    -- One bit more, which is 0: a set that needs no line of any phase would have a word without bits.
     return history_base(geometry, geometry.micro_image_size) * pixel_bits + 1;
 
   end function history_word_bits;

@@ -88,7 +88,7 @@ def test_what_a_scene_does_not_need_is_absent(tmp_path: Path, design: Design) ->
     # Both engines and the sharpener are analysed. No part of the video path is; nothing more is
     # built than needed.
     folders = {source.parent.name for source in sources} - {tmp_path.name}
-    assert folders == {"common", "core", "sharpen", "fir", "moving_sum", "refocuser"}
+    assert folders == {"common", "core", "sharpen", "border", "fir", "moving_sum", "refocuser"}
     assert found == {**dict.fromkeys(TMDS_ENDS, 0), **needed_parts(core)}
     assert core.line_buffer_bits < full_core(core).line_buffer_bits
 

@@ -147,8 +147,8 @@ architecture behaviour of pll_adv is
 
   -- The registers are written as a whole, so a counter that reads 0 was never set.
   function divider (
-    registers : registers_t;
-    places    : places_t;
+    registers       : registers_t;
+    places          : places_t;
     attribute_value : positive
   ) return positive is
 
