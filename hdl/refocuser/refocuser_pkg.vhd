@@ -135,11 +135,8 @@ package body refocuser_pkg is
   ) return positive is
   begin
 
-    if (normalised or not same_text(engine, "fir")) and delay >= PARTIAL_SUM_LOOP then
-      return delay + 1;
-    end if;
-
-    return min_line_steps(parallel_rows, max_columns);
+    return larger(min_line_steps(parallel_rows, max_columns),
+                  choose(normalised or not same_text(engine, "fir"), delay + 1, 1));
 
   end function engine_line_steps;
 

@@ -13,6 +13,8 @@ ENTITY = "focal_stack"
 FAULTS = [
     ("focal_stack.vhd", "KEEP_MODULUS   => true", "KEEP_MODULUS   => false"),
     ("column_sum.vhd", "GEOMETRY, SLICE, v)", "GEOMETRY, 0, v)"),
+    # Lines of one pixel.
+    ("refocuser_pkg.vhd", "delay + 1, 1));", "1, 1));", 209853),
     (
         "border_weights.vhd",
         "choose(SLICES_AT_ONCE > 1, s, - 1)",
