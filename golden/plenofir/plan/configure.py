@@ -94,7 +94,7 @@ def configure(
         lists[CALIBRATION] = "".join(f"{line}\n" for line in load_lines(loads))
     if verilog:
         lists.update(verilog_files(plan, top, own, sources))
-    if DEVICES[plan.device].family == "ecp5":
+    if DEVICES[plan.device].family != "spartan6":
         publish({**own, **lists}, out)
         return sources
     lists[f"{top}.prj"] = "".join(f'vhdl work "{place}"\n' for place in places)
@@ -105,7 +105,10 @@ def configure(
 
 
 def _core_top(plan: Plan) -> dict[str, str]:
-    """Package, top level, clock and XST's script (ECP5: the clock alone) of a core."""
+    """Package, top level, clock and XST's script of a core.
+
+    For an ECP5 the clock alone; for other families neither, see `plenofir.plan.project_files`.
+    """
     part = DEVICES[plan.device]
     period_ns = 1000 / clock_mhz(plan)
     vhdl = {f"{PACKAGE}.vhd": package_text(plan)}
@@ -115,6 +118,8 @@ def _core_top(plan: Plan) -> dict[str, str]:
     vhdl[f"{TOP}.vhd"] = top_text(plan)
     if part.family == "ecp5":
         return {**vhdl, f"{TOP}.lpf": f'FREQUENCY PORT "clk" {clock_mhz(plan):g} MHZ;\n'}
+    if part.family != "spartan6":
+        return vhdl
     return {
         **vhdl,
         f"{TOP}.ucf": (

@@ -104,12 +104,7 @@ _REPORTED: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "nexus": (("OXIDE_COMB",), ("OXIDE_FF",), ("OXIDE_EBR",), ("MULT18_CORE",)),
     "gw2a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ("MULT18X18",)),
     "gw5a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ()),
-    "gatemate": (
-        ("CPE_LT_L", "CPE_LT_U", "CPE_LT"),
-        ("CPE_FF", "CPE_FF_L", "CPE_FF_U"),
-        ("RAM",),
-        (),
-    ),
+    "gatemate": (("CPE_LT",), ("CPE_FF",), ("RAM_HALF",), ()),
 }
 
 
