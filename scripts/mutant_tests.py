@@ -24,6 +24,7 @@ OVERLAY = "tb/overlay/test_text_overlay.py"
 VIDEO = "tb/video/test_video.py"
 PARALLEL = "tb/video/test_parallel.py"
 LOADS = "tb/board/test_load_port.py"
+REGISTERS = "tb/axi/test_registers.py -k test_registers"
 SENSOR_VIDEO = "tb/video/test_sensor_video.py -k raw_aligned"
 SENSOR_WAITS = "tb/video/test_sensor_video.py -m slow -k core_far_behind[fir]"
 OF_VIDEO = (
@@ -57,6 +58,8 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
         "resample/*",
         (f"{RESAMPLER} -k grids_and_mosaic", f"{RESAMPLER} -m slow -k registers_that_change"),
     ),
+    ("axi/*_axi*", ("tb/axi/test_bus_driver.py", "tb/axi/test_refocuser_axi.py")),
+    ("axi/*", (REGISTERS, "tb/axi/test_refocuser_axi.py", "tb/axi/test_bus_driver.py")),
     ("sharpen/*", (f"{SHARPENER} -k sizes", "tb/core/test_sharpened.py")),
     ("common/hex*", (OVERLAY, f"{VIDEO} -k all_in_focus")),
     ("common/bus*", ("tb/core/test_units.py -k {}", CHAIN)),

@@ -73,6 +73,7 @@ def test_every_source_has_mutants_and_tests() -> None:
         "gearbox_5_to_10.vhd",
         "pixel_clock_select.vhd",
         "pll_settings_pkg.vhd",
+        "register_map_pkg.vhd",
         "screen_pkg.vhd",
         "sensor_pkg.vhd",
         "serial_clocks.vhd",
