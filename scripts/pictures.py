@@ -31,11 +31,11 @@ from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.lightfield import (
     all_in_focus,
     depth_map,
-    focal_stack,
     light_field,
     sub_aperture,
 )
-from plenofir.camera.plots import figure_pixels
+from plenofir.camera.lightfield.stack import FocalStack
+from plenofir.camera.plots import depth_picture, figure_pixels
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
 from plenofir.fpga.core.configuration import CoreConfiguration
@@ -281,7 +281,9 @@ def depth() -> None:
         planes.append(TexturedPlane(texture, distance, width * lens, (down * lens, right * lens)))
     capture = render(model, planes, lenses, rotation_degrees=0.4, noise=0.01, shading=0.3)
     raster = decode(capture.raw, calibrate(capture.white), m)
-    sharp = all_in_focus(focal_stack(raster, m, [f"{k}/11" for k in range(13)]), m).image
+    slices = [f"{k}/11" for k in range(13)]
+    stack = FocalStack(raster, m, slices, border="normalise", interpolation="linear")
+    sharp = all_in_focus(stack, m).image
     found = depth_map(raster, model)
     rows, columns = light_field(raster, m).shape[:2]
     figure, axes = plt.subplots(2, 2, figsize=(11, 7.2), constrained_layout=True)
@@ -291,12 +293,10 @@ def depth() -> None:
         ("all in focus", eight_bits(sharp[: rows * m, : columns * m])),
     )
     for axis, (title, image) in zip(axes.ravel(), shown, strict=False):
-        axis.imshow(image, interpolation="nearest")
+        axis.imshow(image, interpolation="nearest" if "raw" in title else "bicubic")
         axis.set_title(title)
-    colours = plt.get_cmap("viridis_r").with_extremes(bad="0.6")
-    scale = axes[1, 1].imshow(found.distance_mm / 1000, cmap=colours, vmin=1, vmax=5)
+    axes[1, 1].imshow(depth_picture(found.distance_mm, in_mm=True))
     axes[1, 1].set_title("distance from the micro lenses")
-    figure.colorbar(scale, ax=axes[1, 1], label="m", shrink=0.8)
     for axis in axes.ravel():
         axis.set_axis_off()
     save("depth.jpg", figure)

@@ -185,6 +185,37 @@ def _check_address(tab: Any, open_page: Any) -> None:
     assert other.evaluate("plenofir.state.mode") == "refocused"
 
 
+def test_two_fingers_zoom_and_a_zoomed_picture_is_dragged(open_page: Any) -> None:
+    m, raw = 5, cut(80, 120)
+    phone = {"viewport": {"width": 360, "height": 640}, "has_touch": True, "is_mobile": True}
+    with served(page_of(raw, m)) as address:
+        tab = open_page(address, **phone)
+        x, y = tab.evaluate("plenofir.placeOf(0.5, 0.5)")
+        fingers = tab.context.new_cdp_session(tab)
+
+        def touch(kind: str, *places: float) -> None:
+            points = [{"x": at, "y": y, "id": n} for n, at in enumerate(places)]
+            fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        touch("touchStart", x - 20)
+        touch("touchStart", x - 20, x + 20)
+        for step in range(1, 6):
+            touch("touchMove", x - 20 - 8 * step, x + 20 + 8 * step)
+        touch("touchEnd")
+        assert tab.evaluate("plenofir.state.zoom") == pytest.approx(3, rel=0.1)
+        # The place between the fingers stays, and nothing else has changed.
+        assert tab.evaluate("plenofir.placeOf(0.5, 0.5)") == pytest.approx([x, y], abs=6)
+        assert tab.evaluate("plenofir.state.view") == [2, 2]
+        touch("touchStart", x)
+        for step in range(1, 6):
+            touch("touchMove", x + 8 * step)
+        touch("touchEnd")
+        moved = tab.evaluate("plenofir.placeOf(0.5, 0.5)")
+        assert moved[0] - x == pytest.approx(40, abs=8)
+        assert tab.evaluate("plenofir.state.view") == [2, 2]
+        tab.wait_for_function("() => location.hash.includes('zoom=')")
+
+
 def test_16_bit_and_a_lost_context(open_page: Any) -> None:
     m = 3
     raw = np.random.default_rng(5).integers(0, 65536, (31, 44, 3), dtype=np.uint16)
