@@ -81,8 +81,8 @@ entity fir_array is
     -- The rows that are image lines, held through a band, and the pixels, row 0 in the low bits.
     token_rows : in    std_logic_vector(PARALLEL_ROWS - 1 downto 0);
     token_data : in    std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0);
-    -- The weight of a pixel (border_weights), with its sums.
-    weights : in    std_logic_vector(larger(WEIGHT_BITS, 1) - 1 downto 0);
+    -- The weight of a pixel (border_weights), with its sums; of no account without WEIGHT_BITS.
+    weights : in    std_logic_vector(larger(WEIGHT_BITS, 1) - 1 downto 0) := (others => '0');
     -- The results of each row, and the pixels, row 0 in the low bits.
     results     : out   results_t(0 to PARALLEL_ROWS - 1);
     result_data : out   std_logic_vector(PARALLEL_ROWS * CHANNELS * PIXEL_BITS - 1 downto 0)
@@ -216,7 +216,6 @@ begin
         STORED           => STORED,
         SCALE_BITS       => scale_bits(ARITHMETIC, i),
         PRODUCT_MAX      => product_max(ARITHMETIC, i),
-        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(ARITHMETIC, i),
         DROP_BITS        => drop_bits(ARITHMETIC, i),
         RESULT_BITS      => value_bits(ARITHMETIC, i + 1),
         BROADCAST_TAPS   => BROADCAST_TAPS,
@@ -343,7 +342,6 @@ begin
         STORED           => STORED,
         SCALE_BITS       => scale_bits(ARITHMETIC, PASSES + i),
         PRODUCT_MAX      => product_max(ARITHMETIC, PASSES + i),
-        SUM_MAX          => MICRO_IMAGE_SIZE * product_max(ARITHMETIC, PASSES + i),
         DROP_BITS        => drop_bits(ARITHMETIC, PASSES + i),
         RESULT_BITS      => value_bits(ARITHMETIC, PASSES + i + 1),
         BROADCAST_TAPS   => BROADCAST_TAPS,

@@ -48,8 +48,6 @@ entity fir_stage is
     SCALE_BITS : natural;
     -- Largest input of the filters.
     PRODUCT_MAX : natural;
-    -- Largest sum: M times the largest input.
-    SUM_MAX : positive;
     -- Stored products: fraction bits to drop from the sums.
     DROP_BITS : natural;
     -- Width of a lane of the output.
@@ -97,9 +95,11 @@ architecture rtl of fir_stage is
   constant TAPS         : positive := tap_count(GEOMETRY, HOLD);
   constant DELAY        : natural  := GEOMETRY.output_delay;
   constant PRODUCT_BITS : positive := bits_for(PRODUCT_MAX);
-  constant SUM_BITS     : positive := bits_for(SUM_MAX);
-  constant SLOT_BITS    : positive := bits_for(DEPTH - 1);
-  constant LATENCY      : positive := stage_latency(STORED, BROADCAST_TAPS);
+  -- M inputs add to an output, whatever the slice.
+  constant SUM_MAX   : positive := MICRO_IMAGE_SIZE * PRODUCT_MAX;
+  constant SUM_BITS  : positive := bits_for(SUM_MAX);
+  constant SLOT_BITS : positive := bits_for(DEPTH - 1);
+  constant LATENCY   : positive := stage_latency(STORED, BROADCAST_TAPS);
 
   -- What a module does with a token.
   type turn_t is record

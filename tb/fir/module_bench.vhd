@@ -28,8 +28,7 @@ architecture test of module_bench is
   constant PIXEL_MAX    : positive := 255;
   constant PIXEL_BITS   : positive := bits_for(PIXEL_MAX);
   -- The text's arithmetic: products are rounded to whole grey levels.
-  constant PRODUCT_MAX : natural  := scaled_quotient(PIXEL_MAX, 0, MICRO_IMAGE_SIZE);
-  constant SUM_MAX     : positive := MICRO_IMAGE_SIZE * PRODUCT_MAX;
+  constant PRODUCT_MAX : natural := scaled_quotient(PIXEL_MAX, 0, MICRO_IMAGE_SIZE);
 
   type words_t is file of integer;
 
@@ -65,7 +64,6 @@ begin
       STORED           => true,
       SCALE_BITS       => 0,
       PRODUCT_MAX      => PRODUCT_MAX,
-      SUM_MAX          => SUM_MAX,
       DROP_BITS        => 0,
       RESULT_BITS      => PIXEL_BITS,
       BROADCAST_TAPS   => 0,

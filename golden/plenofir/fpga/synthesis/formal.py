@@ -65,7 +65,6 @@ class FirProof:
             "STORED": False,
             "SCALE_BITS": 0,
             "PRODUCT_MAX": largest,
-            "SUM_MAX": m * largest,
             "DROP_BITS": 0,
             "RESULT_BITS": sum_bits,
             "BROADCAST_TAPS": 0,
