@@ -34,7 +34,6 @@ from plenofir.camera.lightfield import (
     light_field,
     sub_aperture,
 )
-from plenofir.camera.lightfield.stack import FocalStack
 from plenofir.camera.plots import depth_picture, figure_pixels
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
@@ -281,10 +280,8 @@ def depth() -> None:
         planes.append(TexturedPlane(texture, distance, width * lens, (down * lens, right * lens)))
     capture = render(model, planes, lenses, rotation_degrees=0.4, noise=0.01, shading=0.3)
     raster = decode(capture.raw, calibrate(capture.white), m)
-    slices = [f"{k}/11" for k in range(13)]
-    stack = FocalStack(raster, m, slices, border="normalise", interpolation="linear")
-    sharp = all_in_focus(stack, m).image
     found = depth_map(raster, model)
+    sharp = all_in_focus(raster, m, found.disparity.pixels_per_view)
     rows, columns = light_field(raster, m).shape[:2]
     figure, axes = plt.subplots(2, 2, figsize=(11, 7.2), constrained_layout=True)
     shown = (

@@ -15,12 +15,8 @@ from fractions import Fraction
 import numpy as np
 import numpy.typing as npt
 
-from plenofir.camera.lightfield import (
-    FocalStack,
-    all_in_focus,
-    light_field_disparity,
-    sub_aperture,
-)
+from plenofir.camera.lightfield import FocalStack, light_field_disparity, sub_aperture
+from plenofir.camera.lightfield.disparity import Method
 from plenofir.camera.rays import RayModel
 from plenofir.camera.synthetic.render import Capture, TexturedPlane, field_of_view, render
 from plenofir.ground import project
@@ -127,13 +123,6 @@ def _slices(m: int, search: tuple[float, float]) -> list[Fraction]:
     return [Fraction(k, m) for k in range(low, high + 1)]
 
 
-def by_sharpest_slice(raw: Image, m: int, search: tuple[float, float]) -> Floats:
-    """Depth from focus: the sharpest slice of a focal stack, smoothed (`all_in_focus`)."""
-    settings = _slices(m, search)
-    found = all_in_focus(FocalStack(raw, m, settings), m).slices
-    return np.interp(found, np.arange(len(settings)), [float(a) for a in settings])
-
-
 def by_depth_index(raw: Image, m: int, search: tuple[float, float]) -> Floats:
     """Depth from focus as the VHDL has it: sharpest of whole slices, windows of 5 x 5 lenses."""
     settings = _slices(m, search)
@@ -141,15 +130,18 @@ def by_depth_index(raw: Image, m: int, search: tuple[float, float]) -> Floats:
     return np.array([float(a) for a in settings])[index]
 
 
-def by_disparity(raw: Image, m: int, search: tuple[float, float]) -> Floats:
-    """Depth from disparity: differences between views, windows of 7 x 7 lenses."""
-    return light_field_disparity(raw, m, search=search).pixels_per_view
+def by_disparity(method: Method) -> Way:
+    """Depth from disparity: differences between views, or slopes; windows of 7 x 7 lenses."""
+    return lambda raw, m, search: (
+        light_field_disparity(raw, m, search=search, method=method).pixels_per_view
+    )
 
 
 WAYS: dict[str, Way] = {
-    "focus, smoothed": by_sharpest_slice,
     "focus, depth index": by_depth_index,
-    "disparity": by_disparity,
+    "disparity, guided": by_disparity("guided"),
+    "disparity, windows": by_disparity("windows"),
+    "disparity, structure tensor": by_disparity("structure-tensor"),
 }
 
 

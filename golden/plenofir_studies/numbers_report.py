@@ -273,11 +273,10 @@ def _depth(report: Report) -> None:
         f"{columns} x {rows} micro lenses, 1 % noise, 8 bit. The true depth is known at "
         f"{known} of {rows * columns} micro lenses; the others see two planes (grey in the "
         "figure). Depth is counted as the setting a; errors are those of a, the last "
-        "column is the mean relative error of the strips' distances in mm. *Focus, smoothed*: the "
-        "sharpest slice, smoothed, as `plenofir stack --all-in-focus` finds it, which makes the "
-        "picture that is sharp everywhere too. *Focus, depth index*: the sharpest of whole slices, "
-        "as the VHDL finds it, in windows of 5 x 5 lenses. *Disparity*: sums of absolute "
-        "differences between views in windows of 7 x 7, `plenofir depth-map`.",
+        "column is the mean relative error of the strips' distances in mm. *Focus, "
+        "depth index*: the sharpest of whole slices, "
+        "as the VHDL finds it, in windows of 5 x 5 lenses. *Disparity*: "
+        "`plenofir depth-map` with each of its methods, windows of 7 x 7.",
     )
     maps = {"truth": truth.a, **{s.name: s.a for s in scores}}
     limits = float(np.nanmin(truth.a)) - 0.1, float(np.nanmax(truth.a)) + 0.1
@@ -294,8 +293,8 @@ def _depth(report: Report) -> None:
     report.say(
         "Disparity finds the depth of even planes several times more exactly, because it is not "
         f"bound to slices: they are 1/{m} apart, so whole slices are off by up to "
-        f"{1 / (2 * m):.3f}. At borders of objects all ways fail within about half a window. "
-        "Smoothing helps the picture that is sharp everywhere, and spoils the depth there.",
+        f"{1 / (2 * m):.3f}. At borders of objects all ways fail, "
+        "within half a window those that average whole windows.",
         "A real light field, the flower that the package ships (M = 5). Its depth is not known; "
         "so this says only how far the ways agree.",
     )

@@ -225,7 +225,7 @@ class _Pictures:
 
         from plenofir.camera.lightfield import sub_aperture
         from plenofir.camera.lightfield.disparity import search_disparity
-        from plenofir.camera.lightfield.stack import FocalStack, all_in_focus
+        from plenofir.camera.lightfield.stack import PICTURE, FocalStack, all_in_focus
         from plenofir.refocus import focus_to_shift, slice_names
 
         raster, m = self.field.raster, self.field.micro_image_size
@@ -249,8 +249,7 @@ class _Pictures:
             settings,
             lambda done, total: self.show("refocusing", done, total),
             border="normalise",
-            # Without it, micro lenses show as squares where a is a whole number.
-            interpolation="linear",
+            **PICTURE,
         )
         frames = []
         names = slice_names([focus_to_shift(a, m) for a in settings], m)
@@ -258,7 +257,7 @@ class _Pictures:
             shown = self.look.apply(image)
             self.add(f"refocused_{name}.png", shown, f"a = {a}")
             frames.append(_small(shown))
-        sharp = self.look.apply(all_in_focus(stack, m).image)
+        sharp = self.look.apply(all_in_focus(raster, m, values))
         self.add("all_in_focus.png", sharp, "Sharp everywhere")
         self.animation("focus.gif", frames + frames[-2:0:-1], "Through the focus")
         around = _around(m)

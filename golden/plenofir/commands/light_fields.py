@@ -150,8 +150,8 @@ def refocus_command(
     micro_image: options.MicroImage,
     a: options.FocusSetting,
     out: Annotated[str, typer.Option(help="PNG, TIFF or JPEG file to write.")] = "refocused.png",
-    interpolation: options.Interpolation = "nearest",
-    sharpen: options.Sharpen = "off",
+    interpolation: options.InterpolationIfGiven = None,
+    sharpen: options.SharpenIfGiven = None,
     upsample: options.Upsample = True,
     border: options.Border = "normalise",
     exposure: options.Exposure = "auto",
@@ -160,7 +160,12 @@ def refocus_command(
         str | None, typer.Option(help="Part of the result: TOP:BOTTOM,LEFT:RIGHT in its pixels.")
     ] = None,
 ) -> None:
-    """Refocus an aligned raw image, correctly rounded."""
+    """Refocus an aligned raw image, correctly rounded.
+
+    It is interpolated linearly and sharpened by 3/16, unless told otherwise: --interpolation
+    nearest is the operator as the thesis and the VHDL have it, as --no-upsample is.
+    """
+    from plenofir.camera.lightfield.stack import PICTURE
     from plenofir.refocus import interpolation_order, refocus, sharpening_units
     from plenofir.refocus.sharpening import WEIGHT_UNITS
 
@@ -171,12 +176,15 @@ def refocus_command(
     options.shifts_of((setting,), m)
     part = _region(region) if region else None
     look, exposed = _look(raw, m, exposure, gamma)
+    if sharpen is None:
+        sharpen = str(PICTURE["sharpen"]) if upsample and interpolation is None else "off"
+    order = interpolation_order(interpolation or (PICTURE["interpolation"] if upsample else 0))
     with progress_bar("refocusing"):
         image = refocus(
             raw.pixels,
             m,
             setting,
-            interpolation=interpolation_order(interpolation),
+            interpolation=order,
             sharpen=sharpen,
             upsample=upsample,
             border=border,
@@ -185,7 +193,6 @@ def refocus_command(
     if image.size == 0:
         raise InputError(f"{region} lies outside of the picture", where="region")
     publish({path.name: look(image)}, path.parent)
-    order = interpolation_order(interpolation)
     units = sharpening_units(sharpen, m, int(setting * m), order)
     sharpened = f", sharpened with b = {Fraction(units, WEIGHT_UNITS)}" if units else ""
     size = f"{image.shape[1]} x {image.shape[0]} pixels"
@@ -240,12 +247,18 @@ def stack(
 ) -> None:
     """Refocus an aligned raw image to a stack of planes, and plot how sharp each is.
 
-    Without focus settings it goes from 0 to 1 in steps of 1/M. Without a border it is normalised;
-    with --depth-index, which equals the VHDL's, it is zero.
+    Without focus settings it goes from 0 to 1 in steps of 1/M. Slices are linear and sharpened as
+    refocus makes them, and the border is normalised; with --depth-index both are the VHDL's.
     """
     import numpy as np
 
-    from plenofir.camera.lightfield.stack import FocalStack, all_in_focus, sharpness_curve
+    from plenofir.camera.lightfield.disparity import search_disparity
+    from plenofir.camera.lightfield.stack import (
+        PICTURE,
+        FocalStack,
+        all_in_focus,
+        sharpness_curve,
+    )
     from plenofir.camera.plots import sharpness_picture
     from plenofir.refocus import slice_names
     from plenofir.refocus.sharpness import MAX_STACK, depth_index, depth_index_picture
@@ -270,9 +283,11 @@ def stack(
     with progress_bar("refocusing") as show, Results(Path(out)) as results:
         # Slices are made again where they are needed again: that takes less than keeping them.
         edge = border or ("zero" if index else "normalise")
-        slices = FocalStack(raw.pixels, m, settings, show, border=edge)
+        pixels, how = raw.pixels, {} if index else PICTURE
+        slices = FocalStack(pixels, m, settings, show, border=edge)
+        shown = FocalStack(pixels, m, settings, show, border=edge, **how)
         names = iter(slice_names(shifts, m))
-        for image in slices:
+        for image in shown:
             save(results, f"refocused_{next(names)}.png", look(image))
             # Before the next one is made.
             del image
@@ -283,11 +298,13 @@ def stack(
             save(results, "sharpness.png", plot)
             lines.insert(0, f"sharpest: a = {settings[int(np.argmax(curve))]}")
         if everywhere:
-            save(results, "all_in_focus.png", look(all_in_focus(slices, m).image))
+            found = search_disparity(pixels, m, progress=show).disparity.pixels_per_view
+            nearest = np.clip(found, float(min(settings)), float(max(settings)))
+            save(results, "all_in_focus.png", look(all_in_focus(pixels, m, nearest, show)))
         if index:
-            found = depth_index(slices, m, radius)
-            save(results, "all_in_focus.png", look(found.image))
-            of_pixels = found.index.repeat(m, 0).repeat(m, 1)[: shape[0], : shape[1]]
+            sharpest = depth_index(slices, m, radius)
+            save(results, "all_in_focus.png", look(sharpest.image))
+            of_pixels = sharpest.index.repeat(m, 0).repeat(m, 1)[: shape[0], : shape[1]]
             save(results, "depth_index.png", depth_index_picture(of_pixels, len(slices)))
     print_lines(*lines)
 
@@ -315,6 +332,13 @@ def depth_map(
     window: Annotated[
         int, typer.Option("--window", help="Side of the matching window, odd.", min=1)
     ] = 7,
+    method: Annotated[
+        Literal["guided", "windows", "structure-tensor"],
+        typer.Option(
+            help="Differences between views, averaged up to the edges of objects (guided) or over "
+            "whole windows; or slopes in epipolar plane images (structure tensors)."
+        ),
+    ] = "guided",
     confidence: Annotated[
         float,
         typer.Option(
@@ -357,6 +381,7 @@ def depth_map(
             smallest=far,
             largest=near,
             window=window,
+            method=method,
             least_confidence=confidence,
             progress=show,
         )

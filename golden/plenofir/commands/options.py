@@ -266,9 +266,11 @@ def _distance(param: typer.CallbackParam, value: float) -> float:
     return value
 
 
-def _sharpening(param: typer.CallbackParam, value: str) -> str:
+def _sharpening(param: typer.CallbackParam, value: str | None) -> str | None:
     from plenofir.refocus.sharpening import check_sharpen
 
+    if value is None:
+        return None
     # As make's switches are set.
     value = {"0": "off", "1": "auto"}.get(value, value)
     check_sharpen(value, where=str(param.name))
@@ -373,6 +375,7 @@ Upsample = Annotated[
 ]
 
 # Of a command that has a default of its own, or can do without.
+SharpenIfGiven = Annotated[str | None, _SHARPEN]
 BorderIfGiven = Annotated[Literal["normalise", "zero"] | None, _BORDER]
 CameraIfGiven = Annotated[str | None, _CAMERA]
 MicroImageIfGiven = Annotated[int | None, _MICRO_IMAGE]

@@ -9,6 +9,7 @@ import pytest
 from in_process import plenofir
 
 from plenofir.camera.exposure import exposure, to_srgb
+from plenofir.camera.lightfield import PICTURE
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import Picture, bare, read_picture, write_png
 from plenofir.refocus import refocus
@@ -99,7 +100,7 @@ def test_commands_expose_what_is_looked_at_and_keep_values_when_told(tmp_path: P
     raw = Picture(ramp, 4095, 1.0)
     write_png(tmp_path / "raw.png", raw)
     how = ("refocus", str(tmp_path / "raw.png"), "-M", "3", "-a", "1/3", "--out")
-    want = refocus(ramp, 3, "1/3", border="normalise")
+    want = refocus(ramp, 3, "1/3", border="normalise", **PICTURE)
     look = exposure(raw, 3)
     for name, options, pixels, told in (
         ("data.png", ("--exposure", "off"), want, (4095, 1.0)),

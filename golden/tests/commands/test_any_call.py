@@ -24,6 +24,7 @@ from hypothesis import strategies as st
 
 from plenofir.camera.calibration import decode, load_calibration
 from plenofir.camera.exposure import exposure
+from plenofir.camera.lightfield import PICTURE
 from plenofir.camera.lytro.sensor import with_gamma
 from plenofir.commands import options
 from plenofir.ground.images import read_image, read_picture
@@ -93,6 +94,15 @@ def as_shown(p: Parameters, picture: np.ndarray) -> np.ndarray:
     return exposure(raw, p["micro_image"], p["exposure"], p["gamma"]).apply(picture)
 
 
+def refocusing(p: Parameters) -> Parameters:
+    """Interpolation and sharpening as they are without being given."""
+    given = p["interpolation"], p["sharpen"]
+    if given == (None, None):
+        return dict(PICTURE) if p["upsample"] else {}
+    order = interpolation_order(given[0] or ("linear" if p["upsample"] else "nearest"))
+    return {"interpolation": order, "sharpen": given[1] or "off"}
+
+
 def check_refocus(p: Parameters) -> set[str]:
     m = p["micro_image"]
     area = None
@@ -103,8 +113,7 @@ def check_refocus(p: Parameters) -> set[str]:
         read_image(Path(p["raster"])),
         m,
         options.one_focus_setting(p["a"], m),
-        interpolation=interpolation_order(p["interpolation"]),
-        sharpen=p["sharpen"],
+        **refocusing(p),
         upsample=p["upsample"],
         border=p["border"],
         region=area,
@@ -125,7 +134,7 @@ def check_stack(p: Parameters) -> set[str]:
         name = f"{place if len(settings) > 1 else ''}a{str(a).replace('/', '_')}"
         file = Path(p["out"]) / f"refocused_{name}.png"
         border = p["border"] or ("zero" if p["index"] else "normalise")
-        want = refocus(raw, m, a, border=border)
+        want = refocus(raw, m, a, border=border, **({} if p["index"] else PICTURE))
         want = as_shown(p, want)
         assert (read_image(file) == want).all()
         names.add(str(file))

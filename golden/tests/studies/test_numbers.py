@@ -96,9 +96,9 @@ def test_ways_to_depth() -> None:
     known = truth.a[~np.isnan(truth.a)]
     assert len(np.unique(known)) == 8
     assert known.size > 0.85 * truth.a.size
-    slices, index, disparity = depth_methods.score_all(truth)
-    assert disparity.median < 0.02
-    assert disparity.bad[0] < 0.1
+    index, guided, windows, slopes = depth_methods.score_all(truth)
+    assert guided.median < 0.02
+    assert guided.bad[0] < 0.08
+    assert guided.bad[0] < 0.9 * windows.bad[0] < 0.9 * slopes.bad[0]
     # Slices are 1/9 apart.
     assert index.median == pytest.approx(1 / 18, abs=0.02)
-    assert slices.bad[1] > disparity.bad[1]

@@ -24,7 +24,7 @@ from plenofir.camera.lightfield.indexing import (
     views,
 )
 from plenofir.camera.lightfield.stack import (
-    AllInFocus,
+    PICTURE,
     FocalStack,
     all_in_focus,
     focal_stack,
@@ -34,7 +34,7 @@ from plenofir.camera.lightfield.stack import (
 )
 
 __all__ = [
-    "AllInFocus",
+    "PICTURE",
     "DepthMap",
     "Disparity",
     "FocalStack",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Disparity between views by sums of absolute differences, and depth from it.
+"""Disparity between views by absolute differences, and depth from it.
 
 A point that is sharp at focus setting a lies at x - a (u - c) micro lenses in view u, so the
 disparity between neighbouring views is a: the ray model gives its distance.
@@ -7,13 +7,16 @@ disparity between neighbouring views is a: the ray model gives its distance.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
+from plenofir.camera.lightfield.guided import GuidedMean
 from plenofir.camera.lightfield.indexing import views
+from plenofir.camera.lightfield.structure import structure_tensor_disparity
 from plenofir.camera.rays.model import RayModel
 from plenofir.ground.errors import InputError
 from plenofir.refocus.operator import Image
@@ -23,12 +26,21 @@ Floats = npt.NDArray[np.float64]
 SEARCH = -1.0, 2.0
 """Range of disparities in pixels per view that is searched if nothing else is said."""
 
+Method = Literal["guided", "windows", "structure-tensor"]
+"""Ways to find disparities: differences averaged up to the edges of the central view, or over whole
+windows; slopes in epipolar plane images."""
+
 # Candidates are this many pixels apart in the views that are farthest from each other.
 _STEP = 0.25
 # More than this share of the matched pixels at an end of the range: what they see lies beyond it.
 MANY = 0.03
 # No end is moved farther out than this without being asked to.
 _WIDEST = 8.0
+# Guided: differences beyond this share of the picture's deviation count alike. They are of points
+# that one of the views does not see.
+_HIDDEN = 0.4
+# Other views on each side of the central one.
+_SIDE = 4
 
 
 @dataclass(frozen=True)
@@ -74,12 +86,12 @@ def sad_disparity(
     *,
     search: tuple[float, float] = SEARCH,
     window: int = 7,
+    guided: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Disparity:
     """Disparity by the sum of absolute differences, with sub-pixel refinement.
 
-    Differences are summed over a window and over all views given; of views on opposite sides of
-    the reference, the side that fits better counts, because a point may be hidden from the other.
+    Differences are averaged over a window and over all views given.
 
     Result: positive for what is nearer than the plane of disparity zero. Raises `InputError` if the
     views, the search range or the window cannot be used.
@@ -94,6 +106,9 @@ def sad_disparity(
         Smallest and largest disparity in pixels per view.
     window
         Side of the window in pixels, odd.
+    guided
+        Windows end at the edges of the reference (`GuidedMean`); differences are limited, because
+        a point may be hidden from a view; what stands alone takes its neighbours' disparity.
     """
     if not others or any(gap == (0, 0) for _, gap in others):
         raise InputError("no other view", where="views", expected="views with gaps from the first")
@@ -118,31 +133,26 @@ def sad_disparity(
             raise InputError(
                 f"shapes {base.shape} and {image.shape[:2]}", where="views", expected="equal sizes"
             )
-        splines.append((ndimage.spline_filter(grey(image), 3, np.float64, "mirror"), gap))
-    sides: dict[tuple[int, int], list[int]] = {}
-    for k, (_, gap) in enumerate(splines):
-        sides.setdefault((int(np.sign(gap[0])), int(np.sign(gap[1]))), []).append(k)
+        values = grey(image).astype(np.float64)
+        for axis in (0, 1):
+            if gap[axis]:
+                values = ndimage.spline_filter1d(values, 3, axis, mode="mirror")
+        splines.append((values, gap))
+    guide = GuidedMean(reference, window) if guided else None
+    limit = _HIDDEN * float(base.std()) if guided else np.inf
     # Costs of the best candidate, of those next to it and of the last one; never of all of them.
     least, total = np.full(base.shape, np.inf), np.zeros(base.shape)
     best = np.zeros(base.shape, np.int64)
     before, after, last = (np.zeros(base.shape) for _ in range(3))
     for n, candidate in enumerate(candidates):
-        single = []
+        differences = np.zeros(base.shape)
         for values, gap in splines:
-            # The point at x is at x - candidate gap in the other view.
-            move = (candidate * gap[0], candidate * gap[1])
-            moved = ndimage.shift(values, move, order=3, mode="nearest", prefilter=False)
-            single.append(np.abs(base - moved))
-        by_side = {
-            side: ndimage.uniform_filter(
-                np.mean([single[k] for k in members], axis=0), window, mode="nearest"
-            )
-            for side, members in sides.items()
-        }
-        cost = np.zeros(base.shape)
-        for side, own in by_side.items():
-            opposite = by_side.get((-side[0], -side[1]))
-            cost += own if opposite is None else np.minimum(own, opposite)
+            differences += np.minimum(np.abs(base - _moved(values, candidate, gap)), limit)
+        differences /= len(splines)
+        if guide is None:
+            cost = ndimage.uniform_filter(differences, window, mode="nearest")
+        else:
+            cost = guide(differences)
         after = np.where(best == n - 1, cost, after)
         better = cost < least
         before = np.where(better, last, before)
@@ -157,9 +167,36 @@ def sad_disparity(
     at_end = (best == 0) | (best == len(candidates) - 1)
     step = candidates[1] - candidates[0]
     pixels = candidates[best] + np.where(at_end, 0.0, np.clip(shift, -1, 1) * step)
-    mean = total / len(candidates)
-    confidence = 1 - least / np.maximum(mean, 1e-9)
-    return Disparity(pixels, np.where(mean > 1e-9, confidence, 0.0))
+    if guided:
+        pixels = ndimage.median_filter(pixels, 3, mode="nearest")
+    usual = total / len(candidates)
+    # Squared: noise lifts even the best match, and those that fit somewhat better are right.
+    confidence = np.clip(1 - (least / np.maximum(usual, 1e-9)) ** 2, 0, 1)
+    return Disparity(pixels, np.where(usual > 1e-9, confidence, 0.0))
+
+
+def _moved(splines: Floats, disparity: float, gap: tuple[float, float]) -> Floats:
+    """A view moved so that points of a disparity lie as in the reference; cubic splines."""
+    moved = splines
+    for axis in (0, 1):
+        if gap[axis]:
+            # The point at x is at x - disparity gap in the other view.
+            whole = int(np.floor(-disparity * gap[axis]))
+            t = -disparity * gap[axis] - whole
+            weights = (
+                (1 - t) ** 3 / 6,
+                (3 * t**3 - 6 * t**2 + 4) / 6,
+                (-3 * t**3 + 3 * t**2 + 3 * t + 1) / 6,
+                t**3 / 6,
+            )
+            length = moved.shape[axis]
+            places = np.arange(length) + whole - 1
+            parts = (
+                weight * np.take(moved, np.clip(places + k, 0, length - 1), axis)
+                for k, weight in enumerate(weights)
+            )
+            moved = np.asarray(sum(parts))
+    return moved
 
 
 def light_field_disparity(
@@ -168,26 +205,38 @@ def light_field_disparity(
     *,
     search: tuple[float, float] = SEARCH,
     window: int = 7,
+    method: Method = "guided",
     progress: Callable[[int, int], None] | None = None,
 ) -> Disparity:
     """Disparity of the central view against those above, below, left and right of it.
 
     `micro_image_size`: M in pixels, 2 or more; for even M the central view is the one below and
-    right of the centre. `search`, `window`, `progress`: as in `sad_disparity`. Result: shape (t,
-    s).
+    right of the centre. `search`, `window`, `progress`: as in `sad_disparity`. `method`: see
+    `Method`. Result: shape (t, s).
     """
     m = micro_image_size
     if m < 2:
         raise InputError(f"M = {m}", where="M", expected="2 or more: one view has no disparity")
     images = views(raw, m)
     centre = m // 2
-    gaps = sorted({-centre, -((centre + 1) // 2), (m - 1 - centre + 1) // 2, m - 1 - centre} - {0})
+    if method == "structure-tensor":
+        return Disparity(*structure_tensor_disparity(raw, m, search, window, progress))
+    gaps = {
+        sign * round(gap)
+        for sign, reach in ((-1, centre), (1, m - 1 - centre))
+        for gap in np.linspace(reach, reach / min(_SIDE, max(reach, 1)), _SIDE)
+    } - {0}
     others = [
         (images[centre + down, centre + right], (float(down), float(right)))
-        for down, right in [*((g, 0) for g in gaps), *((0, g) for g in gaps)]
+        for down, right in [*((g, 0) for g in sorted(gaps)), *((0, g) for g in sorted(gaps))]
     ]
     return sad_disparity(
-        images[centre, centre], others, search=search, window=window, progress=progress
+        images[centre, centre],
+        others,
+        search=search,
+        window=window,
+        guided=method == "guided",
+        progress=progress,
     )
 
 
@@ -198,6 +247,7 @@ def search_disparity(
     smallest: float | None = None,
     largest: float | None = None,
     window: int = 7,
+    method: Method = "guided",
     least_confidence: float = 0.3,
     progress: Callable[[int, int], None] | None = None,
 ) -> Searched:
@@ -213,7 +263,9 @@ def search_disparity(
     widest = min(_WIDEST, float(max(raw.shape[:2]) // m))
     while True:
         low, high = search
-        found = light_field_disparity(raw, m, search=(low, high), window=window, progress=progress)
+        found = light_field_disparity(
+            raw, m, search=(low, high), window=window, method=method, progress=progress
+        )
         matched = found.pixels_per_view[found.confidence >= least_confidence]
         beyond = [float((matched == end).sum()) / max(matched.size, 1) for end in search]
         wider = tuple(

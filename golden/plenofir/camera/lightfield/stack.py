@@ -2,19 +2,21 @@
 """Focal stacks, how sharp their parts are, and the picture that is sharp everywhere."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
-from itertools import count
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
 from plenofir.camera.calibration.frames import grey
+from plenofir.camera.lightfield.disparity import search_disparity
+from plenofir.camera.lightfield.indexing import sub_aperture
 from plenofir.ground.errors import InputError
 from plenofir.refocus import (
     Border,
     Interpolation,
+    Sharpen,
     check_raw,
     focus_to_shift,
     interpolation_order,
@@ -22,19 +24,30 @@ from plenofir.refocus import (
 )
 from plenofir.refocus.border import check_border
 from plenofir.refocus.operator import Image
-from plenofir.refocus.sharpness import Slices, bands
+from plenofir.refocus.sharpness import Slices
 
 Floats = npt.NDArray[np.float64]
 Focus = int | str | Fraction
 # Lines that are worked on at once, where a whole picture of numbers would fill the memory.
 _LINES = 64
 
+PICTURE: dict[str, Any] = {"interpolation": "linear", "sharpen": Fraction(3, 16)}
+"""How pictures to be looked at are refocused (options of `plenofir.refocus.refocus`): without
+squares where a is a whole number, and not softer than the central view."""
+
+# `all_in_focus`: weight b of the taps, a micro lens apart, that sharpen the central view.
+_VIEW_SHARPENING = 1 / 16
+# So many times the median difference from the central view is unusual.
+_UNUSUAL = 4.0
+# Less than that of the central view does not show.
+_HARDLY = 1e-3
+
 
 class FocalStack:
     """Focal stack whose slices are made when they are asked for, and not kept.
 
-    `settings`, `border`, `interpolation`: as `plenofir.refocus.refocus` takes them. Raises
-    `InputError` if the raw image or a setting cannot be used, or there is none.
+    `settings`, `border`, `interpolation`, `sharpen`: as `plenofir.refocus.refocus` takes them.
+    Raises `InputError` if the raw image or a setting cannot be used, or there is none.
     """
 
     def __init__(
@@ -46,9 +59,11 @@ class FocalStack:
         *,
         border: Border = "zero",
         interpolation: Interpolation = "nearest",
+        sharpen: Sharpen = "off",
     ) -> None:
         check_border(border)
         self.border: Border = border
+        self.sharpen: Sharpen = sharpen
         self.interpolation = interpolation_order(interpolation)
         self.raw, self.micro_image_size = check_raw(raw, micro_image_size), micro_image_size
         self.settings = tuple(settings)
@@ -77,6 +92,7 @@ class FocalStack:
                 a,
                 border=self.border,
                 interpolation=self.interpolation,
+                sharpen=self.sharpen,
                 region=part,
             )
             if self.progress is not None:
@@ -179,80 +195,122 @@ def peak(positions: Sequence[float] | Floats, curve: Floats) -> float:
     return float(places[k] + shift * (places[k + 1] - places[k]))
 
 
-@dataclass(frozen=True)
-class AllInFocus:
-    """Picture that is sharp everywhere.
+def all_in_focus(
+    raw: Image,
+    micro_image_size: int,
+    settings: npt.ArrayLike | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Image:
+    """Picture that is sharp everywhere: each pixel refocused to what is seen there.
 
-    `image`: type and size of the stack's slices. `slices`: slice that each micro lens was taken
-    from, fractions between slices, shape (t, s).
+    Slices are 1/M apart, made as `PICTURE` says, and blended between. Where they differ from the
+    central view by more than usual (beside an object some views see what is behind it) the central
+    view is taken, enlarged by cubic splines. Result: type and size of `raw`.
+
+    `settings`: focus setting of each micro lens, shape (t, s), as `search_disparity` finds them if
+    None.
     """
-
-    image: Image
-    slices: Floats
-
-
-def all_in_focus(stack: Slices, micro_image_size: int, window: float = 2.0) -> AllInFocus:
-    """Take every part of a picture from the slice in which it is sharpest.
-
-    `stack`: focal stack: array of shape (slices, rows, columns[, 3]), or a `FocalStack`.
-    `micro_image_size`: M: sharpness is judged between micro lenses, of which each fills M pixels.
-    `window`: standard deviation of the window that sharpness is averaged over, in micro lenses.
-    """
-    slices, shape, dtype = _sharpest_slices(stack, micro_image_size, window)
-    places = [(np.arange(n) - (micro_image_size - 1) / 2) / micro_image_size for n in shape[:2]]
-    picture = np.empty(shape, dtype)
-    for part, images in bands(stack, shape[0]):
-        place = np.stack(np.meshgrid(places[0][part], places[1], indexing="ij"))
-        depth = ndimage.map_coordinates(slices, place, np.float32, order=1, mode="nearest")
-        whole = depth.astype(np.int32)
-        before: Image | None = None
-        for number, image in enumerate(images):
-            # Pixels between the slice before and this one, or on the last one.
-            if before is not None:
-                here = whole == number - 1
-                share = depth[here].astype(np.float64) - (number - 1)
-                share = share.reshape(-1, *[1] * (len(shape) - 2))
-                mixed = (1 - share) * before[here] + share * image[here]
-                picture[part][here] = np.floor(mixed + 0.5).astype(dtype)
-            before = image
-        here = whole == len(stack) - 1
-        picture[part][here] = image[here]
-    return AllInFocus(picture, slices)
+    m = micro_image_size
+    raw = check_raw(raw, m)
+    if settings is None:
+        settings = search_disparity(raw, m).disparity.pixels_per_view
+    view = _CentralView(raw, m, np.asarray(settings, np.float64))
+    lenses = view.settings.shape
+    picture = np.empty_like(raw)
+    # How far the mean of a micro lens is off.
+    off = np.zeros(lenses)
+    for part in _parts(raw.shape[0], m):
+        blended = _blended_slices(raw, m, view.focus(part), part)
+        picture[part] = blended
+        error = (blended - view.enlarged(part))[: (blended.shape[0] // m) * m, : lenses[1] * m]
+        of_lenses = error.reshape(-1, m, lenses[1], m, *raw.shape[2:]).mean((1, 3))
+        first = part.start // m
+        off[first : first + len(of_lenses)] = (
+            np.abs(of_lenses).reshape(*of_lenses.shape[:2], -1).mean(-1)
+        )
+        if progress is not None:
+            progress(min(part.stop, raw.shape[0]), raw.shape[0])
+    full = int(np.iinfo(raw.dtype).max)
+    usual = max(float(np.median(off)) * _UNUSUAL, full / 255)
+    view.doubt = 1 - np.exp(-((off / usual) ** 2))
+    for part in _parts(raw.shape[0], m):
+        share = view.interpolated(view.doubt, part)
+        share = share.reshape(*share.shape, *[1] * (raw.ndim - 2))
+        if share.max() > _HARDLY:
+            mixed = picture[part] + share * (view.enlarged(part) - picture[part])
+            picture[part] = np.clip(np.floor(mixed + 0.5), 0, full)
+    return picture
 
 
-def _sharpest_slices(
-    stack: Slices, m: int, window: float
-) -> tuple[Floats, tuple[int, ...], npt.DTypeLike]:
-    """Sharpest slice for each micro lens, smoothed; shape and type of the slices."""
-    best = strength = None
-    numbers = count()
-    # Not enumerate, which keeps a slice until it has the next one.
-    for image in stack:
-        number = next(numbers)
-        rows, columns = (n // m for n in image.shape[:2])
-        if min(rows, columns) < 1:
-            raise InputError("less than one micro image", where="stack", expected="a larger image")
-        # Frequencies of more than a cycle a micro lens are replicas, not detail.
-        smooth = np.empty((rows, image.shape[1]), np.float32)
-        for k in range(0, image.shape[1], _LINES):
-            part = ndimage.gaussian_filter1d(
-                grey(image[:, k : k + _LINES]), m / 2, 0, mode="nearest"
+def _parts(rows: int, m: int) -> list[slice]:
+    """Bands of whole micro images; the last one has the lines left."""
+    lines = m * max(1, _LINES // m)
+    starts = list(range(0, max(rows // m * m, 1), lines))
+    return [slice(a, b) for a, b in zip(starts, [*starts[1:], rows], strict=True)]
+
+
+class _CentralView:
+    """The view through the middle of the lens and its depth, at the raw image's pixels."""
+
+    def __init__(self, raw: Image, m: int, settings: Floats) -> None:
+        self.m, self.shape, self.settings = m, raw.shape, settings
+        self.doubt: Floats = np.zeros(settings.shape)
+        # For even M it is half a view off the middle.
+        self.aside = m // 2 - (m - 1) / 2
+        view = sub_aperture(raw, m, m // 2, m // 2).astype(np.float64)
+        for axis in (0, 1):
+            before, after = (
+                np.take(
+                    view, np.clip(np.arange(view.shape[axis]) + k, 0, view.shape[axis] - 1), axis
+                )
+                for k in (-1, 1)
             )
-            smooth[:, k : k + _LINES] = part[m // 2 :: m][:rows]
-        smooth = ndimage.gaussian_filter1d(smooth, m / 2, 1, mode="nearest")
-        lenses = smooth[:, m // 2 :: m][:, :columns]
-        detail = ndimage.laplace(lenses.astype(np.float64), mode="nearest") ** 2
-        energy = ndimage.gaussian_filter(detail, window, mode="nearest")
-        if best is None or strength is None:
-            best, strength = np.zeros(energy.shape), energy
-        best[energy > strength] = number
-        strength = np.maximum(energy, strength)
-        shape, kind = image.shape, image.dtype
-        del image
-    if best is None or strength is None:
-        raise InputError("no slices", where="stack", expected="one or more")
-    # Even parts have no sharpest slice: what is around them decides.
-    weight = strength / (strength + np.median(strength) + 1e-12)
-    votes = ndimage.gaussian_filter(best * weight, window, mode="nearest")
-    slices = votes / np.maximum(ndimage.gaussian_filter(weight, window, mode="nearest"), 1e-12)
-    return np.clip(slices, 0, len(stack) - 1), shape, kind
+            view = view + _VIEW_SHARPENING * (2 * view - before - after)
+        colours = np.atleast_3d(view)
+        self.splines = [
+            ndimage.spline_filter(colours[..., k], 3, np.float64, "nearest")
+            for k in range(colours.shape[2])
+        ]
+
+    def places(self, part: slice) -> Floats:
+        """Where pixels of lines are in the array of micro lenses, shape (2, lines, columns)."""
+        lines, columns = (
+            (np.arange(n) - (self.m - 1) / 2) / self.m for n in (part.stop, self.shape[1])
+        )
+        places = np.stack(np.meshgrid(lines[part.start :], columns, indexing="ij"))
+        if self.aside:
+            near = ndimage.map_coordinates(self.settings, places, order=1, mode="nearest")
+            places -= self.aside * near
+        return places
+
+    def interpolated(self, values: Floats, part: slice) -> Floats:
+        """Values of the micro lenses, at the pixels of lines."""
+        places = self.places(part)
+        return np.asarray(ndimage.map_coordinates(values, places, order=1, mode="nearest"))
+
+    def focus(self, part: slice) -> Floats:
+        """Focus settings of pixels."""
+        return self.interpolated(self.settings, part)
+
+    def enlarged(self, part: slice) -> Floats:
+        """Lines of the view; shape of the picture's."""
+        places = self.places(part)
+        colours = [
+            ndimage.map_coordinates(s, places, order=3, mode="nearest", prefilter=False)
+            for s in self.splines
+        ]
+        return np.stack(colours, axis=-1).reshape(*places.shape[1:], *self.shape[2:])
+
+
+def _blended_slices(raw: Image, m: int, focus: Floats, part: slice) -> Floats:
+    """Lines refocused to a setting for each pixel: blended from the slices before and after."""
+    picture = np.zeros((*focus.shape, *raw.shape[2:]))
+    shifts = focus * m
+    whole = np.floor(shifts).astype(np.int64)
+    for shift in np.unique([whole, whole + 1]).tolist():
+        share = np.maximum(0, 1 - np.abs(shifts - shift))
+        if share.any():
+            lines = part, slice(None)
+            image = refocus(raw, m, Fraction(shift, m), border="normalise", region=lines, **PICTURE)
+            picture += share.reshape(*share.shape, *[1] * (raw.ndim - 2)) * image
+    return picture

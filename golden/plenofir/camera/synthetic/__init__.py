@@ -10,6 +10,7 @@ from plenofir.camera.synthetic.render import (
     TexturedPlane,
     field_of_view,
     micro_image_pitch,
+    pinhole_view,
     render,
     with_pitch,
 )
@@ -20,6 +21,7 @@ __all__ = [
     "centres_within",
     "field_of_view",
     "micro_image_pitch",
+    "pinhole_view",
     "regular_grid",
     "render",
     "white_image",

@@ -39,12 +39,19 @@ class TexturedPlane:
         Width; the height follows.
     centre_mm
         (y, x) of its middle from the optical axis, y down, x to the right in the picture.
+    tilt
+        (y, x): by how many mm it is farther away for each mm down and to the right.
+    coverage
+        Share of each of the texture's pixels that is there, (rows, columns), from 0 to 1; None for
+        all of it.
     """
 
     texture: Image | Floats
     distance_mm: float
     width_mm: float
     centre_mm: tuple[float, float] = (0.0, 0.0)
+    tilt: tuple[float, float] = (0.0, 0.0)
+    coverage: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -126,7 +133,8 @@ def box_kernel(width: float) -> Floats:
 class _Layer:
     """A plane ready to be looked at."""
 
-    def __init__(self, model: RayModel, plane: TexturedPlane) -> None:
+    # `blur`: side of what is averaged in mm on the micro lenses; a pixel's view of it if None.
+    def __init__(self, model: RayModel, plane: TexturedPlane, blur: float | None = None) -> None:
         texture = np.asarray(plane.texture)
         if texture.ndim not in (2, 3) or 0 in texture.shape:
             raise InputError(
@@ -137,6 +145,8 @@ class _Layer:
         colours = np.asarray(img_as_float64(texture))  # type: ignore[no-untyped-call]
         colours = colours[:, :, np.newaxis] if colours.ndim == 2 else colours
         self.scale_s, self.scale_i = _plane_scales(model, plane.distance_mm)
+        self.slope_s, self.slope_i = (float(model.object_ray(*one)[0]) for one in ((0, 1), (1, 0)))
+        self.plane = plane
         self.step = plane.width_mm / texture.shape[1]
         lens = model.camera.main_lens
         z = plane.distance_mm - model.image_distance_mm - lens.principal_plane_separation_mm
@@ -149,9 +159,18 @@ class _Layer:
         # Where the ray hits if only its place on the micro lens changes, not its slope.
         across = abs(1 - z / lens.focal_length_mm) * model.camera.micro_lenses.pitch_mm
         widths = across / self.step, abs(self.scale_i) / self.step
+        if blur is not None:
+            widths = abs(self.scale_s) * blur / self.step, 0.0
         margin = int(np.ceil(sum(widths))) + 2
-        covered = np.concatenate([colours, np.ones((*colours.shape[:2], 1))], axis=2)
-        canvas = np.pad(covered, ((margin, margin), (margin, margin), (0, 0)))
+        coverage = np.ones(texture.shape[:2]) if plane.coverage is None else plane.coverage
+        if coverage.shape != texture.shape[:2]:
+            raise InputError(
+                f"shape {coverage.shape}",
+                where="coverage",
+                expected=f"{texture.shape[:2]}, the texture's",
+            )
+        canvas = np.dstack([colours * coverage[..., np.newaxis], coverage])
+        canvas = np.pad(canvas, ((margin, margin), (margin, margin), (0, 0)))
         for width in widths:
             for axis in (0, 1):
                 canvas = ndimage.convolve1d(canvas, box_kernel(width), axis=axis, mode="constant")
@@ -159,11 +178,20 @@ class _Layer:
         middle = (np.array(texture.shape[:2]) - 1) / 2 + margin
         self.origin = middle - np.array(plane.centre_mm) / self.step
 
-    def seen(self, position_mm: Floats, offset_px: Floats) -> Floats:
-        """Colours times coverage, and coverage, that rays see; shape (..., channels + 1)."""
+    def hit(self, position_mm: Floats, offset_px: Floats) -> tuple[Floats, Floats]:
+        """Where rays meet the plane: (y, x) in mm as the picture has it, and the distance."""
         # The main lens turns the picture upside down; so the texture is turned too.
-        place = -(self.scale_s * position_mm + self.scale_i * offset_px) / self.step + self.origin
-        points = np.moveaxis(place, -1, 0)
+        flat = -(self.scale_s * position_mm + self.scale_i * offset_px)
+        tilt, middle = np.array(self.plane.tilt), np.array(self.plane.centre_mm)
+        if not tilt.any():
+            return flat, np.full(flat.shape[:-1], self.plane.distance_mm)
+        slope = -(self.slope_s * position_mm + self.slope_i * offset_px)
+        deeper = ((flat - middle) @ tilt) / (1 - slope @ tilt)
+        return flat + slope * deeper[..., np.newaxis], self.plane.distance_mm + deeper
+
+    def seen(self, place_mm: Floats) -> Floats:
+        """Colours times coverage, and coverage, at places; shape (..., channels + 1)."""
+        points = np.moveaxis(place_mm / self.step + self.origin, -1, 0)
         return np.stack(
             [
                 ndimage.map_coordinates(self.canvas[:, :, k], points, order=1, mode="constant")
@@ -253,7 +281,7 @@ def render(
         light *= 1 - shading * (((places - middle) / middle) ** 2).sum(axis=-1) / 2
         picture = np.zeros((*light.shape, channels))
         for layer in layers:
-            seen = layer.seen(position, from_centre)
+            seen = layer.seen(layer.hit(position, from_centre)[0])
             picture = seen[..., :-1] + (1 - seen[..., -1:]) * picture
         raw[part] = picture * light[..., np.newaxis]
         white[part] = light
@@ -272,3 +300,27 @@ def render(
         grid=grid,
         model=model,
     )
+
+
+def pinhole_view(
+    model: RayModel, planes: list[TexturedPlane], lenses: tuple[int, int], samples: int = 1
+) -> tuple[Floats, Floats]:
+    """What a pinhole in the middle of the main lens sees: the truth behind a `render`ed capture.
+
+    `samples` for each micro lens in each dimension: 1 for its central view, M for all that its
+    pixels could tell. Result: colours from 0 to 1, all of it in focus, shape (rows, columns[, 3]),
+    and distances in mm from the micro lenses, nan where there is nothing.
+    """
+    step = model.camera.micro_lenses.pitch_mm / samples
+    layers = [_Layer(model, p, step) for p in sorted(planes, key=lambda p: -p.distance_mm)]
+    places = [(np.arange(n * samples) - (n * samples - 1) / 2) * step for n in lenses]
+    position = np.stack(np.meshgrid(*places, indexing="ij"), axis=-1)
+    channels = max((layer.canvas.shape[2] - 1 for layer in layers), default=1)
+    picture = np.zeros((*position.shape[:2], channels))
+    distance = np.full(position.shape[:2], np.nan)
+    for layer in layers:
+        place, mm = layer.hit(position, np.zeros_like(position))
+        seen = layer.seen(place)
+        picture = seen[..., :-1] + (1 - seen[..., -1:]) * picture
+        distance = np.where(seen[..., -1] > 0.5, mm, distance)
+    return picture if channels > 1 else picture[..., 0], distance

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from plenofir.camera.calibration import calibrate, decode, load_calibration
-from plenofir.camera.lightfield import focal_stack
+from plenofir.camera.lightfield import PICTURE, focal_stack
 from plenofir.camera.rays import RayModel, load_camera
 from plenofir.camera.synthetic import (
     TexturedPlane,
@@ -190,13 +190,17 @@ def test_chain(capture: Path, run) -> None:
 
     done = run("refocus", "aligned.png", "-M", "5", "-a", "2/5", cwd=capture)
     assert done.returncode == 0, done.stderr
-    want = refocus(aligned, M, "2/5", border="normalise")
+    want = refocus(aligned, M, "2/5", border="normalise", **PICTURE)
     assert np.array_equal(read_image(capture / "refocused.png"), want)
     cases: list[tuple[tuple[str, ...], dict[str, Any]]] = [
         (("-a", "2/5", "--interpolation", "linear"), {"a": "2/5", "interpolation": 1}),
         (("-a", "1", "--no-upsample"), {"a": 1, "upsample": False}),
-        (("-a", "1/5", "--border", "zero"), {"a": "1/5", "border": "zero"}),
-        (("-a", "0", "--region", "5:,:20"), {"a": 0, "region": (slice(5, None), slice(20))}),
+        (("-a", "1/5", "--interpolation", "nearest"), {"a": "1/5"}),
+        (("-a", "1/5", "--border", "zero"), {"a": "1/5", "border": "zero", **PICTURE}),
+        (
+            ("-a", "0", "--sharpen", "off", "--region", "5:,:20"),
+            {"a": 0, "region": (slice(5, None), slice(20)), "interpolation": 1},
+        ),
     ]
     for options, keywords in cases:
         done = run("refocus", "aligned.png", "-M", "5", *options, cwd=capture)
@@ -227,7 +231,7 @@ def test_chain(capture: Path, run) -> None:
         ["all_in_focus.png", "sharpness.png", *(f"refocused_{a}.png" for a in slices)]
     )
     found = read_image(capture / "stack" / "refocused_1_a-1_5.png")
-    assert np.array_equal(found, refocus(aligned, M, "-1/5", border="normalise"))
+    assert np.array_equal(found, refocus(aligned, M, "-1/5", border="normalise", **PICTURE))
 
     options = ("stack", "aligned.png", "-M", "5", "-a", "0:1:2/5", "--out", "index")
     done = run(*options, "--depth-index", "--radius", "2", cwd=capture)
@@ -346,7 +350,7 @@ def test_captures_of_fewer_bits_keep_their_numbers(tmp_path: Path, run, bits, co
     )
     assert done.returncode == 0
     assert np.array_equal(
-        read_image(tmp_path / "b.png"), refocus(want, 7, "1/7", border="normalise")
+        read_image(tmp_path / "b.png"), refocus(want, 7, "1/7", border="normalise", **PICTURE)
     )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.rays import RayModel, load_camera
@@ -14,6 +15,7 @@ from plenofir.camera.synthetic import (
     TexturedPlane,
     field_of_view,
     micro_image_pitch,
+    pinhole_view,
     render,
     with_pitch,
 )
@@ -171,3 +173,39 @@ def test_bad_planes(plane) -> None:
 def test_bad_pitch() -> None:
     with pytest.raises(InputError, match="pitch"):
         with_pitch(camera(), 0.0)
+
+
+def test_pinhole_view_is_what_the_central_view_sees() -> None:
+    """A tilted plane with a hole before an even one: brightness and distance of each micro lens."""
+    m, lenses = 5, (24, 30)
+    model = with_pitch(RayModel.focused(load_camera("f197-mla2"), inf, m), float(m))
+    far, near = (float(model.distance(a).mm) for a in (0.2, 0.8))
+    ramp = np.tile(np.linspace(0.2, 0.9, 200), (200, 1))
+    y, x = np.mgrid[:200, :200] - 99.5
+    ring = (np.hypot(y, x) > 40).astype(float)
+    planes = [
+        TexturedPlane(np.full((4, 4), 0.5), far, field_of_view(model, far, 90)),
+        TexturedPlane(ramp, near, field_of_view(model, near, 16), (0.0, 5.0), (0.0, 3.0), ring),
+    ]
+    raw = render(model, planes, lenses, form="square", radius=1.0, level=1.0).raw / 65535
+    seen, distance = pinhole_view(model, planes, lenses)
+    assert seen.shape == distance.shape == lenses
+    assert np.abs(raw[m // 2 :: m, m // 2 :: m] - seen)[2:-2, 2:-2].mean() < 0.01
+    # Right is farther, by 3 mm for each mm; through the hole and beside it the wall is seen.
+    on_it = np.abs(distance - far) > 1
+    assert distance[on_it].min() < near < distance[on_it].max()
+    row = distance[4][on_it[4]]
+    assert (np.diff(row) > 0).all()
+    assert 0.35 < on_it.mean() / (16 * 16 / (24 * 30)) < 1.1
+    # A point of it lies where its disparity says, in every view.
+    left = raw[m // 2 :: m, 0::m]
+    a = np.asarray(model.focus_setting(distance))
+    t, s = np.nonzero(on_it & np.roll(on_it, 1, 1) & np.roll(on_it, -1, 1))
+    there = s + 2 * a[t, s]
+    known = (there > 1) & (there < lenses[1] - 2) & (s > 3)
+    found = ndimage.map_coordinates(left, [t[known], there[known]], order=1)
+    assert np.median(np.abs(found - seen[t[known], s[known]])) < 0.02
+    fine, _ = pinhole_view(model, planes, lenses, 3)
+    assert fine.shape == (72, 90)
+    with pytest.raises(InputError, match="coverage"):
+        pinhole_view(model, [TexturedPlane(ramp, near, 9.0, coverage=ring[:5])], lenses)
