@@ -8,8 +8,22 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
+from plenofir.commands.rasters import check_raster
+from plenofir.ground.errors import InputError
 
 app = typer.Typer()
+
+
+def _check_first(frame: Path, micro_image: int) -> None:
+    """Refuse frames that are no aligned raw images of M, as the first of them shows."""
+    from plenofir.ground.images import read_picture
+
+    try:
+        first = read_picture(frame)
+    except InputError:
+        # One that cannot be read is a failed frame.
+        return
+    check_raster(first, micro_image, str(frame))
 
 
 @app.command()
@@ -40,6 +54,7 @@ def batch(
     order = interpolation_order(interpolation)
     settings = Settings(micro_image, chosen, order, upsample, sharpen)
     sources = find_frames(frames)
+    _check_first(sources[0], micro_image)
     try:
         with progress_bar("refocusing") as show:
             done = run_batch(

@@ -13,6 +13,7 @@ import typer
 from plenofir.commands import options
 from plenofir.commands.capture import Dark
 from plenofir.commands.console import steps_bar
+from plenofir.commands.rasters import check_raster, warn_of_camera
 from plenofir.commands.results import save
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, as_text, check_folder
@@ -106,8 +107,7 @@ def develop(
     for line in lines:
         typer.echo(line)
     typer.echo(f"{out}: {len(pictures.shown)} pictures; open {folder / 'index.html'}")
-    if model is not None and model.micro_image_note():
-        typer.echo(f"warning: {model.micro_image_note()}", err=True)
+    warn_of_camera(model)
 
 
 def _read(
@@ -125,6 +125,7 @@ def _read(
     from plenofir.camera.lightfield.sources import read_source
     from plenofir.camera.lytro import is_lytro, read_lytro
     from plenofir.camera.lytro.sensor import FULL_SCALE
+    from plenofir.camera.recognise.picture import recognise_picture
     from plenofir.ground.images import Picture, read_image, read_picture
     from plenofir.refocus import check_raw
 
@@ -164,14 +165,22 @@ def _read(
         return _Field(picture, m, None, (*told, _size(raster, m)))
     picture = to_srgb(read_picture(path), where)
     if aligned:
-        if micro_image is None:
-            raise InputError(
-                "give --white or --calib for a raw capture, or -M for an aligned raw image",
-                where=where,
-            )
-        raster = check_raw(picture.pixels, micro_image, where=where)
-        told = (f"taken as aligned, M = {micro_image}", _size(raster, micro_image))
-        return _Field(picture.like(raster), micro_image, None, told)
+        if micro_image is not None:
+            m, how = micro_image, "as given"
+        else:
+            is_jpeg = path.suffix.lower() in (".jpg", ".jpeg")
+            seen = recognise_picture(picture, where, is_jpeg=is_jpeg)
+            if seen.kind != "aligned raster" or seen.micro_image_size is None:
+                raise InputError(
+                    f"{seen.kind}; give --white or --calib for a raw capture, or -M for an aligned "
+                    "raw image",
+                    where=where,
+                )
+            m, how = seen.micro_image_size, "by its joints"
+        raster = check_raw(picture.pixels, m, where=where)
+        check_raster(picture, m, where)
+        told = (f"taken as aligned, M = {m} {how}", _size(raster, m))
+        return _Field(picture.like(raster), m, None, told)
     black = read_image(dark) if dark else None
     if calib is not None:
         found, made = load_calibration(calib), None

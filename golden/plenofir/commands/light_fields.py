@@ -11,6 +11,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_lines, progress_bar
+from plenofir.commands.rasters import read_raster, warn_of_camera
 from plenofir.commands.results import PICTURES, check_file, publish, save
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import Results, check_folder
@@ -24,15 +25,6 @@ if TYPE_CHECKING:
 app = typer.Typer()
 
 
-def _raster(path: str, micro_image: int) -> "Picture":
-    from plenofir.ground.images import read_picture
-    from plenofir.refocus import check_raw
-
-    raw = read_picture(Path(path))
-    check_raw(raw.pixels, micro_image, where=path)
-    return raw
-
-
 @app.command()
 def views(
     raster: options.AlignedRaw,
@@ -43,7 +35,7 @@ def views(
     from plenofir.camera.lightfield.folders import named_views
 
     m = micro_image
-    raw = _raster(raster, m)
+    raw = read_raster(raster, m)
     check_folder(Path(out), out)
     files = {name: raw.like(view) for name, view in named_views(raw.pixels, m).items()}
     publish(files, Path(out))
@@ -61,7 +53,7 @@ def mosaic(
     from plenofir.camera.lightfield.exports import mosaic as side_by_side
 
     path = check_file(out, (".png",), raster)
-    raw = _raster(raster, micro_image)
+    raw = read_raster(raster, micro_image)
     whole = side_by_side(raw.pixels, micro_image)
     publish({path.name: raw.like(whole)}, path.parent)
     rows, columns = (length // micro_image for length in raw.pixels.shape[:2])
@@ -88,7 +80,7 @@ def quilt(
     from plenofir.camera.lightfield.exports import quilt as arrange
     from plenofir.camera.lightfield.exports import quilt_name, quilt_tiles
 
-    raw = _raster(raster, micro_image)
+    raw = read_raster(raster, micro_image)
     if columns is None and rows is None:
         columns, rows = quilt_tiles(micro_image)
     else:
@@ -171,10 +163,10 @@ def refocus_command(
 
     path = check_file(out, PICTURES, raster)
     m = micro_image
-    raw = _raster(raster, m)
     setting = options.one_focus_setting(a, m)
     options.shifts_of((setting,), m)
     part = _region(region) if region else None
+    raw = read_raster(raster, m)
     look, exposed = _look(raw, m, exposure, gamma)
     if sharpen is None:
         sharpen = str(PICTURE["sharpen"]) if upsample and interpolation is None else "off"
@@ -267,14 +259,14 @@ def stack(
         raise InputError("--depth-index writes all_in_focus.png too; leave out --all-in-focus")
     options.require("radius", "depth_index", radius != 1 and not index)
     m = micro_image
-    raw = _raster(raster, m)
-    shape = raw.pixels.shape[:2]
     settings = options.focus_settings(a or ["0:1"], m)
     shifts = options.shifts_of(settings, m)
     if index and len(settings) > MAX_STACK:
         raise InputError(
             f"--depth-index takes at most {MAX_STACK} slices, not {len(settings)}", where="a"
         )
+    raw = read_raster(raster, m)
+    shape = raw.pixels.shape[:2]
     check_folder(Path(out), out)
     # Near the borders views are missing.
     margin = ceil(max(abs(setting) for setting in settings) * (m - 1) / 2) * m
@@ -369,10 +361,9 @@ def depth_map(
     m = micro_image
     for option, given in (("focus", focus != inf), ("pfm", pfm), ("tiff", tiff), ("ply", ply)):
         options.require(option, "camera", given and camera is None)
-    picture = _raster(raster, m)
+    picture = read_raster(raster, m)
     raw = picture.pixels
     model = None if camera is None else RayModel.focused(load_camera(camera), focus, m)
-    warning = "" if model is None else model.micro_image_note()
     check_folder(Path(out), out)
     with progress_bar("matching") as show:
         found = search_disparity(
@@ -427,5 +418,4 @@ def depth_map(
                 f"note: {100 * share:.0f} % of the matched pixels lie at the {option} end of the "
                 f"search, {end:g} pixels per view; widen it with {options.typed(option)}"
             )
-    if warning:
-        typer.echo(f"warning: {warning}", err=True)
+    warn_of_camera(model)

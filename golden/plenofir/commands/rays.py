@@ -9,6 +9,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import print_json, print_table
+from plenofir.commands.rasters import warn_of_camera
 from plenofir.commands.results import check_file
 
 if TYPE_CHECKING:
@@ -17,7 +18,10 @@ if TYPE_CHECKING:
     from plenofir.camera.rays import Distances, RayModel
 
 MicroImage = Annotated[
-    int, typer.Option("--micro-image", "-M", min=2, help="M: micro image size in pixels.")
+    int | None,
+    typer.Option(
+        "--micro-image", "-M", min=2, help="M: micro image size in pixels; else the camera's."
+    ),
 ]
 Gap = Annotated[int, typer.Option("--gap", help="G: views between the two cameras.")]
 View = Annotated[int, typer.Option("--view", help="i: the first of them, from the centre.")]
@@ -25,10 +29,13 @@ View = Annotated[int, typer.Option("--view", help="i: the first of them, from th
 app = typer.Typer()
 
 
-def _model(camera: str, focus: float, micro_image: int) -> "RayModel":
+def _model(camera: str, focus: float, micro_image: int | None) -> "RayModel":
     from plenofir.camera.rays import RayModel, load_camera
 
-    return RayModel.focused(load_camera(camera), focus, micro_image)
+    known = load_camera(camera)
+    model = RayModel.focused(known, focus, micro_image or max(2, known.micro_image_size))
+    warn_of_camera(model)
+    return model
 
 
 def _fraction(a: "Fraction") -> str:
@@ -70,7 +77,7 @@ def distance(
     camera: options.Camera,
     a: options.FocusSettings,
     focus: options.Focus = inf,
-    micro_image: MicroImage = 13,
+    micro_image: MicroImage = None,
     as_json: options.AsJson = False,
     plot: Annotated[
         Path | None, typer.Option("--plot", help="Draw the optical bench into this PNG.")
@@ -80,7 +87,7 @@ def distance(
     from plenofir.camera.rays import diffraction_note, rayleigh_limit
 
     model = _model(camera, focus, micro_image)
-    settings = options.focus_settings(a, micro_image, rounded=False)
+    settings = options.focus_settings(a, model.micro_image_size, rounded=False)
     rows = [
         (setting, model.near_border(value), model.distance(value), model.far_border(value))
         for setting, value in ((s, float(s)) for s in settings)
@@ -124,7 +131,7 @@ def distance(
 def baseline(
     camera: options.Camera,
     focus: options.Focus = inf,
-    micro_image: MicroImage = 13,
+    micro_image: MicroImage = None,
     gap: Gap = 1,
     view: View = 0,
     as_json: options.AsJson = False,
@@ -155,7 +162,7 @@ def depth(
         list[float], options.numbers("--disparity", "Disparity in pixels. May be repeated.")
     ],
     focus: options.Focus = inf,
-    micro_image: MicroImage = 13,
+    micro_image: MicroImage = None,
     gap: Gap = 1,
     view: View = 0,
     per_view: Annotated[
@@ -202,7 +209,7 @@ def slices(
     near: Annotated[float, options.distance("--near", "Nearest distance in mm.")],
     far: Annotated[float, options.distance("--far", "Farthest distance in mm, or inf.")],
     focus: options.Focus = inf,
-    micro_image: MicroImage = 13,
+    micro_image: MicroImage = None,
     whole: Annotated[bool, typer.Option("--whole", help="Only whole numbers a.")] = False,
     as_json: options.AsJson = False,
 ) -> None:

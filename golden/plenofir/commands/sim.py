@@ -9,6 +9,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import kept_bars, print_line
+from plenofir.commands.rasters import check_raster
 from plenofir.fpga.names import Chain, EngineName, HdmiBoardName, SimulatorName
 from plenofir.ground.errors import EXIT_MISMATCH
 
@@ -115,6 +116,7 @@ def sim(
     shifts = options.shifts_of(settings, micro_image)
     from plenofir.fpga.screen.board_screen import Screen
     from plenofir.fpga.simulate.request import DEFAULT_RAW, Run
+    from plenofir.ground.images import read_picture
 
     def core_for(path: Path) -> "CoreConfiguration":
         from plenofir.fpga.simulate.request import core_for_image
@@ -160,6 +162,9 @@ def sim(
             options.refuse_both("waves", options.typed("chain", "hdmi"), "leave one of them out")
         _run_raw(sensor, lambda path, folder: run_of(path, core_for(path), folder), Path(out))
         return
+    if raw is not None and scene is None:
+        # Any picture can be simulated.
+        check_raster(read_picture(raw), micro_image, str(raw), refuse=False)
     path = raw or DEFAULT_RAW
     with tempfile.TemporaryDirectory(prefix="plenofir-") as drawn:
         if scene:

@@ -12,6 +12,7 @@ import typer
 
 from plenofir.commands import options
 from plenofir.commands.console import progress_bar
+from plenofir.commands.rasters import check_raster, warn_of_camera
 from plenofir.commands.results import check_file
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import as_text, write_file
@@ -165,7 +166,10 @@ class _Settings:
             m, picture = self._of_views(path)
         else:
             m = self._size()
-            picture = self._preparation(str(path))(read_picture(path))
+            stored = read_picture(path)
+            if self.calib is None:
+                check_raster(stored, m, str(path))
+            picture = self._preparation(str(path))(stored)
         picture = to_srgb(picture, str(path))
         search, model = self._checked(m)
         return light_field_page(
@@ -245,6 +249,7 @@ class _Settings:
             from plenofir.camera.rays import RayModel, load_camera
 
             model = RayModel.focused(load_camera(self.camera), self.focus, m)
+            warn_of_camera(model)
         return search, model
 
     def _preparation(self, where: str) -> "Callable[[Picture], Picture]":

@@ -35,6 +35,7 @@ DARKEST = 0.1
 """Darker parts of micro images than this share of the brightest are not brightened further."""
 
 _BLOCK_PIXELS = 1 << 21
+_LIT = 0.5
 
 
 def raster_window(calibration: Calibration) -> tuple[slice, slice]:
@@ -95,9 +96,17 @@ def profile_at(calibration: Calibration, m: int, scale: Scale) -> Floats:
 def largest_odd_size(calibration: Calibration) -> int:
     """Largest odd number of pixels that a micro image has, 1 or more.
 
-    Result: M in pixels.
+    Those along its middle row and column are lit at least half as brightly as its middle. Result: M
+    in pixels.
     """
-    return max(1, int((calibration.grid.lens_pitch - 1) // 2 * 2 + 1))
+    m = max(1, int((calibration.grid.lens_pitch - 1) // 2 * 2 + 1))
+    while m > 1:
+        profile = profile_at(calibration, m, "native")
+        c = m // 2
+        if min(profile[c, 0], profile[c, -1], profile[0, c], profile[-1, c]) >= _LIT:
+            break
+        m -= 2
+    return m
 
 
 def check_micro_image_size(calibration: Calibration, m: int, scale: Scale) -> None:

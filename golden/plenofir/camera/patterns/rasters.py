@@ -18,7 +18,7 @@ from plenofir.camera.calibration.lattice import lattices
 
 MAX_MICRO_IMAGE = 64
 # Times that a period explains more of the differences than chance does.
-_CLEAR, _SEEN = 20.0, 8.0
+_VERY_CLEAR, _CLEAR, _SEEN = 100.0, 20.0, 8.0
 _FEWEST_PERIODS = 6
 _CENTRED_PX = 0.75
 # A period that is no whole number shows at its neighbours nearly as clearly.
@@ -104,8 +104,11 @@ def find_raster(grey: Image32, *, is_jpeg: bool = False) -> Raster | None:
         return Raster(m, clarity, "joints between micro images")
     near = [period for line in along for period in line if abs(period.pixels - m) == 1]
     whole = min(clarity) > _CLEARER * max((period.clarity for period in near), default=0.0)
-    if min(clarity) > _SEEN and whole and _centred(grey, m) and _repeats(grey, m):
-        return Raster(m, clarity, "dark rims of micro images")
+    # Rims may be brighter than what is inside, where a capture has stray light.
+    edges = {0, m - 2, m - 1}
+    rims = {first.phase, second.phase} <= edges and min(clarity) > _VERY_CLEAR
+    if min(clarity) > _SEEN and whole and (rims or _centred(grey, m)) and _repeats(grey, m):
+        return Raster(m, clarity, "rims of micro images")
     return None
 
 

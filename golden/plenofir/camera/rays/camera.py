@@ -83,6 +83,16 @@ class Camera(_Part):
     micro_lenses: MicroLensArray
     sensor: Sensor
 
+    @property
+    def pixels_per_lens(self) -> float:
+        """Size of a micro image in pixels, as far as the pitches tell."""
+        return self.micro_lenses.pitch_mm / self.sensor.pixel_pitch_mm
+
+    @property
+    def micro_image_size(self) -> int:
+        """M: the largest odd number of pixels that a micro image has, 1 or more."""
+        return max(1, int((self.pixels_per_lens - 1) // 2 * 2 + 1))
+
     def reversed(self) -> "Camera":
         """The camera with its main lens the other way round: the exit is the entrance pupil then.
 

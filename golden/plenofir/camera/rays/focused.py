@@ -45,9 +45,9 @@ class FocusedCamera:
     def micro_image_note(self) -> str:
         """What is wrong with M for this camera; empty if its micro images have M pixels."""
         m, camera = self.micro_image_size, self.camera
-        pixels = camera.micro_lenses.pitch_mm / camera.sensor.pixel_pitch_mm
-        # From the largest odd size, which decoding takes by itself.
-        if int((pixels - 1) // 2 * 2 + 1) <= m <= round(pixels):
+        pixels = camera.pixels_per_lens
+        # From what decoding takes by itself.
+        if camera.micro_image_size <= m <= round(pixels):
             return ""
         hold = "hold only if the picture has their middle pixels, as decode crops them"
         return (

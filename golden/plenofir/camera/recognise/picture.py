@@ -146,14 +146,20 @@ def _pitch(lattice: Lattice) -> float:
     return float(np.sqrt(abs(np.linalg.det(lattice.vectors))))
 
 
+def is_flat(image: Image, m: int) -> bool:
+    """Whether a picture consists of blocks of M x M equal pixels, as refocusing makes them."""
+    rows, columns = image.shape[0] // m, image.shape[1] // m
+    inside = np.abs(np.diff(image[: rows * m, : columns * m].astype(np.int32), axis=1))
+    within = inside[:, np.arange(inside.shape[1]) % m != m - 1]
+    return float((within == 0).mean()) > _SAME_LEVEL
+
+
 def _raster(
     image: Image, m: int, by: str, clarity: tuple[float, float], size: tuple[str, str], name: str
 ) -> Recognition:
     """An aligned raster, or what refocusing left of one."""
     rows, columns = image.shape[0] // m, image.shape[1] // m
-    inside = np.abs(np.diff(image[: rows * m, : columns * m].astype(np.int32), axis=1))
-    within = inside[:, np.arange(inside.shape[1]) % m != m - 1]
-    if float((within == 0).mean()) > _SAME_LEVEL:
+    if is_flat(image, m):
         text = f"blocks of {m} x {m} equal pixels: a slice that was refocused, or scaled up"
         return Recognition("refocused picture", (size, ("evidence", text)))
     text = (

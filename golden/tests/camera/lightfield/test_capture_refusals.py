@@ -27,15 +27,16 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "bright": np.clip(white.astype(int) * 20, 0, 255).astype(np.uint8),
         "small": white[:50],
         "plain": np.full(shape, 90, np.uint8),
+        "raw": np.random.default_rng(3).integers(0, 256, shape, np.uint8),
     }
     for name, image in images.items():
         write_png(folder / f"{name}.png", image)
     calibrate(white).save(folder / "calib.json")
     (folder / "views").mkdir()
-    (folder / "linked.png").symlink_to("white.png")
+    (folder / "linked.png").symlink_to("raw.png")
     (folder / "a").mkdir()
     for name in ("refocused_a1", "refocused", "sharpness", "view_00_00", "depth"):
-        write_png(folder / "a" / f"{name}.png", white)
+        write_png(folder / "a" / f"{name}.png", images["raw"])
     scene = (root() / "scenes" / "rgb-480p.toml").read_text()
     edid = make_edid((HD720,))
     (folder / "a" / "sources.txt").write_bytes(edid)
@@ -78,35 +79,35 @@ def bad(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("decode white.png --calib calib.json -M 5 --scale half", "half"),
         ("decode white.png --calib calib.json -M 5 --out views", "must end in"),
         ("decode white.png --calib calib.json -M 5 --white small.png", "white image"),
-        ("views white.png -M 0", "--micro-image: '0'"),
-        ("views white.png -M 200", "less than one micro image"),
-        ("views white.png -M 5 --out white.png/x", "white.png is not a folder"),
+        ("views raw.png -M 0", "--micro-image: '0'"),
+        ("views raw.png -M 200", "less than one micro image"),
+        ("views raw.png -M 5 --out white.png/x", "white.png is not a folder"),
         ("compose views", "no image files"),
         ("compose none", "no such file or folder"),
         ("compose views --order up", "order"),
-        ("refocus white.png -M 5 -a 1/3", "not on the grid"),
-        ("refocus white.png -M 5 -a x", "not a focus setting"),
-        ("stack white.png -M 5 -a 1:0", "--a: '1:0'"),
-        ("stack white.png -M 5 -a 0:1:1/3", "--a: 1/3 is not on the grid"),
-        ("stack white.png -M 5 -a 0:1:0", "--a: '0:1:0'"),
-        ("stack white.png -M 5 -a 0:1000", "5001 settings"),
-        ("depth-map white.png -M 5 --camera none", "no such camera"),
-        ("depth-map white.png -M 5 --camera f197-mla2 --focus 3", "focus"),
-        ("depth-map white.png -M 5 --camera f197-mla2 --window 4", "odd"),
-        ("depth-map white.png -M 5 --camera f197-mla2 --near x", "--near"),
-        ("depth-map white.png -M 5 --camera f197-mla2 --near=-2", "search"),
-        ("depth-map white.png -M 5 --camera f197-mla2 --near 1e9", "-28 to 28, the views' size"),
-        ("depth-map white.png -M 5 --near nan", "--near: nan is not a finite number"),
-        ("depth-map white.png -M 5 --focus 1500", "--focus requires --camera"),
+        ("refocus raw.png -M 5 -a 1/3", "not on the grid"),
+        ("refocus raw.png -M 5 -a x", "not a focus setting"),
+        ("stack raw.png -M 5 -a 1:0", "--a: '1:0'"),
+        ("stack raw.png -M 5 -a 0:1:1/3", "--a: 1/3 is not on the grid"),
+        ("stack raw.png -M 5 -a 0:1:0", "--a: '0:1:0'"),
+        ("stack raw.png -M 5 -a 0:1000", "5001 settings"),
+        ("depth-map raw.png -M 5 --camera none", "no such camera"),
+        ("depth-map raw.png -M 5 --camera f197-mla2 --focus 3", "focus"),
+        ("depth-map raw.png -M 5 --camera f197-mla2 --window 4", "odd"),
+        ("depth-map raw.png -M 5 --camera f197-mla2 --near x", "--near"),
+        ("depth-map raw.png -M 5 --camera f197-mla2 --near=-2", "search"),
+        ("depth-map raw.png -M 5 --camera f197-mla2 --near 1e9", "-28 to 28, the views' size"),
+        ("depth-map raw.png -M 5 --near nan", "--near: nan is not a finite number"),
+        ("depth-map raw.png -M 5 --focus 1500", "--focus requires --camera"),
         *(
-            (f"depth-map white.png -M 5 {option}", f"{option} requires --camera")
+            (f"depth-map raw.png -M 5 {option}", f"{option} requires --camera")
             for option in ("--pfm", "--tiff", "--ply")
         ),
         ("refocus views -M 5 -a 1", "views: is a folder"),
         # Results never replace what they are made from, whatever it is called.
-        ("refocus white.png -M 5 -a 1 --out white.png", "white.png would replace what it is made"),
-        ("refocus linked.png -M 5 -a 1 --out white.png", "white.png would replace"),
-        ("refocus white.png -M 5 -a 1 --out views/../linked.png", "linked.png would replace"),
+        ("refocus raw.png -M 5 -a 1 --out raw.png", "raw.png would replace what it is made"),
+        ("refocus linked.png -M 5 -a 1 --out raw.png", "raw.png would replace"),
+        ("refocus raw.png -M 5 -a 1 --out views/../linked.png", "linked.png would replace"),
         ("stack a/refocused_a1.png -M 5 -a 1 --out a", "refocused_a1.png would replace"),
         ("stack a/sharpness.png -M 5 --out a", "sharpness.png would replace"),
         ("views a/view_00_00.png -M 5 --out a", "view_00_00.png would replace"),

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Aligned raw images that commands take, and what speaks against M or the camera given."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from plenofir.ground.errors import InputError
+
+if TYPE_CHECKING:
+    from plenofir.camera.rays import RayModel
+    from plenofir.ground.images import Picture
+
+
+def read_raster(path: str, micro_image: int) -> "Picture":
+    """Read an aligned raw image; refused where it is certain that it is none of this M."""
+    from plenofir.ground.images import read_picture
+    from plenofir.refocus import check_raw
+
+    raw = read_picture(Path(path))
+    check_raw(raw.pixels, micro_image, where=path)
+    check_raster(raw, micro_image, path)
+    return raw
+
+
+def check_raster(picture: "Picture", micro_image: int, where: str, *, refuse: bool = True) -> None:
+    """Warn of a picture that is no aligned raw image of M, or refuse it where that is certain."""
+    from plenofir.camera.recognise.expected import doubt
+
+    is_jpeg = Path(where).suffix.lower() in (".jpg", ".jpeg")
+    found = doubt(picture, micro_image, where, is_jpeg=is_jpeg)
+    if found is None:
+        return
+    if found.certain and refuse:
+        raise InputError(found.text, where=where)
+    typer.echo(f"warning: {where}: {found.text}", err=True)
+
+
+def warn_of_camera(model: "RayModel | None") -> None:
+    """Warn of a camera whose micro images do not have M pixels."""
+    note = "" if model is None else model.micro_image_note()
+    if note:
+        typer.echo(f"warning: {note}", err=True)
