@@ -111,7 +111,8 @@ def _simulate(
     shutil.rmtree(scratch, ignore_errors=True)
     work = scratch / "work"
     work.mkdir(parents=True)
-    simulator = find_simulator(simulator_name(), brief=not long)
+    # What `make test` draws of a long list takes no longer to simulate than to compile.
+    simulator = find_simulator(simulator_name(), brief=not long or "DRAWN" in os.environ)
     options = list(GHDL_RUN_OPTIONS) if simulator.name == "ghdl" else []
     options_of_run = simulator.global_options(board=bool(board)) if options else []
     if waves:

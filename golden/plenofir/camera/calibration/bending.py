@@ -48,7 +48,7 @@ _COMPARED = 4000
 # Centroids err together by so much, in pixels: at least, by the pitch, and by its reciprocal.
 _COMMON = (0.0001, 0.0000075, 0.00075)
 # So much of the scatter moves centroids together, where models are compared.
-_TOGETHER = 0.12
+_TOGETHER = 0.06
 # Logarithm of how much more likely an even grid is beforehand than one of another model.
 _EVEN_ODDS = 4.0
 # What is less than this many pixels is left out; a tilt is not larger than this.

@@ -55,6 +55,9 @@ _UNLIT = 0.1
 _PROBE = 0.18
 # Lenses whose brightness varies less than this say nothing about the level without light.
 _EVEN_LIGHT = 0.15
+# Standard deviation of what cells of twice the area take of the light between lenses, as a share of
+# the brightest.
+_WIDER = 0.5
 _WEAKEST_RESPONSE = 0.02
 _EVEN_BELOW, _TOLD_BELOW = 0.85, 0.95
 _FEWEST_TOLD, _LEAST_TOLD = 20, 0.15
@@ -358,8 +361,9 @@ class WhiteImage:
 
     def base(self) -> float:
         """Level of the image without light: what the darkest places keep where lenses are dark."""
-        _, _, centres = self.whole_lenses(max(self.shape))
-        centres = centres[enough(len(centres))]
+        t, s, centres = self.whole_lenses(max(self.shape))
+        few = enough(len(centres))
+        t, s, centres = t[few], s[few], centres[few]
         part = 2 if self.grid.layout == "rectangular" else 3
         gaps = centres + primitive_vectors(self.grid).sum(axis=0) / part
         core, gap = (
@@ -369,8 +373,15 @@ class WhiteImage:
         low, middle, high = np.percentile(core, [10, 50, 90])
         if high - low < _EVEN_LIGHT * middle:
             return 0.0
-        terms = np.stack([np.ones_like(core), core / high], axis=-1).astype(np.float64)
-        (level, _), _, _ = robust_fit(terms, gap[:, np.newaxis], 1e-6 * float(high))
+        # Gaps that are wider where lenses are darker look like light that lenses have not.
+        cells = np.abs(np.linalg.det(self.grid.jacobian(self.grid.lattice(t, s))))
+        wider = np.log(cells / np.median(cells))
+        share = core / high
+        terms = np.stack([np.ones_like(core), share, share * wider], axis=-1).astype(np.float64)
+        _, weights, scatter = robust_fit(terms, gap[:, np.newaxis], 1e-6 * float(high))
+        known = np.diag([0.0, 0.0, (scatter / (_WIDER * float(high))) ** 2])
+        weighted = terms * weights[:, np.newaxis]
+        level = np.linalg.lstsq(weighted.T @ terms + known, weighted.T @ gap, rcond=None)[0]
         # Nor is it brighter than a lens that is not lit.
         darkest = min(float(np.percentile(gap, 5)), float(core.min()))
         return float(np.clip(level[0], 0.0, max(0.0, darkest)))

@@ -86,6 +86,12 @@ def test_clipped_micro_images() -> None:
     assert white.errors(found.centres).max() < 0.06
 
 
+@pytest.mark.parametrize("seed", [940430, 940790])
+def test_standard_error_is_true(seed) -> None:
+    """Gaps that are wider where lenses are darker look like a dark level; a small k is no noise."""
+    assert tried_distorted(distorted_white(seed, 60_000)).once < 2
+
+
 def test_drawn_distorted_white_images() -> None:
     """A draw: the same in each `make test`, another one with SEED."""
     drawn = os.environ.get("SEED") or "7"
