@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plenofir.refocus import ExactArithmetic, StoredProductArithmetic, refocus
-from plenofir.refocus.fast import field
+from plenofir.refocus.fast import division
 from plenofir.refocus.operator import Image
 from plenofir_studies.methods import exact_sums, in_hardware, running_sums, shift_and_sum
 from plenofir_studies.report_parts import Progress, Report, machine
@@ -193,7 +193,7 @@ def widths() -> list[list[str]]:
     for m, order in ((5, 0), (11, 0), (16, 0), (17, 0), (99, 0), (11, 1), (11, 3), (99, 1)):
         for bits in (8, 16):
             largest = ExactArithmetic().largest_sum(m, bits, order)
-            kind = np.dtype(field(largest, m ** (2 + 2 * order)).kind)
+            kind = np.dtype(f"u{division(m ** (2 + 2 * order), (1 << bits) - 1).bits // 8}")
             rows.append([str(m), str(order), str(bits), str(largest.bit_length()), kind.name])
     return rows
 

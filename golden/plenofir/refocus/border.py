@@ -14,7 +14,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from plenofir.ground.errors import InputError
-from plenofir.refocus.operator import Align, Image, Sums, divide_half_up, interpolated_sums
+from plenofir.refocus.operator import Align, Sums, divide_half_up, interpolated_sums
 from plenofir.refocus.sharpening import neighbours, taps
 
 Border = Literal["zero", "normalise"]
@@ -36,18 +36,6 @@ def arrived(length: int, micro_image_size: int, shift: int, order: int, align: A
     weights = interpolated_sums(ones, micro_image_size, shift, axis=0, align=align, order=order)
     weights.flags.writeable = False
     return weights
-
-
-def complete(weights: Sums, full: int, micro_image_size: int, units: int = 0) -> range:
-    """Most outputs in a row that all views reach, and their taps if they are sharpened."""
-    whole = weights == full
-    if units:
-        before, behind = neighbours(len(weights), micro_image_size)
-        whole = whole & whole[before] & whole[behind]
-    # Where runs of them begin and end.
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], whole, [False]])))
-    runs = [range(int(start), int(stop)) for start, stop in ends.reshape(-1, 2)]
-    return max(runs, key=len, default=range(0))
 
 
 def sharpened_inside(
@@ -77,21 +65,3 @@ def weighted_quotients(sums: Sums, weights: tuple[Sums, Sums], largest: int) -> 
     weight = np.outer(down, across).reshape(sums.shape[:2] + (1,) * (sums.ndim - 2))
     quotients = divide_half_up(sums, np.maximum(weight, 1))
     return np.where(weight > 0, np.clip(quotients, 0, largest), 0)
-
-
-def divide_by_weights(sums: Sums, weights: tuple[Sums, Sums], out: Image) -> None:
-    """The same, into `out`, to the range of its type."""
-    from plenofir.refocus.border_kernels import divide_lines
-
-    down, across = weights
-    lines = sums.reshape(sums.shape[0], -1)
-    across = np.repeat(across, lines.shape[1] // len(across))
-    most = int(np.iinfo(out.dtype).max)
-    # Sums of pixels are at most white times their weight, with taps a few times as much.
-    largest = 16 * most * int(down.max(initial=1)) * int(across.max(initial=1))
-    if largest < 1 << 53:
-        kind = np.float32 if largest < 1 << 24 else np.float64
-        flat = out.reshape(lines.shape)
-        divide_lines(lines, down.astype(kind), across.astype(kind), kind(0.5), kind(most), flat)
-        return
-    out[...] = weighted_quotients(sums.astype(np.int64), weights, most)

@@ -15,7 +15,7 @@ import numpy as np
 from numba import cuda as numba_cuda
 from numba import int32
 
-from plenofir.refocus.fast import field
+from plenofir.refocus.fast import division
 from plenofir.refocus.operator import output_offset
 
 # numba gives it types for the host alone.
@@ -133,7 +133,7 @@ def cuda_refocus(
     """Refocus an image on a GPU, arguments checked by the caller; see `fits`."""
     tile_rows, width = _tile(m, shift)
     divisor = m * m
-    chosen = field(divisor * ((1 << pixel_bits) - 1), divisor)
+    chosen = division(divisor, (1 << pixel_bits) - 1)
     columns = len(region[1])
     channels = out.shape[1] // columns
     offset = output_offset(m, shift, "centred")
@@ -150,7 +150,7 @@ def cuda_refocus(
         region[1].start + offset,
         tile_rows,
         width,
-        divisor // 2,
+        chosen.half,
         chosen.multiplier,
         chosen.drop,
     )

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fast refocuser against the reference, to the bit."""
 
+import math
 import subprocess
 import sys
 from fractions import Fraction
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from test_refocus import random_image
 
 from plenofir.ground.errors import InputError
-from plenofir.refocus import ExactArithmetic, fast, refocus
+from plenofir.refocus import ExactArithmetic, blocks, fast, refocus
 
 aligns = st.sampled_from(["centred", "causal"])
 depths = st.sampled_from([np.uint8, np.uint16])
@@ -30,7 +31,7 @@ def test_equals_the_reference(data):
     with pytest.MonkeyPatch.context() as patch:
         # Blocks of a few pixels, and threads for them: their borders lie everywhere.
         patch.setattr(fast, "_BLOCK_BYTES", data.draw(st.integers(1, 99)))
-        patch.setattr(fast, "_BLOCK_LINES", data.draw(st.integers(1, 99)))
+        patch.setattr(fast, "_BLOCK_LENSES", data.draw(st.integers(0, 3)))
         patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", data.draw(st.integers(1, 9999)))
         image = refocus(raw, m, Fraction(shift, m), align=align, interpolation=order, threads=2)
     want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)
@@ -81,22 +82,47 @@ def test_extremes_and_all_white(m, shift, shape, dtype):
 
 @given(st.integers(2, 400), st.integers(0, 3), st.sampled_from([8, 16]))
 def test_division_by_multiplication_is_exact(m, order, pixel_bits):
-    divisor = m ** (2 + 2 * order)
-    largest = divisor * ((1 << pixel_bits) - 1)
+    divisor, white = m ** (2 + 2 * order), (1 << pixel_bits) - 1
     try:
-        field = fast.field(largest, divisor)
+        made = fast.division(divisor, white)
     except InputError:
-        assert largest.bit_length() > 61
+        assert (divisor * white).bit_length() > 61
         return
-    assert largest + divisor // 2 <= np.iinfo(field.kind).max
-    if field.multiplier:
-        # The quotient can only be wrong next to where it changes.
-        for quotient in {0, 1, 2, 127, 128, (1 << pixel_bits) - 2, (1 << pixel_bits) - 1}:
-            for n in (quotient * divisor, (quotient + 1) * divisor - 1):
-                if n <= largest + divisor // 2:
-                    assert n * field.multiplier >> field.drop == quotient
-        assert field.multiplier <= np.iinfo(field.kind).max
-        assert field.drop >= 8 * np.dtype(field.kind).itemsize
+    assert divisor * white + made.half < 1 << made.bits
+    assert made.multiplier < 1 << made.bits <= 1 << made.drop
+    # The quotient can only be wrong next to where it changes.
+    for quotient in {0, 1, 2, 127, 128, white - 1, white}:
+        first = max(0, quotient * divisor - divisor // 2)
+        for n in (first, min(quotient * divisor + (divisor - 1) // 2, white * divisor)):
+            assert (n + made.half) * made.multiplier >> made.drop == quotient
+
+
+@given(
+    st.lists(st.integers(0, 300), min_size=1, max_size=9),
+    st.integers(0, 300),
+    st.sampled_from([(16, 8), (32, 8), (32, 16), (32, 18), (64, 9), (64, 16)]),
+    st.integers(1, 2),
+)
+def test_division_by_weights_is_exact(columns, row, widths, twice):
+    bits, quotient_bits = widths
+    # As large as the words allow.
+    largest = math.isqrt((1 << bits - quotient_bits) // twice)
+    columns, row = [min(c * largest // 300, largest) for c in columns], row * largest // 300
+    none = np.empty(0, np.int64)
+    weights = blocks.Weights(none, none, np.array(columns), twice, quotient_bits)
+    table = np.empty((len(columns), 3, 2), f"u{bits // 8}")
+    blocks.weights_table(weights, np.array([row, largest]), table)
+    drop, most = 2 * bits - quotient_bits - 1, (1 << quotient_bits) - 1
+    for column, numbers in zip(columns, table.astype(object), strict=True):
+        for line, (half, scale, multiplier) in zip((row, largest), numbers.T, strict=True):
+            weight = twice * column * line
+            for quotient in {0, 1, 2, most // 2, most - 1, most}:
+                first = max(0, quotient * weight - weight // 2)
+                last = min(quotient * weight + max(weight - 1, 0) // 2, most * weight)
+                for n in (first, last):
+                    assert (n + half) * scale < 1 << bits
+                    found = (n + half) * scale * multiplier >> drop
+                    assert found == (quotient if weight else 0)
 
 
 def test_sums_that_do_not_fit_are_refused():
@@ -142,7 +168,7 @@ def test_most_of_what_is_reached_lies_outside(m, shift, order, align, threads):
     raw = random_image((m + 33, m + 58), np.uint8)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fast, "_SAMPLES_FOR_A_THREAD", 99)
-        patch.setattr(fast, "_LEAST_MEMORY", 1 << 12)
+        patch.setattr(fast, "_BLOCK_LENSES", 0)
         a = Fraction(shift, m)
         image = refocus(raw, m, a, align=align, interpolation=order, threads=threads)
     want = ExactArithmetic().refocus(raw, m, shift=shift, align=align, order=order)

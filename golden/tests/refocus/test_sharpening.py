@@ -17,9 +17,9 @@ from plenofir.refocus import (
     derived_moment,
     fast,
     interpolated_sums,
+    kernels,
     refocus,
     refocus_sums,
-    sharp_kernels,
     sharpening_units,
 )
 from plenofir.refocus.sharpening import MAX_WEIGHT_UNITS, sharpened_sums, taps
@@ -106,10 +106,10 @@ def test_extremes_and_all_white(m, shift, dtype, b) -> None:
         assert np.array_equal(refocus(raw, m, Fraction(shift, m), sharpen=b), want)
 
 
-def test_chunks_hold_the_lines_that_are_needed() -> None:
-    # More lines than one chunk of the kernels, and lenses of more lines than half of one.
-    for m in (3, sharp_kernels.LINES // 2 + 1):
-        raw = random_image((4 * sharp_kernels.LINES + 5, m + 9), np.uint8)
+def test_long_lines_and_many_lines() -> None:
+    # More samples than a chunk of the kernels, more lines than a vector has lanes.
+    for m in (3, 33):
+        raw = random_image((2 * m + 70, kernels.CHUNK + 2 * m + 5), np.uint8)
         want = ExactArithmetic().refocus(raw, m, shift=2, sharpen="1/16")
         assert np.array_equal(refocus(raw, m, Fraction(2, m), sharpen="1/16", threads=1), want)
 

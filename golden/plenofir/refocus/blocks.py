@@ -1,0 +1,284 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compiled loops of the fast refocuser: from sums of columns to blocks of the picture.
+
+Transposed sums of columns are summed along their lines, divided, transposed back and written, a
+piece at a time; with interpolation and sharpening whole lines of sums come between.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from plenofir.refocus.kernels import (
+    PAD,
+    Integers,
+    Plan,
+    Taps,
+    column_lines,
+    column_sums,
+    compiled,
+    copy,
+    entering,
+    first_pixels,
+    positions_of,
+    ranges_of,
+    whole,
+)
+from plenofir.refocus.vectors import (
+    LINE_BYTES,
+    divide,
+    divide_by,
+    running_sum,
+    sharpen,
+    sum_lines,
+    transpose_back,
+)
+
+PIECE = 160
+"""Samples of a line that are summed, divided and written in one go."""
+
+
+class Weights(NamedTuple):
+    """What reaches the outputs; empty arrays if all that do not count as nothing."""
+
+    rows: Integers
+    # for each column the place in the next, which has all different ones
+    places: Integers
+    columns: Integers
+    twice: int  # a factor of the divisor
+    bits: int  # of pixels
+
+
+@compiled
+def weights_table(weights: Weights, rows: Integers, table: Integers) -> None:
+    """Numbers to divide by weights with: for each weight of a column half, scale and multiplier."""
+    # table: shape (columns' weights, 3, lanes)
+    bits = 8 * table.itemsize
+    # floor((n scale) multiplier / 2^drop) is the quotient for weights scaled to half of this at
+    # least, and at most this.
+    one = np.uint64(1)
+    most = one << np.uint64(bits - weights.bits)
+    drop = 2 * bits - weights.bits - 1
+    for c in range(table.shape[0]):
+        for line in range(table.shape[2]):
+            weight = np.uint64(weights.twice * rows[line] * weights.columns[c])
+            half, scale, multiplier = weight >> one, one, np.uint64(0)
+            if weight > 0:
+                while weight * (scale + scale) <= most:
+                    scale += scale
+                scaled = weight * scale
+                power = one << np.uint64(min(drop, 63))
+                multiplier, rest = power // scaled, power % scaled
+                for _ in range(63, drop):
+                    above = np.uint64(rest + rest >= scaled)
+                    multiplier = multiplier + multiplier + above
+                    rest = rest + rest - above * scaled
+                if rest + rest >= scaled:
+                    # The next multiplier is nearer, and above.
+                    multiplier += one
+                elif rest > 0:
+                    half += one
+            table[c, 0, line] = half
+            table[c, 1, line] = scale
+            table[c, 2, line] = multiplier
+
+
+class Row(NamedTuple):
+    """Sums along lines, of several lines at once."""
+
+    ranges: Integers
+    low: int  # pixels of a line that are taken
+    high: int
+    words: Integers  # sums of columns, M pixels of nothing on both sides
+    start: Integers  # places of what the sum before the first has
+    places: Integers  # of what enters then; for number t those from ends[t] on
+    ends: Integers
+    carry: Integers
+    totals: Integers
+    other: Integers
+
+
+@compiled
+def _row(
+    plan: Plan, taps: Taps, first: Integers, s0: int, s1: int, word: Integers, like: Integers
+) -> Row:
+    """Work out sums s0 to s1 - 1 of a line, and get memory for them."""
+    m, columns = plan.micro_image_size, plan.columns
+    pixel = plan.channels * LINE_BYTES // word.itemsize
+    ranges = ranges_of(plan, columns, taps, s0, s1)
+    reach = -(m - 1) * (plan.shift - 1)
+    t0, steps = ranges[0, 0], ranges[0, 1] - ranges[0, 0]
+    low, high = plan.step * (t0 - 1) - m + 1, plan.step * (t0 + steps - 1) + 1
+    low = min(columns.length, max(0, low + min(0, reach)))
+    high = max(low, min(columns.length, high + max(0, reach)))
+    start, places = np.empty(m, np.int64), np.empty(steps * plan.step + 2 * m, np.int64)
+    ends = np.zeros(steps + 1, np.int64)
+    start = start[: whole(plan, plan.step * (t0 - 1), low, high, start, 0)]
+    n = 0
+    for t in range(steps):
+        n = entering(plan, first, plan.step * (t0 + t), low, high + m, places, n)
+        ends[t + 1] = n
+    plain = positions_of(plan, taps) == 1
+    memory = (PIECE if plain else (steps + 4 * m) * plan.channels) * LINE_BYTES // word.itemsize
+    return Row(
+        ranges,
+        low,
+        high,
+        np.zeros((high - low + 2 * m + PAD) * pixel, word.dtype),
+        (start - low + m) * pixel,
+        (places[:n] - low + m) * pixel,
+        ends,
+        np.zeros(pixel, like.dtype),
+        np.zeros(memory, like.dtype),
+        np.zeros(0 if plain else memory, like.dtype),
+    )
+
+
+@compiled
+def _whole_lines(plan: Plan, taps: Taps, row: Row, s0: int, s1: int) -> tuple[Integers, int]:
+    """Interpolated and sharpened sums of whole lines, and where the first that is wanted is."""
+    m, words, totals, other = plan.micro_image_size, row.words, row.totals, row.other
+    pixel, ranges = row.carry.size, row.ranges
+    margin = m * pixel
+    made = ranges[0, 1] - ranges[0, 0]
+    running_sum(
+        words, row.places, row.ends, 0, made, margin, totals, margin, pixel, row.carry, words
+    )
+    numbers = np.arange(made + 2 * m)
+    for level in range(1, plan.order + 1):
+        # There is nothing outside of the sums below.
+        totals[:margin] = 0
+        totals[made * pixel + margin : made * pixel + 2 * margin] = 0
+        row.carry[:] = 0
+        runs = ranges[level, 1] - ranges[level - 1, 0] + plan.box_offset
+        made = ranges[level, 1] - ranges[level, 0]
+        target = (m + made - runs) * pixel
+        places = (numbers[:runs] + m) * pixel
+        running_sum(
+            totals, places, numbers, 0, runs, margin, other, target, pixel, row.carry, words
+        )
+        totals, other = other, totals
+    origin = margin + (s0 - ranges[plan.order, 0]) * pixel
+    if taps.side == 0:
+        return totals, origin
+    first = s0 - plan.columns.base
+    flags, done = taps.columns[first : first + s1 - s0], 0
+    while done < flags.size:
+        until = done
+        while until < flags.size and flags[until] == flags[done]:
+            until += 1
+        before, behind = margin * (flags[done] & 1), margin * (flags[done] >> 1)
+        place, count = done * pixel, (until - done) * plan.channels
+        numbers_of = taps.centre, taps.side, taps.bias, taps.drop
+        sharpen(totals, origin + place, before, behind, other, place, count, words, *numbers_of)
+        done = until
+    return other, 0
+
+
+@compiled
+def refocus_blocks(
+    x: Integers,
+    out: Integers,
+    plan: Plan,
+    taps: Taps,
+    weights: Weights,
+    blocks: Integers,
+    word: Integers,
+    like: Integers,
+) -> None:
+    """Make blocks of a refocused image."""
+    # `x` and `out` have the shape (rows, columns * channels). A line of `blocks` is the first and
+    # last + 1 row and column of a block of outputs. `like` has the type that holds sums, `word`
+    # that of columns' sums.
+    m, channels, rows, columns = plan.micro_image_size, plan.channels, plan.rows, plan.columns
+    lanes = LINE_BYTES // word.itemsize
+    pixel = channels * lanes
+    plain = positions_of(plan, taps) == 1
+    first = first_pixels(plan)
+    piece = max(1, PIECE // channels // columns.scale)
+    values = np.empty((piece * channels + PAD) * lanes, word.dtype)
+    pitch = piece * columns.scale * channels + 2 * PAD
+    picture = np.empty(lanes * pitch, out.dtype)
+    table = np.zeros((weights.columns.size, 3, lanes), like.dtype)
+    reached, wanted = np.full(lanes, -1, np.int64), np.empty(lanes, np.int64)
+    for block in range(blocks.shape[0]):
+        row0, row1, column0, column1 = blocks[block]
+        t0, t1 = (row0 + rows.base) // rows.scale, (row1 - 1 + rows.base) // rows.scale + 1
+        s0 = (column0 + columns.base) // columns.scale
+        s1 = (column1 - 1 + columns.base) // columns.scale + 1
+        row = _row(plan, taps, first, s0, s1, word, like)
+        lines = column_lines(plan, taps, word, t0, t1, row.low, row.high)
+        # Which sum each sample has, and which weight each sum.
+        index = np.empty((column1 - column0) * channels + PAD, np.int64)
+        for k in range(index.size):
+            o = min(column0 + k // channels, column1 - 1)
+            index[k] = ((o + columns.base) // columns.scale - s0) * pixel + k % channels * lanes
+        entries = np.empty((s1 - s0) * channels * min(1, table.size), np.int64)
+        for k in range(entries.size):
+            o = max((s0 + k // channels) * columns.scale - columns.base, 0)
+            entries[k] = weights.places[min(o, columns.outputs - 1)] * 3 * lanes
+        # Sums of lines above the first follow from nothing.
+        begin = t0
+        if not plain:
+            begin = lines.ranges[0, 0] - int(taps.side > 0) * m - plan.order * plan.box_offset
+        for t in range(begin, t0, lanes):
+            column_sums(x, plan, taps, first, lines, t, min(lanes, t0 - t), row.words, -1)
+        for t in range(t0, t1, lanes):
+            count = min(lanes, t1 - t)
+            column_sums(x, plan, taps, first, lines, t, count, row.words, m * pixel)
+            after = (m + row.high - row.low) * pixel
+            row.words[after : after + PAD * lanes] = 0
+            row.carry[:] = 0
+            starts = row.start.size
+            sum_lines(row.words, row.start, 0, starts, starts, 0, row.carry, 0, 0, pixel)
+            totals, place = row.totals, 0
+            if not plain:
+                totals, place = _whole_lines(plan, taps, row, s0, s1)
+            for line in range(lanes * min(1, table.size)):
+                o = max((t + line) * rows.scale - rows.base, 0)
+                wanted[line] = weights.rows[min(o, rows.outputs - 1)]
+            if table.size > 0 and np.any(wanted != reached):
+                reached[:] = wanted
+                weights_table(weights, reached, table)
+            for s in range(0, s1 - s0, piece):
+                run = min(piece, s1 - s0 - s)
+                samples = run * channels
+                if plain:
+                    running_sum(
+                        row.words,
+                        row.places,
+                        row.ends,
+                        s,
+                        run,
+                        m * pixel,
+                        totals,
+                        0,
+                        pixel,
+                        row.carry,
+                        row.words,
+                    )
+                at = place if plain else place + s * pixel
+                if table.size == 0:
+                    numbers = plan.half, plan.multiplier, plan.drop, plan.most
+                    divide(totals, at, values, samples, *numbers)
+                else:
+                    drop = 16 * table.itemsize - weights.bits - 1
+                    which = s * channels
+                    divide_by(totals, at, values, samples, entries, which, table, drop, plan.most)
+                o0 = max(column0, (s0 + s) * columns.scale - columns.base)
+                o1 = min(column1, (s0 + s + run) * columns.scale - columns.base)
+                left, right = o0 * channels, o1 * channels
+                transpose_back(
+                    values,
+                    index,
+                    left - column0 * channels,
+                    s * pixel,
+                    picture,
+                    pitch,
+                    right - left,
+                )
+                for line in range(count):
+                    goal = rows.scale * (t + line) - rows.base
+                    part = picture[line * pitch : line * pitch + right - left]
+                    for to in range(max(goal, row0), min(goal + rows.scale, row1)):
+                        copy(out[to, left:right], part)
