@@ -57,6 +57,8 @@ def test_a_tool_of_another_family_is_refused() -> None:
     plan = make_plan(load_scene("grey-microscope", "xc7a35t"))
     with pytest.raises(InputError, match="Quartus Prime does not build for 7 series"):
         tool_of(plan, "quartus")
+    with pytest.raises(InputError, match="'xst' is no tool; choose from vivado"):
+        tool_of(plan, "xst")
     with pytest.raises(InputError, match="no vendor's tool"):
         tool_of(make_plan(load_scene("thesis-m3", "ccgm1a1")), None)
 

@@ -273,7 +273,9 @@ def devices() -> None:
         amounts = (total.lut, total.flip_flops, total.ramb16, total.dsp)
         rows.append((device.name, FAMILIES[device.family].title, *map(str, amounts), *tools[:1]))
     heads = ("device", "family", "LUT", "flip-flops", "block RAM", "multipliers", "project")
-    print_table(heads, [(*row, *[""] * (len(heads) - len(row))) for row in rows], left=heads[:2])
+    print_table(
+        heads, [(*row, *[""] * (len(heads) - len(row))) for row in rows], left=heads[:2], width=90
+    )
 
 
 def _print_figures(rows: "list[tuple[str, Figures, str]]", device: "Device") -> None:

@@ -90,7 +90,8 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "export": ("page.html",),
     "source": ("folder",),
     "ise": ("folder",),
-    "device": ("LFE5U-45F", "LFE5U-85F", "XC6SLX45"),
+    "device": ("LFE5U-45F", "LFE5U-85F", "XC6SLX45", "xc7a35t", "gw1nr-9", "x"),
+    "tool": ("vivado", "quartus", "x"),
     "scheduler": ("nowhere", "tcp://", "tcp://127.0.0.1:x"),
     "spots": ("folder",),
 }

@@ -235,6 +235,11 @@ def check_develop(p: Parameters) -> set[str]:
     return files
 
 
+def check_project(p: Parameters) -> set[str]:
+    assert (Path(p["out"]) / "scene_top.vhd").is_file()
+    return {str(file) for file in Path(p["out"]).iterdir()}
+
+
 CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("views",): check_views,
     ("compose",): check_compose,
@@ -249,6 +254,7 @@ CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("inspect",): check_inspect,
     ("view",): check_view,
     ("configure",): check_configure,
+    ("project",): check_project,
     ("batch",): check_batch,
     ("distance",): lambda p: {str(p["plot"])} if p["plot"] else set(),
 }
