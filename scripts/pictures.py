@@ -29,6 +29,8 @@ from skimage import data
 
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.lightfield import (
+    PICTURE,
+    FocalStack,
     all_in_focus,
     depth_map,
     light_field,
@@ -36,7 +38,7 @@ from plenofir.camera.lightfield import (
 )
 from plenofir.camera.plots import depth_picture, figure_pixels
 from plenofir.camera.rays import RayModel, load_camera
-from plenofir.camera.synthetic import TexturedPlane, field_of_view, render
+from plenofir.camera.synthetic import render
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
 from plenofir.fpga.screen.shown import ShownFrame, golden_frame
@@ -51,9 +53,11 @@ from plenofir.ground.images import eight_bits, read_image, write_png
 from plenofir.plan.scene_screen import SceneScreen, screen_of
 from plenofir.refocus import refocus
 from plenofir.refocus.moving_sum import SumLayout
+from plenofir.refocus.sharpness import depth_index
 from plenofir.view import Page, export, light_field_page, pictures_page
 from plenofir_studies import ray_pictures, sweep
 from plenofir_studies.calibration_report import MICROSCOPE, microscope_picture
+from plenofir_studies.depth_scenes import plane
 from plenofir_studies.resolution import central_directions
 
 IMAGES = project.root() / "docs" / "images"
@@ -267,17 +271,12 @@ def depth() -> None:
     """Raw capture, a view, all in focus and the depth map of a rendered scene."""
     m, lenses = 11, (72, 120)
     model = RayModel.focused(load_camera("f197-mla2"), inf, m)
-    objects = (
-        (data.brick(), 1 / 11, (0, 0), 170),
-        (data.coffee(), 4 / 11, (4, -36), 42),
-        (data.astronaut(), 7 / 11, (0, 0), 34),
-        (data.chelsea(), 10 / 11, (6, 36), 40),
-    )
-    planes = []
-    for texture, a, (down, right), width in objects:
-        distance = float(model.distance(a).mm)
-        lens = field_of_view(model, distance, 1)
-        planes.append(TexturedPlane(texture, distance, width * lens, (down * lens, right * lens)))
+    planes = [
+        plane(model, data.brick(), 1 / 11, 170),
+        plane(model, data.coffee(), 4 / 11, 42, (4, -36)),
+        plane(model, data.astronaut(), 7 / 11, 34),
+        plane(model, data.chelsea(), 10 / 11, 40, (6, 36)),
+    ]
     capture = render(model, planes, lenses, rotation_degrees=0.4, noise=0.01, shading=0.3)
     raster = decode(capture.raw, calibrate(capture.white), m)
     found = depth_map(raster, model)
@@ -297,6 +296,23 @@ def depth() -> None:
     for axis in axes.ravel():
         axis.set_axis_off()
     save("depth.jpg", figure)
+
+
+def smooth() -> None:
+    """Nearest neighbour and whole slices, beside what the commands give."""
+    raw, m, size = read_image(PLANES), 5, 400
+    slices = FocalStack(raw, m, [f"{k}/{m}" for k in range(-m - 1, m + 2)], border="normalise")
+    pictures = {
+        "a = 1, nearest": refocus(raw, m, 1, border="normalise"),
+        "a = 1, linear, b = 3/16": refocus(raw, m, 1, border="normalise", **PICTURE),
+        "all in focus: sharpest slices": depth_index(slices, m).image,
+        "all in focus: pixels at their depth": all_in_focus(raw, m),
+    }
+    sheet = Image.new("RGB", (len(pictures) * (size + 8) - 8, size + 28), "white")
+    for x, (name, picture) in zip(range(0, sheet.width, size + 8), pictures.items(), strict=True):
+        sheet.paste(Image.fromarray(picture[150:310, 410:570]).resize((size, size), 0), (x, 0))
+        ImageDraw.Draw(sheet).text((x + 4, size + 3), name, "black", ImageFont.load_default(18))
+    save("smooth.jpg", np.asarray(sheet))
 
 
 # Ray model and engines.
@@ -459,6 +475,7 @@ PICTURES: dict[str, Callable[[], None]] = {
     "calibration": calibration,
     "microscope": microscope,
     "depth": depth,
+    "smooth": smooth,
     "rays": rays,
     "engines": engines,
     "moving-sum": moving_sum,

@@ -1,222 +1,306 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Depth from focus against depth from disparity: a dense benchmark, and a real light field.
-
-Strips of texture stand side by side at distances that are no slices' own, a wall behind them. Where
-each micro lens of the central view looks is known: the same scene is rendered once more, each plane
-evenly coloured. Depth is counted as the focus setting a, which is the disparity between
-neighbouring views in micro lenses.
-"""
+"""Ways to depth and to pictures that are sharp everywhere, measured where the truth is known."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
+from typing import Any, get_args
 
+import matplotlib.pyplot as plt
 import numpy as np
-import numpy.typing as npt
+from matplotlib.figure import Figure
+from scipy import ndimage
+from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
-from plenofir.camera.lightfield import FocalStack, light_field_disparity, sub_aperture
-from plenofir.camera.lightfield.disparity import Method
-from plenofir.camera.rays import RayModel
-from plenofir.camera.synthetic.render import Capture, TexturedPlane, field_of_view, render
-from plenofir.ground import project
-from plenofir.ground.images import read_image
+from plenofir.camera.lightfield import FocalStack, all_in_focus, sub_aperture
+from plenofir.camera.lightfield.disparity import Method, search_disparity
+from plenofir.ground.images import eight_bits
+from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
 from plenofir.refocus.sharpness import depth_index
-from plenofir_studies.experiments import textures
-from plenofir_studies.resolution import aligned_model
+from plenofir_studies.depth_scenes import (
+    HCI_BORDER,
+    LENSES,
+    SCENES,
+    Floats,
+    M,
+    Truth,
+    hci_folders,
+    hci_truth,
+    rendered,
+)
+from plenofir_studies.report_parts import Progress, Report, machine
 
-Floats = npt.NDArray[np.float64]
-
-M = 9
-"""Micro image size of the synthetic scene."""
-BAD = (0.07, 0.2)
-"""Errors of a above which a pixel counts as bad: the usual bound of light field benchmarks, and
-two slices of M = 9."""
-SEED = 6
-_SETTINGS = (0.13, 0.86, 0.42, 1.21, 0.61, 0.27, 1.03)
-_WALL = 0.05
-_STRIP = 16
-_ROWS = 60
-_NOISE = 0.01
-_BORDER = 6
-_PURE = 0.002
-# Slices beyond the nearest and farthest object.
+BAD = (0.01, 0.03, 0.07)
+"""Errors of a above which a pixel counts as bad: those of the HCI benchmark."""
+_BORDER = 8
+# Slices of depth from focus beyond the nearest and farthest object.
 _SPARE = 3
 
-
-@dataclass(frozen=True)
-class Truth:
-    """A light field and its true depth."""
-
-    raw: Image  # aligned raw image
-    view: Image  # its central view
-    a: Floats  # focus setting of each micro lens, nan where two planes meet; (t, s)
-    model: RayModel  # the camera
+Way = Callable[[Truth], Floats]
+"""Gives a for each micro lens; takes of the truth what a user would have."""
 
 
-def _planes(model: RayModel, coloured: bool) -> list[TexturedPlane]:
-    pictures = textures()
-    columns = _STRIP * len(_SETTINGS)
-    settings = [_WALL, *_SETTINGS]
-    planes = []
-    for number, a in enumerate(settings):
-        distance = float(model.distance(a).mm)
-        lens = field_of_view(model, distance, 1)
-        # The wall is seen above and below the strips and between them.
-        side = 2.5 * columns if number == 0 else _STRIP - 2
-        middle = 0.0 if number == 0 else (number - 0.5) * _STRIP - columns / 2
-        picture = pictures[number % len(pictures)]
-        if number:
-            picture = np.tile(picture[:160, :160], (3, 1))
-        # The number and its square: where planes mix, their means do not fit each other.
-        label = number / len(_SETTINGS)
-        texture = np.broadcast_to([label, label**2, 0.0], (*picture.shape[:2], 3))
-        planes.append(
-            TexturedPlane(
-                texture if coloured else picture, distance, side * lens, (0.0, middle * lens)
-            )
-        )
-    return planes
+def by_depth_index(truth: Truth) -> Floats:
+    """Depth from focus as the VHDL has it: sharpest of whole slices, windows of 5 x 5 lenses.
+
+    The slices go from the farthest to the nearest object and three beyond.
+    """
+    low, high = np.floor(np.nanmin(truth.a) * truth.m), np.ceil(np.nanmax(truth.a) * truth.m)
+    shifts = range(int(low) - _SPARE, int(high) + _SPARE + 1)
+    stack = FocalStack(truth.raw, truth.m, [Fraction(k, truth.m) for k in shifts])
+    return np.array(shifts)[depth_index(stack, truth.m, radius=2).index] / truth.m
 
 
-def synthetic_scene(noise: float = _NOISE) -> Truth:
-    """Render the strips, and what the central view sees of which; noise as a share of white."""
-    model = aligned_model(M)
-    lenses = _ROWS + 1, _STRIP * len(_SETTINGS) + 13
-
-    def shot(coloured: bool) -> Capture:
-        return render(
-            model,
-            _planes(model, coloured),
-            lenses,
-            form="square",
-            radius=1.0,
-            noise=0.0 if coloured else noise,
-            bits=16 if coloured else 8,
-            seed=SEED,
-        )
-
-    raw, labels = shot(False).raw, shot(True)
-    # Slopes and cos^4 darken the borders.
-    coloured, white = (sub_aperture(x, M, M // 2, M // 2) for x in (labels.raw, labels.white))
-    middle = coloured / white[..., np.newaxis].astype(np.float64)
-    number = np.rint(middle[..., 0] * len(_SETTINGS)).astype(int)
-    a = np.array([_WALL, *_SETTINGS])[np.clip(number, 0, len(_SETTINGS))]
-    a[np.abs(middle[..., 1] - (number / len(_SETTINGS)) ** 2) > _PURE] = np.nan
-    a[np.abs(middle[..., 0] - number / len(_SETTINGS)) > _PURE] = np.nan
-    return Truth(raw, sub_aperture(raw, M, M // 2, M // 2), a, model)
-
-
-def flower() -> Image:
-    """Green channel of the light field of a flower that the package ships, M = 5."""
-    picture = read_image(project.DATA / "flower_5x5.png")
-    return np.ascontiguousarray(picture[..., 1])
-
-
-Way = Callable[[Image, int, tuple[float, float]], Floats]
-"""Takes a raw image, M and the range of a, and gives a for each micro lens."""
-
-
-def _slices(m: int, search: tuple[float, float]) -> list[Fraction]:
-    low, high = int(np.floor(search[0] * m)), int(np.ceil(search[1] * m))
-    return [Fraction(k, m) for k in range(low, high + 1)]
-
-
-def by_depth_index(raw: Image, m: int, search: tuple[float, float]) -> Floats:
-    """Depth from focus as the VHDL has it: sharpest of whole slices, windows of 5 x 5 lenses."""
-    settings = _slices(m, search)
-    index = depth_index(FocalStack(raw, m, settings), m, radius=2).index
-    return np.array([float(a) for a in settings])[index]
-
-
-def by_disparity(method: Method) -> Way:
-    """Depth from disparity: differences between views, or slopes; windows of 7 x 7 lenses."""
-    return lambda raw, m, search: (
-        light_field_disparity(raw, m, search=search, method=method).pixels_per_view
+def _by_disparity(method: Method) -> Way:
+    return lambda truth: (
+        search_disparity(truth.raw, truth.m, method=method).disparity.pixels_per_view
     )
 
 
 WAYS: dict[str, Way] = {
+    **{f"disparity, {method}": _by_disparity(method) for method in get_args(Method)},
     "focus, depth index": by_depth_index,
-    "disparity, guided": by_disparity("guided"),
-    "disparity, windows": by_disparity("windows"),
-    "disparity, structure tensor": by_disparity("structure-tensor"),
 }
+GUIDED = "disparity, guided"
+"""The way that pictures are made with."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """How well a way does on the synthetic scene."""
+    """How well a way does on a scene."""
 
-    name: str
-    a: Floats  # depth found, (t, s)
     bad: tuple[float, ...]  # share of pixels with an error above each of `BAD`
-    mean: float  # mean error of a
-    median: float
-    mm: float  # mean relative error of the strips' distances
+    mse: float  # mean square error of a, x 100
     seconds: float  # of processor time
 
 
-def _search(settings: Floats, m: int) -> tuple[float, float]:
-    return (
-        float(np.nanmin(settings)) - _SPARE / m,
-        float(np.nanmax(settings)) + _SPARE / m,
+def score(found: Floats, truth: Truth, seconds: float = 0.0, border: int = _BORDER) -> Score:
+    """Compare depth with the truth, borders left out."""
+    part = (slice(border, -border),) * 2
+    error = np.abs(found - truth.a)[part][np.isfinite(truth.a[part])]
+    return Score(
+        tuple(float((error > bound).mean()) for bound in BAD),
+        100 * float((error**2).mean()),
+        seconds,
     )
 
 
-def score_all(truth: Truth) -> list[Score]:
-    """Find the synthetic scene's depth in every way (in the order of `WAYS`), borders left out."""
-    search = _search(truth.a, M)
-    part = (slice(_BORDER, -_BORDER), slice(_BORDER, -_BORDER))
-    want = truth.a[part]
-    known = ~np.isnan(want)
-    distance = truth.model.distance(want[known]).mm
-    scores = []
-    for name, way in WAYS.items():
-        way(truth.raw[: 9 * M, : 9 * M], M, search)  # compiles what is not yet
-        start = time.process_time()
-        found = way(truth.raw, M, search)
-        seconds = time.process_time() - start
-        error = np.abs(found[part] - want)[known]
-        found_mm = truth.model.distance(found[part][known]).mm
-        # The wall is so far away that distances say little; settings of 0 and below have none.
-        here = (want[known] > _WALL) & np.isfinite(found_mm)
-        scores.append(
-            Score(
-                name=name,
-                a=found,
-                bad=tuple(float((error > bound).mean()) for bound in BAD),
-                mean=float(error.mean()),
-                median=float(np.median(error)),
-                mm=float(np.mean(np.abs(found_mm[here] / distance[here] - 1))),
-                seconds=seconds,
-            )
-        )
-    return scores
+def _lens_spline(picture: Image, m: int) -> Floats:
+    """Cubic splines through the values of micro lenses, from B-splines: taps a lens apart."""
+    values = picture.astype(np.float64)
+    for axis in (0, 1):
+        for k in range(m):
+            part = (slice(None),) * axis + (slice(k, None, m),)
+            values[part] = ndimage.spline_filter1d(values[part], 3, axis, mode="mirror")
+    return np.clip(values, 0, np.iinfo(picture.dtype).max)
+
+
+def at_depth(truth: Truth, a: Floats, prefilter: bool = False, **how: Any) -> Floats:
+    """Each pixel of the slices around its depth, blended; `how`: options of `refocus`."""
+    m = truth.m
+    places = [(np.arange(n * m) - (m - 1) / 2) / m for n in a.shape]
+    grid = np.stack(np.meshgrid(*places, indexing="ij"))
+    shifts = ndimage.map_coordinates(a, grid, order=1, mode="nearest") * m
+    picture = np.zeros(truth.raw.shape)
+    for k in range(int(np.floor(shifts.min())), int(np.ceil(shifts.max())) + 1):
+        share = np.maximum(0, 1 - np.abs(shifts - k))
+        if share.any():
+            one = refocus(truth.raw, m, Fraction(k, m), border="normalise", **how)
+            values = _lens_spline(one, m) if prefilter else one
+            picture += share.reshape(*share.shape, *[1] * (picture.ndim - 2)) * values
+    return picture
+
+
+def _central_view(truth: Truth, _: Floats) -> Floats:
+    m = truth.m
+    view = sub_aperture(truth.raw, m, m // 2, m // 2).astype(np.float64)
+    factors = (m, m, 1)[: view.ndim]
+    return np.asarray(ndimage.zoom(view, factors, order=3, mode="nearest", grid_mode=True))
+
+
+def _sharpest(truth: Truth, a: Floats) -> Image:
+    shifts = range(int(np.floor(a.min() * truth.m)), int(np.ceil(a.max() * truth.m)) + 1)
+    settings = [Fraction(k, truth.m) for k in shifts]
+    stack = FocalStack(truth.raw, truth.m, settings, border="normalise")
+    return depth_index(stack, truth.m).image
+
+
+def _slices(interpolation: str | int, sharpen: str, prefilter: bool = False) -> "Sharp":
+    return lambda truth, a: at_depth(
+        truth, a, prefilter, interpolation=interpolation, sharpen=sharpen
+    )
+
+
+Sharp = Callable[[Truth, Floats], Floats | Image]
+"""Makes a picture that is sharp everywhere, given a of each micro lens."""
+
+PICTURES: dict[str, Sharp] = {
+    "central view, cubic splines": _central_view,
+    "sharpest of whole slices, as in VHDL": _sharpest,
+    "slices at their depth, nearest, auto": _slices("nearest", "auto"),
+    "linear": _slices("linear", "off"),
+    "linear, b = 1/8": _slices("linear", "1/8"),
+    "linear, b = 3/16": _slices("linear", "3/16"),
+    "cubic, prefiltered, b = 1/8": _slices(3, "1/8", prefilter=True),
+    "linear, b = 3/16, with the central view (taken)": lambda truth, a: all_in_focus(
+        truth.raw, truth.m, a
+    ),
+}
 
 
 @dataclass(frozen=True)
-class Agreement:
-    """Two ways on a light field whose depth is not known."""
+class Likeness:
+    """How like the truth a picture is."""
 
-    first: str
-    second: str
-    mean: float  # mean difference of a
-    apart: tuple[float, ...]  # share of pixels that differ by more than each of `BAD`
+    psnr: float  # dB
+    ssim: float
+    detail: float  # mean gradient over that of the truth
+    seconds: float  # of processor time, without the depth
 
 
-def on_flower() -> tuple[dict[str, Floats], dict[str, float], list[Agreement]]:
-    """Depth (t, s) of the flower and seconds of processor time by way, and each pair of ways."""
-    raw, found, seconds = flower(), dict[str, Floats](), dict[str, float]()
-    for name, way in WAYS.items():
-        start = time.process_time()
-        found[name] = way(raw, 5, (-1.2, 0.2))
-        seconds[name] = time.process_time() - start
-    names, pairs = list(found), []
-    for k, first in enumerate(names):
-        for second in names[k + 1 :]:
-            apart = np.abs(found[first] - found[second])[_BORDER:-_BORDER, _BORDER:-_BORDER]
-            shares = tuple(float((apart > bound).mean()) for bound in BAD)
-            pairs.append(Agreement(first, second, float(apart.mean()), shares))
-    return found, seconds, pairs
+def likeness(picture: Floats | Image, truth: Truth, seconds: float = 0.0) -> Likeness:
+    """Compare a picture with the truth at full resolution, borders left out."""
+    if truth.picture is None:
+        raise ValueError("no true picture")
+    part = (slice(_BORDER * truth.m, -_BORDER * truth.m),) * 2
+    found = np.clip(picture[part] / float(np.iinfo(truth.raw.dtype).max), 0, 1)
+    want = truth.picture[part]
+
+    def gradient(values: Floats) -> float:
+        grey = values if values.ndim == 2 else values.mean(axis=2)
+        return float(np.hypot(*np.gradient(grey)).mean())
+
+    ssim = structural_similarity(  # type: ignore[no-untyped-call]
+        want,
+        found,
+        data_range=1,
+        channel_axis=2 if want.ndim == 3 else None,
+        gaussian_weights=True,
+        sigma=1.5,
+        use_sample_covariance=False,
+    )
+    psnr = peak_signal_noise_ratio(want, found, data_range=1)  # type: ignore[no-untyped-call]
+    return Likeness(float(psnr), float(ssim), gradient(found) / gradient(want), seconds)
+
+
+def _timed(work: Callable[..., Any], *words: Any) -> tuple[Any, float]:
+    """A result and its processor time in seconds."""
+    start = time.process_time()
+    result = work(*words)
+    return result, time.process_time() - start
+
+
+def _maps_picture(rows: Iterable[tuple[Truth, Floats]]) -> Figure:
+    """Central view, truth and what is found, of one scene below the other in two columns."""
+    shown = list(rows)
+    lines = -(-len(shown) // 2)
+    figure, axes = plt.subplots(
+        lines, 6, figsize=(11, 1.65 * lines), constrained_layout=True, squeeze=False
+    )
+    for axis in axes.flat:
+        axis.set_axis_off()
+    for k, (truth, found) in enumerate(shown):
+        low, high = np.nanmin(truth.a), np.nanmax(truth.a)
+        places = axes[k % lines, 3 * (k // lines) : 3 * (k // lines) + 3]
+        m = truth.m
+        view = eight_bits(sub_aperture(truth.raw, m, m // 2, m // 2))
+        for place, values in zip(places, (view, truth.a, found), strict=True):
+            place.imshow(values, cmap="gray" if values is view else "viridis", vmin=low, vmax=high)
+        places[0].images[0].set_clim(0, 255)
+        places[0].set_title(f"{truth.name}: view", fontsize=8)
+        places[1].set_title(f"truth, a {low:.2g} to {high:.2g}", fontsize=8)
+        places[2].set_title("guided", fontsize=8)
+    return figure
+
+
+def _means(report: Report, scores: Mapping[str, list[Score]]) -> None:
+    rows = []
+    for name, of_way in scores.items():
+        shares = np.mean([s.bad for s in of_way], axis=0)
+        mse, seconds = np.mean([(s.mse, s.seconds) for s in of_way], axis=0)
+        rows.append([name, *(f"{100 * share:.1f} %" for share in shares), f"{mse:.2f}"])
+        rows[-1].append(f"{seconds:.2f}")
+    heads = [f"off by more than {BAD[0]:g}", *(f"{bound:g}" for bound in BAD[1:])]
+    report.table(["way", *heads, "mean square error x 100", "processor s"], rows)
+
+
+def _say_depth(report: Report, names: list[str], scores: Mapping[str, list[Score]]) -> None:
+    _means(report, scores)
+    report.say(f"Off by more than {BAD[-1]:g}, and mean square error x 100, by scene:")
+    rows = [
+        [name, *(f"{100 * s.bad[-1]:.1f} %, {s.mse:.2f}" for s in of_way)]
+        for name, of_way in scores.items()
+    ]
+    report.table(["way", *names], rows)
+
+
+def _say_sharp(report: Report, names: list[str], found: Mapping[str, list[Likeness]]) -> None:
+    report.say(
+        "## All in focus",
+        "Pictures made with the depth of *disparity, guided*, against the truth at full "
+        f"resolution ({M * LENSES[1]} x {M * LENSES[0]}); detail is the mean gradient over the "
+        "truth's. *Slices at their depth*: each pixel blended of the slices before and behind it.",
+    )
+    columns = ("psnr", "ssim", "detail", "seconds")
+    formats = ("{:.2f}", "{:.3f}", "{:.2f}", "{:.2f}")
+    rows = []
+    for name, values in found.items():
+        means = [np.mean([getattr(v, column) for v in values]) for column in columns]
+        rows.append([name, *(f.format(mean) for f, mean in zip(formats, means, strict=True))])
+    report.table(["picture", "PSNR / dB", "SSIM", "detail", "processor s"], rows)
+    report.say("PSNR in dB and detail by scene:")
+    rows = [
+        [name, *(f"{v.psnr:.1f}, {v.detail:.2f}" for v in values)] for name, values in found.items()
+    ]
+    report.table(["picture", *names], rows)
+
+
+def write_report(folder: Path, hci: Path | None, progress: Progress | None = None) -> Path:
+    """Measure all ways and write ``depth.md`` with its figure; `hci`: scenes of the benchmark."""
+    kinds: list[str | Path] = [*(SCENES if hci is None else hci_folders(hci))]
+    report = Report(folder, "depth.md", 2 * len(kinds), progress)
+    scores = {name: list[Score]() for name in WAYS}
+    pictures = {name: list[Likeness]() for name in PICTURES}
+    maps = list[tuple[Truth, Floats]]()
+    for kind in kinds:
+        truth = hci_truth(kind) if isinstance(kind, Path) else rendered(kind)
+        border = HCI_BORDER if isinstance(kind, Path) else _BORDER
+        if not maps:
+            # Compiles what is not yet.
+            small = truth.raw[: 9 * truth.m, : 9 * truth.m]
+            refocus(small, truth.m, 0, interpolation="linear", border="normalise")
+            depth_index(FocalStack(small, truth.m, [0, 1]), truth.m)
+        found = dict[str, Floats]()
+        for name, way in WAYS.items():
+            found[name], seconds = _timed(way, truth)
+            scores[name].append(score(found[name], truth, seconds, border))
+        maps.append((truth, found[GUIDED]))
+        report.step()
+        if truth.picture is not None:
+            for name, sharp in PICTURES.items():
+                picture, seconds = _timed(sharp, truth, found[GUIDED])
+                pictures[name].append(likeness(picture, truth, seconds))
+        report.step()
+    names = [truth.name for truth, _ in maps]
+    report.say(
+        "# Depth from focus, depth from disparity",
+        "Written by `plenofir report depth`: shares of pixels whose a is off by more than the "
+        "bounds of the HCI benchmark, mean square error, processor time; means of scenes.",
+        f"{len(names)} rendered scenes of {LENSES[1]} x {LENSES[0]} micro lenses, M = {M}, 16 bit, "
+        f"1 % noise (faint: 0.5 %, noisy: 5 %), {_BORDER} lenses at each border left out."
+        if hci is None
+        else f"Scenes of the HCI 4D benchmark, {HCI_BORDER} pixels at each border left out. No "
+        "rank is claimed: the benchmark gives ranks over all of its scenes.",
+        f"Measured on: {machine()}. Times depend on that.",
+        "*Disparity*: `plenofir depth-map` with each of its methods; it finds the range itself. "
+        "*Focus, depth index*: the sharpest of whole slices, as the VHDL finds it, in windows of "
+        "5 x 5 lenses, over the true range; slices are 1/M apart.",
+    )
+    report.picture("depth", _maps_picture(maps), "Central views, truth, what is found")
+    _say_depth(report, names, scores)
+    if hci is None:
+        _say_sharp(report, names, pictures)
+    return report.write()

@@ -13,7 +13,7 @@ from plenofir.ground import project
 from plenofir.ground.images import read_image
 from plenofir.refocus import refocus
 from plenofir.refocus.operator import Image
-from plenofir_studies import centres, depth_methods, noise
+from plenofir_studies import centres, noise
 from plenofir_studies import resolution as detail
 from plenofir_studies.noise import Noise
 from plenofir_studies.report_parts import Progress, Report, machine
@@ -237,94 +237,20 @@ def _centres(report: Report) -> None:
     )
 
 
-def _maps_picture(view: Image, maps: dict[str, np.ndarray], limits: tuple[float, float]) -> Figure:
-    count = len(maps) + 1
-    columns = 2 if view.shape[1] > 1.5 * view.shape[0] else count
-    rows = -(-count // columns)
-    width = 9.0
-    height = width / columns * view.shape[0] / view.shape[1] + 0.3
-    figure, axes = plt.subplots(
-        rows, columns, figsize=(width, rows * height), constrained_layout=True, squeeze=False
-    )
-    for place in axes.flat:
-        place.set_axis_off()
-    axes.flat[0].imshow(view, cmap="gray")
-    axes.flat[0].set_title("central view", fontsize=8)
-    colours = plt.get_cmap("viridis").with_extremes(bad="0.6")
-    for place, (name, values) in zip(list(axes.flat)[1:], maps.items(), strict=False):
-        shown = place.imshow(values, cmap=colours, vmin=limits[0], vmax=limits[1])
-        place.set_title(name, fontsize=8)
-    figure.colorbar(shown, ax=axes, label="a", shrink=0.8)
-    return figure
-
-
-def _depth(report: Report) -> None:
-    truth = depth_methods.synthetic_scene()
-    scores = depth_methods.score_all(truth)
-    report.step()
-    found, seconds, pairs = depth_methods.on_flower()
-    report.step()
-    m, bad = depth_methods.M, depth_methods.BAD
-    known = int((~np.isnan(truth.a)).sum())
-    rows, columns = truth.a.shape
-    report.say(
-        "## Depth from focus, depth from disparity",
-        f"A dense benchmark: seven strips of texture before a wall, rendered with M = {m}, "
-        f"{columns} x {rows} micro lenses, 1 % noise, 8 bit. The true depth is known at "
-        f"{known} of {rows * columns} micro lenses; the others see two planes (grey in the "
-        "figure). Depth is counted as the setting a; errors are those of a, the last "
-        "column is the mean relative error of the strips' distances in mm. *Focus, "
-        "depth index*: the sharpest of whole slices, "
-        "as the VHDL finds it, in windows of 5 x 5 lenses. *Disparity*: "
-        "`plenofir depth-map` with each of its methods, windows of 7 x 7.",
-    )
-    maps = {"truth": truth.a, **{s.name: s.a for s in scores}}
-    limits = float(np.nanmin(truth.a)) - 0.1, float(np.nanmax(truth.a)) + 0.1
-    report.picture("depth", _maps_picture(truth.view, maps, limits), "Truth and what is found")
-    heads = ["way", *(f"off by more than {b:g}" for b in bad)]
-    rest = ("{.mean:.3f}", "{.median:.3f}", "{.seconds:.2f}")
-    report.table(
-        [*heads, "mean error", "median error", "processor s", "distance"],
-        [
-            [s.name, *map("{:.1%}".format, s.bad), *(r.format(s) for r in rest), f"{s.mm:.1%}"]
-            for s in scores
-        ],
-    )
-    report.say(
-        "Disparity finds the depth of even planes several times more exactly, because it is not "
-        f"bound to slices: they are 1/{m} apart, so whole slices are off by up to "
-        f"{1 / (2 * m):.3f}. At borders of objects all ways fail, "
-        "within half a window those that average whole windows.",
-        "A real light field, the flower that the package ships (M = 5). Its depth is not known; "
-        "so this says only how far the ways agree.",
-    )
-    view = depth_methods.flower()[2::5, 2::5]
-    report.picture("flower", _maps_picture(view, found, (-0.9, -0.2)), "The flower")
-    report.table(
-        ["one", "the other", "mean difference of a", *(f"more than {b:g} apart" for b in bad)],
-        [
-            [p.first, p.second, f"{p.mean:.3f}", *(f"{100 * share:.1f} %" for share in p.apart)]
-            for p in pairs
-        ],
-    )
-    times = "; ".join(f"{name}: {value:.2f} s" for name, value in seconds.items())
-    report.say(f"Processor time on the flower: {times}.")
-
-
 def write_report(folder: Path, progress: Progress | None = None) -> Path:
     """Measure everything and write ``numbers.md`` with its figures."""
-    steps = len(list(noise.cases())) + len(_SETTINGS) + len(detail.INTERPOLATIONS) + 4
+    steps = len(list(noise.cases())) + len(_SETTINGS) + len(detail.INTERPOLATIONS) + 2
     report = Report(folder, "numbers.md", steps, progress)
     report.say(
         "# Numbers that the thesis asks for",
         "Written by `plenofir report numbers`: what the thesis expects or claims of refocused "
         "pictures without numbers, measured, and derived where that can be. "
-        "Energy has a report of its own, `plenofir report energy`.",
+        "Ways to depth and energy have reports of their own, `plenofir report depth` and "
+        "`plenofir report energy`.",
         f"Measured on: {machine()}. Times depend on that, and last digits of floating point "
         "results.",
     )
     _noise(report)
     _resolution(report)
     _centres(report)
-    _depth(report)
     return report.write()

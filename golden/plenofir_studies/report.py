@@ -33,7 +33,11 @@ REPORTS = {
     ),
     "numbers": (
         "numbers_report",
-        "Noise, resolution, rounded centres, ways to depth: Markdown with figures.",
+        "Noise, resolution, rounded centres: Markdown with figures.",
+    ),
+    "depth": (
+        "depth_methods",
+        "Ways to depth and to all in focus, on rendered scenes with truth: Markdown, figure.",
     ),
     "energy": (
         "energy",
@@ -67,7 +71,7 @@ def _command(name: str) -> Callable[[str], None]:
 
 
 for _name, (_, _text) in REPORTS.items():
-    if _name != "calibration":
+    if _name not in ("calibration", "depth"):
         app.command(_name, help=_text)(_command(_name))
 
 
@@ -80,3 +84,14 @@ def calibration(
     ] = None,
 ) -> None:
     _write("calibration", Path(out), spots)
+
+
+@app.command(help=REPORTS["depth"][1])
+def depth(
+    out: OutFolder = "build/report-depth",
+    hci: Annotated[
+        Path | None,
+        typer.Option(help="Folder of scenes of the HCI 4D benchmark, measured instead."),
+    ] = None,
+) -> None:
+    _write("depth", Path(out), hci)

@@ -60,7 +60,11 @@ class Picture(NamedTuple):
     profile: bytes | None = None
 
     def like(self, pixels: Image) -> "Picture":
-        """Other pixels whose numbers mean the same."""
+        """Other pixels whose numbers mean the same; what sharpening lifts above white is white."""
+        if self.full_scale < np.iinfo(pixels.dtype).max:
+            # A file may itself have values above the white that it names.
+            white = max(self.full_scale, int(self.pixels.max()))
+            pixels = np.minimum(pixels, min(white, np.iinfo(pixels.dtype).max))
         return self._replace(pixels=pixels)
 
 

@@ -35,7 +35,7 @@ LONG_RUNNING = [
     ("report", name)
     for name in (
         *("rays", "precision", "sharpening", "stability", "numbers", "energy", "calibration"),
-        "resampling",
+        *("resampling", "depth"),
     )
 ]
 LEAVES = [

@@ -18,7 +18,7 @@ from plenofir.commands.app import main
 from plenofir.commands.make_variables import arguments_of_make
 from plenofir.ground import project
 from plenofir.ground.errors import InputError
-from plenofir.ground.images import write_png
+from plenofir.ground.images import Picture, encode_png, read_picture, write_png
 
 Words = tuple[str, ...]
 
@@ -156,6 +156,20 @@ def test_the_same_settings_by_every_command(plenofir, tmp_path: Path) -> None:
         assert len(list((tmp_path / "slices").iterdir())) == 4
         code, _, errors = plenofir("refocus", "raw.png", "-M", "5", *settings)
         assert (code, errors) == (2, "plenofir: --a: takes one focus setting, not 4\n")
+
+
+@pytest.mark.parametrize("how", [("--exposure", "off"), ("--gamma", "1", "--exposure", "0")])
+def test_sharpening_ends_at_the_white_of_the_file(
+    plenofir, tmp_path: Path, how: tuple[str, ...]
+) -> None:
+    """12 bits: edges overshoot in words of 16, and what is written does not."""
+    lenses = np.kron(np.indices((8, 9)).sum(axis=0) // 2 % 2, np.full((5, 5), 4095))
+    (tmp_path / "raw.png").write_bytes(encode_png(Picture(lenses.astype(np.uint16), 4095)))
+    words = ("refocus", "raw.png", "-M", "5", "-a", "0", *how)
+    code, _, errors = plenofir(*words)
+    assert code == 0, errors
+    found = read_picture(tmp_path / "refocused.png")
+    assert found.pixels.max() == found.full_scale
 
 
 # What cannot be combined: make's variables, and which is named with which.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Noise, resolution, rounded centres, ways to depth: what is measured is what should be."""
+"""Noise, resolution, rounded centres: what is measured is what should be."""
 
 from fractions import Fraction
 
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plenofir.refocus import StoredProductArithmetic, refocus
-from plenofir_studies import centres, depth_methods, noise
+from plenofir_studies import centres, noise
 from plenofir_studies import resolution as detail
 
 
@@ -88,17 +88,3 @@ def test_rounded_centres_make_stairs() -> None:
     assert cubic.jaggedness < bilinear.jaggedness
     assert nearest.noise == pytest.approx(1, abs=0.02)
     assert bilinear.noise == pytest.approx(4 / 9, abs=0.01)
-
-
-@pytest.mark.slow
-def test_ways_to_depth() -> None:
-    truth = depth_methods.synthetic_scene()
-    known = truth.a[~np.isnan(truth.a)]
-    assert len(np.unique(known)) == 8
-    assert known.size > 0.85 * truth.a.size
-    index, guided, windows, slopes = depth_methods.score_all(truth)
-    assert guided.median < 0.02
-    assert guided.bad[0] < 0.08
-    assert guided.bad[0] < 0.9 * windows.bad[0] < 0.9 * slopes.bad[0]
-    # Slices are 1/9 apart.
-    assert index.median == pytest.approx(1 / 18, abs=0.02)
