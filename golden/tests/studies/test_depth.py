@@ -29,10 +29,10 @@ def test_score() -> None:
 
 def test_hci_report(tmp_path: Path) -> None:
     """A scene in the benchmark's files: a rendered one, its truth as PFM."""
-    truth = rendered("pictures", (40, 44))
-    folder = tmp_path / "training" / "pictures"
+    truth = rendered("faint", (32, 34))
+    folder = tmp_path / "training" / "faint"
     folder.mkdir(parents=True)
-    for n, view in enumerate(views(truth.raw, M).reshape(M * M, 40, 44, 3)):
+    for n, view in enumerate(views(truth.raw, M).reshape(M * M, 32, 34)):
         write_png(folder / f"input_Cam{n:03}.png", (view >> 8).astype(np.uint8))
     with pytest.raises(InputError, match=r"no gt_disp_lowres\.pfm"):
         hci_folders(tmp_path)
@@ -40,7 +40,7 @@ def test_hci_report(tmp_path: Path) -> None:
     assert hci_folders(tmp_path) == hci_folders(folder) == [folder]
     assert hci_truth(folder).a == pytest.approx(truth.a)
     text = write_report(tmp_path / "out", tmp_path).read_text()
-    assert "| way | pictures |" in text
+    assert "| way | faint |" in text
     assert all(f"| {name} |" in text for name in WAYS)
     assert "rendered" not in text
     assert "PSNR" not in text
