@@ -45,7 +45,7 @@ _LARGE_FLOOR = 1e-4
 _MATCHED = 0.1
 _UNSURE_LIGHT, _UNSURE_CLIPPED, _UNSURE_BENT, _SPREAD = 0.001, 0.025, 0.002, 0.2
 # What is subtracted from centres may make their scatter larger by this factor and so many pixels.
-_WORSE, _NOTHING = 1.25, 0.001
+_WORSE, _NOTHING = 1.25, 0.002
 
 
 class GrowingFit(WhiteImage):
@@ -150,12 +150,16 @@ class GrowingFit(WhiteImage):
         # A grid that has left the image since is no help.
         if ((drawn < 0) | (drawn > np.array(self.shape) - 1)).any():
             return None
+        stretch = self.stretch
         result = measured - (self.measure(self.redrawn, drawn) - drawn)
         # Where micro images do not look as drawn, they scatter more than without.
         order = max(n for n in range(1, min(self.grid.order, 3) + 1) if n == 1 or len(t) >= 8 * n)
         terms = polynomial_terms(points, order)
         before, after = (robust_fit(terms, part, 1e-4)[2] for part in (measured, result))
-        return None if after > _WORSE * before + _NOTHING else result
+        if after > _WORSE * before + _NOTHING:
+            self.stretch = stretch
+            return None
+        return result
 
     def frame(self) -> Frame:
         """The even grid that this one is like in the middle of the image."""

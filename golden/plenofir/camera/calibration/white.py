@@ -105,6 +105,8 @@ class WhiteImage:
         self._smooth: Image32 | None = None
         # Standard errors of the grid's size along y and x, as shares, that come of inner slopes.
         self.stretch: Floats = np.zeros(2)
+        # Places along an axis, without and with the correction for inner slopes.
+        self._sloped: dict[int, tuple[Floats, Floats]] = {}
         # Windows of lenses at the border reach beyond it, where the edge pixels are repeated.
         self.margin = int(reach(1.1 * max(extents(grid)))) + 2
         self.raw = np.pad(image, self.margin, mode="edge")
@@ -173,8 +175,7 @@ class WhiteImage:
         if self.shading is not None:
             slope, unsure = self.inner_slope(image, centres, moments, factors)
             offsets = offsets - slope * moments.variances
-            if image is self.padded:
-                self.stretch = unsure / ((np.array(self.shape) - 1) / 2)
+            self.stretch = unsure / ((np.array(self.shape) - 1) / 2)
         largest = np.array(pitch) / 2
         return centres + np.clip(offsets / factors, -largest, largest)
 
@@ -204,7 +205,9 @@ class WhiteImage:
         # Both windows see the place d and the slope g: offset = factor d + variance g.
         spread, core_spread = (np.median(m.variances, axis=0) for m in (moments, core))
         known = factors * core_spread - core_factors * spread
-        result, errors = np.zeros_like(centres), np.zeros(2)
+        result, errors = np.zeros_like(centres), self.stretch * (np.array(self.shape) - 1) / 2
+        if image is self.padded:
+            self._sloped, errors = {}, np.zeros(2)
         far = unit_positions(centres, self.shape)
         for axis in (0, 1):
             if known[axis] < _EVEN_MIDDLE * factors[axis] * core_spread[axis]:
@@ -221,6 +224,13 @@ class WhiteImage:
             # What the correction adds to the scatter of centroids: it is measured with their noise.
             place = moments.offsets[few, axis, np.newaxis] / factors[axis]
             moved = place - slope * spread[axis] / factors[axis]
+            if image is self.padded:
+                self._sloped[axis] = place, moved
+            elif axis in self._sloped:
+                # Of what drawn micro images do as well nothing is left.
+                place, moved = (
+                    a - b for a, b in zip((place, moved), self._sloped[axis], strict=True)
+                )
             alone, both = (robust_fit(terms, part, 1e-9)[2] for part in (place, moved))
             inverse = np.linalg.pinv((terms * weights[:, np.newaxis]).T @ terms)
             errors[axis] = np.sqrt(max(0.0, both**2 - alone**2) * inverse[0, 0])

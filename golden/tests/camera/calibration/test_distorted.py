@@ -115,4 +115,4 @@ def test_many_distorted_white_images(capsys) -> None:
     enough = [r for r in results if r.enough]
     assert sum(r.accepted for r in enough) >= 0.9 * len(enough)
     near, known = within_two([r.true for r in results if r.accepted])
-    assert near >= 0.85 * known
+    assert near >= 0.95 * known
