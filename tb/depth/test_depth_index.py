@@ -134,12 +134,12 @@ def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
     ("old", "new"),
     [
         ("total      <= total + column - columns(WINDOW);", "total <= total + column;"),
-        ("place_3(0) = '1' and same(i) = '1' and moved", "place_3(0) = '1' and moved"),
+        ("active_at(3) = '1' and same(i) = '1' and moved", "active_at(3) = '1' and moved"),
         ("if unsigned(waiting) > most_votes(s - 1) then",
          "if unsigned(waiting) >= most_votes(s - 1) then"),
         ("elsif most_votes(SLICES - 1) /= 0 then", "elsif most_votes(SLICES - 1) > 1 then"),
         ("elsif starts = '0' then", "elsif false then"),
-        ("LENGTH => MIDDLE_DELAY - 2", "LENGTH => MIDDLE_DELAY - 1"),
+        ("LENGTH => MIDDLE_DELAY\n", "LENGTH => MIDDLE_DELAY + 1\n"),
         ("if middle_late(0) = '1' then", "if false then"),
     ],
 )  # fmt: skip

@@ -247,7 +247,7 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["--raw", "grey.png", "-M", "-3"], "--micro-image: '-3'"),
         (["--raw", "grey.png", "-M", "five"], "--micro-image: 'five'"),
         (["--raw", "grey.png", "-M", "5", "--a", "1/2"], "not on the grid of M = 5"),
-        (["--raw", "grey.png", "--a", "0.2"], "not a focus setting"),
+        (["--raw", "grey.png", "--a", "1/x"], "not a focus setting"),
         (["--raw", "grey.png", "--a", "1/0"], "not a focus setting"),
         (["--raw", "grey.png", "--a", "100"], "taps"),
         (["--raw", "grey.png", "--a", "99999"], "taps"),

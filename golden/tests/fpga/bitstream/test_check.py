@@ -235,7 +235,7 @@ ONE_BUFIO2 = re.sub(
         ),
         pytest.param(
             "serial_clocks",
-            replaced(SOURCES["serial_clocks"], r"clkin1     => clk_in", "clkin1     => gated"),
+            replaced(SOURCES["serial_clocks"], r"clkin1 +=> clk_in", "clkin1 => gated"),
             "receive_clocks/pll: no way from logic or a port to clkin1",
             id="logic",
         ),
@@ -249,12 +249,12 @@ def test_clock_routing_faults(tmp_path: Path, entity: str, text: str, found: str
 
 def test_locked_of_another_pll(tmp_path: Path) -> None:
     """A BUFPLL takes its clock and the signal that it is locked from one PLL."""
-    clocks = replaced(SOURCES["serial_clocks"], r"pllin        => pll_bit", "pllin        => other")
+    clocks = replaced(SOURCES["serial_clocks"], r"pllin +=> pll_bit", "pllin => other")
     clocks = replaced(
         clocks, r"^    clk_in : in    std_logic;", "    clk_in, other : in std_logic;"
     )
     clocks = clocks.replace("    locked : out", "    bit_out : out   std_logic;\n    locked : out")
-    clocks = clocks.replace("clkout0    => pll_bit", "clkout0    => bit_out")
+    clocks = replaced(clocks, r"clkout0 +=> pll_bit", "clkout0 => bit_out")
     top = SOURCES["atlys_top"]
     for mine, other in (("receive", "transmit"), ("transmit", "receive")):
         top = replaced(
