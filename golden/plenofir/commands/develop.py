@@ -3,9 +3,12 @@
 
 import html
 import io
+import json
 from fractions import Fraction
 from math import ceil, floor, inf
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
@@ -16,7 +19,7 @@ from plenofir.commands.console import steps_bar
 from plenofir.commands.rasters import check_raster, warn_of_camera
 from plenofir.commands.results import save
 from plenofir.ground.errors import InputError
-from plenofir.ground.files import Results, as_text, check_folder
+from plenofir.ground.files import Results, as_text, check_folder, publish_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -30,6 +33,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
+_REPORT = "develop.json"
 # Least confidence of a depth that counts.
 _SURE = 0.3
 _VIEWER_BYTES = 8_000_000
@@ -60,8 +64,8 @@ def develop(
     capture: Annotated[
         str,
         typer.Argument(
-            help="Raw capture with --white or --calib, Lytro file, folder of views, or aligned raw "
-            "image with -M."
+            help="Raw capture with --white or --calib, Lytro file, folder or video of views, or "
+            "aligned raw image."
         ),
     ],
     white: Annotated[
@@ -88,7 +92,7 @@ def develop(
     from plenofir.camera.exposure import exposure as chosen
     from plenofir.camera.rays import RayModel, load_camera
 
-    folder = Path(out)
+    start, folder = perf_counter(), Path(out)
     check_folder(folder, out)
     options.require("focus", "camera", focus != inf and camera is None)
     known = None if camera is None else load_camera(camera)
@@ -99,14 +103,21 @@ def develop(
         look = chosen(field.picture, m, exposure, gamma)
         lines = [*field.lines, f"shown: {look.words()}"]
         title = as_text(Path(capture).name)
-        with Results(folder) as results:
-            pictures = _Pictures(results, field, model, look, show)
-            lines += pictures.make(slices)
-            pictures.viewer(title)
-            results.write("index.html", _page(title, pictures.shown, lines).encode())
+        with TemporaryDirectory(prefix="plenofir-") as temporary:
+            with Results(Path(temporary)) as results:
+                pictures = _Pictures(results, field, model, look, show)
+                lines += pictures.make(slices)
+                pictures.viewer(title)
+                results.write("index.html", _page(title, pictures, lines))
+                report = {"capture": title, "micro_image_size": m, "summary": lines}
+                results.write(_REPORT, json.dumps(report))
+            publish_run(Path(temporary), folder, _REPORT)
     for line in lines:
         typer.echo(line)
-    typer.echo(f"{out}: {len(pictures.shown)} pictures; open {folder / 'index.html'}")
+    typer.echo(
+        f"{out}: {len(pictures.shown)} pictures in {perf_counter() - start:.0f} s; open "
+        f"{folder / 'index.html'}"
+    )
     warn_of_camera(model)
 
 
@@ -122,7 +133,7 @@ def _read(
     from plenofir.camera.calibration import calibrate, decode, largest_odd_size, load_calibration
     from plenofir.camera.exposure import to_srgb
     from plenofir.camera.lightfield.indexing import compose
-    from plenofir.camera.lightfield.sources import read_source
+    from plenofir.camera.lightfield.sources import holds_views, read_source
     from plenofir.camera.lytro import is_lytro, read_lytro
     from plenofir.camera.lytro.sensor import FULL_SCALE
     from plenofir.camera.recognise.picture import recognise_picture
@@ -130,7 +141,7 @@ def _read(
     from plenofir.refocus import check_raw
 
     where = str(path)
-    lytro, views = is_lytro(path), path.is_dir() or path.suffix.lower() == ".mat"
+    lytro, views = is_lytro(path), holds_views(path)
     aligned = not (lytro or views or white or calib)
     if white is not None and calib is not None:
         raise InputError("cannot be combined with --calib; give one of them", where="white")
@@ -227,6 +238,7 @@ class _Pictures:
         self.look, self.show = look, show
         self.disparity: Disparity | None = None  # once it was searched
         self.shown: list[tuple[str, str]] = []
+        self.films: set[str] = set()
 
     def make(self, slices: int) -> list[str]:
         """All of them; lines for the summary."""
@@ -248,10 +260,9 @@ class _Pictures:
             raster, m, progress=lambda done, total: self.show("searching depth", done, total)
         )
         self.disparity = found.disparity
-        values, sure = found.disparity.pixels_per_view, found.disparity.confidence >= _SURE
-        known = values[sure] if sure.any() else values.ravel()
-        low, high = np.percentile(known, [2, 98])
-        settings = _settings(float(low), float(high), m, slices)
+        low, high = _range(found.disparity, central)
+        values = np.clip(found.disparity.pixels_per_view, low, high)
+        settings = _settings(low, high, m, slices)
         stack = FocalStack(
             raster,
             m,
@@ -268,14 +279,18 @@ class _Pictures:
             frames.append(_small(shown))
         sharp = self.look.apply(all_in_focus(raster, m, values))
         self.add("all_in_focus.png", sharp, "Sharp everywhere")
-        self.animation("focus.gif", frames + frames[-2:0:-1], "Through the focus")
+        self.animation("focus", frames + frames[-2:0:-1], "Through the focus")
         around = _around(m)
         views = [_small(self.look.apply(sub_aperture(raster, m, v, u))) for v, u in around]
-        self.animation("views.gif", views, "Around the lens")
-        return [
-            f"range: a = {settings[0]} to {settings[-1]}, {len(settings)} pictures",
+        self.animation("views", views, "Around the lens")
+        lines = [
+            f"range: a = {settings[0]} to {settings[-1]} by its own depths, {len(settings)} "
+            "pictures",
             self.depth(found.disparity),
         ]
+        if not self.films:
+            lines.append("no WebM: pip install 'plenofir[cameras]' brings OpenCV, which writes it")
+        return lines
 
     def depth(self, disparity: "Disparity") -> str:
         """The map of depths: in mm where the camera is known."""
@@ -320,14 +335,40 @@ class _Pictures:
         self.shown.append((name, caption))
 
     def animation(self, name: str, frames: "Sequence[Image]", caption: str) -> None:
-        """A GIF that goes on for ever."""
+        """A GIF that goes on for ever, and a WebM where OpenCV is there."""
         from PIL import Image as Pillow
+
+        from plenofir.ground.films import write_webm
 
         first, *others = [Pillow.fromarray(frame) for frame in frames]
         content = io.BytesIO()
         first.save(content, "GIF", save_all=True, append_images=others, duration=_STAYS, loop=0)
-        self.results.write(name, content.getvalue())
-        self.shown.append((name, caption))
+        self.results.write(f"{name}.gif", content.getvalue())
+        self.show("animating", 1, 2)
+        if write_webm(self.results.path(f"{name}.webm"), frames, 1000 / _STAYS):
+            self.films.add(f"{name}.webm")
+        self.shown.append((f"{name}.gif", caption))
+
+
+def _range(disparity: "Disparity", view: "Image") -> tuple[float, float]:
+    """Range of depths that has the middle 96 % of what a view shows.
+
+    What has no contrast counts little: noise can be matched at any depth.
+    """
+    import numpy as np
+    from scipy import ndimage
+
+    from plenofir.camera.calibration.frames import grey
+
+    values = disparity.pixels_per_view.ravel()
+    contrast = ndimage.gaussian_gradient_magnitude(grey(view).astype(np.float64), 1.0).ravel() ** 2
+    weights = contrast * (disparity.confidence.ravel() >= _SURE)
+    if not weights.any():
+        weights = np.ones(len(values))
+    order = np.argsort(values)
+    below = np.cumsum(weights[order])
+    first, last = np.searchsorted(below, np.array([0.02, 0.98]) * below[-1])
+    return float(values[order][first]), float(values[order][last])
 
 
 def _settings(low: float, high: float, m: int, most: int) -> list[Fraction]:
@@ -374,13 +415,18 @@ def _small(image: "Image") -> "Image":
     return np.asarray(Pillow.fromarray(eight).resize(size, Pillow.Resampling.BICUBIC))
 
 
-def _page(title: str, pictures: "Sequence[tuple[str, str]]", lines: "Sequence[str]") -> str:
+def _page(title: str, pictures: _Pictures, lines: "Sequence[str]") -> str:
     """A page of the pictures, which lie beside it."""
-    figures = "\n".join(
-        f'<figure><a href="{html.escape(name)}"><img src="{html.escape(name)}" '
-        f'alt="{html.escape(caption)}"></a><figcaption>{html.escape(caption)}</figcaption></figure>'
-        for name, caption in pictures
-    )
+
+    def figure(name: str, caption: str) -> str:
+        film = f"{Path(name).stem}.webm"
+        also = f' (<a href="{film}">WebM</a>)' if film in pictures.films else ""
+        return (
+            f'<figure><a href="{name}"><img src="{name}" alt="{caption}"></a>'
+            f"<figcaption>{caption}{also}</figcaption></figure>"
+        )
+
+    figures = "\n".join(figure(*map(html.escape, one)) for one in pictures.shown)
     said = "\n".join(f"<li>{html.escape(line)}</li>" for line in lines)
     return (
         f'<!doctype html>\n<html lang="en">\n<head><meta charset="utf-8">'

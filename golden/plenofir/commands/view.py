@@ -156,13 +156,14 @@ class _Settings:
     def light_field(self, path: Path, show: "Callable[[int, int], None] | None") -> "Page":
         """The page of a raw image, of views, or of a Lytro's file."""
         from plenofir.camera.exposure import to_srgb
+        from plenofir.camera.lightfield.sources import holds_views
         from plenofir.camera.lytro import is_lytro
         from plenofir.ground.images import read_picture
         from plenofir.view import light_field_page
 
         if is_lytro(path):
             m, picture = self._of_lytro(path)
-        elif path.is_dir() or path.suffix.lower() == ".mat":
+        elif holds_views(path):
             m, picture = self._of_views(path)
         else:
             m = self._size()

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plenofir.ground.errors import InputError
+from plenofir.ground.films import opened
 from plenofir.ground.images import Picture, read_picture
 
 _SUFFIXES = {".png", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".bmp", ".jpg", ".jpeg"}
@@ -70,21 +71,9 @@ def folder_frames(folder: Path, rate: float) -> Iterator[Captured]:
 
 def video_frames(path: str) -> Iterator[Captured]:
     """Frames of a video file at its own rate, or of a camera (``/dev/video0``), by OpenCV."""
-    if not Path(path).exists():
-        raise InputError("no such file", where=path, expected=_EXPECTED)
-    try:
-        import cv2
-        from cv2.utils import logging
-    except ModuleNotFoundError:
-        raise InputError(
-            "needs OpenCV", where=path, expected="pip install opencv-python-headless"
-        ) from None
-    logging.setLogLevel(logging.LOG_LEVEL_SILENT)
-    video = cv2.VideoCapture(path)
-    if not video.isOpened():
-        raise InputError("cannot be opened", where=path, expected=_EXPECTED)
-    device = Path(path).is_char_device()
-    rate = 0.0 if device else video.get(cv2.CAP_PROP_FPS)
+    video, rate = opened(path)
+    if Path(path).is_char_device():
+        rate = 0.0
     start = time.time()
     try:
         while True:

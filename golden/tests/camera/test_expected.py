@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from plenofir.camera.calibration import calibrate, decode, largest_odd_size
-from plenofir.camera.recognise.expected import coherence, doubt
+from plenofir.camera.calibration.resample import odd_size_within
+from plenofir.camera.patterns.rasters import coherence
+from plenofir.camera.recognise.expected import doubt
 from plenofir.ground.images import bare, read_image
 from plenofir.ground.project import DATA
 
@@ -49,6 +51,15 @@ def test_the_microscope(microscope) -> None:
         found = doubt(picture, m - 1, "aligned.png", is_jpeg=False)
         assert found is not None
         assert f"not {m - 1}; give -M {m}" in found.text
+
+
+@pytest.mark.parametrize(
+    ("pitch", "m"),
+    [(9.93, 9), (13.889, 13), (14.3, 13), (15.40, 13), (17.2, 15), (27.57, 25), (2.8, 1)],
+)
+def test_pixels_that_mix_lenses_are_left_out(pitch: float, m: int) -> None:
+    """Lytro's cameras, the thesis's, and the three microscopes."""
+    assert odd_size_within(pitch) == m
 
 
 def test_pictures_without_lenses_are_taken() -> None:

@@ -143,3 +143,23 @@ def test_which_number_counts_columns(name: str, tmp_path: Path) -> None:
         found = recognise(folder)
         assert ("--order columns" in found.advice[0]) == (order == "columns")
         assert "cannot be told" not in found.evidence[0][1]
+
+
+@pytest.mark.parametrize(("name", "m"), [("antleg", 27), ("seaurchin", 15)])
+def test_microscopes_whose_lenses_are_slow(name: str, m: int) -> None:
+    """Standard cameras, though one has lenses of f/20; few lenses tell the pitch to 2 %."""
+    raw = recognise(DATA / name / "raw.png")
+    assert raw.kind == "raw capture"
+    assert raw.pitch_px == pytest.approx({"antleg": 27.53, "seaurchin": 17.20}[name], rel=0.025)
+    assert f"-M {m}" in raw.advice[1]
+    assert recognise(DATA / name / "white.png").kind == "white image"
+
+
+def test_folders_of_frames(tmp_path: Path) -> None:
+    raster = read_image(DATA / "flower_detail_5x5.png")
+    for number in range(4):
+        write_png(tmp_path / f"frame_{number}.png", raster)
+    found = recognise(tmp_path)
+    assert (found.kind, found.micro_image_size) == ("folder of pictures", 5)
+    assert "4 pictures; the first of them, frame_0.png: aligned raster" in found.evidence[0][1]
+    assert found.advice == (f"plenofir batch '{tmp_path}/*.png' -M 5 -a 0",)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`plenofir develop`: all pictures of a capture, from each kind of source."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,10 @@ import pytest
 
 from plenofir.camera.calibration import calibrate, decode
 from plenofir.camera.lightfield.folders import named_views
+from plenofir.camera.lightfield.sources import read_source
 from plenofir.commands.app import run
 from plenofir.ground.errors import InputError
+from plenofir.ground.films import read_video, write_webm
 from plenofir.ground.images import read_image, write_png
 from plenofir.ground.project import root
 
@@ -21,7 +24,8 @@ PICTURES = {
     "focus.gif",
     "views.gif",
 }
-PAGES = {"aligned.png", "disparity.npy", "index.html", "viewer.html"}
+FILMS = {"focus.webm", "views.webm"}
+PAGES = {"aligned.png", "develop.json", "disparity.npy", "index.html", "viewer.html", *FILMS}
 
 
 def names(folder: Path) -> set[str]:
@@ -75,6 +79,36 @@ def test_aligned_image_and_folder_of_views_are_the_same(tmp_path: Path, capsys) 
     assert "taken as aligned, M = 5" in capsys.readouterr().out
 
 
+def test_a_film_of_views_and_a_second_run(tmp_path: Path, capsys) -> None:
+    """A film's frames are views; M is seen in a raster; files of an earlier run go."""
+    raster = read_image(DATA / "flower_detail_5x5.png")[:150, :160]
+    frames = [raster[v::5, u::5] for v in range(5) for u in range(5)]
+    assert write_webm(tmp_path / "views.webm", frames, 5)
+    out = tmp_path / "out"
+    words = ["--out", str(out), "--slices"]
+    assert run(["develop", str(tmp_path / "views.webm"), *words, "9"]) == 0
+    assert "video: 25 frames: 5 x 5 views of 32 x 30 pixels" in capsys.readouterr().out
+    decoded = read_image(out / "aligned.png")
+    # A film is compressed.
+    assert np.abs(decoded[..., 1].astype(int) - raster[..., 1]).mean() < 12
+    first = slices(out)
+    write_png(tmp_path / "raw.png", raster)
+    write_png(out / "own.png", raster)
+    assert run(["develop", str(tmp_path / "raw.png"), *words, "2"]) == 0
+    assert "taken as aligned, M = 5 by its joints" in capsys.readouterr().out
+    assert (out / "own.png").exists()
+    assert len(slices(out)) <= 2 < len(first)
+    report = json.loads((out / "develop.json").read_text())
+    assert {*report["files"], "own.png"} == names(out)
+    frames = read_video(out / "focus.webm", 99)
+    assert frames[0].shape == (600, 640, 3)
+    page = (out / "index.html").read_text()
+    assert all(f'href="{name}"' in page for name in FILMS)
+    assert write_webm(tmp_path / "views.webm", frames[:1] * 24, 5)
+    with pytest.raises(InputError, match=r"views\.webm: 24 frames; expected M x M"):
+        read_source(tmp_path / "views.webm")
+
+
 def test_distances_with_a_camera(tmp_path: Path) -> None:
     words = ["develop", str(DATA / "planes_5x5.png"), "-M", "5", "--out", str(tmp_path / "out")]
     assert run([*words, "--camera", "f193-mla2", "--focus", "1500", "--slices", "2"]) == 0
@@ -85,7 +119,7 @@ def test_distances_with_a_camera(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((), "give --white or --calib for a raw capture, or -M for an aligned raw image"),
+        ((), "can.t tell; give --white or --calib for a raw capture, or -M for an aligned raw"),
         (("-M", "5", "--focus", "900"), "--focus requires --camera"),
         (("-M", "5", "--exposure", "much"), "use auto, off, or a number of EV"),
         (("-M", "5", "--camera", "missing"), "missing"),

@@ -36,6 +36,8 @@ DARKEST = 0.1
 
 _BLOCK_PIXELS = 1 << 21
 _LIT = 0.5
+# Pixels between micro images, where the light of two lenses mixes.
+_BETWEEN = 0.7
 
 
 def raster_window(calibration: Calibration) -> tuple[slice, slice]:
@@ -93,13 +95,18 @@ def profile_at(calibration: Calibration, m: int, scale: Scale) -> Floats:
     return np.asarray(ndimage.map_coordinates(np.array(calibration.profile), grid, order=1))
 
 
+def odd_size_within(pitch: float) -> int:
+    """Largest odd number of pixels that have the light of one lens alone, by their pitch."""
+    return max(1, int((pitch - _BETWEEN - 1) // 2 * 2 + 1))
+
+
 def largest_odd_size(calibration: Calibration) -> int:
     """Largest odd number of pixels that a micro image has, 1 or more.
 
     Those along its middle row and column are lit at least half as brightly as its middle. Result: M
     in pixels.
     """
-    m = max(1, int((calibration.grid.lens_pitch - 1) // 2 * 2 + 1))
+    m = odd_size_within(calibration.grid.lens_pitch)
     while m > 1:
         profile = profile_at(calibration, m, "native")
         c = m // 2

@@ -4,7 +4,8 @@
 - a folder of views, also the HCI benchmark's (``input_Cam000.png``, ``parameters.cfg``);
 - one picture with all views side by side (a mosaic), or with all pixels of a micro image side by
   side (a raster: Lytro's ESLF, 14 x 14 pixels for each lens);
-- a MATLAB file with an array of views, as the LFToolbox and the EPFL's data set have it.
+- a MATLAB file with an array of views, as the LFToolbox and the EPFL's data set have it;
+- a video of M x M frames, a view each, line by line.
 """
 
 import configparser
@@ -25,13 +26,15 @@ from plenofir.camera.lightfield.indexing import views
 from plenofir.camera.patterns.rasters import find_mosaic, find_raster
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import input_file
-from plenofir.ground.images import Image, Picture, bare, read_picture
+from plenofir.ground.films import VIDEOS, read_video
+from plenofir.ground.images import SCREEN_GAMMA, Image, Picture, bare, read_picture
 
 PictureLayout = Literal["auto", "mosaic", "raster"]
 Floats32 = npt.NDArray[np.float32]
 
 ESLF = 14
 _LARGEST_MAT = 4 << 30
+_MOST_FRAMES = 33**2
 _HCI_VIEW = re.compile(r"input_Cam(\d{3})\.png")
 _MATLAB_5, _HDF5 = b"MATLAB", b"\x89HDF\r\n\x1a\n"
 _MAT_EXPECTED = "an array LF of views: (rows, columns of views, height, width, 3 or 4)"
@@ -59,7 +62,7 @@ def read_source(
     size: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> LightFieldSource:
-    """Read a light field, whatever it is stored as: a folder of views, a picture, or a .mat file.
+    """Read a light field, whatever it is stored as: a folder or video of views, a picture, .mat.
 
     `order` is of a folder's names (`read_views`); `layout` of a picture: views side by side, or
     micro images, "auto" looks; `size` its views (pixels of a micro image) along each side, None to
@@ -70,7 +73,7 @@ def read_source(
     except (OSError, ValueError):  # No name at all, or a folder that cannot be looked into.
         there = False
     if not there:
-        expected = "a folder of views, a picture or a .mat file"
+        expected = "a folder or video of views, a picture or a .mat file"
         raise InputError("no such file or folder", where=str(path), expected=expected)
     if path.is_dir():
         if hci_views(path):
@@ -78,7 +81,29 @@ def read_source(
         return LightFieldSource(read_views_picture(path, order=order, progress=progress), ())
     if path.suffix.lower() == ".mat":
         return LightFieldSource(bare(read_mat(path)), ())
+    if path.suffix.lower() in VIDEOS:
+        return _video(path, order)
     return _picture(path, layout, size)
+
+
+def holds_views(path: Path) -> bool:
+    """Whether a folder or a file holds views, one by one, by its name."""
+    return path.is_dir() or path.suffix.lower() in (".mat", *VIDEOS)
+
+
+def _video(path: Path, order: ViewOrder) -> LightFieldSource:
+    """Views of a video: frame after frame a line of views, or a column."""
+    frames = read_video(path, _MOST_FRAMES)
+    m = isqrt(len(frames))
+    if m * m != len(frames) or m < 2:
+        raise InputError(
+            f"{len(frames)} frames", where=str(path), expected="M x M, a view each, 4 or more"
+        )
+    found = np.stack(frames).reshape(m, m, *frames[0].shape)
+    if order == "columns":
+        found = found.swapaxes(0, 1)
+    text = f"{len(frames)} frames: {m} x {m} views of {found.shape[3]} x {found.shape[2]} pixels"
+    return LightFieldSource(Picture(found, 255, SCREEN_GAMMA), (("video", text),))
 
 
 def central(images: Image, count: int) -> Image:

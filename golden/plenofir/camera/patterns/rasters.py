@@ -20,6 +20,10 @@ MAX_MICRO_IMAGE = 64
 # Times that a period explains more of the differences than chance does.
 _VERY_CLEAR, _CLEAR, _SEEN = 100.0, 20.0, 8.0
 _FEWEST_PERIODS = 6
+# Waves of period M that add up to this share of themselves have that period all over.
+COHERENT = 0.75
+# Lenses along each side of the parts between which waves are compared.
+_PART = 4
 _CENTRED_PX = 0.75
 # A period that is no whole number shows at its neighbours nearly as clearly.
 _CLEARER = 1.5
@@ -107,9 +111,30 @@ def find_raster(grey: Image32, *, is_jpeg: bool = False) -> Raster | None:
     # Rims may be brighter than what is inside, where a capture has stray light.
     edges = {0, m - 2, m - 1}
     rims = {first.phase, second.phase} <= edges and min(clarity) > _VERY_CLEAR
-    if min(clarity) > _SEEN and whole and (rims or _centred(grey, m)) and _repeats(grey, m):
+    even = rims or (_centred(grey, m) and coherence(grey, m) > COHERENT)
+    if min(clarity) > _SEEN and whole and even and _repeats(grey, m):
         return Raster(m, clarity, "rims of micro images")
     return None
+
+
+def coherence(levels: Image32, micro_image_size: int) -> float:
+    """How far waves of period M have the same phase all over a picture, 0 to 1, the less of both.
+
+    Those of an aligned raw image have; those of micro images of another pitch drift.
+    """
+    m = micro_image_size
+    side = _PART * m
+    rows, columns = (n // side for n in levels.shape)
+    if min(rows, columns) < 2:
+        return 1.0
+    parts = levels[: rows * side, : columns * side].reshape(rows, side, columns, side)
+    wave = np.exp(-2j * np.pi * np.arange(side) / m).astype(np.complex64)
+    found = []
+    for axis in (1, 3):
+        lines = parts.mean(axis=4 - axis, dtype=np.float32)
+        waves = lines.transpose(0, 2, 1) @ wave if axis == 1 else lines @ wave
+        found.append(float(np.abs(waves.sum()) / max(float(np.abs(waves).sum()), 1e-30)))
+    return min(found)
 
 
 def _centred(grey: Image32, m: int) -> bool:

@@ -8,22 +8,15 @@ inspect` does it, so that both say the same.
 
 from typing import NamedTuple
 
-import numpy as np
-
-from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.patterns.lenslets import find_lenslets
-from plenofir.camera.patterns.rasters import find_raster
+from plenofir.camera.patterns.rasters import COHERENT, coherence, find_raster
 from plenofir.camera.recognise.picture import is_flat, recognise_picture
 from plenofir.ground.images import Picture
 
 _SIDE, _LARGEST_SIDE = 1024, 4096
 # Lenses along each side of what is looked at, or nothing can be told.
 _FEWEST = 8
-# Waves of period M that add up to this share of themselves have that period all over.
-_COHERENT = 0.75
-# Lenses along each side of the parts between which waves are compared.
-_PART = 4
 
 
 class Doubt(NamedTuple):
@@ -49,7 +42,7 @@ def doubt(picture: Picture, micro_image_size: int, name: str, *, is_jpeg: bool) 
         return Doubt(text, certain=found % m != 0 and m % found != 0)
     middle = tuple(slice(max(0, n - _SIDE) // 2, (n + _SIDE + 1) // 2) for n in levels.shape)
     lenses = find_lenslets(levels[middle])
-    if lenses is None or coherence(levels, m) > _COHERENT:
+    if lenses is None or coherence(levels, m) > COHERENT:
         return None
     kind = recognise_picture(picture.like(whole[middle]), name, is_jpeg=is_jpeg)
     if kind.kind not in ("raw capture", "white image", "raw capture of a focused (2.0) camera"):
@@ -59,23 +52,3 @@ def doubt(picture: Picture, micro_image_size: int, name: str, *, is_jpeg: bool) 
         "plenofir decode makes an aligned raw image of it"
     )
     return Doubt(text, certain=kind.kind != "raw capture of a focused (2.0) camera")
-
-
-def coherence(levels: Image32, micro_image_size: int) -> float:
-    """How far waves of period M have the same phase all over a picture, 0 to 1, the less of both.
-
-    Those of an aligned raw image have; those of micro images of another pitch drift.
-    """
-    m = micro_image_size
-    side = _PART * m
-    rows, columns = (n // side for n in levels.shape)
-    if min(rows, columns) < 2:
-        return 1.0
-    parts = levels[: rows * side, : columns * side].reshape(rows, side, columns, side)
-    wave = np.exp(-2j * np.pi * np.arange(side) / m).astype(np.complex64)
-    found = []
-    for axis in (1, 3):
-        lines = parts.mean(axis=4 - axis, dtype=np.float32)
-        waves = lines.transpose(0, 2, 1) @ wave if axis == 1 else lines @ wave
-        found.append(float(np.abs(waves.sum()) / max(float(np.abs(waves).sum()), 1e-30)))
-    return min(found)

@@ -9,7 +9,7 @@ from scipy import ndimage
 from plenofir.camera.calibration.frames import grey
 from plenofir.camera.calibration.record import load_calibration
 from plenofir.camera.lightfield.folders import ViewOrder, image_paths, read_views
-from plenofir.camera.lightfield.sources import hci_scene, hci_views, read_mat
+from plenofir.camera.lightfield.sources import hci_scene, hci_views, read_mat, read_source
 from plenofir.camera.lytro.capture import checked_grid, match_text
 from plenofir.camera.lytro.container import file_bytes, is_container, read_container, read_json
 from plenofir.camera.lytro.frames import is_lytro, read_frame
@@ -17,12 +17,15 @@ from plenofir.camera.lytro.metadata import FrameMetadata, frame_metadata
 from plenofir.camera.lytro.sensor import balanced, grey_mosaic
 from plenofir.camera.recognise.picture import Recognition, recognise_picture
 from plenofir.ground.errors import InputError
+from plenofir.ground.films import VIDEOS
 from plenofir.ground.images import read_picture
 from plenofir.refocus.operator import Image
 
 _FEWEST_VIEWS, _SMALLEST_VIEW, _WINDOW, _FAR = 3, 24, 15, 2
 # Moves in one direction are this many times those in the other.
 _CLEAR = 1.3
+# Pictures of these kinds are frames of a camera, not views.
+_OF_FRAMES = ("aligned raster", "raw capture", "white image")
 
 
 def recognise(path: Path) -> Recognition:
@@ -43,6 +46,10 @@ def recognise(path: Path) -> Recognition:
         advice = f"plenofir compose {name} --out aligned.png"
         evidence = (("evidence", text),)
         return Recognition("light field in a MATLAB file", evidence, (advice,), shape[0])
+    if path.suffix.lower() in VIDEOS:
+        source = read_source(path)
+        advice = f"plenofir develop {name}"
+        return Recognition("video of views", source.lines, (advice,), source.images.shape[0])
     if path.suffix.lower() in (".json", ".txt"):
         metadata = _metadata(path)
         if metadata is not None:
@@ -121,8 +128,23 @@ def _folder(path: Path, name: str) -> Recognition:
         truth = "with" if scene.disparity is not None else "without"
         text = f"{len(hci)} views as the HCI benchmark names them, {truth} true disparity"
         return Recognition("folder of views", (("evidence", text),), (command,))
-    if not image_paths(path):
+    pictures = image_paths(path)
+    if not pictures:
         return Recognition("can't tell", (("evidence", "no pictures in the folder"),))
+    first = recognise(pictures[0])
+    if first.kind in _OF_FRAMES:
+        text = f"{len(pictures)} pictures; the first of them, {pictures[0].name}: {first.kind}"
+        pattern = f"'{path / ('*' + pictures[0].suffix)}'"
+        go_on = f"plenofir batch {pattern} -M {first.micro_image_size} -a 0"
+        if first.micro_image_size is None:
+            go_on = f"plenofir inspect {pictures[0]}; its captures have to be decoded one by one"
+        return Recognition(
+            "folder of pictures",
+            (("evidence", text), *first.evidence[1:]),
+            (go_on,),
+            first.micro_image_size,
+            first.pitch_px,
+        )
     try:
         images = read_views(path)
     except InputError as error:

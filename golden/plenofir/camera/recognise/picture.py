@@ -10,6 +10,7 @@ from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.frames import grey as grey_levels
 from plenofir.camera.calibration.inspection import WhiteInspection, inspect_white
 from plenofir.camera.calibration.lattice import Lattice, lattices
+from plenofir.camera.calibration.resample import odd_size_within
 from plenofir.camera.patterns.lenslets import (
     SURE,
     Lenslets,
@@ -30,6 +31,8 @@ Kind = Literal[
     "mosaic of views",
     "refocused picture",
     "folder of views",
+    "video of views",
+    "folder of pictures",
     "folder of Lytro files",
     "Lytro capture",
     "Lytro file without a raw frame",
@@ -193,8 +196,7 @@ def _capture(found: Lenslets, size: tuple[str, str], name: str) -> Recognition:
         f"rotated by {found.rotation_degrees:.2f} degrees, all over the picture (agreement "
         f"{found.evidence:.2f}, contrast {100 * found.match.strength:.0f} %)"
     )
-    # Pixels half way to the next lens have light of both.
-    m = max(3, int((found.pitch - 2) // 2 * 2 + 1))
+    m = max(3, odd_size_within(found.pitch))
     advice = (
         "plenofir calibrate WHITE_IMAGE --out calib.json",
         f"plenofir decode {name} --calib calib.json -M {m} --out aligned.png",
