@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The text's experiments with a camera (section 5.3), as a part of the report on calibration."""
 
+import numpy as np
+
 from plenofir.camera.plots import disparity_picture, sharpness_picture
+from plenofir.refocus.operator import Image
 from plenofir_studies.experiments import (
     FIGURE_OBJECT_LENSES,
     FIGURES,
     FOCUS_MM,
+    DisparityExperiment,
+    Focused,
     disparity_experiment,
     focus_experiment,
     model_of,
@@ -20,8 +25,39 @@ STEPS = 6
 _SEED = 1
 _PARTS = {"a": 9, "b": 11, "c": 11}
 """Parts of Table 5.10 with their M."""
-_TABLES = {"5.11": ("5.17", "b"), "5.12": ("5.18", "c")}
-"""Tables with their figure, and the part of Table 5.10 that has their focus."""
+_TABLES = {"5.17": ("5.11", "b"), "5.18": ("5.12", "c")}
+"""Figures with their table, and the part of Table 5.10 that has their focus."""
+
+
+def _focused(part: str) -> list[Focused]:
+    """The text's objects and markers of a part of Table 5.10, swept."""
+    model = model_of(_PARTS[part], FOCUS_MM[part])
+    return focus_experiment(model, [float(d) for d in model.distance(placed(part)).mm])
+
+
+def _curves(results: list[Focused]) -> Image:
+    names = {f"{r.distance_mm / 10:.0f} cm": r for r in results}
+    return sharpness_picture(
+        [float(a) for a in results[0].settings],
+        {name: r.curve for name, r in names.items()},
+        {name: r.predicted for name, r in names.items()},
+    )
+
+
+def sharpness_pictures() -> Image:
+    """The three plots of Fig. 5.16, one above the other."""
+    return np.vstack([_curves(_focused(part)) for part in _PARTS])
+
+
+def disparity_maps(figure: str) -> tuple[DisparityExperiment, Image]:
+    """Fig. 5.17 or 5.18: views at the text's distances, measured and drawn."""
+    number, part = _TABLES[figure]
+    depths = [10 * row["distance_cm"] for row in load_table(number).part("a").rows]
+    pairs = FIGURES[figure]
+    model = model_of(11, FOCUS_MM[part])
+    found = disparity_experiment(model, depths, pairs, object_lenses=FIGURE_OBJECT_LENSES)
+    maps = {f"G = {pair.gap}, {pair.name}": found.maps[pair] for pair in pairs}
+    return found, disparity_picture(found.central_view, maps)
 
 
 def _focus(report: Report) -> None:
@@ -36,8 +72,7 @@ def _focus(report: Report) -> None:
     )
     rows = []
     for part, m in _PARTS.items():
-        model = model_of(m, FOCUS_MM[part])
-        results = focus_experiment(model, [float(d) for d in model.distance(placed(part)).mm])
+        results = _focused(part)
         rows += [
             (
                 f"5.10{part}",
@@ -49,13 +84,7 @@ def _focus(report: Report) -> None:
             )
             for r in results
         ]
-        names = {f"{r.distance_mm / 10:.0f} cm": r for r in results}
-        picture = sharpness_picture(
-            [float(a) for a in results[0].settings],
-            {name: r.curve for name, r in names.items()},
-            {name: r.predicted for name, r in names.items()},
-        )
-        report.picture(f"sharpness_{part}", picture, f"Sharpness, Table 5.10{part}")
+        report.picture(f"sharpness_{part}", _curves(results), f"Sharpness, Table 5.10{part}")
         report.step()
     heads = ["table", "predicted a", "distance / cm", "sharpest slice", "peak", "error of distance"]
     report.table(heads, rows)
@@ -69,11 +98,9 @@ def _disparity(report: Report) -> None:
         "4 give the same baseline and tilt: the virtual cameras are evenly spaced.",
     )
     rows = []
-    for number, (figure, part) in _TABLES.items():
+    for figure, (number, part) in _TABLES.items():
         model = model_of(11, FOCUS_MM[part])
-        depths = [10 * row["distance_cm"] for row in load_table(number).part("a").rows]
-        pairs = FIGURES[figure]
-        found = disparity_experiment(model, depths, pairs, object_lenses=FIGURE_OBJECT_LENSES)
+        found, picture = disparity_maps(figure)
         for r in found.objects:
             tilt = -float(model.tilt(r.pair.gap, r.pair.first))
             base = float(model.baseline(r.pair.gap))
@@ -88,8 +115,6 @@ def _disparity(report: Report) -> None:
                     f"{tilt:z.4f} / {r.tilt_degrees:z.4f}",
                 )
             )
-        maps = {f"G = {pair.gap}, {pair.name}": found.maps[pair] for pair in pairs}
-        picture = disparity_picture(found.central_view, maps)
         text = f"Central view and disparity maps, Fig. {figure}"
         report.picture(f"disparity_{figure.replace('.', '_')}", picture, text)
         report.step()

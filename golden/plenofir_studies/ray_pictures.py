@@ -119,3 +119,34 @@ def distances_picture() -> Image:
     axes.legend(fontsize=8)
     axes.grid(alpha=0.3, which="both")
     return figure_pixels(figure)
+
+
+def depths_of_field_picture() -> Image:
+    """Depths of field of Tables 5.5 to 5.7, focused to 3 m, over the focus setting (Fig. 5.10)."""
+    figure, axes = plt.subplots(figsize=(9, 5), constrained_layout=True)
+    top, focus = 8.0, 3.0
+    settings = np.linspace(0, 4, 400)
+    for place, (number, colour) in enumerate(
+        (("5.5", "tab:blue"), ("5.6", "tab:orange"), ("5.7", "tab:green"))
+    ):
+        part = load_table(number).part()
+        lens, mla = part.settings.labels["lens"], part.settings.labels["mla"]
+        model = table_model(lens, mla, focus, int(part.settings["micro_image_px"]))
+        planes = model.planes(settings)
+        axes.plot(settings, planes.centre.mm / 1000, color=colour, label=f"{lens}, MLA ({mla})")
+        # A border at or beyond infinity has no number.
+        near, far = (np.nan_to_num(d.mm / 1000, nan=np.inf) for d in (planes.near, planes.far))
+        axes.fill_between(
+            settings, np.minimum(near, top), np.minimum(far, top), color=colour, alpha=0.15
+        )
+        for row in part.rows:
+            if row["d_f_m"] == focus:
+                ends = [row[f"predicted_{name}mm"] / 1000 for name in ("near_", "far_")]
+                at = row["a"] + 0.03 * (place - 1)
+                axes.plot([at, at], np.minimum(ends, top), color=colour, linewidth=3)
+    axes.set_ylim(0, top)
+    axes.set_xlabel("a")
+    axes.set_ylabel("distance from the micro lenses / m")
+    axes.legend(fontsize=8, title="line: plane; band: depth of field; bars: as printed")
+    axes.grid(alpha=0.3)
+    return figure_pixels(figure)

@@ -4,6 +4,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cache
 from math import inf, isnan
 
 from plenofir.camera.optics.micro_lens import plano_convex
@@ -201,6 +202,7 @@ def virtual_camera_checks(*, rounded: bool = True) -> Iterator[Check]:
             yield Check("5.13", f"lytro1-{name}, G = {gap}", cell, row.numbers[cell], value)
 
 
+@cache
 def all_checks(*, rounded: bool = True) -> list[Check]:
     """All printed numbers that the ray model predicts, from rounded image distances or its own."""
     return [

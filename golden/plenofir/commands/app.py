@@ -90,7 +90,12 @@ def _add_groups() -> None:
     from importlib.metadata import entry_points
 
     for point in sorted(entry_points(group=GROUPS), key=lambda point: point.name):
-        app.add_typer(point.load(), name=point.name)
+        group = point.load()
+        # An application of one command is that command.
+        if group.registered_callback is None and len(group.registered_commands) == 1:
+            app.registered_commands += group.registered_commands
+        else:
+            app.add_typer(group, name=point.name)
 
 
 def _parameters(command: Any, words: Sequence[str]) -> Mapping[str, Any]:

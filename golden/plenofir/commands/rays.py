@@ -35,6 +35,9 @@ def _model(camera: str, focus: float, micro_image: int | None) -> "RayModel":
     known = load_camera(camera)
     model = RayModel.focused(known, focus, micro_image or max(2, known.micro_image_size))
     warn_of_camera(model)
+    # Not where JSON goes.
+    for note in filter(None, [known.thin_lens_note()]):
+        typer.echo(f"note: {note}", err=True)
     return model
 
 
@@ -141,7 +144,7 @@ def baseline(
     content = {
         "gap": gap,
         "baseline_mm": float(model.baseline(gap)),
-        "exit_pupil_baseline_mm": float(model.exit_pupil_baseline(gap)),
+        "exit_pupil_baseline_mm": options.finite(float(model.exit_pupil_baseline(gap))),
         "tilt_deg": float(model.tilt(gap, view)) + 0.0,
         "entrance_pupil_mm": model.entrance_pupil_mm,
     }
@@ -150,7 +153,8 @@ def baseline(
         print_json({**content, "outermost_view": model.outermost_view, "vignetted": bool(note)})
         return
     names = ["gap", "baseline / mm", "at the exit pupil", "tilt / degrees", "entrance pupil / mm"]
-    cells = [str(gap), *(_number(content[k]) for k in list(content)[1:])]
+    values = [content[k] for k in list(content)[1:]]
+    cells = [str(gap), *("infinite" if v is None else _number(v) for v in values)]
     print_table(names, [cells], title=_title(model))
     _note(note)
 

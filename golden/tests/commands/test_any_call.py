@@ -29,6 +29,7 @@ from plenofir.camera.lytro.sensor import with_gamma
 from plenofir.commands import options
 from plenofir.ground.images import read_image, read_picture
 from plenofir.refocus import interpolation_order, refocus
+from plenofir_studies.reproduce import table_or_figure
 
 # They take ten seconds to minutes.
 LONG_RUNNING = [
@@ -240,6 +241,15 @@ def check_project(p: Parameters) -> set[str]:
     return {str(file) for file in Path(p["out"]).iterdir()}
 
 
+def check_reproduce(p: Parameters) -> set[str]:
+    kind, number = table_or_figure(p["what"])
+    if kind == "table":
+        return set()
+    file = p["out"] or f"figure_{number.replace('.', '_')}.png"
+    read_image(Path(file))
+    return {str(file)}
+
+
 CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("views",): check_views,
     ("compose",): check_compose,
@@ -255,6 +265,7 @@ CHECKS: dict[Words, Callable[[Parameters], set[str]]] = {
     ("view",): check_view,
     ("configure",): check_configure,
     ("project",): check_project,
+    ("reproduce",): check_reproduce,
     ("batch",): check_batch,
     ("distance",): lambda p: {str(p["plot"])} if p["plot"] else set(),
 }

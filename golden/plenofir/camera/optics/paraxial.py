@@ -7,6 +7,7 @@ side.
 """
 
 from dataclasses import asdict, dataclass, fields
+from math import inf, isfinite
 
 import numpy as np
 
@@ -124,7 +125,8 @@ def exit_pupil(system: LensSystem) -> Pupil:
 
     `system`: the lens at a wavelength; with the image plane at a distance b behind the last vertex,
     the exit pupil distance is d_A' = b - `Pupil.position_mm`. Result: position from the last vertex
-    in mm. Raises `InputError` if the prescription has no stop, or the exit pupil is at infinity.
+    in mm; -inf, and an infinite size, where the lens is telecentric on its image side. Raises
+    `InputError` if the prescription has no stop.
     """
     stop = system.stop_surface
     behind = system.section(stop, len(system.curvatures) - 1)
@@ -132,7 +134,8 @@ def exit_pupil(system: LensSystem) -> Pupil:
     b, d = float(departure[0, 1]), 1 + float(departure[1, 1])
     # A ray from the centre of the stop leaves with height B and reduced angle D; the stop
     # is a surface too, and its own refraction has no effect at its centre.
-    _refuse_telecentric(d, float(departure[1, 1]), system, "exit pupil", "image-side")
+    if _is_telecentric(d, float(departure[1, 1])):
+        return Pupil(-inf, inf, inf)
     magnification = 1 / d
     return Pupil(
         position_mm=-float(system.indices[-1]) * b / d,
@@ -155,7 +158,13 @@ def entrance_pupil(system: LensSystem) -> Pupil:
     gap = float(system.gaps[stop - 1]) / float(system.indices[stop])
     a = 1 + (float(departure[0, 0]) + gap * float(departure[1, 0]))
     b = float(departure[0, 1]) + gap * (1 + float(departure[1, 1]))
-    _refuse_telecentric(a, a - 1, system, "entrance pupil", "object-side")
+    if _is_telecentric(a, a - 1):
+        raise InputError(
+            f"the entrance pupil is at infinity (object-side telecentric) at "
+            f"{system.wavelength_nm:g} nm",
+            where=system.name,
+            expected="a lens with a finite entrance pupil",
+        )
     return Pupil(
         position_mm=float(system.indices[0]) * b / a,
         magnification=1 / a,
@@ -178,11 +187,13 @@ def paraxial_properties(
     properties: dict[str, float | None] = {field.name: None for field in fields(CardinalPoints)}
     if not is_afocal(system):
         properties |= asdict(cardinal_points(system))
+    properties |= {"entrance_pupil_mm": None, "exit_pupil_mm": None}
     for name, pupil in (("entrance_pupil_mm", entrance_pupil), ("exit_pupil_mm", exit_pupil)):
         try:
-            properties[name] = pupil(system).position_mm
+            position = pupil(system).position_mm
         except InputError:
-            properties[name] = None
+            continue
+        properties[name] = position if isfinite(position) else None
     focus, exit_position = properties["back_focal_distance_mm"], properties["exit_pupil_mm"]
     properties["exit_pupil_distance_mm"] = (
         None if focus is None or exit_position is None else focus - exit_position
@@ -195,12 +206,6 @@ def paraxial_properties(
     return properties
 
 
-def _refuse_telecentric(
-    element: float, departure: float, system: LensSystem, pupil: str, side: str
-) -> None:
-    if abs(element) <= 16 * float(np.finfo(np.float64).eps) * max(1.0, abs(departure)):
-        raise InputError(
-            f"the {pupil} is at infinity ({side} telecentric) at {system.wavelength_nm:g} nm",
-            where=system.name,
-            expected=f"a lens with a finite {pupil}",
-        )
+def _is_telecentric(element: float, departure: float) -> bool:
+    """Whether an element of a ray matrix is zero, but for rounding: that pupil is at infinity."""
+    return abs(element) <= 16 * float(np.finfo(np.float64).eps) * max(1.0, abs(departure))

@@ -7,9 +7,9 @@ All lengths are in mm. A description is a small TOML file; those of some known c
 import tomllib
 from math import inf
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from plenofir.ground import project
 from plenofir.ground.errors import InputError, validation_error
@@ -19,6 +19,15 @@ CAMERAS = project.DATA / "cameras"
 
 Length = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 SignedLength = Annotated[float, Field(allow_inf_nan=False)]
+
+
+def _pupil_distance(value: float) -> float:
+    if value == 0 or not value > -inf:
+        raise ValueError("Input should be a number other than 0, or inf")
+    return value
+
+
+PupilDistance = Annotated[float, AfterValidator(_pupil_distance)]
 
 
 class _Part(BaseModel):
@@ -35,6 +44,12 @@ class MicroLensArray(_Part):
     pitch_mm: Length
 
 
+def _thin_lens(values: dict[str, Any]) -> float:
+    """Exit pupil of a thin lens: f_U, or anything where that is wrong, too."""
+    pupil: float = values.get("focal_length_mm", 1.0)
+    return pupil
+
+
 class MainLens(_Part):
     """Paraxial data of the main lens.
 
@@ -45,7 +60,9 @@ class MainLens(_Part):
     principal_plane_separation_mm
         H1H2 from the object-side to the image-side principal plane, negative when they are crossed.
     exit_pupil_mm
-        d_A' from the micro lenses to the exit pupil with the lens focused to infinity.
+        d_A' from the micro lenses to the exit pupil with the lens focused to infinity: inf if the
+        lens is telecentric on its image side, negative if the pupil lies behind the micro lenses.
+        Left out, the lens is a thin one: its pupil is the lens, f_U from the micro lenses.
     front_vertex_mm
         V1H1 from the front vertex to the object-side principal plane, if known. Planes nearer than
         the front vertex lie inside the lens.
@@ -57,7 +74,7 @@ class MainLens(_Part):
 
     focal_length_mm: Length
     principal_plane_separation_mm: SignedLength = 0.0
-    exit_pupil_mm: Length
+    exit_pupil_mm: PupilDistance = Field(default_factory=_thin_lens)
     front_vertex_mm: SignedLength | None = None
     aperture_stop_mm: Length | None = None
     entrance_pupil_diameter_mm: Length | None = None
@@ -93,6 +110,15 @@ class Camera(_Part):
         """M: the largest odd number of pixels that a micro image has, 1 or more."""
         return max(1, int((self.pixels_per_lens - 1) // 2 * 2 + 1))
 
+    def thin_lens_note(self) -> str:
+        """Say that the exit pupil is assumed; empty where the camera's data have it."""
+        if "exit_pupil_mm" in self.main_lens.model_fields_set:
+            return ""
+        return (
+            f"{self.name} has no main_lens.exit_pupil_mm: a thin lens is assumed, whose pupil is the "
+            "lens itself"
+        )
+
     def reversed(self) -> "Camera":
         """The camera with its main lens the other way round: the exit is the entrance pupil then.
 
@@ -102,7 +128,7 @@ class Camera(_Part):
         lens = self.main_lens
         shrunk = lens.exit_pupil_mm / lens.focal_length_mm
         pupil = lens.focal_length_mm / shrunk if shrunk else inf
-        if not 0 < pupil < inf:
+        if not 0 < abs(pupil) < inf:
             raise InputError(
                 "pupils too far apart", where=self.name, expected="another exit_pupil_mm"
             )
@@ -111,7 +137,7 @@ class Camera(_Part):
             focal_length_mm=lens.focal_length_mm,
             principal_plane_separation_mm=lens.principal_plane_separation_mm,
             exit_pupil_mm=pupil,
-            entrance_pupil_diameter_mm=None if diameter is None else diameter * shrunk,
+            entrance_pupil_diameter_mm=None if diameter is None else diameter * abs(shrunk),
         )
         return self.model_copy(update={"name": f"{self.name} reversed", "main_lens": turned})
 

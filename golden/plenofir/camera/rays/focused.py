@@ -3,6 +3,7 @@
 
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
+from math import isinf
 from typing import Literal, Self
 
 import numpy as np
@@ -26,7 +27,11 @@ class FocusedCamera:
     micro_image_size: int
 
     def __post_init__(self) -> None:
-        """Check M."""
+        """Check M and the exit pupil."""
+        if self._pupil[0] == 0:
+            raise InputError(
+                "the exit pupil lies in the micro lenses at this focus", where=self.camera.name
+            )
         m = self.micro_image_size
         if isinstance(m, bool) or not isinstance(m, int) or m < 2:
             raise InputError(f"M = {m!r}", where="micro image", expected="an integer, 2 or more")
@@ -67,8 +72,25 @@ class FocusedCamera:
 
     @property
     def exit_pupil_mm(self) -> float:
-        """Distance d_A' from the micro lenses to the exit pupil; it moves with the lens."""
+        """Distance d_A' from the micro lenses to the exit pupil; it moves with the lens.
+
+        inf where the lens is telecentric on its image side, negative behind the micro lenses.
+        """
         return float(CONTEXT.add(exact(self.camera.main_lens.exit_pupil_mm), self.extension))
+
+    @property
+    def _pupil(self) -> tuple[Decimal, int]:
+        """x and w with d_A' = x / w, x not negative: w is 0 where d_A' is infinite."""
+        if isinf(self.camera.main_lens.exit_pupil_mm):
+            return Decimal(1), 0
+        pupil = CONTEXT.add(exact(self.camera.main_lens.exit_pupil_mm), self.extension)
+        return (pupil, 1) if pupil >= 0 else (-pupil, -1)
+
+    @property
+    def pupil_ratio(self) -> float:
+        """d_A' over what it is at infinity focus: 1 + e / d_A'."""
+        at_infinity = self.camera.main_lens.exit_pupil_mm
+        return 1.0 if isinf(at_infinity) else self.exit_pupil_mm / at_infinity
 
     @property
     def aperture_stop_mm(self) -> float | None:
@@ -163,4 +185,4 @@ class FocusedCamera:
         lens = self.camera.main_lens
         with localcontext(CONTEXT):
             f, pupil = exact(lens.focal_length_mm), exact(lens.exit_pupil_mm)
-            return f * (pupil - f) / pupil
+            return f - f * f / pupil

@@ -53,21 +53,22 @@ class RayModel(VirtualCameras):
     @cached_property
     def _lines(self) -> dict[int, tuple[Line, Line]]:
         """D and V of the near border (1), the plane (0) and the far border (-1)."""
-        # With w = a (M-1), multiplied by f_s d_A' so that no quotient is left:
+        # With w = a (M-1) and d_A' = x / y, multiplied by f_s x so that no quotient is left (y is 0
+        # where the pupil is at infinity, -1 where it lies behind the micro lenses):
         #
-        #     V = e ((M-1-k) p_p d_A' - w p_M f_s) + (w + k) p_M f_s d_A'
-        #     D = (b_U + H1H2) V + f_U (V + f_U ((M-1-k) p_p d_A' - w p_M f_s))
+        #     V = e ((M-1-k) p_p x - w p_M f_s y) + (w + k) p_M f_s x
+        #     D = (b_U + H1H2) V + f_U (V + f_U ((M-1-k) p_p x - w p_M f_s y))
         lens, array = self.camera.main_lens, self.camera.micro_lenses
         f, e = exact(lens.focal_length_mm), self.extension
         span = self.micro_image_size - 1
         lines = {}
         with localcontext(CONTEXT):
-            pupil = exact(lens.exit_pupil_mm) + e
+            pupil, weight = self._pupil
             pitch = exact(array.pitch_mm) * exact(array.focal_length_mm)
             pixels = exact(self.camera.sensor.pixel_pitch_mm) * pupil
             offset = f + e + exact(lens.principal_plane_separation_mm)
             for k in (1, 0, -1):
-                divergence = (span - k) * pixels, -span * pitch
+                divergence = (span - k) * pixels, -span * pitch * weight
                 vergence = (
                     e * divergence[0] + k * pitch * pupil,
                     e * divergence[1] + span * pitch * pupil,
@@ -179,8 +180,8 @@ class RayModel(VirtualCameras):
         """
         behind = (np.asarray(alpha, dtype=np.float64) - 1) * self.image_distance_mm
         with np.errstate(divide="ignore", over="ignore"):
-            share = 1 + self.exit_pupil_mm / behind
+            share = 1 / behind + 1 / self.exit_pupil_mm
         if np.isnan(behind).any() or (share == 0).any():
             raise InputError("no plane lies there", where="alpha", expected="another number")
         slope = self.camera.micro_lenses.pitch_mm / self.pixel_slope
-        return np.asarray(self.exit_pupil_mm / slope / share)
+        return np.asarray(1 / slope / share)

@@ -64,9 +64,11 @@ def plot_bench(model: RayModel, settings: Sequence[Fraction], path: Path) -> Non
     for index, a in enumerate(settings):
         _draw_rays(bench, model, float(a), _COLOURS[index % len(_COLOURS)], reach)
     top = max(abs(limit) for limit in bench.get_ylim())
-    marks = sorted(
-        ((0.0, "micro lenses"), (lens, "H2"), (front, "H1"), (model.exit_pupil_mm, "exit pupil"))
-    )
+    pupil = model.exit_pupil_mm
+    marks = [(0.0, "micro lenses"), (lens, "H2"), (front, "H1")]
+    # It may lie at infinity, or behind the micro lenses.
+    marks += [(pupil, "exit pupil")] if 0 < pupil < reach else []
+    marks.sort()
     for index, (place, name) in enumerate(marks):
         height = top * (1 - 0.25 * index)
         bench.axvline(place, color="0.6", linewidth=0.8, linestyle=":")

@@ -28,7 +28,7 @@ class VirtualCameras(FocusedCamera):
         `i`: views, counted from the central one. Result: A_i'' in mm, same shape.
         """
         lens = self.camera.main_lens
-        step = self.pixel_slope * lens.focal_length_mm * (self.exit_pupil_mm / lens.exit_pupil_mm)
+        step = self.pixel_slope * lens.focal_length_mm * self.pupil_ratio
         return -np.asarray(i, dtype=np.float64) * step
 
     def baseline(self, gap: npt.ArrayLike) -> Values:
@@ -93,9 +93,8 @@ class VirtualCameras(FocusedCamera):
     @property
     def _pixel_at_unit_distance(self) -> float:
         """Virtual pixel pitch p_N divided by the virtual image distance b_N (Eq. 3.57)."""
-        lens = self.camera.main_lens
-        ratio = lens.exit_pupil_mm / self.exit_pupil_mm
-        return self.camera.micro_lenses.pitch_mm * ratio / lens.focal_length_mm
+        pitch = self.camera.micro_lenses.pitch_mm
+        return pitch / self.pupil_ratio / self.camera.main_lens.focal_length_mm
 
     def depth(
         self,
