@@ -23,6 +23,7 @@ class BlockRam:
     widths: Mapping[int, int]  # bits of a word for each number of address bits
     units: int = 1  # of the blocks that the family's devices are counted in
     half: bool = False  # half a block
+    byte: int = 9  # bits that are written alone: a word takes a multiple of them
 
 
 @dataclass(frozen=True)
@@ -235,8 +236,8 @@ FAMILIES: dict[Family, Facts] = {
             {},
         ),
         block_rams=(
-            BlockRam(129, _widths(14, 1, 2, 5, 10, 20, 40)),
-            BlockRam(257, _widths(15, 1, 2, 5, 10, 20, 40, 80), units=2),
+            BlockRam(129, _widths(14, 1, 2, 5, 10, 20, 40), byte=1),
+            BlockRam(257, _widths(15, 1, 2, 5, 10, 20, 40, 80), units=2, byte=1),
         ),
         lut_ram=None,
         ports="-noiopad",

@@ -65,23 +65,14 @@ def test_every_device_has_all_that_a_plan_needs() -> None:
         assert bool(device.total.dsp) == bool(FAMILIES[device.family].multipliers)
 
 
-# Where Yosys packs several words of a GateMate's memory into one, and reads the small tables of
-# Cyclone V otherwise than its rules say: the most that an estimate is above, and below.
-BLOCKS_OFF = {"gatemate": (11, 0), "cyclonev": (1, 2)}
-# Of a product with a constant Yosys drops parts that are 0.
-MULTIPLIERS_OFF = {"series7": 1}
-
-
 @pytest.mark.parametrize("family", COUNTED)
 def test_estimates_of_a_family(family: str) -> None:
-    """Block RAM and multipliers are exact but for what stands above, the rest is within 15 %."""
+    """Block RAM and multipliers are exact, look-up tables and flip-flops within 15 %."""
     counts, cores = load_counts()[family], dict(counted_cores())
     assert set(counts) == set(cores)
     for name, counted in counts.items():
         usage = estimate(cores[name], family)  # type: ignore[arg-type]
-        above, below = BLOCKS_OFF.get(family, (0, 0))
-        assert -below <= usage.block_rams - counted.block_rams <= above, name
-        assert 0 <= usage.dsp - counted.dsp <= MULTIPLIERS_OFF.get(family, 0), name
+        assert (usage.block_rams, usage.dsp) == (counted.block_rams, counted.dsp), name
         assert usage.lut == pytest.approx(counted.lut, rel=0.15), name
         assert usage.flip_flops == pytest.approx(counted.flip_flops, rel=0.15), name
 

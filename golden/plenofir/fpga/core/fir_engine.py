@@ -175,8 +175,8 @@ class FirEngine(SliceEngine):
             if words.value:
                 yield Memory("stored products", words.value, words.data, lanes, rom=True)
             phase_bits = (raster.micro_image_size - 1).bit_length()
-            rows = (len(layout.shifts) - 1).bit_length() + phase_bits
-            yield Memory("switch tables", max(rows, 1), int(layout.switched.sum()), 1, rom=True)
+            rows = max((len(layout.shifts) - 1).bit_length(), 1) + max(phase_bits, 1)
+            yield Memory("switch tables", rows, int(layout.switched.sum()), 1, rom=True)
 
     def structure(self, raster: Raster) -> dict[str, int]:
         n = self.parallel_rows

@@ -59,7 +59,7 @@ def _usage_of(family: Family, words: int, width: int, rom: bool) -> Usage:
     else:
         # Flip-flops, which count nothing here: a cost of one for each bit.
         options.append((width * words, Usage()))
-    return min([*options, *_blocks(facts, words, width)], key=lambda option: option[0])[1]
+    return min([*options, *_blocks(facts, words, width, rom)], key=lambda option: option[0])[1]
 
 
 def _joined(banks: int, width: int) -> float:
@@ -67,12 +67,13 @@ def _joined(banks: int, width: int) -> float:
     return _MULTIPLEXER_COST * (banks - 1) * (width + 1)
 
 
-def _blocks(facts: Facts, words: int, width: int) -> Iterator[tuple[float, Usage]]:
-    """Block RAMs side by side, in one bank or several, each with its cost."""
+def _blocks(facts: Facts, words: int, width: int, rom: bool) -> Iterator[tuple[float, Usage]]:
+    """Block RAMs side by side, each with its cost; the words of all banks fill them together."""
     for kind in facts.block_rams:
         for bank_bits, bits in kind.widths.items():
             banks = -(-words >> bank_bits) or 1
-            count = banks * -(-width // bits)
+            byte = 1 if rom else min(kind.byte, bits)
+            count = -(-banks * (-(-width // byte) * byte) // bits)
             lut = (banks - 1) * width // 2
             units = count * kind.units
             usage = Usage(lut, ramb8=units) if kind.half else Usage(lut, ramb16=units)

@@ -192,6 +192,7 @@ class MovingSumEngine(SliceEngine):
             layout, words = self.layout(raster, number), raster.words(number)
             p, columns = self.pixels_per_clock, self._words(raster)
             width = p * raster.channels * words.data
+            table_bits = (_table_words(layout) - 1).bit_length()
             if number in self._column_stages(raster) and columns > 1:
                 banks, bank_words = _banks(layout, columns)
                 if sum(layout.ring_lines):
@@ -201,6 +202,8 @@ class MovingSumEngine(SliceEngine):
                     line_bits = (sum(layout.ring_lines) // banks).bit_length()
                     address_bits = (bank_words - 1).bit_length()
                     yield Memory("addresses of lines", line_bits, address_bits, 1 + banks, rom=True)
+                    phase_bits = max((raster.micro_image_size - 1).bit_length(), 1)
+                    yield Memory("phases", table_bits, phase_bits, 1, rom=True)
                 sum_bits = p * raster.channels * words.sum
                 for size in block_sizes(columns, sum_bits):
                     bits = (size - 1).bit_length()
@@ -215,10 +218,7 @@ class MovingSumEngine(SliceEngine):
                 yield Memory("pixels of a line", bits, width, 1 + layout.pixels_leave)
             if words.value:
                 yield Memory("stored products", words.value, words.data, raster.channels, rom=True)
-            bits = (_table_words(layout) - 1).bit_length()
-            phase_bits = max((raster.micro_image_size - 1).bit_length(), 1)
-            yield Memory("ages", bits, (layout.reach + 1).bit_length(), 1, rom=True)
-            yield Memory("phases", bits, phase_bits, 1, rom=True)
+            yield Memory("ages", table_bits, (layout.reach + 1).bit_length(), 1, rom=True)
 
     def structure(self, raster: Raster) -> dict[str, int]:
         names = ("core", "sum bits", "pixel bits", "control bits", "tables", "delays", "rings")

@@ -75,17 +75,21 @@ def multiplier_units(a: int, b: int, family: Family) -> int:
 def _units(a: int, b: int, rules: Sequence[Multiplier]) -> int:
     """The same for the rules from one on, as ``mul2dsp`` divides factors."""
     for number, rule in enumerate(rules):
-        least, most = rule.least, rule.most
-        fits = (a >= least[0] and b >= least[1]) or (a >= least[1] and b >= least[0])
-        if not fits or a + b < rule.product:
+        if a < rule.least[0] or b < rule.least[1] or a + b < rule.product:
             continue
         rest = rules[number:]
-        for side, other, limit in ((a, b, most[0]), (b, a, most[1])):
-            if side <= limit:
-                continue
-            part = (rule.part or limit) - rule.signed
-            count = ceil((side - limit) / part)
-            whole = rule.part or limit
-            return count * _units(whole, other, rest) + _units(side - count * part, other, rest)
+        if a > rule.most[0]:
+            count, part, last = _slices(a, rule.most[0], rule)
+            return count * _units(part, b, rest) + _units(last, b, rest)
+        if b > rule.most[1]:
+            count, part, last = _slices(b, rule.most[1], rule)
+            return count * _units(a, part, rest) + _units(a, last, rest)
         return rule.units
     return 0
+
+
+def _slices(bits: int, most: int, rule: Multiplier) -> tuple[int, int, int]:
+    """Slices that a factor is divided into, their bits, and the bits of the last one."""
+    part = rule.part or most
+    count = ceil((bits - most) / (part - rule.signed))
+    return count, part, bits - count * (part - rule.signed)
