@@ -12,8 +12,8 @@
 #   registers    installs what builds the register map's files (hdl-registers)
 #   tests        makes sure of what the tests want besides: other people's tools from the package index
 #                (scripts/requirements-tests.txt), a C++ compiler, Icarus Verilog, Debian's decoder of monitors'
-#                EDID (a second opinion on ours) and compiler of device trees, the GHDL that need not compile beside the fast one, and
-#                Chromium and Firefox for the tests of the viewer (400 and 300 MB; without them they are skipped)
+#                EDID (a second opinion on ours) and compiler of device trees, Tcl, the GHDL that need not compile beside the fast one,
+#                and Chromium and Firefox for the tests of the viewer (400 and 300 MB; without them they are skipped)
 #
 # Debian packages that are missing are installed as root or through sudo. What cannot be installed
 # is named in one line, with the command that would install it, and the exit code is 2.
@@ -114,6 +114,7 @@ setup_tests() {
     command -v iverilog >/dev/null 2>&1 || install_packages "Icarus Verilog" iverilog
     command -v edid-decode >/dev/null 2>&1 || install_packages "edid-decode" edid-decode
     command -v dtc >/dev/null 2>&1 || install_packages "The device tree compiler" device-tree-compiler
+    command -v tclsh >/dev/null 2>&1 || install_packages "Tcl, which vendors' scripts are in" tcl
     # A GHDL that is not Debian's is left alone.
     command -v ghdl-mcode >/dev/null 2>&1 || ! command -v ghdl-llvm >/dev/null 2>&1 ||
         install_packages "GHDL's back end mcode" ghdl-mcode

@@ -241,22 +241,29 @@ def project(
     tool: Annotated[
         str | None,
         typer.Option(
-            help="vivado, quartus, radiant, gowin or ise.", show_default="the tool of the device"
+            help="vivado, quartus, radiant, gowin or ise; ipxact: components for a catalog.",
+            show_default="the tool of the device",
         ),
     ] = None,
     device: Part = None,
     out: options.OutFolder = "build/project",
 ) -> None:
-    """Write a scene's core as a project for Vivado, Quartus, Radiant, Gowin EDA or ISE."""
+    """Write a scene's core as a project for a vendor's tool, or as components (IP-XACT)."""
     from plenofir.plan import load_scene, make_plan
+    from plenofir.plan.ip.files import write_components
     from plenofir.plan.project_files import tool_of, write_project
 
     planned = make_plan(load_scene(scene, device))
-    name, known = tool_of(planned, tool)
-    files = write_project(planned, name, Path(out))
-    print_line("project", f"{planned.scene} on the {planned.device.upper()}, for {known.title}")
+    if tool == "ipxact":
+        title = "a catalog of components"
+        files = write_components(planned, Path(out))
+    else:
+        name, known = tool_of(planned, tool)
+        title = known.title
+        files = write_project(planned, name, Path(out))
+    print_line("project", f"{planned.scene} on the {planned.device.upper()}, for {title}")
     print_line("files", f"{out}/: {', '.join(files)}")
-    print_line("note", f"never built by {known.title}; its README says what was checked")
+    print_line("note", "never built by a vendor's tool; the README says what was checked")
 
 
 @app.command()

@@ -74,7 +74,8 @@ assert set(TOOLS) == set(get_args(ToolName))
 def tool_of(plan: Plan, name: str | None) -> tuple[str, Tool]:
     """The tool for a plan's device; InputError if there is none, or it is another device's."""
     if name is not None and name not in TOOLS:
-        raise InputError(f"{name!r} is no tool; choose from {', '.join(TOOLS)}", where="tool")
+        known = ", ".join(TOOLS)
+        raise InputError(f"{name!r} is no tool; choose from {known}, ipxact", where="tool")
     device = DEVICES[plan.device]
     fitting = [tool for tool, known in TOOLS.items() if device.family in known.families]
     title = FAMILIES[device.family].title
@@ -93,6 +94,16 @@ def tool_of(plan: Plan, name: str | None) -> tuple[str, Tool]:
     return chosen, TOOLS[chosen]
 
 
+def refuse_board(plan: Plan) -> None:
+    """InputError for a scene of a whole board."""
+    if plan.path == "video":
+        raise InputError(
+            f"{plan.scene} is for a board; make bitstream builds it. For the core alone take "
+            "--device with another device",
+            where=plan.scene,
+        )
+
+
 def write_project(plan: Plan, name: str, out: Path) -> list[str]:
     """Write a project: its VHDL, constraints, and what the tool reads; all of it or nothing.
 
@@ -101,12 +112,7 @@ def write_project(plan: Plan, name: str, out: Path) -> list[str]:
     """
     if importlib.util.find_spec("edalize") is None:
         raise InputError("edalize is not installed; pip install 'plenofir[projects]'", where="tool")
-    if plan.path == "video":
-        raise InputError(
-            f"{plan.scene} is for a board; make bitstream builds it. For the core alone take "
-            "--device with another device",
-            where=plan.scene,
-        )
+    refuse_board(plan)
     from edalize.edatool import get_edatool
     from edalize.flows.gowin import Gowin
     from edalize.flows.vivado import Vivado

@@ -19,7 +19,8 @@ def _constant(name: str, value: int | bool | str) -> str:
     return f"  constant {name} : natural := {value};"
 
 
-def _sensor_generics(sensor: PlannedSensor) -> Generics:
+def sensor_generics(sensor: PlannedSensor) -> Generics:
+    """Generics of `sensor_raster`."""
     return {**sensor.core.generics(), "MOSAIC": sensor.mosaic is not None}
 
 
@@ -28,7 +29,7 @@ def package_text(plan: Plan) -> str:
     constants: Generics = {**plan.core.generics(), "COLUMNS": plan.columns, "ROWS": plan.rows}
     if plan.sensor is not None:
         sizes = {"COLUMNS": plan.sensor.columns, "ROWS": plan.sensor.rows}
-        own = {**_sensor_generics(plan.sensor), **sizes}
+        own = {**sensor_generics(plan.sensor), **sizes}
         constants.update({f"{_SENSOR}{name}": value for name, value in own.items()})
     lines = [_constant(name, value) for name, value in constants.items()]
     a = " ".join(part.a for part in plan.slices)
@@ -119,7 +120,7 @@ def _size(name: str, value: str) -> list[str]:
 
 
 def _sensor_instance(sensor: PlannedSensor) -> list[str]:
-    generics = [f"      {name} => {_SENSOR}{name}" for name in _sensor_generics(sensor)]
+    generics = [f"      {name} => {_SENSOR}{name}" for name in sensor_generics(sensor)]
     row, column = (0, 0) if sensor.mosaic is None else red_place(sensor.mosaic)
     source = "raw" if sensor.calibrated else "s_axis"
     return [

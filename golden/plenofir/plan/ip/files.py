@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The folder of a scene's components: VHDL, IP-XACT, and for Xilinx parts Vivado's Tcl."""
+
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from plenofir import __version__
+from plenofir.fpga import hdl
+from plenofir.fpga.devices import DEVICES
+from plenofir.ground.files import publish_files
+from plenofir.plan.configure import configure, needed_sources
+from plenofir.plan.ip.block_design import camera_design, memory_design
+from plenofir.plan.ip.components import Component, components, entity_text
+from plenofir.plan.ip.ipxact import component_xml
+from plenofir.plan.ip.vivado import package_script
+from plenofir.plan.planned import Plan
+from plenofir.plan.project_files import refuse_board
+from plenofir.plan.scene_top import TOP
+
+
+def write_components(plan: Plan, out: Path) -> list[str]:
+    """Write the components of a scene, all or nothing; returns the files' names, VHDL left out."""
+    refuse_board(plan)
+    found, device = components(plan), DEVICES[plan.device]
+    with TemporaryDirectory(prefix="plenofir-") as work, TemporaryDirectory() as configured:
+        folder = Path(work)
+        files: dict[str, list[str]] = {}
+        for component in found:
+            text = entity_text(component)
+            if component.core == TOP:
+                sources = configure(plan, Path(configured))
+            else:
+                sources = needed_sources(text, component.entity, hdl.all_sources())
+            for source in sources:
+                shutil.copy(source, folder / source.name)
+            (folder / f"{component.entity}.vhd").write_text(text)
+            names = [*(source.name for source in sources), f"{component.entity}.vhd"]
+            files[component.name] = names
+            xml = component_xml(component, __version__, names)
+            (folder / f"{component.name}.xml").write_text(xml)
+        scripts: dict[str, str | None] = {}
+        if device.family == "series7":
+            scripts["package_ip.tcl"] = package_script(found, files, device.part, __version__)
+        if device.name.startswith("xc7z"):
+            by_name = {component.name: component for component in found}
+            scripts["block_design_memory.tcl"] = memory_design(plan, by_name, device.part)
+            scripts["block_design_camera.tcl"] = camera_design(plan, by_name, device.part)
+        for name, script in scripts.items():
+            if script is not None:
+                (folder / name).write_text(script)
+        (folder / "README").write_text(_readme(plan, found, scripts))
+        publish_files(folder, out)
+        return sorted(path.name for path in folder.iterdir() if path.suffix != ".vhd")
+
+
+def _readme(plan: Plan, found: Sequence[Component], scripts: Mapping[str, str | None]) -> str:
+    """What the folder is, for who opens it."""
+    listed = "".join(f"  {c.name}.xml: {c.title} (entity {c.entity})\n" for c in found)
+    text = (
+        f"The cores of {plan.scene} as components, IP-XACT of IEEE 1685-2014.\n\n{listed}\n"
+        "Ports have fixed widths, those of the scene; the generics of the core inside are listed\n"
+        "as parameters. Another size or another set of slices is another scene. Bus definitions\n"
+        "are those of Vivado's catalog: axis, aximm (AXI4-Lite), clock, reset (active high),\n"
+        "interrupt.\n\n"
+        "Checked: the XML by the schema of the standard, the ports by elaboration in GHDL.\n"
+    )
+    if "package_ip.tcl" not in scripts:
+        return f"{text}Vivado's scripts come with a device of the 7 series.\n"
+    text += (
+        "\nVivado reads IP-XACT of 2009 with additions of its own, so it packages by itself:\n"
+        "  vivado -mode batch -source package_ip.tcl\n"
+    )
+    if "block_design_memory.tcl" not in scripts:
+        return f"{text}Block designs come with a Zynq, such as --device xc7z020.\n"
+    text += "and then makes a block design, whose first lines say what it is:\n"
+    text += "".join(
+        f"  vivado -source {name}\n"
+        for name, script in scripts.items()
+        if script is not None and name.startswith("block")
+    )
+    return f"{text}None of the scripts was ever run in Vivado.\n"
