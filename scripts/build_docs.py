@@ -24,6 +24,7 @@ from plenofir.refocus import Arithmetic, ExactArithmetic, StoredProductArithmeti
 from plenofir.view import export, light_field_page
 from plenofir_studies import many_pixels, thesis_benchmark
 from plenofir_studies.errata import page_lines
+from plenofir_studies.ray_stability import all_outcomes, summary
 from plenofir_studies.ray_validation import rounding_sentences
 from resource_tables import (
     board_builds,
@@ -132,9 +133,10 @@ def benchmark_and_errata(text: str) -> str:
     return between_marks(text, "errata", "\n".join(page_lines()))
 
 
-def digits(text: str) -> str:
-    """Say in a page which printed digits of the thesis the ray model gives."""
-    return between_marks(text, "digits", rounding_sentences())
+def ray_model(text: str) -> str:
+    """Printed digits of the thesis that the ray model gives, and its errors in extreme cases."""
+    text = between_marks(text, "digits", rounding_sentences())
+    return between_marks(text, "stability", "\n".join(summary(all_outcomes())))
 
 
 def committed_pages() -> dict[Path, str]:
@@ -142,7 +144,7 @@ def committed_pages() -> dict[Path, str]:
     written = {
         DOCS / "boards.md": lambda text: board_builds(status_table(text)),
         DOCS / "thesis.md": benchmark_and_errata,
-        DOCS / "ray-model.md": digits,
+        DOCS / "ray-model.md": ray_model,
         DOCS / "golden-model.md": error_bounds,
         DOCS / "moving-sum.md": moving_sum_tables,
         DOCS / "fir-array.md": clock_table,

@@ -5,7 +5,7 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf, isinf
+from math import inf
 from pathlib import Path
 
 import matplotlib
@@ -35,17 +35,20 @@ from plenofir_studies.ray_pictures import (
     distances_picture,
     meetings_picture,
 )
-from plenofir_studies.ray_stability import CASES, Outcome, _error, oracle_distance, oracle_extension
+from plenofir_studies.ray_stability import (
+    Outcome,
+    _error,
+    all_outcomes,
+    magnitude,
+    oracle_distance,
+    oracle_extension,
+)
 from plenofir_studies.ray_validation import Check, all_checks, rounding_sentences
 from plenofir_studies.report_parts import Report
 from plenofir_studies.thesis_tables import load_table
 
 NamedProgress = Callable[[str, int, int], None]
 _FLOOR = 1e-17
-
-
-def _magnitude(error: float) -> str:
-    return "no number" if isinf(error) else f"{error:.1e}"
 
 
 def _validation(report: Report, checks: list[Check]) -> None:
@@ -167,10 +170,10 @@ def _stability(report: Report, outcomes: list[Outcome]) -> None:
     rows = []
     for group in groups:
         members = [outcome for outcome in outcomes if outcome.group == group]
-        row = [group, str(len(members)), _magnitude(max(o.error for o in members))]
+        row = [group, str(len(members)), magnitude(max(o.error for o in members))]
         for way in ways:
             errors = [o.naive[way] for o in members if way in o.naive]
-            row.append(_magnitude(max(errors)) if errors else "")
+            row.append(magnitude(max(errors)) if errors else "")
         rows.append(row)
 
     figure, axes = plt.subplots(figsize=(9, 5), dpi=110, constrained_layout=True)
@@ -196,8 +199,8 @@ def _stability(report: Report, outcomes: list[Outcome]) -> None:
             o.case,
             "none" if o.want is None else f"{o.want:.10g}",
             o.state,
-            _magnitude(o.error),
-            *(_magnitude(o.naive[way]) if way in o.naive else "" for way in ways),
+            magnitude(o.error),
+            *(magnitude(o.naive[way]) if way in o.naive else "" for way in ways),
         ]
         for o in outcomes
     ]
@@ -307,7 +310,7 @@ def write_report(folder: Path, progress: NamedProgress | None = None) -> Path:
         "the thesis's predictions": lambda: _validation(report, all_checks()),
         "real rays": lambda: _real_rays(report),
         "virtual cameras": lambda: _virtual_cameras(report),
-        "numerical stability": lambda: _stability(report, [o for c in CASES for o in c()]),
+        "numerical stability": lambda: _stability(report, all_outcomes()),
         "error against run time": lambda: _run_time(report, error_against_run_time()),
     }
     for done, (name, step) in enumerate(steps.items()):

@@ -5,15 +5,18 @@ The oracle evaluates the definitions to 700 digits (mpmath): two rays, their int
 equation. It shares no formula with `RayModel`.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from math import inf, isnan
+from decimal import localcontext
+from math import inf, isinf, isnan
 from typing import Any
 
+import numpy as np
 from mpmath import mp, mpf
 
 from plenofir.camera.optics.dispersion import MICRO_LENS_SELLMEIER, naive_sellmeier_index
 from plenofir.camera.optics.micro_lens import plano_convex
+from plenofir.camera.rays import condition_numbers
 from plenofir.camera.rays.camera import Camera, MainLens, MicroLensArray, Sensor, load_camera
 from plenofir.camera.rays.distances import State
 from plenofir.camera.rays.intersections import (
@@ -21,9 +24,12 @@ from plenofir.camera.rays.intersections import (
     iterated_image_distance,
     object_side_distance,
 )
-from plenofir.camera.rays.model import RayModel
+from plenofir.camera.rays.model import Border, RayModel, plane_coefficients
+from plenofir.camera.rays.precise import CONTEXT
+from plenofir_studies.report_parts import table
 
 DIGITS = 700
+BORDERS: dict[int, Border] = {0: "centre", 1: "near", -1: "far"}
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,8 @@ class Outcome:
     error: float  # relative error of the model; 0 where both say that there is no number
     # relative errors of the text's formulas, by name; inf where they give no number
     naive: dict[str, float]
+    # of the plane's distance with regard to all inputs; None where the case is another number
+    condition: float | None = None
 
 
 def oracle_extension(f: float, separation: float, focus: float) -> Any:
@@ -107,8 +115,27 @@ def _plane(
     naive = {
         "image side": _error(float(image_side_distance(model, a, border)), want),
         "object side": _error(float(object_side_distance(model, a, border)), want),
+        "closed form, 32 bit": _error(_in_single_precision(model, a, border), want),
     }
-    return Outcome(group, case, None if want is None else float(want), state.value, error, naive)
+    condition = condition_numbers(model, a, BORDERS[border])["all"]
+    number = None if want is None else float(want)
+    return Outcome(group, case, number, state.value, error, naive, condition)
+
+
+def _in_single_precision(model: RayModel, a: float, border: int) -> float:
+    """The closed form with coefficients, setting and sums of 32 bits."""
+    with localcontext(CONTEXT):
+        both = plane_coefficients(
+            model.lengths, model.pupil_weight, model.micro_image_size, BORDERS[border]
+        )
+        largest = max(abs(c) for pair in both for c in pair)
+    setting = np.float32(a)
+    with np.errstate(all="ignore"):
+        top, bottom = (
+            np.float32(float(pair[0] / largest)) + np.float32(float(pair[1] / largest)) * setting
+            for pair in both
+        )
+        return float(top / bottom)
 
 
 MICROSCOPE = Camera(
@@ -140,8 +167,7 @@ def plane_cases() -> Iterator[Outcome]:
 
     focused = RayModel.focused(camera, 1500.0, 13)
     for border, name in ((0, "plane"), (1, "near border"), (-1, "far border")):
-        kind = {0: "centre", 1: "near", -1: "far"}[border]
-        limit = float(focused.focus_setting(inf, kind))  # type: ignore[arg-type]
+        limit = float(focused.focus_setting(inf, BORDERS[border]))
         for power in (-2, -5, -8, -11, -14):
             for sign in (1, -1):
                 a = limit * (1 + sign * 10.0**power)
@@ -162,6 +188,16 @@ def plane_cases() -> Iterator[Outcome]:
             for a in (0.0, 1.0, 1.0 / size, -1.0 / size):
                 case = f"M = {size}, {name}, a = {a:.3g}"
                 yield _plane("small and large M", case, model, a, border=border)
+    for pupil, name in ((inf, "telecentric"), (1e12, "1e12 mm away"), (-50.0, "behind the sensor")):
+        lens = camera.main_lens.model_copy(update={"exit_pupil_mm": pupil})
+        model = RayModel.focused(camera.model_copy(update={"main_lens": lens}), 1500.0, 13)
+        for a in (-0.5, 1e-9, 1.0, 30.0):
+            yield _plane("pupils far away and behind", f"{name}, a = {a:g}", model, a, focus=1500.0)
+    for f in (1e-6, 1e12):
+        lens = camera.main_lens.model_copy(update={"focal_length_mm": f, "exit_pupil_mm": f})
+        model = RayModel.focused(camera.model_copy(update={"main_lens": lens}), inf, 13)
+        for a in (-1.0, 1e-6, 1.0, 1e6):
+            yield _plane("f_U of 1e-6 and 1e12 mm", f"f_U = {f:g}, a = {a:g}", model, a)
     for odd, focuses in ((MICROSCOPE, (inf, 25.0, 14.6)), (TELESCOPE, (inf, 1e9, 1e6, 32100.0))):
         for focus in focuses:
             model = RayModel.focused(odd, focus, 11)
@@ -268,3 +304,35 @@ CASES: tuple[Callable[[], Iterator[Outcome]], ...] = (
     view_cases,
     optics_cases,
 )
+
+
+def magnitude(error: float) -> str:
+    """Format a relative error."""
+    if isinf(error):
+        return "no number"
+    return "< 1e-15" if error < 1e-15 else f"{error:.1e}"
+
+
+def summary(outcomes: Sequence[Outcome]) -> list[str]:
+    """Markdown table: the worst of each group, by formula, beside what rounded inputs do alone."""
+    ways = list(dict.fromkeys(way for outcome in outcomes for way in outcome.naive))
+    rows = []
+    for group in dict.fromkeys(o.group for o in outcomes if o.naive):
+        members = [o for o in outcomes if o.group == group]
+        conditions = [o.condition for o in members if o.condition is not None]
+        finite = [c for c in conditions if not isinf(c)]
+        row = [group, str(len(members)), f"{max(finite):.1e}" if finite else ""]
+        cost = max(finite, default=0.0) * 2.0**-53
+        row.append("" if not finite else "all digits" if cost >= 1 else magnitude(cost))
+        row.append(magnitude(max(o.error for o in members)))
+        for way in ways:
+            errors = [o.naive[way] for o in members if way in o.naive]
+            row.append(magnitude(max(errors)) if errors else "")
+        rows.append(row)
+    heads = ["cases", "", "condition", "inputs rounded", "plenofir", *ways]
+    return table(heads, rows)[:-1]
+
+
+def all_outcomes() -> list[Outcome]:
+    """All cases."""
+    return [outcome for cases in CASES for outcome in cases()]

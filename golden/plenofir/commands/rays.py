@@ -85,9 +85,15 @@ def distance(
     plot: Annotated[
         Path | None, typer.Option("--plot", help="Draw the optical bench into this PNG.")
     ] = None,
+    verbose: Annotated[
+        bool,
+        typer.Option(
+            "--verbose", help="How many times an error of each of the camera's data counts, too."
+        ),
+    ] = False,
 ) -> None:
     """Distance and depth of field of refocused planes."""
-    from plenofir.camera.rays import diffraction_note, rayleigh_limit
+    from plenofir.camera.rays import condition_numbers, diffraction_note, rayleigh_limit
 
     model = _model(camera, focus, micro_image)
     settings = options.focus_settings(a, model.micro_image_size, rounded=False)
@@ -110,6 +116,10 @@ def distance(
                 "near_state": near.state().value,
                 "far_state": far.state().value,
                 "alpha": options.finite(float(model.alpha(float(setting)))),
+                "condition": {
+                    name: options.finite(number)
+                    for name, number in condition_numbers(model, setting).items()
+                },
             }
             for setting, near, centre, far in rows
         ]
@@ -127,6 +137,15 @@ def distance(
         [[str(s), _cell(near), _cell(centre), _cell(far)] for s, near, centre, far in rows],
         title=_title(model),
     )
+    if verbose:
+        numbers = {str(s): condition_numbers(model, s) for s in settings}
+        heads = ["a", *next(iter(numbers.values()))]
+        print_table(
+            heads,
+            [[a, *(f"{n:.3g}" for n in found.values())] for a, found in numbers.items()],
+            title="times that a relative error of each input counts in the distance",
+            width=100,
+        )
     _note(diffraction_note(model.camera))
 
 

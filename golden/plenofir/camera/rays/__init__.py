@@ -12,6 +12,7 @@ from plenofir.camera.rays.camera import (
     camera_names,
     load_camera,
 )
+from plenofir.camera.rays.condition import condition_numbers
 from plenofir.camera.rays.cover import Cover, Slice, covering_slices, depth_of_field, gaps_between
 from plenofir.camera.rays.diffraction import (
     abbe_limit,
@@ -48,6 +49,7 @@ __all__ = [
     "abbe_limit",
     "airy_radius",
     "camera_names",
+    "condition_numbers",
     "covering_slices",
     "depth_of_field",
     "diffraction_note",

@@ -115,8 +115,8 @@ class Camera(_Part):
         if "exit_pupil_mm" in self.main_lens.model_fields_set:
             return ""
         return (
-            f"{self.name} has no main_lens.exit_pupil_mm: a thin lens is assumed, whose pupil is the "
-            "lens itself"
+            f"{self.name} has no main_lens.exit_pupil_mm: a thin lens is assumed, whose pupil is "
+            "the lens itself"
         )
 
     def reversed(self) -> "Camera":

@@ -80,7 +80,7 @@ class FocusedCamera:
 
     @property
     def _pupil(self) -> tuple[Decimal, int]:
-        """x and w with d_A' = x / w, x not negative: w is 0 where d_A' is infinite."""
+        """X and w with d_A' = x / w, x not negative: w is 0 where d_A' is infinite."""
         if isinf(self.camera.main_lens.exit_pupil_mm):
             return Decimal(1), 0
         pupil = CONTEXT.add(exact(self.camera.main_lens.exit_pupil_mm), self.extension)

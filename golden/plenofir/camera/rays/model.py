@@ -20,8 +20,9 @@ from the micro lenses. As a function of a this is a quotient of two linear funct
 d = D(a) / V(a), without any intermediate infinity. V, the vergence, vanishes at infinity.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from decimal import localcontext
+from decimal import Decimal, localcontext
 from functools import cached_property
 from math import inf
 from typing import Literal
@@ -34,10 +35,44 @@ from plenofir.camera.rays.precise import CONTEXT, Line, Values, exact, split
 from plenofir.camera.rays.virtual import VirtualCameras
 from plenofir.ground.errors import InputError
 
+Border = Literal["centre", "near", "far"]
+"""The plane itself, or a border of its depth of field."""
+# With their k.
+_BORDERS: Mapping[Border, int] = {"centre": 0, "near": 1, "far": -1}
 # Beyond this the products of the coefficients would overflow.
 _LARGEST_A = 1e100
 # Planes are evaluated in blocks that stay in the processor's cache.
 _BLOCK = 8192
+
+
+Coefficients = tuple[Decimal, Decimal]
+"""c0 and c1 of c0 + c1 a."""
+
+
+def plane_coefficients(
+    lengths: Mapping[str, Decimal], pupil_weight: int, micro_image_size: int, border: Border
+) -> tuple[Coefficients, Coefficients]:
+    """D and V, whose quotient is the distance of plane a, as linear functions of a.
+
+    `lengths`: f_U, e, H1H2, f_s, p_M, p_p and d_A' in mm; the pupil lies at d_A' over
+    `pupil_weight` (0 where it is at infinity, -1 where it lies behind the micro lenses). Computed
+    in the decimal context in force.
+    """
+    # With w = a (M-1) and d_A' = x / y, multiplied by f_s x so that no quotient is left:
+    #
+    #     V = e ((M-1-k) p_p x - w p_M f_s y) + (w + k) p_M f_s x
+    #     D = (b_U + H1H2) V + f_U (V + f_U ((M-1-k) p_p x - w p_M f_s y))
+    span, k = micro_image_size - 1, _BORDERS[border]
+    f, e, pupil = lengths["f_U"], lengths["e"], lengths["d_A'"]
+    pitch = lengths["p_M"] * lengths["f_s"]
+    offset = f + e + lengths["H1H2"]
+    divergence = (span - k) * lengths["p_p"] * pupil, -span * pitch * pupil_weight
+    vergence = (
+        e * divergence[0] + k * pitch * pupil,
+        e * divergence[1] + span * pitch * pupil,
+    )
+    first, second = (offset * vergence[n] + f * (vergence[n] + f * divergence[n]) for n in (0, 1))
+    return (first, second), vergence
 
 
 @dataclass(frozen=True)
@@ -50,42 +85,44 @@ class RayModel(VirtualCameras):
     `InputError` if M is not possible.
     """
 
+    @property
+    def lengths(self) -> dict[str, Decimal]:
+        """The camera's lengths in mm as `plane_coefficients` takes them."""
+        camera = self.camera
+        named = {
+            "f_U": camera.main_lens.focal_length_mm,
+            "H1H2": camera.main_lens.principal_plane_separation_mm,
+            "f_s": camera.micro_lenses.focal_length_mm,
+            "p_M": camera.micro_lenses.pitch_mm,
+            "p_p": camera.sensor.pixel_pitch_mm,
+        }
+        exacts = {name: exact(value) for name, value in named.items()}
+        return {**exacts, "e": self.extension, "d_A'": self._pupil[0]}
+
+    @property
+    def pupil_weight(self) -> int:
+        """Y of d_A' = x / y: 1, 0 for a pupil at infinity, -1 behind the micro lenses."""
+        return self._pupil[1]
+
     @cached_property
-    def _lines(self) -> dict[int, tuple[Line, Line]]:
-        """D and V of the near border (1), the plane (0) and the far border (-1)."""
-        # With w = a (M-1) and d_A' = x / y, multiplied by f_s x so that no quotient is left (y is 0
-        # where the pupil is at infinity, -1 where it lies behind the micro lenses):
-        #
-        #     V = e ((M-1-k) p_p x - w p_M f_s y) + (w + k) p_M f_s x
-        #     D = (b_U + H1H2) V + f_U (V + f_U ((M-1-k) p_p x - w p_M f_s y))
-        lens, array = self.camera.main_lens, self.camera.micro_lenses
-        f, e = exact(lens.focal_length_mm), self.extension
-        span = self.micro_image_size - 1
+    def _lines(self) -> dict[Border, tuple[Line, Line]]:
+        """D and V of the plane and of the borders of its depth of field."""
         lines = {}
         with localcontext(CONTEXT):
-            pupil, weight = self._pupil
-            pitch = exact(array.pitch_mm) * exact(array.focal_length_mm)
-            pixels = exact(self.camera.sensor.pixel_pitch_mm) * pupil
-            offset = f + e + exact(lens.principal_plane_separation_mm)
-            for k in (1, 0, -1):
-                divergence = (span - k) * pixels, -span * pitch * weight
-                vergence = (
-                    e * divergence[0] + k * pitch * pupil,
-                    e * divergence[1] + span * pitch * pupil,
+            for border in _BORDERS:
+                both = plane_coefficients(
+                    self.lengths, self.pupil_weight, self.micro_image_size, border
                 )
-                distance = (
-                    offset * vergence[n] + f * (vergence[n] + f * divergence[n]) for n in (0, 1)
-                )
-                lines[k] = (Line.of(*distance), Line.of(*vergence))
+                lines[border] = Line.of(*both[0]), Line.of(*both[1])
         return lines
 
-    def _distances(self, a: npt.ArrayLike, k: int) -> Distances:
+    def _distances(self, a: npt.ArrayLike, border: Border) -> Distances:
         values = np.asarray(a, dtype=np.float64)
         if not (np.abs(values) <= _LARGEST_A).all():
             raise InputError(
                 "not finite, or too large", where="a", expected=f"numbers up to {_LARGEST_A:g}"
             )
-        top, bottom = self._lines[k]
+        top, bottom = self._lines[border]
         lens = self.camera.main_lens
         # Nothing can be placed nearer than the front vertex or, if that is not known, than the
         # object-side principal plane.
@@ -118,15 +155,15 @@ class RayModel(VirtualCameras):
 
         `a`: focus settings, any shape. Result: same shape.
         """
-        return self._distances(a, 0)
+        return self._distances(a, "centre")
 
     def near_border(self, a: npt.ArrayLike) -> Distances:
         """Near borders of the depths of field (Eqs. 3.36-3.43, inner rays), as `distance`."""
-        return self._distances(a, 1)
+        return self._distances(a, "near")
 
     def far_border(self, a: npt.ArrayLike) -> Distances:
         """Far borders of the depths of field (Eqs. 3.36-3.43, outer rays), as `distance`."""
-        return self._distances(a, -1)
+        return self._distances(a, "far")
 
     def planes(self, a: npt.ArrayLike) -> Planes:
         """Refocused planes with their depths of field.
@@ -134,18 +171,16 @@ class RayModel(VirtualCameras):
         `a`: focus settings, any shape. Result: same shape.
         """
         values = np.asarray(a, dtype=np.float64)
-        return Planes(values, *(self._distances(values, k) for k in (0, 1, -1)))
+        return Planes(values, *(self._distances(values, border) for border in _BORDERS))
 
-    def focus_setting(
-        self, distance_mm: npt.ArrayLike, border: Literal["centre", "near", "far"] = "centre"
-    ) -> Values:
+    def focus_setting(self, distance_mm: npt.ArrayLike, border: Border = "centre") -> Values:
         """Focus setting a of the plane at a distance: the inverse of `distance`.
 
         `distance_mm`: distances from the micro lenses, any shape; inf is allowed. `border`: which
         of a plane's distances is meant: its own, or a border of its depth of field. Result: a, same
         shape.
         """
-        top, bottom = self._lines[{"centre": 0, "near": 1, "far": -1}[border]]
+        top, bottom = self._lines[border]
         distance = np.asarray(distance_mm, dtype=np.float64)
         if np.isnan(distance).any() or (distance == -inf).any():
             raise InputError("not a distance", where="distance", expected="numbers of mm, or inf")

@@ -16,6 +16,7 @@ from plenofir.camera.rays import (
     abbe_limit,
     airy_radius,
     camera_names,
+    condition_numbers,
     covering_slices,
     depth_of_field,
     diffraction_note,
@@ -373,3 +374,64 @@ def test_a_camera_that_contradicts_m():
         "pixels, as decode crops them"
     )
     assert notes[15].endswith("have 13.9 pixels, not 15; distances are wrong")
+
+
+@pytest.mark.parametrize("pupil", [111.0324, inf, -300.0])
+@pytest.mark.parametrize("focus", [inf, 3000.0])
+@pytest.mark.parametrize("border", ["centre", "near", "far"])
+def test_condition_numbers_are_what_errors_of_the_data_do(pupil, focus, border):
+    lens = F193.main_lens.model_copy(update={"exit_pupil_mm": pupil})
+    camera = F193.model_copy(update={"main_lens": lens})
+    step = 1e-6
+
+    def distance(part, field, extension, a, off):
+        data = getattr(camera, part)
+        update = {field: getattr(data, field) * (1 + off)} if field else {}
+        changed = camera.model_copy(update={part: data.model_copy(update=update)})
+        way = {"centre": "distance", "near": "near_border", "far": "far_border"}[border]
+        return float(getattr(RayModel(changed, extension, 13), way)(a * (1 + off * (not field))).mm)
+
+    m = RayModel.focused(camera, focus, 13)
+    for a in (0.3, 1.0, 2.5):
+        found = condition_numbers(m, a, border)
+        for name, part, field in (
+            ("a", "sensor", ""),
+            ("p_p", "sensor", "pixel_pitch_mm"),
+            ("p_M", "micro_lenses", "pitch_mm"),
+            ("f_s", "micro_lenses", "focal_length_mm"),
+            ("H1H2", "main_lens", "principal_plane_separation_mm"),
+            # At infinity focus e is 0; else a longer lens takes its pupil along.
+            ("f_U", "main_lens", "focal_length_mm"),
+        ):
+            low, high = (distance(part, field, m.extension, a, off) for off in (-step, step))
+            middle = distance(part, field, m.extension, a, 0.0)
+            assert found[name] == pytest.approx(abs(high - low) / (2 * step * middle), rel=1e-4)
+        moved = [
+            distance("sensor", "pixel_pitch_mm", m.extension + Decimal(off), a, 0.0)
+            for off in (-1e-4, 1e-4)
+        ]
+        share = 2e-4 / m.image_distance_mm * float(distance("sensor", "", m.extension, a, 0.0))
+        assert found["b_U"] == pytest.approx(abs(moved[1] - moved[0]) / share, rel=1e-4)
+        assert found["all"] == pytest.approx(sum(v for k, v in found.items() if k != "all"))
+
+
+def test_planes_at_infinity_have_no_finite_condition():
+    assert condition_numbers(model(inf), 0)["all"] == inf
+    # Next to it the place of the main lens counts most: 1 / a.
+    near = condition_numbers(model(inf), 1e-9)
+    assert near["b_U"] == max(v for k, v in near.items() if k != "all") > 1e9
+
+
+# Mutants that only these notice.
+
+
+@pytest.mark.parametrize(("pixels", "m"), [(13.9, 13), (13.0, 13), (12.99, 11), (1.2, 1), (4, 3)])
+def test_micro_image_size_is_the_largest_odd_number(pixels, m):
+    sensor = F193.sensor.model_copy(update={"pixel_pitch_mm": F193.micro_lenses.pitch_mm / pixels})
+    assert F193.model_copy(update={"sensor": sensor}).micro_image_size == m
+
+
+def test_diffraction_note_names_its_numbers():
+    note = diffraction_note(F193)
+    for text in ("pixels of 9 um", "(14.8 um at 550 nm)"):
+        assert text in note

@@ -109,7 +109,7 @@ def test_pupils_at_infinity_and_behind_the_sensor(
     front_focus = points.focal_length_mm - points.front_principal_plane_mm
     lines = []
     for line in (DATA / "lenses" / "f100.csv").read_text().splitlines()[1:]:
-        radius, thickness, material, *rest = line.split(";")
+        radius, thickness, material, *_ = line.split(";")
         if not radius and material == "air":
             # The lens's own stop is air.
             before = lines[-1].split(";")
@@ -125,7 +125,7 @@ def test_pupils_at_infinity_and_behind_the_sensor(
     assert lens.focal_length_mm == pytest.approx(points.focal_length_mm)
     # Newton's equation: the pupils' distances from the focal points multiply to f_U^2.
     if sign:
-        wanted = -lens.focal_length_mm**2 / outside_mm
+        wanted = -(lens.focal_length_mm**2) / outside_mm
         assert lens.exit_pupil_mm == pytest.approx(wanted, rel=1e-9)
     else:
         assert lens.exit_pupil_mm == np.inf
