@@ -7,8 +7,8 @@ figures synthesises the designs of plenofir.plan.figures for Spartan-6 (JOBS at 
   them in data/figures.json; names of designs, all if there are none.
 compare synthesises and places the cells of the comparison of both engines that data/comparison.json
   lacks; parts of their names; --again measures anew.
-devices places the cores of the shipped scenes on the devices of
-  plenofir.fpga.synthesis.placers that data/placed_cores.json lacks; names of devices: anew.
+devices places the cores of the shipped scenes on the devices of plenofir.fpga.synthesis.placers
+  that data/placed_cores.json lacks; names of devices, or DEVICE:SCENE: anew.
 families counts the cores of plenofir.fpga.synthesis.counts for the families of other vendors that
   data/families.json lacks; names of families.
 place places for ECP5, or for the device that is named behind a scene. A scene: its clock and
@@ -179,8 +179,8 @@ def devices(names: Sequence[str]) -> None:
     for name in PLACERS:
         device = DEVICES[name]
         for design in core_designs():
-            known = load_placed_cores()
-            named = name in names
+            known, scene = load_placed_cores(), design.name.removesuffix(" core")
+            named = bool({name, f"{name}:{scene}"} & set(names))
             if (names and not named) or (design.name in known.get(name, {}) and not named):
                 continue
             if device.overflow(estimate(design.core, device.family)):

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from plenofir.fpga.hdl_text import declarations
 from plenofir.fpga.tools.simulators import find_simulator
 from plenofir.ground.errors import InputError
 from plenofir.plan import load_scene, make_plan
-from plenofir.plan.project_files import TOOLS, tool_of, write_project
+from plenofir.plan.project_files import PARALLEL, TOOLS, tool_of, write_project
 
 DEVICES = {
     "vivado": "xc7z020",
@@ -23,17 +24,19 @@ DEVICES = {
 
 
 @pytest.mark.parametrize("name", list(TOOLS))
-def test_a_project_analyses(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("parallel", [False, True])
+def test_a_project_analyses(name: str, parallel: bool, tmp_path: Path) -> None:
     plan = make_plan(load_scene("grey-microscope", DEVICES[name]))
     assert tool_of(plan, None)[0] == name
-    folder = tmp_path / "project"
-    files = write_project(plan, name, folder)
+    folder, top = tmp_path / "project", PARALLEL if parallel else "scene_top"
+    files = write_project(plan, name, folder, parallel=parallel)
     assert all((folder / file).is_file() for file in files)
     # The order in the tool's own project file.
     texts = [p.read_text() for p in sorted(folder.iterdir()) if p.suffix == ".tcl"]
     project = next(text for text in texts if "math_pkg.vhd" in text)
     order = re.findall(r"([\w/]+\.vhd)", project)
     assert sorted(order) == sorted(path.name for path in folder.glob("*.vhd"))
+    assert order[-1] == f"{top}.vhd"
     simulator = find_simulator("ghdl", brief=True)
     done = subprocess.run(
         ["ghdl", "-a", "--std=93", f"--workdir={tmp_path}", *order],
@@ -45,12 +48,29 @@ def test_a_project_analyses(name: str, tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     ending = TOOLS[name].constraints[0]
-    constraint = (folder / f"scene_top.{ending}").read_text()
-    top = (folder / "scene_top.vhd").read_text()
+    constraint = (folder / f"{top}.{ending}").read_text()
     assert "clk" in constraint
-    assert re.search(r"\bclk\s*: in\b", top)
-    assert f"scene_top.{ending}" in project
-    assert "never built" in (folder / "README").read_text()
+    assert re.search(r"\bclk\s*: in\b", (folder / f"{top}.vhd").read_text())
+    # The reset of the camera's top comes from no clock.
+    assert ("crossing_reset" in constraint) == parallel
+    assert f"{top}.{ending}" in project
+    readme = (folder / "README").read_text()
+    assert "never built" in readme
+    assert ("crossing_reset" if parallel else "there is one clock") in readme
+
+
+def test_a_parallel_camera_has_its_scene(tmp_path: Path) -> None:
+    plan = make_plan(load_scene("grey-microscope", "gw2ar-18"))
+    write_project(plan, "gowin", tmp_path / "project", parallel=True)
+    text = (tmp_path / "project" / "parallel_top.vhd").read_text()
+    values = {d.name: d.default for d in declarations(text, "generic")}
+    assert values["MICRO_IMAGE_SIZE"] == str(plan.core.micro_image_size)
+    assert values["MAX_COLUMNS"] == str(plan.columns)
+    assert (values["ROWS"], values["PIXEL_BITS"]) == (str(plan.rows), str(plan.core.pixel_bits))
+    colour = make_plan(load_scene("rgb-720p", "xc7a35t"))
+    with pytest.raises(InputError, match="grey micro images of 8 to 12 bits"):
+        write_project(colour, "vivado", tmp_path / "out", parallel=True)
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_tool_of_another_family_is_refused() -> None:

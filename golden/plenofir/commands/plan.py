@@ -246,13 +246,23 @@ def project(
         ),
     ] = None,
     device: Part = None,
+    top: Annotated[
+        str,
+        typer.Option(help="scene_top, or parallel_top: a camera's parallel output in front."),
+    ] = "scene_top",
     out: options.OutFolder = "build/project",
 ) -> None:
     """Write a scene's core as a project for a vendor's tool, or as components (IP-XACT)."""
     from plenofir.plan import load_scene, make_plan
     from plenofir.plan.ip.files import write_components
-    from plenofir.plan.project_files import tool_of, write_project
+    from plenofir.plan.project_files import PARALLEL, tool_of, write_project
+    from plenofir.plan.scene_top import TOP
 
+    where = options.typed("top")
+    if top not in (TOP, PARALLEL):
+        raise InputError(f"{top!r}; expected {TOP} or {PARALLEL}", where=where)
+    if tool == "ipxact" and top == PARALLEL:
+        raise InputError(f"{PARALLEL} is no component; leave it out, or --tool", where=where)
     planned = make_plan(load_scene(scene, device))
     if tool == "ipxact":
         title = "a catalog of components"
@@ -260,7 +270,7 @@ def project(
     else:
         name, known = tool_of(planned, tool)
         title = known.title
-        files = write_project(planned, name, Path(out))
+        files = write_project(planned, name, Path(out), parallel=top == PARALLEL)
     print_line("project", f"{planned.scene} on the {planned.device.upper()}, for {title}")
     print_line("files", f"{out}/: {', '.join(files)}")
     print_line("note", "never built by a vendor's tool; the README says what was checked")

@@ -8,6 +8,7 @@ from pathlib import Path
 from plenofir.fpga import hdl
 from plenofir.fpga.bitstream import ise, nextpnr, top_level
 from plenofir.fpga.boards import Board, board_of
+from plenofir.fpga.constraints import Constraints
 from plenofir.fpga.devices import DEVICES
 from plenofir.fpga.hdl_text import used_units
 from plenofir.fpga.hdmi.edid import EDID_PACKAGE, edid_package
@@ -110,22 +111,21 @@ def _core_top(plan: Plan) -> dict[str, str]:
     For an ECP5 the clock alone; for other families neither, see `plenofir.plan.project_files`.
     """
     part = DEVICES[plan.device]
-    period_ns = 1000 / clock_mhz(plan)
+    constraints = Constraints({"clk": clock_mhz(plan)})
     vhdl = {f"{PACKAGE}.vhd": package_text(plan)}
     if plan.sensor is not None and plan.sensor.calibrated:
         loads = plan.sensor.loads
         vhdl[f"{LOADER}.vhd"] = loader_text(plan.sensor.core, loads, f"of the scene {plan.scene}")
     vhdl[f"{TOP}.vhd"] = top_text(plan)
     if part.family == "ecp5":
-        return {**vhdl, f"{TOP}.lpf": f'FREQUENCY PORT "clk" {clock_mhz(plan):g} MHZ;\n'}
+        return {**vhdl, f"{TOP}.lpf": constraints.text("lpf")}
     if part.family != "spartan6":
         return vhdl
     return {
         **vhdl,
         f"{TOP}.ucf": (
             f"# Clock of the scene {plan.scene}: {clock_mhz(plan):g} MHz.\n"
-            'NET "clk" TNM_NET = "clk";\n'
-            f'TIMESPEC "TS_clk" = PERIOD "clk" {period_ns:.3f} ns HIGH 50 %;\n'
+            f"{constraints.text('ucf')}"
         ),
         f"{TOP}.xst": ise.xst_script(
             ise.read_options(ise.option_folder() / "xst.opt"), TOP, f"{part.name}-2-{part.package}"

@@ -9,14 +9,22 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal, get_args
 
+from plenofir.fpga import hdl
+from plenofir.fpga.bitstream.top_level import board_generics, top_with_generics
+from plenofir.fpga.constraints import Constraints, Language, crossings_of
 from plenofir.fpga.devices import DEVICES, Device
 from plenofir.fpga.families import FAMILIES, Family
 from plenofir.ground.errors import InputError
 from plenofir.ground.files import publish_files
-from plenofir.plan.configure import clock_mhz, configure, top_of
+from plenofir.plan.configure import clock_mhz, configure, needed_sources, top_of
 from plenofir.plan.planned import Plan
 
 ToolName = Literal["vivado", "quartus", "radiant", "gowin", "ise"]
+
+
+PARALLEL = "parallel_top"
+"""Top level with a camera's parallel output in and parallel video out."""
+PARALLEL_BITS = range(8, 13)
 
 
 @dataclass(frozen=True)
@@ -26,42 +34,31 @@ class Tool:
     title: str
     families: tuple[Family, ...]
     flow: bool  # whether edalize has it as a flow, or as one of its older tools
-    constraints: tuple[str, str]  # ending of the file, and edalize's type of it
-    clock: Callable[[float], str]  # text of the constraint of a clock of so many ns
+    # Ending of the file, its language, and edalize's type of it.
+    constraints: tuple[str, Language, str]
     options: Callable[[Device], dict[str, Any]]
     run: str  # what builds it, for people
 
 
-def _create_clock(period_ns: float) -> str:
-    return f"create_clock -name clk -period {period_ns:.3f} [get_ports clk]\n"
-
-
-def _ucf(period_ns: float) -> str:
-    return (
-        'NET "clk" TNM_NET = "clk";\n'
-        f'TIMESPEC "TS_clk" = PERIOD "clk" {period_ns:.3f} ns HIGH 50 %;\n'
-    )
-
-
 TOOLS: dict[str, Tool] = {
     "vivado": Tool(
-        "AMD Vivado", ("series7",), True, ("xdc", "xdc"), _create_clock,
+        "AMD Vivado", ("series7",), True, ("xdc", "xdc", "xdc"),
         lambda device: {"part": device.part}, "make",
     ),
     "quartus": Tool(
-        "Intel Quartus Prime", ("cyclonev",), False, ("sdc", "SDC"), _create_clock,
+        "Intel Quartus Prime", ("cyclonev",), False, ("sdc", "quartus-sdc", "SDC"),
         lambda device: {"family": FAMILIES[device.family].title, "device": device.part}, "make",
     ),
     "radiant": Tool(
-        "Lattice Radiant", ("nexus",), False, ("pdc", "PDC"), _create_clock,
+        "Lattice Radiant", ("nexus",), False, ("pdc", "radiant-pdc", "PDC"),
         lambda device: {"part": device.part}, "radiantc NAME.tcl, radiantc NAME_run.tcl",
     ),
     "gowin": Tool(
-        "Gowin EDA", ("gw1n", "gw2a", "gw5a"), True, ("sdc", "SDC"), _create_clock,
+        "Gowin EDA", ("gw1n", "gw2a", "gw5a"), True, ("sdc", "gowin-sdc", "SDC"),
         lambda device: {"part": device.part}, "make",
     ),
     "ise": Tool(
-        "Xilinx ISE", ("spartan6",), False, ("ucf", "UCF"), _ucf,
+        "Xilinx ISE", ("spartan6",), False, ("ucf", "ucf", "UCF"),
         lambda device: {
             "family": "spartan6", "device": device.name, "package": device.package, "speed": "-2",
         }, "make",
@@ -104,11 +101,28 @@ def refuse_board(plan: Plan) -> None:
         )
 
 
-def write_project(plan: Plan, name: str, out: Path) -> list[str]:
+def _with_parallel_camera(plan: Plan, out: Path) -> list[Path]:
+    """Sources of `PARALLEL` with a scene's core, in order of analysis; the top is in a folder."""
+    core = plan.core
+    grey = core.channels == 1 and core.pixels_per_clock == 1 and core.pixel_bits in PARALLEL_BITS
+    if not grey or plan.sensor is not None:
+        raise InputError(
+            f"{PARALLEL} has no core as that of {plan.scene}",
+            where="top",
+            expected=f"grey micro images of {min(PARALLEL_BITS)} to {max(PARALLEL_BITS)} bits, one "
+            "pixel a clock",
+        )
+    generics = {**board_generics(core, PARALLEL), "ROWS": plan.rows}
+    own = out / f"{PARALLEL}.vhd"
+    own.write_text(top_with_generics(generics, PARALLEL))
+    return [*needed_sources(own.read_text(), PARALLEL, hdl.all_sources()), own]
+
+
+def write_project(plan: Plan, name: str, out: Path, *, parallel: bool = False) -> list[str]:
     """Write a project: its VHDL, constraints, and what the tool reads; all of it or nothing.
 
-    `name`: a key of `TOOLS`. Returns the names of the files, the VHDL left out. InputError if
-    edalize is not installed.
+    `name`: a key of `TOOLS`. `parallel`: the top is `PARALLEL`, a whole design but for its pins.
+    Returns the names of the files, the VHDL left out. InputError if edalize is not installed.
     """
     if importlib.util.find_spec("edalize") is None:
         raise InputError("edalize is not installed; pip install 'plenofir[projects]'", where="tool")
@@ -117,15 +131,18 @@ def write_project(plan: Plan, name: str, out: Path) -> list[str]:
     from edalize.flows.gowin import Gowin
     from edalize.flows.vivado import Vivado
 
-    tool, top, device = TOOLS[name], top_of(plan), DEVICES[plan.device]
+    tool, device = TOOLS[name], DEVICES[plan.device]
+    top = PARALLEL if parallel else top_of(plan)
     with TemporaryDirectory(prefix="plenofir-") as work, TemporaryDirectory() as configured:
         folder = Path(work)
         files: list[dict[str, str]] = []
-        for source in configure(plan, Path(configured)):
+        sources = (_with_parallel_camera if parallel else configure)(plan, Path(configured))
+        for source in sources:
             shutil.copy(source, folder / source.name)
             files.append({"name": source.name, "file_type": "vhdlSource"})
-        ending, kind = tool.constraints
-        (folder / f"{top}.{ending}").write_text(tool.clock(1000 / clock_mhz(plan)))
+        ending, language, kind = tool.constraints
+        constraints = Constraints({"clk": clock_mhz(plan)}, crossings_of(sources))
+        (folder / f"{top}.{ending}").write_text(constraints.text(language))
         files.append({"name": f"{top}.{ending}", "file_type": kind})
         edam: dict[str, Any] = {"name": top, "toplevel": top, "files": files}
         if tool.flow:
@@ -134,20 +151,28 @@ def write_project(plan: Plan, name: str, out: Path) -> list[str]:
         else:
             edam["tool_options"] = {name: tool.options(device)}
             get_edatool(name)(edam, work).configure()
-        (folder / "README").write_text(_readme(plan, tool, top, [f["name"] for f in files]))
+        names = [file["name"] for file in files]
+        (folder / "README").write_text(_readme(plan, tool, top, names, constraints))
         publish_files(folder, out)
         return sorted(path.name for path in folder.iterdir() if path.suffix != ".vhd")
 
 
-def _readme(plan: Plan, tool: Tool, top: str, files: list[str]) -> str:
+def _readme(plan: Plan, tool: Tool, top: str, files: list[str], constraints: Constraints) -> str:
     """What a project is, for who opens its folder."""
+    crossings = ", ".join(crossing.register for crossing in constraints.crossings)
+    about = (
+        "its streams are ports. Join them to your design, or give them\n"
+        "pins: without pins it is placed and timed, but some tools write no bitstream."
+    )
+    if top == PARALLEL:
+        about = "a whole design but for its pins: give its ports those of the board."
     return (
         f"{plan.scene} on the {DEVICES[plan.device].title}, a project for {tool.title}.\n\n"
         "It was written without that tool, and never built by it. Checked: the sources analyse in\n"
-        "this order as VHDL-93, and the constraint names a port of the top level.\n\n"
+        "this order as VHDL-93; the constraints name a port of the top level and registers.\n\n"
         f"Build: {tool.run.replace('NAME', top)}\n"
-        f"Top level: {top}; its streams are ports. Join them to your design, or give them pins:\n"
-        "without pins it is synthesised, placed and timed, but some tools write no bitstream.\n"
-        f"Clock: {clock_mhz(plan):g} MHz at the port clk.\n\n"
+        f"Top level: {top}; {about}\n"
+        f"Clock: {clock_mhz(plan):g} MHz at the port clk.\n"
+        f"Between clocks, and so without a time: {crossings or 'nothing; there is one clock'}.\n\n"
         "Sources in order of analysis:\n" + "".join(f"  {name}\n" for name in files)
     )

