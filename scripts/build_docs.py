@@ -45,6 +45,7 @@ TOPS = (
     "focal_stack",
     "depth_index",
     "sensor_raster",
+    "csi_receiver",
     "refocuser_axi",
     "stack_axi",
     "sensor_axi",

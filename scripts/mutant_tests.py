@@ -22,6 +22,8 @@ CHAIN = "tb/hdmi/test_chain.py"
 CONTROL = f"COCOTB_TEST_FILTER=commands|focus|pattern|wrong {CHAIN}"
 OVERLAY = "tb/overlay/test_text_overlay.py"
 VIDEO = "tb/video/test_video.py"
+CSI = "tb/csi/test_csi_receiver.py -k test_csi_receiver"
+CSI_HUNT = "tb/hunt/test_hunter.py -k short_draw[csi_receiver]"
 PARALLEL = "tb/video/test_parallel.py"
 LOADS = "tb/board/test_load_port.py"
 REGISTERS = "tb/axi/test_registers.py -k test_registers"
@@ -61,6 +63,8 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("axi/*_axi*", ("tb/axi/test_bus_driver.py", "tb/axi/test_refocuser_axi.py")),
     ("axi/*", (REGISTERS, "tb/axi/test_refocuser_axi.py", "tb/axi/test_bus_driver.py")),
     ("sharpen/*", (f"{SHARPENER} -k sizes", "tb/core/test_sharpened.py")),
+    ("csi/*", (CSI, CSI_HUNT)),
+    ("common/crossing*", (CSI, CSI_HUNT)),
     ("common/hex*", (OVERLAY, f"{VIDEO} -k all_in_focus")),
     ("common/bus*", ("tb/core/test_units.py -k {}", CHAIN)),
     ("common/event*", (f"{LINK} -k {{}}", CHAIN)),

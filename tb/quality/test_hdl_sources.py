@@ -214,6 +214,7 @@ MAY_USE = {
     # Cores with registers behind a bus.
     "axi": {"common", "core", "refocuser", "depth", "resample"},
     "tmds": {"common"},
+    "csi": {"common"},
     "video": {"common", "core", "stack", "depth", "refocuser", "resample"},
     "selftest": {"common", "core", "refocuser"},
     "spartan6": {"common"},

@@ -137,6 +137,10 @@ REFUSED: list[Case] = [
         {"MOSAIC": True, "CHANNELS": 1},
         "MOSAIC",
     ),
+    *(
+        ("csi_receiver", {"LANES": 2, "PIXEL_BITS": 10}, {name: value}, name)
+        for name, value in (("LANES", 3), ("PIXEL_BITS", 9), ("PIXELS_PER_CLOCK", 3))
+    ),
     ("text_overlay", TEXTS, {"FONT": "0" * 3038}, "FONT"),
     ("text_overlay", TEXTS, {"TEXTS": "a" * 14}, "TEXTS"),
     ("text_overlay", TEXTS, {"LABELS": "bbb"}, "LABELS"),
@@ -429,6 +433,7 @@ HUNTED = [
     *INDICES,
     *("picture_core", "refocus_video", "sensor_front", "sensor_raster", "resampler"),
     *("colour_mosaic", "parallel_to_stream", "stream_to_parallel", "parallel_top", "self_test"),
+    "csi_receiver",
     *("text_overlay", "load_port", "command_line", "board_control", "hdmi_refocuser"),
     *("video_to_stream", "stream_to_video", "light_field_pattern", "hdmi_control"),
 ]

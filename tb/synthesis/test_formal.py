@@ -13,14 +13,18 @@ from plenofir.fpga.synthesis.formal import (
     DivideProof,
     FifoProof,
     FirProof,
+    HeaderProof,
     LaneProof,
+    MergeProof,
     RingProof,
 )
 from plenofir.fpga.tools.synthesis import ghdl_version, yosys_version
 from plenofir.ground.errors import InputError, ToolError
 from plenofir_tb.faults import plant
 
-Proof = FirProof | LaneProof | DivideProof | FifoProof | BusProof | RingProof
+Proof = (
+    FirProof | LaneProof | DivideProof | FifoProof | BusProof | RingProof | HeaderProof | MergeProof
+)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -65,6 +69,9 @@ def test_proof(tmp_path: Path, proof: Proof) -> None:
             "if lines_in >= needed then",
             marks=pytest.mark.slow,
         ),
+        (HeaderProof(), "csi_pkg.vhd", '"111011"', '"110011"'),
+        (HeaderProof(), "header_ecc.vhd", 'header_1(31 downto 30) = "00" and', ""),
+        (MergeProof(2, 1), "lane_merge.vhd", "place := place + taps(i);", "place := place;"),
         (FifoProof(2), "axis_fifo.vhd", "elsif word_moves = '1'", "elsif m_axis_tready = '1'"),
         (
             BusProof(4),

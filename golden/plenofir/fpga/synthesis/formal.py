@@ -190,6 +190,42 @@ class BusProof:
 
 
 @dataclass(frozen=True)
+class HeaderProof:
+    """One wrong bit of a CSI-2 header is corrected, two are found, for all headers."""
+
+    clocks: int = 4  # from the initial state on; nothing lasts longer than two
+
+    @property
+    def name(self) -> str:
+        """Name of the proof."""
+        return "every one and every two wrong bits of every CSI-2 header"
+
+    def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
+        """Prove it; parameters as `FirProof.prove`."""
+        _prepare("header_ecc", "header_properties", {}, {}, directory, sources)
+        _check(directory, self.name, f"bmc3 -F {self.clocks}", "No output asserted in")
+
+
+@dataclass(frozen=True)
+class MergeProof:
+    """Lanes of CSI-2 come out in step, for all skews and bursts and for ever."""
+
+    lanes: int
+    skew: int  # the largest, in clocks
+
+    @property
+    def name(self) -> str:
+        """Name of the proof."""
+        return f"merge of {self.lanes} lanes, {self.skew} clocks of skew, no bound"
+
+    def prove(self, directory: Path, sources: Sequence[Path] | None = None) -> None:
+        """Prove it; parameters as `FirProof.prove`."""
+        sizes = {"LANES": self.lanes, "MAX_SKEW": self.skew}
+        _prepare("lane_merge", "merge_properties", sizes, sizes, directory, sources)
+        _check(directory, self.name, "scorr; pdr -T 300", "Property proved")
+
+
+@dataclass(frozen=True)
 class RingProof:
     """The resampler reads only lines that the ring holds, for every calibration and for ever."""
 
@@ -297,6 +333,8 @@ PROOFS = (
     DivideProof(4, 4),
     FifoProof(2),
     BusProof(4),
+    HeaderProof(),
+    MergeProof(2, 1),
 )
 """Proofs of `make test`."""
 
@@ -317,6 +355,8 @@ LONG_PROOFS = (
     FifoProof(2, width=2),
     FifoProof(3),
     BusProof(12),
+    MergeProof(2, 2),
+    MergeProof(4, 1),
     RingProof(3, 4),
     RingProof(5, 16, fraction_bits=16),
 )

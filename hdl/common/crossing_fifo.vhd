@@ -1,0 +1,165 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- First-in first-out buffer from one clock into another, first word falls through.
+--
+-- Each side sees the other one's pointer late, so it takes the buffer for fuller, or emptier, than it is. There is no
+-- reset: the reading side can drop what is in the buffer, while either clock may stand still.
+--
+-- Latency: a word is offered 4 to 5 clocks of read_clk after it was written. Throughput: one word each clock.
+-- Equation: the n-th word out is the n-th word in.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+
+entity crossing_fifo is
+  generic (
+    -- Bits of a word.
+    WIDTH : positive;
+    -- The buffer holds 2**ADDRESS_BITS words.
+    ADDRESS_BITS : positive range 2 to 12
+  );
+  port (
+    -- Words in; they are lost while it is full. There is no place, or one at most.
+    write_clk    : in    std_logic;
+    write_enable : in    std_logic;
+    write_word   : in    std_logic_vector(WIDTH - 1 downto 0);
+    full         : out   std_logic;
+    nearly_full  : out   std_logic;
+    -- Words out; all that are in the buffer are dropped.
+    read_clk   : in    std_logic;
+    read_drop  : in    std_logic;
+    read_valid : out   std_logic;
+    read_ready : in    std_logic;
+    read_word  : out   std_logic_vector(WIDTH - 1 downto 0)
+  );
+end entity crossing_fifo;
+
+architecture rtl of crossing_fifo is
+
+  type memory_t is array (natural range 0 to 2 ** ADDRESS_BITS - 1) of std_logic_vector(WIDTH - 1 downto 0);
+
+  -- One bit more than an address: equal pointers mean empty.
+  subtype pointer_t is unsigned(ADDRESS_BITS downto 0);
+
+  subtype gray_t is std_logic_vector(ADDRESS_BITS downto 0);
+
+  -- Neighbouring numbers differ in one bit, so a pointer taken in the other clock is never far off.
+  function to_gray (
+    value : pointer_t
+  ) return gray_t is
+  begin
+
+    return std_logic_vector(value xor shift_right(value, 1));
+
+  end function to_gray;
+
+  function from_gray (
+    gray : gray_t
+  ) return pointer_t is
+
+    variable value : pointer_t;
+
+  begin
+
+    value(ADDRESS_BITS) := gray(ADDRESS_BITS);
+
+    for i in ADDRESS_BITS - 1 downto 0 loop
+
+      value(i) := value(i + 1) xor gray(i);
+
+    end loop;
+
+    return value;
+
+  end function from_gray;
+
+  signal memory        : memory_t  := (others => (others => '0'));
+  signal write_pointer : pointer_t := (others => '0');
+  signal write_gray    : gray_t    := (others => '0');
+  signal write_arrived : gray_t;
+  signal written       : pointer_t := (others => '0');
+  signal read_pointer  : pointer_t := (others => '0');
+  signal read_gray     : gray_t    := (others => '0');
+  signal read_arrived  : gray_t;
+  signal taken         : pointer_t := (others => '0');
+  signal used          : pointer_t;
+  signal no_place      : std_logic;
+  signal on_offer      : std_logic := '0';
+  signal free          : std_logic;
+
+begin
+
+  --------------------------------------------------------------------------------------------------
+  -- In.
+
+  used        <= write_pointer - taken;
+  no_place    <= used(ADDRESS_BITS);
+  full        <= no_place;
+  nearly_full <= to_logic(used >= 2 ** ADDRESS_BITS - 1);
+
+  write : process (write_clk) is
+  begin
+
+    if rising_edge(write_clk) then
+      if write_enable = '1' and no_place = '0' then
+        memory(to_integer(write_pointer(ADDRESS_BITS - 1 downto 0))) <= write_word;
+
+        write_pointer <= write_pointer + 1;
+      end if;
+      write_gray <= to_gray(write_pointer);
+      taken      <= from_gray(read_arrived);
+    end if;
+
+  end process write;
+
+  forward : entity work.synchroniser
+    generic map (
+      WIDTH => ADDRESS_BITS + 1
+    )
+    port map (
+      clk         => read_clk,
+      level       => write_gray,
+      synchronous => write_arrived
+    );
+
+  --------------------------------------------------------------------------------------------------
+  -- Out.
+
+  read_valid <= on_offer;
+  free       <= read_ready or not on_offer;
+
+  read : process (read_clk) is
+  begin
+
+    if rising_edge(read_clk) then
+      written <= from_gray(write_arrived);
+      if free = '1' then
+        read_word <= memory(to_integer(read_pointer(ADDRESS_BITS - 1 downto 0)));
+        on_offer  <= to_logic(written /= read_pointer);
+        if written /= read_pointer then
+          read_pointer <= read_pointer + 1;
+        end if;
+      end if;
+      read_gray <= to_gray(read_pointer);
+      if read_drop = '1' then
+        read_pointer <= written;
+        on_offer     <= '0';
+      end if;
+    end if;
+
+  end process read;
+
+  backward : entity work.synchroniser
+    generic map (
+      WIDTH => ADDRESS_BITS + 1
+    )
+    port map (
+      clk         => write_clk,
+      level       => read_gray,
+      synchronous => read_arrived
+    );
+
+end architecture rtl;

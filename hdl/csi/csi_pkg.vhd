@@ -1,0 +1,253 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Packets of MIPI CSI-2: their types, the code of their headers, their checksum, how raw pixels lie in bytes, and what
+-- is told of a stream.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.math_pkg.all;
+
+package csi_pkg is
+
+  subtype kind_t is std_logic_vector(5 downto 0);
+
+  -- Short packets have types below LONG_KINDS.
+  constant FRAME_START_KIND : kind_t := "000000";
+  constant FRAME_END_KIND   : kind_t := "000001";
+  constant LONG_KINDS       : kind_t := "010000";
+
+  -- What is told of a stream. What crosses to the core's clock has FRAME_ENDED in the place of WRONG_SIZE, which is
+  -- found there.
+  constant CORRECTED_HEADER : natural := 0;
+  constant DAMAGED_HEADER   : natural := 1;
+  constant DAMAGED_PAYLOAD  : natural := 2;
+  constant CUT_PACKET       : natural := 3;
+  constant LANE_MISSING     : natural := 4;
+  constant OUT_OF_ORDER     : natural := 5;
+  constant WRONG_SIZE       : natural := 6;
+  constant FRAME_ENDED      : natural := 6;
+  constant PIXELS_LOST      : natural := 7;
+
+  subtype events_t is std_logic_vector(7 downto 0);
+
+  subtype crc_t is std_logic_vector(15 downto 0);
+
+  -- Type of a packet with a line of raw pixels of so many bits.
+  function raw_kind (
+    pixel_bits : positive
+  ) return kind_t;
+
+  -- The fewest pixels that fill whole bytes, and their bytes.
+  function unit_pixels (
+    pixel_bits : positive
+  ) return positive;
+
+  function unit_bytes (
+    pixel_bits : positive
+  ) return positive;
+
+  -- Pixels of a word between the clocks: whole units, no fewer than come in one clock on all lanes, nor than leave in
+  -- one.
+  function pixels_of_word (
+    lanes            : positive;
+    pixel_bits       : positive;
+    pixels_per_clock : positive
+  ) return positive;
+
+  -- Pixels of whole units in bytes, from bit 0 on, packed as in a packet.
+  function unpacked (
+    bytes      : std_logic_vector;
+    pixel_bits : positive;
+    pixels     : positive
+  ) return std_logic_vector;
+
+  -- Check bits of a header that are wrong: of data bits 23 to 0 below, check bits 29 to 24 above.
+  function syndrome (
+    header : std_logic_vector(31 downto 0)
+  ) return std_logic_vector;
+
+  -- The data bit that a syndrome tells to be wrong, if any.
+  function wrong_bit (
+    wrong : std_logic_vector(5 downto 0)
+  ) return std_logic_vector;
+
+  -- Checksum behind one byte more.
+  function crc_behind (
+    crc  : crc_t;
+    data : std_logic_vector(7 downto 0)
+  ) return crc_t;
+
+end package csi_pkg;
+
+package body csi_pkg is
+
+  type codes_t is array (natural range 0 to 23) of std_logic_vector(5 downto 0);
+
+  -- Check bits in which each data bit takes part: all different, of odd weight, no single bit. So one wrong bit is
+  -- found, and two wrong bits are no one's.
+  constant CODES : codes_t :=
+  (
+    "000111", "001011", "001101", "001110", "010011", "010101", "010110", "011001",
+    "011010", "011100", "100011", "100101", "100110", "101001", "101010", "101100",
+    "110001", "110010", "110100", "111000", "011111", "101111", "110111", "111011"
+  );
+
+  function raw_kind (
+    pixel_bits : positive
+  ) return kind_t is
+  begin
+
+    return std_logic_vector(to_unsigned(38 + pixel_bits / 2, 6));
+
+  end function raw_kind;
+
+  function unit_pixels (
+    pixel_bits : positive
+  ) return positive is
+  begin
+
+    return 8 / common_divisor(8, pixel_bits);
+
+  end function unit_pixels;
+
+  function unit_bytes (
+    pixel_bits : positive
+  ) return positive is
+  begin
+
+    return unit_pixels(pixel_bits) * pixel_bits / 8;
+
+  end function unit_bytes;
+
+  function pixels_of_word (
+    lanes            : positive;
+    pixel_bits       : positive;
+    pixels_per_clock : positive
+  ) return positive is
+
+    variable pixels : positive;
+
+  begin
+
+    pixels := unit_pixels(pixel_bits);
+
+    while pixels * pixel_bits < 8 * lanes loop
+
+      pixels := 2 * pixels;
+
+    end loop;
+
+    return larger(pixels, pixels_per_clock);
+
+  end function pixels_of_word;
+
+  function unpacked (
+    bytes      : std_logic_vector;
+    pixel_bits : positive;
+    pixels     : positive
+  ) return std_logic_vector is
+
+    constant UNIT     : positive := unit_pixels(pixel_bits);
+    constant STEP     : positive := unit_bytes(pixel_bits);
+    constant LOW_BITS : natural  := pixel_bits - 8;
+
+    variable result : std_logic_vector(pixels * pixel_bits - 1 downto 0);
+    variable place  : natural;
+
+  begin
+
+    for p in 0 to pixels - 1 loop
+
+      -- The high bits of all pixels of a unit come first, then a byte with the low bits of all.
+      place := 8 * (p / UNIT * STEP + p mod UNIT);
+
+      for b in 0 to 7 loop
+
+        result(p * pixel_bits + LOW_BITS + b) := bytes(place + b);
+
+      end loop;
+
+      place := 8 * (p / UNIT * STEP + STEP - 1) + p mod UNIT * LOW_BITS;
+
+      for b in 0 to 7 loop
+
+        if b < LOW_BITS then
+          result(p * pixel_bits + b) := bytes(place + b);
+        end if;
+
+      end loop;
+
+    end loop;
+
+    return result;
+
+  end function unpacked;
+
+  function syndrome (
+    header : std_logic_vector(31 downto 0)
+  ) return std_logic_vector is
+
+    variable wrong : std_logic_vector(5 downto 0);
+
+  begin
+
+    wrong := header(29 downto 24);
+
+    for i in 0 to 23 loop
+
+      if header(i) = '1' then
+        wrong := wrong xor CODES(i);
+      end if;
+
+    end loop;
+
+    return wrong;
+
+  end function syndrome;
+
+  function wrong_bit (
+    wrong : std_logic_vector(5 downto 0)
+  ) return std_logic_vector is
+
+    variable place : std_logic_vector(23 downto 0);
+
+  begin
+
+    for i in 0 to 23 loop
+
+      place(i) := to_logic(wrong = CODES(i));
+
+    end loop;
+
+    return place;
+
+  end function wrong_bit;
+
+  function crc_behind (
+    crc  : crc_t;
+    data : std_logic_vector(7 downto 0)
+  ) return crc_t is
+
+    variable left : crc_t;
+
+  begin
+
+    left := crc xor (x"00" & data);
+
+    for i in 0 to 7 loop
+
+      if left(0) = '1' then
+        left := ('0' & left(15 downto 1)) xor x"8408";
+      else
+        left := '0' & left(15 downto 1);
+      end if;
+
+    end loop;
+
+    return left;
+
+  end function crc_behind;
+
+end package body csi_pkg;

@@ -1,0 +1,301 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Receives a camera's MIPI CSI-2: from the bytes of a D-PHY's lanes to raw frames.
+--
+-- Lanes are lined up (lane_merge), packets found and checked (packet_parser), pixels unpacked (raw_unpacker) and
+-- brought into the core's clock (word_sender, crossing_fifo, pixel_stream). A camera does not wait, so nothing in front
+-- of the buffer does; nothing stores a line. A fault is told, by a counter, and each packet and each frame begins anew:
+--
+-- - Headers are corrected, or their packet is left out. Payloads go out as they come; a checksum that is wrong is told
+--   behind them.
+-- - A line that is cut short ends early, a lost one is missing, one sent twice is there twice. The cores fill up and
+--   cut off what does not fit (frame_sequencer).
+-- - Lines between a frame's end and the next one's start are left out.
+-- - Pixels that are not taken in time end their frame.
+--
+-- There is no reset in byte_clk. Where the camera stops it between packets, what is under way stays until it goes on.
+-- A reset drops pixels up to the next frame's first one.
+--
+-- Latency: from the last lane's byte to a pixel about 12 clocks of byte_clk and 5 of clk.
+-- Throughput: LANES bytes each clock of byte_clk, PIXELS_PER_CLOCK pixels each clock of clk; the buffer makes up for
+--   lines that come faster.
+-- Equation: as its parts.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.csi_pkg.all;
+use work.math_pkg.all;
+
+entity csi_receiver is
+  generic (
+    -- 1, 2 or 4.
+    LANES : positive range 1 to 4;
+    -- 8, 10 or 12: RAW8, RAW10 or RAW12.
+    PIXEL_BITS : positive range 8 to 12;
+    -- Neighbouring pixels that leave together: 1, 2, 4 or 8.
+    PIXELS_PER_CLOCK : positive range 1 to 8 := 1;
+    -- Clocks of byte_clk that a lane may be behind another one.
+    MAX_SKEW : natural range 0 to 7 := 3;
+    -- The buffer between the clocks holds 2**BUFFER_BITS words of at least PIXELS_PER_CLOCK pixels.
+    BUFFER_BITS : positive range 3 to 12 := 5;
+    -- Bits of a count of faults.
+    COUNT_BITS : positive range 1 to 16 := 16
+  );
+  port (
+    -- Of the D-PHY, all in byte_clk: for each lane high from a burst's first byte behind the sync sequence to its end;
+    -- high with that first byte; the bytes, lane 0 in the low bits. Between bursts lanes are low for 2 clocks or more.
+    byte_clk   : in    std_logic;
+    lane_valid : in    std_logic_vector(LANES - 1 downto 0);
+    lane_sync  : in    std_logic_vector(LANES - 1 downto 0);
+    lane_data  : in    std_logic_vector(8 * LANES - 1 downto 0);
+
+    clk   : in    std_logic;
+    reset : in    std_logic;
+    -- The virtual channel whose frames come out, and the size that they should have; kept stable.
+    virtual_channel : in    std_logic_vector(1 downto 0);
+    columns         : in    std_logic_vector(15 downto 0);
+    rows            : in    std_logic_vector(15 downto 0);
+    -- AXI4-Stream video: tuser(0) = start of frame, tlast = end of line, the first pixel in the low bits; what stands
+    -- behind a line's last pixel is of no account.
+    m_axis_tvalid : out   std_logic;
+    m_axis_tready : in    std_logic;
+    m_axis_tdata  : out   std_logic_vector(PIXELS_PER_CLOCK * PIXEL_BITS - 1 downto 0);
+    m_axis_tuser  : out   std_logic_vector(0 downto 0);
+    m_axis_tlast  : out   std_logic;
+    -- Counts of faults up to the largest that fits, COUNT_BITS each, from the low bits: 0 headers corrected, 1 headers
+    -- beyond that, 2 payloads with a wrong checksum, 3 packets cut short, 4 bursts that not all lanes began, 5 ends of
+    -- frames and lines without a frame's start, and starts without an end, 6 lines and frames of another size, 7 frames
+    -- cut because their pixels were not taken.
+    fault_counts : out   std_logic_vector(8 * COUNT_BITS - 1 downto 0);
+    -- All counts begin anew.
+    fault_clear : in    std_logic
+  );
+end entity csi_receiver;
+
+architecture rtl of csi_receiver is
+
+  constant TAKES_LANES  : boolean := takes(LANES /= 3, "csi_receiver: LANES is 3, expected 1, 2 or 4");
+  constant TAKES_BITS   : boolean := takes(PIXEL_BITS mod 2 = 0,
+                                           "csi_receiver: PIXEL_BITS is odd, expected 8, 10 or 12");
+  constant TAKES_PIXELS : boolean := takes(8 mod PIXELS_PER_CLOCK = 0,
+                                           "csi_receiver: PIXELS_PER_CLOCK is not 1, 2, 4 or 8");
+
+  constant PIXELS    : positive := pixels_of_word(LANES, PIXEL_BITS, PIXELS_PER_CLOCK);
+  constant LAST_BITS : positive := bits_for(PIXELS - 1);
+  constant DATA_BITS : positive := PIXELS * PIXEL_BITS;
+  constant WORD_BITS : positive := DATA_BITS + LAST_BITS + 11;
+  -- Clocks in which the last word of a line gets through raw_unpacker.
+  constant UNPACK_CLOCKS : positive := 4;
+
+  -- In byte_clk.
+  signal channel          : std_logic_vector(1 downto 0);
+  signal word_first       : std_logic;
+  signal word_live        : std_logic_vector(LANES - 1 downto 0);
+  signal word_data        : std_logic_vector(8 * LANES - 1 downto 0);
+  signal missing          : std_logic;
+  signal payload_valid    : std_logic;
+  signal payload_data     : std_logic_vector(8 * LANES - 1 downto 0);
+  signal payload_bytes    : natural range 0 to LANES;
+  signal line_ends        : std_logic;
+  signal frame_starts     : std_logic;
+  signal events           : events_t;
+  signal told             : std_logic_vector(8 downto 0);
+  signal told_late        : std_logic_vector(8 downto 0);
+  signal pixels_valid     : std_logic;
+  signal pixels_end       : std_logic;
+  signal pixels_last      : natural range 0 to 7;
+  signal pixels_data      : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal full             : std_logic;
+  signal nearly_full      : std_logic;
+  signal write_enable     : std_logic;
+  signal write_events     : events_t;
+  signal write_has_pixels : std_logic;
+  signal write_first      : std_logic;
+  signal write_ends       : std_logic;
+  signal write_last       : natural range 0 to 7;
+  signal write_data       : std_logic_vector(DATA_BITS - 1 downto 0);
+  signal write_word       : std_logic_vector(WORD_BITS - 1 downto 0);
+  -- In clk.
+  signal read_valid : std_logic;
+  signal read_ready : std_logic;
+  signal read_word  : std_logic_vector(WORD_BITS - 1 downto 0);
+  signal read_last  : natural range 0 to 7;
+  signal faults     : events_t;
+
+begin
+
+  --------------------------------------------------------------------------------------------------
+  -- In the lanes' clock.
+
+  take_channel : entity work.synchroniser
+    generic map (
+      WIDTH => 2
+    )
+    port map (
+      clk         => byte_clk,
+      level       => virtual_channel,
+      synchronous => channel
+    );
+
+  merge : entity work.lane_merge
+    generic map (
+      LANES    => LANES,
+      MAX_SKEW => MAX_SKEW
+    )
+    port map (
+      clk          => byte_clk,
+      lane_valid   => lane_valid,
+      lane_sync    => lane_sync,
+      lane_data    => lane_data,
+      word_first   => word_first,
+      word_live    => word_live,
+      word_data    => word_data,
+      lane_missing => missing
+    );
+
+  parser : entity work.packet_parser
+    generic map (
+      LANES      => LANES,
+      PIXEL_BITS => PIXEL_BITS
+    )
+    port map (
+      clk             => byte_clk,
+      word_first      => word_first,
+      word_live       => word_live,
+      word_data       => word_data,
+      virtual_channel => channel,
+      payload_valid   => payload_valid,
+      payload_data    => payload_data,
+      payload_bytes   => payload_bytes,
+      line_ends       => line_ends,
+      frame_starts    => frame_starts,
+      events          => events
+    );
+
+  unpacker : entity work.raw_unpacker
+    generic map (
+      LANES       => LANES,
+      PIXEL_BITS  => PIXEL_BITS,
+      WORD_PIXELS => PIXELS
+    )
+    port map (
+      clk           => byte_clk,
+      payload_valid => payload_valid,
+      payload_data  => payload_data,
+      payload_bytes => payload_bytes,
+      line_ends     => line_ends,
+      word_valid    => pixels_valid,
+      word_ends     => pixels_end,
+      word_last     => pixels_last,
+      word_data     => pixels_data
+    );
+
+  told <= events(7 downto LANE_MISSING + 1) & missing & events(LANE_MISSING - 1 downto 0) & frame_starts;
+
+  -- Behind the last word of the line before.
+  wait_for_pixels : entity work.tag_delay
+    generic map (
+      WIDTH  => 9,
+      LENGTH => UNPACK_CLOCKS
+    )
+    port map (
+      clk     => byte_clk,
+      tag     => told,
+      delayed => told_late
+    );
+
+  sender : entity work.word_sender
+    generic map (
+      WORD_PIXELS => PIXELS,
+      DATA_BITS   => DATA_BITS
+    )
+    port map (
+      clk              => byte_clk,
+      word_valid       => pixels_valid,
+      word_ends        => pixels_end,
+      word_last        => pixels_last,
+      word_data        => pixels_data,
+      frame_starts     => told_late(0),
+      events           => told_late(8 downto 1),
+      full             => full,
+      nearly_full      => nearly_full,
+      write_enable     => write_enable,
+      write_events     => write_events,
+      write_has_pixels => write_has_pixels,
+      write_first      => write_first,
+      write_ends       => write_ends,
+      write_last       => write_last,
+      write_data       => write_data
+    );
+
+  write_word <= write_data & std_logic_vector(to_unsigned(write_last, LAST_BITS)) & write_ends & write_first &
+                write_has_pixels & write_events;
+
+  --------------------------------------------------------------------------------------------------
+  -- Into the core's clock.
+
+  cross : entity work.crossing_fifo
+    generic map (
+      WIDTH        => WORD_BITS,
+      ADDRESS_BITS => BUFFER_BITS
+    )
+    port map (
+      write_clk    => byte_clk,
+      write_enable => write_enable,
+      write_word   => write_word,
+      full         => full,
+      nearly_full  => nearly_full,
+      read_clk     => clk,
+      read_drop    => reset,
+      read_valid   => read_valid,
+      read_ready   => read_ready,
+      read_word    => read_word
+    );
+
+  read_last <= to_integer(unsigned(read_word(LAST_BITS + 10 downto 11)));
+
+  stream : entity work.pixel_stream
+    generic map (
+      WORD_PIXELS      => PIXELS,
+      PIXELS_PER_CLOCK => PIXELS_PER_CLOCK,
+      PIXEL_BITS       => PIXEL_BITS
+    )
+    port map (
+      clk             => clk,
+      reset           => reset,
+      columns         => columns,
+      rows            => rows,
+      word_valid      => read_valid,
+      word_ready      => read_ready,
+      word_events     => read_word(7 downto 0),
+      word_has_pixels => read_word(8),
+      word_first      => read_word(9),
+      word_ends       => read_word(10),
+      word_last       => read_last,
+      word_data       => read_word(WORD_BITS - 1 downto WORD_BITS - DATA_BITS),
+      m_axis_tvalid   => m_axis_tvalid,
+      m_axis_tready   => m_axis_tready,
+      m_axis_tdata    => m_axis_tdata,
+      m_axis_tuser    => m_axis_tuser,
+      m_axis_tlast    => m_axis_tlast,
+      faults          => faults
+    );
+
+  count_each : for i in 0 to 7 generate
+
+    counter : entity work.event_counter
+      generic map (
+        WIDTH => COUNT_BITS
+      )
+      port map (
+        clk   => clk,
+        clear => fault_clear,
+        add   => faults(i),
+        count => fault_counts((i + 1) * COUNT_BITS - 1 downto i * COUNT_BITS)
+      );
+
+  end generate count_each;
+
+end architecture rtl;

@@ -1,0 +1,265 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Finds packets in bursts, and in them frames and lines of raw pixels.
+--
+-- A burst begins with a packet's header; what stands behind the packet is filler. The header's bit errors are corrected
+-- or found, payloads are checked, those of other types and virtual channels too. Lines come out as their bytes come in:
+-- whether a line is sound is known when it has left. Lines count between a frame's start and its end.
+--
+-- What comes out of one clock has this order: a line ends, a frame ends, a frame starts; a byte comes first or last of
+-- all, as a clock has either bytes or the start of a frame.
+--
+-- Latency: 5 clocks. Throughput: LANES bytes each clock.
+-- Equation: payload(n) = burst(4 + n), n < word count, of packets of type raw_kind(PIXEL_BITS) on the virtual channel.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.csi_pkg.all;
+use work.math_pkg.all;
+
+entity packet_parser is
+  generic (
+    LANES      : positive range 1 to 4;
+    PIXEL_BITS : positive range 8 to 12
+  );
+  port (
+    clk : in    std_logic;
+    -- Words of bursts, as lane_merge gives them.
+    word_first : in    std_logic;
+    word_live  : in    std_logic_vector(LANES - 1 downto 0);
+    word_data  : in    std_logic_vector(8 * LANES - 1 downto 0);
+    -- The virtual channel whose frames come out.
+    virtual_channel : in    std_logic_vector(1 downto 0);
+    -- Bytes of a line, and how many; the line has ended, with this clock's bytes if there are any.
+    payload_valid : out   std_logic;
+    payload_data  : out   std_logic_vector(8 * LANES - 1 downto 0);
+    payload_bytes : out   natural range 0 to LANES;
+    line_ends     : out   std_logic;
+    -- A frame starts, and what is told: a frame ended, faults; PIXELS_LOST is not among them.
+    frame_starts : out   std_logic;
+    events       : out   events_t
+  );
+end entity packet_parser;
+
+architecture rtl of packet_parser is
+
+  constant HEADER_WORDS : positive                             := 4 / LANES;
+  constant ALL_LIVE     : std_logic_vector(LANES - 1 downto 0) := (others => '1');
+  constant WORD_BITS    : positive                             := 8 * LANES;
+  -- From a word to its header's data.
+  constant DELAY    : positive := 3;
+  constant TAG_BITS : positive := 1 + LANES + WORD_BITS;
+
+  -- Words of a header that are still to come, its bytes so far, and whether it is complete or has been cut.
+  signal header_left : natural range 0 to 3          := 0;
+  signal header      : std_logic_vector(31 downto 0) := (others => '0');
+  signal header_full : std_logic                     := '0';
+  signal header_cut  : std_logic                     := '0';
+  -- The header, checked; the word that came with its last byte.
+  signal known     : std_logic;
+  signal known_bad : std_logic;
+  signal mended    : std_logic;
+  signal facts     : std_logic_vector(23 downto 0);
+  signal tag       : std_logic_vector(TAG_BITS - 1 downto 0);
+  signal tag_late  : std_logic_vector(TAG_BITS - 1 downto 0);
+  signal first     : std_logic;
+  signal live      : std_logic_vector(LANES - 1 downto 0);
+  signal data      : std_logic_vector(WORD_BITS - 1 downto 0);
+  -- A long packet is under way: bytes of payload and checksum that are still to come, and whether so few that not all
+  -- of a word are payload; whether the payload is a line.
+  signal busy     : std_logic             := '0';
+  signal left     : unsigned(16 downto 0) := (others => '0');
+  signal near_end : std_logic             := '0';
+  signal is_line  : std_logic             := '0';
+
+  signal frame_open : std_logic := '0';
+
+  -- To the checksum.
+  signal crc_restart : std_logic                                := '0';
+  signal crc_strobe  : std_logic                                := '0';
+  signal crc_last    : std_logic                                := '0';
+  signal crc_data    : std_logic_vector(WORD_BITS - 1 downto 0) := (others => '0');
+  signal crc_wrong   : std_logic;
+  signal told        : events_t                                 := (others => '0');
+
+begin
+
+  collect_header : process (clk) is
+
+    variable joined : std_logic_vector(WORD_BITS + 31 downto 0);
+
+  begin
+
+    if rising_edge(clk) then
+      joined      := word_data & header;
+      header_full <= '0';
+      header_cut  <= word_first and to_logic(header_left /= 0);
+      if word_first = '1' or header_left /= 0 then
+        if word_live = ALL_LIVE then
+          header <= joined(WORD_BITS + 31 downto WORD_BITS);
+          if word_first = '1' then
+            header_left <= HEADER_WORDS - 1;
+            header_full <= to_logic(HEADER_WORDS = 1);
+          else
+            header_left <= header_left - 1;
+            header_full <= to_logic(header_left = 1);
+          end if;
+        else
+          header_left <= 0;
+          header_cut  <= '1';
+        end if;
+      end if;
+    end if;
+
+  end process collect_header;
+
+  check_header : entity work.header_ecc
+    port map (
+      clk        => clk,
+      strobe     => header_full,
+      header     => header,
+      out_strobe => known,
+      data       => facts,
+      corrected  => mended,
+      damaged    => known_bad
+    );
+
+  tag <= word_data & word_live & word_first;
+
+  wait_for_header : entity work.tag_delay
+    generic map (
+      WIDTH  => TAG_BITS,
+      LENGTH => DELAY
+    )
+    port map (
+      clk     => clk,
+      tag     => tag,
+      delayed => tag_late
+    );
+
+  first <= tag_late(0);
+  live  <= tag_late(LANES downto 1);
+  data  <= tag_late(TAG_BITS - 1 downto LANES + 1);
+
+  follow_packets : process (clk) is
+
+    variable few     : natural range 0 to 7;
+    variable needed  : natural range 0 to LANES;
+    variable payload : natural range 0 to 7;
+    variable cut     : std_logic;
+    variable ends    : std_logic;
+    variable kind    : kind_t;
+
+  begin
+
+    if rising_edge(clk) then
+      payload_valid <= '0';
+      payload_data  <= data;
+      line_ends     <= '0';
+      frame_starts  <= '0';
+      crc_restart   <= '0';
+      crc_strobe    <= '0';
+      crc_last      <= '0';
+      crc_data      <= data;
+      told          <= (others => '0');
+
+      -- Bytes of this word that belong to the packet, and to its payload.
+      few     := to_integer(left(2 downto 0));
+      needed  := LANES;
+      payload := LANES;
+      if near_end = '1' then
+        payload := 0;
+        if few >= 2 then
+          payload := few - 2;
+        end if;
+        if few < LANES then
+          needed := few;
+        end if;
+      end if;
+      ends := near_end and to_logic(few <= LANES);
+      cut  := first;
+
+      for i in 0 to LANES - 1 loop
+
+        if i < needed then
+          cut := cut or not live(i);
+        else
+          crc_data(8 * i + 7 downto 8 * i) <= (others => '0');
+        end if;
+
+      end loop;
+
+      if busy = '1' then
+        if cut = '1' then
+          busy             <= '0';
+          line_ends        <= is_line;
+          told(CUT_PACKET) <= '1';
+        else
+          payload_valid <= is_line and to_logic(payload > 0);
+          payload_bytes <= payload;
+          line_ends     <= is_line and ends;
+          crc_strobe    <= '1';
+          crc_last      <= ends;
+          left          <= left - LANES;
+          near_end      <= to_logic(left < 2 * LANES + 2);
+          busy          <= not ends;
+        end if;
+      end if;
+
+      if known = '1' then
+        told(CORRECTED_HEADER) <= mended;
+        told(DAMAGED_HEADER)   <= known_bad;
+        kind                   := facts(5 downto 0);
+        if known_bad = '0' then
+          if kind >= LONG_KINDS then
+            busy        <= '1';
+            left        <= resize(unsigned(facts(23 downto 8)), 17) + 2;
+            near_end    <= to_logic(unsigned(facts(23 downto 8)) < LANES);
+            crc_restart <= '1';
+          end if;
+          is_line <= '0';
+          if facts(7 downto 6) = virtual_channel then
+            if kind = FRAME_START_KIND then
+              frame_starts       <= '1';
+              frame_open         <= '1';
+              told(OUT_OF_ORDER) <= frame_open;
+            elsif kind = FRAME_END_KIND then
+              frame_open         <= '0';
+              told(FRAME_ENDED)  <= frame_open;
+              told(OUT_OF_ORDER) <= not frame_open;
+            elsif kind = raw_kind(PIXEL_BITS) then
+              is_line            <= frame_open;
+              told(OUT_OF_ORDER) <= not frame_open;
+            end if;
+          end if;
+        end if;
+      end if;
+    end if;
+
+  end process follow_packets;
+
+  check_payload : entity work.payload_crc
+    generic map (
+      LANES => LANES
+    )
+    port map (
+      clk     => clk,
+      restart => crc_restart,
+      strobe  => crc_strobe,
+      last    => crc_last,
+      data    => crc_data,
+      damaged => crc_wrong
+    );
+
+  tell : process (told, crc_wrong, header_cut) is
+  begin
+
+    events                  <= told;
+    events(DAMAGED_PAYLOAD) <= crc_wrong;
+    events(CUT_PACKET)      <= told(CUT_PACKET) or header_cut;
+
+  end process tell;
+
+end architecture rtl;

@@ -1,0 +1,109 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- From the bytes of a line to words of pixels.
+--
+-- Bytes are put behind those that wait; when they make a word, it leaves. What waits at a line's end leaves as a word
+-- with fewer pixels; bytes that make no whole unit of pixels are dropped.
+--
+-- Latency: 1 clock from the byte that completes a word, 2 from a line's end. Throughput: LANES bytes each clock.
+-- Equation: RAW8: pixel(n) = byte(n); RAW10: pixel(4k + i) = byte(5k + i) * 4 + bits 2i+1..2i of byte(5k + 4); RAW12:
+--   pixel(2k + i) = byte(3k + i) * 16 + bits 4i+3..4i of byte(3k + 2).
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.csi_pkg.all;
+use work.math_pkg.all;
+
+entity raw_unpacker is
+  generic (
+    LANES      : positive range 1 to 4;
+    PIXEL_BITS : positive range 8 to 12;
+    -- Pixels of a word, see pixels_of_word.
+    WORD_PIXELS : positive range 1 to 8
+  );
+  port (
+    clk : in    std_logic;
+    -- Bytes of a line, and how many; the line has ended. Behind that a clock without bytes follows.
+    payload_valid : in    std_logic;
+    payload_data  : in    std_logic_vector(8 * LANES - 1 downto 0);
+    payload_bytes : in    natural range 0 to LANES;
+    line_ends     : in    std_logic;
+    -- A word: its pixels, the first one in the low bits, and the number of its last one; with word_ends no other one
+    -- of its line follows, and there may be none.
+    word_valid : out   std_logic;
+    word_ends  : out   std_logic;
+    word_last  : out   natural range 0 to 7;
+    word_data  : out   std_logic_vector(WORD_PIXELS * PIXEL_BITS - 1 downto 0)
+  );
+end entity raw_unpacker;
+
+architecture rtl of raw_unpacker is
+
+  constant UNIT       : positive := unit_bytes(PIXEL_BITS);
+  constant WORD_BYTES : positive := WORD_PIXELS / unit_pixels(PIXEL_BITS) * UNIT;
+
+  -- Bytes that wait for a word, and how many.
+  signal kept   : std_logic_vector(8 * WORD_BYTES - 1 downto 0) := (others => '0');
+  signal fill   : natural range 0 to 11                         := 0;
+  signal finish : std_logic                                     := '0';
+  signal full   : std_logic_vector(8 * WORD_BYTES - 1 downto 0) := (others => '0');
+
+begin
+
+  word_data <= unpacked(full, PIXEL_BITS, WORD_PIXELS);
+
+  gather : process (clk) is
+
+    variable joined : std_logic_vector(8 * (WORD_BYTES + LANES) - 1 downto 0);
+    variable total  : natural range 0 to 15;
+
+  begin
+
+    if rising_edge(clk) then
+      joined                              := (others => '0');
+      joined(8 * WORD_BYTES - 1 downto 0) := kept;
+
+      for f in 0 to WORD_BYTES - 1 loop
+
+        if fill = f then
+          joined(8 * (f + LANES) - 1 downto 8 * f) := payload_data;
+        end if;
+
+      end loop;
+
+      word_valid <= '0';
+      word_ends  <= finish;
+      word_last  <= WORD_PIXELS - 1;
+      finish     <= line_ends;
+      total      := fill + payload_bytes;
+      if payload_valid = '1' then
+        full <= joined(8 * WORD_BYTES - 1 downto 0);
+        if total >= WORD_BYTES then
+          word_valid                   <= '1';
+          kept(8 * LANES - 1 downto 0) <= joined(8 * (WORD_BYTES + LANES) - 1 downto 8 * WORD_BYTES);
+          fill                         <= total - WORD_BYTES;
+        else
+          kept <= joined(8 * WORD_BYTES - 1 downto 0);
+          fill <= total;
+        end if;
+      elsif finish = '1' then
+        full <= kept;
+        fill <= 0;
+
+        for n in 1 to WORD_BYTES / UNIT loop
+
+          if fill >= n * UNIT then
+            word_valid <= '1';
+            word_last  <= n * unit_pixels(PIXEL_BITS) - 1;
+          end if;
+
+        end loop;
+
+      end if;
+    end if;
+
+  end process gather;
+
+end architecture rtl;

@@ -1,0 +1,127 @@
+-- SPDX-License-Identifier: Apache-2.0
+-- Writes words of pixels, and what is told of the stream, into a buffer, in their order.
+--
+-- A word waits until it is known whether it is its line's last one. When the buffer has one place left, the line ends
+-- there, and the rest of the frame is dropped: what has been written stays well formed.
+--
+-- Latency: a word waits for the next one of its line, or for the line's end. Throughput: one word each clock.
+-- Equation: first = first word behind a frame's start, last = no other word of its line follows.
+
+library ieee;
+use ieee.std_logic_1164.all;
+use ieee.numeric_std.all;
+
+library work;
+use work.csi_pkg.all;
+use work.math_pkg.all;
+
+entity word_sender is
+  generic (
+    -- Pixels of a word, and their bits.
+    WORD_PIXELS : positive range 1 to 8;
+    DATA_BITS   : positive
+  );
+  port (
+    clk : in    std_logic;
+    -- Words, as raw_unpacker gives them.
+    word_valid : in    std_logic;
+    word_ends  : in    std_logic;
+    word_last  : in    natural range 0 to 7;
+    word_data  : in    std_logic_vector(DATA_BITS - 1 downto 0);
+    -- A frame starts with the next word; what is told.
+    frame_starts : in    std_logic;
+    events       : in    events_t;
+    -- To the buffer; it has no place, or one.
+    full         : in    std_logic;
+    nearly_full  : in    std_logic;
+    write_enable : out   std_logic;
+    -- What is told; the word has pixels, the first ones of a frame, the last ones of a line; the last one's number; the
+    -- pixels.
+    write_events     : out   events_t;
+    write_has_pixels : out   std_logic;
+    write_first      : out   std_logic;
+    write_ends       : out   std_logic;
+    write_last       : out   natural range 0 to 7;
+    write_data       : out   std_logic_vector(DATA_BITS - 1 downto 0)
+  );
+end entity word_sender;
+
+architecture rtl of word_sender is
+
+  -- The word that waits; its line has ended.
+  signal held       : std_logic                                := '0';
+  signal held_ends  : std_logic                                := '0';
+  signal held_first : std_logic                                := '0';
+  signal held_last  : natural range 0 to 7                     := 0;
+  signal held_data  : std_logic_vector(DATA_BITS - 1 downto 0) := (others => '0');
+  -- The next word is a frame's first one; the rest of a frame is dropped.
+  signal at_first : std_logic := '0';
+  signal dropping : std_logic := '0';
+  -- What could not be told yet.
+  signal untold : events_t := (others => '0');
+
+  signal moves : std_logic;
+  signal fits  : std_logic;
+  signal tells : std_logic;
+  signal news  : events_t;
+
+begin
+
+  -- The word leaves, if there is a place for it; then the next one may wait.
+  moves <= held and (held_ends or word_valid);
+  fits  <= moves and not full;
+  news  <= untold or events;
+  tells <= to_logic(news /= (7 downto 0 => '0')) and not nearly_full;
+
+  write_enable     <= fits or tells;
+  write_events     <= news;
+  write_has_pixels <= fits;
+  write_first      <= held_first;
+  write_ends       <= held_ends or nearly_full;
+  write_last       <= held_last;
+  write_data       <= held_data;
+
+  follow : process (clk) is
+
+    variable drops : std_logic;
+    variable left  : events_t;
+
+  begin
+
+    if rising_edge(clk) then
+      -- A line that cannot go on, or not even begin.
+      drops := moves and ((nearly_full and not held_ends) or full);
+      left  := news;
+      if fits = '1' or tells = '1' then
+        left := (others => '0');
+      end if;
+      if drops = '1' then
+        left(PIXELS_LOST) := '1';
+      end if;
+      untold <= left;
+
+      if frame_starts = '1' then
+        at_first <= '1';
+        dropping <= '0';
+      elsif drops = '1' then
+        dropping <= '1';
+      end if;
+
+      if moves = '1' then
+        held <= '0';
+      end if;
+      if word_valid = '1' then
+        held       <= not (dropping or drops);
+        held_first <= at_first;
+        held_last  <= word_last;
+        held_data  <= word_data;
+        at_first   <= '0';
+      end if;
+      if word_valid = '1' or word_ends = '1' then
+        held_ends <= word_ends;
+      end if;
+    end if;
+
+  end process follow;
+
+end architecture rtl;

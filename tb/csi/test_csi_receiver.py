@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A camera's CSI-2 into the receiver: every format, every wrong bit of a header."""
+
+import pytest
+
+from plenofir_tb.runner import Case, run_cases
+
+
+def receiver(lanes: int, bits: int, pixels: int, widths: int = 11) -> Case:
+    case = {"lanes": lanes, "bits": bits, "pixels": pixels, "widths": widths}
+    generics = {"LANES": lanes, "PIXEL_BITS": bits, "PIXELS_PER_CLOCK": pixels}
+    return Case("csi_receiver", "csi.receiver_bench", generics, case)
+
+
+def test_csi_receiver() -> None:
+    run_cases([receiver(1, 12, 1, 4), receiver(2, 10, 2, 4), receiver(4, 8, 8, 9)])
+
+
+@pytest.mark.slow
+def test_every_format() -> None:
+    run_cases(
+        [receiver(n, b, p) for n in (1, 2, 4) for b in (8, 10, 12) for p in (1, 2, 4, 8)], long=True
+    )
