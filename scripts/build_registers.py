@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Build what follows from the register map, hdl/axi/registers.toml, by hdl-registers.
 
-Committed: its VHDL package, its C header, the accessors of plenofir.driver and the table of
-docs/registers.md. Not committed: the page build/docs/registers.html.
+Committed: its VHDL package, its C header and the table of docs/registers.md. Not committed: the
+page build/docs/registers.html.
 
 Usage: python scripts/build_registers.py [--check]
 
@@ -10,9 +10,7 @@ With --check nothing is written; exit code 1 if a committed file is missing or s
 """
 
 import re
-import subprocess
 import sys
-import textwrap
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -35,7 +33,6 @@ HTML = ROOT / "build" / "docs" / "registers.html"
 LICENCE = "SPDX-License-" + "Identifier: Apache-2.0"
 BUILT = "Built by scripts/build_registers.py from hdl/axi/registers.toml"
 MODES = {"r": "read", "r_w": "read, write", "wpulse": "write", "r_wpulse": "read, write"}
-PYTHON_LINE = 100
 
 
 def parts_of(register: Any) -> list[str]:
@@ -47,20 +44,6 @@ def parts_of(register: Any) -> list[str]:
 def text_of(thing: Any) -> str:
     """What a register, a field or a constant is, without its parts."""
     return re.sub(r"^\([a-z_, ]+\) ", "", thing.description).replace("``", "`")
-
-
-def is_signed(field: Any) -> bool:
-    """Whether a field is a number in two's complement."""
-    return bool(getattr(getattr(field, "numerical_interpretation", None), "is_signed", False))
-
-
-def docstring(text: str, indent: str) -> str:
-    """Make a docstring: on one line if there is room, else its first sentence, then the others."""
-    if len(indent) + len(text) + 6 <= PYTHON_LINE:
-        return f'{indent}"""{text}"""\n'
-    first, rest = text.split(". ", 1)
-    lines = textwrap.fill(rest, PYTHON_LINE, initial_indent=indent, subsequent_indent=indent)
-    return f'{indent}"""{first}.\n\n{lines}\n{indent}"""\n'
 
 
 def needs(generator: RegisterCodeGenerator, register: Any) -> int:
@@ -177,130 +160,6 @@ class Vhdl93Generator(RegisterCodeGenerator):
         return "\n".join([*lines, "", "end package register_map_pkg;", ""])
 
 
-class PythonGenerator(RegisterCodeGenerator):
-    """Accessors that need the standard library alone: hdl-registers' own need hdl-registers."""
-
-    SHORT_DESCRIPTION = "Python accessors"
-    COMMENT_START = "#"
-
-    @property
-    def output_file(self) -> Path:
-        """Where the accessors lie."""
-        return ROOT / "golden" / "plenofir" / "driver" / "registers.py"
-
-    def get_code(self, **_: Any) -> str:
-        """Make the module."""
-        parts = [
-            f"# {LICENCE}",
-            docstring(f"The registers of a core behind a bus. {BUILT}.", ""),
-            "from typing import NamedTuple, Protocol\n",
-        ]
-        for constant in self.register_list.constants:
-            value = hex(constant.value) if constant.value > 255 else constant.value
-            parts.append(f'{constant.name.upper()} = {value}\n"""{text_of(constant)}"""')
-        parts.append(
-            "\nclass Access(Protocol):\n"
-            '    """Reads and writes words of 32 bits, by their addresses in bytes."""\n\n'
-            "    def read(self, address: int, /) -> int:\n"
-            '        """Read the word at an address."""\n\n'
-            "    def write(self, address: int, value: int, /) -> object:\n"
-            '        """Write the word at an address."""\n\n'
-        )
-        methods = []
-        for register, _array in self.iterate_registers():
-            if register.mode.software_can_read and len(register.fields) > 1:
-                parts.append(self.fields_class(register))
-            methods.append(self.methods(register))
-        parts.append(
-            "\nclass Registers:\n"
-            '    """Reads and writes registers, field by field.\n\n'
-            "    A register of which `NEEDS` has none of the bits of `parts` is not there.\n"
-            '    """\n\n'
-            "    def __init__(self, access: Access) -> None:\n"
-            "        self._access = access\n\n" + "".join(methods)
-        )
-        masks = {r.name: needs(self, r) for r, _ in self.iterate_registers()}
-        rows = ", ".join(f'"{name}": {mask}' for name, mask in masks.items() if mask)
-        parts.append(
-            f"\n\nNEEDS = {{{rows},}}\n"
-            '"""Bits of the register `parts` of which a register needs one; the others are always '
-            'there."""'
-        )
-        addresses = ", ".join(
-            f'"{r.name}": 0x{4 * r.index:02X}' for r, _ in self.iterate_registers()
-        )
-        parts.append(f'\nADDRESSES = {{{addresses},}}\n"""Address of each register in bytes."""')
-        return "\n".join(parts) + "\n"
-
-    @staticmethod
-    def class_name(register: Any) -> str:
-        """Name of the type of a register's fields."""
-        return "".join(word.capitalize() for word in register.name.split("_"))
-
-    def fields_class(self, register: Any) -> str:
-        """Type of a register's fields."""
-        rows = "".join(f"    {f.name}: int\n" for f in register.fields)
-        return (
-            f"\nclass {self.class_name(register)}(NamedTuple):\n"
-            f"{docstring(text_of(register), '    ')}\n{rows}"
-        )
-
-    def methods(self, register: Any) -> str:
-        """Methods that read and write a register."""
-        address = f"0x{4 * register.index:02X}"
-        code = ""
-        if register.mode.software_can_read:
-            values = []
-            for field in register.fields:
-                shift = f"word >> {field.base_index}" if field.base_index else "word"
-                mask = (1 << field.width) - 1
-                value = f"{shift} & 0x{mask:X}" if field.width < 32 else "word"
-                if is_signed(field):
-                    half = 1 << (field.width - 1)
-                    value = f"(({value}) ^ 0x{half:X}) - 0x{half:X}"
-                values.append(value)
-            one = len(values) == 1
-            kind = "int" if one else self.class_name(register)
-            result = values[0] if one else f"{kind}({', '.join(values)})"
-            code += (
-                f"    def read_{register.name}(self) -> {kind}:\n"
-                f"{docstring(text_of(register.fields[0] if one else register), ' ' * 8)}"
-                f"        word = self._access.read({address})\n"
-                f"        return {result}\n\n"
-            )
-        if register.mode.software_can_write:
-            one = len(register.fields) == 1
-            pulse = register.mode.shorthand.endswith("wpulse")
-            default = " = 0" if pulse and not one else ""
-            star = "" if one else "*, "
-            arguments = ", ".join(f"{field.name}: int{default}" for field in register.fields)
-            words = []
-            for field in register.fields:
-                mask = (1 << field.width) - 1
-                value = f"{field.name} & 0x{mask:X}"
-                words.append(f"({value}) << {field.base_index}" if field.base_index else value)
-            joined = " | ".join(f"({word})" if len(words) > 1 else word for word in words)
-            code += (
-                f"    def write_{register.name}(self, {star}{arguments}) -> None:\n"
-                f"{docstring(text_of(register), ' ' * 8)}"
-                f"        self._access.write({address}, {joined})\n\n"
-            )
-        return code
-
-
-def formatted(text: str) -> str:
-    """Python as `ruff format` has it."""
-    done = subprocess.run(
-        [sys.executable, "-m", "ruff", "format", "-", "--stdin-filename", "registers.py"],
-        cwd=ROOT,
-        input=text,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return done.stdout
-
-
 def c_header(generator: CHeaderGenerator) -> str:
     """Take hdl-registers' header, but with what it needs, in C99 (hexadecimal masks), and short."""
     code = re.sub(r"0b([01]+)u", lambda found: f"0x{int(found[1], 2):X}u", generator.get_code())
@@ -339,13 +198,11 @@ def main() -> int:
     registers = from_toml("plenofir", MAP)
     header = CHeaderGenerator(registers, MAP.parent, file_name="plenofir_registers.h")
     vhdl = Vhdl93Generator(registers, MAP.parent)
-    python = PythonGenerator(registers, MAP.parent)
     # Reserved words of any language, names that are there twice.
     vhdl._sanity_check()
     files = {
         vhdl.output_file: vhdl.get_code(),
         header.output_file: c_header(header),
-        python.output_file: formatted(python.get_code()),
         PAGE: between_marks(PAGE.read_text(), "registers", table(vhdl)),
     }
     stale = {p for p, text in files.items() if not p.exists() or p.read_text() != text}

@@ -47,14 +47,14 @@ class Uio:
             self._file = os.open(device, os.O_RDWR | os.O_SYNC)
         except OSError as error:
             raise InputError(
-                f"cannot be opened ({error.strerror})", where=str(device), expected="a UIO device"
+                f"cannot be opened ({error.strerror}); it must be a UIO device", where=str(device)
             ) from None
         try:
             self._memory = mmap.mmap(self._file, _BYTES)
         except (OSError, ValueError) as error:
             os.close(self._file)
             raise InputError(
-                f"cannot be mapped ({error})", where=str(device), expected="a UIO device"
+                f"cannot be mapped ({error}); it must be a UIO device", where=str(device)
             ) from None
         # One access of 32 bits each: slices of bytes would be several.
         self._words = memoryview(self._memory).cast("I")
@@ -94,8 +94,8 @@ def find_uio(name: str = "plenofir", classes: Path = _UIO) -> Path:
         return Path("/dev") / fitting[0]
     seen = ", ".join(f"{device} ({text})" for device, text in found.items()) or "none"
     raise InputError(
-        f"{len(fitting)} UIO devices named {name!r}; there are: {seen}",
-        expected="one: name it, or see the device tree in docs/registers.md",
+        f"{len(fitting)} UIO devices are named {name!r}, of {seen}; name one of "
+        "them, or see the device tree in docs/registers.md"
     )
 
 
@@ -125,9 +125,9 @@ class SerialBridge:
         answer = self._port.read(4)
         if len(answer) < 4:
             raise InputError(
-                f"{len(answer)} bytes of 4 came for the word at {self._base + address:#x}",
+                f"only {len(answer)} of 4 bytes came for the word at "
+                f"{self._base + address:#x}; is a UARTBone behind the port, at this speed?",
                 where="serial bridge",
-                expected="a UARTBone at this speed",
             )
         return int.from_bytes(answer, "big")
 

@@ -76,16 +76,16 @@ class Core:
         found = self.registers.read_identification()
         if found != IDENTIFICATION_VALUE:
             raise InputError(
-                f"reads as {found:#010x}",
+                f"the first word reads as {found:#010x}, not {IDENTIFICATION_VALUE:#010x}; "
+                "is this the core's address?",
                 where="core",
-                expected=f"{IDENTIFICATION_VALUE:#010x}: is this its address?",
             )
         version = self.registers.read_version()
         if version.map != MAP_NUMBER:
             raise InputError(
-                f"has register map {version.map}",
+                f"has register map {version.map}, this driver knows {MAP_NUMBER}; take the "
+                f"driver of plenofir {version.major}.{version.minor}",
                 where="core",
-                expected=f"{MAP_NUMBER}: a driver of plenofir {version.major}.{version.minor}",
             )
         self.description = self._describe()
 
@@ -128,7 +128,7 @@ class Core:
         # A processor may be stopped by an access to a register that is not there.
         if part not in self.description.parts:
             there = ", ".join(sorted(self.description.parts))
-            raise InputError(f"has no {part}", where="core", expected=f"what it has: {there}")
+            raise InputError(f"was built without a {part}; it has {there}", where="core")
 
     # ---- frames
 
@@ -146,9 +146,9 @@ class Core:
         most = self.description.max_columns
         if not 1 <= columns <= most or not 1 <= rows <= 0xFFFF:
             raise InputError(
-                f"frames of {columns} x {rows} pixels",
+                f"frames of {columns} x {rows} pixels are not possible; use 1 to {most} "
+                "columns and 1 to 65535 rows",
                 where="core",
-                expected=f"1 to {most} columns, 1 to 65535 rows",
             )
         control = self.registers.read_control()
         if control.enable:
@@ -157,9 +157,8 @@ class Core:
         self.registers.write_frame_size(columns=columns, rows=rows)
         if self.frame_size != (columns, rows):
             raise InputError(
-                f"refuses frames of {columns} x {rows} pixels",
+                f"refuses frames of {columns} x {rows} pixels; is other software using it?",
                 where="core",
-                expected="no other software beside this",
             )
         self.registers.write_control(enable=control.enable, sweep=control.sweep)
 
@@ -202,7 +201,7 @@ class Core:
         self._need("refocuser")
         count = len(self.description.shifts)
         if not 0 <= number < count:
-            raise InputError(f"slice {number}", where="core", expected=f"0 to {count - 1}")
+            raise InputError(f"has no slice {number}; use 0 to {count - 1}", where="core")
         self.registers.write_slice(number)
         self.registers.write_control(enable=self.registers.read_control().enable, sweep=0)
 
@@ -212,7 +211,7 @@ class Core:
         settings = self.description.settings
         if wanted not in settings:
             names = ", ".join(str(setting) for setting in settings)
-            raise InputError(f"a = {wanted}", where="core", expected=f"one of {names}")
+            raise InputError(f"has no slice for a = {wanted}; use one of {names}", where="core")
         self.set_slice(settings.index(wanted))
         return settings.index(wanted)
 
@@ -226,7 +225,7 @@ class Core:
         m, settings = self.description.micro_image_size, self.description.settings
         if model.micro_image_size != m:
             raise InputError(
-                f"a camera with M = {model.micro_image_size}", where="core", expected=f"M = {m}"
+                f"was built for M = {m}, the camera has M = {model.micro_image_size}", where="core"
             )
         wanted = float(model.focus_setting(distance_mm))
         number = min(range(len(settings)), key=lambda i: abs(float(settings[i]) - wanted))
@@ -234,9 +233,9 @@ class Core:
         gaps = [b - a for a, b in pairwise(ordered)]
         if abs(float(settings[number]) - wanted) > max([*gaps, 1 / m]) / 2:
             raise InputError(
-                f"{distance_mm:g} mm is a = {wanted:.3f}",
+                f"{distance_mm:g} mm needs a = {wanted:.3f}; the core has a = "
+                f"{ordered[0]:.3f} to {ordered[-1]:.3f}",
                 where="core",
-                expected=f"a distance of a = {ordered[0]:.3f} to {ordered[-1]:.3f}",
             )
         self.set_slice(number)
         return number
@@ -245,7 +244,7 @@ class Core:
         """Go through the slices, so many frames each."""
         self._need("refocuser")
         if not 1 <= frames <= 255:
-            raise InputError(f"{frames} frames a slice", where="core", expected="1 to 255")
+            raise InputError(f"a slice cannot stay for {frames} frames; use 1 to 255", where="core")
         self.registers.write_sweep_frames(frames)
         self.registers.write_control(enable=self.registers.read_control().enable, sweep=1)
 
@@ -253,7 +252,8 @@ class Core:
     def shown_slice(self) -> int:
         """Slice of the frame that comes out, or came out last."""
         self._need("refocuser")
-        return self.registers.read_status().slice
+        number: int = self.registers.read_status().slice
+        return number
 
     # ---- what happened
 
