@@ -25,7 +25,6 @@ from unittest import mock
 
 import pytest
 
-from mutant_bench import CASES
 from mutant_tests import rounds_of
 from mutants import Mutant, write_mutant
 from plenofir.fpga import hdl
@@ -79,8 +78,6 @@ def list_circuits(out: Path, words: Sequence[str]) -> int:
 @cache
 def circuits_of(test: str) -> tuple[Circuit, ...]:
     """What a round of `mutant_tests.rounds_of` builds."""
-    if test == "bench":
-        return tuple(circuit("raster_refocuser", case.core.generics()) for case in CASES)
     words = [word for word in test.split() if "=" not in word]
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(scratch) / "circuits.json"

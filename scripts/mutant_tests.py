@@ -26,6 +26,7 @@ CSI = "tb/csi/test_csi_receiver.py -k test_csi_receiver"
 CSI_HUNT = "tb/hunt/test_hunter.py -k short_draw[csi_receiver]"
 PARALLEL = "tb/video/test_parallel.py"
 LOADS = "tb/board/test_load_port.py"
+HUNT = "tb/hunt/test_hunter.py::test_short_draw[{}]"
 REGISTERS = "tb/axi/test_registers.py -k test_registers"
 SENSOR_VIDEO = "tb/video/test_sensor_video.py -k raw_aligned"
 SENSOR_WAITS = "tb/video/test_sensor_video.py -m slow -k core_far_behind[fir]"
@@ -33,8 +34,7 @@ OF_VIDEO = (
     *(f"{VIDEO} -k units", f"{VIDEO} -k blanking", f"{VIDEO} -k refocus_video"),
     *(SENSOR_VIDEO, CHAIN),
 )
-# Tests behind the file bench for a source's mutants, the first pattern that fits; {} is its
-# entity.
+# Tests for a source's mutants, the first pattern that fits; {} is its entity.
 TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     (
         "moving_sum/sum_lanes_pkg*",
@@ -56,9 +56,10 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("stack/*", (STACK,)),
     ("depth/*", (INDEX, f"{INDEX} -m slow -k more_indices", f"{VIDEO} -k all_in_focus")),
     ("resample/sensor*", ("tb/simulate/test_sensor_run.py -m slow -k file_bench",)),
+    ("resample/*mosaic*", (HUNT.format("colour_mosaic"),)),
     (
         "resample/*",
-        (f"{RESAMPLER} -k grids_and_mosaic", f"{RESAMPLER} -m slow -k registers_that_change"),
+        (f"{RESAMPLER} -k grids", f"{RESAMPLER} -m slow -k registers_that_change"),
     ),
     ("axi/*_axi*", ("tb/axi/test_bus_driver.py", "tb/axi/test_refocuser_axi.py")),
     ("axi/*", (REGISTERS, "tb/axi/test_refocuser_axi.py", "tb/axi/test_bus_driver.py")),
@@ -73,9 +74,10 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("video/sensor_front*", (SENSOR_VIDEO, SENSOR_WAITS)),
     ("board/[mt]*", ("tb/board/test_monitor.py", CHAIN)),
     ("board/load_crossing*", (f"{LOADS} -k pixel_clock", CONTROL, CHAIN)),
-    ("board/load_port*", (f"{LOADS} -k load_port",)),
+    ("board/load_port*", (HUNT.format("load_port"), f"{LOADS} -k load_port")),
     ("board/i2c_reader*", ("tb/board/test_monitor.py", CHAIN)),
     ("board/c[lo]*", (f"{LINK} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
+    ("board/i2c_rom_slave*", (HUNT.format("i2c_rom_slave"), CHAIN)),
     ("board/[bdiu]*", (f"{BOARD} -k {{}}", f"{BOARD} -k board_control", CONTROL, CHAIN)),
     ("board/parallel*", (PARALLEL,)),
     ("board/[rs]e*", (f"{LINK} -k hdmi_control", CONTROL, CHAIN)),
@@ -104,8 +106,6 @@ TESTS: tuple[tuple[str, tuple[str, ...]], ...] = (
         ),
     ),
 )
-# Of these the file bench simulates every line.
-IN_FILE_BENCH = ("core/*", "refocuser/raster*", "fir/*", "moving_sum/*", "common/*")
 
 
 def relative(source: Path) -> str:
@@ -124,8 +124,6 @@ def tests_of(place: str) -> tuple[str, ...]:
 
 
 def rounds_of(mutant: Mutant) -> tuple[str, ...]:
-    """What a mutant is put to, in turn: "bench", then files of tests."""
+    """Files of tests that a mutant is put to, in turn."""
     place = place_of(mutant)
-    benched = any(fnmatch.fnmatch(place, pattern) for pattern in IN_FILE_BENCH)
-    entity = Path(place).stem
-    return ("bench" if benched else "", *(test.replace("{}", entity) for test in tests_of(place)))
+    return tuple(test.replace("{}", Path(place).stem) for test in tests_of(place))

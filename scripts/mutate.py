@@ -4,14 +4,13 @@
 Usage: python scripts/mutate.py [--seeds N ...] [--count N] [--only FILE]
        [--survivors FILE] [--jobs N] [--out FILE] [--resume]
 
-A mutant is one change of one operator, constant, switch bit or reset in one source. It is simulated
-until something fails: first a few small cores in the file bench against the golden model, then the
-testbenches that reach its source, short ones first. One that nothing notices is compared with the
-sources as circuits. A mutant that does not analyse is not counted, one that is proved to be equal
-is counted apart.
+A mutant is one change of one operator, constant, switch bit or reset in one source. The testbenches
+that reach its source are simulated until one fails, short ones first. One that nothing notices is
+compared with the sources as circuits. A mutant that does not analyse is not counted, one that is
+proved to be equal is counted apart.
 Which mutants are taken depends on a hash of their text, so that a change of the sources leaves most
-of them as they were. mutants.py makes them, mutant_bench.py has the small cores, mutant_tests.py
-says which testbenches reach a source, mutant_proof.py proves that circuits are equal.
+of them as they were. mutants.py makes them, mutant_tests.py says which testbenches reach a source,
+mutant_proof.py proves that circuits are equal.
 
 Survivors must be explained in docs/verification.md; exit code 1 if one is not.
 """
@@ -37,9 +36,8 @@ from unittest import mock
 
 import pytest
 
-from mutant_bench import bench_notices
 from mutant_proof import proved_circuits
-from mutant_tests import CHAIN, relative, rounds_of
+from mutant_tests import CHAIN, RASTER, relative, rounds_of
 from mutants import Key, Mutant, chosen, explained, is_explained, mutants, write_mutant
 from plenofir.fpga import hdl
 from plenofir.fpga.tools.simulators import SimulationError, find_simulator
@@ -71,6 +69,7 @@ def run_tests(folder: Path, words: Sequence[str]) -> int:
     seconds = CHAIN_SECONDS if words[0] == CHAIN else TEST_SECONDS
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     sys.path.insert(0, str(project.root() / "tb"))
+    from hunt import simulate as hunter
     from plenofir_tb import runner
 
     portable = [folder / source.name for source in hdl.hdl_sources()]
@@ -87,6 +86,8 @@ def run_tests(folder: Path, words: Sequence[str]) -> int:
     with (
         mock.patch.object(hdl, "hdl_sources", return_value=portable),
         mock.patch.object(hdl, "board_sources", return_value=board),
+        mock.patch.object(hdl, "all_sources", return_value=board),
+        mock.patch.object(hunter, "FOLDER", folder / "hunt"),
         mock.patch.object(runner, "_BUILD", folder / "tb"),
         mock.patch.object(runner, "_simulate", simulate_once),
     ):
@@ -130,17 +131,15 @@ def tests_notice(folder: Path, test: str) -> str:
 
 
 def outcome(mutant: Mutant | None, number: int, folder: Path) -> str:
-    """What a round makes of a mutant: "invalid", what notices the change, "equal", or nothing."""
+    """What a round makes of a mutant: "invalid", what notices it, "equal", or nothing."""
     if mutant is not None and number == len(rounds_of(mutant)):
         circuits = proved_circuits(mutant, folder)
         return f"equal: {circuits} circuits" if circuits else ""
     sources = write_mutant(mutant, hdl.board_sources(), folder / "hdl")
     if number == 0 and not is_valid(sources, folder / "analysis"):
         return "invalid"
-    test = "bench" if mutant is None else rounds_of(mutant)[number]
-    if test == "bench":
-        return bench_notices(sources, folder / "bench")
-    return tests_notice(folder / "hdl", test) if test else ""
+    test = f"{RASTER} -k stalls_gaps" if mutant is None else rounds_of(mutant)[number]
+    return tests_notice(folder / "hdl", test)
 
 
 def load(file: Path) -> dict[Key, tuple[int, str]]:

@@ -6,8 +6,6 @@ from importlib import metadata
 
 import pytest
 
-from plenofir.fpga import hdl
-from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.register_map import MAP, PARTS
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
@@ -69,24 +67,3 @@ def test_registers() -> None:
 def test_many_accesses() -> None:
     rng = random.Random(draw_seed())
     run_cases([drawn_case(parts, rng, accesses=6000) for parts in SETS])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("file", "old", "new"),
-    [
-        ("axi_lite_slave.vhd", "write_refused = '1' or write_aligned = '0'", "write_refused = '1'"),
-        ("refocuser_registers.vhd", "ones(COMMAND_RESTART)", "write_data(COMMAND_RESTART)"),
-        ("event_registers.vhd", "not clear_errors) or new_errors", "not clear_errors)"),
-        ("refocuser_registers.vhd", "whole = '1' and enabled = '0' and", "whole = '1' and"),
-        ("refocuser_registers.vhd", "written(AT_LOAD_PLACE) = '1' and refused = '0'",
-         "written(AT_LOAD_PLACE) = '1'"),
-        ("axi_pkg.vhd", "if there mod 2 = 1 and part mod 2 = 1 then", "if part mod 2 = 1 then"),
-    ],
-)  # fmt: skip
-def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
-    sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
-    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
-    rng = random.Random(draw_seed())
-    with pytest.raises(pytest.fail.Exception, match=FOUND):
-        run_cases([drawn_case(parts, rng, accesses=600) for parts in SETS])

@@ -124,79 +124,6 @@ class Terminal:
 
 
 @cocotb.test()
-async def lines_and_their_answers(dut: Any) -> None:
-    """Words, the question, wrong lines; all others go on to the command line."""
-    line = Line(dut)
-    await line.reset()
-    assert described(await line.ask("l ?"), where="board").core.lines == CASE["lines"]
-    assert await line.ask("l 2ABCDE0123456789") == "ok"
-    assert await line.ask("l3 fffff FEDCBA9876") == "ok"
-    assert line.words == [(2, 0xABCDE, 0x0123456789), (3, 0xFFFFF, 0xFEDCBA9876)]
-    for wrong in (
-        "l 4000000000000000",
-        "l 200000000000000",
-        "l 20000000000000000",
-        "l 2g000000000000000",
-        "l",
-        "l ?1",
-        "l ??",
-        "lx",
-    ):
-        assert await line.ask(wrong) == "error", wrong
-    assert len(line.words) == 2
-    # Blanks in front of a line, and lines of them, do not count.
-    assert await line.ask("  l2ABCDE 0123456789 ") == "ok"
-    assert await line.ask("  \r \r l ?") == CASE["description"]
-    assert line.words.pop() == (2, 0xABCDE, 0x0123456789)
-    # An l inside a line is no word; the command line has its own answers.
-    assert await line.ask("s l2ABCDE0123456789") == "error"
-    assert await line.ask("s 2") == "ok"
-    assert await line.ask("?") == "slices=3"
-    # The resampler has not taken the word before.
-    dut.busy.value = 1
-    assert await line.ask("l 0000010000000006") == "error"
-    dut.busy.value = 0
-    assert await line.ask("l 0000010000000007") == "ok"
-    assert line.words[2:] == [(0, 1, 7)]
-
-
-@cocotb.test()
-async def resets_in_lines(dut: Any) -> None:
-    """Behind a reset anywhere a line begins; no answer goes on, no word is written."""
-    line = Line(dut)
-    await line.reset()
-    for part in (b"s 1", b"l 2ABCDE01", b"l ?\r", b"s 2\r", b"l 2ABCDE0123456789\r"):
-        await line.send(part)
-        await ClockCycles(dut.clk, 13 * BIT)
-        await line.reset()
-        await ClockCycles(dut.clk, 20 * BIT)
-        assert described(await line.ask("l ?"), where="board").core.lines == CASE["lines"], part
-    assert line.words == [(2, 0xABCDE, 0x0123456789)]
-    # The clock in which a word goes out, and resets around it.
-    write = 0
-    for place in (None, -1, 0, 1):
-        await line.send(b"l 2ABCDE0123456789")
-        line.words.clear()
-        sending = cocotb.start_soon(line.send(b"\r"))
-        if place is None:
-            while not int(dut.load_write.value):
-                await FallingEdge(dut.clk)
-                write += 1
-        else:
-            for _ in range(write - 1 + place):
-                await FallingEdge(dut.clk)
-            dut.reset.value = 1
-            await FallingEdge(dut.clk)
-            dut.reset.value = 0
-        await sending
-        await ClockCycles(dut.clk, 4 * BIT)
-        # The last reset comes behind the word.
-        assert len(line.words) == int(place in (None, 1)), f"reset {place} clocks from the word"
-        await line.reset()
-        await ClockCycles(dut.clk, 20 * BIT)
-
-
-@cocotb.test()
 async def calibration_through_a_pseudo_terminal(dut: Any) -> None:
     """The command ``plenofir board load``, as it talks to a board."""
     line = Line(dut)
@@ -209,7 +136,7 @@ async def calibration_through_a_pseudo_terminal(dut: Any) -> None:
         returned, out, err = await terminal.load(calib)
         assert returned == code, err
         if code:
-            assert "hexagonal True; expected False" in err
+            assert "has hexagonal True, the resampler False" in err
             assert err.count("\n") == 1
             assert not line.words
     assert "the next frame uses it" in out

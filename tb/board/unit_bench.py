@@ -71,7 +71,7 @@ class I2cMaster(i2c.I2cMaster):
 
 @for_entity("i2c_rom_slave")
 async def edid_over_i2c(dut: Any) -> None:
-    """The whole block, parts of it, other devices, broken transfers: never a hang."""
+    """The whole block, and parts of it, on lines that ring; the hunter has all else."""
     rng = random.Random(cocotb.RANDOM_SEED)
     Clock(dut.clk, 10, "ns").start()
     master = I2cMaster(dut, rng)
@@ -84,44 +84,6 @@ async def edid_over_i2c(dut: Any) -> None:
     at = rng.randrange(100)
     assert await master.read_block(at, 5) == edid[at : at + 5]
     assert await master.read_block(126, 4) == [*edid[126:], 0xFF, 0xFF]
-    # Another device is not answered.
-    await master.start()
-    assert not await master.write(0xA2)
-    await master.stop()
-    # Transfers that break off anywhere, also while the slave holds the line.
-    for _ in range(6):
-        await master.start()
-        await master.write(0xA1)
-        for _ in range(rng.randrange(1, 20)):
-            await master.bit(1)
-        if rng.random() < 0.5:
-            # The way out of a slave that holds the data line: nine clocks and a stop.
-            for _ in range(9):
-                await master.bit(1)
-        await master.stop()
-        assert await master.read_block(0, 3) == edid[:3]
-    # A reset while the slave holds the data line: it lets go, and is silent until it is addressed.
-    await master.start()
-    assert await master.write(0xA0)
-    assert await master.write(0)
-    await master.start()
-    assert await master.write(0xA1)
-    await FallingEdge(dut.clk)
-    assert int(dut.sda_low.value)
-    dut.reset.value = 1
-    await FallingEdge(dut.clk)
-    dut.reset.value = 0
-    assert not int(dut.sda_low.value)
-    assert all([await master.bit(1) for _ in range(12)])
-    await master.stop()
-    assert await master.read_block(0, 3) == edid[:3]
-    # Nothing can be written.
-    await master.start()
-    assert await master.write(0xA0)
-    assert await master.write(8)
-    assert not await master.write(0x55)
-    await master.stop()
-    assert await master.read_block(8, 2) == edid[8:10]
 
 
 @for_entity("debouncer")

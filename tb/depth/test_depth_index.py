@@ -5,9 +5,7 @@ import random
 
 import pytest
 
-from plenofir.fpga import hdl
 from plenofir.fpga.core.depth_index import DepthIndexConfiguration
-from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
@@ -107,50 +105,3 @@ def random_options(number: int) -> dict[str, int]:
 @pytest.mark.parametrize("number", range(10))
 def test_more_random_windows(number: int) -> None:
     run_indices(*(random_options(100 + 3 * number + n) for n in range(3)))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("file", "old", "new"),
-    [
-        ("sharpness_index.vhd", "joined_above <= not starts(1);", "joined_above <= '1';"),
-        ("sharpness_index.vhd", "same(i) <= '0';", "same(i) <= '1';"),
-        ("sharpness_index.vhd", "if value > most(s - 1) then", "if value >= most(s - 1) then"),
-        ("sharpness_index.vhd", "judged_lens <= lens_at(JUDGING_DELAY);",
-         "judged_lens <= lens_at(JUDGING_DELAY - 1);"),
-        ("lens_sharpness.vhd", "resize(unsigned(bend), LAPLACIAN_BITS)",
-         "unsigned(resize(bend, LAPLACIAN_BITS))"),
-        ("lens_sums.vhd", "if row_first_2 = '1' then", "if false then"),
-        ("lens_sharpness.vhd", "difference(centre_1, centre_2, has_2)",
-         "difference(centre_1, centre_2, '1')"),
-    ],
-)  # fmt: skip
-def test_planted_fault_is_found(tmp_path, monkeypatch, file, old, new) -> None:
-    run_planted(tmp_path, monkeypatch, file, old, new, {})
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("total      <= total + column - columns(WINDOW);", "total <= total + column;"),
-        ("active_at(3) = '1' and same(i) = '1' and moved", "active_at(3) = '1' and moved"),
-        ("if unsigned(waiting) > most_votes(s - 1) then",
-         "if unsigned(waiting) >= most_votes(s - 1) then"),
-        ("elsif most_votes(SLICES - 1) /= 0 then", "elsif most_votes(SLICES - 1) > 1 then"),
-        ("elsif starts = '0' then", "elsif false then"),
-        ("LENGTH => MIDDLE_DELAY\n", "LENGTH => MIDDLE_DELAY + 1\n"),
-        ("if middle_late(0) = '1' then", "if false then"),
-    ],
-)  # fmt: skip
-def test_planted_fault_in_votes_is_found(tmp_path, monkeypatch, old, new) -> None:
-    votes = {"vote_radius": 1, "confidence": 600, "max_columns": 41, "radius": 0}
-    run_planted(tmp_path, monkeypatch, "index_vote.vhd", old, new, votes)
-
-
-def run_planted(tmp_path, monkeypatch, file, old, new, options: dict[str, int]) -> None:
-    """Run with a fault, which must be noticed."""
-    sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
-    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
-    with pytest.raises(pytest.fail.Exception, match=FOUND):
-        run_indices({"micro_image_size": 2, "slices": 3, "radius": 1, "max_columns": 14, **options})

@@ -1,11 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Text over the picture, against its golden model."""
 
-import pytest
-
-from plenofir.fpga import hdl
 from plenofir.fpga.screen.overlay import Overlay
-from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, run_cases
 from plenofir_tb.video import shrunken
 
@@ -33,22 +29,3 @@ def test_texts_rulers_and_errors() -> None:
     # Labels that no line of a picture has room for.
     many = case(tuple("x" for _ in range(67)), tuple(f"{n:7}" for n in range(64)), 30, 44)
     run_cases([WIDE, cut, many])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("file", "old", "new"),
-    [
-        ("text_overlay", "resize(field_1, 8) = unsigned", "resize(field_1, 8) >= unsigned"),
-        ("text_overlay", "to_logic(over < OVERLAY_ROWS and", "to_logic(over <= OVERLAY_ROWS and"),
-        ("text_overlay", "to_logic(unsigned(faults) = 0) or", ""),
-        ("text_overlay", "within_1 = LABEL_COLUMNS - 1 and", "within_1 = LABEL_COLUMNS - 2 and"),
-        ("text_overlay", "(OVERLAY_ROWS + MARGIN)", "(OVERLAY_ROWS + MARGIN + 1)"),
-        ("glyph_lines", "tens when digit_1(1) = '1'", "tens when digit_1(0) = '1'"),
-    ],
-)
-def test_planted_fault_is_found(tmp_path, monkeypatch, file: str, old: str, new: str) -> None:
-    sources = plant(tmp_path, hdl.hdl_sources(), f"{file}.vhd", old, new)
-    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
-    with pytest.raises(pytest.fail.Exception, match=FOUND):
-        run_cases([WIDE])

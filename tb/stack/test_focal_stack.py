@@ -5,10 +5,8 @@ import random
 
 import pytest
 
-from plenofir.fpga import hdl
 from plenofir.fpga.core.configuration import CoreConfiguration
 from plenofir.fpga.core.stack_engine import StackEngine
-from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, draw_seed, run_cases
 
 
@@ -81,24 +79,3 @@ def random_core(number: int, most: int) -> CoreConfiguration:
 def test_more_random_stacks(number: int) -> None:
     cores = [random_core(100 + 4 * number + n, 10**6) for n in range(4)]
     run_cases([stack_case(core, thorough=n % 2 == 0) for n, core in enumerate(cores)])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("options", "file", "old", "new"),
-    [
-        ({"shifts": (-2, 3)}, "stack_columns.vhd", "=> phase_3,", "=> phase_2,"),
-        ({"shifts": (-2, 3)}, "column_sum.vhd", "GEOMETRY, SLICE, v)", "GEOMETRY, 0, v)"),
-        ({"shifts": (-2, 3)}, "focal_stack.vhd", "KEEP_MODULUS   => true",
-         "KEEP_MODULUS   => false"),
-        ({"shifts": (3, -3)}, "moving_sum_adder.vhd",
-         "results <= old_results", "results <= running"),
-        ({"shifts": (1, 2)}, "stack_array.vhd", "FIXED_SLICE      => s", "FIXED_SLICE      => 0"),
-    ],
-)  # fmt: skip
-def test_planted_fault_is_found(tmp_path, monkeypatch, options, file, old, new) -> None:
-    sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
-    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
-    core = configuration(micro_image_size=3, spare=6, **options)
-    with pytest.raises(pytest.fail.Exception, match=FOUND):
-        run_cases([stack_case(core, thorough=True)])

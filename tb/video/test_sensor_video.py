@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Raw frames of a sensor as video in, their raster, refocused, in the middle of the video out."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from plenofir.camera.resampling import BayerOrder
-from plenofir.fpga import hdl
 from plenofir.fpga.hdmi.modes import VideoMode
-from plenofir_tb.faults import FOUND, plant
 from plenofir_tb.runner import Case, run_cases
 from plenofir_tb.shown_sensor import ShownCamera, sensor_packages, shown_chip
 from plenofir_tb.video import MODE_720, shrunken
@@ -132,23 +129,3 @@ def test_cameras(
 @pytest.mark.parametrize("engine", ["fir", "moving_sum"])
 def test_core_far_behind(engine: str) -> None:
     run_cases([case(*FAR_BEHIND, ENGINE=engine)])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("what", "file", "old", "new"),
-    [
-        (SIMPLE, "sensor_front.vhd", "OWN_LINES + CORE_LINES;", "OWN_LINES;"),
-        (SIMPLE, "sensor_front.vhd", "or place_wanted /= place_now then", "then"),
-        (SIMPLE, "stream_to_video.vhd", "place.column < right and", "place.column <= right and"),
-        # Frames that do not wait for the one before.
-        (FAR_BEHIND, "sensor_front.vhd", "turn or direct_now or not raster_user(0);", "'1';"),
-    ],
-)
-def test_planted_fault_is_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: Plain, file: str, old: str, new: str
-) -> None:
-    sources = plant(tmp_path, hdl.hdl_sources(), file, old, new)
-    monkeypatch.setattr(hdl, "hdl_sources", lambda: sources)
-    with pytest.raises(pytest.fail.Exception, match=FOUND):
-        run_cases([case(*what)])
