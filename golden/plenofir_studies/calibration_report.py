@@ -129,7 +129,7 @@ def _spot_images(folder: Path) -> Iterator[_Truth]:
     """Images NAME.png with true centres NAME.txt, one (y, x) a line."""
     files = sorted(folder.glob("*.txt"))
     if not files:
-        raise InputError("no NAME.txt", where=str(folder), expected="NAME.png and NAME.txt")
+        raise InputError("has no NAME.txt; each NAME.png needs one", where=str(folder))
     rng = np.random.default_rng(_SEED)
     for file in files:
         image = read_image(file.with_suffix(".png"))
@@ -138,7 +138,7 @@ def _spot_images(folder: Path) -> Iterator[_Truth]:
         except ValueError:
             truth = np.empty((0, 0))
         if truth.shape[1:] != (2,) or len(truth) < 2:
-            raise InputError("no centres", where=str(file), expected="y and x on each line")
+            raise InputError("has no centres; write y and x on each line", where=str(file))
         inside = ((truth >= 0) & (truth <= np.array(image.shape[:2]) - 1)).all(axis=1)
         full = np.iinfo(image.dtype).max
         noisy = np.clip(np.rint(image + rng.normal(0, 0.01 * full, image.shape)), 0, full)
@@ -256,7 +256,9 @@ def write_report(folder: Path, spots: Path | None, progress: Progress) -> Path:
     report = Report(folder, "report.md", 12 + len(own) + DRAWS + STEPS + 3, progress)
     if spots is not None and folder.resolve() == spots.resolve():
         # A spot image may be called like one of the figures.
-        raise InputError("is the folder of the spots", where=str(folder), expected="another one")
+        raise InputError(
+            "is the folder of the spots; name another one for the report", where=str(folder)
+        )
     report.say("# Calibration, focus and depth")
     _accuracy(report, chain(_white_images(), own))
     drawn(report)

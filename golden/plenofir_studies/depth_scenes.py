@@ -217,7 +217,7 @@ def hci_folders(folder: Path) -> list[Path]:
     found = sorted(path.parent for path in folder.rglob(TRUTH))
     if not found:
         raise InputError(
-            f"no {TRUTH}", where=str(folder), expected="scenes of the HCI benchmark with truth"
+            f"has no {TRUTH}; scenes of the HCI benchmark have their truth in it", where=str(folder)
         )
     return found
 
@@ -226,8 +226,8 @@ def hci_truth(folder: Path) -> Truth:
     """A scene of the HCI benchmark."""
     images, a = read_hci(folder).images, hci_scene(folder).disparity
     if a is None or a.shape != images.shape[2:4]:
-        raise InputError(f"{TRUTH} is of another size", where=str(folder), expected="the views'")
+        raise InputError(f"{TRUTH} has another size than the views", where=str(folder))
     if min(a.shape) <= 2 * HCI_BORDER:
         size = f"views of {a.shape[1]} x {a.shape[0]} pixels"
-        raise InputError(size, where=str(folder), expected=f"more than {2 * HCI_BORDER} pixels")
+        raise InputError(f"{size}; more than {2 * HCI_BORDER} pixels are needed", where=str(folder))
     return Truth(folder.name, compose(images), len(images), a.astype(np.float64), None)

@@ -92,13 +92,13 @@ class Table:
             if part.name == name:
                 return part
         names = ", ".join(repr(part.name) for part in self.parts)
-        raise InputError(f"no part {name!r}", where=f"table {self.number}", expected=names)
+        raise InputError(f"table {self.number} has no part {name!r}; it has {names}")
 
 
 def load_table(number: str) -> Table:
     """Read a table."""
     if number not in TABLES:
-        raise InputError(f"no table {number!r}", where="table", expected=", ".join(TABLES))
+        raise InputError(f"there is no table {number!r}; choose from {', '.join(TABLES)}")
     folder = DATA / "thesis"
     file = folder.joinpath(f"table_{number.replace('.', '_')}.toml")
     document = tomllib.loads(file.read_text(encoding="utf-8"))

@@ -81,7 +81,7 @@ def test_no_room_is_named_with_its_remedy(tmp_path: Path, monkeypatch: pytest.Mo
 
     # The last flush is where a full disk shows itself on some file systems.
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(InputError, match=r"No space left.*enough room on the disk"):
+    with pytest.raises(InputError, match=r"No space left.*make room on the disk"):
         write_file(tmp_path / "a", b"x")
     assert listing(tmp_path) == {}
 

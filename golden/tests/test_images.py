@@ -161,7 +161,7 @@ def test_values_above_white_are_kept(tmp_path: Path) -> None:
 
 
 def test_wrong_white_is_refused(tmp_path: Path) -> None:
-    for text, match in ((b"70000", "white is 70000"), (b"5", "3 bit"), (b"x", "damaged")):
+    for text, match in ((b"70000", "counts 70000 as white"), (b"5", "3 bit"), (b"x", "damaged")):
         data = with_chunk(encode_png(DEEP), b"tEXt", b"White level\0" + text)
         refuses(tmp_path / "image", data, match)
 

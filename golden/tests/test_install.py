@@ -86,7 +86,7 @@ def test_commands_find_their_files(call, tmp_path: Path) -> None:
     assert (done.stdout, done.stderr) == ("views: 25 views of 4 x 3 pixels\n", "")
     done = call("plenofir", "sim", "--raw", "raw.png", path="")
     assert done.returncode == 2
-    assert done.stderr.startswith("plenofir: --simulator: ghdl is not on the PATH; expected ")
+    assert done.stderr.startswith("plenofir: GHDL is not on the PATH; ")
 
 
 @pytest.mark.slow

@@ -115,7 +115,11 @@ def run_design(
 
 
 def _simulate(
-    top: str, generics: dict[str, Any], sources: Sequence[Path], order: dict[str, Any], scratch: Path
+    top: str,
+    generics: dict[str, Any],
+    sources: Sequence[Path],
+    order: dict[str, Any],
+    scratch: Path,
 ) -> str:
     """Analyse and run; what the tools said."""
     name = simulator_name()

@@ -189,4 +189,4 @@ def test_another_chain_is_refused() -> None:
         [command, "sim", "--chain", "sdi"], capture_output=True, text=True, check=False
     )
     assert done.returncode == 2
-    assert done.stderr == "plenofir: --chain: 'sdi'; expected one of 'core', 'hdmi'\n"
+    assert done.stderr == "plenofir: --chain: 'sdi' must be one of 'core', 'hdmi'\n"

@@ -135,7 +135,7 @@ def test_wide_hexagonal_mosaic_under_verilator(tmp_path: Path) -> None:
         ),
         (
             ["--calib", "{}/calib.json", "--raw", "{}/rgb.png", "--bayer", "rggb"],
-            "expected a mosaic: one channel",
+            "a mosaic has one channel",
         ),
     ],
 )

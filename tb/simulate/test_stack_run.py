@@ -100,7 +100,7 @@ def test_a_fault_in_the_stack_is_found(tmp_path: Path, plenofir, monkeypatch) ->
     ("arguments", "message"),
     [
         (("-a", "1/2 0"), "--a: 1/2 is not on the grid of M = 5"),
-        (("-a", "0 1", "--radius", "9"), "--radius: '9'; expected less than or equal to 8"),
+        (("-a", "0 1", "--radius", "9"), "--radius: '9' must be less than or equal to 8"),
         (("-a", "0 1", "-M", "1"), "--micro-image: M = 1 is too small"),
     ],
 )

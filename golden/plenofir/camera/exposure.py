@@ -112,8 +112,8 @@ def to_srgb(picture: Picture, where: str) -> Picture:
     except Exception as error:  # It raises whatever a damaged profile leads it to.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
-            f"its colour profile cannot be used ({reason})",
+            f"its colour profile cannot be used ({reason}); save the picture in sRGB or "
+            "without a profile",
             where=where,
-            expected="a picture in sRGB, or without a profile",
         ) from None
     return Picture(pixels, picture.full_scale, SCREEN_GAMMA)

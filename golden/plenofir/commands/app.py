@@ -117,7 +117,7 @@ def _usage_error(error: Any, options: Mapping[str, Any]) -> str:
         return f"{where} is missing"
     first = cause.errors()[0]
     text = first["msg"].partition("Input should be ")[2] or first["msg"].partition("is not ")[2]
-    return f"{where}: {first['input']!r}; expected {text.partition(', unable')[0].rstrip('.')}"
+    return f"{where}: {first['input']!r} must be {text.partition(', unable')[0].rstrip('.')}"
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -142,7 +142,7 @@ def run(arguments: Sequence[str]) -> int:
         return done.exit_code
     except InputError as error:
         where = named(error.where, options)
-        raise InputError(error.what, where=where, expected=error.expected) from error
+        raise InputError(error.problem, where=where) from error
     except typer.exceptions.TyperException as error:
         raise UsageError(_usage_error(error, options)) from error
     return 0

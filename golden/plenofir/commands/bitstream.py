@@ -84,17 +84,16 @@ def chosen_board(board: str | None, device: str | None, plan: "Plan | None") -> 
         ):
             if given not in (None, has):
                 raise InputError(
-                    f"{plan.scene} is a scene for the {of_scene.title}, {plan.device}",
+                    f"{plan.scene} is a scene for the {of_scene.title}, {plan.device}; use "
+                    f"{options.typed(option, has)}, or change build.device in the scene",
                     where=options.typed(option, str(given)),
-                    expected=f"{options.typed(option, has)}, or another build.device in the scene",
                 )
         return of_scene, plan.device
     chosen = BOARDS[board or "atlys"]
     if device is not None and device not in chosen.devices:
         raise InputError(
-            f"the {chosen.title} has no {device}",
+            f"the {chosen.title} has no {device}; choose from {', '.join(chosen.devices)}",
             where=options.typed("device"),
-            expected=" or ".join(chosen.devices),
         )
     return chosen, device or chosen.devices[0]
 
@@ -129,9 +128,8 @@ def build_with_nextpnr(
             clocks = board.clock_range(widest)
         if over := part.overflow(usage):
             raise InputError(
-                f"does not fit the {device.upper()}: needs {'; '.join(over)}",
-                where=options.typed("micro_image"),
-                expected="fewer slices or columns, or a smaller M",
+                f"the {device.upper()} is too small: it needs {'; '.join(over)}; use fewer "
+                "slices or columns, or a smaller M"
             )
     with steps_bar("bitstream") as show:
         return nextpnr.build(board, device, generics, clocks, out, show, packages)

@@ -34,9 +34,7 @@ def load(
         serial: Any = importlib.import_module("serial")
     except ImportError:
         raise InputError(
-            "pyserial is not installed",
-            where="plenofir board",
-            expected="pip install 'plenofir[board]'",
+            "pyserial is not installed; pip install 'plenofir[board]'", where="plenofir board"
         ) from None
     try:
         with serial.Serial(port, baud, timeout=_TIMEOUT_S) as line, steps_bar("words") as show:
@@ -49,7 +47,7 @@ def load(
             )
     except (serial.SerialException, OSError) as error:
         raise InputError(
-            f"cannot be used ({error})", where=port, expected="the board's serial port"
+            f"cannot be used ({error}); name the board's serial port", where=port
         ) from None
     print_line("board", f"{port}: M = {core.micro_image_size}, {core.lines} lines")
     print_line("loaded", f"{calib}; the next frame uses it")

@@ -259,9 +259,11 @@ def decode(
         ("demosaic", demosaic != "edge-aware"),
     ):
         if given and not lytro:
-            raise InputError("is for files of Lytro cameras only", where=option)
+            raise InputError(f"{options.typed(option)} is for files of Lytro cameras only")
     if lytro and dark is not None:
-        raise InputError("is not needed: a Lytro's file tells its black level", where="dark")
+        raise InputError(
+            f"{options.typed('dark')} is not needed: a Lytro's file tells its black level"
+        )
     inputs = (raw, calib, dark, None if white is not None and white.is_dir() else white)
     path = check_file(out, (".png", ".tif", ".tiff"), *inputs)
     lines: tuple[tuple[str, str], ...] = ()
@@ -278,7 +280,9 @@ def decode(
                 divisor = _optional(white)
         else:
             if calib is None:
-                raise InputError("is missing; plenofir calibrate makes one", where="calib")
+                raise InputError(
+                    f"{options.typed('calib')} is missing; plenofir calibrate makes one"
+                )
             calibration = load_calibration(calib)
             picture = read_picture(Path(raw))
             divisor = _optional(white)

@@ -50,7 +50,7 @@ def arguments_of_make(
         elif not parameter.is_flag:
             arguments.append(f"{flag}={value}")
         elif value not in ("0", "1"):
-            raise InputError(f"{value!r}", where=name, expected="0 or 1")
+            raise InputError(f"{value!r} must be 0 or 1", where=name)
         elif value == "1":
             arguments.append(flag)
     return arguments, {taken[name]: name for name in given}

@@ -150,9 +150,9 @@ def arithmetic(kind: str, fraction: int | None, guard: int | None) -> "Arithmeti
     except ValidationError as error:
         guard_option, fraction_option = typed("guard"), typed("fraction")
         raise InputError(
-            error.errors()[0]["msg"].removeprefix("Value error, "),
+            f"{error.errors()[0]['msg'].removeprefix('Value error, ')}; 0 <= "
+            f"{guard_option} <= {fraction_option} <= 12",
             where=guard_option,
-            expected=f"0 <= {guard_option} <= {fraction_option} <= 12",
         ) from None
 
 
@@ -176,7 +176,7 @@ def focus_settings(
             found.append(setting(word))
             continue
         if len(parts) > 3:
-            raise InputError(f"{word!r} is no range", where="a", expected="FIRST:LAST[:STEP]")
+            raise InputError(f"{word!r} is no range; write FIRST:LAST[:STEP]", where="a")
         first, last = (setting(part) for part in parts[:2])
         step = setting(parts[2]) if parts[2:] else Fraction(1, micro_image_size)
         if step <= 0 or first > last:
@@ -214,9 +214,7 @@ def _focus_setting(text: str, micro_image_size: int | None, taken: dict[str, Fra
     if abs(exact * m - nearest) > _NEAR:
         below = floor(exact * m)
         neighbours = " and ".join(shift_to_text(shift, m) for shift in (below, below + 1))
-        raise InputError(
-            f"{text} lies between {neighbours}", where="a", expected=f"a multiple of 1/{m}"
-        )
+        raise InputError(f"{text} lies between {neighbours}; use a multiple of 1/{m}", where="a")
     found = Fraction(nearest, m)
     if found != exact:
         taken[text] = found
@@ -262,7 +260,9 @@ def _finite(param: typer.CallbackParam, value: float | None) -> float | None:
 
 def _distance(param: typer.CallbackParam, value: float) -> float:
     if isnan(value) or value == -inf:
-        raise InputError(f"{value}", where=str(param.name), expected="a number of mm, or inf")
+        raise InputError(
+            f"{value} is no distance; give a number of mm, or inf", where=str(param.name)
+        )
     return value
 
 

@@ -16,37 +16,31 @@ class ToolError(RuntimeError):
 
 
 class InputError(ValueError):
-    """Input that cannot be used: what is wrong and what to do.
+    """Input that cannot be used: what is wrong and what to do, as a sentence.
 
-    The command line prints it as one line and exits with code 2.
-
-    `what`: what is wrong; a whole sentence if there is nothing else. `expected`: what would be
-    accepted.
+    The command line prints it as one line and exits with code 2. `where` is the file, option or
+    field that the sentence is about, and stands in front of it.
     """
 
-    def __init__(self, what: str, *, where: str = "", expected: str = "") -> None:
-        self.what = what
+    def __init__(self, problem: str, *, where: str = "", expected: str = "") -> None:
+        problem += f"; use {expected}" if expected else ""
+        self.problem = problem
         self.where = where
-        self.expected = expected
-        place = f"{where}: " if where else ""
-        super().__init__(place + what + (f"; expected {expected}" if expected else ""))
+        super().__init__(f"{where}: {problem}" if where else problem)
 
 
 def validation_error(error: "ValidationError", *, where: str) -> InputError:
     """Say in one line what pydantic found first."""
     first = error.errors()[0]
-    field = ".".join(str(part) for part in first["loc"])
-    kind = first["type"]
-    if kind == "missing":
-        return InputError(field, where=where, expected="this field")
-    if kind == "extra_forbidden":
-        return InputError(f"{field} = {first['input']!r}", where=where, expected="no such field")
-    if isinstance(first["input"], dict):
-        # A rule about several fields: their values would fill the line.
-        what = f"{field or 'the file'} cannot be used"
-    else:
-        what = f"{field} = {first['input']!r}"
-    text = first["msg"]
-    for prefix in ("Input should be ", "String should ", "Value error, "):
-        text = text.removeprefix(prefix)
-    return InputError(what, where=where, expected=text[0].lower() + text[1:])
+    field, text = ".".join(str(part) for part in first["loc"]), first["msg"]
+    if first["type"] == "missing":
+        return InputError(f"{field} is missing", where=where)
+    if first["type"] == "extra_forbidden":
+        return InputError(f"there is no field {field}", where=where)
+    if first["type"] == "value_error":
+        # A rule about several fields says which; their values would fill the line.
+        subject = f"{field}: " if field else ""
+        return InputError(subject + text.removeprefix("Value error, "), where=where)
+    for begin in ("Input should", "String should"):
+        text = text.replace(begin, "should")
+    return InputError(f"{field} = {first['input']!r} {text[0].lower() + text[1:]}", where=where)

@@ -21,16 +21,15 @@ from types import TracebackType
 from plenofir.ground.errors import InputError
 
 _REMEDIES = {
-    errno.ENOSPC: "enough room on the disk",
-    errno.EDQUOT: "enough room within the quota",
-    errno.EFBIG: "a limit for files (ulimit -f) above the size of the result",
-    errno.ENAMETOOLONG: "a shorter name",
-    errno.EROFS: "a file system that can be written",
-    errno.ENOTDIR: "a folder",
-    errno.EEXIST: "a folder",
-    errno.EISDIR: "a file or nothing in its place",
+    errno.ENOSPC: "make room on the disk",
+    errno.EDQUOT: "make room within the quota",
+    errno.EFBIG: "raise the limit for files (ulimit -f)",
+    errno.ENAMETOOLONG: "use a shorter name",
+    errno.EROFS: "use a file system that can be written",
+    errno.ENOTDIR: "name a folder",
+    errno.EEXIST: "name a folder",
+    errno.EISDIR: "name a file, or what does not exist yet",
 }
-_FOLDER = "a folder that can be written"
 
 _inputs: ContextVar[set[Path] | None] = ContextVar("_inputs", default=None)
 
@@ -63,18 +62,18 @@ def cannot_write(path: Path, error: OSError, where: str = "") -> InputError:
     where = where or str(path)
     subject = "" if where == str(path) else f"{path} "
     return InputError(
-        f"{subject}cannot be written ({error.strerror or error})",
+        f"{subject}cannot be written ({error.strerror or error}); "
+        f"{_REMEDIES.get(error.errno or 0, 'you need permission to write there')}",
         where=where,
-        expected=_REMEDIES.get(error.errno or 0, "permission to write there"),
     )
 
 
 def unusable(error: OSError) -> InputError:
     """One line for what the system refuses: the file, the cause, what to do."""
     return InputError(
-        error.strerror or str(error),
+        f"{error.strerror or error}; "
+        f"{_REMEDIES.get(error.errno or 0, 'does it exist, and may you use it?')}",
         where=str(error.filename or "the system"),
-        expected=_REMEDIES.get(error.errno or 0, "a file that exists, and permission to use it"),
     )
 
 
@@ -244,7 +243,7 @@ def check_folder(folder: Path, where: str, names: Iterable[str] = ()) -> None:
     while not existing.exists() and existing != existing.parent:
         existing = existing.parent
     if not existing.is_dir():
-        raise InputError(f"{existing} is not a folder", where=where, expected=_FOLDER)
+        raise InputError(f"{existing} is not a folder; name one that can be written", where=where)
     try:
         # A trial says more than the permission bits: root, read-only and full file systems.
         with tempfile.TemporaryDirectory(dir=existing, prefix=".plenofir-"):

@@ -16,7 +16,7 @@ from plenofir.ground.images import Image
 VIDEOS = (".mp4", ".webm", ".mkv", ".avi", ".mov")
 """Endings of videos that are read."""
 
-_EXPECTED = "a video that OpenCV can read"
+_ADVICE = "give a video that OpenCV can read"
 
 
 @contextlib.contextmanager
@@ -35,19 +35,20 @@ def _quiet() -> Iterator[None]:
 def opened(path: str) -> tuple[Any, float]:
     """A video file, or a camera (``/dev/video0``), as OpenCV's VideoCapture; frames a second."""
     if not Path(path).exists():
-        raise InputError("no such file", where=path, expected=_EXPECTED)
+        raise InputError(f"no such file; {_ADVICE}", where=path)
     try:
         import cv2
         from cv2.utils import logging
     except ModuleNotFoundError:
         raise InputError(
-            "needs OpenCV", where=path, expected="pip install 'plenofir[cameras]'"
+            "OpenCV is not installed, which reads videos; pip install 'plenofir[cameras]'",
+            where=path,
         ) from None
     logging.setLogLevel(logging.LOG_LEVEL_SILENT)
     with _quiet():
         video = cv2.VideoCapture(path)
     if not video.isOpened():
-        raise InputError("cannot be opened", where=path, expected=_EXPECTED)
+        raise InputError(f"cannot be opened; {_ADVICE}", where=path)
     return video, float(video.get(cv2.CAP_PROP_FPS))
 
 

@@ -34,8 +34,7 @@ for _library in ("imagecodecs", "netpbmfile", "tifffile"):
 Image = npt.NDArray[np.integer]
 """Shape (rows, columns[, channels])."""
 
-_EXPECTED = "an 8 to 16 bit grey or RGB image file (PNG, TIFF, PGM/PPM, BMP or JPEG)"
-_WHOLE = "a whole file: copy or convert it again"
+_ADVICE = "use an 8 to 16 bit grey or RGB image (PNG, TIFF, PGM/PPM, BMP or JPEG)"
 _JPEG_QUALITY = 92
 _PNG = b"\x89PNG\r\n\x1a\n"
 _WHITE_LEVEL = b"White level"
@@ -112,9 +111,9 @@ def _tiff(data: bytes) -> Picture:
     with TiffFile(io.BytesIO(data)) as file:
         page: Any = file.pages[0]
         if len(file.pages) > 1:
-            raise InputError(f"{len(file.pages)} pages", where="", expected="one image")
+            raise InputError(f"has {len(file.pages)} pages; one image is needed", where="")
         if page.photometric == PHOTOMETRIC.PALETTE:
-            raise InputError("colours from a palette", where="", expected=_EXPECTED)
+            raise InputError(f"takes its colours from a palette; {_ADVICE}", where="")
         if page.compression == COMPRESSION.LZW:
             row = -(-page.imagewidth * page.samplesperpixel * page.bitspersample // 8)
             for number, (offset, count) in enumerate(
@@ -154,7 +153,7 @@ def _pillow(plugin: str, data: bytes, gamma: float | None = None) -> Picture:
     with getattr(import_module(f"PIL.{plugin}Plugin"), f"{plugin}File")(io.BytesIO(data)) as image:
         image.load()
         if image.mode not in ("L", "RGB"):
-            raise InputError(f"pixels of mode {image.mode}", where="", expected=_EXPECTED)
+            raise InputError(f"has pixels of mode {image.mode}; {_ADVICE}", where="")
         return Picture(np.asarray(image), 255, gamma, image.info.get("icc_profile"))
 
 
@@ -180,51 +179,53 @@ def read_picture(path: Path, *, drop_alpha: bool = False) -> Picture:
     where = str(path)
     try:
         if path.is_char_device():  # It may have no end.
-            raise InputError("is a device", where=where, expected=_EXPECTED)
+            raise InputError(f"is a device; {_ADVICE}", where=where)
         data = input_file(path).read_bytes()
     except FileNotFoundError:
-        raise InputError("no such file", where=where, expected=_EXPECTED) from None
+        raise InputError(f"no such file; {_ADVICE}", where=where) from None
     except IsADirectoryError:
-        raise InputError("is a folder", where=where, expected=_EXPECTED) from None
+        raise InputError(f"is a folder; {_ADVICE}", where=where) from None
     except InputError:
         raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read ({reason})", where=where, expected=_EXPECTED) from None
+        raise InputError(f"cannot be read ({reason}); {_ADVICE}", where=where) from None
     read = next((read for magic, read in _READERS if data.startswith(magic)), None)
     if read is None:
         what = "an empty file" if not data else "no image of a known kind"
-        raise InputError(what, where=where, expected=_EXPECTED)
+        raise InputError(f"{what}; {_ADVICE}", where=where)
     try:
         found = read(data)
     except InputError as error:
-        raise InputError(error.what, where=where, expected=error.expected) from None
+        raise InputError(error.problem, where=where) from None
     except MemoryError:
-        raise InputError(
-            "too large for the memory", where=where, expected="a smaller image"
-        ) from None
+        raise InputError("is too large for the memory; use a smaller image", where=where) from None
     except Exception as error:  # Decoders raise whatever a damaged file leads them to.
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"damaged ({reason})", where=where, expected=_WHOLE) from None
+        raise InputError(
+            f"is damaged ({reason}); copy or convert the file again", where=where
+        ) from None
     image, full_scale = found.pixels, found.full_scale
     if image.dtype.newbyteorder("=") not in (np.uint8, np.uint16) or 0 < full_scale < 128:
         few = 0 < full_scale < 128
         what = (
             f"pixels of {full_scale.bit_length()} bit" if few else f"pixels of type {image.dtype}"
         )
-        raise InputError(what, where=where, expected=_EXPECTED)
+        raise InputError(f"{what}; {_ADVICE}", where=where)
     if drop_alpha and image.ndim == 3 and image.shape[2] == 4:
         image = image[:, :, :3]
     image = np.ascontiguousarray(image, dtype=image.dtype.newbyteorder("="))
     if image.ndim == 3 and image.shape[2] == 1:
         image = image[:, :, 0]
     if image.ndim == 3 and image.shape[2] != 3:
-        raise InputError(f"{image.shape[2]} channels", where=where, expected=_EXPECTED)
+        raise InputError(f"has {image.shape[2]} channels; {_ADVICE}", where=where)
     if image.ndim not in (2, 3):
-        raise InputError(f"{image.ndim} dimensions", where=where, expected=_EXPECTED)
+        raise InputError(f"has {image.ndim} dimensions; {_ADVICE}", where=where)
     most = int(np.iinfo(image.dtype).max)
     if full_scale > most:
-        raise InputError(f"white is {full_scale}", where=where, expected=f"at most {most}")
+        raise InputError(
+            f"counts {full_scale} as white, but its pixels hold at most {most}", where=where
+        )
     return found._replace(pixels=image, full_scale=full_scale or most)
 
 

@@ -55,10 +55,10 @@ def _cover(loaded: LoadedScene, model: RayModel) -> Cover:
     cover = covering_slices(model, depth.near_mm, depth.far_mm)
     if not cover.slices:
         raise InputError(
-            f"no slice of {loaded.scene.camera.model} is in focus between {depth.near_mm:g} and "
-            f"{depth.far_mm:g} mm",
+            f"no slice of {loaded.scene.camera.model} is in focus between "
+            f"{depth.near_mm:g} and {depth.far_mm:g} mm; give distances in front of the "
+            "lens, or another focus_mm",
             where=f"{loaded.path}: depth",
-            expected="distances in front of the lens, or another focus_mm",
         )
     return without_idle_slices(cover, depth.near_mm, depth.far_mm)
 
@@ -238,10 +238,10 @@ def _refused(loaded: LoadedScene, core: CoreConfiguration) -> str:
     try:
         _check_limits(loaded, core)
     except InputError as error:
-        return f"{error.what}; expected {error.expected}"
+        return error.problem
     wanted = loaded.scene.build.pixels_per_clock
     if wanted not in ("auto", core.pixels_per_clock):
-        return f"one pixel a clock; expected {wanted}"
+        return f"takes one pixel a clock, not {wanted}"
     return _misfit(loaded, core)
 
 
@@ -250,13 +250,13 @@ def _engine_choice(
 ) -> tuple[tuple[EngineOption, ...], str]:
     """Both engines with the arithmetic of the chosen core, and the reason in a line."""
     if loaded.shown.needs_stack:
-        refused = "one slice at a time; expected all for what the screen shows"
+        refused = "gives one slice at a time; what the screen shows needs all"
         engines = (EngineOption(engine=e, needs=None, refused=refused) for e in SLICE_ENGINES)
         return tuple(engines), "all slices in one pass, for all-in-focus and depth"
     options, usages = [], dict[SliceEngineName, Usage | None]()
     for name, engine in SLICE_ENGINES.items():
         variants = [core] if core.engine.kind == name else _variants(loaded, core, engine, device)
-        usage, refused = None, f"{core.parallel_rows} rows at once; expected 1"
+        usage, refused = None, f"takes one row at once, not {core.parallel_rows}"
         if variants:
             found = min(variants, key=lambda other: _size(estimate(other, device.family)))
             refused = _refused(loaded, found) or _too_slow(loaded, found, device)
@@ -290,11 +290,11 @@ def _refusal(loaded: LoadedScene, device: Device, usage: Usage) -> InputError:
     others = "channels or columns, another arithmetic"
     if loaded.shown.needs_stack:
         others = 'columns or votes, screen.output = ["refocused"]'
-    fits = f"build.device = {larger[0]!r}" if larger else f"no {kind} is large enough"
+    fits = f", or build.device = {larger[0]!r}" if larger else f"; no {kind} is large enough"
     return InputError(
-        f"does not fit the {device.name.upper()}: needs {'; '.join(device.overflow(usage))}",
+        f"the {device.name.upper()} is too small: it needs "
+        f"{'; '.join(device.overflow(usage))}; use fewer slices, {others}{fits}",
         where=str(loaded.path),
-        expected=f"fewer slices, {others}, or {fits}",
     )
 
 
@@ -326,7 +326,7 @@ def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> Cor
         if slow := _too_slow(loaded, core, device):
             if too_slow is None:
                 where = f"{loaded.path}: frame.rate_hz"
-                too_slow = InputError(slow, where=where, expected=_faster(loaded, core))
+                too_slow = InputError(f"{slow}; use {_faster(loaded, core)}", where=where)
             continue
         usage = _needs(core, loaded, device)
         if not device.overflow(usage):
@@ -338,7 +338,7 @@ def _choose(loaded: LoadedScene, shifts: tuple[int, ...], device: Device) -> Cor
     if too_slow is not None:
         raise too_slow
     assert refused is not None
-    raise InputError(refused.what, where=str(loaded.path), expected=refused.expected)
+    raise InputError(refused.problem, where=str(loaded.path))
 
 
 def _faster(loaded: LoadedScene, core: CoreConfiguration) -> str:
@@ -366,9 +366,9 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
             f"{m.h_active} x {m.v_active} at {round(m.frame_rate)} Hz" for m in board.modes
         )
         raise InputError(
-            f"{columns} x {rows} at {frame.rate_hz:g} Hz is no mode of the {board.title}",
+            f"{columns} x {rows} at {frame.rate_hz:g} Hz is no mode of the "
+            f"{board.title}; use one of {known}",
             where=f"{loaded.path}: frame" if loaded.sensor is None else f"{loaded.path}: sensor",
-            expected=f"one of {known}",
         )
     # As video_to_stream decides it.
     delay, lines = loaded.shown.delay_pixels(core), loaded.shown.delay_lines(core)
@@ -381,9 +381,9 @@ def _mode(loaded: LoadedScene, core: CoreConfiguration) -> VideoMode | None:
     if delay >= mode.h_total or lines >= mode.v_total or blank_lines > mode.v_total - rows:
         raise InputError(
             f"a delay of {lines} lines and {delay} pixels exceeds the mode's "
-            f"{mode.v_total} lines of {mode.h_total} pixels, or its blanking",
+            f"{mode.v_total} lines of {mode.h_total} pixels, or its blanking; use focus "
+            "settings a closer to 1/M, or a larger mode",
             where=f"{loaded.path}: depth",
-            expected="focus settings a closer to 1/M, or a larger mode",
         )
     return mode
 

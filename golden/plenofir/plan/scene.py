@@ -28,7 +28,7 @@ from plenofir.ground.files import input_file
 from plenofir.plan.scene_screen import SceneScreen
 from plenofir.plan.sensor.scene_sensor import SceneSensor, SensorChip, sensor_chip
 from plenofir.refocus import Border
-from plenofir.refocus.sharpening import check_sharpen, sharpening_units
+from plenofir.refocus.sharpening import WEIGHT_ADVICE, check_sharpen, sharpening_units
 from plenofir.refocus.shifts import focus_to_shift
 
 Distance = Annotated[float, Field(gt=0)]
@@ -36,6 +36,12 @@ Distance = Annotated[float, Field(gt=0)]
 
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+def _refuse_first(*rules: tuple[bool, str]) -> None:
+    """Refuse what the first rule says that is broken."""
+    if broken := next((text for is_broken, text in rules if is_broken), ""):
+        raise ValueError(broken)
 
 
 class SceneCamera(_Part):
@@ -84,9 +90,9 @@ class SceneDepth(_Part):
         has_range = self.near_mm is not None and self.far_mm is not None
         has_end = self.near_mm is not None or self.far_mm is not None
         if has_range == (self.slices is not None) or has_end != has_range:
-            raise ValueError("either near_mm and far_mm, or slices")
+            raise ValueError("give either near_mm and far_mm, or slices")
         if self.near_mm is not None and self.far_mm is not None and self.near_mm >= self.far_mm:
-            raise ValueError("near_mm below far_mm")
+            raise ValueError("near_mm must be below far_mm")
         return self
 
 
@@ -123,63 +129,41 @@ class SceneBuild(_Part):
     @classmethod
     def _is_a_device(cls, name: str) -> str:
         if device_name(name) not in DEVICES:
-            raise ValueError(f"one of {', '.join(DEVICES)}")
+            raise ValueError(f"choose one of {', '.join(DEVICES)}")
         return device_name(name)
-
-    @model_validator(mode="after")
-    def _guard_bits_are_fraction_bits(self) -> "SceneBuild":
-        if self.guard_bits > self.fraction_bits:
-            raise ValueError("guard_bits of at most fraction_bits")
-        return self
 
     @field_validator("sharpen")
     @classmethod
     def _is_a_weight(cls, text: str) -> str:
         try:
             check_sharpen(text)
-        except InputError as error:
-            raise ValueError(error.expected) from None
+        except InputError:
+            raise ValueError(WEIGHT_ADVICE) from None
         return text
 
     @model_validator(mode="after")
-    def _sharpens_exact_rows_one_by_one(self) -> "SceneBuild":
-        if sharpening_units(self.sharpen, 2, 1):
-            if self.arithmetic == "stored":
-                raise ValueError('arithmetic = "exact" or "auto" for sharpen')
-            if self.parallel_rows > 1:
-                raise ValueError("parallel_rows = 1 for sharpen")
-            if self.path == "video":
-                raise ValueError('path = "core" for sharpen')
-        return self
-
-    @model_validator(mode="after")
-    def _normalises_exact_rows_one_by_one(self) -> "SceneBuild":
-        if self.border == "normalise":
-            if self.arithmetic == "stored":
-                raise ValueError('arithmetic = "exact" or "auto" for border = "normalise"')
-            if self.parallel_rows > 1:
-                raise ValueError('parallel_rows = 1 for border = "normalise"')
-            if self.path == "video":
-                raise ValueError('path = "core" for border = "normalise"')
-            if sharpening_units(self.sharpen, 2, 1):
-                raise ValueError('sharpen = "off" for border = "normalise"')
-        return self
-
-    @model_validator(mode="after")
-    def _moving_sums_take_one_row(self) -> "SceneBuild":
-        if self.engine == "moving_sum" and self.parallel_rows > 1:
-            raise ValueError('parallel_rows = 1 for engine = "moving_sum"')
-        return self
-
-    @model_validator(mode="after")
-    def _many_pixels_take_moving_sums(self) -> "SceneBuild":
-        if self.pixels_per_clock not in ("auto", 1):
-            if self.engine == "fir" or self.parallel_rows > 1:
-                raise ValueError('engine = "moving_sum" for pixels_per_clock above 1')
-            if self.arithmetic == "stored":
-                raise ValueError('arithmetic = "exact" for pixels_per_clock above 1')
-            if self.path == "video":
-                raise ValueError('pixels_per_clock = 1 for path = "video"')
+    def _fits_together(self) -> "SceneBuild":
+        sharpens = bool(sharpening_units(self.sharpen, 2, 1))
+        normalises = self.border == "normalise"
+        stored, video = self.arithmetic == "stored", self.path == "video"
+        rows, many = self.parallel_rows > 1, self.pixels_per_clock not in ("auto", 1)
+        _refuse_first(
+            (self.guard_bits > self.fraction_bits, "guard_bits must be at most fraction_bits"),
+            (sharpens and stored, "sharpen needs exact sums: arithmetic = 'exact' or 'auto'"),
+            (sharpens and rows, "sharpen needs parallel_rows = 1"),
+            (sharpens and video, "sharpen needs path = 'core'"),
+            (normalises and stored, "border = 'normalise' needs arithmetic = 'exact' or 'auto'"),
+            (normalises and rows, "border = 'normalise' needs parallel_rows = 1"),
+            (normalises and video, "border = 'normalise' needs path = 'core'"),
+            (normalises and sharpens, "border = 'normalise' needs sharpen = 'off'"),
+            (self.engine == "moving_sum" and rows, "engine = 'moving_sum' needs parallel_rows = 1"),
+            (
+                many and (self.engine == "fir" or rows),
+                "pixels_per_clock above 1 needs engine = 'moving_sum'",
+            ),
+            (many and stored, "pixels_per_clock above 1 needs arithmetic = 'exact'"),
+            (many and video, "path = 'video' needs pixels_per_clock = 1"),
+        )
         return self
 
 
@@ -198,50 +182,60 @@ class Scene(_Part):
     screen: SceneScreen | None = None
 
     @model_validator(mode="after")
-    def _screen_is_a_boards(self) -> "Scene":
-        if self.screen is None:
-            return self
-        if self.build.path != "video":
-            raise ValueError('build.path "video" for screen')
-        if self.sensor is not None:
-            raise ValueError("no screen with a sensor: it shows refocused and micro images")
-        if self.sensor is not None:
-            raise ValueError("no sensor for screen")
-        if self.screen.needs_stack:
-            if self.camera.micro_image_size < 2:
-                raise ValueError("camera.micro_image_size of 2 or more for screen.output")
-            for field, wanted in (("arithmetic", "exact"), ("interpolation", "nearest")):
-                if getattr(self.build, field) not in ("auto", wanted):
-                    raise ValueError(f'build.{field} "{wanted}" for screen.output')
-            if self.build.engine != "auto":
-                raise ValueError('build.engine "auto" for screen.output: all slices in one pass')
-        return self
-
-    @model_validator(mode="after")
     def _parts_agree(self) -> "Scene":
-        if self.depth.slices is None and self.camera.model is None:
-            raise ValueError("camera.model for a depth range, or depth.slices")
-        if self.sensor is not None:
-            if self.build.path == "video" and self.sensor.bits != 8:
-                raise ValueError('sensor.bits 8 for build.path "video"')
-            if self.build.pixels_per_clock not in ("auto", 1):
-                raise ValueError("build.pixels_per_clock 1 for a sensor")
-        if self.build.path == "video":
-            colour = "rgb" if self.sensor is None else self.frame.colour
-            if self.frame.colour != colour or self.frame.bits != 8:
-                raise ValueError('frame.colour "rgb" with 8 bits for build.path "video"')
-            if self.frame.rate_hz is None:
-                raise ValueError('frame.rate_hz for build.path "video"')
-            if self.build.parallel_rows > 1:
-                raise ValueError('build.parallel_rows 1 for build.path "video"')
-            board = board_of(self.build.device)
-            if board is None or not board.modes:
-                boards = ", ".join(
-                    f"{d} ({b.title})" for b in BOARDS.values() if b.modes for d in b.devices
-                )
-                raise ValueError(f'build.device of a board for build.path "video": {boards}')
-        elif self.build.edid is not None:
-            raise ValueError('build.path "video" for build.edid')
+        build, frame, sensor = self.build, self.frame, self.sensor
+        video, board = build.path == "video", board_of(build.device)
+        colour = "rgb" if sensor is None else frame.colour
+        boards = ", ".join(
+            f"{d} ({b.title})" for b in BOARDS.values() if b.modes for d in b.devices
+        )
+        stack = self.screen is not None and self.screen.needs_stack
+        _refuse_first(
+            (self.screen is not None and not video, "screen needs build.path = 'video'"),
+            (
+                self.screen is not None and sensor is not None,
+                "a screen shows refocused and micro images if there is a sensor; leave it out",
+            ),
+            (
+                stack and self.camera.micro_image_size < 2,
+                "screen.output needs camera.micro_image_size of 2 or more",
+            ),
+            (
+                stack and build.arithmetic == "stored",
+                "screen.output needs build.arithmetic = 'exact'",
+            ),
+            (
+                stack and build.interpolation != "nearest",
+                "screen.output needs build.interpolation = 'nearest'",
+            ),
+            (
+                stack and build.engine != "auto",
+                "screen.output needs all slices in one pass: build.engine = 'auto'",
+            ),
+            (
+                self.depth.slices is None and self.camera.model is None,
+                "a depth range needs camera.model; without it give depth.slices",
+            ),
+            (
+                video and sensor is not None and sensor.bits != 8,
+                "build.path = 'video' needs sensor.bits = 8",
+            ),
+            (
+                sensor is not None and build.pixels_per_clock not in ("auto", 1),
+                "a sensor needs build.pixels_per_clock = 1",
+            ),
+            (
+                video and (frame.colour != colour or frame.bits != 8),
+                "build.path = 'video' needs frame.colour = 'rgb' with 8 bits",
+            ),
+            (video and frame.rate_hz is None, "build.path = 'video' needs frame.rate_hz"),
+            (video and build.parallel_rows > 1, "build.path = 'video' needs parallel_rows = 1"),
+            (
+                video and (board is None or not board.modes),
+                f"build.path = 'video' needs build.device of a board: {boards}",
+            ),
+            (not video and build.edid is not None, "build.edid needs build.path = 'video'"),
+        )
         return self
 
 
@@ -292,15 +286,13 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
     file = shipped.get(str(path), Path(path))
     if not file.is_file():
         raise InputError(
-            "no such scene",
-            where=str(path),
-            expected=f"a TOML file, or one of {', '.join(shipped)}",
+            f"no such scene; give a TOML file, or one of {', '.join(shipped)}", where=str(path)
         )
     try:
         content = tomllib.loads(input_file(file).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(
-            f"cannot be read ({error})", where=str(file), expected="a TOML scene file"
+            f"cannot be read ({error}); it must be a TOML file of a scene", where=str(file)
         ) from None
     if device is not None:
         build = {**content.get("build", {}), "device": device}
@@ -330,11 +322,7 @@ def load_scene(path: str | Path, device: str | None = None) -> LoadedScene:
         shifts = tuple(focus_to_shift(a, m, where=where) for a in scene.depth.slices)
         for number, shift in enumerate(shifts):
             if shift in shifts[:number]:
-                raise InputError(
-                    f"a = {Fraction(shift, m)} stands in it twice",
-                    where=where,
-                    expected="each a once",
-                )
+                raise InputError(f"a = {Fraction(shift, m)} stands in it twice", where=where)
     edid = None
     if scene.build.edid is not None:
         edid = _read_edid(file.parent / scene.build.edid, where=f"{file}: build.edid")
@@ -349,9 +337,8 @@ def _with_a_frame(content: dict[str, Any], where: str) -> dict[str, Any]:
     for name in ("columns", "rows", "bits"):
         if name in frame:
             raise InputError(
-                f"frame.{name} = {frame[name]!r}",
+                f"frame.{name} = {frame[name]!r} must be left out: sensor and lenses give it",
                 where=where,
-                expected=f"no frame.{name}: sensor and lenses give it",
             )
     colour = "grey" if sensor.get("mosaic") is None else "rgb"
     return {**content, "frame": {"colour": colour, "columns": 1, "rows": 1, **frame}}
@@ -373,9 +360,9 @@ def _read_edid(path: Path, *, where: str) -> bytes:
         content = input_file(path).read_bytes()
     except OSError as error:
         raise InputError(
-            f"{path} cannot be read ({error.strerror or error})",
+            f"{path} cannot be read ({error.strerror or error}); it must be a file of "
+            "128 or 256 bytes",
             where=where,
-            expected="a file of 128 or 256 bytes",
         ) from None
     check_edid(content, where=f"{where}: {path}")
     return content

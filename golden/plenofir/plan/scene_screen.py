@@ -54,10 +54,10 @@ class SceneScreen(BaseModel):
     @model_validator(mode="after")
     def _each_output_once(self) -> Self:
         if len(set(self.output)) < len(self.output):
-            raise ValueError("each output once")
+            raise ValueError("give each output once")
         judges = {"radius", "confidence", "vote_radius"} & self.model_fields_set
         if judges and not self.needs_stack:
-            raise ValueError(f'output "all-in-focus" or "depth" for {min(judges)}')
+            raise ValueError(f"{min(judges)} needs the output 'all-in-focus' or 'depth'")
         return self
 
     @property
@@ -183,9 +183,9 @@ def screen_of(
         return Screen()
     if part.needs_stack and (len(shifts) < 2 or micro_image_size < 2):
         raise InputError(
-            f"{len(shifts)} slice of M = {micro_image_size}",
+            "all-in-focus and depth need M of 2 or more and at least two slices, not "
+            f"{len(shifts)} of M = {micro_image_size}",
             where=f"{where}: screen.output",
-            expected="two slices or more and M of 2 or more for all-in-focus and depth",
         )
     colours = slice_colours(shifts) if "depth" in part.output else ()
     overlay = None
@@ -193,10 +193,9 @@ def screen_of(
         overlay = scene_overlay(shifts, micro_image_size, model, colours)
         if any(needed > there for needed, there in zip(overlay.size, size, strict=True)):
             raise InputError(
-                f"a text of {overlay.size[1]} x {overlay.size[0]} pixels over a picture of "
-                f"{size[1]} x {size[0]}",
+                f"a text of {overlay.size[1]} x {overlay.size[0]} pixels does not fit on a "
+                f"picture of {size[1]} x {size[0]}; use fewer slices, or a larger frame",
                 where=f"{where}: screen.overlay",
-                expected="fewer slices, or a larger frame",
             )
     outputs = "".join(_LETTERS[name] for name in part.output)
     if not part.needs_stack:

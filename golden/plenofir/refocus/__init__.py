@@ -102,13 +102,14 @@ def _like(raw: Any) -> Image:
         xp = array_namespace(raw)
     except TypeError:
         raise InputError(
-            f"{type(raw).__name__}", where="raw", expected="an array of NumPy, CuPy or PyTorch"
+            f"must be an array of NumPy, CuPy or PyTorch, not {type(raw).__name__}", where="raw"
         ) from None
     for kind in (np.uint8, np.uint16):
         if raw.dtype == getattr(xp, kind.__name__):
             return np.broadcast_to(kind(0), tuple(raw.shape))
     raise InputError(
-        f"pixels of type {raw.dtype}", where="raw", expected="8 or 16 bit unsigned integers"
+        f"has pixels of type {raw.dtype}; they must be unsigned integers of 8 or 16 bit",
+        where="raw",
     )
 
 

@@ -58,7 +58,7 @@ def _checked(
 ) -> tuple[Image, int, int, int]:
     """Arguments as the arithmetics take them; frames may be smaller than a micro image."""
     if not isinstance(raw, np.ndarray):
-        raise InputError(type(raw).__name__, where="raw", expected="a NumPy array")
+        raise InputError(f"must be a NumPy array, not {type(raw).__name__}", where="raw")
     m, raw = whole_number(micro_image_size, "M", 1), check_pixels(raw)
     shift = clamped_shift(m, whole_number(shift, "shift"), raw.shape)
     return raw, m, shift, interpolation_order(order, where="order")

@@ -47,7 +47,7 @@ WORKERS_PER_PROCESSOR = 4
 """More wait for each other, or for memory."""
 _AHEAD = 1000
 """Frames that the scheduler holds at once, however many there are."""
-_FRAMES = "image files, or a pattern of them"
+_ADVICE = "name image files, or a pattern of them"
 _STAGING = ".plenofir-batch-"
 
 
@@ -66,7 +66,7 @@ class Settings:
         whole_number(self.micro_image_size, "M", 1)
         interpolation_order(self.order)
         if not self.a:
-            raise InputError("no focus settings", where="a", expected="one or more")
+            raise InputError("no focus settings were given; give one or more")
         for a, units in zip(self.a, self.weights(), strict=True):
             focus_to_shift(a, self.micro_image_size)
             if units and not self.upsample:
@@ -126,12 +126,12 @@ def find_frames(patterns: Iterable[str]) -> list[Path]:
                 found = [path for path in map(Path, names) if path.is_file()]
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
-            raise InputError(reason, where=pattern, expected=_FRAMES) from None
+            raise InputError(f"{reason}; {_ADVICE}", where=pattern) from None
         if not found:
-            raise InputError("no such files", where=pattern, expected=_FRAMES)
+            raise InputError(f"no such files; {_ADVICE}", where=pattern)
         if found[0].is_dir():
             raise InputError(
-                "is a folder", where=pattern, expected=f"a pattern, such as '{named / '*.png'}'"
+                f"is a folder; give a pattern such as '{named / '*.png'}'", where=pattern
             )
         frames |= dict.fromkeys(found)
     return list(frames)
@@ -147,9 +147,8 @@ def result_names(sources: Sequence[Path], settings: Settings) -> list[tuple[str,
     for source in sources:
         if source.stem in seen:
             raise InputError(
-                f"{seen[source.stem]} has the same name",
+                f"{seen[source.stem]} has the same name; results are named after their frames",
                 where=str(source),
-                expected="frames of different names",
             )
         seen[source.stem] = source
         names.append(tuple(source.stem + suffix for suffix in suffixes))
@@ -191,7 +190,7 @@ def refocus_frame(source: Path, settings: Settings, folder: Path) -> Made:
     except InputError as error:
         return Made(failure=str(error))
     except MemoryError:
-        return Made(failure=f"{source}: too large for the memory; expected a smaller frame")
+        return Made(failure=f"{source}: too large for the memory; use smaller frames")
     return Made(tuple(results))
 
 
@@ -204,9 +203,7 @@ def _client(scheduler: str, workers: int) -> Iterator[Any]:
         from distributed import Client, LocalCluster, Security
     except ImportError as error:
         raise InputError(
-            f"the package {error.name} is not installed",
-            where="batch",
-            expected="pip install 'plenofir[batch]'",
+            f"the package {error.name} is not installed; pip install 'plenofir[batch]'"
         ) from None
     if scheduler == "local":
         # Ctrl-C is for this process alone: workers inherit the signals blocked in the cluster's
@@ -240,14 +237,12 @@ def _client(scheduler: str, workers: int) -> Iterator[Any]:
         client = Client(scheduler, timeout=10)
     except TypeError:
         raise InputError(
-            "needs certificates",
+            "needs certificates: a CA, a certificate and a key in Dask's configuration "
+            "distributed.comm.tls",
             where=scheduler,
-            expected="Dask's configuration distributed.comm.tls with a CA, a certificate and a key",
         ) from None
     except (OSError, TimeoutError, ValueError):
-        raise InputError(
-            "no scheduler answers", where=scheduler, expected="the address of a Dask scheduler"
-        ) from None
+        raise InputError("no Dask scheduler answers there", where=scheduler) from None
     with client:
         yield client
 
@@ -307,7 +302,7 @@ def _made(
                 if isinstance(error, KilledWorker)
                 else f"{type(error).__name__} {error}".splitlines()[0]
             )
-            made = Made(failure=f"{sources[number]}: {reason}; expected a frame like the others")
+            made = Made(failure=f"{sources[number]}: {reason}; it must be like the other frames")
         yield number, made
         submit(1)
 
@@ -331,18 +326,21 @@ def run_batch(
     """
     settings.check()
     if scheduler != "local" and not scheduler.startswith(("tcp://", "tls://")):
-        raise InputError(f"{scheduler!r}", where="scheduler", expected="local or tcp://HOST:PORT")
+        raise InputError(
+            f"{scheduler!r} is no scheduler; use local or tcp://HOST:PORT", where="scheduler"
+        )
     most = WORKERS_PER_PROCESSOR * processors()
     count = processors() if workers is None else whole_number(workers, "workers", 1)
     if count > most:
-        raise InputError(f"{count}", where="workers", expected=f"1 to {most}, for these processors")
+        raise InputError(
+            f"{count} workers are not possible on these processors; use 1 to {most}",
+            where="workers",
+        )
     names = result_names(sources, settings)
     there = out.resolve()
     for source in sources:
         if source.resolve().parent == there:
-            raise InputError(
-                "lies in the folder for results", where=str(source), expected="another folder"
-            )
+            raise InputError("lies in the folder for results; name another one", where=str(source))
     frames: dict[int, Frame] = {}
 
     def note(number: int, state: State, reason: str = "") -> None:
@@ -356,9 +354,8 @@ def run_batch(
         for source, group in zip(sources, names, strict=True):
             if max(len(os.fsencode(name)) for name in group) > limit:
                 raise InputError(
-                    "the names of its results would be too long",
+                    "the names of its results would be too long; give it a shorter name",
                     where=str(source),
-                    expected="a shorter name",
                 )
         marks = [_mark(source, settings) for source in sources]
 

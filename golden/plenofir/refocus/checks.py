@@ -18,35 +18,36 @@ Region = tuple[slice, slice]
 
 def whole_number(value: object, where: str, least: int | None = None) -> int:
     """A Python integer from an integer of Python or NumPy."""
-    expected = "an integer" if least is None else f"an integer, {least} or more"
+    wanted = "an integer" if least is None else f"an integer, {least} or more"
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-        raise InputError(f"{value!r} is not an integer", where=where, expected=expected)
+        raise InputError(f"must be {wanted}, not {value!r}", where=where)
     number = int(value)
     if least is not None and number < least:
-        raise InputError(f"{where} = {number} is too small", where=where, expected=expected)
+        raise InputError(f"must be {wanted}, not {number}", where=where)
     return number
 
 
 def check_align(align: str) -> None:
     """Refuse an alignment that does not exist."""
     if align not in ("centred", "causal"):
-        raise InputError(f"{align!r}", where="align", expected="'centred' or 'causal'")
+        raise InputError(f"{align!r} is not possible; use 'centred' or 'causal'", where="align")
 
 
 def check_pixels(raw: Image, where: str = "raw") -> Image:
     """Refuse an array that is no image; the array in this machine's byte order."""
     if isinstance(raw, np.ma.MaskedArray):
-        raise InputError(
-            "a masked array", where=where, expected="a plain array, such as raw.filled(0)"
-        )
+        raise InputError("is a masked array; use a plain one, such as raw.filled(0)", where=where)
     native = raw.dtype.newbyteorder("=")
     if native not in (np.uint8, np.uint16):
         raise InputError(
-            f"pixels of type {raw.dtype}", where=where, expected="8 or 16 bit unsigned integers"
+            f"has pixels of type {raw.dtype}; they must be unsigned integers of 8 or 16 bit",
+            where=where,
         )
     if raw.ndim not in (2, 3) or (raw.ndim == 3 and raw.shape[2] != 3):
         got = f"{raw.shape[2]} channels" if raw.ndim == 3 else f"{raw.ndim} dimensions"
-        raise InputError(got, where=where, expected="a grey (1 channel) or RGB (3 channels) image")
+        raise InputError(
+            f"has {got}; an image has 2 dimensions, or 3 with three channels", where=where
+        )
     return np.asarray(raw, dtype=native)
 
 
@@ -62,9 +63,9 @@ def check_raw(raw: Image, micro_image_size: int, *, where: str = "raw") -> Image
     rows, columns = image.shape[:2]
     if min(rows, columns) < m:
         raise InputError(
-            f"{columns} x {rows} pixels are less than one micro image",
+            f"has {columns} x {rows} pixels, less than one micro image; it needs at "
+            f"least {m} x {m} for M = {m}",
             where=where,
-            expected=f"at least {m} x {m} pixels for M = {m}",
         )
     return image
 
@@ -83,9 +84,9 @@ def interpolation_order(interpolation: Interpolation | str, *, where: str = "int
     if str(interpolation) in orders:
         return int(interpolation)
     raise InputError(
-        f"{interpolation!r}",
+        f"{interpolation!r} is no interpolation; use nearest, linear, or an order "
+        f"from 0 to {MAX_INTERPOLATION_ORDER}",
         where=where,
-        expected=f"nearest, linear, or an order from 0 to {MAX_INTERPOLATION_ORDER}",
     )
 
 
@@ -94,7 +95,7 @@ def region_ranges(region: Region | None, shape: tuple[int, int]) -> tuple[range,
     if region is None:
         return range(shape[0]), range(shape[1])
     bad = InputError(
-        f"{region!r}", where="region", expected="two slices without steps: rows, columns"
+        f"{region!r} is no region; give two slices without steps: rows, columns", where="region"
     )
     if not isinstance(region, tuple) or len(region) != 2:
         raise bad
@@ -109,13 +110,13 @@ def region_ranges(region: Region | None, shape: tuple[int, int]) -> tuple[range,
 
 def check_out(out: Any, raw: Image, shape: tuple[int, ...]) -> None:
     """Refuse memory that a result of a shape cannot be written to."""
-    expected = f"a C-contiguous array of shape {shape}, {raw.dtype}, that can be written"
+    wanted = f"a C-contiguous array of shape {shape}, {raw.dtype}, that can be written"
     if not isinstance(out, np.ndarray) or isinstance(out, np.ma.MaskedArray):
-        raise InputError(f"a {type(out).__name__}", where="out", expected=expected)
+        raise InputError(f"is a {type(out).__name__}; it must be {wanted}", where="out")
     if out.shape != shape or out.dtype != raw.dtype:
-        raise InputError(f"shape {out.shape}, {out.dtype}", where="out", expected=expected)
+        raise InputError(f"has shape {out.shape}, {out.dtype}; it must be {wanted}", where="out")
     if not out.flags.c_contiguous or not out.flags.writeable:
         what = "not contiguous" if out.flags.writeable else "read-only"
-        raise InputError(what, where="out", expected=expected)
+        raise InputError(f"is {what}; it must be {wanted}", where="out")
     if np.may_share_memory(out, raw) and np.shares_memory(out, raw):
-        raise InputError("overlaps the raw image", where="out", expected="other memory")
+        raise InputError("shares its memory with the raw image; use other memory", where="out")

@@ -65,9 +65,9 @@ class Record:
         old = self.path.with_name(_OLD_RECORD)
         if old.exists():
             raise InputError(
-                "is the record of an earlier version, which does not tell what the results hold",
+                "is the record of an earlier version, which does not tell what the results "
+                "hold; delete it, and all frames are made again",
                 where=str(old),
-                expected="no such file: delete it, and all frames are made again",
             )
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -87,7 +87,7 @@ class Record:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InputError(
-                "another run is writing here", where=str(self.path.parent), expected="one at a time"
+                "another run is writing here; let it end first", where=str(self.path.parent)
             ) from None
 
     def _read(self) -> None:
@@ -98,9 +98,8 @@ class Record:
                 entry = Entry.model_validate_json(line)
             except ValidationError:
                 raise InputError(
-                    f"line {number} is damaged",
+                    f"line {number} is damaged; delete the file to make all frames again",
                     where=str(self.path),
-                    expected="a line for each frame; delete the file to make all frames again",
                 ) from None
             self.entries[entry.mark] = entry
         if half:

@@ -139,9 +139,8 @@ def check_sums(largest: int) -> None:
     """Refuse sums that could wrap around in 64 bits, roundings included."""
     if largest.bit_length() > _SUM_BITS:
         raise InputError(
-            f"sums of {largest.bit_length()} bits",
-            where="M",
-            expected=f"a smaller M or a lower order: sums of at most {_SUM_BITS} bits",
+            f"this M and interpolation need sums of {largest.bit_length()} bits, "
+            f"more than {_SUM_BITS}; use a smaller M or a lower order"
         )
 
 

@@ -27,7 +27,7 @@ WEIGHT_UNITS = 64
 """Weights b are whole numbers of 1/64, for shifts and adds in hardware."""
 MAX_WEIGHT_UNITS = 16
 _NUMBER = re.compile(r"[0-9]{1,3}(/[0-9]{1,3}|\.[0-9]{1,9})?")
-_EXPECTED = f"auto, off, or a multiple of 1/{WEIGHT_UNITS} from 0 to 1/4"
+WEIGHT_ADVICE = f"use auto, off, or a multiple of 1/{WEIGHT_UNITS} from 0 to 1/4"
 
 
 class Taps(NamedTuple):
@@ -97,7 +97,7 @@ def sharpening_units(
         return automatic_units(micro_image_size, shift, order)
     if isinstance(sharpen, str) and sharpen == "off":
         return 0
-    bad = InputError(f"{sharpen!r}", where=where, expected=_EXPECTED)
+    bad = InputError(f"{sharpen!r} is no weight; {WEIGHT_ADVICE}", where=where)
     if isinstance(sharpen, bool) or (isinstance(sharpen, str) and not _NUMBER.fullmatch(sharpen)):
         raise bad
     try:
@@ -105,7 +105,7 @@ def sharpening_units(
     except (TypeError, ValueError, OverflowError, ZeroDivisionError):
         raise bad from None
     if units.denominator != 1 or not 0 <= units <= MAX_WEIGHT_UNITS:
-        raise InputError(f"b = {sharpen}", where=where, expected=_EXPECTED)
+        raise InputError(f"b = {sharpen} is no weight; {WEIGHT_ADVICE}", where=where)
     return int(units)
 
 

@@ -154,13 +154,15 @@ def depth_index(
     `vote_radius` is 0.
     """
     if not 1 <= len(stack) <= MAX_STACK:
-        raise InputError(f"{len(stack)} slices", where="stack", expected=f"1 to {MAX_STACK} slices")
+        raise InputError(f"{len(stack)} slices are not possible; use 1 to {MAX_STACK}")
     if not 0 <= radius <= MAX_SHARPNESS_RADIUS:
-        raise InputError(f"{radius}", where="radius", expected=f"0 to {MAX_SHARPNESS_RADIUS}")
+        raise InputError(f"a radius of {radius} is not possible; use 0 to {MAX_SHARPNESS_RADIUS}")
     if not 0 <= confidence <= MAX_CONFIDENCE:
-        raise InputError(f"{confidence}", where="confidence", expected=f"0 to {MAX_CONFIDENCE}")
+        raise InputError(f"a confidence of {confidence} is not possible; use 0 to {MAX_CONFIDENCE}")
     if not 0 <= vote_radius <= MAX_VOTE_RADIUS:
-        raise InputError(f"{vote_radius}", where="vote_radius", expected=f"0 to {MAX_VOTE_RADIUS}")
+        raise InputError(
+            f"a vote_radius of {vote_radius} is not possible; use 0 to {MAX_VOTE_RADIUS}"
+        )
     best = most = least = None
     numbers = count()
     # Not enumerate, which keeps a slice until it has the next one.

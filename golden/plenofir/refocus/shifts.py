@@ -14,16 +14,16 @@ def parse_focus(a: int | str | Fraction, *, where: str = "a") -> Fraction:
     `a`: an integer, a `Fraction`, or text such as ``"-3/5"`` or ``"1"``. Result: the focus setting
     in units of the micro lens pitch. Raises `InputError` if `a` is not a rational number.
     """
-    expected = "an integer or a fraction, such as -3/5 or 1"
+    advice = "use an integer or a fraction, such as -3/5 or 1"
     if isinstance(a, bool) or not isinstance(a, (Integral, str, Fraction)):
-        raise InputError(f"{a!r} is not a focus setting", where=where, expected=expected)
+        raise InputError(f"{a!r} is not a focus setting; {advice}", where=where)
     if isinstance(a, str) and any(c in a for c in ".eE_"):
-        raise InputError(f"{a!r} is not a focus setting", where=where, expected=expected)
+        raise InputError(f"{a!r} is not a focus setting; {advice}", where=where)
     try:
         # NumPy's integers would stay inside of the fraction, and overflow there.
         return Fraction(int(a) if isinstance(a, Integral) else a)
     except (ValueError, ZeroDivisionError):
-        raise InputError(f"{a!r} is not a focus setting", where=where, expected=expected) from None
+        raise InputError(f"{a!r} is not a focus setting; {advice}", where=where) from None
 
 
 def focus_to_shift(a: int | str | Fraction, micro_image_size: int, *, where: str = "a") -> int:
@@ -36,9 +36,9 @@ def focus_to_shift(a: int | str | Fraction, micro_image_size: int, *, where: str
     shift = focus * int(micro_image_size)
     if shift.denominator != 1:
         raise InputError(
-            f"{focus} is not on the grid of M = {micro_image_size}",
+            f"{focus} is not on the grid of M = {micro_image_size}; use a fraction whose "
+            f"denominator divides {micro_image_size}",
             where=where,
-            expected=f"a fraction whose denominator divides {micro_image_size}",
         )
     return int(shift)
 

@@ -219,7 +219,7 @@ def _described(
     most = max(field.lens_rows, field.lens_columns)
     if not -most <= low < high <= most:
         raise InputError(
-            f"{low:g} to {high:g}", where="a", expected=f"a range within -{most} to {most}"
+            f"{low:g} to {high:g} is too wide; stay within -{most} to {most}", where="a"
         )
     least = field.least_binning()
     rows, columns = raw.shape[:2]

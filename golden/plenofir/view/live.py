@@ -14,7 +14,6 @@ from plenofir.ground.films import opened
 from plenofir.ground.images import Picture, read_picture
 
 _SUFFIXES = {".png", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".bmp", ".jpg", ".jpeg"}
-_EXPECTED = "a folder, a video or a camera"
 _POLL_SECONDS = 0.02
 # A file that cannot be read may still be in the writing for this long.
 _WRITING_SECONDS = 2.0
@@ -112,7 +111,7 @@ class Live:
         threading.Thread(target=self._read, args=(frames,), daemon=True).start()
         first = self._wait(0, _FIRST_SECONDS)
         if first is None:
-            raise InputError("no frame", where=where, expected="frames within ten seconds")
+            raise InputError("no frame came within ten seconds", where=where)
         self.first = first
 
     def _read(self, frames: Iterator[Captured]) -> None:
@@ -143,9 +142,7 @@ class Live:
         shape = raw.pixels.shape, raw.pixels.dtype
         if self._shape not in (None, shape):
             raise InputError(
-                f"frame {number} has another size or depth",
-                where=self._where,
-                expected="frames like the first one",
+                f"frame {number} has another size or depth than the first one", where=self._where
             )
         self._shape = shape
         return Frame(number, captured, raw)

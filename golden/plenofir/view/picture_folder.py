@@ -14,7 +14,6 @@ from plenofir.view.mosaic import planes
 from plenofir.view.page import Page, Part, Wanted
 
 REPORT = "report.json"
-_EXPECTED = "a folder with two pictures (PNG) or more, such as make sim leaves"
 # In this order: the VHDL beside its golden model.
 _FIRST = ("refocused", "golden", "diff")
 # What is no picture of a scene is shown as it is.
@@ -36,7 +35,11 @@ def pictures_page(folder: Path, title: str = "") -> Page:
     """
     files = {as_text(path.name): path for path in sorted(folder.glob("*.png"), key=_order)}
     if len(files) < 2:
-        raise InputError(f"{len(files)} pictures", where=str(folder), expected=_EXPECTED)
+        raise InputError(
+            f"has {len(files)} pictures; name a folder with two or more (PNG), such as "
+            "make sim leaves",
+            where=str(folder),
+        )
     for path in files.values():
         _read(path)
     first = next(iter(files.values()))
@@ -116,8 +119,8 @@ def _within(
     size = sum(len(part.content) for part in made.values()) * 4 // 3
     if size > limit:
         raise InputError(
-            f"{size / 1e6:.1f} MB of pictures",
+            f"{size / 1e6:.1f} MB of pictures are more than {limit / 1e6:g} MB; use "
+            "another --limit",
             where=str(folder),
-            expected=f"at most {limit / 1e6:g} MB, or another --limit",
         )
     return made

@@ -126,9 +126,7 @@ def bound(port: int) -> list[socket]:
         return bind_sockets(port, ADDRESS)
     except OSError as error:
         raise InputError(
-            f"{port} cannot be used ({error.strerror})",
-            where="port",
-            expected="a free port, or 0 for any",
+            f"{port} cannot be used ({error.strerror}); use a free port, or 0 for any", where="port"
         ) from None
 
 

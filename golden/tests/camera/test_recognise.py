@@ -120,7 +120,7 @@ def test_folders_and_other_files(tmp_path: Path) -> None:
     found = recognise(views)
     assert (found.kind, found.micro_image_size) == ("folder of views", 3)
     write_png(views / "view_2_2.png", np.zeros((5, 6), np.uint8))
-    assert "(5, 6) of uint8" in recognise(views).evidence[0][1]
+    assert "shape (5, 6) and type uint8" in recognise(views).evidence[0][1]
     hci = tmp_path / "hci"
     hci.mkdir()
     write_png(hci / "input_Cam000.png", np.zeros((4, 4), np.uint8))

@@ -49,7 +49,7 @@ def test_uio_maps_a_file_and_waits(tmp_path: Path) -> None:
 
 
 def test_uio_refuses(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"uio9: cannot be opened .*expected a UIO device"):
+    with pytest.raises(InputError, match=r"uio9: cannot be opened .*must be a UIO device"):
         Uio(tmp_path / "uio9")
     (tmp_path / "short").write_bytes(b"")
     with pytest.raises(InputError, match=r"short: cannot be mapped"):
@@ -61,7 +61,7 @@ def test_find_uio(tmp_path: Path) -> None:
         (tmp_path / f"uio{number}").mkdir()
         (tmp_path / f"uio{number}" / "name").write_text(f"{name}\n")
     assert find_uio(classes=tmp_path) == Path("/dev/uio1")
-    with pytest.raises(InputError, match=r"0 UIO devices named 'sensor'; there are: uio0"):
+    with pytest.raises(InputError, match=r"0 UIO devices are named 'sensor', of uio0"):
         find_uio("sensor", tmp_path)
     with pytest.raises(InputError, match=r"3 UIO devices"):
         find_uio("", tmp_path)
@@ -137,14 +137,16 @@ def test_serial_bridge_against_litex() -> None:
     assert bridge.read(4) == 6
     assert words[0x108] == 0x89ABCDEF
     bridge._port.read = lambda _: b""
-    with pytest.raises(InputError, match="0 bytes of 4 came for the word at 0x10c"):
+    with pytest.raises(InputError, match="only 0 of 4 bytes came for the word at 0x10c"):
         bridge.read(12)
 
 
 def test_what_is_no_core_is_refused() -> None:
-    with pytest.raises(InputError, match="reads as 0x00000000; expected 0x506c6e66"):
+    with pytest.raises(InputError, match="reads as 0x00000000, not 0x506c6e66"):
         Core(Words())
-    with pytest.raises(InputError, match=r"register map 9; expected 1: a driver of plenofir 0\.3"):
+    with pytest.raises(
+        InputError, match=r"register map 9, this driver knows 1; take the driver of plenofir 0\.3"
+    ):
         Core(Words({0: 0x506C6E66, 4: 0x09000300}))
 
 

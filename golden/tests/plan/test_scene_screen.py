@@ -101,43 +101,43 @@ def test_colours_go_evenly_from_far_to_near() -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ([('"depth"]', '"index"]')], "screen.output.2 = 'index'; expected 'refocused', 'all-in-"),
-        ([('"depth"]', '"refocused"]')], "screen cannot be used; expected each output once"),
-        ([("output = [", "output = [] # [")], "screen.output = (); expected"),
-        ([("overlay = true", "overlay = 1")], "screen.overlay = 1; expected a valid boolean"),
-        ([("overlay = true", "vote_radius = 5")], "screen.vote_radius = 5; expected less than or"),
-        ([("overlay = true", "confidence = -1.0")], "screen.confidence = -1.0; expected greater"),
-        ([("overlay = true", "texts = 1")], "screen.texts = 1; expected no such field"),
+        ([('"depth"]', '"index"]')], "screen.output.2 = 'index' should be 'refocused', 'all-in-"),
+        ([('"depth"]', '"refocused"]')], "screen: give each output once"),
+        ([("output = [", "output = [] # [")], "screen.output = () "),
+        ([("overlay = true", "overlay = 1")], "screen.overlay = 1 should be a valid boolean"),
+        ([("overlay = true", "vote_radius = 5")], "screen.vote_radius = 5 should be less than or"),
+        ([("overlay = true", "confidence = -1.0")], "screen.confidence = -1.0 should be greater"),
+        ([("overlay = true", "texts = 1")], "there is no field screen.texts"),
         (
             [(', "all-in-focus", "depth"]', "]"), ("overlay", "radius = 1 #")],
-            'screen cannot be used; expected output "all-in-focus" or "depth" for radius',
+            "screen: radius needs the output 'all-in-focus' or 'depth'",
         ),
-        ([('path = "video"', "")], 'expected build.path "video" for screen'),
+        ([('path = "video"', "")], "screen needs build.path = 'video'"),
         (
             [('path = "video"', 'path = "video"\narithmetic = "stored"')],
-            'expected build.arithmetic "exact" for screen.output',
+            "screen.output needs build.arithmetic = 'exact'",
         ),
         (
             [('path = "video"', 'path = "video"\ninterpolation = "linear"')],
-            'expected build.interpolation "nearest" for screen.output',
+            "screen.output needs build.interpolation = 'nearest'",
         ),
         (
             [('path = "video"', 'path = "video"\nengine = "fir"')],
-            'expected build.engine "auto" for screen.output',
+            "all slices in one pass: build.engine = 'auto'",
         ),
         (
             [('slices = ["-1/3", "0", "1/3", "2/3"]', 'slices = ["1/3"]')],
-            "screen.output: 1 slice of M = 3; expected two slices or more",
+            "at least two slices, not 1 of M = 3",
         ),
         (
             [('"2/3"]', '"2/3", "1", "4/3", "5/3", "2", "7/3"]'), ('"refocused", ', "")],
-            "of 116 block RAM (18 Kbit); expected fewer slices, columns or votes",
+            "of 116 block RAM (18 Kbit); use fewer slices, columns or votes",
         ),
         (
             [("micro_image_size = 3", "micro_image_size = 5"), ('"-1/3", "0", "1/3", "2/3"',
              '"-1/5", "0", "1/5", "2/5", "4/5"'), ('path = "video"',
              'path = "video"\ndevice = "lfe5u-45f"')],
-            "does not fit the LFE5U-45F: needs 174 of 108 block RAM (18 Kbit)",
+            "the LFE5U-45F is too small: it needs 174 of 108 block RAM (18 Kbit)",
         ),
     ],
 )  # fmt: skip
@@ -152,7 +152,9 @@ def test_text_larger_than_the_picture(tmp_path: Path) -> None:
     many = ", ".join(f'"{n}/11"' for n in range(-40, 24))
     changes = [("micro_image_size = 3", "micro_image_size = 11"), ('"refocused", "all', '"all')]
     changes += [('"-1/3", "0", "1/3", "2/3"', many), ("overlay", "radius = 1\noverlay")]
-    with pytest.raises(InputError, match=r"a text of .* pixels over a picture of 640 x 480"):
+    with pytest.raises(
+        InputError, match=r"a text of .* pixels does not fit on a picture of 640 x 480"
+    ):
         plan_of(tmp_path, *changes)
 
 

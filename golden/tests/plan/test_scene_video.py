@@ -47,8 +47,8 @@ def test_video_path(tmp_path: Path) -> None:
             "61 Hz is no mode of the Digilent Atlys",
         ),
         ([("rows = 480", "rows = 481\nrate_hz = 60.0")], "", "640 x 481 at 60 Hz is no mode"),
-        ([RATE, ('"rgb"', '"grey"')], "", 'frame.colour "rgb"'),
-        ([RATE], "parallel_rows = 2", "parallel_rows 1"),
+        ([RATE, ('"rgb"', '"grey"')], "", "needs frame.colour = 'rgb'"),
+        ([RATE], "parallel_rows = 2", "needs parallel_rows = 1"),
         ([RATE], 'device = "xc6slx9"', "xc6slx45 (Digilent Atlys)"),
         ([RATE, ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-160"]')], "", "exceeds"),
     ],
@@ -97,7 +97,7 @@ def test_video_path_that_does_not_fit_is_refused_with_it(tmp_path: Path) -> None
     changes = [("columns = 640", "columns = 1280"), ("rows = 480", "rows = 720\nrate_hz = 60.0")]
     slices = ("near_mm = 800.0\nfar_mm = inf", 'slices = ["-2", "1/5", "2"]')
     build = 'path = "video"\narithmetic = "exact"\nengine = "fir"'
-    with pytest.raises(InputError, match=r"XC6SLX45: needs \d+ of 116 block RAM"):
+    with pytest.raises(InputError, match=r"XC6SLX45 is too small: it needs \d+ of 116 block RAM"):
         make_plan(scene(tmp_path, *changes, slices, build=build))
 
 

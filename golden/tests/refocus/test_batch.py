@@ -19,7 +19,7 @@ import pytest
 from plenofir.commands.app import main
 from plenofir.ground.errors import InputError
 from plenofir.ground.images import read_image, write_png
-from plenofir.refocus import batch, processors, refocus
+from plenofir.refocus import batch, refocus
 from plenofir.refocus.batch import (
     Made,
     Settings,
@@ -77,7 +77,7 @@ def test_order_and_names(frames):
     assert result_names(found, Settings(5, (Fraction(-3, 5),)))[0] == ("frame_1_a-3_5.png",)
     for bad, message in (
         (str(frames / "*.tif"), "no such files"),
-        (str(frames / "in"), r"is a folder; expected a pattern, such as .*in/\*.png"),
+        (str(frames / "in"), r"is a folder; give a pattern such as .*in/\*.png"),
         ("x" * 300, "no such files|name too long"),
         ("nul\0", "no such files"),
     ):
@@ -167,9 +167,7 @@ def test_records_that_cannot_be_used(frames, here):
     good = record.read_bytes()
     for bad in (b"[1,2]\n", b"null\n", b"\n", b"\xff\n", b"[" * 5000 + b"\n", b'{"mark":"x"}\n'):
         record.write_bytes(good + bad)
-        with pytest.raises(
-            InputError, match=r"batch.jsonl: line 4 is damaged; expected"
-        ) as refused:
+        with pytest.raises(InputError, match=r"batch.jsonl: line 4 is damaged; delete") as refused:
             run_batch(sources, SETTINGS, out)
         assert "\n" not in str(refused.value)
         assert record.read_bytes() == good + bad
@@ -307,7 +305,7 @@ def test_refusals(frames):
         (Settings(5, (Fraction(1, 3),)), "denominator divides 5"),
         (Settings(5, (Fraction(1, 5),), upsample=False), "integer"),
         (Settings(5, ()), "no focus settings"),
-        (Settings(0, (Fraction(1),)), "too small"),
+        (Settings(0, (Fraction(1),)), "must be an integer, 1 or more"),
     ):
         with pytest.raises(InputError, match=message):
             run_batch(sources, settings, frames / "out")
@@ -326,12 +324,12 @@ def test_refusals(frames):
         (("-M", "5", "-a", "1", "--workers", "0"), "--workers: '0'"),
         (
             ("-M", "5", "-a", "1", "--workers", "99999999999"),
-            f"--workers: 99999999999; expected 1 to {4 * processors()}",
+            "--workers: 99999999999 workers are not possible",
         ),
         (("-M", "5", "-a", "1", "--scheduler", "x"), "--scheduler: 'x'"),
         (
             ("-M", "5", "-a", "1", "--scheduler", "tls://127.0.0.1:9"),
-            "tls://127.0.0.1:9: needs certificates; expected Dask's",
+            "tls://127.0.0.1:9: needs certificates",
         ),
         (("-M", "5", "-a", "1", "--out", "in/frame_1.png"), "in/frame_1.png/batch.jsonl: cannot"),
     ],

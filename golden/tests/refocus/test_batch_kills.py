@@ -22,7 +22,7 @@ from plenofir.refocus.finished_frames import RECORD
 COMMAND = ("batch", "in/*.png", "-M", "5", "-a", "1 1/5", "--out", "out", "--workers")
 
 FRAMES = 24
-REFUSED = "another run is writing here; expected one at a time"
+REFUSED = "another run is writing here; let it end first"
 
 
 @pytest.fixture

@@ -106,9 +106,9 @@ def test_bad_focus_settings(a):
         (np.zeros(10, np.uint8), 5, "1 dimensions"),
         (np.zeros((4, 10), np.uint8), 5, "less than one micro image"),
         (np.zeros((10, 4), np.uint8), 5, "less than one micro image"),
-        (np.zeros((10, 10), np.uint8), 0, "too small"),
-        (np.zeros((10, 10), np.uint8), -5, "too small"),
-        (np.zeros((10, 10), np.uint8), 2.5, "not an integer"),
+        (np.zeros((10, 10), np.uint8), 0, "must be an integer, 1 or more"),
+        (np.zeros((10, 10), np.uint8), -5, "must be an integer, 1 or more"),
+        (np.zeros((10, 10), np.uint8), 2.5, "must be an integer"),
         (np.ma.masked_array(np.zeros((10, 10), np.uint8)), 5, "masked array"),
     ],
 )

@@ -166,7 +166,7 @@ def test_integer_settings_and_flat_pictures_stay_as_they_are() -> None:
 @pytest.mark.parametrize("b", ["1/24", "2", -0.1, "x", "1e9", True, None, float("nan"), "1/0"])
 def test_bad_weights(b: object) -> None:
     raw = random_image((20, 20), np.uint8)
-    with pytest.raises(InputError, match=r"^sharpen: .*expected auto, off, or a multiple of 1/64"):
+    with pytest.raises(InputError, match=r"^sharpen: .*use auto, off, or a multiple of 1/64"):
         refocus(raw, 5, "3/5", sharpen=b)
 
 

@@ -55,7 +55,7 @@ def calibrate(
         clipped = clipped_level(white, signal, full_scale)
         fit = fit_grid(signal, layout=layout, order=order, clipped=clipped)
     except InputError as error:
-        raise InputError(error.what, where=where, expected=error.expected) from None
+        raise InputError(error.problem, where=where) from None
     t, s = np.indices(fit.shape)
     centres = fit.grid.centres(t, s)
     shape = white.shape[0], white.shape[1]
@@ -96,7 +96,7 @@ def calibration_of_grid(grid: Grid, image_shape: tuple[int, int]) -> Calibration
     t, s = lens_indices(grid, image_shape)
     inside = within(grid.centres(t, s), image_shape)
     if not inside.any():
-        raise InputError("no micro lens in the image", where="grid", expected="another grid")
+        raise InputError("the image holds no micro lens of the grid")
     rows, columns = np.nonzero(inside.any(axis=1))[0], np.nonzero(inside.any(axis=0))[0]
     return Calibration(
         image_shape=image_shape,

@@ -139,7 +139,9 @@ def fit_grid(
         Level at which many pixels clip, None if there are few.
     """
     if layout is not None and layout not in get_args(Layout):
-        raise InputError(f"{layout!r}", where="layout", expected=", ".join(get_args(Layout)))
+        raise InputError(
+            f"there is no layout {layout!r}; choose from {', '.join(get_args(Layout))}"
+        )
     found = lattices(image, layout)
     first: InputError | None = None
     strongest = max((lattice.score for lattice in found), default=0.0)

@@ -31,9 +31,7 @@ def _size(image: Image) -> str:
 def check_same_size(image: Image, shape: tuple[int, ...], where: str, other: str) -> None:
     """Refuse an image whose size differs from that of another."""
     if image.shape[:2] != tuple(shape[:2]):
-        raise InputError(
-            _size(image), where=where, expected=f"{shape[1]} x {shape[0]} pixels as {other}"
-        )
+        raise InputError(f"has {_size(image)}; {other} has {shape[1]} x {shape[0]}", where=where)
 
 
 def _at_full(image: Image, full_scale: int | None) -> Flags:
@@ -71,7 +69,8 @@ def white_signal(
     """Grey levels of a white image above its dark frame."""
     if min(white.shape[:2]) < _SMALLEST:
         raise InputError(
-            _size(white), where=where, expected=f"at least {_SMALLEST} x {_SMALLEST} pixels"
+            f"has {_size(white)}, too few; a white image needs at least {_SMALLEST} x {_SMALLEST}",
+            where=where,
         )
     signal = grey(white)
     if dark is not None:
@@ -81,15 +80,16 @@ def white_signal(
     if brightest < _DARKEST_LEVELS:
         above = "above the dark frame" if dark is not None else "of the brightest parts"
         raise InputError(
-            f"too dark: {max(brightest, 0):.1f} grey levels {above}",
+            f"is too dark: {max(brightest, 0):.1f} grey levels {above}, "
+            f"{_DARKEST_LEVELS} are needed; expose longer or use more light",
             where=where,
-            expected=f"at least {_DARKEST_LEVELS}: a longer exposure or more light",
         )
     clipped = clipped_share(white, full_scale)
     if clipped > _CLIPPED_SHARE:
         raise InputError(
-            f"too bright: {100 * clipped:.0f} % of the pixels at full scale ({int(white.max())})",
+            f"is too bright: {100 * clipped:.0f} % of the pixels are at full scale "
+            f"({int(white.max())}), {100 * _CLIPPED_SHARE:.0f} % may be; expose shorter "
+            "or use less light",
             where=where,
-            expected=f"at most {100 * _CLIPPED_SHARE:.0f} %: a shorter exposure or less light",
         )
     return signal

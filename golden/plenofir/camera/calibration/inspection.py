@@ -87,9 +87,7 @@ def mean_micro_image(
     centres, levels = calibration.centres, calibration.lens_brightness
     chosen = _whole_lenses(calibration, part)
     if not len(chosen):
-        raise InputError(
-            "no micro image that is in it as a whole", where=where, expected="a larger image"
-        )
+        raise InputError("shows no whole micro image; use a larger image", where=where)
     few = np.random.default_rng(5).permutation(len(chosen))[:_MEAN_LENSES]
     rows, columns = chosen[few].T
     samples = int(np.ceil(2 * _REACH * pitch / _LARGEST_STEP_PX)) | 1
@@ -236,9 +234,10 @@ def inspect_white(
     uneven = unevenness(signal, found)
     if uneven > LARGEST_UNEVENNESS:
         raise InputError(
-            f"no white image: lenses differ by {100 * uneven:.0f} % from those around them",
+            "is not evenly lit: lenses differ from their neighbours by "
+            f"{100 * uneven:.0f} %, {100 * LARGEST_UNEVENNESS:.0f} % are allowed; "
+            "photograph an evenly lit, diffuse surface",
             where=where,
-            expected=f"at most {100 * LARGEST_UNEVENNESS:.0f} %: an evenly lit, diffuse surface",
         )
     mean = mean_micro_image(signal, found, where=where)
     smooth = found.lens_brightness[found.inside]

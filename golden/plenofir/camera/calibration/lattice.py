@@ -18,7 +18,9 @@ from plenofir.camera.calibration.centroids import Image32
 from plenofir.camera.calibration.grid import Floats, Grid, Layout
 from plenofir.ground.errors import InputError
 
-GRID_EXPECTED = "a white image: a regular grid of micro images, evenly lit, at least 5 x 5 of them"
+GRID_ADVICE = (
+    "a white image shows a regular grid of micro images, evenly lit, at least 5 x 5 of them"
+)
 
 _CROP = 1024
 _LEAST_SIDE = 12
@@ -294,7 +296,7 @@ def guess(image: Image32, vectors: Floats, layout: Layout | None = None) -> Grid
 
 def no_grid(what: str) -> InputError:
     """Error of a white image without a grid."""
-    return InputError(what, where="white image", expected=GRID_EXPECTED)
+    return InputError(f"{what}; {GRID_ADVICE}", where="white image")
 
 
 def reduced_lengths(grid: Grid) -> tuple[float, float]:

@@ -157,7 +157,7 @@ def load_calibration(path: str | Path) -> Calibration:
     `path`: what `Calibration.save` wrote. Result: the calibration; `Calibration.centres` are the
     micro image centres. Raises `InputError` if there is no such file, or it is not a calibration.
     """
-    expected = "a file written by plenofir calibrate"
+    advice = "give a file that plenofir calibrate wrote"
     try:
         if Path(path).is_char_device():  # It may have no end.
             raise OSError
@@ -167,16 +167,15 @@ def load_calibration(path: str | Path) -> Calibration:
         )
     except (OSError, UnicodeDecodeError, ValueError, RecursionError) as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else "cannot be read"
-        raise InputError(reason, where=str(path), expected=expected) from None
+        raise InputError(f"{reason}; {advice}", where=str(path)) from None
     if size > _LARGEST_FILE:
-        raise InputError(f"{size >> 20} MiB", where=str(path), expected=expected)
+        raise InputError(f"is too large ({size >> 20} MiB); {advice}", where=str(path))
     try:
         return Calibration.model_validate(content)
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join(str(part) for part in first["loc"]) or "content"
         raise InputError(
-            f"{field}: {first['msg'].removeprefix('Value error, ').lower()}",
+            f"{field}: {first['msg'].removeprefix('Value error, ').lower()}; {advice}",
             where=str(path),
-            expected=expected,
         ) from None

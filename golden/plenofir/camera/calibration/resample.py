@@ -119,18 +119,18 @@ def largest_odd_size(calibration: Calibration) -> int:
 def check_micro_image_size(calibration: Calibration, m: int, scale: Scale) -> None:
     """Refuse micro image sizes that the calibration's grid does not have."""
     if m < 1:
-        raise InputError(f"M = {m}", where="M", expected="an integer, 1 or more")
+        raise InputError(f"M = {m}, but a micro image has at least 1 pixel")
     if scale not in ("native", "fit"):
-        raise InputError(f"{scale!r}", where="scale", expected="native or fit")
+        raise InputError(f"there is no scale {scale!r}; use native or fit")
     largest = int(np.ceil(max(calibration.grid.pitch)))
     if scale == "native" and m > largest:
         raise InputError(
-            f"M = {m} is more than the pitch of {max(calibration.grid.pitch):.3f} pixels",
-            where="M",
-            expected=f"at most {largest}, or scale fit",
+            f"M = {m} is more than the micro images' pitch of "
+            f"{max(calibration.grid.pitch):.3f} pixels; use at most {largest}, or scale "
+            "fit"
         )
     if m > 4 * largest:
-        raise InputError(f"M = {m}", where="M", expected=f"at most {4 * largest}")
+        raise InputError(f"M = {m} is too large for this calibration; use at most {4 * largest}")
 
 
 def decode(
@@ -177,8 +177,9 @@ def decode(
     m = micro_image_size
     check_micro_image_size(calibration, m, scale)
     if interpolation not in _ORDERS:
-        expected = "nearest, bilinear or cubic"
-        raise InputError(f"{interpolation!r}", where="interpolation", expected=expected)
+        raise InputError(
+            f"there is no interpolation {interpolation!r}; use nearest, bilinear or cubic"
+        )
     shape = calibration.image_shape
     check_same_size(raw, shape, where, "the calibration's white image")
     for image, name in ((dark, "dark frame"), (white, "white image")):
@@ -292,7 +293,9 @@ def hexagonal_to_rectangular(
     """
     lenses = samples.shape[axis]
     if lenses < order + 1:
-        raise InputError(f"{lenses} lenses in a row", where="hexagonal grid", expected="4 or more")
+        raise InputError(
+            f"a hexagonal grid needs at least 4 lenses in a row, this one has {lenses}"
+        )
     # From half a pitch to the last lens of the rows that are not moved: covered by all rows.
     count = int(np.floor((lenses - 1.5) / step)) + 1
     places = 0.5 + step * np.arange(count)

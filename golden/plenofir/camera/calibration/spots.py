@@ -69,9 +69,8 @@ def best_position(positions: Sequence[float], radii: Sequence[float]) -> Best | 
     z, variances = np.array(positions, dtype=np.float64), np.square(radii)
     if len(np.unique(z)) < _FEWEST_POSITIONS:
         raise InputError(
-            f"{len(np.unique(z))} different ones",
+            f"needs at least {_FEWEST_POSITIONS} different distances, not {len(np.unique(z))}",
             where="position",
-            expected=f"at least {_FEWEST_POSITIONS}",
         )
     middle, scale = z.mean(), np.ptp(z) / 2
     terms = np.stack([np.ones_like(z), (z - middle) / scale, ((z - middle) / scale) ** 2], axis=-1)
@@ -234,7 +233,7 @@ def infinity_focus(
     lit = signal > base + max(_STANDS_OUT * noise, _SHARE_OF_BRIGHTEST * (top - base))
     if not lit.any() or lit.mean() > _LARGEST_LIT_SHARE:
         what = "light everywhere" if lit.any() else "no light that stands out"
-        raise InputError(what, where=where, expected="a collimator or a star on a dark ground")
+        raise InputError(f"{what}; photograph a collimator or a star on a dark ground", where=where)
     places = np.argwhere(lit).astype(np.float64)
     weights = (signal[lit] - base).astype(np.float64)
     t, s, offsets = calibration.grid.nearest(places)

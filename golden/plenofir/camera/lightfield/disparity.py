@@ -111,18 +111,22 @@ def sad_disparity(
         a point may be hidden from a view; what stands alone takes its neighbours' disparity.
     """
     if not others or any(gap == (0, 0) for _, gap in others):
-        raise InputError("no other view", where="views", expected="views with gaps from the first")
+        raise InputError(
+            "there is no other view to compare with; the views must have no gaps from the first on"
+        )
     if window < 1 or window % 2 == 0:
-        raise InputError(f"{window}", where="window", expected="an odd number of pixels")
+        raise InputError(f"the window of {window} pixels must be an odd number")
     low, high = search
     if not -np.inf < low < high < np.inf:
-        raise InputError(f"{low} to {high}", where="search", expected="a smaller and a larger one")
+        raise InputError(
+            f"the search from {low} to {high} is empty; give the smaller disparity first"
+        )
     base = grey(reference)
     # A point that moves by more than the picture from one view to the next is seen in one alone.
     most = max(base.shape)
     if max(-low, high) > most:
         raise InputError(
-            f"{low:g} to {high:g}", where="search", expected=f"-{most} to {most}, the views' size"
+            f"the search from {low:g} to {high:g} goes beyond the views; use -{most} to {most}"
         )
     reach = max(float(np.hypot(*gap)) for _, gap in others)
     count = int(np.ceil((high - low) * reach / _STEP)) + 1
@@ -131,7 +135,7 @@ def sad_disparity(
     for image, gap in others:
         if image.shape[:2] != base.shape:
             raise InputError(
-                f"shapes {base.shape} and {image.shape[:2]}", where="views", expected="equal sizes"
+                f"views must have one size, but there are {base.shape} and {image.shape[:2]}"
             )
         values = grey(image).astype(np.float64)
         for axis in (0, 1):
@@ -216,7 +220,7 @@ def light_field_disparity(
     """
     m = micro_image_size
     if m < 2:
-        raise InputError(f"M = {m}", where="M", expected="2 or more: one view has no disparity")
+        raise InputError(f"M = {m} is a single view, which has no disparity; M must be 2 or more")
     images = views(raw, m)
     centre = m // 2
     if method == "structure-tensor":

@@ -47,9 +47,8 @@ def quilt(raw: Image, micro_image_size: int, columns: int, rows: int) -> Image:
     m, count = micro_image_size, columns * rows
     if not 1 <= count <= m:
         raise InputError(
-            f"{columns} x {rows} tiles",
-            where="columns",
-            expected=f"at most {m}, the views of a row",
+            f"a quilt of {columns} x {rows} tiles needs more views than the {m} of a "
+            "row; use fewer columns"
         )
     chosen = np.rint(np.linspace(0, m - 1, count)).astype(int) if count > 1 else [m // 2]
     shown = [sub_aperture(raw, m, m // 2, int(u)) for u in chosen]

@@ -18,7 +18,7 @@ ViewOrder = Literal["rows", "columns"]
 Places = dict[tuple[int, int], Path]
 
 _SUFFIXES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".pgm", ".ppm"}
-_EXPECTED = "M x M views with their row and column, or a running number, in their names"
+_ADVICE = "views (M x M) have their row and column, or a running number, in their names"
 
 
 def _numbers(path: Path) -> list[int]:
@@ -35,7 +35,7 @@ def arrange(paths: list[Path], where: str) -> Places:
     numbers = [_numbers(path) for path in paths]
     fields = min((len(n) for n in numbers), default=0)
     if len({len(n) for n in numbers}) > 1:
-        raise InputError("names with different numbers of numbers", where=where, expected=_EXPECTED)
+        raise InputError(f"some names have more numbers than others; {_ADVICE}", where=where)
     columns = [sorted({n[k] for n in numbers}) for k in range(fields)]
     # The last pair that fits: exposures and dates stand in front.
     for first, second in reversed(list(combinations(range(fields), 2))):
@@ -53,7 +53,7 @@ def arrange(paths: list[Path], where: str) -> Places:
                 divmod(n[field] - run[0], m): path for n, path in zip(numbers, paths, strict=True)
             }
     found = f"{len(paths)} files" if len(paths) != m * m else "no rows and columns in the names"
-    raise InputError(found, where=where, expected=_EXPECTED)
+    raise InputError(f"{found}; {_ADVICE}", where=where)
 
 
 def image_paths(folder: Path) -> list[Path]:
@@ -85,12 +85,12 @@ def read_views_picture(
 ) -> Picture:
     """The views of `read_views`, with what their files say of the numbers."""
     if not folder.is_dir():
-        raise InputError("no such folder", where=str(folder), expected=_EXPECTED)
+        raise InputError(f"no such folder; {_ADVICE}", where=str(folder))
     if order not in ("rows", "columns"):
-        raise InputError(f"{order!r}", where="order", expected="rows or columns")
+        raise InputError(f"there is no order {order!r}; use rows or columns")
     paths = image_paths(folder)
     if not paths:
-        raise InputError("no image files", where=str(folder), expected=_EXPECTED)
+        raise InputError(f"has no image files; {_ADVICE}", where=str(folder))
     places = arrange(paths, str(folder))
     if order == "columns":
         places = {(row, column): path for (column, row), path in places.items()}
@@ -109,15 +109,14 @@ def read_paths(places: Places, *, progress: Callable[[int, int], None] | None = 
             first = picture
         if image.shape != first.pixels.shape or image.dtype != result.dtype:
             raise InputError(
-                f"{image.shape} of {image.dtype}",
+                f"has shape {image.shape} and type {image.dtype}; the first view has "
+                f"{first.pixels.shape} and {result.dtype}",
                 where=str(path),
-                expected=f"{first.pixels.shape} of {result.dtype} as the first view",
             )
         if picture.full_scale != first.full_scale:
             raise InputError(
-                f"white is {picture.full_scale}",
+                f"counts {picture.full_scale} as white, the first view {first.full_scale}",
                 where=str(path),
-                expected=f"{first.full_scale} as in the first view",
             )
         result[place] = image
         if progress is not None:

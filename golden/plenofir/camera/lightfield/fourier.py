@@ -67,7 +67,7 @@ def fourier_slice(
     more. Result: mean of the shifted views, a sample for each micro lens, shape (t, s[, 3]).
     """
     if not oversampling >= 1:
-        raise InputError(f"{oversampling}", where="oversampling", expected="1 or more")
+        raise InputError(f"oversampling of {oversampling} is too small; use 1 or more")
     return _in_frequency(raw, micro_image_size, a, (width, oversampling))
 
 
@@ -82,7 +82,7 @@ def shifted_views(raw: Image, micro_image_size: int, a: float) -> Floats:
 def _in_frequency(raw: Image, m: int, a: float, window: tuple[float, float] | None) -> Floats:
     check_raw(raw, m)
     if not np.isfinite(a):
-        raise InputError(f"a = {a}", where="a", expected="a finite number")
+        raise InputError(f"a = {a} is not a finite number")
     field = light_field(raw, m).astype(np.float64)
     if field.ndim == 4:
         field = field[..., np.newaxis]

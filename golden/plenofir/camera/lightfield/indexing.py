@@ -59,7 +59,7 @@ def raw_image(field: Image) -> Image:
     """
     if field.ndim not in (4, 5) or field.shape[2] != field.shape[3]:
         raise InputError(
-            f"shape {field.shape}", where="light field", expected="(t, s, M, M) or (t, s, M, M, 3)"
+            f"a light field has shape (t, s, M, M) or (t, s, M, M, 3), not {field.shape}"
         )
     t, s, m = field.shape[:3]
     return np.moveaxis(field, 1, 2).reshape(t * m, s * m, *field.shape[4:])
@@ -73,7 +73,7 @@ def sub_aperture(raw: Image, micro_image_size: int, v: int, u: int) -> Image:
     """
     m = micro_image_size
     if not (0 <= v < m and 0 <= u < m):
-        raise InputError(f"view ({v}, {u})", where="view", expected=f"numbers from 0 to {m - 1}")
+        raise InputError(f"there is no view ({v}, {u}); views are numbered from 0 to {m - 1}")
     return light_field(raw, m)[:, :, v, u]
 
 

@@ -37,8 +37,8 @@ _LARGEST_MAT = 4 << 30
 _MOST_FRAMES = 33**2
 _HCI_VIEW = re.compile(r"input_Cam(\d{3})\.png")
 _MATLAB_5, _HDF5 = b"MATLAB", b"\x89HDF\r\n\x1a\n"
-_MAT_EXPECTED = "an array LF of views: (rows, columns of views, height, width, 3 or 4)"
-INSTALL = "the package h5py (pip install 'plenofir[cameras]')"
+_MAT_ADVICE = "views are an array LF of (rows, columns of views, height, width, 3 or 4)"
+INSTALL = "pip install 'plenofir[cameras]'"
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +73,10 @@ def read_source(
     except (OSError, ValueError):  # No name at all, or a folder that cannot be looked into.
         there = False
     if not there:
-        expected = "a folder or video of views, a picture or a .mat file"
-        raise InputError("no such file or folder", where=str(path), expected=expected)
+        raise InputError(
+            "no such file or folder; give a folder or video of views, a picture or a .mat file",
+            where=str(path),
+        )
     if path.is_dir():
         if hci_views(path):
             return read_hci(path, progress=progress)
@@ -97,7 +99,8 @@ def _video(path: Path, order: ViewOrder) -> LightFieldSource:
     m = isqrt(len(frames))
     if m * m != len(frames) or m < 2:
         raise InputError(
-            f"{len(frames)} frames", where=str(path), expected="M x M, a view each, 4 or more"
+            f"has {len(frames)} frames, which is no square number of views (M x M, 4 or more)",
+            where=str(path),
         )
     found = np.stack(frames).reshape(m, m, *frames[0].shape)
     if order == "columns":
@@ -110,7 +113,9 @@ def central(images: Image, count: int) -> Image:
     """Keep the central views, `count` along each side of (v, u, t, s[, 3]), without a copy."""
     there = images.shape[0]
     if not 1 <= count <= there:
-        raise InputError(f"{count}", where="views", expected=f"1 to {there}, as many as there are")
+        raise InputError(
+            f"{count} views cannot be taken of {there}; use 1 to {there}", where="views"
+        )
     first = (there - count) // 2
     return images[first : first + count, first : first + count]
 
@@ -136,9 +141,13 @@ def _picture(path: Path, layout: PictureLayout, size: int | None) -> LightFieldS
             asked = f" of {size} x {size}" if size else ""
             option = "layout" if kind == "auto" else "micro_image"
             raise InputError(
-                f"it is not clear whether {where} is a mosaic or a raster{asked}",
+                f"it is not clear whether {where} is a mosaic or a raster{asked}; "
+                + (
+                    "choose one of them, with -M"
+                    if kind == "auto"
+                    else "give the number of views along a side"
+                ),
                 where=option,
-                expected="mosaic or raster, with -M" if kind == "auto" else "views along a side",
             )
         kind = "mosaic" if fits[0] == "mosaic" else "raster"
         size = size or seen[kind]
@@ -146,16 +155,17 @@ def _picture(path: Path, layout: PictureLayout, size: int | None) -> LightFieldS
     rows, columns = image.shape[:2]
     if size > min(rows, columns):
         raise InputError(
-            f"{size}", where="micro_image", expected=f"at most {min(rows, columns)}, the picture's"
+            f"{size} is more than the picture has pixels; use at most {min(rows, columns)}",
+            where="micro_image",
         )
     if kind == "raster":
         text = f"{size} x {size} pixels for each of {columns // size} x {rows // size} lenses"
         return LightFieldSource(picture.like(views(image, size)), (("raster", text),))
     if rows % size or columns % size:
         raise InputError(
-            f"{columns} x {rows} pixels",
+            f"{columns} x {rows} pixels are no multiple of {size}, as {size} x {size} "
+            "views would be",
             where=where,
-            expected=f"a multiple of {size} in both directions: {size} x {size} views",
         )
     tiles = image.reshape(size, rows // size, size, columns // size, *image.shape[2:])
     text = f"{size} x {size} views of {columns // size} x {rows // size} pixels"
@@ -173,9 +183,9 @@ def read_mat(path: Path) -> Image:
     where = str(path)
     try:
         if not path.is_file():
-            raise InputError("no such file", where=where, expected=_MAT_EXPECTED)
+            raise InputError(f"no such file; {_MAT_ADVICE}", where=where)
         if path.stat().st_size > _LARGEST_MAT:
-            raise InputError("more than 4 GiB", where=where, expected=_MAT_EXPECTED)
+            raise InputError("is larger than 4 GiB; use a smaller light field", where=where)
         with input_file(path).open("rb") as file:
             head = file.read(1 << 10)
         if _HDF5 in head or b"MATLAB 7.3" in head:
@@ -183,31 +193,36 @@ def read_mat(path: Path) -> Image:
         elif head.startswith(_MATLAB_5):
             array = _from_matlab_5(path, where)
         else:
-            raise InputError("no MATLAB file", where=where, expected=_MAT_EXPECTED)
+            raise InputError(f"is no MATLAB file; {_MAT_ADVICE}", where=where)
     except InputError:
         raise
     except MemoryError:
         raise InputError(
-            "too large for the memory", where=where, expected="a smaller one"
+            "is too large for the memory; use a smaller light field", where=where
         ) from None
     except Exception as error:  # Readers raise whatever a damaged file leads them to.
         reason = " ".join(str(error).split()) or type(error).__name__
         what = f"damaged ({reason[:200]})"
-        raise InputError(what, where=where, expected="a whole file") from None
+        raise InputError(f"{what}; copy or export the file again", where=where) from None
     if array.ndim not in (4, 5) or array.shape[0] != array.shape[1] or 0 in array.shape:
-        raise InputError(f"an array of shape {array.shape}", where=where, expected=_MAT_EXPECTED)
+        raise InputError(f"its array has shape {array.shape}; {_MAT_ADVICE}", where=where)
     if array.ndim == 5:
         if array.shape[4] not in (1, 3, 4):
-            raise InputError(f"{array.shape[4]} channels", where=where, expected="1, 3 or 4")
+            raise InputError(
+                f"its views have {array.shape[4]} channels; they must have 1, 3 or 4", where=where
+            )
         array = array[..., 0] if array.shape[4] == 1 else array[..., :3]
     if array.dtype in (np.float32, np.float64):
         low, high = float(array.min()), float(array.max())
         if not 0 <= low <= high <= 1:
-            raise InputError(f"values from {low:g} to {high:g}", where=where, expected="0 to 1")
+            raise InputError(
+                f"has values from {low:g} to {high:g}; floats must go from 0 to 1", where=where
+            )
         array = np.rint(array * 65535).astype(np.uint16)
     if array.dtype not in (np.uint8, np.uint16):
         raise InputError(
-            f"values of type {array.dtype}", where=where, expected="uint8, uint16 or 0 to 1"
+            f"has values of type {array.dtype}; use uint8, uint16, or floats from 0 to 1",
+            where=where,
         )
     return np.ascontiguousarray(array)
 
@@ -219,7 +234,7 @@ def _chosen(shapes: Mapping[str, tuple[int, ...]], where: str) -> str:
         return "LF"
     if len(many) != 1:
         what = f"{len(many)} arrays of 4 or 5 dimensions" if many else "no array of views"
-        raise InputError(what, where=where, expected=_MAT_EXPECTED)
+        raise InputError(f"{what}; {_MAT_ADVICE}", where=where)
     return many[0]
 
 
@@ -235,7 +250,7 @@ def _from_hdf5(path: Path, where: str) -> npt.NDArray[Any]:
     try:
         import h5py
     except ImportError:
-        raise InputError("not installed", where="h5py", expected=INSTALL) from None
+        raise InputError(f"h5py is not installed, which reads this file; {INSTALL}") from None
     with h5py.File(path, "r") as file:
         shapes = {name: part.shape for name, part in file.items() if hasattr(part, "shape")}
         # MATLAB counts the first index fastest, HDF5 the last.
@@ -270,7 +285,7 @@ class HciScene:
         numbers = {name: self.number(name) for name in (*wanted, *sides)}
         missing = [name for name, value in numbers.items() if value is None]
         if missing:
-            raise InputError(missing[0], where="parameters.cfg", expected="a number")
+            raise InputError(f"{missing[0]} is missing, or no number", where="parameters.cfg")
         b, f, s, focus_m, *size = (float(value or 0.0) for value in numbers.values())
         focus = 1000 * focus_m
         scale = b * f * max(size) / (s * (focus - f))
@@ -294,9 +309,9 @@ def read_hci(
     numbers = [int(path.name[9:12]) for path in paths]
     if m * m != len(paths) or numbers != list(range(m * m)):
         raise InputError(
-            f"{len(paths)} views input_CamNNN.png",
+            f"has {len(paths)} views input_CamNNN.png; there must be a square number, "
+            "from 000 on without gaps",
             where=str(folder),
-            expected="a square number of them, from 000 on without gaps",
         )
     images = read_paths({divmod(n, m): path for n, path in enumerate(paths)}, progress=progress)
     scene = hci_scene(folder)
@@ -329,7 +344,7 @@ def hci_scene(folder: Path) -> HciScene:
         except (OSError, UnicodeDecodeError, configparser.Error) as error:
             reason = " ".join(str(error).split())[:120]
             raise InputError(
-                f"cannot be read ({reason})", where=str(config), expected="sections and numbers"
+                f"cannot be read ({reason}); it must have sections of numbers", where=str(config)
             ) from None
         for section in parser.sections():
             parameters.update(parser[section])
@@ -345,15 +360,18 @@ def read_pfm(path: Path) -> Floats32:
     from netpbmfile import NetpbmFile
 
     where = str(path)
-    expected = "a whole .pfm file with one channel"
     try:
         data = input_file(path).read_bytes()
         with NetpbmFile(io.BytesIO(data)) as file:
             image = np.asarray(file.asarray())
     except Exception as error:  # As for pictures.
         reason = " ".join(str(error).split())[:120] or type(error).__name__
-        raise InputError(f"damaged ({reason})", where=where, expected=expected) from None
+        raise InputError(
+            f"is damaged ({reason}); it must be a whole .pfm file with one channel", where=where
+        ) from None
     if image.ndim != 2 or image.dtype.kind != "f":
-        raise InputError(f"an image of shape {image.shape}", where=where, expected=expected)
+        raise InputError(
+            f"has shape {image.shape}; it must be a .pfm file with one channel", where=where
+        )
     # Its lines come from the bottom up, and netpbmfile leaves them so.
     return np.asarray(image[::-1], np.float32)

@@ -69,7 +69,7 @@ class FocalStack:
         self.settings = tuple(settings)
         self.progress = progress
         if not self.settings:
-            raise InputError("no focus settings", where="a", expected="one or more")
+            raise InputError("no focus settings were given; give one or more")
         for a in self.settings:
             focus_to_shift(a, micro_image_size)
 
@@ -141,9 +141,8 @@ def sharpness(region: Image | Floats, micro_image_size: int = 1, low: float = 0.
     m = micro_image_size
     if min(region.shape[:2]) < 4 * m:
         raise InputError(
-            f"{region.shape[1]} x {region.shape[0]} pixels",
-            where="region",
-            expected=f"at least {4 * m} x {4 * m} pixels",
+            f"the region of {region.shape[1]} x {region.shape[0]} pixels is too small; "
+            f"take at least {4 * m} x {4 * m}"
         )
     ends = [-(-n // (2 * m)) for n in region.shape[:2]]
     # Of the spectrum along the lines only what counts is kept.

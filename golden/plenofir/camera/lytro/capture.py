@@ -53,11 +53,11 @@ def checked_grid(grey: Image32, metadata: FrameMetadata, where: str) -> Match:
     other = find_lenslets(grey)
     if other is not None:
         raise InputError(
-            f"its pixels have micro images {other.pitch:.2f} pixels apart ({other.layout}, rotated "
-            f"by {other.rotation_degrees:.2f} degrees)",
+            f"the pixels have micro images {other.pitch:.2f} pixels apart "
+            f"({other.layout}, rotated by {other.rotation_degrees:.2f} degrees), the "
+            f"metadata say {known.lens_pitch:.2f} ({known.layout}, "
+            f"{known.rotation_degrees:.2f} degrees); the file may be damaged",
             where=where,
-            expected=f"{known.lens_pitch:.2f} pixels ({known.layout}, "
-            f"{known.rotation_degrees:.2f} degrees), as its metadata say",
         )
     return found
 
@@ -122,9 +122,10 @@ def _apart(grid: Grid, other: Grid, where: str) -> float:
     """Distance in pixels of two grids in the middle of the first; their pitches must agree."""
     if grid.layout != other.layout or abs(grid.lens_pitch / other.lens_pitch - 1) > _SAME_PITCH:
         raise InputError(
-            f"micro images {grid.lens_pitch:.3f} pixels apart ({grid.layout})",
+            f"has micro images {grid.lens_pitch:.3f} pixels apart ({grid.layout}), the "
+            f"capture {other.lens_pitch:.3f} ({other.layout}); use a white image of the "
+            "same camera and zoom",
             where=where,
-            expected=f"{other.lens_pitch:.3f} ({other.layout}), as the capture has them",
         )
     middle = grid.positions(np.array(grid.middle))
     _, _, from_centre = grid.nearest(middle)

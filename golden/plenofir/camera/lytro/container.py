@@ -22,7 +22,7 @@ _KINDS = {b"\x89LFM\r\n\x1a\n": "table", b"\x89LFC\r\n\x1a\n": "content"}
 _HEAD, _NAME = 16, 80
 _LARGEST_FILE = 1 << 30
 _LARGEST_JSON = 1 << 24
-_WHOLE = "a whole file: copy it again"
+_COPY = "copy the file again"
 
 Json = Mapping[str, Any]
 Contents = Literal["raw", "stack", "depth", "storage", "other"]
@@ -80,13 +80,16 @@ def part_of(content: Any, *path: str | int) -> Any:
 def read_json(data: bytes, where: str) -> Json:
     """Object in JSON, which cameras may end with zeros."""
     if len(data) > _LARGEST_JSON:
-        raise InputError(f"{len(data) >> 20} MiB of metadata", where=where, expected="at most 16")
+        raise InputError(
+            f"has {len(data) >> 20} MiB of metadata, more than the 16 that a camera writes",
+            where=where,
+        )
     try:
         content = json.loads(data.rstrip(b"\0").decode("utf-8"))
     except (ValueError, RecursionError):
         content = None
     if not isinstance(content, Mapping):
-        raise InputError("metadata that are no JSON object", where=where, expected=_WHOLE)
+        raise InputError(f"its metadata are no JSON object; {_COPY}", where=where)
     return content
 
 
@@ -99,22 +102,22 @@ def is_container(path: Path) -> bool:
         return False
 
 
-def file_bytes(path: Path, expected: str) -> bytes:
+def file_bytes(path: Path, advice: str) -> bytes:
     """Content of an input file."""
     where = str(path)
     try:
         if not path.is_file():
             what = "is no file" if path.exists() else "no such file"
-            raise InputError(what, where=where, expected=expected)
+            raise InputError(f"{what}; {advice}", where=where)
         if path.stat().st_size > _LARGEST_FILE:
             size = f"{path.stat().st_size >> 20} MiB"
-            raise InputError(size, where=where, expected=f"{expected} of at most 1024 MiB")
+            raise InputError(f"is too large ({size}); {advice} of at most 1024 MiB", where=where)
         return input_file(path).read_bytes()
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read ({reason})", where=where, expected=expected) from None
+        raise InputError(f"cannot be read ({reason}); {advice}", where=where) from None
 
 
 def read_container(path: Path) -> Container:
@@ -125,9 +128,9 @@ def read_container(path: Path) -> Container:
     is damaged.
     """
     where = str(path)
-    data = file_bytes(path, "a Lytro file (.lfp, .lfr)")
+    data = file_bytes(path, "give a Lytro file (.lfp, .lfr)")
     if not data.startswith(MAGIC):
-        raise InputError("no Lytro file", where=where, expected="a file that begins with 89 LFP")
+        raise InputError("is no Lytro file: it does not begin with the bytes 89 LFP", where=where)
     tables: list[bytes] = []
     sections: dict[str, bytes] = {}
     place, number = _HEAD, 0
@@ -138,23 +141,23 @@ def read_container(path: Path) -> Container:
             if data[place] == 0:
                 place += len(data) - place - len(data[place:].lstrip(b"\0"))
                 continue
-            raise InputError(f"no section at byte {place}", where=where, expected=_WHOLE)
+            raise InputError(f"has no section at byte {place}; {_COPY}", where=where)
         size = int.from_bytes(data[place + 12 : place + _HEAD], "big")
         begin = place + _HEAD + (_NAME if size else 0)
         content = data[begin : begin + size]
         if len(data) < place + _HEAD or len(content) < size:
             what = f"ends in section {number}: {len(content)} of {size} bytes"
-            raise InputError(what, where=where, expected=_WHOLE)
+            raise InputError(f"{what}; {_COPY}", where=where)
         name = data[place + _HEAD : begin].rstrip(b"\0").decode("ascii", "replace")
         digest = hashlib.sha1(content, usedforsecurity=False).hexdigest()
         if size and name != f"sha1-{digest}":
             what = f"section {number} is damaged (its SHA-1 is not {name[:16]!r}...)"
-            raise InputError(what, where=where, expected=_WHOLE)
+            raise InputError(f"{what}; {_COPY}", where=where)
         if kind == "table":
             tables.append(content)
         elif size:
             sections[name] = content
         place, number = begin + size, number + 1
     if not tables:
-        raise InputError("no table of contents", where=where, expected=_WHOLE)
+        raise InputError(f"has no table of contents; {_COPY}", where=where)
     return Container(where, read_json(tables[0], where), sections)

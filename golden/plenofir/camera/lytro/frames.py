@@ -28,7 +28,7 @@ _CONTAINERS = (".lfp", ".lfr")
 _KNOWN_SIZES = {7728 * 5368 * 10 // 8: "Illum", 3280 * 3280 * 12 // 8: "F01"}
 _MOST_FILES = 20_000
 _LARGEST_MEMBER = 1 << 28
-FRAME_EXPECTED = "a Lytro .lfp or .lfr with a raw frame, or a .raw with .txt or .json beside it"
+FRAME_ADVICE = "give a Lytro .lfp or .lfr, or a .raw with its .txt or .json beside it"
 
 Entries = Mapping[str, Callable[[], bytes]]
 
@@ -72,20 +72,20 @@ def read_frame(path: Path) -> Frame:
     """
     where = str(path)
     if not is_container(path):
-        data = file_bytes(path, FRAME_EXPECTED)
+        data = file_bytes(path, FRAME_ADVICE)
         if path.suffix.lower() != ".raw":
-            raise InputError("no Lytro file", where=where, expected=FRAME_EXPECTED)
+            raise InputError(f"is no Lytro file; {FRAME_ADVICE}", where=where)
         beside = _beside(path)
         if beside is None:
             camera = _KNOWN_SIZES.get(len(data))
             what = f"as large as a frame of an {camera}, but" if camera else "a .raw file, but"
             names = ", ".join(path.with_suffix(suffix).name for suffix in _METADATA_SUFFIXES)
             raise InputError(
-                f"{what} no metadata beside it ({names} looked for)",
+                f"{what} the metadata are missing; put one of {names} beside it, which tells "
+                "where the micro lenses are",
                 where=where,
-                expected="one of them: it tells where the micro lenses are",
             )
-        content = read_json(file_bytes(beside, "metadata"), str(beside))
+        content = read_json(file_bytes(beside, "the metadata of the frame"), str(beside))
         return _checked(where, frame_metadata(content, str(beside)), data)
     container = read_container(path)
     references = container.frame
@@ -95,10 +95,10 @@ def read_frame(path: Path) -> Frame:
             "depth": "no raw frame: a depth map",
             "storage": "no raw frame: files stored by a camera (white images, for --white)",
         }.get(container.contents, "no raw frame")
-        raise InputError(what, where=where, expected="a .lfp or .lfr as it left the camera")
+        raise InputError(f"{what}; give the .lfp or .lfr as it left the camera", where=where)
     text = container.named(references.get("metadataRef"))
     if text is None:
-        raise InputError("a raw frame without metadata", where=where, expected=FRAME_EXPECTED)
+        raise InputError(f"its raw frame has no metadata; {FRAME_ADVICE}", where=where)
     private = container.named(references.get("privateMetadataRef"))
     data = container.named(references.get("imageRef")) or b""
     numbers: Json | None = read_json(private, where) if private else None
@@ -110,9 +110,9 @@ def _checked(where: str, metadata: FrameMetadata, data: bytes) -> Frame:
     if len(data) != packed_size(metadata):
         size = f"{metadata.width} x {metadata.height} pixels of {metadata.packing.bitsPerPixel} bit"
         raise InputError(
-            f"{len(data)} bytes of pixels",
+            f"has {len(data)} bytes of pixels; {size}, as the metadata say, take "
+            f"{packed_size(metadata)}",
             where=where,
-            expected=f"{packed_size(metadata)}: the metadata say {size}",
         )
     return Frame(where, metadata, data)
 
@@ -121,14 +121,17 @@ def _member(path: Path, name: str) -> bytes:
     with tarfile.open(path) as archive:
         member = archive.getmember(name)
         if member.size > _LARGEST_MEMBER:
-            raise InputError(f"{member.size >> 20} MiB", where=f"{path}/{name}", expected="256")
+            raise InputError(
+                f"is too large: {member.size >> 20} MiB, at most 256 are read",
+                where=f"{path}/{name}",
+            )
         file = archive.extractfile(member)
         return file.read() if file is not None else b""
 
 
 def _entries(path: Path) -> Entries:
     """Files of a set, by name."""
-    expected = "a folder, a .tar or a Lytro file with white images"
+    advice = "give a folder, a .tar or a Lytro file with white images"
     try:
         if path.is_dir():
             files = [file for file in sorted(path.rglob("*")) if file.is_file()][:_MOST_FILES]
@@ -137,7 +140,7 @@ def _entries(path: Path) -> Entries:
                 if file.suffix.lower() == ".tar" or (is_container(file) and not _raw_frame(file)):
                     found |= _entries(file)
                 else:
-                    found[str(file)] = partial(file_bytes, file, expected)
+                    found[str(file)] = partial(file_bytes, file, advice)
             return found
         if path.suffix.lower() == ".tar":
             with tarfile.open(path) as archive:
@@ -145,7 +148,7 @@ def _entries(path: Path) -> Entries:
             return {f"{path}/{name}": partial(_member, path, name) for name in names}
     except (OSError, tarfile.TarError, ValueError) as error:
         reason = " ".join(str(error).split())
-        raise InputError(f"cannot be read ({reason})", where=str(path), expected=expected) from None
+        raise InputError(f"cannot be read ({reason}); {advice}", where=str(path)) from None
     if is_container(path) and not _raw_frame(path):
         container = read_container(path)
         stored: dict[str, Callable[[], bytes]] = {}
@@ -154,7 +157,7 @@ def _entries(path: Path) -> Entries:
             if isinstance(name, str) and data is not None:
                 stored[f"{path}/{name.replace(chr(92), '/')}"] = partial(bytes, data)
         return stored
-    return {str(path): partial(file_bytes, path, expected)}
+    return {str(path): partial(file_bytes, path, advice)}
 
 
 def _raw_frame(path: Path) -> bool:
@@ -187,7 +190,7 @@ def nearest_white(path: Path, capture: FrameMetadata) -> White:
     capture's size; the message tells what was looked for.
     """
     if not path.exists():
-        raise InputError("no such file", where=str(path), expected=FRAME_EXPECTED)
+        raise InputError(f"no such file; {FRAME_ADVICE}", where=str(path))
     entries = _entries(path)
     candidates: list[tuple[tuple[float, float], str, FrameMetadata]] = []
     others, strangers = 0, set[str]()
@@ -212,9 +215,8 @@ def nearest_white(path: Path, capture: FrameMetadata) -> White:
         if capture.serial:
             looked += f", camera {capture.serial}"
         raise InputError(
-            what,
+            f"{what}; one of {looked} is needed (MOD_*.RAW with .TXT, .lfp or .lfr)",
             where=str(path),
-            expected=f"MOD_*.RAW with .TXT, .lfp or .lfr of {looked}",
         )
     apart, name, metadata = min(candidates, key=lambda one: one[:2])
     if Path(name).suffix.lower() in _CONTAINERS:
@@ -231,7 +233,7 @@ def _white_metadata(name: str, entries: Entries, *, sole: bool) -> FrameMetadata
         return read_frame(Path(name)).metadata
     if pure.suffix.lower() != ".raw":
         if sole:
-            raise InputError("no raw frame", where=name, expected=FRAME_EXPECTED)
+            raise InputError(f"has no raw frame; {FRAME_ADVICE}", where=name)
         return None
     if sole:  # A single .raw file: what is beside it is not among the entries.
         return read_frame(Path(name)).metadata

@@ -25,7 +25,6 @@ _LAYOUTS: dict[str, Layout] = {
 }
 # Pitches that cannot be resolved, or of which a picture holds too few.
 _SMALLEST_PITCH, _LARGEST_PITCH = 2.8, 200.0
-_EXPECTED = "the metadata of a Lytro F01 or Illum frame"
 
 
 class Numbers(BaseModel):
@@ -71,7 +70,7 @@ class Packing(Numbers):
     @model_validator(mode="after")
     def _known(self) -> "Packing":
         if (self.bitsPerPixel, self.endianness) not in ((12, "big"), (10, "little")):
-            raise ValueError("12 bit big endian (F01) or 10 bit little endian (Illum)")
+            raise ValueError("must be 12 bit big endian (F01) or 10 bit little endian (Illum)")
         return self
 
 
@@ -126,11 +125,11 @@ class FrameMetadata(Numbers):
             raise ValueError(f"tiling {self.mla.tiling!r}, known are {', '.join(_LAYOUTS)}")
         scale = self.mla.scaleFactor
         if not (0.5 < scale.x < 2 and 0.5 < scale.y < 2):
-            raise ValueError("a scaleFactor near 1")
+            raise ValueError("scaleFactor must be near 1")
         if not _SMALLEST_PITCH <= self.pitch_px <= _LARGEST_PITCH:
             raise ValueError(
                 f"micro lenses {self.pitch_px:.3g} pixels apart, "
-                f"expected are {_SMALLEST_PITCH} to {_LARGEST_PITCH:.0f}"
+                f"not {_SMALLEST_PITCH} to {_LARGEST_PITCH:.0f}"
             )
         offset = hypot(self.mla.sensorOffset.x, self.mla.sensorOffset.y) / self.pixel_pitch
         if offset > max(self.width, self.height):
@@ -260,11 +259,7 @@ def frame_metadata(content: Json, where: str, private: Json | None = None) -> Fr
         )
     except ValidationError as error:
         found = validation_error(error, where=where)
-        what = f"metadata: {found.what}"
-        if error.errors()[0]["type"] == "missing":
-            what = f"metadata without {found.what}"
-            raise InputError(what, where=where, expected=_EXPECTED) from None
-        raise InputError(what, where=where, expected=found.expected) from None
+        raise InputError(f"metadata: {found.problem}", where=where) from None
 
 
 def steps_apart(one: MainLens, other: MainLens) -> tuple[float, float]:

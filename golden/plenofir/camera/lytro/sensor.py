@@ -25,7 +25,7 @@ _TILES: dict[Corner, tuple[Corner, Corner, Corner, Corner]] = {
 }
 _PATTERNS: dict[Corner, str] = {"r": "RGGB", "gr": "GRBG", "gb": "GBRG", "b": "BGGR"}
 _BLOCK_ROWS = 256
-INSTALL = "the package opencv-python-headless (pip install 'plenofir[cameras]')"
+INSTALL = "pip install 'plenofir[cameras]'"
 
 
 def packed_size(metadata: FrameMetadata) -> int:
@@ -44,7 +44,8 @@ def unpack(data: bytes, metadata: FrameMetadata, where: str) -> Mosaic:
     if len(data) != wanted:
         size = f"{metadata.width} x {metadata.height} pixels of {metadata.packing.bitsPerPixel} bit"
         raise InputError(
-            f"{len(data)} bytes of pixels", where=where, expected=f"{wanted}: {size} (metadata)"
+            f"has {len(data)} bytes of pixels; {size}, as the metadata say, take {wanted}",
+            where=where,
         )
     packed = np.frombuffer(data, np.uint8).reshape(metadata.height, -1)
     result = np.empty((metadata.height, metadata.width), np.uint16)
@@ -112,11 +113,14 @@ def develop(
     if colour == "best":
         colour = "balanced" if metadata.matrix is None else "srgb"
     if colour == "srgb" and metadata.matrix is None:
-        raise InputError("srgb", where="colour", expected="camera or balanced: no matrix is known")
+        raise InputError(
+            "this camera's colour matrix is not known, so there is no srgb; use camera or balanced",
+            where="colour",
+        )
     try:
         import cv2
     except ImportError:
-        raise InputError("not installed", where="OpenCV", expected=INSTALL) from None
+        raise InputError(f"OpenCV is not installed; {INSTALL}") from None
     pattern = _PATTERNS[metadata.mosaic.upperLeftPixel]
     suffix = "_EA" if demosaic == "edge-aware" else ""
     code = getattr(cv2, f"COLOR_Bayer{pattern}2RGB{suffix}")

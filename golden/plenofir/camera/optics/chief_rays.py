@@ -63,7 +63,7 @@ def chief_rays(
     stop = system.stop_surface
     target = np.atleast_1d(np.asarray(heights_mm, dtype=np.float64)).ravel()
     if not np.all(np.isfinite(target)):
-        raise InputError("not finite", where="heights", expected="finite heights in mm")
+        raise InputError("ray heights must be finite numbers of mm")
     behind = system.section(stop, len(system.curvatures) - 1)
 
     def arrive(stop_slopes: FloatArray) -> tuple[FloatArray, FloatArray]:

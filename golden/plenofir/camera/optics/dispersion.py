@@ -38,9 +38,7 @@ def _checked_wavelengths(wavelength_nm: npt.ArrayLike) -> FloatArray:
     wavelengths = np.asarray(wavelength_nm, dtype=np.float64)
     if not np.all((wavelengths >= _SHORTEST_NM) & (wavelengths <= _LONGEST_NM)):
         raise InputError(
-            "not a wavelength of light",
-            where="wavelength",
-            expected=f"{_SHORTEST_NM:g} to {_LONGEST_NM:g} nanometres",
+            f"a wavelength of light lies between {_SHORTEST_NM:g} and {_LONGEST_NM:g} nanometres"
         )
     return wavelengths
 
@@ -52,9 +50,8 @@ def _index_from_square(
     if not np.all(usable):
         worst = np.broadcast_to(np.asarray(wavelength_nm, dtype=np.float64), squared.shape)[~usable]
         raise InputError(
-            f"the {formula} formula has no real index at {worst.flat[0]:g} nm",
-            where="wavelength",
-            expected="a wavelength away from the glass's absorption bands",
+            f"the {formula} formula has no real index at {worst.flat[0]:g} nm; use a "
+            "wavelength away from the glass's absorption bands"
         )
     return np.sqrt(squared)
 
@@ -128,9 +125,8 @@ class Cauchy(_Formula):
         if not np.all(index > 0):
             worst = wavelengths[~(index > 0)].flat[0]
             raise InputError(
-                f"Cauchy's equation gives no positive index at {worst:g} nm",
-                where="wavelength",
-                expected="a wavelength in the range that the coefficients were fitted to",
+                f"Cauchy's equation gives no positive index at {worst:g} nm; use a "
+                "wavelength in the range that its coefficients were fitted to"
             )
         return index
 
@@ -147,9 +143,8 @@ class Cauchy(_Formula):
         """
         if len(self.coefficients) > 3:
             raise InputError(
-                f"{len(self.coefficients)} coefficients of Cauchy's equation",
-                where="coefficients",
-                expected="at most 3: the square of more does not fit the Schott formula",
+                f"{len(self.coefficients)} coefficients of Cauchy's equation are too many; "
+                "the square of more than 3 does not fit the Schott formula"
             )
         in_um = [
             _as_written(g) / Fraction(_NM_PER_UM) ** (2 * power)
@@ -175,7 +170,7 @@ class Sellmeier(_Formula):
     @model_validator(mode="after")
     def _same_length(self) -> Self:
         if len(self.strengths) != len(self.resonances_um2):
-            raise ValueError("as many resonances as strengths expected")
+            raise ValueError("there must be as many resonances as strengths")
         return self
 
     @cached_property

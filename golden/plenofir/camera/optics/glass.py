@@ -72,10 +72,13 @@ def glass_from_abbe(name: str, index_d: float, abbe_number: float) -> Glass:
     Abbe number is not positive.
     """
     if not 1 < index_d < float("inf"):
-        raise InputError(f"index {index_d:g}", where=f"glass {name}", expected="an index above 1")
+        raise InputError(
+            f"an index of {index_d:g} is too low; it must be above 1", where=f"glass {name}"
+        )
     if not 0 < abbe_number < float("inf"):
         raise InputError(
-            f"Abbe number {abbe_number:g}", where=f"glass {name}", expected="a positive number"
+            f"an Abbe number of {abbe_number:g} cannot be; it must be positive",
+            where=f"glass {name}",
         )
     rise = (index_d - 1) / abbe_number / (F_LINE_NM**-2 - C_LINE_NM**-2)
     return Glass(name=name, dispersion=Cauchy(coefficients=(index_d - rise / D_LINE_NM**2, rise)))
@@ -113,9 +116,8 @@ def read_glass_table(path: Path, formula: Literal["sellmeier", "schott"]) -> dic
         name, *fields = (field.strip() for field in line.split(","))
         if len(fields) != 7:
             raise InputError(
-                f"{len(fields)} numbers after the name",
+                f"has {len(fields)} numbers after the name; it must have 6 coefficients and n_d",
                 where=row,
-                expected="6 coefficients and n_d",
             )
         *coefficients, index_d = (
             parse_number(field, where=f"{row}, field {k}")
@@ -128,9 +130,9 @@ def read_glass_table(path: Path, formula: Literal["sellmeier", "schott"]) -> dic
             computed = float("nan")
         if not abs(computed - index_d) <= _TABLE_TOLERANCE:
             raise InputError(
-                f"coefficients of {name} give n_d = {computed:.5f}, the row states {index_d:g}",
+                f"the coefficients of {name} give n_d = {computed:.5f}, but the row says "
+                f"{index_d:g}; check the {formula} coefficients",
                 where=row,
-                expected=f"{formula} coefficients that agree with n_d to {_TABLE_TOLERANCE:g}",
             )
         glasses[name] = glass
     return glasses

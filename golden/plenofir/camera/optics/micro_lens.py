@@ -65,9 +65,7 @@ class ThickLens(BaseModel):
         """
         power = self.power_per_mm
         if power == 0:
-            raise InputError(
-                "the lens has no power", where="micro lens", expected="a curved surface"
-            )
+            raise InputError("the micro lens has no power; one surface must be curved")
         return 1 / power
 
     @property
@@ -138,13 +136,13 @@ def plano_convex(
     """
     if not math.isfinite(focal_length_mm) or focal_length_mm == 0:
         raise InputError(
-            f"{focal_length_mm:g}", where="focal length", expected="a number of mm other than 0"
+            f"a focal length of {focal_length_mm:g} mm cannot be; it must be a number other than 0"
         )
     if not math.isfinite(thickness_mm) or thickness_mm < 0:
-        raise InputError(f"{thickness_mm:g}", where="thickness", expected="0 mm or more")
+        raise InputError(f"a thickness of {thickness_mm:g} mm cannot be; it must be 0 or more")
     if not math.isfinite(index) or index <= 0 or index == 1:
         raise InputError(
-            f"{index:g}", where="index", expected="a positive refractive index other than 1"
+            f"a refractive index of {index:g} cannot be; it must be positive and not 1"
         )
     curvature = 1 / (focal_length_mm * (index - 1))
     return ThickLens(

@@ -103,9 +103,8 @@ def cardinal_points(system: LensSystem) -> CardinalPoints:
     """
     if is_afocal(system):
         raise InputError(
-            f"the lens is afocal at {system.wavelength_nm:g} nm",
+            f"is afocal at {system.wavelength_nm:g} nm; use a lens with a focal length",
             where=system.name,
-            expected="a lens with a focal length",
         )
     (da, _), (c, dd) = (tuple(map(float, row)) for row in _departure_from_identity(system))
     medium = float(system.indices[-1])
@@ -160,10 +159,9 @@ def entrance_pupil(system: LensSystem) -> Pupil:
     b = float(departure[0, 1]) + gap * (1 + float(departure[1, 1]))
     if _is_telecentric(a, a - 1):
         raise InputError(
-            f"the entrance pupil is at infinity (object-side telecentric) at "
-            f"{system.wavelength_nm:g} nm",
+            f"its entrance pupil is at infinity (object-side telecentric) at "
+            f"{system.wavelength_nm:g} nm; use a lens with a finite one",
             where=system.name,
-            expected="a lens with a finite entrance pupil",
         )
     return Pupil(
         position_mm=float(system.indices[0]) * b / a,

@@ -114,9 +114,8 @@ class LensSystem:
         """
         if self.stop is None:
             raise InputError(
-                "the prescription has no aperture stop",
+                "the prescription has no aperture stop; add a plane with air on both sides",
                 where=self.name,
-                expected="a stop: a plane with air on both sides",
             )
         return self.stop
 
@@ -171,9 +170,9 @@ class Prescription(BaseModel):
     @model_validator(mode="after")
     def _checked(self) -> Self:
         if sum(surface.stop for surface in self.surfaces) > 1:
-            raise ValueError("one stop at most expected")
+            raise ValueError("there must be one stop at most")
         if self.surfaces[-1].glass.name != AIR.name:
-            raise ValueError("air behind the last surface expected")
+            raise ValueError("behind the last surface must be air")
         return self
 
     def at(self, wavelength_nm: float) -> LensSystem:
@@ -200,7 +199,7 @@ class Prescription(BaseModel):
         Raises `InputError` if the factor is not positive.
         """
         if not 0 < factor < math.inf:
-            raise InputError(f"{factor:g}", where="factor", expected="a positive number")
+            raise InputError(f"a lens cannot be scaled by {factor:g}; use a positive number")
         return Prescription(
             name=self.name,
             surfaces=tuple(
@@ -238,19 +237,19 @@ def read_prescription(path: Path) -> Prescription:
         if line.strip() and not line.startswith("#")
     ]
     if not lines:
-        raise InputError("no header", where=str(path), expected="a line that names the columns")
+        raise InputError("has no header; the first line names the columns", where=str(path))
     (header_number, header), *body = lines
     separator = ";" if ";" in header else ","
     columns = _columns(header.split(separator), where=f"{path}: line {header_number}")
     if not body:
-        raise InputError("no surfaces", where=str(path), expected="a row for each surface")
+        raise InputError("has no surfaces; each has a row", where=str(path))
     surfaces: list[Surface] = []
     for number, line in body:
         where = f"{path}: line {number}"
         fields = line.split(separator)
         if len(fields) != len(columns):
             raise InputError(
-                f"{len(fields)} fields", where=where, expected=f"{len(columns)}, as the header"
+                f"has {len(fields)} fields; the header has {len(columns)}", where=where
             )
         row = {column: field.strip() for column, field in zip(columns, fields, strict=True)}
         before = surfaces[-1].glass if surfaces else AIR
@@ -258,15 +257,13 @@ def read_prescription(path: Path) -> Prescription:
     stops = [number for number, surface in zip(body, surfaces, strict=True) if surface.stop]
     if len(stops) > 1:
         raise InputError(
-            "a second aperture stop",
+            "is a second aperture stop; only one plane may have air on both sides",
             where=f"{path}: line {stops[1][0]}, material",
-            expected="one plane with air on both sides at most",
         )
     if surfaces[-1].glass != AIR:
         raise InputError(
-            f"{surfaces[-1].glass.name!r} behind the last surface",
+            f"{surfaces[-1].glass.name!r} lies behind the last surface; it must be air",
             where=f"{path}: line {body[-1][0]}, material",
-            expected="air",
         )
     return Prescription(name=path.stem, surfaces=tuple(surfaces))
 
@@ -276,16 +273,16 @@ def _columns(names: list[str], *, where: str) -> list[str]:
     columns = []
     for name in (name.strip().lower() for name in names):
         if name not in _COLUMNS:
-            raise InputError(f"unknown column {name!r}", where=where, expected=allowed)
+            raise InputError(f"there is no column {name!r}; use {allowed}", where=where)
         columns.append(_COLUMNS[name])
     if len(set(columns)) != len(columns):
-        raise InputError("a column appears twice", where=where, expected=allowed)
+        raise InputError(f"a column appears twice; use each of {allowed} once", where=where)
     missing = [field for field in _REQUIRED if field not in columns]
     if missing:
         raise InputError(
-            f"no column for {', '.join(missing)}",
+            f"has no column for {', '.join(missing)}; radius, thickness, material and sa "
+            "are needed",
             where=where,
-            expected="radius, thickness, material, sa",
         )
     return columns
 
@@ -296,14 +293,13 @@ def _surface(row: dict[str, str], before: Glass, *, where: str) -> Surface:
     plane_in_air = radius == 0 and before == AIR and glass == AIR
     if row["material"].lower() == "air_stop" and not plane_in_air:
         raise InputError(
-            "a stop that refracts",
+            "a stop cannot refract; make it a plane with air on both sides",
             where=f"{where}, material",
-            expected="a plane with air on both sides",
         )
     curvature = 0.0 if radius == 0 else 1 / radius
     if not math.isfinite(curvature):
         raise InputError(
-            f"{row['radius']!r} is too small", where=f"{where}, radius", expected="a radius in mm"
+            f"{row['radius']!r} is too small for a radius in mm", where=f"{where}, radius"
         )
     return Surface(
         curvature_per_mm=curvature,
@@ -321,15 +317,15 @@ def _glass(row: dict[str, str], *, where: str) -> Glass:
     if name.lower() in ("air", "air_stop"):
         return AIR
     if not name:
-        raise InputError("no material", where=f"{where}, material", expected="air or a glass")
+        raise InputError("is missing; name air or a glass", where=f"{where}, material")
     index_text, abbe_text = row.get("index", ""), row.get("Abbe number", "")
     tabled = glass_catalogue().get(name)
     if not index_text:
         if tabled is None:
             raise InputError(
-                f"unknown glass {name!r} without an index",
+                f"the glass {name!r} is not known; give index and v-no, or use one of "
+                f"{', '.join(sorted(glass_catalogue()))}",
                 where=f"{where}, material",
-                expected=f"index and v-no, or one of {', '.join(sorted(glass_catalogue()))}",
             )
         return tabled
     index = parse_number(index_text, where=f"{where}, index", least=1, exclusive=True)
@@ -362,8 +358,7 @@ def load_prescription(name_or_path: str | Path) -> Prescription:
     path = Path(name_or_path)
     if not path.is_file():
         raise InputError(
-            "no such lens",
+            f"no such lens; give a prescription file, or one of {', '.join(shipped_lenses())}",
             where=str(name_or_path),
-            expected=f"a prescription file, or one of {', '.join(shipped_lenses())}",
         )
     return read_prescription(path)

@@ -13,13 +13,9 @@ def read_text(path: Path) -> str:
     try:
         return input_file(path).read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise InputError(
-            error.strerror or "cannot be read", where=str(path), expected="a readable CSV file"
-        ) from None
+        raise InputError(error.strerror or "cannot be read", where=str(path)) from None
     except UnicodeDecodeError:
-        raise InputError(
-            "not a text file", where=str(path), expected="a CSV file in UTF-8"
-        ) from None
+        raise InputError("is no text file in UTF-8", where=str(path)) from None
 
 
 def parse_number(
@@ -27,13 +23,13 @@ def parse_number(
 ) -> float:
     """Read a finite number."""
     if math.isinf(least):
-        expected = "a number"
+        wanted = "a number"
     else:
-        expected = f"a number {'above' if exclusive else 'of at least'} {least:g}"
+        wanted = f"a number {'above' if exclusive else 'of at least'} {least:g}"
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"{text!r} is not a number", where=where, expected=expected) from None
+        raise InputError(f"{text!r} is not a number; use {wanted}", where=where) from None
     if not math.isfinite(value) or value < least or (exclusive and value == least):
-        raise InputError(f"{text!r} is not allowed", where=where, expected=expected)
+        raise InputError(f"{text!r} is not allowed; use {wanted}", where=where)
     return value

@@ -106,9 +106,7 @@ def meridional_rays(
     )
     y, m, z = y.ravel(), m.ravel(), z.ravel()
     if not np.all(np.isfinite(y) & np.isfinite(m) & np.isfinite(z)):
-        raise InputError(
-            "not finite", where="rays", expected="finite heights, slopes and positions"
-        )
+        raise InputError("heights, slopes and positions of rays must be finite")
     cosine = 1 / np.hypot(1.0, m)
     zero = np.zeros_like(y)
     return Rays(np.stack([zero, y, z], axis=1), np.stack([zero, m * cosine, cosine], axis=1))

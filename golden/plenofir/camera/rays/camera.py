@@ -129,9 +129,7 @@ class Camera(_Part):
         shrunk = lens.exit_pupil_mm / lens.focal_length_mm
         pupil = lens.focal_length_mm / shrunk if shrunk else inf
         if not 0 < abs(pupil) < inf:
-            raise InputError(
-                "pupils too far apart", where=self.name, expected="another exit_pupil_mm"
-            )
+            raise InputError("its pupils are too far apart; check exit_pupil_mm", where=self.name)
         diameter = lens.entrance_pupil_diameter_mm
         turned = MainLens(
             focal_length_mm=lens.focal_length_mm,
@@ -157,15 +155,14 @@ def load_camera(source: str | Path) -> Camera:
     path = shipped if str(source) in camera_names() else Path(source)
     if not path.is_file():
         raise InputError(
-            "no such camera",
+            f"no such camera; give a TOML file, or one of {', '.join(camera_names())}",
             where=str(source),
-            expected=f"a TOML file, or one of {', '.join(camera_names())}",
         )
     try:
         content = tomllib.loads(input_file(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(
-            f"cannot be read ({error})", where=str(path), expected="a TOML camera file"
+            f"cannot be read ({error}); it must be a TOML file of a camera", where=str(path)
         ) from None
     try:
         return Camera.model_validate(content)

@@ -88,9 +88,9 @@ def lens_extension(
         nearest = 4 * f + exact(principal_plane_separation_mm)
         if not isfinite(focus_mm) or exact(focus_mm) < nearest:
             raise InputError(
-                f"{focus_mm} mm is nearer than the main lens can focus",
+                f"{focus_mm} mm is nearer than the main lens can focus; use at least "
+                f"{float(nearest):.4f} mm, or inf",
                 where="focus",
-                expected=f"inf, or at least {float(nearest):.4f} mm",
             )
         distance = exact(focus_mm) - exact(principal_plane_separation_mm)
         root = (distance * (distance - 4 * f)).sqrt()

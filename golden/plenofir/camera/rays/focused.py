@@ -34,7 +34,9 @@ class FocusedCamera:
             )
         m = self.micro_image_size
         if isinstance(m, bool) or not isinstance(m, int) or m < 2:
-            raise InputError(f"M = {m!r}", where="micro image", expected="an integer, 2 or more")
+            raise InputError(
+                f"M = {m!r} is no number of pixels of a micro image; use an integer, 2 or more"
+            )
 
     @classmethod
     def focused(cls, camera: Camera, focus_mm: float, micro_image_size: int) -> Self:
@@ -132,9 +134,9 @@ class FocusedCamera:
         length = lengths[origin]
         if length is None:
             raise InputError(
-                "no main_lens.aperture_stop_mm",
+                "the camera's aperture stop is not known; add main_lens.aperture_stop_mm to "
+                "its file",
                 where=self.camera.name,
-                expected="a camera whose aperture stop is known",
             )
         return s + s * (self.camera.micro_lenses.focal_length_mm / length)
 

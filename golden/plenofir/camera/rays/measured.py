@@ -68,10 +68,10 @@ def measure_pupil(model: RayModel, pitch_px: float, error_px: float) -> Measured
     usual = array.pitch_mm * (1 + array.focal_length_mm / predicted) / pixel
     if not abs(pitch_px - usual) <= _SAME_CAMERA * usual:
         raise InputError(
-            f"micro images {pitch_px:.2f} pixels apart, those of {model.camera.name} are "
-            f"{usual:.2f} apart",
+            f"the micro images are {pitch_px:.2f} pixels apart, those of "
+            f"{model.camera.name} are {usual:.2f} apart; name the camera of the white "
+            "image",
             where="camera",
-            expected="the camera of the white image",
         )
     excess = pitch_px * pixel / array.pitch_mm - 1
     wanted = array.focal_length_mm / predicted

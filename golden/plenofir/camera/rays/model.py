@@ -119,9 +119,7 @@ class RayModel(VirtualCameras):
     def _distances(self, a: npt.ArrayLike, border: Border) -> Distances:
         values = np.asarray(a, dtype=np.float64)
         if not (np.abs(values) <= _LARGEST_A).all():
-            raise InputError(
-                "not finite, or too large", where="a", expected=f"numbers up to {_LARGEST_A:g}"
-            )
+            raise InputError(f"a must be a finite number up to {_LARGEST_A:g}")
         top, bottom = self._lines[border]
         lens = self.camera.main_lens
         # Nothing can be placed nearer than the front vertex or, if that is not known, than the
@@ -183,7 +181,7 @@ class RayModel(VirtualCameras):
         top, bottom = self._lines[border]
         distance = np.asarray(distance_mm, dtype=np.float64)
         if np.isnan(distance).any() or (distance == -inf).any():
-            raise InputError("not a distance", where="distance", expected="numbers of mm, or inf")
+            raise InputError("a distance is a number of mm, or inf")
         # D(a) = d V(a) is as linear in d as in a.
         numerator = Line(-top.constant, -top.constant_low, bottom.constant, bottom.constant_low)
         denominator = Line(top.factor, top.factor_low, -bottom.factor, -bottom.factor_low)
@@ -192,7 +190,7 @@ class RayModel(VirtualCameras):
         halves = split(finite)
         slope = np.where(far, -bottom.factor, denominator.at(finite, halves))
         if (slope == 0).any():
-            raise InputError("no plane lies there", where="distance", expected="another distance")
+            raise InputError("no plane that can be refocused lies at this distance")
         return np.asarray(np.where(far, bottom.constant, numerator.at(finite, halves)) / slope)
 
     def alpha(self, a: npt.ArrayLike) -> Values:
@@ -217,6 +215,6 @@ class RayModel(VirtualCameras):
         with np.errstate(divide="ignore", over="ignore"):
             share = 1 / behind + 1 / self.exit_pupil_mm
         if np.isnan(behind).any() or (share == 0).any():
-            raise InputError("no plane lies there", where="alpha", expected="another number")
+            raise InputError("no plane lies at this alpha")
         slope = self.camera.micro_lenses.pitch_mm / self.pixel_slope
         return np.asarray(1 / slope / share)

@@ -153,8 +153,8 @@ class VirtualCameras(FocusedCamera):
     @staticmethod
     def _in_pixels(disparity: npt.ArrayLike, gap: int, unit: DisparityUnit) -> Values:
         if gap == 0:
-            raise InputError("gap = 0", where="gap", expected="two different views")
+            raise InputError("the two views are the same; their gap must not be 0")
         if unit not in ("pixels", "pixels per view"):
-            raise InputError(f"{unit!r}", where="unit", expected="'pixels' or 'pixels per view'")
+            raise InputError(f"there is no unit {unit!r}; use 'pixels' or 'pixels per view'")
         pixels = np.asarray(disparity, dtype=np.float64)
         return pixels * gap if unit == "pixels per view" else pixels

@@ -37,9 +37,7 @@ def recognise(path: Path) -> Recognition:
         if is_lytro(path) or path.suffix.lower() in (".lfp", ".lfr"):
             return _lytro(path, name)
     except OSError as error:
-        raise InputError(
-            error.strerror or "cannot be read", where=name, expected="a file or a folder"
-        ) from None
+        raise InputError(error.strerror or "cannot be read", where=name) from None
     if path.suffix.lower() == ".mat":
         shape = read_mat(path).shape
         text = f"{shape[1]} x {shape[0]} views of {shape[3]} x {shape[2]} pixels"
@@ -148,7 +146,7 @@ def _folder(path: Path, name: str) -> Recognition:
     try:
         images = read_views(path)
     except InputError as error:
-        text = f"pictures, but no light field: {error.what} ({error.where})"
+        text = f"pictures, but no light field: {error.problem} ({error.where})"
         return Recognition("can't tell", (("evidence", text),))
     m, _, rows, columns = images.shape[:4]
     text = f"{m} x {m} pictures of {columns} x {rows} pixels, numbered by row and column"

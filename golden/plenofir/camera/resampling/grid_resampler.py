@@ -87,9 +87,9 @@ def tables_of(
         largest = int(np.abs(moves).max())
         if largest >= 1 << (bits.weight_bits + 1):
             raise InputError(
-                f"lenses up to {largest / (1 << bits.weight_bits):.2f} pixels from an even grid",
+                f"lenses lie up to {largest / (1 << bits.weight_bits):.2f} pixels off an "
+                "even grid; the resampler corrects less than 2",
                 where=where,
-                expected="less than 2",
             )
     if devignette:
         lenses = _gain(calibration.lens_brightness[window], bits)
@@ -148,7 +148,7 @@ def resample(
     around = [pixels[..., k, np.newaxis] + steps for k in (0, 1)]
     inside = [mirrored(a, n) for a, n in zip(around, registers.image_shape, strict=True)]
     if any((a < 0).any() for a in inside):
-        raise InputError("a lens outside the raw frame", where=where, expected="lenses inside")
+        raise InputError("a lens lies outside of the raw frame", where=where)
     channel = (1,) * (raw.ndim - 2)
     for t in range(rows):
         # Pixels of a row of micro images and of the line and the column behind them.

@@ -30,12 +30,11 @@ def interpolate_mosaic(raw: Image, order: BayerOrder, *, where: str = "raw captu
     the frame is not a mosaic of at least 2 x 2 pixels, or there is no such order.
     """
     if order not in BAYER_ORDERS:
-        raise InputError(f"{order!r}", where="bayer", expected="rggb, grbg, gbrg or bggr")
+        raise InputError(f"there is no mosaic {order!r}; use rggb, grbg, gbrg or bggr")
     if raw.ndim != 2 or min(raw.shape) < 2:
         raise InputError(
-            f"shape {raw.shape}",
+            f"a mosaic has one channel and at least 2 x 2 pixels, not shape {raw.shape}",
             where=where,
-            expected="a mosaic: one channel, 2 x 2 pixels or more",
         )
     rows, columns = raw.shape
     p = np.pad(raw, 1, mode="reflect").astype(np.int64)

@@ -156,15 +156,15 @@ def grid_registers(
     layout = grid.layout
     if layout == "hexagonal-columns":
         raise InputError(
-            "layout hexagonal-columns",
+            "the lenses stand in columns (hexagonal-columns); turn the camera by 90 "
+            "degrees, so that they stand in rows",
             where=where,
-            expected="straight rows of lenses (the camera turned by 90 degrees)",
         )
     if max(calibration.image_shape) > LARGEST_SIDE:
         raise InputError(
-            f"{calibration.image_shape[1]} x {calibration.image_shape[0]} pixels",
+            f"has {calibration.image_shape[1]} x {calibration.image_shape[0]} pixels; "
+            f"the resampler takes at most {LARGEST_SIDE} a side",
             where=where,
-            expected=f"at most {LARGEST_SIDE} pixels a side",
         )
     rows, columns = raster_window(calibration)
     t, s = np.meshgrid(
@@ -205,9 +205,8 @@ def grid_registers(
     # With 3 pixels for lenses that are moved, and for the interpolation.
     if (corners < 3 - ends).any() or (corners + m + 3 > 2 * ends).any():
         raise InputError(
-            f"M = {m}, an image of {ends[1] + 1} x {ends[0] + 1} pixels",
+            f"the image of {ends[1] + 1} x {ends[0] + 1} pixels is too small for M = {m}",
             where=where,
-            expected="a larger image",
         )
     distortion = float(np.linalg.norm(affine - centres, axis=-1).max())
     if layout == "hexagonal-rows":
@@ -238,7 +237,9 @@ def _with_places(registers: GridRegisters, step: float, moved: list[float]) -> G
     """Registers of the interpolation along the rows of a hexagonal grid."""
     bits, lenses = registers.precision, registers.lenses[1]
     if lenses < 2:
-        raise InputError(f"{lenses} lenses in a row", where="hexagonal grid", expected="2 or more")
+        raise InputError(
+            f"a hexagonal grid needs at least 2 lenses in a row, this one has {lenses}"
+        )
     # As in hexagonal_to_rectangular.
     outputs = int(np.floor((lenses - 1.5) / step)) + 1
     scale = 1 << bits.fraction_bits

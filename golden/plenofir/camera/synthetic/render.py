@@ -93,7 +93,7 @@ def with_pitch(model: RayModel, pitch_px: float) -> RayModel:
     which changes where its refocused planes lie.
     """
     if not 0 < pitch_px < np.inf:
-        raise InputError(f"{pitch_px}", where="pitch", expected="a positive number of pixels")
+        raise InputError(f"a pitch of {pitch_px} pixels cannot be; it must be positive")
     old = model.camera.sensor.pixel_pitch_mm
     sensor = model.camera.sensor.model_copy(
         update={"pixel_pitch_mm": old * micro_image_pitch(model) / pitch_px}
@@ -138,9 +138,7 @@ class _Layer:
         texture = np.asarray(plane.texture)
         if texture.ndim not in (2, 3) or 0 in texture.shape:
             raise InputError(
-                f"texture of shape {texture.shape}",
-                where="scene",
-                expected="(rows, columns) or (rows, columns, 3)",
+                f"a texture has shape (rows, columns) or (rows, columns, 3), not {texture.shape}"
             )
         colours = np.asarray(img_as_float64(texture))  # type: ignore[no-untyped-call]
         colours = colours[:, :, np.newaxis] if colours.ndim == 2 else colours
@@ -152,9 +150,8 @@ class _Layer:
         z = plane.distance_mm - model.image_distance_mm - lens.principal_plane_separation_mm
         if z <= 0 or plane.width_mm <= 0:
             raise InputError(
-                f"plane at {plane.distance_mm} mm, {plane.width_mm} mm wide",
-                where="scene",
-                expected="a plane in front of the main lens with a width",
+                f"a plane at {plane.distance_mm} mm, {plane.width_mm} mm wide, cannot be "
+                "seen; it must lie in front of the main lens and have a width"
             )
         # Where the ray hits if only its place on the micro lens changes, not its slope.
         across = abs(1 - z / lens.focal_length_mm) * model.camera.micro_lenses.pitch_mm
@@ -165,9 +162,7 @@ class _Layer:
         coverage = np.ones(texture.shape[:2]) if plane.coverage is None else plane.coverage
         if coverage.shape != texture.shape[:2]:
             raise InputError(
-                f"shape {coverage.shape}",
-                where="coverage",
-                expected=f"{texture.shape[:2]}, the texture's",
+                f"the coverage has shape {coverage.shape}, its texture {texture.shape[:2]}"
             )
         canvas = np.dstack([colours * coverage[..., np.newaxis], coverage])
         canvas = np.pad(canvas, ((margin, margin), (margin, margin), (0, 0)))

@@ -75,7 +75,7 @@ def warning_file() -> Path:
 def read_options(path: Path) -> list[str]:
     """Read an option file: an option a line, ``#`` begins a comment."""
     if not path.is_file():
-        raise InputError("no such file", where=str(path), expected="an option file")
+        raise InputError("no such file of options", where=str(path))
     options = []
     for number, line in enumerate(path.read_text().splitlines(), 1):
         text = line.split("#", 1)[0].strip()
@@ -83,7 +83,7 @@ def read_options(path: Path) -> list[str]:
             continue
         if not re.fullmatch(r"-[a-z_0-9]+( [\w:.<>/-]+)*", text):
             raise InputError(
-                f"{text!r} is no option", where=f"{path.name}:{number}", expected="-name value"
+                f"{text!r} is no option; write -name value", where=f"{path.name}:{number}"
             )
         options.append(text)
     return options
@@ -117,9 +117,7 @@ def find_installation(ise: str = "") -> Installation:
     if ise:
         if not (Path(ise) / "settings64.sh").is_file():
             raise InputError(
-                "no settings64.sh there",
-                where=f"ISE={ise}",
-                expected="the folder ISE_DS of ISE 14.7",
+                "holds no settings64.sh; name the folder ISE_DS of ISE 14.7", where=f"ISE={ise}"
             )
         return Installation(Path(ise).resolve())
     missing = [tool for tool in TOOLS if shutil.which(tool) is None]
@@ -128,9 +126,9 @@ def find_installation(ise: str = "") -> Installation:
     if (USUAL_PLACE / "settings64.sh").is_file():
         return Installation(USUAL_PLACE)
     raise InputError(
-        f"Xilinx ISE is not installed ({', '.join(missing)} not on the PATH)",
+        f"Xilinx ISE 14.7 is not installed ({', '.join(missing)} not on the PATH); "
+        f"if it is, say where: make bitstream ISE={USUAL_PLACE}",
         where="bitstream",
-        expected=f"ISE 14.7, with make bitstream ISE={USUAL_PLACE}",
     )
 
 
@@ -284,7 +282,9 @@ def _run(
                 check=False,
             )
     except OSError as error:
-        raise InputError(f"{tool}: {error.strerror}", where="ISE", expected="ISE 14.7") from None
+        raise InputError(
+            f"{tool} cannot be run ({error.strerror}); is this ISE 14.7?", where="ISE"
+        ) from None
     text = log.read_text(errors="replace")
     if done.returncode != 0 or not (work / _RESULTS[tool]).is_file():
         errors = messages(tool, text, "ERROR")
@@ -295,9 +295,7 @@ def _run(
             reason = lines[-1]
         else:
             reason = f"exit status {done.returncode}"
-        raise InputError(
-            f"{tool} failed: {reason}", where=str(log), expected="a run without errors"
-        )
+        raise InputError(f"{tool} failed: {reason}", where=str(log))
     return text
 
 
@@ -308,16 +306,15 @@ def _check_warnings(
     fatal = [warning for warning in warnings if treated.get(warning.code) == Treatment.FATAL]
     if fatal:
         raise InputError(
-            f"{fatal[0].code}: {fatal[0].text}",
+            f"{fatal[0].code}: {fatal[0].text} ({len(fatal)} warnings that "
+            f"{warning_file().name} calls fatal)",
             where=str(where),
-            expected=f"none of the warnings that {warning_file().name} calls fatal "
-            f"({len(fatal)} are there)",
         )
     if number := latches(log):
         raise InputError(
-            f"{number} latch{'' if number == 1 else 'es'}",
+            f"the design has {number} latch{'' if number == 1 else 'es'}; it must have "
+            "registers only",
             where=str(where),
-            expected="registers alone",
         )
 
 
@@ -333,27 +330,27 @@ def check_timing(timing: Sequence[Timing], report: Path) -> dict[str, str]:
         mine = [text for text, place in found.items() if place == (plls, multiple)]
         if not mine:
             raise InputError(
-                f"clock {clock} is not timed",
+                f"clock {clock} is not timed: no constraint derived from {ROOT_CONSTRAINT}, "
+                f"{plls} PLL{'' if plls == 1 else 's'} behind it at {multiple:g} times its "
+                "frequency, has paths; what NGDBuild derived is in ngdbuild.log "
+                "(ConstraintSystem:178)",
                 where=str(report),
-                expected=f"paths in a constraint that the tools derive from {ROOT_CONSTRAINT}, "
-                f"{plls} PLL{'' if plls == 1 else 's'} behind it, with {multiple:g} times its "
-                "frequency; what NGDBuild derived is in ngdbuild.log (ConstraintSystem:178)",
             )
         clocks[clock] = mine[0]
     for entry in timing:
         if entry.constraint.startswith("Unconstrained") and entry.paths:
             raise InputError(
-                f"{entry.paths} paths are in no constraint: {entry.constraint}",
+                f"{entry.paths} paths are in no constraint: {entry.constraint}; time them, "
+                "or add a TIG to constraints/atlys.ucf",
                 where=str(report),
-                expected="each path timed, or left out of timing by a TIG of constraints/atlys.ucf",
             )
     failed = [entry for entry in timing if entry.errors]
     if failed:
         worst = failed[0]
         best = "" if worst.best is None else f", {worst.best:g} ns would be met"
         raise InputError(
-            f"timing is not met: {worst.constraint} ({worst.errors} errors{best})",
+            f"timing is not met: {worst.constraint} ({worst.errors} errors{best}); "
+            f"{len(failed)} of {len(timing)} constraints fail",
             where=str(report),
-            expected=f"no timing errors ({len(failed)} of {len(timing)} constraints fail)",
         )
     return clocks

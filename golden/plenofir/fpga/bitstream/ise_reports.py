@@ -60,9 +60,9 @@ def treatments(path: Path) -> dict[str, Treatment]:
             continue
         if len(words) != 2 or words[0] not in list(Treatment) or words[1] in out:
             raise InputError(
-                f"{line.strip()!r}",
+                f"{line.strip()!r} is not understood; write one of {', '.join(Treatment)} "
+                "and a code that is not there yet",
                 where=f"{path}:{number}",
-                expected=f"one of {', '.join(Treatment)}, and a code that is not there yet",
             )
         out[words[1]] = Treatment(words[0])
     return out

@@ -166,9 +166,8 @@ def read_timing(
         if clock not in found or abs(found[clock]["constraint"] / wanted - 1) > 0.01:
             was = f"{found[clock]['constraint']:.1f} MHz" if clock in found else "nothing"
             raise InputError(
-                f"clock {clock} was placed for {was}",
+                f"clock {clock} was placed for {was}, the constraints want {wanted:.1f} MHz",
                 where="nextpnr's report",
-                expected=f"{wanted:.1f} MHz, from the constraints",
             )
         reached = round(found[clock]["achieved"], 1)
         timing.append(ClockTiming(clock=clock, wanted_mhz=round(wanted, 2), reached_mhz=reached))
@@ -196,17 +195,17 @@ def check_timing(
     for clock in timing:
         if clock.reached_mhz < clock.wanted_mhz:
             raise InputError(
-                f"timing is not met: {clock.clock} reaches {clock.reached_mhz:g} MHz",
-                where=str(where),
-                expected=f"{clock.wanted_mhz:g} MHz: a mode with a slower pixel clock, or a "
+                f"timing is not met: {clock.clock} reaches {clock.reached_mhz:g} of "
+                f"{clock.wanted_mhz:g} MHz; use a mode with a slower pixel clock, or a "
                 "smaller core",
+                where=str(where),
             )
     for crossing in crossings:
         if crossing.reached_ns > crossing.wanted_ns:
             raise InputError(
-                f"timing is not met: {crossing.crossing} takes {crossing.reached_ns:g} ns",
+                f"timing is not met: {crossing.crossing} takes {crossing.reached_ns:g} ns, "
+                f"{crossing.wanted_ns:g} are allowed; use a mode with a slower pixel clock",
                 where=str(where),
-                expected=f"{crossing.wanted_ns:g} ns: a mode with a slower pixel clock",
             )
 
 
@@ -313,9 +312,7 @@ def build(
             step()
         except ToolError as error:
             last = str(error).splitlines()[-1]
-            raise InputError(
-                f"{name} failed: {last}", where=str(work), expected="a run without errors"
-            ) from None
+            raise InputError(f"{name} failed: {last}", where=str(work)) from None
         seconds[name] = round(_processor_seconds() - begin, 1)
         if step is place:
             content = json.loads(report.read_text())

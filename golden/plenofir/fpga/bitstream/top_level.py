@@ -44,7 +44,9 @@ def source_of_line(line: str) -> Path:
     """File that a line of a project file names; it must be VHDL for the library work."""
     found = re.fullmatch(r'vhdl work "([^"]+)"', line)
     if found is None:
-        raise InputError(f"{line!r}", where="project file", expected='vhdl work "path"')
+        raise InputError(
+            f'{line!r} is not understood; write vhdl work "path"', where="project file"
+        )
     return Path(found[1])
 
 
@@ -72,17 +74,13 @@ def top_with_generics(values: Mapping[str, Value], top: str = TOP) -> str:
     known = default_generics(top)
     for name, value in values.items():
         if name not in known:
-            raise InputError(
-                f"{top} has no generic {name}",
-                where="generics",
-                expected=", ".join(known),
-            )
+            raise InputError(f"{top} has no generic {name}; it has {', '.join(known)}")
         if type(value) is not type(known[name]):
             kind = type(known[name]).__name__
-            raise InputError(f"{value!r}", where=name, expected=f"a value of type {kind}")
+            raise InputError(f"{value!r} is not of type {kind}", where=name)
         if isinstance(value, str):
             if not re.fullmatch(r"[-0-9 ]*|[a-z_]+", value):
-                raise InputError(f"{value!r}", where=name, expected="numbers and blanks, or a name")
+                raise InputError(f"{value!r} must be numbers and blanks, or a name", where=name)
             literal = f'"{value}"'
         else:
             literal = str(value).lower()
@@ -106,9 +104,7 @@ def configuration(values: Mapping[str, Value]) -> CoreConfiguration:
     except ValidationError as error:
         first = error.errors()[0]
         raise InputError(
-            first["msg"],
-            where=".".join(map(str, first["loc"])) or "generics",
-            expected="generics in their ranges",
+            first["msg"], where=".".join(map(str, first["loc"])) or "generics"
         ) from None
 
 
@@ -134,9 +130,9 @@ def board_generics(core: CoreConfiguration, top: str = TOP) -> dict[str, Value]:
 
 def _no_such_refocuser(top: str) -> InputError:
     return InputError(
-        "the board has no such refocuser",
+        "has no such refocuser; it takes three channels of 8 bits, one row at once "
+        "and centred outputs",
         where=top,
-        expected="three channels of 8 bits, one row at once, centred outputs",
     )
 
 
@@ -187,8 +183,7 @@ def check_fit(core: CoreConfiguration) -> None:
     needed, there = block_rams(core), device().sites["RAMB16BWER"]
     if needed > there:
         raise InputError(
-            f"{needed} block RAMs for {core.taps - 1} lines of partial sums, "
-            f"{core.max_columns} columns",
-            where="M, A, MAX_COLUMNS",
-            expected=f"at most {there}: smaller M or |a|, fewer columns, or ARITH=stored",
+            f"{core.taps - 1} lines of partial sums of {core.max_columns} columns need "
+            f"{needed} of {there} block RAMs; use a smaller M or |a|, fewer columns, or "
+            "ARITH=stored"
         )

@@ -57,7 +57,7 @@ def _statements(path: Path) -> list[tuple[int, str]]:
                 found.append((begin, current))
                 current, begin = "", 0
     if current:
-        raise InputError(f"no ; behind {current!r}", where=f"{path}:{begin}", expected="a ;")
+        raise InputError(f"there is no ; behind {current!r}", where=f"{path}:{begin}")
     return found
 
 
@@ -83,9 +83,9 @@ def read_constraints(path: Path) -> Constraints:
             out.ignored.append((found[1], found[2]))
         else:
             raise InputError(
-                f"{statement!r} is not understood",
+                f"{statement!r} is not understood; use CONFIG, NET, TIMEGRP, or TIMESPEC "
+                "with PERIOD or FROM TO TIG",
                 where=where,
-                expected="CONFIG, NET, TIMEGRP, or TIMESPEC with PERIOD or FROM TO TIG",
             )
     return out
 
@@ -96,9 +96,8 @@ def _net(out: Constraints, net: str, attributes: str, where: str) -> None:
         name, sign, value = (word.strip() for word in part.partition("="))
         if name not in _ATTRIBUTES or (sign == "=") == (name == "PULLUP"):
             raise InputError(
-                f"{part.strip()!r} is not understood",
+                f"{part.strip()!r} is not understood; use {', '.join(sorted(_ATTRIBUTES))}",
                 where=where,
-                expected=", ".join(sorted(_ATTRIBUTES)),
             )
         value = value.strip('"')
         if name == "TNM_NET":

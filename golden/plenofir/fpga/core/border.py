@@ -71,11 +71,13 @@ def border_usage(raster: Raster, pixels_per_clock: int, family: Family = "sparta
 def check_border(raster: Raster, parallel_rows: int) -> None:
     """Refuse cores that cannot normalise their border."""
 
-    def refuse(what: str, expected: str) -> InputError:
-        return InputError(f"cannot be combined with {what}", where="border", expected=expected)
+    def refuse(what: str, advice: str) -> InputError:
+        return InputError(f"cannot be combined with {what}; use {advice}", where="border")
 
     if not raster.exact:
-        raise refuse("stored products", "exact arithmetic: products are divided before they meet")
+        raise refuse(
+            "stored products", "exact arithmetic, as products are divided before they meet"
+        )
     if parallel_rows > 1:
         raise refuse(f"{parallel_rows} rows at once", "one row at a time")
     if raster.sharpens:

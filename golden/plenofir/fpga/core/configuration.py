@@ -215,18 +215,18 @@ class CoreConfiguration(Raster):
         """Refuse what the core cannot be built for, by field and limit."""
 
         def refuse(what: str, field: str, limit: str) -> InputError:
-            return InputError(f"{what} exceeds the core's limit", where=field, expected=limit)
+            return InputError(f"{what} exceeds the core's limit of {limit}", where=field)
 
         m = self.micro_image_size
         largest_shift = max(self.shifts, key=abs)
         if m > MAX_MICRO_IMAGE_SIZE:
-            raise refuse(f"M = {m}", "micro_image_size", f"M of at most {MAX_MICRO_IMAGE_SIZE}")
+            raise refuse(f"M = {m}", "micro_image_size", f"{MAX_MICRO_IMAGE_SIZE}")
         if self.max_columns > MAX_COLUMNS:
             what = f"a line of {self.max_columns} pixels"
-            raise refuse(what, "max_columns", f"at most {MAX_COLUMNS} columns")
+            raise refuse(what, "max_columns", f"{MAX_COLUMNS} columns")
         if len(self.shifts) > MAX_SLICES:
             what = f"a set of {len(self.shifts)} slices"
-            raise refuse(what, "shifts", f"at most {MAX_SLICES}")
+            raise refuse(what, "shifts", f"{MAX_SLICES}")
         self.engine.check(self)
         if self.sharpens:
             check_sharpener(self, self.engine.kind, self.parallel_rows)
@@ -241,7 +241,7 @@ class CoreConfiguration(Raster):
                     f"a sum of {largest.bit_length()} bits (M = {m}, interpolation of order "
                     f"{self.order}, {self.pixel_bits} bit pixels)",
                     "order",
-                    "sums below 2^31: a lower order, or stored products",
+                    "31 bits; use a lower order, or stored products",
                 )
         if isinstance(self.arithmetic, StoredProductArithmetic):
             address_bits = self.pixel_bits + self.arithmetic.guard_bits
@@ -250,22 +250,21 @@ class CoreConfiguration(Raster):
                     f"a stored-product ROM of 2^{address_bits} words "
                     f"({self.pixel_bits} bit pixels, {self.arithmetic.guard_bits} guard bits)",
                     "arithmetic",
-                    f"at most 2^{MAX_PRODUCT_ADDRESS_BITS} words: fewer guard bits, "
-                    "or exact arithmetic",
+                    f"2^{MAX_PRODUCT_ADDRESS_BITS}; use fewer guard bits, or exact arithmetic",
                 )
             white = ((1 << self.pixel_bits) - 1) << self.arithmetic.fraction_bits
             if 2 * white < m:
                 raise InputError(
-                    f"stored products that are all 0 (M = {m}, {self.pixel_bits} bit pixels, "
-                    f"{self.arithmetic.fraction_bits} fraction bits)",
+                    f"all stored products would be 0 (M = {m}, {self.pixel_bits} bit pixels, "
+                    f"{self.arithmetic.fraction_bits} fraction bits); use more fraction bits, or "
+                    "exact arithmetic",
                     where="arithmetic",
-                    expected="more fraction bits, or exact arithmetic",
                 )
         if self.line_buffer_bits > MAX_LINE_BUFFER_BITS:
             raise refuse(
                 f"{self.line_buffer_bits / 2**20:.1f} Mbit of line buffers "
                 f"(a filter of {self.taps} taps, {self.max_columns} columns)",
                 "shifts",
-                f"at most {MAX_LINE_BUFFER_BITS >> 20} Mbit: fewer columns, or focus settings a "
+                f"{MAX_LINE_BUFFER_BITS >> 20}; use fewer columns, or focus settings a "
                 "closer to 1/M",
             )

@@ -70,13 +70,14 @@ class DepthIndexConfiguration(BaseModel):
     def check_limits(self) -> None:
         """Refuse what the entity refuses."""
         if self.channels == 2:
-            raise InputError("2 channels", where="channels", expected="1 or 3, which have a luma")
+            raise InputError("2 channels have no luma; use 1 or 3", where="channels")
         if max(self.memory_bits) > MAX_LINE_BUFFER_BITS:
             raise InputError(
-                f"{max(self.memory_bits) / 2**20:.1f} Mbit for the depth index of {self.slices} "
-                f"slices (M = {self.micro_image_size}, {self.max_columns} columns)",
+                f"{max(self.memory_bits) / 2**20:.1f} Mbit for the depth index of "
+                f"{self.slices} slices (M = {self.micro_image_size}, {self.max_columns} "
+                f"columns) exceed the limit of {MAX_LINE_BUFFER_BITS >> 20}; use fewer "
+                "slices or columns",
                 where="slices",
-                expected=f"at most {MAX_LINE_BUFFER_BITS >> 20} Mbit: fewer slices or columns",
             )
 
     def band_steps(self, columns: int) -> int:

@@ -97,22 +97,20 @@ class FirEngine(SliceEngine):
         m, largest_shift = raster.micro_image_size, max(raster.shifts, key=abs)
         if self.parallel_rows > MAX_PARALLEL_ROWS:
             raise InputError(
-                f"{self.parallel_rows} rows at once exceeds the core's limit",
+                f"{self.parallel_rows} rows at once exceed the core's limit of {MAX_PARALLEL_ROWS}",
                 where="parallel_rows",
-                expected=f"at most {MAX_PARALLEL_ROWS}",
             )
         if self.taps(raster) > MAX_TAPS:
             raise InputError(
-                f"a filter of {self.taps(raster)} taps (M = {m}, a' = {largest_shift}) exceeds "
-                "the core's limit",
+                f"a filter of {self.taps(raster)} taps (M = {m}, a' = {largest_shift}) "
+                f"exceeds the core's limit of {MAX_TAPS}",
                 where="shifts",
-                expected=f"at most {MAX_TAPS} taps",
             )
         if self.hold and not self.layout(raster).can_hold:
             raise InputError(
-                "the outputs of a micro image differ",
+                "the outputs of a micro image differ, so they cannot be held; use integer a "
+                "only (for even M, even a), or no hold",
                 where="hold",
-                expected="integer a only (for even M, even a), or no hold",
             )
 
     def generics(self, raster: Raster) -> Generics:

@@ -135,21 +135,19 @@ class MovingSumEngine(SliceEngine):
 
     def check(self, raster: Raster) -> None:
         if raster.max_columns < 2:
-            raise InputError(
-                "lines of one pixel", where="max_columns", expected="at least 2 with moving sums"
-            )
+            raise InputError("moving sums need lines of 2 pixels or more", where="max_columns")
         if self.pixels_per_clock > 1 and not raster.exact:
             raise InputError(
-                f"stored products with {self.pixels_per_clock} pixels a clock",
+                f"stored products take one pixel a clock, not {self.pixels_per_clock}; use "
+                "exact arithmetic",
                 where="arithmetic",
-                expected="exact: each pixel of a clock would take ROMs of its own",
             )
         delay = self.lanes(raster).delay if self.pixels_per_clock > 1 else 0
         if delay > MAX_LANE_DELAY:
             raise InputError(
-                f"a row delay of {delay} tokens of {self.pixels_per_clock} pixels",
+                f"a row delay of {delay} tokens of {self.pixels_per_clock} pixels exceeds "
+                f"the core's limit of {MAX_LANE_DELAY}; use focus settings a closer to 1/M",
                 where="shifts",
-                expected=f"at most {MAX_LANE_DELAY} tokens: focus settings a closer to 1/M",
             )
 
     @classmethod

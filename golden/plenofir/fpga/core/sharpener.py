@@ -52,11 +52,11 @@ def sharpener_usage(
 def check_sharpener(raster: Raster, engine: str, parallel_rows: int) -> None:
     """Refuse cores that have no sharpener."""
 
-    def refuse(what: str, expected: str) -> InputError:
-        return InputError(f"cannot be combined with {what}", where="sharpening", expected=expected)
+    def refuse(what: str, advice: str) -> InputError:
+        return InputError(f"cannot be combined with {what}; use {advice}", where="sharpening")
 
     if not raster.exact:
-        raise refuse("stored products", "exact arithmetic: their rounding comes first")
+        raise refuse("stored products", "exact arithmetic, as products are rounded before")
     if engine == "stack":
         raise refuse("a focal stack", "engine fir or moving_sum")
     if parallel_rows > 1:

@@ -72,14 +72,11 @@ class StackEngine(Engine):
 
     def check(self, raster: Raster) -> None:
         if not raster.exact:
-            raise InputError(
-                "stored products", where="arithmetic", expected="exact for a focal stack"
-            )
+            raise InputError("a focal stack has exact sums, no stored products", where="arithmetic")
         if raster.order:
             raise InputError(
-                f"interpolation of order {raster.order}",
+                f"a focal stack takes the nearest pixel, not interpolation of order {raster.order}",
                 where="order",
-                expected="nearest for a focal stack",
             )
 
     def generics(self, raster: Raster) -> Generics:

@@ -149,25 +149,26 @@ def check_edid(content: bytes, *, where: str) -> None:
     Length, header, number of extensions and checksums are checked.
     """
     if len(content) not in (BLOCK_BYTES, 2 * BLOCK_BYTES):
-        raise InputError(f"{len(content)} bytes", where=where, expected="128 or 256 bytes")
+        raise InputError(f"has {len(content)} bytes; an EDID has 128 or 256", where=where)
     if content[:8] != HEADER:
         raise InputError(
-            f"begins with {content[:8].hex(' ')}", where=where, expected=HEADER.hex(" ")
+            f"begins with {content[:8].hex(' ')}; an EDID begins with {HEADER.hex(' ')}",
+            where=where,
         )
     extensions = len(content) // BLOCK_BYTES - 1
     if content[126] != extensions:
         raise InputError(
-            f"byte 126 says {content[126]} extension blocks",
+            f"byte 126 tells of {content[126]} extension blocks, but {len(content)} "
+            f"bytes hold {extensions}",
             where=where,
-            expected=f"{extensions}, as there are {len(content)} bytes",
         )
     for begin in range(0, len(content), BLOCK_BYTES):
         remainder = sum(content[begin : begin + BLOCK_BYTES]) % 256
         if remainder:
             raise InputError(
-                f"bytes {begin} to {begin + 127} have the sum {remainder} modulo 256",
+                f"the checksum is wrong: bytes {begin} to {begin + 127} have the sum "
+                f"{remainder} modulo 256, not 0",
                 where=where,
-                expected="0: a right checksum",
             )
 
 

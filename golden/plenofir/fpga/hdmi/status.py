@@ -116,16 +116,15 @@ def parse_status(line: str) -> dict[str, tuple[int, ...]]:
     should.
     """
     words = line.split()
-    where = "status"
     if len(words) != len(FIELDS):
-        raise InputError(f"{len(words)} fields", where=where, expected=f"{len(FIELDS)} fields")
+        raise InputError(f"the board's status has {len(words)} fields; {len(FIELDS)} are known")
     status = {}
     for word, field in zip(words, FIELDS, strict=True):
         pattern = field.name + "=" + "/".join([r"(-?\d+)"] * len(field.example))
         match = re.fullmatch(pattern, word)
         if match is None:
-            expected = f"{field.name}=" + "/".join("#" * len(field.example))
-            raise InputError(word, where=where, expected=f"{expected}, # being a number")
+            form = f"{field.name}=" + "/".join("#" * len(field.example))
+            raise InputError(f"the board's status has {word!r} in place of {form}")
         status[field.name] = tuple(map(int, match.groups()))
     return status
 

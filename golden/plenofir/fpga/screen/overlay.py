@@ -47,15 +47,14 @@ class Overlay:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be written."""
-        where = "overlay"
         if not 1 <= len(self.labels) <= MAX_SLICES:
-            expected = f"1 to {MAX_SLICES} for an overlay"
-            raise InputError(f"{len(self.labels)} slices", where=where, expected=expected)
+            raise InputError(f"an overlay has 1 to {MAX_SLICES} slices, not {len(self.labels)}")
         for texts, limit in ((self.texts, MAX_TEXT), (self.labels, MAX_LABEL - 1)):
             for text in texts:
                 if len(text) > limit or not set(text) <= set(font()):
-                    expected = f"at most {limit} characters of ASCII"
-                    raise InputError(repr(text), where=where, expected=expected)
+                    raise InputError(
+                        f"an overlay has texts of at most {limit} characters of ASCII, not {text!r}"
+                    )
 
     @property
     def slices(self) -> int:

@@ -78,8 +78,8 @@ def mode_for(columns: int, rows: int) -> VideoMode:
 def check_core(configuration: CoreConfiguration) -> None:
     """Refuse a core that no video path has."""
 
-    def refuse(field: str, what: str, expected: str) -> InputError:
-        return InputError(f"{what} cannot go over HDMI", where=field, expected=expected)
+    def refuse(field: str, what: str, advice: str) -> InputError:
+        return InputError(f"{what} cannot go over HDMI; use {advice}", where=field)
 
     if configuration.pixel_bits != 8:
         raise refuse("raw", f"a picture with pixels of {configuration.pixel_bits} bits", "8 bits")
@@ -90,10 +90,12 @@ def check_core(configuration: CoreConfiguration) -> None:
     for field in ("parallel_rows", "pixels_per_clock"):
         if (number := getattr(configuration, field)) != 1:
             what = f"{number} {'rows' if field == 'parallel_rows' else 'pixels'} at once"
-            raise refuse(field, what, "1: a video stream brings one pixel a clock")
+            raise refuse(field, what, "1, as a video stream brings one pixel a clock")
     if configuration.engine != configuration.engine.for_video():
         raise refuse(
-            "any_rows", "a core for any number of rows", "none: video has blank lines in any case"
+            "any_rows",
+            "a core for any number of rows",
+            "none, as video has blank lines in any case",
         )
 
 
@@ -111,19 +113,19 @@ def check_chain(
     if mode.v_total <= lines or mode.h_total <= pixels:
         raise InputError(
             f"the delay of {lines} lines and {pixels} pixels is longer than a frame of "
-            f"{mode.v_total} lines of {mode.h_total} pixels, blanking included",
+            f"{mode.v_total} lines of {mode.h_total} pixels, blanking included; use "
+            "focus settings a closer to 1/M, or a larger picture",
             where="shifts",
-            expected="focus settings a closer to 1/M, or a larger picture",
         )
     told = told_before(shown_frames(configuration, screen), screen)
     letters = max((len(commands) for commands in told[1:]), default=0)
     left = max(mode.v_total - lines - LINES_BEHIND, 0)
     if left * mode.h_total * 1000 < letters * _LETTER_US * mode.pixel_clock:
         raise InputError(
-            f"{mode.v_total} lines of {mode.h_total} pixels, blanking included, and {lines} lines "
-            f"of delay: {left} are left to tell what the next frame shows",
+            f"a frame of {mode.v_total} lines of {mode.h_total} pixels, blanking "
+            f"included, leaves {left} pixels beside {lines} lines of delay to tell what "
+            "the next frame shows; use a picture of more lines",
             where="raw",
-            expected="a picture of more lines",
         )
 
 
@@ -134,9 +136,9 @@ def range_of(board: Board, mode: VideoMode) -> int:
         if low <= mode.pixel_clock <= high:
             return clock_range
     raise InputError(
-        f"a pixel clock of {mode.pixel_clock / 1000:g} MHz ({mode.name})",
+        f"has no pixel clock of {mode.pixel_clock / 1000:g} MHz ({mode.name}); its "
+        f"modes are {', '.join(known.name for known in board.modes)}",
         where=board.title,
-        expected=", ".join(known.name for known in board.modes),
     )
 
 

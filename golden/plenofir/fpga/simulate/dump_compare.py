@@ -111,9 +111,7 @@ def parse_bound(text: str, where: str) -> Bound:
         if not unit and not decimals:
             return int(whole)
     raise InputError(
-        f"{text!r} is neither a time nor a cycle",
-        where=where,
-        expected="a time such as 120ns or 1.5us, or a cycle such as 40",
+        f"{text!r} is neither a time such as 120ns or 1.5us nor a cycle such as 40", where=where
     )
 
 
@@ -143,7 +141,8 @@ def compare_dumps(
     pairs, lone_a, lone_b = _matched(*dumps)
     if not pairs:
         raise InputError(
-            "no signal of one is in the other", where=f"{a}, {b}", expected="one design twice"
+            "no signal of one file is in the other; compare two runs of one design",
+            where=f"{a}, {b}",
         )
     lone = {str(a): lone_a, str(b): lone_b}
     clock_name = _clock_name(clock, pairs, lone)
@@ -161,7 +160,7 @@ def compare_dumps(
         what = f"no signal besides the clock {clock_name}"
         if chosen:
             what = f"{', '.join(chosen)}: the files have them with different types or widths"
-        raise InputError(what, where="--signals", expected="signals that can be compared")
+        raise InputError(f"{what}; choose signals that can be compared", where="--signals")
 
     if clock_name is None:
         samples = _all_instants(dumps, list(compared.values()), begin, end)
@@ -268,12 +267,15 @@ def _no_such_signal(
 ) -> InputError:
     for path, signals in lone.items():
         if _names(signals, [_pattern(text)]):
-            return InputError(f"{text!r} is only in {path}", where=where, expected="in both files")
+            return InputError(f"{text!r} is only in {path}", where=where)
     name = canonical_name(text)
     candidates = {n.rpartition(".")[2]: n for n in pairs} | {n: n for n in pairs}
     close = [candidates[n] for n in difflib.get_close_matches(name, candidates, n=3)]
     hint = ", ".join(dict.fromkeys(close)) or "a name in both files"
-    return InputError(f"{text!r}: no such signal", where=where, expected=hint)
+    return InputError(
+        f"there is no signal {text!r} in both files" + (f"; did you mean {hint}?" if hint else ""),
+        where=where,
+    )
 
 
 def _clock_name(
@@ -296,9 +298,9 @@ def _clock_name(
     outermost = [name for name in fitting if name.count(".") == depth]
     if len(outermost) > 1:
         raise InputError(
-            f"{len(outermost)} signals fit {wanted!r}",
+            f"{len(outermost)} signals fit {wanted!r}; choose {', '.join(outermost)}, or "
+            f"{NO_CLOCK}",
             where="--clock",
-            expected=f"one of {', '.join(outermost)}, or {NO_CLOCK}",
         )
     return outermost[0]
 
@@ -327,7 +329,7 @@ class _Samples:
 
 
 def _nothing_there() -> InputError:
-    return InputError("nothing happens in this range", where="--from, --to", expected="a wider one")
+    return InputError("nothing happens in this range; widen it", where="--from, --to")
 
 
 def _cycles(
@@ -347,7 +349,7 @@ def _cycles(
         edges.append(changes.times[1:][low[:-1] & high[1:]])
         if signal.width != 1 or not edges[-1].size:
             raise InputError(
-                f"{name} has no rising edge", where=str(dump.path), expected="a clock (--clock)"
+                f"{name} never rises; name another clock with --clock", where=str(dump.path)
             )
     first = 0
     wanted = [len(edges[0]), len(edges[1])]
@@ -383,7 +385,7 @@ def _all_instants(
     for bound, option in ((begin, "--from"), (end, "--to")):
         if isinstance(bound, int):
             raise InputError(
-                "cycles need a clock", where=option, expected="a time such as 120ns, or --clock"
+                "a cycle needs a clock; give a time such as 120ns, or --clock", where=option
             )
     # The ticks of both files are whole numbers of this step.
     over = dumps[0].tick.denominator * dumps[1].tick.denominator

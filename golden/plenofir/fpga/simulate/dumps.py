@@ -98,14 +98,14 @@ class Dump:
     def __init__(self, path: Path) -> None:
         self.path = path
         if not path.is_file():
-            raise InputError("no such file", where=str(path), expected="a VCD, FST or GHW file")
+            raise InputError("no such file; give a VCD, FST or GHW file", where=str(path))
         with self._reading():
             waveform = pywellen.Waveform(str(path))
             timescale = waveform.timescale
             exponent = None if timescale is None else timescale.unit.to_exponent()
             variables = list(waveform.all_vars())
         if exponent is None:
-            raise InputError("no time unit", where=str(path), expected="a $timescale in the file")
+            raise InputError("has no time unit; the file needs a $timescale", where=str(path))
         self.tick = timescale.factor * Fraction(10) ** exponent
         self.signals: Sequence[DumpSignal] = [_described(variable) for variable in variables]
 
@@ -121,7 +121,7 @@ class Dump:
         except BaseException as error:
             reason = " ".join(str(error).split())
             raise InputError(
-                f"cannot be read ({reason})", where=str(self.path), expected="a VCD, FST, GHW file"
+                f"cannot be read ({reason}); give a VCD, FST or GHW file", where=str(self.path)
             ) from None
 
     def changes(self, signal: DumpSignal) -> Changes:

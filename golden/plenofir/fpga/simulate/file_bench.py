@@ -187,7 +187,7 @@ def run_bench(
     SimulationError if the simulator fails, or pixels are missing, too many or wrongly framed.
     """
     if simulator.name == "verilator" and waves is not None:
-        raise InputError("Verilator writes no waveform", where="waves", expected="ghdl or nvc")
+        raise InputError("Verilator writes no waveform; use ghdl or nvc", where="waves")
     stack = isinstance(core.engine, StackEngine)
     count, rows, columns = frames.shape[:3]
     directory.mkdir(parents=True, exist_ok=True)

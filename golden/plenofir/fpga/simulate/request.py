@@ -100,7 +100,7 @@ def read_raw(what: Run) -> Picture:
     """The raw image; InputError if the core cannot take it."""
     core, where = what.core, str(what.raw)
     if len(set(core.shifts)) < len(core.shifts):
-        raise InputError("a slice is given twice", where="shifts", expected="each slice once")
+        raise InputError("a slice is given twice; give each once", where="shifts")
     picture = read_picture(what.raw)
     raw = picture.pixels
     check_raw(raw, core.micro_image_size, where=where)
@@ -111,11 +111,11 @@ def read_raw(what: Run) -> Picture:
     largest = int(raw.max())
     if columns > core.max_columns or channels != core.channels or largest >> core.pixel_bits:
         raise InputError(
-            f"{columns} columns, {channels} channels, values up to {largest}",
-            where=where,
-            expected=f"at most {core.max_columns} columns, {core.channels} channels of "
+            f"has {columns} columns, {channels} channels and values up to {largest}; the "
+            f"core takes at most {core.max_columns} columns, {core.channels} channels of "
             f"{core.pixel_bits} bit",
+            where=where,
         )
     if rows > MAX_ROWS:
-        raise InputError(f"{rows} rows", where=where, expected=f"at most {MAX_ROWS} rows")
+        raise InputError(f"has {rows} rows; the core takes at most {MAX_ROWS}", where=where)
     return picture.like(raw)

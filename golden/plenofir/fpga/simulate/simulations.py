@@ -37,9 +37,9 @@ def depth_index_of(core: CoreConfiguration, screen: Screen) -> DepthIndexConfigu
     """The depth index behind a stack; InputError if there can be none."""
     if core.micro_image_size < 2:
         raise InputError(
-            f"M = {core.micro_image_size} is too small: a pixel alone has no sharpness",
+            f"M = {core.micro_image_size} is too small for a depth index: a pixel alone "
+            "has no sharpness; use 2 or more",
             where="micro_image_size",
-            expected="2 or more for a depth index",
         )
     index = screen.index(core)
     index.check_limits()
@@ -151,7 +151,7 @@ class StackSimulation(Simulation):
         """Refuse waves, and what has no depth index."""
         if self.what.waves:
             raise InputError(
-                "a focal stack has no waveform", where="waves", expected="engine fir or moving_sum"
+                "a focal stack has no waveform; use engine fir or moving_sum", where="waves"
             )
 
     def run(
@@ -231,9 +231,9 @@ class BoardSimulation(Simulation):
         if isinstance(self.core.engine, StackEngine):
             if not self.what.screen.needs_stack:
                 raise InputError(
-                    "a board shows one slice at a time, a focal stack gives all",
+                    "a board shows one slice at a time, a focal stack gives all; use engine fir "
+                    "or moving_sum, or a scene whose screen shows depth",
                     where="chain",
-                    expected="engine fir or moving_sum, or a scene whose screen shows depth",
                 )
             depth_index_of(self.core, self.what.screen)
         rows, columns = self.raw.shape[:2]

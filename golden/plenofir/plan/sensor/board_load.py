@@ -74,9 +74,9 @@ def described(line: str, *, where: str) -> BoardResampler:
         return BoardResampler(ResamplerConfiguration.model_validate(values), shown)
     except (KeyError, ValueError, ValidationError):
         raise InputError(
-            f"answers {line[:60]!r}" if line else "does not answer",
+            (f"answers {line[:60]!r}" if line else "does not answer")
+            + "; is it a board with a resampler that takes calibrations?",
             where=where,
-            expected="a board with a resampler that takes calibrations",
         ) from None
 
 
@@ -96,17 +96,16 @@ def calibration_loads(board: BoardResampler, calibration: Calibration, *, where:
     if calibration.image_shape != (shown.rows, core.max_columns):
         rows, columns = calibration.image_shape
         raise InputError(
-            f"a calibration for {columns} x {rows} pixels",
+            f"is a calibration for {columns} x {rows} pixels; the sensor has "
+            f"{core.max_columns} x {shown.rows}",
             where=where,
-            expected=f"{core.max_columns} x {shown.rows}, the sensor's",
         )
     lines = shown_lines(registers, tables, mosaic=bool(shown.mosaic), where=where)
     limits = {"lines": (lines, core.lines), "raster": (registers.raster_shape[1], shown.raster)}
     for name, (value, limit) in limits.items():
         if value > limit:
             what = "lines of the ring" if name == "lines" else "pixels in a line of the raster"
-            expected = f"at most {limit}, the board's"
-            raise InputError(f"{value} {what}", where=where, expected=expected)
+            raise InputError(f"needs {value} {what}; the board has {limit}", where=where)
     return words
 
 
@@ -146,11 +145,9 @@ def load_board(
         # The commit is the last word: what is cut off before takes no effect on the grid.
         if (answer := _ask(port, line)) != "ok":
             raise InputError(
-                f"answers {answer!r} to word {number + 1} of {len(lines)}"
-                if answer
-                else f"does not answer to word {number + 1} of {len(lines)}",
+                (f"answers {answer!r}" if answer else "does not answer")
+                + f" to word {number + 1} of {len(lines)}; load the calibration once more",
                 where=name,
-                expected="ok; load it once more",
             )
         if progress is not None:
             progress(number + 1, len(lines))

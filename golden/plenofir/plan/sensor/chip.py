@@ -80,9 +80,9 @@ def check_ring(lines: int, what: str, *, where: str) -> None:
     """Refuse a ring of more than `MAX_LINES` lines, and say what it is for."""
     if lines > MAX_LINES:
         raise InputError(
-            f"a ring of {lines} lines for {what}",
+            f"{what} needs a ring of {lines} lines, more than {MAX_LINES}; use less "
+            "rotation, or M nearer to the pitch",
             where=where,
-            expected=f"at most {MAX_LINES} lines: less rotation, M nearer to the pitch",
         )
 
 
@@ -96,9 +96,9 @@ def shown_lines(
     (height, width), (rows, columns) = registers.image_shape, registers.raster_shape
     if rows > height or columns > width:
         raise InputError(
-            f"a raster of {columns} x {rows} pixels",
+            f"the raster of {columns} x {rows} pixels is larger than the raw frame of "
+            f"{width} x {height}; use a smaller M",
             where=where,
-            expected=f"at most {width} x {height}, the raw frame's: a smaller M",
         )
     delay = sensor_delay_lines(registers.micro_image_size, mosaic=mosaic)
     lines = ring_needs_shown(registers, tables, delay_lines=delay, blank_lines=SENSOR_BLANK_LINES)
@@ -130,11 +130,15 @@ def check_fits(
     }
     for name, value in wanted.items():
         if value != getattr(core, name):
-            raise InputError(f"{name} {value}", where=where, expected=f"{getattr(core, name)}")
+            raise InputError(
+                f"has {name} {value}, the resampler {getattr(core, name)}", where=where
+            )
     if tables.moves is not None and not core.moves:
-        raise InputError("a grid with distortion", where=where, expected="moves in the resampler")
+        raise InputError(
+            "its grid is distorted, which the resampler cannot correct (moves)", where=where
+        )
     if tables.lenses is not None and not core.gains:
-        raise InputError("vignetting", where=where, expected="gains in the resampler")
+        raise InputError("has vignetting, which the resampler cannot correct (gains)", where=where)
     table = core.moves or core.gains
     limits = {
         "max_columns": registers.image_shape[1],
@@ -143,8 +147,9 @@ def check_fits(
     }
     for name, value in limits.items():
         if value > getattr(core, name):
-            expected = f"at most {getattr(core, name)}, the resampler's"
-            raise InputError(f"{value} {name}", where=where, expected=expected)
+            raise InputError(
+                f"needs {value} {name}; the resampler has {getattr(core, name)}", where=where
+            )
 
 
 def loads(

@@ -55,12 +55,14 @@ class SceneSensor(BaseModel):
         pitches = self.pitch_px, self.largest_pitch_px
         limits = (self.layout, *pitches, self.rotation_degrees, self.distortion)
         if self.calibration is not None and any(value is not None for value in limits):
-            raise ValueError("calibration, or limits (pitch_px, rotation_degrees), not both")
+            raise ValueError(
+                "give either calibration or limits (pitch_px, rotation_degrees), not both"
+            )
         if self.calibration is None and None in (self.pitch_px, self.rotation_degrees):
-            raise ValueError("calibration, or pitch_px and rotation_degrees")
+            raise ValueError("give calibration, or pitch_px and rotation_degrees")
         least, largest = pitches
         if least is not None and largest is not None and largest < least:
-            raise ValueError("largest_pitch_px of at least pitch_px")
+            raise ValueError("largest_pitch_px must be at least pitch_px")
         return self
 
 
@@ -94,7 +96,7 @@ def sensor_chip(
     channels = 3 if colour == "rgb" else 1
     if sensor.mosaic is not None and channels != 3:
         raise InputError(
-            "frame.colour 'grey'", where=f"{path}: sensor.mosaic", expected="frame.colour 'rgb'"
+            "a mosaic gives colours; set frame.colour = 'rgb'", where=f"{path}: sensor.mosaic"
         )
     if sensor.calibration is not None:
         chip = _calibrated(sensor, micro_image_size, channels, path, video=video)
@@ -116,9 +118,9 @@ def _calibrated(
     if calibration.image_shape != (sensor.rows, sensor.columns):
         rows, columns = calibration.image_shape
         raise InputError(
-            f"a calibration for {columns} x {rows} pixels",
+            f"is a calibration for {columns} x {rows} pixels; the sensor has "
+            f"{sensor.columns} x {sensor.rows}",
             where=where,
-            expected=f"{sensor.columns} x {sensor.rows}, the sensor's",
         )
     chip = resampling(
         calibration,
@@ -153,7 +155,7 @@ def _limited(sensor: SceneSensor, m: int, channels: int, path: Path, *, video: b
     where, angle = f"{path}: sensor", radians(rotation)
     if m > ceil(pitch):
         raise InputError(
-            f"pitch_px = {pitch:g}", where=where, expected=f"{m - 1} < pitch_px for M = {m}"
+            f"pitch_px = {pitch:g} is too small for M = {m}; it must be above {m - 1}", where=where
         )
     hexagonal = sensor.layout == "hexagonal-rows"
     row_pitch = pitch * sqrt(3) / 2 if hexagonal else pitch

@@ -69,10 +69,10 @@ class SensorBoardSimulation(Simulation):
         lines = frame.delay_lines(self.core, 0)
         if lines >= mode.v_total:
             raise InputError(
-                f"the delay of up to {lines} lines is longer than a frame of {mode.v_total} lines, "
-                "blanking included",
+                f"the delay of up to {lines} lines is longer than a frame of {mode.v_total} "
+                "lines, blanking included; use a larger raw frame, or focus settings a "
+                "closer to 1/M",
                 where="raw",
-                expected="a larger raw frame, or focus settings a closer to 1/M",
             )
 
     def run(

@@ -51,9 +51,8 @@ class Sensor:
         chip, where = self.chip, str(self.calib)
         if self.capture.full_scale != 255:
             raise InputError(
-                f"values up to {self.capture.full_scale}",
+                f"has values up to {self.capture.full_scale}; HDMI carries 8 bits",
                 where=str(self.raw),
-                expected="8 bits for HDMI",
             )
         red = None if self.bayer is None else red_place(self.bayer)
         lines = shown_lines(chip.registers, chip.tables, mosaic=red is not None, where=where)

@@ -235,7 +235,7 @@ def tried_distorted(white: DistortedWhite, again: Sequence[DistortedWhite] = ())
             found = calibrate(other.image)
         except InputError as error:
             if n == 0:
-                return Tried(*known, error.what)
+                return Tried(*known, error.problem)
             continue
         errors = other.errors(found.centres)
         worst.append(float(errors.max()))

@@ -307,14 +307,13 @@ def test_bad_white_image(name, message) -> None:
     with pytest.raises(InputError, match=message) as error:
         calibrate(bad_white(name), where="white.tif")
     assert str(error.value).startswith("white.tif: ")
-    assert "expected" in str(error.value)
 
 
 @pytest.mark.parametrize("name", ["brick", "camera", "grass", "gravel", "text", "moon"])
 def test_pictures_have_no_grid(name) -> None:
     from skimage import data
 
-    with pytest.raises(InputError, match="expected a white image"):
+    with pytest.raises(InputError, match="a white image shows"):
         calibrate(getattr(data, name)())
 
 

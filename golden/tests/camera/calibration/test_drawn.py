@@ -180,7 +180,9 @@ def test_few_rows() -> None:
 
 def test_unknown_layout() -> None:
     image = white_image((200, 200), regular_grid((200, 200), 11))
-    with pytest.raises(InputError, match="'hex'; expected rectangular, hexagonal-rows"):
+    with pytest.raises(
+        InputError, match="no layout 'hex'; choose from rectangular, hexagonal-rows"
+    ):
         calibrate(image, layout="hex")
 
 

@@ -142,7 +142,7 @@ def test_pictures_without_spots_and_stars() -> None:
     white = mixed_white(0.4)
     found = calibrate(white)
     nothing = np.zeros(found.lenses, dtype=bool)
-    with pytest.raises(InputError, match=r"spots.png: no micro image"):
+    with pytest.raises(InputError, match=r"spots.png: shows no whole micro image"):
         mean_micro_image(grey(white), found, nothing, where="spots.png")
     for picture, message in (
         (white, "light everywhere"),

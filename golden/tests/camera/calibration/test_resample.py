@@ -185,13 +185,13 @@ def test_hexagonal_ramp_is_exact() -> None:
     ("arguments", "message"),
     [
         ({"m": 0}, "M = 0"),
-        ({"m": 13}, "more than the pitch"),
+        ({"m": 13}, "pitch of"),
         ({"m": 99, "scale": "fit"}, "M = 99"),
         ({"m": 5, "scale": "half"}, "'half'"),
         ({"m": 5, "interpolation": "none"}, "'none'"),
-        ({"m": 5, "dark": np.zeros((3, 3), np.uint16)}, "dark frame: 3 x 3"),
-        ({"m": 5, "white": np.zeros((3, 3), np.uint16)}, "white image: 3 x 3"),
-        ({"m": 5, "raw": np.zeros((3, 4), np.uint16)}, "raw capture: 4 x 3"),
+        ({"m": 5, "dark": np.zeros((3, 3), np.uint16)}, "dark frame: has 3 x 3"),
+        ({"m": 5, "white": np.zeros((3, 3), np.uint16)}, "white image: has 3 x 3"),
+        ({"m": 5, "raw": np.zeros((3, 4), np.uint16)}, "raw capture: has 4 x 3"),
     ],
 )
 def test_bad_input(arguments, message) -> None:

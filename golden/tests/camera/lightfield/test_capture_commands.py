@@ -65,7 +65,7 @@ def test_pupils_of_a_white_image(capture: Path, tmp_path: Path, run) -> None:
     # Not taken with the lens reversed.
     assert "camera: 386.6549: disagrees by -74.0 %" in entrance
     wrong = {
-        ("--camera", "lytro1-wide"): "--camera: micro images 14.27 pixels apart",
+        ("--camera", "lytro1-wide"): "--camera: the micro images are 14.27 pixels apart",
         ("--focus", "3000"): "--focus requires --camera",
         ("--reversed-lens", white): "--reversed-lens requires --camera",
         ("--camera", "f197-mla2", "--reversed-focus", "1e4"): "requires --reversed-lens",
@@ -120,7 +120,7 @@ def test_inspect_spots(tmp_path: Path, run) -> None:
     assert "put the micro lenses at 0.1" in done.stdout
     assert (tmp_path / "seen" / "focus.png").is_file()
     done = run("inspect", *files[3:], "--json", cwd=tmp_path)
-    assert "position: 2 different ones" in done.stderr
+    assert "--position: needs at least 3 different" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -134,8 +134,8 @@ def test_inspect_spots(tmp_path: Path, run) -> None:
         ),
         (("white.png", "--position", "1", "--camera", "f197-mla2"), "--camera cannot be combined"),
         (("white.png", "--focus", "3000"), "--focus requires --camera"),
-        (("white.png", "--camera", "lytro1-wide"), "micro images 14.27 pixels apart"),
-        (("white.png", "--collimator", "grey.png"), "grey.png: 12 x 20 pixels"),
+        (("white.png", "--camera", "lytro1-wide"), "micro images are 14.27 pixels apart"),
+        (("white.png", "--collimator", "grey.png"), "grey.png: has 12 x 20 pixels"),
     ],
 )
 def test_inspect_refuses(capture: Path, run, words: tuple[str, ...], message: str) -> None:

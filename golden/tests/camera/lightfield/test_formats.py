@@ -55,7 +55,7 @@ def test_mosaic(flower: np.ndarray, tmp_path: Path) -> None:
         found = read_source(tmp_path / "mosaic.png", **options)
         assert (compose(found.images) == flower).all()
         assert found.lines == (("mosaic", "5 x 5 views of 86 x 80 pixels"),)
-    with pytest.raises(InputError, match=r"expected a multiple of 7 in both directions"):
+    with pytest.raises(InputError, match=r"are no multiple of 7"):
         read_source(tmp_path / "mosaic.png", layout="mosaic", size=7)
 
 
@@ -74,7 +74,7 @@ def test_eslf(flower: np.ndarray, tmp_path: Path) -> None:
     write_png(tmp_path / "even.png", np.full((60, 60), 7, np.uint8))
     with pytest.raises(InputError, match=r"not clear whether .* is a mosaic or a raster"):
         read_source(tmp_path / "even.png")
-    with pytest.raises(InputError, match="views: 9; expected 1 to 5"):
+    with pytest.raises(InputError, match="views: 9 views cannot be taken of 5"):
         central(read_source(tmp_path / "raster.png").images, 9)
 
 
@@ -103,7 +103,7 @@ def test_mat(flower: np.ndarray, tmp_path: Path, kind: str) -> None:
     with pytest.raises(InputError, match="no array of views"):
         read_mat(file)
     write(LF=field[:3])
-    with pytest.raises(InputError, match=r"an array of shape \(3, 5, 80, 86, 4\)"):
+    with pytest.raises(InputError, match=r"its array has shape \(3, 5, 80, 86, 4\)"):
         read_mat(file)
     whole = file.read_bytes()
     for end in (0, 100, 600, len(whole) // 2):
@@ -169,7 +169,7 @@ def test_quilt(flower: np.ndarray, tmp_path: Path) -> None:
     assert quilt(raw, 6, 1, 1)[0, 0] == 21
     assert [quilt_tiles(m) for m in (3, 9, 15, 13)] == [(3, 1), (3, 3), (5, 3), (13, 1)]
     assert quilt_name("holo", (420, 315), 8, 6) == "holo_qs8x6a0.75"
-    with pytest.raises(InputError, match="3 x 3 tiles; expected at most 6"):
+    with pytest.raises(InputError, match="3 x 3 tiles needs more views"):
         quilt(raw, 6, 3, 3)
 
 
@@ -237,7 +237,7 @@ def test_commands(flower: np.ndarray, tmp_path: Path, monkeypatch: pytest.Monkey
     views = [sub_aperture(flower, M, 2, u) for u in (0, 2, 4)]
     assert (read_image(tmp_path / "holo_qs3x1a1.075.png") == np.concatenate(views, axis=1)).all()
     done = plenofir("quilt", "flower.png", "-M", "5", "--columns", "3", "--rows", "2")
-    assert (done.returncode, "--columns: 3 x 2 tiles; expected at most 5" in done.stderr) == (
+    assert (done.returncode, "3 x 2 tiles needs more views than the 5" in done.stderr) == (
         2,
         True,
     )

@@ -119,7 +119,7 @@ def test_bad_folders(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="5 files"):
         read_views(tmp_path)
     (tmp_path / "view4_4.png").rename(tmp_path / "white.png")
-    with pytest.raises(InputError, match="different numbers"):
+    with pytest.raises(InputError, match="more numbers than others"):
         read_views(tmp_path)
     (tmp_path / "white.png").unlink()
     write_png(tmp_path / "view3_3.png", np.zeros((4, 5), np.uint8))

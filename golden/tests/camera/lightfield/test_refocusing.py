@@ -252,7 +252,7 @@ def test_disparity_of_nothing() -> None:
         ({"window": 4}, "odd"),
         ({"search": (1.0, 1.0)}, "smaller"),
         ({"search": (0.0, np.inf)}, "smaller"),
-        ({"shape": (4, 4)}, "shapes"),
+        ({"shape": (4, 4)}, "must have one size"),
     ],
 )
 def test_bad_disparity(change, message) -> None:

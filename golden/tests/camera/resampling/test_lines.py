@@ -93,12 +93,12 @@ def test_calibrations_of_other_resamplers_are_refused() -> None:
 
     core = chip(8.2, 8).core
     for other, message in (
-        (chip(8.2, 7), "micro_image_size 7; expected 8"),
-        (chip(9.9, 8, layout="hexagonal-rows"), "hexagonal True; expected False"),
-        (chip(8.2, 8, rotation=20), f"lines; expected at most {core.lines}, the resampler's"),
+        (chip(8.2, 7), "has micro_image_size 7, the resampler 8"),
+        (chip(9.9, 8, layout="hexagonal-rows"), "has hexagonal True, the resampler False"),
+        (chip(8.2, 8, rotation=20), f"lines; the resampler has {core.lines}"),
     ):
         with pytest.raises(InputError, match=message):
             check_fits(core, other.registers, other.tables)
     narrow = core.model_copy(update={"max_columns": 79})
-    with pytest.raises(InputError, match="80 max_columns; expected at most 79"):
+    with pytest.raises(InputError, match="needs 80 max_columns; the resampler has 79"):
         check_fits(narrow, chip(8.2, 8).registers, Tables())

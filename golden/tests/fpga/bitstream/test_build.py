@@ -264,12 +264,12 @@ def test_generics_reach_the_project(tools: Path, tmp_path: Path) -> None:
     ("generics", "message"),
     [
         ({"M": 5}, "atlys_top has no generic M"),
-        ({"EXACT": 1}, "EXACT: 1; expected a value of type bool"),
-        ({"SHIFTS": '" & x & "'}, "expected numbers and blanks"),
-        ({"MICRO_IMAGE_SIZE": 11, "SHIFTS": "11"}, r"block RAMs .* expected at most 116"),
+        ({"EXACT": 1}, "EXACT: 1 is not of type bool"),
+        ({"SHIFTS": '" & x & "'}, "must be numbers and blanks"),
+        ({"MICRO_IMAGE_SIZE": 11, "SHIFTS": "11"}, r"need \d+ of 116 block RAMs"),
         ({"MICRO_IMAGE_SIZE": 0}, "micro_image_size: Input should be greater than or equal to 1"),
         ({"SHIFTS": ""}, "shifts: "),
-        ({"GUARD_BITS": 9}, "expected generics in their ranges"),
+        ({"GUARD_BITS": 9}, "guard_bits"),
         ({"MICRO_IMAGE_SIZE": 200}, "M = 200 exceeds the core's limit"),
     ],
 )
@@ -291,7 +291,7 @@ def test_tool_that_fails(tools: Path, tmp_path: Path, tool: str) -> None:
     with pytest.raises(InputError) as caught:
         run(out)
     error = caught.value
-    assert error.what == f'{tool} failed: HDLCompiler:69: "a.vhd" Line 12: <b> is not declared.'
+    assert error.problem == f'{tool} failed: HDLCompiler:69: "a.vhd" Line 12: <b> is not declared.'
     assert error.where == str(out / f"{tool}.log")
     assert [command[0] for command in commands(tools)] == list(
         ise.TOOLS[: ise.TOOLS.index(tool) + 1]
@@ -313,9 +313,10 @@ def test_timing_not_met(tools: Path, tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("PERIOD", "14.2")
     with pytest.raises(InputError) as caught:
         run(tmp_path / "out")
-    assert caught.value.what == (
+    assert caught.value.problem == (
         "timing is not met: TS_receive_clocks_pll_pixel = PERIOD TIMEGRP "
-        '"receive_clocks_pll_pixel" TS_tmds HIGH 50% (17 errors, 14.2 ns would be met)'
+        '"receive_clocks_pll_pixel" TS_tmds HIGH 50% (17 errors, 14.2 ns would be met); '
+        "1 of 6 constraints fail"
     )
     assert commands(tools)[-1][0] == "trce"
     assert not (tmp_path / "out" / "plenofir.bit").exists()
@@ -339,7 +340,11 @@ def test_nothing_timed(tools: Path, tmp_path: Path) -> None:
             "Xst:737: Found 1-bit latch for signal <b>. Latches may be generated from incomplete "
             "case or if statements.",
         ),
-        ("xst", "# Latches                                              : 2", "2 latches"),
+        (
+            "xst",
+            "# Latches                                              : 2",
+            "the design has 2 latches",
+        ),
         (
             "ngdbuild",
             "WARNING:ConstraintSystem:190 - The TNM 'tmds', does not directly or indirectly drive\n"
@@ -353,7 +358,7 @@ def test_fatal_warnings(tools: Path, tmp_path: Path, tool: str, message: str, wh
     install(tools, **{tool: f"cat <<'END'\n{message}\nEND\n{REPORTS[tool]}"})
     with pytest.raises(InputError) as caught:
         run(tmp_path / "out")
-    assert caught.value.what == what
+    assert caught.value.problem.startswith(what)
     assert caught.value.where == str(tmp_path / "out" / f"{tool}.log")
     assert commands(tools)[-1][0] == tool
     assert not (tmp_path / "out" / "report.json").exists()
@@ -388,7 +393,7 @@ def test_library_path_of_the_caller(
 def test_without_ise(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(ise, "USUAL_PLACE", tmp_path)
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(InputError, match="Xilinx ISE is not installed"):
+    with pytest.raises(InputError, match=r"Xilinx ISE 14\.7 is not installed"):
         ise.find_installation()
     with pytest.raises(InputError, match="no settings64"):
         ise.find_installation(str(tmp_path))
@@ -486,4 +491,6 @@ def test_exit_code_without_ise(
     assert caught.value.code == EXIT_BAD_INPUT
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 1
-    assert lines[0].startswith("plenofir: bitstream: Xilinx ISE is not installed (xst, ngdbuild")
+    assert lines[0].startswith(
+        "plenofir: bitstream: Xilinx ISE 14.7 is not installed (xst, ngdbuild"
+    )

@@ -131,7 +131,7 @@ def test_accepted() -> None:
 def test_refused(text: str, what: str) -> None:
     with pytest.raises(InputError) as caught:
         check(text)
-    assert caught.value.what == what
+    assert caught.value.problem.startswith(what)
     assert caught.value.where == "atlys_top.twr"
 
 

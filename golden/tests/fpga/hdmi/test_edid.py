@@ -142,12 +142,15 @@ def test_own_edids() -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "own.bin: 0 bytes; expected 128 or 256 bytes"),
+        (b"", "own.bin: has 0 bytes; an EDID has 128 or 256"),
         (make_edid() + bytes(1), "129 bytes"),
         (make_edid() * 3, "384 bytes"),
-        (b"\x01" + make_edid()[1:], "begins with 01 ff ff ff ff ff ff 00; expected 00 ff"),
-        (make_edid() * 2, "byte 126 says 0 extension blocks; expected 1"),
-        (two_blocks()[:128], "byte 126 says 1 extension blocks; expected 0"),
+        (
+            b"\x01" + make_edid()[1:],
+            "begins with 01 ff ff ff ff ff ff 00; an EDID begins with 00 ff",
+        ),
+        (make_edid() * 2, "byte 126 tells of 0 extension blocks, but 256 bytes hold 1"),
+        (two_blocks()[:128], "byte 126 tells of 1 extension blocks, but 128 bytes hold 0"),
         (make_edid()[:127] + b"\0", "bytes 0 to 127 have the sum"),
         (two_blocks()[:-1] + b"\1", "bytes 128 to 255 have the sum"),
     ],

@@ -27,9 +27,9 @@ def test_package_has_a_number_for_each_mark() -> None:
     ("old", "new", "told"),
     [
         ("slice=0 ", "", f"{len(FIELDS) - 1} fields"),
-        ("clock=743", "clock=", "clock=; expected clock=#,"),
-        ("clock=743", "clocks=743", "clocks=743; expected clock=#"),
-        ("taps=3/-1/2", "taps=3/-1", "taps=3/-1; expected taps=#/#/#"),
+        ("clock=743", "clock=", "'clock=' in place of clock=#"),
+        ("clock=743", "clocks=743", "'clocks=743' in place of clock=#"),
+        ("taps=3/-1/2", "taps=3/-1", "'taps=3/-1' in place of taps=#/#/#"),
         ("rows=720", "rows=720/1", "rows=720/1"),
     ],
 )

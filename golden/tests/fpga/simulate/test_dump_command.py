@@ -87,18 +87,18 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["empty.vcd", "a.vcd"], "cannot be read"),
         (["cut.vcd", "a.vcd"], "cannot be read"),
         (["no_unit.vcd", "a.vcd"], "no time unit"),
-        (["a.vcd", "other.vcd"], "no signal of one is in the other"),
-        (["a.vcd", "a.vcd", "--signals", "core.cuont"], "expected core.count"),
+        (["a.vcd", "other.vcd"], "no signal of one file is in the other"),
+        (["a.vcd", "a.vcd", "--signals", "core.cuont"], "did you mean core.count"),
         (["a.vcd", "wide.vcd", "--signals", "lone"], "'lone' is only in wide.vcd"),
         (["a.vcd", "a.vcd", "--signals", "clk"], "besides the clock"),
-        (["a.vcd", "a.vcd", "--clock", "mclk"], "'mclk': no such signal"),
+        (["a.vcd", "a.vcd", "--clock", "mclk"], "no signal 'mclk' in both"),
         (["wide.vcd", "a.vcd", "--clock", "lone"], "'lone' is only in wide.vcd"),
-        (["a.vcd", "a.vcd", "--clock", "core.count"], "no rising edge"),
+        (["a.vcd", "a.vcd", "--clock", "core.count"], "core.count never rises"),
         (["a.vcd", "a.vcd", "--from", "12 parsecs"], "--from"),
         (["a.vcd", "a.vcd", "--to", "1.5"], "--to"),
         (["a.vcd", "a.vcd", "--from", "8"], "nothing happens in this range"),
         (["a.vcd", "a.vcd", "--from", "50ns", "--to", "40ns"], "nothing happens in this range"),
-        (["a.vcd", "a.vcd", "--clock", "none", "--from", "3"], "cycles need a clock"),
+        (["a.vcd", "a.vcd", "--clock", "none", "--from", "3"], "a cycle needs a clock"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(
@@ -110,12 +110,11 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert capfd.readouterr() == ("", "")
     assert (done.returncode, done.stdout) == (2, "")
     assert message in done.stderr
-    assert "expected" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
 
 
 def test_a_file_of_nothing_but_a_header_has_no_signals(tmp_path: Path) -> None:
     (tmp_path / "a.vcd").write_text("$timescale 1ns $end\n$enddefinitions $end\n")
     assert not Dump(tmp_path / "a.vcd").signals
-    with pytest.raises(InputError, match="no signal of one is in the other"):
+    with pytest.raises(InputError, match="no signal of one file is in the other"):
         compare_dumps(tmp_path / "a.vcd", tmp_path / "a.vcd")

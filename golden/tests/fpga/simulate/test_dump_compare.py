@@ -56,7 +56,7 @@ def test_bounds(text: str, bound) -> None:
     "text", ["ns", "12xs", "1.5", "-3", "-3ns", "1e3ns", "12 n s", "1,5us", "x", ""]
 )
 def test_malformed_bounds(text: str) -> None:
-    with pytest.raises(InputError, match="neither a time nor a cycle; expected a time such as"):
+    with pytest.raises(InputError, match="neither a time such as 120ns"):
         parse_bound(text, "--from")
 
 
@@ -296,7 +296,7 @@ def test_without_a_clock(tmp_path: Path) -> None:
     assert str(found.differences[0]) == "core.odd, 25 ns: 1 in A, 0 in B"
     later = compared(tmp_path, a, b, begin=Fraction(26, 10**9))
     assert (later.equal, later.samples) == (True, 4)
-    with pytest.raises(InputError, match="--to: cycles need a clock"):
+    with pytest.raises(InputError, match="--to: a cycle needs a clock"):
         compared(tmp_path, a, b, end=3)
     # With a clock in the files, on request; the clock's own changes are instants then.
     found = compared(tmp_path, counter(), counter(), clock="none")
@@ -316,14 +316,14 @@ def test_choice_of_the_clock(tmp_path: Path) -> None:
     assert compared(tmp_path, a, a, clock=" Pclk ").clock == "pclk"
     assert compared(tmp_path, a, a, clock="fast.clk").clock == "core.fast.clk"
     a.signals["core.slow.clk"] = (1, list("00110011"))
-    with pytest.raises(InputError, match=r"2 signals fit 'clk'; expected one of core\.fast\.clk"):
+    with pytest.raises(InputError, match=r"2 signals fit 'clk'; choose core\.fast\.clk"):
         compared(tmp_path, a, a)
-    with pytest.raises(InputError, match=r"--clock: 'clock': no such signal"):
+    with pytest.raises(InputError, match="--clock: there is no signal 'clock' in both"):
         compared(tmp_path, a, a, clock="clock")
     a.signals["still"] = (1, ["1"])
-    with pytest.raises(InputError, match="still has no rising edge"):
+    with pytest.raises(InputError, match="still never rises"):
         compared(tmp_path, a, a, clock="still")
-    with pytest.raises(InputError, match="count has no rising edge"):
+    with pytest.raises(InputError, match="count never rises"):
         compared(tmp_path, a, a, clock="core.count")
 
 
